@@ -1,0 +1,6 @@
+//! Analysis of whole logs. Placeholder overview.
+
+pub mod analysis;
+pub mod events;
+pub mod options;
+pub mod provenance;

@@ -1,0 +1,440 @@
+//! Reads the steps of a layout through one CDR message, of either byte order.
+//!
+//! Values stand at multiples of their size, counted from the end of the four bytes that tell the
+//! encoding. Nothing is followed or allocated before it is known to lie within the message.
+
+use std::ops::Range;
+
+use crate::{
+    definition::NumberType,
+    fields::{Slot, Texts},
+};
+
+const ENCAPSULATION_BYTES: usize = 4;
+
+/// Why a message cannot be decoded. Offsets count from the start of the message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DecodeError {
+    /// The message ends before a wanted field.
+    #[error("byte {offset}: expected {needed_bytes} more bytes, found {available_bytes}")]
+    TooShort {
+        /// Where the field would start.
+        offset: usize,
+        /// Its size.
+        needed_bytes: usize,
+        /// What is left.
+        available_bytes: usize,
+    },
+    /// An array or string claims more elements than the rest of the message can hold.
+    #[error("byte {offset}: an array of {count} elements, but only {available_bytes} bytes follow")]
+    ImpossibleCount {
+        /// Where the count stands.
+        offset: usize,
+        /// The count.
+        count: usize,
+        /// What is left.
+        available_bytes: usize,
+    },
+    /// Another encoding than plain CDR.
+    #[error("expected plain CDR (encapsulation 0x0000 or 0x0001), found 0x{found:04x} ({name})")]
+    Encapsulation {
+        /// The first two bytes.
+        found: u16,
+        /// What they stand for.
+        name: &'static str,
+    },
+}
+
+/// How many elements an array has.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Count {
+    Fixed(usize),
+    /// It stands before them.
+    InMessage,
+}
+
+/// One element of an array and where it goes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Element {
+    pub(crate) index: usize,
+    pub(crate) slot: usize,
+}
+
+/// One step through a message.
+#[derive(Debug, Clone)]
+pub(crate) enum Step {
+    Skip {
+        alignment: usize,
+        bytes: usize,
+    },
+    SkipSequence {
+        number: NumberType,
+    },
+    SkipTexts {
+        count: Count,
+    },
+    /// `count` numbers into the slots from `slot` on.
+    Numbers {
+        number: NumberType,
+        slot: usize,
+        count: usize,
+    },
+    NumberArray {
+        number: NumberType,
+        count: Count,
+        whole: Option<usize>,
+        elements: Vec<Element>,
+    },
+    Text {
+        slot: usize,
+    },
+    Texts {
+        count: Count,
+        slot: usize,
+    },
+    /// The same steps for each message of an array.
+    Repeat {
+        count: Count,
+        body: Vec<Step>,
+    },
+    CollectNumber {
+        number: NumberType,
+        slot: usize,
+    },
+    CollectText {
+        slot: usize,
+    },
+}
+
+/// Takes all steps through one message.
+#[inline]
+pub(crate) fn run(steps: &[Step], cdr: &[u8], slots: &mut [Slot]) -> Result<(), DecodeError> {
+    let Some((encapsulation, data)) = cdr.split_first_chunk::<ENCAPSULATION_BYTES>() else {
+        return Err(DecodeError::TooShort {
+            offset: 0,
+            needed_bytes: ENCAPSULATION_BYTES,
+            available_bytes: cdr.len(),
+        });
+    };
+    match u16::from_be_bytes([encapsulation[0], encapsulation[1]]) {
+        0x0000 => Cursor::<true> { data, position: 0 }.steps(steps, slots),
+        0x0001 => Cursor::<false> { data, position: 0 }.steps(steps, slots),
+        found => Err(DecodeError::Encapsulation {
+            found,
+            name: encapsulation_name(found),
+        }),
+    }
+}
+
+fn encapsulation_name(encapsulation: u16) -> &'static str {
+    match encapsulation {
+        0x0002 | 0x0003 => "PL_CDR",
+        0x0006..=0x0009 => "XCDR2",
+        0x000a | 0x000b => "PL_CDR2",
+        _ => "unknown",
+    }
+}
+
+/// A position in the data after the encapsulation. It may lie behind the end, where nothing can
+/// be taken.
+struct Cursor<'a, const BIG_ENDIAN: bool> {
+    data: &'a [u8],
+    position: usize,
+}
+
+impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
+    fn steps(&mut self, steps: &[Step], slots: &mut [Slot]) -> Result<(), DecodeError> {
+        for step in steps {
+            match step {
+                Step::Skip { alignment, bytes } => {
+                    self.align(*alignment);
+                    self.take(*bytes)?;
+                }
+                Step::SkipSequence { number } => {
+                    let count = self.count(Count::InMessage, number.bytes())?;
+                    self.array(*number, count)?;
+                }
+                Step::SkipTexts { count } => {
+                    for _ in 0..self.count(*count, 4)? {
+                        self.text()?;
+                    }
+                }
+                Step::Numbers {
+                    number,
+                    slot,
+                    count,
+                } => {
+                    let bytes = self.array(*number, *count)?;
+                    let targets = slots.iter_mut().skip(*slot);
+                    each_number::<BIG_ENDIAN>(*number, bytes, targets, |slot, value| {
+                        slot.number = value;
+                    });
+                }
+                Step::NumberArray {
+                    number,
+                    count,
+                    whole,
+                    elements,
+                } => {
+                    self.number_array(*number, *count, *whole, elements, slots)?;
+                }
+                Step::Text { slot } => {
+                    let text = self.text()?;
+                    if let Some(slot) = slots.get_mut(*slot) {
+                        slot.text.clear();
+                        slot.text.extend_from_slice(text);
+                    }
+                }
+                Step::Texts { count, slot } => {
+                    if let Some(slot) = slots.get_mut(*slot) {
+                        self.texts(*count, &mut slot.texts)?;
+                    }
+                }
+                Step::Repeat { count, body } => {
+                    // Every message takes at least a byte, so the count bounds the work.
+                    for _ in 0..self.count(*count, 1)? {
+                        self.steps(body, slots)?;
+                    }
+                }
+                Step::CollectNumber { number, slot } => {
+                    let bytes = self.array(*number, 1)?;
+                    let target = slots.get_mut(*slot).into_iter();
+                    each_number::<BIG_ENDIAN>(*number, bytes, target, |slot, value| {
+                        slot.numbers.push(value);
+                    });
+                }
+                Step::CollectText { slot } => {
+                    let text = self.text()?;
+                    if let Some(slot) = slots.get_mut(*slot) {
+                        slot.texts.collect(text);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn align(&mut self, alignment: usize) {
+        // A power of two of at most eight; the position is at most a little behind the data.
+        self.position = (self.position + alignment - 1) & !(alignment - 1);
+    }
+
+    #[inline]
+    fn take(&mut self, bytes: usize) -> Result<&'a [u8], DecodeError> {
+        match self
+            .data
+            .get(self.position..)
+            .and_then(|rest| rest.get(..bytes))
+        {
+            Some(taken) => {
+                self.position += bytes;
+                Ok(taken)
+            }
+            None => Err(self.too_short(bytes)),
+        }
+    }
+
+    #[cold]
+    fn too_short(&self, needed_bytes: usize) -> DecodeError {
+        DecodeError::TooShort {
+            offset: self.position + ENCAPSULATION_BYTES,
+            needed_bytes,
+            available_bytes: self.data.len().saturating_sub(self.position),
+        }
+    }
+
+    #[inline]
+    fn u32(&mut self) -> Result<u32, DecodeError> {
+        self.align(4);
+        let rest = self
+            .data
+            .get(self.position..)
+            .and_then(<[u8]>::first_chunk::<4>);
+        let Some(bytes) = rest else {
+            return Err(self.too_short(4));
+        };
+        self.position += 4;
+        Ok(if BIG_ENDIAN {
+            u32::from_be_bytes(*bytes)
+        } else {
+            u32::from_le_bytes(*bytes)
+        })
+    }
+
+    /// The number of elements, each of which takes at least `element_bytes`.
+    #[inline]
+    fn count(&mut self, count: Count, element_bytes: usize) -> Result<usize, DecodeError> {
+        let count = match count {
+            Count::Fixed(count) => return Ok(count),
+            Count::InMessage => self.u32()? as usize,
+        };
+        let available_bytes = self.data.len().saturating_sub(self.position);
+        if count > available_bytes / element_bytes {
+            let offset = (self.position + ENCAPSULATION_BYTES).saturating_sub(4);
+            return Err(DecodeError::ImpossibleCount {
+                offset,
+                count,
+                available_bytes,
+            });
+        }
+        Ok(count)
+    }
+
+    /// The bytes of an array. No padding stands before an empty one.
+    #[inline]
+    fn array(&mut self, number: NumberType, count: usize) -> Result<&'a [u8], DecodeError> {
+        if count == 0 {
+            return Ok(&[]);
+        }
+        self.align(number.bytes());
+        self.take(number.bytes().saturating_mul(count))
+    }
+
+    #[inline]
+    fn text(&mut self) -> Result<&'a [u8], DecodeError> {
+        let place = self.text_place()?;
+        Ok(self.data.get(place).unwrap_or_default())
+    }
+
+    /// Where a string stands, without the zero that closes it.
+    #[inline]
+    fn text_place(&mut self) -> Result<Range<usize>, DecodeError> {
+        let bytes = self.count(Count::InMessage, 1)?;
+        let start = self.position;
+        let closing = usize::from(self.take(bytes)?.ends_with(&[0]));
+        Ok(start..start + bytes - closing)
+    }
+
+    #[inline]
+    fn number_array(
+        &mut self,
+        number: NumberType,
+        count: Count,
+        whole: Option<usize>,
+        elements: &[Element],
+        slots: &mut [Slot],
+    ) -> Result<(), DecodeError> {
+        let count = self.count(count, number.bytes())?;
+        let bytes = self.array(number, count)?;
+        if let Some(slot) = whole.and_then(|slot| slots.get_mut(slot)) {
+            slot.numbers.clear();
+            extend_numbers::<BIG_ENDIAN>(number, bytes, &mut slot.numbers);
+        }
+        for element in elements {
+            let Some(slot) = slots.get_mut(element.slot) else {
+                continue;
+            };
+            slot.number = f64::NAN;
+            let start = element.index.saturating_mul(number.bytes());
+            let one = bytes.get(start..).unwrap_or_default();
+            each_number::<BIG_ENDIAN>(number, one, std::iter::once(slot), |slot, value| {
+                slot.number = value;
+            });
+        }
+        Ok(())
+    }
+
+    /// A list of strings. Mostly it is the same, byte by byte, as in the message before; then
+    /// its end is known without walking it.
+    #[inline]
+    fn texts(&mut self, count: Count, texts: &mut Texts) -> Result<(), DecodeError> {
+        self.align(4);
+        let start = self.position;
+        let rest = self.data.get(start..).unwrap_or_default();
+        let is_known = texts.is_whole && texts.big_endian == BIG_ENDIAN;
+        if is_known && rest.starts_with(&texts.encoded) {
+            self.position = start + texts.encoded.len();
+            return Ok(());
+        }
+        self.new_texts(count, texts, start)
+    }
+
+    #[cold]
+    fn new_texts(
+        &mut self,
+        count: Count,
+        texts: &mut Texts,
+        start: usize,
+    ) -> Result<(), DecodeError> {
+        texts.clear();
+        for _ in 0..self.count(count, 4)? {
+            let place = self.text_place()?;
+            texts.items.push(place.start - start..place.end - start);
+        }
+        let encoded = self.data.get(start..self.position).unwrap_or_default();
+        texts.encoded.extend_from_slice(encoded);
+        texts.big_endian = BIG_ENDIAN;
+        texts.is_whole = true;
+        Ok(())
+    }
+}
+
+/// The numbers that stand in `bytes`, one for each target.
+#[inline]
+fn each_number<'t, const BIG_ENDIAN: bool>(
+    number: NumberType,
+    bytes: &[u8],
+    targets: impl Iterator<Item = &'t mut Slot>,
+    mut put: impl FnMut(&mut Slot, f64),
+) {
+    let mut rest = bytes;
+    for target in targets {
+        let Some((one, after)) = rest.split_at_checked(number.bytes()) else {
+            return;
+        };
+        put(target, number_from::<BIG_ENDIAN>(number, one));
+        rest = after;
+    }
+}
+
+/// Appends all numbers that stand in `bytes`.
+#[inline]
+fn extend_numbers<const BIG_ENDIAN: bool>(
+    number: NumberType,
+    bytes: &[u8],
+    numbers: &mut Vec<f64>,
+) {
+    let one_by_one = bytes.chunks_exact(number.bytes());
+    match number {
+        // By far the most common; apart from the others so that it becomes a copy.
+        NumberType::F64 => {
+            numbers.extend(one_by_one.map(|one| number_from::<BIG_ENDIAN>(NumberType::F64, one)));
+        }
+        _ => numbers.extend(one_by_one.map(|one| number_from::<BIG_ENDIAN>(number, one))),
+    }
+}
+
+/// The number that `bytes` begin with; they are at least as many as it has.
+#[inline]
+fn number_from<const BIG_ENDIAN: bool>(number: NumberType, bytes: &[u8]) -> f64 {
+    macro_rules! read {
+        ($kind:ty) => {
+            bytes.first_chunk().map_or(f64::NAN, |bytes| {
+                let value = if BIG_ENDIAN {
+                    <$kind>::from_be_bytes(*bytes)
+                } else {
+                    <$kind>::from_le_bytes(*bytes)
+                };
+                // Integers beyond 2^53 are rounded; stamps are two smaller ones.
+                value as f64
+            })
+        };
+    }
+    match number {
+        NumberType::Bool => bytes
+            .first()
+            .map_or(f64::NAN, |&byte| f64::from(u8::from(byte != 0))),
+        NumberType::I8 => read!(i8),
+        NumberType::U8 => read!(u8),
+        NumberType::I16 => read!(i16),
+        NumberType::U16 => read!(u16),
+        NumberType::I32 => read!(i32),
+        NumberType::U32 => read!(u32),
+        NumberType::I64 => read!(i64),
+        NumberType::U64 => read!(u64),
+        NumberType::F32 => read!(f32),
+        NumberType::F64 => read!(f64),
+    }
+}

@@ -1,0 +1,111 @@
+//! Which of a message's three times is its time.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::sensor::SensorSample;
+
+/// One of the times that a message carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StampSource {
+    /// The stamp that the sensor wrote into the message.
+    Header,
+    /// When the message was sent.
+    Publish,
+    /// When the recorder received it.
+    Log,
+}
+
+impl StampSource {
+    /// The time of a sample by this source; `None` where the header has none.
+    pub fn stamp_ns(self, sample: &SensorSample) -> Option<i64> {
+        match self {
+            Self::Header => sample.header_stamp_ns,
+            Self::Publish => Some(sample.publish_time_ns),
+            Self::Log => Some(sample.log_time_ns),
+        }
+    }
+}
+
+impl fmt::Display for StampSource {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Header => "header.stamp",
+            Self::Publish => "publish time",
+            Self::Log => "log time",
+        })
+    }
+}
+
+/// The time to use for a topic, and why.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct StampDecision {
+    /// The time to use.
+    pub source: StampSource,
+    /// Why no better one is used, or why this one can be.
+    pub reason: String,
+}
+
+/// What a decision rests on.
+pub(crate) struct StampEvidence {
+    pub(crate) messages: usize,
+    /// Messages whose header has a stamp that is not zero.
+    pub(crate) stamped: usize,
+    pub(crate) header_changes: bool,
+    pub(crate) publish_is_apart: bool,
+    pub(crate) publish_changes: bool,
+}
+
+impl StampEvidence {
+    /// The header's stamp if nearly all messages have one that changes; else the publish time if
+    /// the log has one of its own; else the log time.
+    pub(crate) fn decide(&self) -> StampDecision {
+        let against_header = match self.against_header() {
+            None => {
+                let reason = "header.stamp is present and changes".to_owned();
+                return StampDecision {
+                    source: StampSource::Header,
+                    reason,
+                };
+            }
+            Some(reason) => reason,
+        };
+        if self.publish_is_apart && self.publish_changes {
+            let reason = format!("{against_header}; the publish time changes");
+            return StampDecision {
+                source: StampSource::Publish,
+                reason,
+            };
+        }
+        let against_publish = if self.publish_is_apart {
+            "the publish time is constant"
+        } else {
+            "the publish time is absent or equals the log time"
+        };
+        let reason = format!("{against_header}; {against_publish}");
+        StampDecision {
+            source: StampSource::Log,
+            reason,
+        }
+    }
+
+    fn against_header(&self) -> Option<String> {
+        let Self {
+            messages, stamped, ..
+        } = *self;
+        if stamped == 0 {
+            Some("header.stamp is absent or zero".to_owned())
+        } else if stamped * 2 < messages {
+            Some(format!(
+                "header.stamp is zero in {} of {messages} messages",
+                messages - stamped
+            ))
+        } else if messages > 1 && !self.header_changes {
+            Some("header.stamp is constant".to_owned())
+        } else {
+            None
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The values that a layout reads out of a message.
+
+use std::ops::Range;
+
+/// The values of one message, in the order of the layout's paths. Made once and used again for
+/// every message, so that decoding allocates nothing.
+///
+/// Which of the accessors applies follows from the field at a path. An accessor of another kind
+/// yields NaN or nothing.
+#[derive(Debug, Clone, Default)]
+pub struct Fields {
+    slots: Vec<Slot>,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Slot {
+    pub(crate) number: f64,
+    pub(crate) numbers: Vec<f64>,
+    pub(crate) text: Vec<u8>,
+    pub(crate) texts: Texts,
+}
+
+impl Default for Slot {
+    fn default() -> Self {
+        Self {
+            number: f64::NAN,
+            numbers: Vec::new(),
+            text: Vec::new(),
+            texts: Texts::default(),
+        }
+    }
+}
+
+/// A list of strings, kept as it was encoded, because it mostly equals that of the message before.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Texts {
+    pub(crate) encoded: Vec<u8>,
+    pub(crate) big_endian: bool,
+    /// Whether `encoded` is a whole list as it stood in a message.
+    pub(crate) is_whole: bool,
+    pub(crate) items: Vec<Range<usize>>,
+    pub(crate) revision: u64,
+}
+
+impl Texts {
+    pub(crate) fn clear(&mut self) {
+        self.encoded.clear();
+        self.items.clear();
+        self.is_whole = false;
+        self.revision += 1;
+    }
+
+    /// Adds a string that stood apart from the others.
+    pub(crate) fn collect(&mut self, text: &[u8]) {
+        let start = self.encoded.len();
+        self.encoded.extend_from_slice(text);
+        self.items.push(start..self.encoded.len());
+    }
+}
+
+impl Fields {
+    /// No values yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The number at a path.
+    #[inline]
+    pub fn number(&self, path_index: usize) -> f64 {
+        self.slots
+            .get(path_index)
+            .map_or(f64::NAN, |slot| slot.number)
+    }
+
+    /// All numbers of the array at a path.
+    #[inline]
+    pub fn numbers(&self, path_index: usize) -> &[f64] {
+        self.slots
+            .get(path_index)
+            .map(|slot| slot.numbers.as_slice())
+            .unwrap_or_default()
+    }
+
+    /// The bytes of the string at a path, without the closing zero.
+    pub fn text(&self, path_index: usize) -> &[u8] {
+        self.slots
+            .get(path_index)
+            .map(|slot| slot.text.as_slice())
+            .unwrap_or_default()
+    }
+
+    /// The strings of the array at a path.
+    pub fn texts(&self, path_index: usize) -> impl Iterator<Item = &[u8]> {
+        let texts = self.slots.get(path_index).map(|slot| &slot.texts);
+        texts.into_iter().flat_map(|texts| {
+            let item = |range: &Range<usize>| texts.encoded.get(range.clone()).unwrap_or_default();
+            texts.items.iter().map(item)
+        })
+    }
+
+    /// Changes whenever the strings at a path differ from those of the message before.
+    #[inline]
+    pub fn texts_revision(&self, path_index: usize) -> u64 {
+        self.slots
+            .get(path_index)
+            .map_or(0, |slot| slot.texts.revision)
+    }
+
+    pub(crate) fn slots_for(&mut self, path_count: usize) -> &mut [Slot] {
+        if self.slots.len() != path_count {
+            self.slots.resize_with(path_count, Slot::default);
+        }
+        &mut self.slots
+    }
+}

@@ -1,0 +1,85 @@
+//! Any log of a robot or machine: messages, typed sensor samples, and what of it is damaged.
+//!
+//! - [`Log`] opens a recording, lists its [`Topic`]s and hands out every intact [`Message`];
+//!   [`Losses`] tell what was damaged. Nothing in a damaged file ends the program.
+//! - [`bind`] finds the topic that carries a signal; [`SensorDecoder`] turns its messages into
+//!   [`SensorSample`]s.
+//! - [`TopicStatistics`] tells which clock to trust, and where the gaps are.
+//! - [`Layout`] reads single fields out of any CDR message by its recorded definition.
+//!
+//! It knows no machine: what the numbers mean for one is told by its callers.
+//!
+//! ```no_run
+//! use std::{ops::ControlFlow, path::Path};
+//!
+//! use tipwatch_ingest::{Log, SensorDecoder, SensorKind, SensorSample, TopicStatistics, bind};
+//!
+//! let log = Log::open(Path::new("drive.mcap"))?;
+//! println!("{}: {} topics", log.format(), log.topics().len());
+//!
+//! let imu = bind(log.topics(), SensorKind::Imu, None)?.ok_or("no IMU in this log")?;
+//! let topic = log.topic(imu.topic)?;
+//! let mut decoder = SensorDecoder::new(topic, SensorKind::Imu, &[])?;
+//! let mut sample = SensorSample::default();
+//! let mut statistics = TopicStatistics::default();
+//! let mut undecodable = 0;
+//! let losses = log.read(&[imu.topic], &mut |message| {
+//!     match decoder.decode(message, &mut sample) {
+//!         Ok(()) => statistics.push(
+//!             sample.header_stamp_ns,
+//!             sample.publish_time_ns,
+//!             sample.log_time_ns,
+//!         ),
+//!         Err(_) => undecodable += 1,
+//!     }
+//!     ControlFlow::Continue(())
+//! })?;
+//! println!("{} ranges of bytes lost", losses.ranges.len());
+//! println!("{:?}", statistics.timing());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod binding;
+mod builtin;
+mod cdr;
+mod clock;
+mod definition;
+mod error;
+mod field_path;
+mod fields;
+mod file_bytes;
+mod first_messages;
+mod layout;
+mod log;
+mod losses;
+mod mcap;
+mod message;
+mod reader;
+mod recognise;
+mod rosbag2_folder;
+mod rosbag2_sqlite;
+mod sensor;
+mod sensor_recording;
+mod sensor_topics;
+mod timing;
+mod topic;
+
+pub use crate::{
+    binding::{Binding, BindingError, Wanted, bind, bind_joint_states},
+    cdr::DecodeError,
+    clock::{StampDecision, StampSource},
+    definition::SchemaError,
+    error::Error,
+    field_path::FieldPath,
+    fields::Fields,
+    first_messages::{first_string, joint_names_in},
+    layout::Layout,
+    log::{Format, Log},
+    losses::{Integrity, Losses, LostPart, LostRange},
+    message::Message,
+    sensor::{SensorDecoder, SensorKind, SensorSample},
+    sensor_recording::{SensorRecording, SensorRequest, arrival_order, record_sensors},
+    sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},
+    timing::{Gap, StampOffset, TopicStatistics, TopicTiming},
+    topic::{DefinitionSource, Topic, TopicId},
+};

@@ -1,0 +1,179 @@
+//! A recording, opened for reading.
+
+use std::{
+    fmt,
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+};
+
+use serde::Serialize;
+
+use crate::{
+    error::Error,
+    losses::Losses,
+    message::Message,
+    reader::{self, Reader, Request},
+    recognise::{self, Recording},
+    topic::{Topic, TopicId, TopicTable},
+};
+
+/// The format of a log's files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Format {
+    /// MCAP, with or without chunks, compression and summary.
+    Mcap,
+    /// The SQLite database of rosbag2.
+    Rosbag2Sqlite,
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Format::Mcap => "MCAP",
+            Format::Rosbag2Sqlite => "rosbag2 SQLite",
+        })
+    }
+}
+
+/// A recording opened for reading. Nothing of it is ever modified, nothing created beside it.
+pub struct Log {
+    path: PathBuf,
+    format: Format,
+    files: Vec<PathBuf>,
+    file_bytes: Vec<u64>,
+    readers: Vec<Box<dyn Reader>>,
+    topics: Vec<Topic>,
+    losses: Losses,
+}
+
+impl Log {
+    /// Opens a file or a rosbag2 folder. The format is recognised by content, not by name.
+    pub fn open(path: &Path) -> Result<Log, Error> {
+        let Recording {
+            format,
+            files,
+            mut losses,
+        } = recognise::recognise(path)?;
+        let mut topics = TopicTable::default();
+        let mut readers = Vec::with_capacity(files.len());
+        let mut file_bytes = Vec::with_capacity(files.len());
+        for file in &files {
+            readers.push(reader::open(format, file, &mut topics, &mut losses)?);
+            file_bytes.push(std::fs::metadata(file).map_err(Error::io(file))?.len());
+        }
+        let topics = topics.into_topics();
+        Ok(Log {
+            path: path.to_path_buf(),
+            format,
+            files,
+            file_bytes,
+            readers,
+            topics,
+            losses,
+        })
+    }
+
+    /// The path that was opened.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The format of the files.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// The files, in the order of reading.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    /// The size of all files.
+    pub fn bytes(&self) -> u64 {
+        self.file_bytes.iter().sum()
+    }
+
+    /// Every topic, in the order of finding.
+    pub fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    /// One topic.
+    pub fn topic(&self, id: TopicId) -> Result<&Topic, Error> {
+        self.topics.get(id.0).ok_or_else(|| Error::NoSuchTopic {
+            path: self.path.clone(),
+            index: id.0,
+            count: self.topics.len(),
+        })
+    }
+
+    /// What opening already found damaged. Opening looks at the whole log only where it has no
+    /// intact index.
+    pub fn losses(&self) -> &Losses {
+        &self.losses
+    }
+
+    /// Calls `visit` with every intact message of the wanted topics, in file order, until it
+    /// breaks.
+    ///
+    /// The losses are those found by opening together with those met on the way. Chunks that hold
+    /// no wanted topic are passed over where an index tells so, and are then not checked either.
+    pub fn read(
+        &self,
+        wanted: &[TopicId],
+        visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+    ) -> Result<Losses, Error> {
+        self.read_with_progress(wanted, visit, &mut |_| {})
+    }
+
+    /// As [`read`](Self::read); also calls `progress` now and then with the number of bytes left
+    /// behind, which ends at [`bytes`](Self::bytes) unless `visit` breaks.
+    pub fn read_with_progress(
+        &self,
+        wanted: &[TopicId],
+        visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Losses, Error> {
+        let wanted = self.wanted_flags(wanted)?;
+        let mut losses = self.losses.clone();
+        let mut bytes_before = 0;
+        for (reader, bytes) in self.readers.iter().zip(&self.file_bytes) {
+            let mut request = Request {
+                wanted: &wanted,
+                visit: &mut *visit,
+                progress: &mut *progress,
+                bytes_before,
+                losses: &mut losses,
+            };
+            if reader.read(&mut request)?.is_break() {
+                return Ok(losses);
+            }
+            bytes_before += bytes;
+            progress(bytes_before);
+        }
+        Ok(losses)
+    }
+
+    fn wanted_flags(&self, wanted: &[TopicId]) -> Result<Vec<bool>, Error> {
+        let mut flags = vec![false; self.topics.len()];
+        for &id in wanted {
+            self.topic(id)?;
+            flags[id.0] = true;
+        }
+        Ok(flags)
+    }
+}
+
+impl fmt::Debug for Log {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Log")
+            .field("path", &self.path)
+            .field("format", &self.format)
+            .field("files", &self.files)
+            .field("topics", &self.topics.len())
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,186 @@
+//! What of a log is damaged or could not be read.
+
+use std::{
+    collections::BTreeMap,
+    fmt,
+    path::{Path, PathBuf},
+};
+
+use serde::{Serialize, Serializer};
+
+/// What was lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LostPart {
+    /// One chunk, or the rest of one.
+    Chunk,
+    /// Single records.
+    Records,
+    /// Everything from here to the end of the file.
+    Tail,
+    /// A whole file of the log.
+    File,
+}
+
+/// A range of bytes whose messages are lost, and why.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LostRange {
+    /// The file.
+    #[serde(serialize_with = "path_as_text")]
+    pub file: PathBuf,
+    /// The first lost byte.
+    pub start_byte: u64,
+    /// The byte after the last lost one.
+    pub end_byte: u64,
+    /// What the range holds.
+    pub part: LostPart,
+    /// What was expected and what was found.
+    pub reason: String,
+}
+
+impl fmt::Display for LostRange {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            file,
+            start_byte,
+            end_byte,
+            reason,
+            ..
+        } = self;
+        write!(
+            formatter,
+            "{}: bytes {start_byte} to {end_byte}: {reason}",
+            file.display()
+        )
+    }
+}
+
+/// What could be verified of the bytes that were read.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Integrity {
+    /// At least one chunk carried a checksum.
+    pub checksums_present: bool,
+    /// At least one message came without a checksum that covers it.
+    pub checksums_absent: bool,
+}
+
+impl Integrity {
+    /// What a reader of a report has to know, if anything.
+    pub fn note(self) -> Option<&'static str> {
+        match (self.checksums_present, self.checksums_absent) {
+            (_, false) => None,
+            (false, true) => {
+                Some("chunk CRCs are absent: integrity cannot be verified from this file")
+            }
+            (true, true) => Some(
+                "some chunk CRCs are absent: integrity can be verified only in part from this file",
+            ),
+        }
+    }
+}
+
+/// All losses of a log, with the findings that are none.
+///
+/// Absent checksums and the [`notes`](Self::notes) are findings: they do not make a `Losses`
+/// count as loss.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Losses {
+    /// Lost bytes, each range once, in the order of finding.
+    pub ranges: Vec<LostRange>,
+    /// Messages that were read but could not be decoded, for each topic name.
+    pub undecodable_messages: BTreeMap<String, u64>,
+    /// What could be verified.
+    pub integrity: Integrity,
+    /// Findings that are no loss.
+    pub notes: Vec<String>,
+}
+
+impl Losses {
+    /// Whether nothing was lost.
+    pub fn is_empty(&self) -> bool {
+        self.ranges.is_empty() && self.undecodable_messages.is_empty()
+    }
+
+    /// How many chunks are lost, in whole or in part.
+    pub fn chunks_lost(&self) -> usize {
+        self.ranges
+            .iter()
+            .filter(|range| range.part == LostPart::Chunk)
+            .count()
+    }
+
+    /// How many bytes the lost ranges cover.
+    pub fn bytes_lost(&self) -> u64 {
+        let length = |range: &LostRange| range.end_byte.saturating_sub(range.start_byte);
+        self.ranges.iter().map(length).fold(0, u64::saturating_add)
+    }
+
+    /// Counts a message that could not be decoded.
+    pub fn count_undecodable(&mut self, topic_name: &str) {
+        match self.undecodable_messages.get_mut(topic_name) {
+            Some(count) => *count += 1,
+            None => {
+                self.undecodable_messages.insert(topic_name.to_owned(), 1);
+            }
+        }
+    }
+
+    /// Takes in what another reading of the same log found; a range found twice counts once.
+    pub fn merge(&mut self, other: &Losses) {
+        for range in &other.ranges {
+            self.push(range.clone());
+        }
+        for (topic, count) in &other.undecodable_messages {
+            *self.undecodable_messages.entry(topic.clone()).or_default() += count;
+        }
+        for note in &other.notes {
+            self.note(note.clone());
+        }
+        self.integrity.checksums_present |= other.integrity.checksums_present;
+        self.integrity.checksums_absent |= other.integrity.checksums_absent;
+    }
+
+    pub(crate) fn note(&mut self, note: String) {
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
+        }
+    }
+
+    pub(crate) fn lose(
+        &mut self,
+        part: LostPart,
+        file: &Path,
+        bytes: std::ops::Range<u64>,
+        reason: String,
+    ) {
+        let file = file.to_path_buf();
+        self.push(LostRange {
+            file,
+            start_byte: bytes.start,
+            end_byte: bytes.end,
+            part,
+            reason,
+        });
+    }
+
+    pub(crate) fn saw_checksum(&mut self, present: bool) {
+        self.integrity.checksums_present |= present;
+        self.integrity.checksums_absent |= !present;
+    }
+
+    fn push(&mut self, range: LostRange) {
+        let same_bytes = |known: &LostRange| {
+            (known.start_byte, known.end_byte, known.part)
+                == (range.start_byte, range.end_byte, range.part)
+                && known.file == range.file
+        };
+        if !self.ranges.iter().any(same_bytes) {
+            self.ranges.push(range);
+        }
+    }
+}
+
+/// A path need not be Unicode, a report must be.
+fn path_as_text<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
+}

@@ -1,0 +1,57 @@
+//! What every format has to offer: one file of a log, read in file order.
+//!
+//! A new format is one file with one implementation of [`Reader`], one line in
+//! [`Format`](crate::Format) and one in [`recognise`](crate::recognise).
+
+use std::{ops::ControlFlow, path::Path};
+
+use crate::{
+    error::Error,
+    log::Format,
+    losses::Losses,
+    mcap::McapReader,
+    message::Message,
+    rosbag2_sqlite::SqliteReader,
+    topic::{TopicId, TopicTable},
+};
+
+/// One file of a log. What opening it found is in the topic table and the losses given then.
+pub(crate) trait Reader: Send + Sync {
+    /// Hands every intact message of the wanted topics to the request, in file order.
+    fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error>;
+}
+
+/// Opens one file of a log.
+pub(crate) fn open(
+    format: Format,
+    path: &Path,
+    topics: &mut TopicTable,
+    losses: &mut Losses,
+) -> Result<Box<dyn Reader>, Error> {
+    Ok(match format {
+        Format::Mcap => Box::new(McapReader::open(path, topics, losses)?),
+        Format::Rosbag2Sqlite => Box::new(SqliteReader::open(path, topics, losses)?),
+    })
+}
+
+/// What the caller of [`Log::read`](crate::Log::read) wants, and where losses go.
+pub(crate) struct Request<'r> {
+    /// For each topic of the log.
+    pub(crate) wanted: &'r [bool],
+    pub(crate) visit: &'r mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+    pub(crate) progress: &'r mut dyn FnMut(u64),
+    /// The size of the files before this one.
+    pub(crate) bytes_before: u64,
+    pub(crate) losses: &'r mut Losses,
+}
+
+impl Request<'_> {
+    pub(crate) fn wants(&self, topic: TopicId) -> bool {
+        self.wanted.get(topic.0).copied().unwrap_or(false)
+    }
+
+    /// Tells how far into this file the reading has come.
+    pub(crate) fn advance(&mut self, bytes_of_file: u64) {
+        (self.progress)(self.bytes_before.saturating_add(bytes_of_file));
+    }
+}

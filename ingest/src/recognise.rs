@@ -1,0 +1,84 @@
+//! Which format a path holds, told by content, and which files form one log.
+
+use std::{
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+use crate::{error::Error, log::Format, losses::Losses, rosbag2_folder};
+
+const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
+const ROS1_BAG_MAGIC: &[u8] = b"#ROSBAG V";
+const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+const LONGEST_MAGIC_BYTES: u64 = 16;
+
+/// The files of one log.
+pub(crate) struct Recording {
+    pub(crate) format: Format,
+    pub(crate) files: Vec<PathBuf>,
+    pub(crate) losses: Losses,
+}
+
+/// What the first bytes of a file say.
+pub(crate) enum Content {
+    Log(Format),
+    NotReadYet(&'static str),
+    Unknown(String),
+}
+
+/// Finds out what `path` holds.
+pub(crate) fn recognise(path: &Path) -> Result<Recording, Error> {
+    let metadata = std::fs::metadata(path).map_err(Error::io(path))?;
+    if metadata.is_dir() {
+        return rosbag2_folder::recognise(path);
+    }
+    let format = format_of(path)?;
+    Ok(Recording {
+        format,
+        files: vec![path.to_path_buf()],
+        losses: Losses::default(),
+    })
+}
+
+/// The format of one file; an error if there is no reader for it.
+pub(crate) fn format_of(path: &Path) -> Result<Format, Error> {
+    match content_of(path)? {
+        Content::Log(format) => Ok(format),
+        Content::NotReadYet(format) => Err(Error::NotReadYet {
+            path: path.to_path_buf(),
+            format: format.to_owned(),
+        }),
+        Content::Unknown(found) => Err(Error::NotALog {
+            path: path.to_path_buf(),
+            found,
+        }),
+    }
+}
+
+/// What the first bytes of a file say.
+pub(crate) fn content_of(path: &Path) -> Result<Content, Error> {
+    let file = File::open(path).map_err(Error::io(path))?;
+    let mut first_bytes = Vec::new();
+    file.take(LONGEST_MAGIC_BYTES)
+        .read_to_end(&mut first_bytes)
+        .map_err(Error::io(path))?;
+    Ok(classify(&first_bytes))
+}
+
+fn classify(first_bytes: &[u8]) -> Content {
+    if first_bytes.starts_with(mcap::MAGIC) {
+        Content::Log(Format::Mcap)
+    } else if first_bytes.starts_with(SQLITE_MAGIC) {
+        Content::Log(Format::Rosbag2Sqlite)
+    } else if first_bytes.starts_with(ROS1_BAG_MAGIC) {
+        Content::NotReadYet("ROS 1 bag")
+    } else if first_bytes.starts_with(ZSTD_MAGIC) {
+        Content::NotReadYet("file compressed as a whole with zstd")
+    } else if first_bytes.is_empty() {
+        Content::Unknown("an empty file".to_owned())
+    } else {
+        let text = first_bytes.escape_ascii();
+        Content::Unknown(format!("the first bytes \"{text}\""))
+    }
+}

@@ -1,0 +1,277 @@
+//! A folder as rosbag2 writes it: `metadata.yaml` and one or more MCAP or SQLite files.
+
+use std::{
+    cmp::Ordering,
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
+
+use crate::{
+    error::Error,
+    log::Format,
+    losses::{Losses, LostPart},
+    recognise::{self, Content, Recording},
+};
+
+const METADATA_NAME: &str = "metadata.yaml";
+/// Far above any real one, which takes a few hundred bytes a topic.
+const METADATA_LIMIT_BYTES: u64 = 64 << 20;
+
+/// The files of a folder that form one log, in order.
+pub(crate) fn recognise(folder: &Path) -> Result<Recording, Error> {
+    let mut losses = Losses::default();
+    let found = log_files_in(folder)?;
+    let listed = listed_files(folder, &mut losses)?;
+    let files = if listed.is_empty() {
+        refuse_several_logs(folder, &found)?;
+        found
+    } else {
+        note_unlisted(&found, &listed, &mut losses);
+        listed
+    };
+    let format = common_format(folder, &files)?;
+    Ok(Recording {
+        format,
+        files,
+        losses,
+    })
+}
+
+/// The existing files that the metadata names, in its order; none without metadata.
+fn listed_files(folder: &Path, losses: &mut Losses) -> Result<Vec<PathBuf>, Error> {
+    let path = folder.join(METADATA_NAME);
+    if !path.is_file() {
+        losses.note(format!(
+            "{METADATA_NAME} is missing: the files are read in order of name"
+        ));
+        return Ok(Vec::new());
+    }
+    let size = std::fs::metadata(&path).map_err(Error::io(&path))?.len();
+    if size > METADATA_LIMIT_BYTES {
+        losses.note(format!("{METADATA_NAME} has {size} bytes: ignored"));
+        return Ok(Vec::new());
+    }
+    let bytes = std::fs::read(&path).map_err(Error::io(&path))?;
+    let metadata = Metadata::parse(&String::from_utf8_lossy(&bytes));
+    refuse_compression(folder, &metadata)?;
+    let (present, missing): (Vec<_>, Vec<_>) = metadata
+        .files
+        .iter()
+        .map(|name| folder.join(name))
+        .partition(|file| file.is_file());
+    for file in missing {
+        let reason = format!("listed in {METADATA_NAME}, but there is no such file");
+        losses.lose(LostPart::File, &file, 0..0, reason);
+    }
+    Ok(present)
+}
+
+fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {
+    if metadata.compression_format.is_empty() {
+        return Ok(());
+    }
+    let Metadata {
+        compression_format,
+        compression_mode,
+        ..
+    } = metadata;
+    Err(Error::NotReadYet {
+        path: folder.to_path_buf(),
+        format: format!("rosbag2 compression {compression_format} of mode {compression_mode}"),
+    })
+}
+
+/// All files of a known log format, in natural order of name.
+fn log_files_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
+        let path = entry.map_err(Error::io(folder))?.path();
+        let is_log = path.is_file() && matches!(recognise::content_of(&path), Ok(Content::Log(_)));
+        if is_log {
+            files.push(path);
+        }
+    }
+    files.sort_by(|left, right| natural_order(&name_of(left), &name_of(right)));
+    Ok(files)
+}
+
+/// Without metadata only the names tell whether files are parts of one log.
+fn refuse_several_logs(folder: &Path, files: &[PathBuf]) -> Result<(), Error> {
+    let stems: BTreeSet<String> = files.iter().map(|file| stem_without_number(file)).collect();
+    if stems.len() < 2 {
+        return Ok(());
+    }
+    let names = files.iter().map(|file| name_of(file)).collect();
+    Err(Error::SeveralLogs {
+        path: folder.to_path_buf(),
+        names,
+    })
+}
+
+fn note_unlisted(found: &[PathBuf], listed: &[PathBuf], losses: &mut Losses) {
+    for file in found.iter().filter(|file| !listed.contains(file)) {
+        losses.note(format!(
+            "{} is not listed in {METADATA_NAME}: not read",
+            name_of(file)
+        ));
+    }
+}
+
+fn common_format(folder: &Path, files: &[PathBuf]) -> Result<Format, Error> {
+    let Some(first) = files.first() else {
+        let found = "a folder without any such file".to_owned();
+        return Err(Error::NotALog {
+            path: folder.to_path_buf(),
+            found,
+        });
+    };
+    let format = recognise::format_of(first)?;
+    for file in files {
+        if recognise::format_of(file)? != format {
+            let names = files.iter().map(|file| name_of(file)).collect();
+            return Err(Error::SeveralLogs {
+                path: folder.to_path_buf(),
+                names,
+            });
+        }
+    }
+    Ok(format)
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// `drive_12.mcap` and `drive_3.mcap` are parts of `drive`.
+fn stem_without_number(path: &Path) -> String {
+    let stem = path
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let bare = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    match bare.strip_suffix('_') {
+        Some(bare) if bare.len() + 1 < stem.len() => bare.to_owned(),
+        _ => stem,
+    }
+}
+
+/// Orders digits by value, so that `_10` comes after `_9`.
+fn natural_order(left: &str, right: &str) -> Ordering {
+    let (mut left, mut right) = (left, right);
+    loop {
+        let (left_number, left_rest) = split_number(left);
+        let (right_number, right_rest) = split_number(right);
+        if !left_number.is_empty() && !right_number.is_empty() {
+            let by_value = compare_numbers(left_number, right_number);
+            if by_value.is_ne() {
+                return by_value;
+            }
+            (left, right) = (left_rest, right_rest);
+            continue;
+        }
+        let mut left_chars = left.chars();
+        let mut right_chars = right.chars();
+        match (left_chars.next(), right_chars.next()) {
+            (Some(a), Some(b)) if a == b => {
+                (left, right) = (left_chars.as_str(), right_chars.as_str());
+            }
+            (a, b) => return a.cmp(&b),
+        }
+    }
+}
+
+fn split_number(text: &str) -> (&str, &str) {
+    let end = text
+        .find(|c: char| !c.is_ascii_digit())
+        .unwrap_or(text.len());
+    text.split_at(end)
+}
+
+fn compare_numbers(left: &str, right: &str) -> Ordering {
+    let (short_left, short_right) = (left.trim_start_matches('0'), right.trim_start_matches('0'));
+    short_left
+        .len()
+        .cmp(&short_right.len())
+        .then_with(|| short_left.cmp(short_right))
+}
+
+/// The few entries of `metadata.yaml` that matter here. They are flat text of a fixed shape, so
+/// a YAML parser is not needed.
+#[derive(Default)]
+struct Metadata {
+    files: Vec<String>,
+    compression_format: String,
+    compression_mode: String,
+}
+
+impl Metadata {
+    fn parse(text: &str) -> Self {
+        let mut metadata = Self::default();
+        let mut in_files = false;
+        for line in text.lines().map(str::trim) {
+            if let Some(item) = line.strip_prefix("- ").filter(|_| in_files) {
+                metadata.files.push(unquote(item).to_owned());
+                continue;
+            }
+            in_files = false;
+            if let Some(inline) = line.strip_prefix("relative_file_paths:") {
+                in_files = true;
+                metadata.files.extend(inline_list(inline));
+            } else if let Some(value) = line.strip_prefix("compression_format:") {
+                metadata.compression_format = unquote(value).to_owned();
+            } else if let Some(value) = line.strip_prefix("compression_mode:") {
+                metadata.compression_mode = unquote(value).to_owned();
+            }
+        }
+        metadata
+    }
+}
+
+fn inline_list(text: &str) -> impl Iterator<Item = String> {
+    let inner = text.trim().trim_start_matches('[').trim_end_matches(']');
+    inner
+        .split(',')
+        .map(unquote)
+        .filter(|item| !item.is_empty())
+        .map(str::to_owned)
+}
+
+fn unquote(text: &str) -> &str {
+    text.trim().trim_matches(['"', '\''])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_ordered_by_number() {
+        let mut names = ["log_10.mcap", "log_9.mcap", "log_0.mcap", "log_010b.mcap"];
+        names.sort_by(|left, right| natural_order(left, right));
+        assert_eq!(
+            names,
+            ["log_0.mcap", "log_9.mcap", "log_10.mcap", "log_010b.mcap"]
+        );
+    }
+
+    #[test]
+    fn parts_share_a_stem() {
+        assert_eq!(stem_without_number(Path::new("a/drive_12.mcap")), "drive");
+        assert_eq!(stem_without_number(Path::new("a/drive12.mcap")), "drive12");
+        assert_eq!(stem_without_number(Path::new("_7.mcap")), "");
+    }
+
+    #[test]
+    fn metadata_lists_its_files() {
+        let text = "a:\n  relative_file_paths:\n    - one_0.db3\n    - 'two.db3'\n  x: 1\n  - no";
+        assert_eq!(Metadata::parse(text).files, ["one_0.db3", "two.db3"]);
+        let inline = "relative_file_paths: [\"a.mcap\", b.mcap]\ncompression_format: \"\"";
+        let metadata = Metadata::parse(inline);
+        assert_eq!(metadata.files, ["a.mcap", "b.mcap"]);
+        assert!(metadata.compression_format.is_empty());
+    }
+}

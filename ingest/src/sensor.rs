@@ -1,0 +1,328 @@
+//! Messages of the four kinds of sensors that bear on stability, as numbers.
+
+use serde::Serialize;
+
+use crate::{
+    binding::BindingError,
+    cdr::DecodeError,
+    definition::normal_type_name,
+    field_path::FieldPath,
+    fields::Fields,
+    layout::Layout,
+    message::Message,
+    topic::{DefinitionSource, Topic},
+};
+
+/// A quaternion whose norm is farther from one than this is no attitude.
+const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
+
+/// What a topic measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SensorKind {
+    /// Positions and rates of joints.
+    JointStates,
+    /// Specific force, angular velocity, attitude.
+    Imu,
+    /// Velocity and attitude of the base.
+    Odometry,
+    /// Force and moment on the tool.
+    ToolWrench,
+}
+
+impl SensorKind {
+    /// All kinds.
+    pub const ALL: [SensorKind; 4] = [
+        Self::JointStates,
+        Self::Imu,
+        Self::Odometry,
+        Self::ToolWrench,
+    ];
+
+    /// The message type.
+    pub fn type_name(self) -> &'static str {
+        match self {
+            Self::JointStates => "sensor_msgs/msg/JointState",
+            Self::Imu => "sensor_msgs/msg/Imu",
+            Self::Odometry => "nav_msgs/msg/Odometry",
+            Self::ToolWrench => "geometry_msgs/msg/WrenchStamped",
+        }
+    }
+
+    /// The key under `[signals]` of a machine file.
+    pub fn signal_key(self) -> &'static str {
+        match self {
+            Self::JointStates => "joint_states",
+            Self::Imu => "imu",
+            Self::Odometry => "odometry",
+            Self::ToolWrench => "tool_wrench",
+        }
+    }
+
+    /// How many values a sample has; `joints` counts for joint states only.
+    pub fn value_count(self, joints: usize) -> usize {
+        match self {
+            Self::JointStates => 2 * joints,
+            Self::Imu | Self::Odometry => 10,
+            Self::ToolWrench => 6,
+        }
+    }
+
+    /// Whether this is the message type, in the spelling of ROS 2 or the older one.
+    pub fn is_type(self, type_name: &str) -> bool {
+        normal_type_name(type_name) == normal_type_name(self.type_name())
+    }
+
+    /// The fields to read, in their order within the message: neighbours are read at once.
+    fn paths(self) -> &'static [&'static str] {
+        match self {
+            Self::JointStates => &["name[]", "position[]", "velocity[]"],
+            Self::Imu => &[
+                "orientation.x",
+                "orientation.y",
+                "orientation.z",
+                "orientation.w",
+                "orientation_covariance[0]",
+                "angular_velocity.x",
+                "angular_velocity.y",
+                "angular_velocity.z",
+                "linear_acceleration.x",
+                "linear_acceleration.y",
+                "linear_acceleration.z",
+            ],
+            Self::Odometry => &[
+                "pose.pose.orientation.x",
+                "pose.pose.orientation.y",
+                "pose.pose.orientation.z",
+                "pose.pose.orientation.w",
+                "twist.twist.linear.x",
+                "twist.twist.linear.y",
+                "twist.twist.linear.z",
+                "twist.twist.angular.x",
+                "twist.twist.angular.y",
+                "twist.twist.angular.z",
+            ],
+            Self::ToolWrench => &[
+                "wrench.force.x",
+                "wrench.force.y",
+                "wrench.force.z",
+                "wrench.torque.x",
+                "wrench.torque.y",
+                "wrench.torque.z",
+            ],
+        }
+    }
+}
+
+/// Places of the header's fields among the paths, before those of the kind.
+const SEC: usize = 0;
+const NANOSEC: usize = 1;
+const FRAME_ID: usize = 2;
+const FIRST: usize = 3;
+const HEADER_PATHS: [&str; FIRST] = [
+    "header.stamp.sec",
+    "header.stamp.nanosec",
+    "header.frame_id",
+];
+
+/// One measurement. Made once and used again for every message.
+///
+/// The values, in SI units and in the frame of the message:
+///
+/// | kind | values |
+/// |---|---|
+/// | joint states | positions in the order of the joint names, then rates [rad or m, and per s] |
+/// | IMU | specific force x y z [m/s²], angular velocity x y z [rad/s], attitude x y z w |
+/// | odometry | velocity x y z [m/s], angular velocity x y z [rad/s], attitude x y z w |
+/// | tool wrench | force x y z [N], moment x y z [N m] |
+///
+/// A value that the message does not have is NaN.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SensorSample {
+    /// When it was measured, by the sensor's own clock; `None` when the message leaves it at zero.
+    pub header_stamp_ns: Option<i64>,
+    /// When the recorder received it.
+    pub log_time_ns: i64,
+    /// When it was sent.
+    pub publish_time_ns: i64,
+    /// See above.
+    pub values: Vec<f64>,
+}
+
+/// Turns the messages of one topic into samples.
+#[derive(Debug, Clone)]
+pub struct SensorDecoder {
+    kind: SensorKind,
+    layout: Layout,
+    fields: Fields,
+    frame_id: Option<String>,
+    joint_names: Vec<String>,
+    /// For each wanted joint its place in the message, and for which list of names that holds.
+    joint_places: Vec<Option<usize>>,
+    names_revision: Option<u64>,
+}
+
+impl SensorDecoder {
+    /// Prepares decoding. `joint_names` are the joints whose positions and rates are wanted, in
+    /// order; other kinds do not use them.
+    pub fn new(
+        topic: &Topic,
+        kind: SensorKind,
+        joint_names: &[String],
+    ) -> Result<Self, BindingError> {
+        if !kind.is_type(&topic.type_name) {
+            return Err(BindingError::WrongType {
+                topic: topic.name.clone(),
+                expected: kind.type_name(),
+                found: topic.type_name.clone(),
+            });
+        }
+        let paths: Vec<&str> = HEADER_PATHS.iter().chain(kind.paths()).copied().collect();
+        Ok(Self {
+            kind,
+            layout: layout_of(topic, &paths)?,
+            fields: Fields::new(),
+            frame_id: None,
+            joint_names: joint_names.to_vec(),
+            joint_places: Vec::new(),
+            names_revision: None,
+        })
+    }
+
+    /// Decodes one message into `sample`. After an error the sample's values are empty.
+    pub fn decode(
+        &mut self,
+        message: &Message<'_>,
+        sample: &mut SensorSample,
+    ) -> Result<(), DecodeError> {
+        sample.values.clear();
+        sample.log_time_ns = message.log_time_ns;
+        sample.publish_time_ns = message.publish_time_ns;
+        sample.header_stamp_ns = None;
+        self.layout.decode(message.data, &mut self.fields)?;
+        sample.header_stamp_ns = self.stamp_ns();
+        if self.frame_id.is_none() {
+            let frame_id = String::from_utf8_lossy(self.fields.text(FRAME_ID));
+            self.frame_id = Some(frame_id.trim_start_matches('/').to_owned());
+        }
+        match self.kind {
+            SensorKind::JointStates => self.joint_values(&mut sample.values),
+            SensorKind::Imu => self.imu_values(&mut sample.values),
+            SensorKind::Odometry => self.odometry_values(&mut sample.values),
+            SensorKind::ToolWrench => self.extend(&mut sample.values, FIRST, 6),
+        }
+        Ok(())
+    }
+
+    /// The frame of the first decoded message, without a leading slash.
+    pub fn frame_id(&self) -> Option<&str> {
+        self.frame_id.as_deref()
+    }
+
+    /// What the topic measures.
+    pub fn kind(&self) -> SensorKind {
+        self.kind
+    }
+
+    fn stamp_ns(&self) -> Option<i64> {
+        // Both are small integers, so nothing is lost.
+        let (sec, nanosec) = (
+            self.fields.number(SEC) as i64,
+            self.fields.number(NANOSEC) as i64,
+        );
+        let stamp_ns = sec.saturating_mul(1_000_000_000).saturating_add(nanosec);
+        (stamp_ns != 0).then_some(stamp_ns)
+    }
+
+    fn joint_values(&mut self, values: &mut Vec<f64>) {
+        const NAMES: usize = FIRST;
+        let revision = self.fields.texts_revision(NAMES);
+        if self.names_revision != Some(revision) {
+            self.joint_places.clear();
+            for joint in &self.joint_names {
+                let place = self
+                    .fields
+                    .texts(NAMES)
+                    .position(|name| name == joint.as_bytes());
+                self.joint_places.push(place);
+            }
+            self.names_revision = Some(revision);
+        }
+        for array in [NAMES + 1, NAMES + 2] {
+            let numbers = self.fields.numbers(array);
+            values.extend(self.joint_places.iter().map(|place| {
+                place
+                    .and_then(|place| numbers.get(place))
+                    .copied()
+                    .unwrap_or(f64::NAN)
+            }));
+        }
+    }
+
+    fn imu_values(&self, values: &mut Vec<f64>) {
+        const ATTITUDE: usize = FIRST;
+        const COVARIANCE: usize = FIRST + 4;
+        const ANGULAR_VELOCITY: usize = FIRST + 5;
+        const SPECIFIC_FORCE: usize = FIRST + 8;
+        self.extend(values, SPECIFIC_FORCE, 3);
+        self.extend(values, ANGULAR_VELOCITY, 3);
+        // The agreed mark of an IMU without attitude.
+        let has_attitude = self.fields.number(COVARIANCE) != -1.0;
+        self.extend_attitude(values, ATTITUDE, has_attitude);
+    }
+
+    fn odometry_values(&self, values: &mut Vec<f64>) {
+        const ATTITUDE: usize = FIRST;
+        const TWIST: usize = FIRST + 4;
+        self.extend(values, TWIST, 6);
+        self.extend_attitude(values, ATTITUDE, true);
+    }
+
+    #[inline]
+    fn extend(&self, values: &mut Vec<f64>, first: usize, count: usize) {
+        values.extend((first..first + count).map(|path| self.fields.number(path)));
+    }
+
+    #[inline]
+    fn extend_attitude(&self, values: &mut Vec<f64>, first: usize, is_given: bool) {
+        let quaternion = [0, 1, 2, 3].map(|part| self.fields.number(first + part));
+        let norm = quaternion
+            .iter()
+            .map(|part| part * part)
+            .sum::<f64>()
+            .sqrt();
+        let is_unit = (norm - 1.0).abs() <= QUATERNION_NORM_TOLERANCE;
+        values.extend(if is_given && is_unit {
+            quaternion
+        } else {
+            [f64::NAN; 4]
+        });
+    }
+}
+
+/// The steps that read some fields of a topic's messages; an error if they cannot be read at all.
+pub(crate) fn layout_of(topic: &Topic, paths: &[&str]) -> Result<Layout, BindingError> {
+    let schema = |source| BindingError::Schema {
+        topic: topic.name.clone(),
+        source,
+    };
+    let not_read_yet = |encoding: &str| BindingError::NotReadYet {
+        topic: topic.name.clone(),
+        encoding: encoding.to_owned(),
+    };
+    if topic.encoding != "cdr" {
+        return Err(not_read_yet(&topic.encoding));
+    }
+    if topic.definition_source != DefinitionSource::Missing && topic.schema_encoding != "ros2msg" {
+        return Err(not_read_yet(&topic.schema_encoding));
+    }
+    let Some(definition) = &topic.definition else {
+        return Err(BindingError::NoDefinition {
+            topic: topic.name.clone(),
+            type_name: topic.type_name.clone(),
+        });
+    };
+    let paths: Result<Vec<FieldPath>, _> = paths.iter().map(|path| path.parse()).collect();
+    let paths = paths.map_err(schema)?;
+    Layout::compile(definition, &topic.type_name, &paths).map_err(schema)
+}

@@ -1,0 +1,206 @@
+//! All samples of a log's sensors, each sensor a set of columns.
+
+use std::ops::ControlFlow;
+
+use crate::{
+    clock::{StampDecision, StampSource},
+    error::Error,
+    log::Log,
+    losses::Losses,
+    sensor::{SensorDecoder, SensorKind, SensorSample},
+    timing::TopicStatistics,
+    topic::TopicId,
+};
+
+/// A sensor whose samples are wanted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SensorRequest {
+    /// Its topic.
+    pub topic: TopicId,
+    /// What it measures.
+    pub kind: SensorKind,
+    /// For joint states the joints wanted, in order.
+    pub joint_names: Vec<String>,
+}
+
+/// All samples of one sensor, in the order in which the file has them.
+#[derive(Debug, Clone)]
+pub struct SensorRecording {
+    /// Its topic.
+    pub topic: TopicId,
+    /// Which of the stamps is used, and why.
+    pub clock: StampDecision,
+    /// When each sample was measured, by that clock.
+    pub stamps_ns: Vec<i64>,
+    /// When the recorder received each sample.
+    pub log_times_ns: Vec<i64>,
+    /// The values, sample after sample: see [`SensorSample`].
+    pub values: Vec<f64>,
+    /// How many values a sample has.
+    pub width: usize,
+    /// Rates, gaps and offsets of the stamps.
+    pub statistics: TopicStatistics,
+    /// Messages that could not be decoded.
+    pub undecodable: u64,
+    /// Messages without a stamp of that clock: left out.
+    pub unstamped: u64,
+    /// Place of each sample among all samples of all sensors in the file.
+    order: Vec<u32>,
+}
+
+/// Reads all samples of the wanted sensors in one pass over the log.
+///
+/// `progress` is called now and then with the number of bytes left behind.
+///
+/// # Errors
+/// A topic is not what its kind says, or the log cannot be read. Damage is told by the losses.
+pub fn record_sensors(
+    log: &Log,
+    requests: &[SensorRequest],
+    progress: &mut dyn FnMut(u64),
+) -> Result<(Vec<SensorRecording>, Losses), Error> {
+    let mut collectors = Vec::with_capacity(requests.len());
+    for request in requests {
+        collectors.push(Collector::new(log, request)?);
+    }
+    let topics: Vec<TopicId> = requests.iter().map(|request| request.topic).collect();
+    let mut sample = SensorSample::default();
+    let mut order = 0;
+    let mut losses = log.read_with_progress(
+        &topics,
+        &mut |message| {
+            if let Some(place) = topics.iter().position(|&topic| topic == message.topic) {
+                let collector = &mut collectors[place];
+                match collector.decoder.decode(message, &mut sample) {
+                    Ok(()) => collector.take(&sample, order),
+                    Err(_) => collector.undecodable += 1,
+                }
+                order += 1;
+            }
+            ControlFlow::Continue(())
+        },
+        progress,
+    )?;
+    for collector in &collectors {
+        for _ in 0..collector.undecodable {
+            losses.count_undecodable(&log.topic(collector.topic)?.name);
+        }
+    }
+    Ok((
+        collectors.into_iter().map(Collector::finish).collect(),
+        losses,
+    ))
+}
+
+/// Which sample of which recording arrived when: pairs of indices, sorted by log time, in file order
+/// where log times are equal.
+pub fn arrival_order(recordings: &[SensorRecording]) -> Vec<(usize, usize)> {
+    let indices = |(recording, of): (usize, &SensorRecording)| {
+        (0..of.stamps_ns.len()).map(move |i| (recording, i))
+    };
+    let mut order: Vec<(usize, usize)> = recordings.iter().enumerate().flat_map(indices).collect();
+    order.sort_by_key(|&(recording, sample)| {
+        let recording = &recordings[recording];
+        (recording.log_times_ns[sample], recording.order[sample])
+    });
+    order
+}
+
+impl SensorRecording {
+    /// The values of one sample.
+    pub fn sample(&self, index: usize) -> &[f64] {
+        &self.values[index * self.width..(index + 1) * self.width]
+    }
+}
+
+struct Collector {
+    topic: TopicId,
+    decoder: SensorDecoder,
+    header_stamps_ns: Vec<Option<i64>>,
+    publish_times_ns: Vec<i64>,
+    log_times_ns: Vec<i64>,
+    order: Vec<u32>,
+    values: Vec<f64>,
+    width: usize,
+    statistics: TopicStatistics,
+    undecodable: u64,
+}
+
+impl Collector {
+    fn new(log: &Log, request: &SensorRequest) -> Result<Self, Error> {
+        let decoder = SensorDecoder::new(
+            log.topic(request.topic)?,
+            request.kind,
+            &request.joint_names,
+        )?;
+        let width = request.kind.value_count(request.joint_names.len());
+        Ok(Self {
+            topic: request.topic,
+            decoder,
+            header_stamps_ns: Vec::new(),
+            publish_times_ns: Vec::new(),
+            log_times_ns: Vec::new(),
+            order: Vec::new(),
+            values: Vec::new(),
+            width,
+            statistics: TopicStatistics::default(),
+            undecodable: 0,
+        })
+    }
+
+    fn take(&mut self, sample: &SensorSample, order: u32) {
+        if sample.values.len() != self.width {
+            self.undecodable += 1;
+            return;
+        }
+        self.header_stamps_ns.push(sample.header_stamp_ns);
+        self.publish_times_ns.push(sample.publish_time_ns);
+        self.log_times_ns.push(sample.log_time_ns);
+        self.order.push(order);
+        self.values.extend_from_slice(&sample.values);
+        self.statistics.push(
+            sample.header_stamp_ns,
+            sample.publish_time_ns,
+            sample.log_time_ns,
+        );
+    }
+
+    /// Decides on the clock and leaves out what has no stamp of it.
+    fn finish(mut self) -> SensorRecording {
+        let clock = self.statistics.decide();
+        let mut stamps: Vec<Option<i64>> = match clock.source {
+            StampSource::Header => self.header_stamps_ns,
+            StampSource::Publish => self.publish_times_ns.into_iter().map(Some).collect(),
+            StampSource::Log => self.log_times_ns.iter().copied().map(Some).collect(),
+        };
+        let unstamped = stamps.iter().filter(|stamp| stamp.is_none()).count();
+        if unstamped > 0 {
+            let keep: Vec<bool> = stamps.iter().map(Option::is_some).collect();
+            keep_where(&mut stamps, &keep, 1);
+            keep_where(&mut self.log_times_ns, &keep, 1);
+            keep_where(&mut self.order, &keep, 1);
+            keep_where(&mut self.values, &keep, self.width);
+        }
+        SensorRecording {
+            topic: self.topic,
+            clock,
+            stamps_ns: stamps.into_iter().flatten().collect(),
+            log_times_ns: self.log_times_ns,
+            values: self.values,
+            width: self.width,
+            statistics: self.statistics,
+            undecodable: self.undecodable,
+            unstamped: unstamped as u64,
+            order: self.order,
+        }
+    }
+}
+
+/// Keeps the groups of `width` elements for which `keep` holds.
+fn keep_where<T>(elements: &mut Vec<T>, keep: &[bool], width: usize) {
+    let mut index = 0;
+    elements.retain(|_| {
+        index += 1;
+        keep[(index - 1) / width]
+    });
+}

@@ -1,0 +1,214 @@
+use std::ops::ControlFlow;
+
+use proptest::prelude::*;
+use tipwatch_ingest::{Log, LostPart, SensorDecoder, SensorKind, SensorSample};
+
+use crate::support::{COMPRESSIONS, Style, TempLog, joint_log, joint_samples};
+
+/// Reads everything there is of a possibly damaged file.
+fn read_all(bytes: &[u8]) -> Vec<SensorSample> {
+    let file = TempLog::new("log.mcap", bytes);
+    let Ok(log) = Log::open(&file.path) else {
+        return Vec::new();
+    };
+    let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
+    let joints = ["bb".to_owned(), "a".to_owned()];
+    let mut decoders: Vec<_> = log
+        .topics()
+        .iter()
+        .map(|topic| SensorDecoder::new(topic, SensorKind::JointStates, &joints).ok())
+        .collect();
+    let mut samples = Vec::new();
+    let mut sample = SensorSample::default();
+    log.read(&ids, &mut |message| {
+        if let Some(decoder) = &mut decoders[message.topic.index()]
+            && decoder.decode(message, &mut sample).is_ok()
+        {
+            samples.push(sample.clone());
+        }
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    samples
+}
+
+#[test]
+fn a_file_cut_anywhere_yields_what_came_before() {
+    for compression in COMPRESSIONS {
+        for chunked in [true, false] {
+            let style = Style {
+                chunked,
+                ..Style::chunked(compression)
+            };
+            let bytes = joint_log(&style, 200);
+            let whole = read_all(&bytes);
+            assert_eq!(whole.len(), 200);
+            let mut counts = Vec::new();
+            for end in (8..bytes.len()).step_by(97) {
+                let found = read_all(&bytes[..end]);
+                assert_eq!(found, whole[..found.len()]);
+                counts.push(found.len());
+            }
+            assert!(counts.is_sorted(), "more bytes must not yield less");
+            assert_eq!(*counts.last().unwrap(), 200);
+        }
+    }
+}
+
+#[test]
+fn a_cut_is_reported_with_its_place() {
+    let bytes = joint_log(&Style::chunked(None), 200);
+    let file = TempLog::new("log.mcap", &bytes[..bytes.len() / 2]);
+    let (samples, losses) = joint_samples(&file.path);
+    assert!(samples.len() > 50 && samples.len() < 150);
+    let [range] = losses.ranges.as_slice() else {
+        panic!("{losses:?}")
+    };
+    assert_eq!(range.part, LostPart::Tail);
+    assert_eq!(range.end_byte, bytes.len() as u64 / 2);
+    assert!(range.reason.contains("the file ends after"), "{range}");
+    let json = serde_json::to_string(&losses).unwrap();
+    assert!(
+        json.contains("start_byte") && json.contains("undecodable_messages"),
+        "{json}"
+    );
+}
+
+/// The offsets and lengths of the chunks of an undamaged file.
+fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
+    let summary = mcap::Summary::read(bytes).unwrap().unwrap();
+    let chunk = |index: &mcap::records::ChunkIndex| {
+        (
+            index.chunk_start_offset as usize,
+            index.chunk_length as usize,
+        )
+    };
+    summary.chunk_indexes.iter().map(chunk).collect()
+}
+
+#[test]
+fn a_chunk_with_a_wrong_checksum_is_lost_alone() {
+    for compression in COMPRESSIONS {
+        for summary in [true, false] {
+            let indexed = joint_log(&Style::chunked(compression), 200);
+            let (offset, length) = chunks(&indexed)[1];
+            let mut bytes = joint_log(
+                &Style {
+                    summary,
+                    ..Style::chunked(compression)
+                },
+                200,
+            );
+            bytes[offset + length - 20] ^= 0x10;
+            let file = TempLog::new("log.mcap", &bytes);
+            let (samples, losses) = joint_samples(&file.path);
+            assert_eq!(losses.chunks_lost(), 1, "{losses:?}");
+            assert_eq!(losses.ranges.len(), 1, "{losses:?}");
+            let range = &losses.ranges[0];
+            let expected = (offset as u64, (offset + length) as u64);
+            assert_eq!((range.start_byte, range.end_byte), expected);
+            if compression.is_none() {
+                assert!(range.reason.starts_with("CRC: expected"), "{range}");
+            }
+            assert!(
+                samples.len() > 100 && samples.len() < 200,
+                "{}",
+                samples.len()
+            );
+            assert_eq!(samples.last().unwrap().values[1], 199.0);
+        }
+    }
+}
+
+#[test]
+fn an_unwalkable_record_costs_the_way_to_the_next_indexed_chunk() {
+    let mut bytes = joint_log(&Style::chunked(None), 200);
+    let (offset, _) = chunks(&bytes)[1];
+    let (next, _) = chunks(&bytes)[2];
+    bytes[offset + 1..offset + 9].fill(0x7f);
+    let file = TempLog::new("log.mcap", &bytes);
+    let (samples, losses) = joint_samples(&file.path);
+    assert_eq!(samples.last().unwrap().values[1], 199.0);
+    assert_eq!(losses.ranges.len(), 1, "{losses:?}");
+    assert_eq!(
+        (losses.ranges[0].start_byte, losses.ranges[0].end_byte),
+        (offset as u64, next as u64)
+    );
+}
+
+#[test]
+fn an_absurd_size_of_content_is_refused_before_any_memory_is_taken() {
+    for compression in COMPRESSIONS {
+        let mut bytes = joint_log(&Style::chunked(compression), 200);
+        let (offset, _) = chunks(&bytes)[1];
+        let size_at = offset + 9 + 16;
+        for size in [u64::MAX, 1 << 40, 1 << 29] {
+            bytes[size_at..size_at + 8].copy_from_slice(&size.to_le_bytes());
+            let file = TempLog::new("log.mcap", &bytes);
+            let (samples, losses) = joint_samples(&file.path);
+            assert_eq!(losses.chunks_lost(), 1, "{losses:?}");
+            assert!(samples.len() > 100);
+        }
+    }
+}
+
+#[test]
+fn absent_checksums_are_a_finding_and_no_loss() {
+    let style = Style {
+        crc: false,
+        ..Style::chunked(None)
+    };
+    let file = TempLog::new("log.mcap", &joint_log(&style, 50));
+    let log = Log::open(&file.path).unwrap();
+    assert!(log.losses().is_empty());
+    assert!(
+        log.losses()
+            .integrity
+            .note()
+            .unwrap()
+            .contains("integrity cannot be verified")
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn changed_bytes_never_panic(
+        changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        summary in any::<bool>(),
+        crc in any::<bool>(),
+    ) {
+        for compression in COMPRESSIONS {
+            let style = Style { summary, crc, ..Style::chunked(compression) };
+            let mut bytes = joint_log(&style, 60);
+            for (place, value) in &changes {
+                let at = place.index(bytes.len());
+                bytes[at] = *value;
+            }
+            read_all(&bytes);
+        }
+    }
+
+    #[test]
+    fn changed_bytes_of_single_records_never_panic(
+        changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
+        let style = Style { chunked: false, ..Style::chunked(None) };
+        let mut bytes = joint_log(&style, 30);
+        for (place, value) in &changes {
+            let at = place.index(bytes.len());
+            bytes[at] = *value;
+        }
+        read_all(&bytes);
+    }
+
+    #[test]
+    fn arbitrary_bytes_after_the_magic_never_panic(
+        rest in proptest::collection::vec(any::<u8>(), 0..400),
+        database in any::<bool>(),
+    ) {
+        let magic: &[u8] = if database { b"SQLite format 3\0" } else { mcap::MAGIC };
+        read_all(&[magic, &rest].concat());
+    }
+}

@@ -1,0 +1,110 @@
+use std::ops::ControlFlow;
+
+use tipwatch_ingest::{Error, Format, Log, first_string, joint_names_in};
+
+use crate::support::{
+    COMPRESSIONS, FIRST_NS, PERIOD_NS, Style, TempLog, joint_log, joint_samples, topic_named,
+};
+
+const COUNT: usize = 500;
+
+#[test]
+fn every_way_of_writing_gives_the_same_samples() {
+    for compression in COMPRESSIONS {
+        for (chunked, summary) in [(true, true), (true, false), (false, true), (false, false)] {
+            let style = Style {
+                compression,
+                chunked,
+                summary,
+                crc: true,
+            };
+            let file = TempLog::new("log.anything", &joint_log(&style, COUNT));
+            let (samples, losses) = joint_samples(&file.path);
+            assert_eq!(samples.len(), COUNT);
+            assert!(losses.is_empty(), "{losses:?}");
+            assert_eq!(losses.integrity.note().is_some(), !chunked);
+            for (index, sample) in samples.iter().enumerate() {
+                let value = index as f64;
+                let stamp_ns = FIRST_NS + index as i64 * PERIOD_NS;
+                assert_eq!(sample.header_stamp_ns, Some(stamp_ns));
+                assert_eq!(
+                    (sample.log_time_ns, sample.publish_time_ns),
+                    (stamp_ns + 5, stamp_ns + 3)
+                );
+                assert_eq!(sample.values, [-value, value, value * 0.25, 0.5]);
+            }
+        }
+    }
+}
+
+#[test]
+fn topics_are_known_after_opening() {
+    for summary in [true, false] {
+        let style = Style {
+            summary,
+            ..Style::chunked(None)
+        };
+        let file = TempLog::new("log.mcap", &joint_log(&style, COUNT));
+        let log = Log::open(&file.path).unwrap();
+        assert_eq!(log.format(), Format::Mcap);
+        assert_eq!(log.format().to_string(), "MCAP");
+        assert_eq!(log.topics().len(), 2);
+        for topic in log.topics() {
+            assert_eq!(topic.message_count, Some(COUNT as u64));
+        }
+        assert_eq!(
+            joint_names_in(&log, topic_named(&log, "/joint_states")).unwrap(),
+            ["a", "bb"]
+        );
+        let chatter = topic_named(&log, "/chatter");
+        assert_eq!(first_string(&log, chatter).unwrap().unwrap(), "message 0");
+        assert!(
+            joint_names_in(&log, chatter)
+                .unwrap_err()
+                .to_string()
+                .contains("expected")
+        );
+    }
+}
+
+#[test]
+fn a_visit_can_break_and_progress_ends_at_the_size() {
+    let file = TempLog::new("log.mcap", &joint_log(&Style::chunked(None), COUNT));
+    let log = Log::open(&file.path).unwrap();
+    let wanted = [topic_named(&log, "/chatter")];
+    let mut seen = 0;
+    let mut stop_at_ten = |_: &tipwatch_ingest::Message<'_>| {
+        seen += 1;
+        if seen < 10 {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    };
+    log.read(&wanted, &mut stop_at_ten).unwrap();
+    assert_eq!(seen, 10);
+
+    let mut reports = Vec::new();
+    let mut pass = |_: &tipwatch_ingest::Message<'_>| ControlFlow::Continue(());
+    log.read_with_progress(&wanted, &mut pass, &mut |bytes| reports.push(bytes))
+        .unwrap();
+    assert!(reports.is_sorted() && reports.len() > 10);
+    assert_eq!(reports.last(), Some(&log.bytes()));
+}
+
+#[test]
+fn what_is_no_log_is_refused_by_name() {
+    let refused = |bytes: &[u8]| {
+        let file = TempLog::new("log.mcap", bytes);
+        Log::open(&file.path).unwrap_err().to_string()
+    };
+    assert!(refused(b"").contains("no log") && refused(b"").contains("an empty file"));
+    let text = refused(b"hello\x01");
+    assert!(
+        text.contains("no log") && text.contains("first bytes \"hello\\x01\""),
+        "{text}"
+    );
+    assert!(refused(b"#ROSBAG V2.0\n").contains("ROS 1 bag: not read yet"));
+    let missing = Log::open(std::path::Path::new("/nowhere/x.mcap")).unwrap_err();
+    assert!(matches!(missing, Error::Io { .. }));
+}

@@ -1,0 +1,140 @@
+//! Skipped, with a word, where the logs are not at hand.
+
+use std::path::PathBuf;
+
+use tipwatch_ingest::{
+    DefinitionSource, Log, SensorKind, StampSource, TopicStatistics, bind, first_string,
+    joint_names_in,
+};
+
+use crate::support::{samples, topic_named};
+
+fn open(name: &str) -> Option<Log> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/logs");
+    let path = PathBuf::from(folder).join(name);
+    if path.exists() {
+        return Some(Log::open(&path).unwrap());
+    }
+    println!("skipped: {} is not there", path.display());
+    None
+}
+
+fn count(log: &Log, kind: SensorKind) -> usize {
+    let topic = bind(log.topics(), kind, None).unwrap().unwrap().topic;
+    let (samples, losses) = samples(log, topic, kind, &[]);
+    assert!(losses.is_empty(), "{losses:?}");
+    assert_eq!(
+        log.topic(topic).unwrap().message_count,
+        Some(samples.len() as u64)
+    );
+    samples.len()
+}
+
+fn timing(log: &Log, kind: SensorKind) -> tipwatch_ingest::TopicTiming {
+    let topic = bind(log.topics(), kind, None).unwrap().unwrap().topic;
+    let mut statistics = TopicStatistics::default();
+    for sample in samples(log, topic, kind, &[]).0 {
+        statistics.push(
+            sample.header_stamp_ns,
+            sample.publish_time_ns,
+            sample.log_time_ns,
+        );
+    }
+    statistics.timing()
+}
+
+#[test]
+fn a_simulated_arm() {
+    let Some(log) = open("sim/flat_arm.mcap") else {
+        return;
+    };
+    assert_eq!(count(&log, SensorKind::JointStates), 4000);
+    assert_eq!(count(&log, SensorKind::Imu), 9999);
+    let urdf = first_string(&log, topic_named(&log, "/robot_description"))
+        .unwrap()
+        .unwrap();
+    assert!(urdf.contains("<robot"));
+    assert!(log.losses().is_empty());
+}
+
+#[test]
+fn the_same_drive_as_mcap_and_database() {
+    let (Some(mcap), Some(db3)) = (open("sim/drive_brake.mcap"), open("sim/drive_brake_db3"))
+    else {
+        return;
+    };
+    for kind in [
+        SensorKind::JointStates,
+        SensorKind::Imu,
+        SensorKind::Odometry,
+    ] {
+        let both = [&mcap, &db3].map(|log| {
+            let topic = bind(log.topics(), kind, None).unwrap().unwrap().topic;
+            let joints = match kind {
+                SensorKind::JointStates => joint_names_in(log, topic).unwrap(),
+                _ => Vec::new(),
+            };
+            let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
+            samples(log, topic, kind, &joints).0
+        });
+        assert_eq!(both[0].len(), both[1].len());
+        for (left, right) in both[0].iter().zip(&both[1]) {
+            assert_eq!(left.header_stamp_ns, right.header_stamp_ns);
+            let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&left.values), bits(&right.values));
+        }
+    }
+}
+
+#[test]
+fn abitobot_has_two_epochs_and_no_checksums() {
+    let Some(log) = open("real/abitobot") else {
+        return;
+    };
+    assert_eq!(count(&log, SensorKind::JointStates), 1866);
+    assert_eq!(count(&log, SensorKind::Imu), 4712);
+    assert!(log.losses().integrity.note().is_some());
+    let timing = timing(&log, SensorKind::Imu);
+    assert_eq!(timing.clock.source, StampSource::Header);
+    assert!(
+        timing.notes.iter().any(|note| note.contains("simulation")),
+        "{:?}",
+        timing.notes
+    );
+    println!("{timing:?}");
+}
+
+#[test]
+fn turtlebot3_needs_built_in_definitions() {
+    let Some(log) = open("real/turtlebot3") else {
+        return;
+    };
+    assert_eq!(count(&log, SensorKind::Imu), 5636);
+    assert_eq!(count(&log, SensorKind::JointStates), 826);
+    assert_eq!(count(&log, SensorKind::Odometry), 826);
+    let joints = topic_named(&log, "/joint_states");
+    assert_eq!(
+        log.topic(joints).unwrap().definition_source,
+        DefinitionSource::BuiltIn
+    );
+    let names = joint_names_in(&log, joints).unwrap();
+    assert_eq!(names, ["wheel_left_joint", "wheel_right_joint"]);
+    let urdf = first_string(&log, topic_named(&log, "/robot_description"))
+        .unwrap()
+        .unwrap();
+    assert!(urdf.contains("<robot"));
+}
+
+#[test]
+fn a_bag_of_ros_1_is_named() {
+    let folder = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../shared/logs/real/jackal/test2.bag"
+    );
+    if !PathBuf::from(folder).exists() {
+        println!("skipped: {folder} is not there");
+        return;
+    }
+    let error = Log::open(folder.as_ref()).unwrap_err().to_string();
+    assert!(error.ends_with("ROS 1 bag: not read yet"), "{error}");
+}

@@ -1,0 +1,212 @@
+use std::path::Path;
+
+use rusqlite::Connection;
+use tipwatch_ingest::{DefinitionSource, Format, Log, LostPart};
+
+use crate::support::{
+    FIRST_NS, JOINT_STATE, PERIOD_NS, Style, TempLog, joint_log, joint_samples, joint_state,
+};
+
+const JOINTS: (&str, &str) = ("/joint_states", "sensor_msgs/msg/JointState");
+
+/// A database with these topics and messages (place of the topic, time, data).
+pub(crate) fn database(
+    topics: &[(&str, &str)],
+    messages: &[(usize, i64, &[u8])],
+    with_definitions: bool,
+) -> TempLog {
+    let file = TempLog::new("part %1?_0.db3", b"");
+    write_database(&file.path, topics, messages, with_definitions);
+    file
+}
+
+fn write_database(
+    path: &Path,
+    topics: &[(&str, &str)],
+    messages: &[(usize, i64, &[u8])],
+    with_definitions: bool,
+) {
+    let mut connection = Connection::open(path).unwrap();
+    let transaction = connection.transaction().unwrap();
+    transaction
+        .execute_batch(
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT,
+             serialization_format TEXT, offered_qos_profiles TEXT);
+             CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER,
+             data BLOB);",
+        )
+        .unwrap();
+    for (index, (name, type_name)) in topics.iter().enumerate() {
+        let row = (index as i64 + 10, name, type_name);
+        transaction
+            .execute("INSERT INTO topics VALUES (?1, ?2, ?3, 'cdr', '')", row)
+            .unwrap();
+    }
+    for (topic, time_ns, data) in messages {
+        let row = (*topic as i64 + 10, time_ns, data);
+        let insert = "INSERT INTO messages(topic_id, timestamp, data) VALUES (?1, ?2, ?3)";
+        transaction.execute(insert, row).unwrap();
+    }
+    if with_definitions {
+        transaction
+            .execute_batch(
+                "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT,
+                 encoding TEXT, encoded_message_definition TEXT, type_description_hash TEXT);",
+            )
+            .unwrap();
+        let insert = "INSERT INTO message_definitions VALUES (1, ?1, 'ros2msg', ?2, '')";
+        transaction
+            .execute(insert, (JOINTS.1, JOINT_STATE))
+            .unwrap();
+    }
+    transaction.commit().unwrap();
+}
+
+fn joint_messages(from: usize, to: usize) -> Vec<(i64, Vec<u8>)> {
+    let message = |index: usize| {
+        let stamp_ns = FIRST_NS + index as i64 * PERIOD_NS;
+        let value = index as f64;
+        (
+            stamp_ns,
+            joint_state(stamp_ns, &["a", "bb"], &[value, -value], &[]),
+        )
+    };
+    (from..to).map(message).collect()
+}
+
+fn rows(messages: &[(i64, Vec<u8>)]) -> Vec<(usize, i64, &[u8])> {
+    messages
+        .iter()
+        .map(|(time_ns, data)| (0, *time_ns, data.as_slice()))
+        .collect()
+}
+
+#[test]
+fn databases_are_read_with_and_without_definitions() {
+    for with_definitions in [true, false] {
+        let messages = joint_messages(0, 300);
+        let file = database(
+            &[JOINTS, ("/custom", "own/msg/Type")],
+            &rows(&messages),
+            with_definitions,
+        );
+        let log = Log::open(&file.path).unwrap();
+        assert_eq!(log.format(), Format::Rosbag2Sqlite);
+        let source = log.topics()[0].definition_source;
+        assert_eq!(source == DefinitionSource::Embedded, with_definitions);
+        assert_eq!(log.topics()[0].message_count, Some(300));
+        assert_eq!(log.topics()[1].definition_source, DefinitionSource::Missing);
+        let (samples, losses) = joint_samples(&file.path);
+        assert!(losses.is_empty(), "{losses:?}");
+        assert_eq!(samples.len(), 300);
+        assert_eq!(samples[299].values[..2], [-299.0, 299.0]);
+        let beside = std::fs::read_dir(file.folder()).unwrap().count();
+        assert_eq!(beside, 1, "nothing may be created beside a log");
+    }
+}
+
+#[test]
+fn a_database_cut_short_yields_its_beginning() {
+    let messages = joint_messages(0, 3000);
+    let file = database(&[JOINTS], &rows(&messages), false);
+    let bytes = std::fs::read(&file.path).unwrap();
+    let mut readable = 0;
+    for end in (1000..bytes.len()).step_by(bytes.len() / 40) {
+        let cut = TempLog::new("cut.db3", &bytes[..end]);
+        let Ok(log) = Log::open(&cut.path) else {
+            continue;
+        };
+        assert_eq!(log.losses().ranges[0].part, LostPart::Tail);
+        let (samples, losses) = joint_samples(&cut.path);
+        assert!(losses.ranges.len() > 1, "{losses:?}");
+        for sample in &samples {
+            let index = (sample.header_stamp_ns.unwrap() - FIRST_NS) / PERIOD_NS;
+            assert_eq!(
+                sample.values[..2],
+                [-index as f64, index as f64],
+                "cut at {end}"
+            );
+        }
+        readable += samples.len();
+    }
+    assert!(readable > 1000, "{readable}");
+}
+
+#[test]
+fn changed_bytes_of_a_database_never_panic() {
+    let messages = joint_messages(0, 200);
+    let file = database(&[JOINTS], &rows(&messages), true);
+    let bytes = std::fs::read(&file.path).unwrap();
+    for at in (16..bytes.len()).step_by(131) {
+        let mut changed = bytes.clone();
+        changed[at] ^= 0x5a;
+        let damaged = TempLog::new("x.db3", &changed);
+        let Ok(log) = Log::open(&damaged.path) else {
+            continue;
+        };
+        let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
+        log.read(&ids, &mut |_| std::ops::ControlFlow::Continue(()))
+            .unwrap();
+    }
+}
+
+#[test]
+fn split_files_of_a_folder_are_one_log() {
+    let folder = tempfile::tempdir().unwrap();
+    for part in 0..12_usize {
+        let messages = joint_messages(part * 10, part * 10 + 10);
+        let path = folder.path().join(format!("drive_{part}.db3"));
+        write_database(&path, &[JOINTS], &rows(&messages), false);
+    }
+    let (samples, _) = joint_samples(folder.path());
+    let values: Vec<f64> = samples.iter().map(|sample| sample.values[1]).collect();
+    assert_eq!(values, (0..120).map(f64::from).collect::<Vec<_>>());
+
+    let metadata =
+        "info:\n  relative_file_paths:\n    - drive_1.db3\n    - drive_0.db3\n    - gone.db3\n";
+    std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
+    let log = Log::open(folder.path()).unwrap();
+    assert_eq!(log.topics().len(), 1);
+    assert_eq!(log.topics()[0].message_count, Some(20));
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(samples[0].values[1], 10.0);
+    assert_eq!(losses.ranges[0].part, LostPart::File);
+    assert_eq!(losses.notes.len(), 10, "{:?}", losses.notes);
+
+    let compressed = "info:\n  compression_format: zstd\n  compression_mode: FILE\n";
+    std::fs::write(folder.path().join("metadata.yaml"), compressed).unwrap();
+    assert!(
+        Log::open(folder.path())
+            .unwrap_err()
+            .to_string()
+            .contains("not read yet")
+    );
+}
+
+#[test]
+fn split_mcap_files_share_their_topics() {
+    let folder = tempfile::tempdir().unwrap();
+    for part in 0..2 {
+        let bytes = joint_log(&Style::chunked(None), 100);
+        std::fs::write(folder.path().join(format!("log_{part}.mcap")), bytes).unwrap();
+    }
+    let log = Log::open(folder.path()).unwrap();
+    assert_eq!((log.topics().len(), log.files().len()), (2, 2));
+    assert_eq!(log.topics()[0].message_count, Some(200));
+    assert_eq!(joint_samples(folder.path()).0.len(), 200);
+}
+
+#[test]
+fn a_folder_that_is_no_log_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |folder: &Path| Log::open(folder).unwrap_err().to_string();
+    assert!(refused(folder.path()).contains("a folder without any such file"));
+    for name in ["one.mcap", "other.mcap"] {
+        std::fs::write(
+            folder.path().join(name),
+            joint_log(&Style::chunked(None), 1),
+        )
+        .unwrap();
+    }
+    assert!(refused(folder.path()).contains("several logs (one.mcap, other.mcap)"));
+}

@@ -1,0 +1,241 @@
+//! CDR messages and logs made in memory.
+
+use std::{
+    collections::BTreeMap,
+    io::Cursor,
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+};
+
+use mcap::{Compression, WriteOptions, records::MessageHeader};
+use tempfile::TempDir;
+use tipwatch_ingest::{Log, Losses, SensorDecoder, SensorKind, SensorSample, TopicId};
+
+pub(crate) const JOINT_STATE: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\n\
+    float64[] velocity\nfloat64[] effort\n====\nMSG: std_msgs/Header\n\
+    builtin_interfaces/Time stamp\nstring frame_id\n====\nMSG: builtin_interfaces/Time\n\
+    int32 sec\nuint32 nanosec\n";
+pub(crate) const FIRST_NS: i64 = 1_700_000_000_000_000_000;
+pub(crate) const PERIOD_NS: i64 = 10_000_000;
+
+/// Writes CDR values, padded as the encoding demands.
+pub(crate) struct Cdr {
+    pub(crate) bytes: Vec<u8>,
+    big_endian: bool,
+}
+
+macro_rules! writers {
+    ($($name:ident: $kind:ty),*) => {
+        $(pub(crate) fn $name(&mut self, value: $kind) -> &mut Self {
+            let bytes = if self.big_endian { value.to_be_bytes() } else { value.to_le_bytes() };
+            self.align(bytes.len());
+            self.bytes.extend(bytes);
+            self
+        })*
+    };
+}
+
+impl Cdr {
+    pub(crate) fn new(big_endian: bool) -> Self {
+        Self {
+            bytes: vec![0, u8::from(!big_endian), 0, 0],
+            big_endian,
+        }
+    }
+
+    fn align(&mut self, size: usize) {
+        while !(self.bytes.len() - 4).is_multiple_of(size) {
+            self.bytes.push(0xEE);
+        }
+    }
+
+    writers!(u8: u8, i16: i16, u32: u32, i32: i32, f32: f32, u64: u64, f64: f64);
+
+    pub(crate) fn text(&mut self, text: &str) -> &mut Self {
+        self.u32(text.len() as u32 + 1);
+        self.bytes.extend(text.as_bytes());
+        self.bytes.push(0);
+        self
+    }
+
+    pub(crate) fn texts(&mut self, texts: &[&str]) -> &mut Self {
+        self.u32(texts.len() as u32);
+        for text in texts {
+            self.text(text);
+        }
+        self
+    }
+
+    pub(crate) fn numbers(&mut self, numbers: &[f64]) -> &mut Self {
+        self.u32(numbers.len() as u32);
+        self.all(numbers)
+    }
+
+    pub(crate) fn all(&mut self, numbers: &[f64]) -> &mut Self {
+        for &number in numbers {
+            self.f64(number);
+        }
+        self
+    }
+
+    pub(crate) fn header(&mut self, stamp_ns: i64, frame_id: &str) -> &mut Self {
+        self.i32((stamp_ns / 1_000_000_000) as i32)
+            .u32((stamp_ns % 1_000_000_000) as u32);
+        self.text(frame_id)
+    }
+}
+
+pub(crate) fn joint_state(
+    stamp_ns: i64,
+    names: &[&str],
+    positions: &[f64],
+    rates: &[f64],
+) -> Vec<u8> {
+    let mut cdr = Cdr::new(false);
+    cdr.header(stamp_ns, "/base")
+        .texts(names)
+        .numbers(positions)
+        .numbers(rates)
+        .numbers(&[]);
+    cdr.bytes
+}
+
+/// How an MCAP file is written.
+#[derive(Clone)]
+pub(crate) struct Style {
+    pub(crate) compression: Option<Compression>,
+    pub(crate) chunked: bool,
+    pub(crate) summary: bool,
+    pub(crate) crc: bool,
+}
+
+impl Style {
+    pub(crate) fn chunked(compression: Option<Compression>) -> Self {
+        Self {
+            compression,
+            chunked: true,
+            summary: true,
+            crc: true,
+        }
+    }
+
+    fn options(&self) -> WriteOptions {
+        WriteOptions::new()
+            .compression(self.compression)
+            .compression_threads(0)
+            .use_chunks(self.chunked)
+            .chunk_size(Some(4096))
+            .emit_summary_records(self.summary)
+            .emit_summary_offsets(self.summary)
+            .calculate_chunk_crcs(self.crc)
+    }
+}
+
+pub(crate) const COMPRESSIONS: [Option<Compression>; 3] =
+    [None, Some(Compression::Lz4), Some(Compression::Zstd)];
+
+/// Joint states on `/joint_states`, as many strings on `/chatter` in between.
+pub(crate) fn joint_log(style: &Style, message_count: usize) -> Vec<u8> {
+    let mut writer = style.options().create(Cursor::new(Vec::new())).unwrap();
+    let joint_schema = writer
+        .add_schema(
+            "sensor_msgs/msg/JointState",
+            "ros2msg",
+            JOINT_STATE.as_bytes(),
+        )
+        .unwrap();
+    let text_schema = writer
+        .add_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
+        .unwrap();
+    let joints = writer
+        .add_channel(joint_schema, "/joint_states", "cdr", &BTreeMap::new())
+        .unwrap();
+    let chatter = writer
+        .add_channel(text_schema, "/chatter", "cdr", &BTreeMap::new())
+        .unwrap();
+    for index in 0..message_count {
+        let value = index as f64;
+        let stamp_ns = FIRST_NS + index as i64 * PERIOD_NS;
+        let header = |channel_id| MessageHeader {
+            channel_id,
+            sequence: index as u32,
+            log_time: stamp_ns as u64 + 5,
+            publish_time: stamp_ns as u64 + 3,
+        };
+        let joint = joint_state(
+            stamp_ns,
+            &["a", "bb"],
+            &[value, -value],
+            &[0.5, value * 0.25],
+        );
+        writer
+            .write_to_known_channel(&header(joints), &joint)
+            .unwrap();
+        let mut text = Cdr::new(false);
+        text.text(&format!("message {index}"));
+        writer
+            .write_to_known_channel(&header(chatter), &text.bytes)
+            .unwrap();
+    }
+    writer.finish().unwrap();
+    writer.into_inner().into_inner()
+}
+
+/// A file that vanishes with the value.
+pub(crate) struct TempLog {
+    folder: TempDir,
+    pub(crate) path: PathBuf,
+}
+
+impl TempLog {
+    pub(crate) fn new(name: &str, bytes: &[u8]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        Self { folder, path }
+    }
+
+    pub(crate) fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+pub(crate) fn topic_named(log: &Log, name: &str) -> TopicId {
+    log.topics()
+        .iter()
+        .find(|topic| topic.name == name)
+        .unwrap()
+        .id
+}
+
+/// Every sample of a topic, and what was lost.
+pub(crate) fn samples(
+    log: &Log,
+    topic: TopicId,
+    kind: SensorKind,
+    joints: &[&str],
+) -> (Vec<SensorSample>, Losses) {
+    let joints: Vec<String> = joints.iter().map(|&joint| joint.to_owned()).collect();
+    let mut decoder = SensorDecoder::new(log.topic(topic).unwrap(), kind, &joints).unwrap();
+    let mut found = Vec::new();
+    let mut sample = SensorSample::default();
+    let losses = log
+        .read(&[topic], &mut |message| {
+            if decoder.decode(message, &mut sample).is_ok() {
+                found.push(sample.clone());
+            }
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+    (found, losses)
+}
+
+pub(crate) fn joint_samples(path: &Path) -> (Vec<SensorSample>, Losses) {
+    let log = Log::open(path).unwrap();
+    samples(
+        &log,
+        topic_named(&log, "/joint_states"),
+        SensorKind::JointStates,
+        &["bb", "a"],
+    )
+}

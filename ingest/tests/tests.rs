@@ -1,0 +1,12 @@
+//! The crate from outside: logs made here, damaged here, and real ones.
+
+mod support; // CDR messages and logs made in memory
+
+mod binding; // which topic carries a signal
+mod damage; // nothing panics, everything intact comes out
+mod layout; // fields out of CDR messages
+mod mcap_files; // the same samples however an MCAP file is written
+mod real_logs; // logs of real and simulated robots, where they are at hand
+mod rosbag2; // databases and folders
+mod sensors; // messages as numbers
+mod timing; // clocks, gaps, offsets

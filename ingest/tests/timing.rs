@@ -1,0 +1,72 @@
+use tipwatch_ingest::{StampSource, TopicStatistics};
+
+const MS: i64 = 1_000_000;
+const DAY_NS: i64 = 1_700_000_000_000_000_000;
+
+fn statistics(messages: impl Iterator<Item = (Option<i64>, i64, i64)>) -> TopicStatistics {
+    let mut statistics = TopicStatistics::default();
+    for (header, publish, log) in messages {
+        statistics.push(header, publish, log);
+    }
+    statistics
+}
+
+#[test]
+fn periods_gaps_and_disorder_are_counted() {
+    let stamps_ms = [0, 10, 20, 20, 30, 25, 40, 190, 200, 210, 220];
+    let messages = stamps_ms.iter().map(|&ms| {
+        let stamp = DAY_NS + ms * MS;
+        (Some(stamp), stamp, stamp + 2 * MS)
+    });
+    let timing = statistics(messages).timing();
+    assert_eq!(timing.clock.source, StampSource::Header);
+    assert_eq!(
+        (
+            timing.duplicate_stamps,
+            timing.backward_stamps,
+            timing.zero_stamps
+        ),
+        (1, 1, 0)
+    );
+    assert_eq!(timing.median_period_s, Some(0.01));
+    assert_eq!(timing.max_period_s, Some(0.15));
+    let [gap] = timing.gaps.as_slice() else {
+        panic!("{:?}", timing.gaps)
+    };
+    assert_eq!((gap.start_ns, gap.duration_s), (DAY_NS + 40 * MS, 0.15));
+    let offset = timing.header_minus_log.unwrap();
+    assert_eq!(
+        (offset.min_s, offset.median_s, offset.max_s),
+        (-0.002, -0.002, -0.002)
+    );
+    assert!(timing.notes.is_empty());
+    let json = serde_json::to_string(&timing).unwrap();
+    assert!(
+        json.contains("\"median_period_s\":0.01") && json.contains("drift_s_per_s"),
+        "{json}"
+    );
+}
+
+#[test]
+fn simulation_time_is_noticed_with_its_drift() {
+    let messages = (0..100).map(|i| (Some((i + 1) * 5 * MS), 0, DAY_NS + i * 10 * MS));
+    let timing = statistics(messages).timing();
+    assert_eq!(timing.clock.source, StampSource::Header);
+    assert!(timing.notes[0].contains("simulation"), "{:?}", timing.notes);
+    let drift = timing.header_minus_log.unwrap().drift_s_per_s;
+    assert!((drift + 0.5).abs() < 1e-6, "{drift}");
+}
+
+#[test]
+fn without_usable_header_stamps_the_next_clock_is_taken_and_said_so() {
+    let absent = statistics((0..9).map(|i| (None, DAY_NS + i, DAY_NS + i)));
+    assert_eq!(absent.decide().source, StampSource::Log);
+    let constant = statistics((0..9).map(|i| (Some(7), DAY_NS + i, DAY_NS + 2 * i)));
+    let decision = constant.decide();
+    assert_eq!(decision.source, StampSource::Publish);
+    assert!(decision.reason.contains("header.stamp is constant"));
+    let never_sent = statistics((0..9).map(|i| (None, 0, DAY_NS + i)));
+    assert_eq!(never_sent.decide().source, StampSource::Log);
+    assert_eq!(never_sent.timing().zero_stamps, 9);
+    assert_eq!(TopicStatistics::default().timing().rate_hz, None);
+}

@@ -1,0 +1,109 @@
+//! Many samples: columns of numbers in, columns out, several samples side by side between.
+
+use std::ops::Range;
+
+use crate::evaluate::evaluate;
+use crate::machine::Machine;
+use crate::number::Lanes;
+use crate::outcome::Quantity;
+use crate::state::State;
+use crate::workspace::Workspace;
+
+/// The states of many rows, a column for each number of a [`State`].
+#[derive(Debug, Clone)]
+pub struct StateColumns {
+    columns: Vec<Vec<f64>>,
+    rows: usize,
+}
+
+impl StateColumns {
+    /// `rows` states of which nothing is known: NaN.
+    #[must_use]
+    pub fn unknown(machine: &Machine, rows: usize) -> Self {
+        Self { columns: vec![vec![f64::NAN; rows]; State::<f64>::size(machine)], rows }
+    }
+
+    /// How many rows there are.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Sets a row.
+    pub fn set(&mut self, row: usize, state: &mut State<f64>) {
+        for (column, value) in self.columns.iter_mut().zip(state.values_mut()) {
+            column[row] = *value;
+        }
+    }
+
+    /// Reads a row into `state`.
+    pub fn get(&self, row: usize, state: &mut State<f64>) {
+        for (column, value) in self.columns.iter().zip(state.values_mut()) {
+            *value = column[row];
+        }
+    }
+
+    /// Reads rows from `first` on side by side; beyond `end` the last one again.
+    fn get_lanes(&self, first: usize, end: usize, state: &mut State<Lanes>) {
+        for (column, value) in self.columns.iter().zip(state.values_mut()) {
+            *value = Lanes::from_array(std::array::from_fn(|lane| column[(first + lane).min(end - 1)]));
+        }
+    }
+}
+
+/// The outcomes of many rows, a column for each [`Quantity`].
+#[derive(Debug, Clone)]
+pub struct OutcomeColumns {
+    /// What the columns are.
+    pub quantities: Vec<Quantity>,
+    /// The columns, in the order of `quantities`; NaN where a number cannot be computed.
+    pub columns: Vec<Vec<f64>>,
+}
+
+impl OutcomeColumns {
+    /// Columns without rows.
+    #[must_use]
+    pub fn empty(machine: &Machine) -> Self {
+        let quantities = Quantity::all(machine);
+        Self { columns: vec![Vec::new(); quantities.len()], quantities }
+    }
+
+    /// The column of a quantity.
+    ///
+    /// # Panics
+    /// If the machine has no such quantity.
+    #[must_use]
+    pub fn column(&self, quantity: Quantity) -> &[f64] {
+        let found = self.quantities.iter().position(|&q| q == quantity);
+        &self.columns[found.unwrap_or_else(|| panic!("no column of {quantity:?}"))]
+    }
+
+    /// Appends the rows of `other`, which come after these.
+    pub fn append(&mut self, mut other: Self) {
+        for (column, more) in self.columns.iter_mut().zip(&mut other.columns) {
+            column.append(more);
+        }
+    }
+}
+
+/// Evaluates `rows` of `states`, [`Lanes::COUNT`] at a time: the same bits as one by one.
+#[must_use]
+pub fn evaluate_rows(machine: &Machine, states: &StateColumns, rows: Range<usize>) -> OutcomeColumns {
+    let mut workspace = Workspace::<Lanes>::new(machine);
+    let mut state = State::<Lanes>::zero(machine);
+    let mut outcomes = OutcomeColumns::empty(machine);
+    for column in &mut outcomes.columns {
+        column.reserve_exact(rows.len() + Lanes::COUNT);
+    }
+    for first in rows.clone().step_by(Lanes::COUNT) {
+        states.get_lanes(first, rows.end, &mut state);
+        let outcome = evaluate(machine, &state, &mut workspace);
+        for (column, &quantity) in outcomes.columns.iter_mut().zip(&outcomes.quantities) {
+            column.extend(outcome.get(quantity).to_array());
+        }
+    }
+    for column in &mut outcomes.columns {
+        column.truncate(rows.len());
+    }
+    outcomes
+}

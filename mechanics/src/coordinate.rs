@@ -1,0 +1,52 @@
+//! Motion of one joint, as measured and as the kinematics needs it.
+
+use crate::number::Real;
+
+/// Position, rate and acceleration of a joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion<T> {
+    /// Position [rad or m].
+    pub position: T,
+    /// Rate [rad/s or m/s].
+    pub rate: T,
+    /// Acceleration [rad/s^2 or m/s^2].
+    pub acceleration: T,
+}
+
+impl<T: Real> Motion<T> {
+    /// At rest at position zero.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self { position: T::zero(), rate: T::zero(), acceleration: T::zero() }
+    }
+
+    /// The motion of a joint that follows this one: `multiplier * this + offset`.
+    pub(crate) fn scaled(&self, multiplier: f64, offset: f64) -> Self {
+        let factor = T::constant(multiplier);
+        Self {
+            position: self.position * factor + T::constant(offset),
+            rate: self.rate * factor,
+            acceleration: self.acceleration * factor,
+        }
+    }
+}
+
+/// A joint's coordinate as the kinematics needs it: a turn as cosine and sine, or a displacement.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Coordinate<T> {
+    pub(crate) cos: T,
+    pub(crate) sin: T,
+    pub(crate) displacement: T,
+    pub(crate) rate: T,
+    pub(crate) acceleration: T,
+}
+
+impl<T: Real> Coordinate<T> {
+    pub(crate) fn turned(cos: T, sin: T, rate: T, acceleration: T) -> Self {
+        Self { cos, sin, displacement: T::zero(), rate, acceleration }
+    }
+
+    pub(crate) fn slid(displacement: T, rate: T, acceleration: T) -> Self {
+        Self { cos: T::one(), sin: T::zero(), displacement, rate, acceleration }
+    }
+}

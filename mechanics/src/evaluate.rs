@@ -1,0 +1,105 @@
+//! The one entry: a state in, wheel loads out.
+
+use nalgebra::Vector2;
+
+use crate::contact_plane::ContactPlane;
+use crate::kinematics::{self, BodyMotion};
+use crate::machine::Machine;
+use crate::newton_euler;
+use crate::number::Real;
+use crate::outcome::Outcome;
+use crate::spatial::Wrench;
+use crate::state::State;
+use crate::wheel_loads::{Beyond, GroundForce, Loads};
+use crate::workspace::Workspace;
+
+/// Wheel loads and stability of `machine` in `state` (model `whole-body`).
+///
+/// It remembers nothing and allocates nothing: the same state gives the same bits. What cannot be
+/// computed is NaN: everything where an input is NaN or a linkage cannot close, positions of the
+/// centre of pressure where the ground does not push.
+pub fn evaluate<'w, T: Real>(machine: &Machine, state: &State<T>, workspace: &'w mut Workspace<T>) -> &'w Outcome<T> {
+    let w = workspace;
+    w.outcome.linkage_closure = kinematics::coordinates(machine, state, &mut w.coordinates);
+    let base = kinematics::base_motion(machine, &w.coordinates, &state.imu);
+    move_bodies(machine, w, base);
+    newton_euler::add_payloads(machine, state, &w.motions, &mut w.wrenches);
+    let tool_wrench = newton_euler::tool_wrench(machine, state, &w.motions);
+    let ground = newton_euler::sum(&w.wrenches, |_| true).minus(&tool_wrench);
+    for (centre, wheel) in w.wheel_centres.iter_mut().zip(&machine.wheels) {
+        *centre = w.motions[wheel.body].point(&wheel.centre_in_body);
+    }
+    let plane = ContactPlane::through(&w.wheel_centres, &machine.wheels);
+    load_wheels(machine, w, &plane, &ground, &tool_wrench);
+    &w.outcome
+}
+
+/// Motion and wrench of every body, parents first.
+fn move_bodies<T: Real>(machine: &Machine, w: &mut Workspace<T>, base: BodyMotion<T>) {
+    w.motions[0] = base;
+    for (i, body) in machine.bodies.iter().enumerate() {
+        if i > 0 {
+            w.motions[i] = w.motions[body.parent].carry(body, &w.coordinates[i]);
+        }
+        w.wrenches[i] = newton_euler::body_wrench(&body.inertia, &w.motions[i]);
+    }
+}
+
+fn load_wheels<T: Real>(
+    machine: &Machine,
+    w: &mut Workspace<T>,
+    plane: &ContactPlane<T>,
+    ground: &Wrench<T>,
+    tool_wrench: &Wrench<T>,
+) {
+    for (contact, centre) in w.contacts.iter_mut().zip(&w.wheel_centres) {
+        *contact = plane.coordinates(centre);
+    }
+    let force = GroundForce::in_plane(ground, plane);
+    w.equations.set_equilibrium(&force, &w.contacts);
+    if !machine.contact.free_joints.is_empty() {
+        let traction = (plane.forward * force.tangential.x + plane.left * force.tangential.y) / force.normal;
+        let beyond = Beyond {
+            motions: &w.motions,
+            wrenches: &w.wrenches,
+            tool_wrench,
+            plane,
+            force_per_load: plane.normal + traction,
+        };
+        w.equations.set_free_joints(machine, &beyond);
+    }
+    let out = &mut w.outcome;
+    out.ground_wrench = *ground;
+    out.contact_normal = plane.normal;
+    out.normal_force = force.normal;
+    stability(machine, &force, &w.contacts, out);
+    let mut loads = Loads { otf: &mut out.otf, load: &mut out.load, least: &mut out.load_least, largest: &mut out.load_largest };
+    w.solver.solve(machine, &w.equations, &w.contacts, &out.itom_full, &mut loads);
+}
+
+/// Centre of pressure and overturning moments.
+///
+/// The moment about an edge from p with unit vector e, counter-clockwise, is that of the normal force at
+/// the centre of pressure c: M = -F_n (e x (c - p)), formed without dividing by F_n.
+fn stability<T: Real>(
+    machine: &Machine,
+    force: &GroundForce<T>,
+    contacts: &[Vector2<T>],
+    out: &mut Outcome<T>,
+) {
+    let unknown = T::constant(f64::NAN);
+    let pushes = T::zero().lt(force.normal);
+    let pressure = force.centre_of_pressure();
+    out.zmp_x = T::select(pushes, pressure.x, unknown);
+    out.zmp_y = T::select(pushes, pressure.y, unknown);
+    let mut margin = T::constant(f64::INFINITY);
+    for (edge, moment) in machine.polygon.edges.iter().zip(&mut out.itom_full) {
+        let (from, to) = (contacts[edge.from], contacts[edge.to]);
+        let along = to - from;
+        let length = along.dot(&along).sqrt();
+        let inward = along.x * (force.moment.x - force.normal * from.y) + along.y * (force.moment.y + force.normal * from.x);
+        *moment = -inward / length;
+        margin = (-*moment / force.normal).min(margin);
+    }
+    out.zmp_margin = T::select(pushes, margin, unknown);
+}

@@ -1,0 +1,165 @@
+//! Forward kinematics: pose and motion of every body from the joints and the base's motion, all
+//! vectors in base axes.
+//!
+//! Accelerations are specific forces: with gravity taken as an upward acceleration of the base, the
+//! inertial force of a body counts its weight.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::coordinate::Coordinate;
+use crate::machine::{Body, Drive, JointKind, Machine, Mount};
+use crate::number::Real;
+use crate::state::{ImuState, State};
+
+/// Pose and motion of a body, in base axes; positions and velocities relative to the base frame's
+/// origin.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BodyMotion<T> {
+    /// Orientation: base from body.
+    pub(crate) rotation: Matrix3<T>,
+    /// Position of the body frame's origin [m].
+    pub(crate) origin: Vector3<T>,
+    /// Velocity of that origin minus the base origin's [m/s].
+    pub(crate) velocity: Vector3<T>,
+    /// Specific force at that origin [m/s^2].
+    pub(crate) specific_force: Vector3<T>,
+    /// Angular velocity [rad/s].
+    pub(crate) angular_velocity: Vector3<T>,
+    /// Angular acceleration [rad/s^2].
+    pub(crate) angular_acceleration: Vector3<T>,
+}
+
+impl<T: Real> BodyMotion<T> {
+    /// A base at the origin of its own axes.
+    pub(crate) fn base(specific_force: Vector3<T>, angular_velocity: Vector3<T>, angular_acceleration: Vector3<T>) -> Self {
+        Self {
+            rotation: Matrix3::identity(),
+            origin: Vector3::zeros(),
+            velocity: Vector3::zeros(),
+            specific_force,
+            angular_velocity,
+            angular_acceleration,
+        }
+    }
+
+    /// The body that `joint` carries at `coordinate` on this one.
+    #[inline]
+    pub(crate) fn carry(&self, body: &Body, coordinate: &Coordinate<T>) -> Self {
+        let joint_rotation = self.rotation * body.parent_from_joint.map(T::constant);
+        let z: Vector3<T> = joint_rotation.column(2).into_owned();
+        let mut arm = self.rotation * body.joint_in_parent.map(T::constant);
+        if body.kind == JointKind::Prismatic {
+            arm += z * coordinate.displacement;
+        }
+        let (w, alpha) = (&self.angular_velocity, &self.angular_acceleration);
+        let swept = w.cross(&arm);
+        let mut moved = Self {
+            rotation: joint_rotation,
+            origin: self.origin + arm,
+            velocity: self.velocity + swept,
+            specific_force: self.specific_force + alpha.cross(&arm) + w.cross(&swept),
+            angular_velocity: *w,
+            angular_acceleration: *alpha,
+        };
+        let joint_velocity = z * coordinate.rate;
+        match body.kind {
+            JointKind::Revolute => {
+                moved.rotation = turned_about_z(&joint_rotation, coordinate.cos, coordinate.sin);
+                moved.angular_velocity += joint_velocity;
+                moved.angular_acceleration += z * coordinate.acceleration + w.cross(&joint_velocity);
+            }
+            JointKind::Prismatic => {
+                moved.velocity += joint_velocity;
+                moved.specific_force += z * coordinate.acceleration + w.cross(&joint_velocity) * T::constant(2.0);
+            }
+        }
+        moved
+    }
+
+    /// A point fixed in the body, given in its frame, from the base origin [m].
+    #[inline]
+    pub(crate) fn point(&self, in_body: &Vector3<f64>) -> Vector3<T> {
+        self.origin + self.rotation * in_body.map(T::constant)
+    }
+}
+
+/// R * Rz(angle)
+#[inline]
+fn turned_about_z<T: Real>(rotation: &Matrix3<T>, cos: T, sin: T) -> Matrix3<T> {
+    let (x, y) = (rotation.column(0), rotation.column(1));
+    Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, rotation.column(2).into_owned()])
+}
+
+/// Coordinates of all joints by body. Gives the smallest closure of the linkages: below zero where
+/// one cannot close.
+pub(crate) fn coordinates<T: Real>(machine: &Machine, state: &State<T>, coordinates: &mut [Coordinate<T>]) -> T {
+    let mut closure = T::one();
+    for linkage in &machine.linkages {
+        let solved = linkage.solve(&state.joints[linkage.measured_joint]);
+        coordinates[linkage.bodies.pivot] = solved.pivot;
+        coordinates[linkage.bodies.cylinder] = solved.cylinder;
+        coordinates[linkage.bodies.rod] = solved.rod;
+        closure = closure.min(solved.closure);
+    }
+    for (body, coordinate) in machine.bodies.iter().zip(coordinates.iter_mut()) {
+        let motion = match body.drive {
+            Drive::Measured(joint) => state.joints[joint],
+            Drive::Mimic { joint, multiplier, offset } => state.joints[joint].scaled(multiplier, offset),
+            Drive::Root | Drive::Pivot(_) | Drive::Cylinder(_) | Drive::Rod(_) => continue,
+        };
+        *coordinate = match body.kind {
+            JointKind::Revolute => {
+                let (sin, cos) = motion.position.sin_cos();
+                Coordinate::turned(cos, sin, motion.rate, motion.acceleration)
+            }
+            JointKind::Prismatic => Coordinate::slid(motion.position, motion.rate, motion.acceleration),
+        };
+    }
+    closure
+}
+
+/// Motion of the base frame from what the IMU feels.
+///
+/// On the root body that is the lever arm alone. On a moving body, its motion relative to a resting
+/// base is taken off first: with p, v, w, alpha, a of the IMU relative to the base,
+/// ```text
+///     w_base     = w_imu - w
+///     alpha_base = alpha_imu - alpha - w_base x w
+///     f_base     = f_imu - a - 2 w_base x v - alpha_base x p - w_base x (w_base x p)
+/// ```
+pub(crate) fn base_motion<T: Real>(machine: &Machine, coordinates: &[Coordinate<T>], imu: &ImuState<T>) -> BodyMotion<T> {
+    let mount = &machine.imu;
+    let zero = Vector3::zeros();
+    let mut carrier = BodyMotion::base(zero, zero, zero);
+    carrier = carry_along(machine, mount.body, coordinates, carrier);
+    let rotation = carrier.rotation * rotation_in_body(mount).map(T::constant);
+    let arm = carrier.rotation * mount.body_from_mount.translation.vector.map(T::constant);
+    let position = carrier.origin + arm;
+    let angular_velocity = rotation * imu.angular_velocity - carrier.angular_velocity;
+    let angular_acceleration =
+        rotation * imu.angular_acceleration - carrier.angular_acceleration - angular_velocity.cross(&carrier.angular_velocity);
+    let mut specific_force = rotation * imu.specific_force
+        - angular_acceleration.cross(&position)
+        - angular_velocity.cross(&angular_velocity.cross(&position));
+    if mount.body != 0 {
+        let (w, alpha) = (&carrier.angular_velocity, &carrier.angular_acceleration);
+        let swept = w.cross(&arm);
+        specific_force -= carrier.specific_force + alpha.cross(&arm) + w.cross(&swept);
+        specific_force -= angular_velocity.cross(&(carrier.velocity + swept)) * T::constant(2.0);
+    }
+    BodyMotion::base(specific_force, angular_velocity, angular_acceleration)
+}
+
+/// Motion of `body` from that of the root.
+fn carry_along<T: Real>(machine: &Machine, body: usize, coordinates: &[Coordinate<T>], root: BodyMotion<T>) -> BodyMotion<T> {
+    if body == 0 {
+        return root;
+    }
+    let parent = carry_along(machine, machine.bodies[body].parent, coordinates, root);
+    parent.carry(&machine.bodies[body], &coordinates[body])
+}
+
+/// Orientation of a mount in its body.
+pub(crate) fn rotation_in_body(mount: &Mount) -> Matrix3<f64> {
+    *mount.body_from_mount.rotation.to_rotation_matrix().matrix()
+}

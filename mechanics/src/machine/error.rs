@@ -1,0 +1,86 @@
+//! Why a machine was refused: what was expected, what was found, and where.
+
+/// A machine file or URDF that does not describe a machine.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MachineError {
+    /// The text is no TOML, or a key is unknown, missing or of the wrong type.
+    #[error("{file}: {message}")]
+    MachineFile {
+        /// Name of the machine file.
+        file: String,
+        /// The parser's message with line and column.
+        message: String,
+    },
+    /// The text is no XML, or an element lacks what URDF demands.
+    #[error("{file}, line {line}: expected {expected}, found {found}")]
+    Urdf {
+        /// Name of the URDF.
+        file: String,
+        /// Line of the element, counted from 1.
+        line: u32,
+        /// What URDF demands there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A name in the machine file that the URDF does not have.
+    #[error("{file}: {key} = \"{name}\": expected a {kind} of {urdf}, found none of that name{suggestion}")]
+    UnknownName {
+        /// Name of the machine file.
+        file: String,
+        /// Key path in the machine file.
+        key: String,
+        /// The name that was looked for.
+        name: String,
+        /// "link" or "joint".
+        kind: &'static str,
+        /// Name of the URDF.
+        urdf: String,
+        /// The nearest existing name, as "; did you mean ...?", or nothing.
+        suggestion: String,
+    },
+    /// A value that no machine can have.
+    #[error("{file}: {place}: expected {expected}, found {found}")]
+    Value {
+        /// Name of the file.
+        file: String,
+        /// Key path, link or joint.
+        place: String,
+        /// What would be accepted.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A closed chain whose sides never meet.
+    #[error("{file}: linkage \"{linkage}\" cannot close: expected {expected}, found {found}")]
+    LinkageCannotClose {
+        /// Name of the machine file.
+        file: String,
+        /// Name of the linkage.
+        linkage: String,
+        /// The condition of closure.
+        expected: String,
+        /// What the geometry gives instead.
+        found: String,
+    },
+    /// Movable joints whose position nothing tells.
+    #[error(
+        "joint {joints} of {urdf}: expected a position in the log's joint states, a linkage that moves it, or a mimic rule; \
+         found none (the log has: {logged})"
+    )]
+    UnmeasuredJoints {
+        /// The joints, comma-separated.
+        joints: String,
+        /// Name of the URDF.
+        urdf: String,
+        /// Joint names in the log.
+        logged: String,
+    },
+}
+
+impl MachineError {
+    pub(super) fn value(file: &str, place: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> Self {
+        Self::Value { file: file.into(), place: place.into(), expected: expected.into(), found: found.to_string() }
+    }
+}

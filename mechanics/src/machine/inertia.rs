@@ -1,0 +1,81 @@
+//! Mass, centre of mass and inertia of a rigid body, and what no body can have.
+
+use nalgebra::{Isometry3, Matrix3, SymmetricEigen, Vector3};
+
+/// Rounded figures in real URDFs miss the triangle inequality by a little: this share of the largest
+/// principal moment is forgiven.
+const ROUNDING_SHARE: f64 = 1e-3;
+
+/// Inertial parameters of a rigid body in some frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inertia {
+    /// Mass [kg].
+    pub mass: f64,
+    /// Centre of mass in the frame [m].
+    pub com: Vector3<f64>,
+    /// Inertia tensor about the centre of mass, axes of the frame [kg m^2].
+    pub about_com: Matrix3<f64>,
+}
+
+/// What a body's inertia should be and is not.
+pub(super) struct InertiaFault {
+    pub(super) expected: &'static str,
+    pub(super) found: String,
+}
+
+impl Inertia {
+    /// The inertia of nothing.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self { mass: 0.0, com: Vector3::zeros(), about_com: Matrix3::zeros() }
+    }
+
+    /// The same body seen from the frame `a` in which this frame has the pose `a_from_this`.
+    #[must_use]
+    pub fn transformed(&self, a_from_this: &Isometry3<f64>) -> Self {
+        let rotation = a_from_this.rotation.to_rotation_matrix();
+        Self {
+            mass: self.mass,
+            com: (a_from_this * nalgebra::Point3::from(self.com)).coords,
+            about_com: rotation.matrix() * self.about_com * rotation.matrix().transpose(),
+        }
+    }
+
+    /// Both bodies welded together, seen from their common frame.
+    #[must_use]
+    pub fn welded(&self, other: &Self) -> Self {
+        let mass = self.mass + other.mass;
+        if mass == 0.0 {
+            return Self { about_com: self.about_com + other.about_com, ..*self };
+        }
+        let com = (self.com * self.mass + other.com * other.mass) / mass;
+        let shifted = |body: &Self| {
+            let d = body.com - com;
+            body.about_com + (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * body.mass
+        };
+        Self { mass, com, about_com: shifted(self) + shifted(other) }
+    }
+
+    /// A real body has a positive mass and principal moments that are not negative and of which none
+    /// exceeds the sum of the other two.
+    pub(super) fn check(&self) -> Result<(), InertiaFault> {
+        let fault = |expected, found: String| Err(InertiaFault { expected, found });
+        if !(self.mass.is_finite() && self.com.iter().chain(self.about_com.iter()).all(|v| v.is_finite())) {
+            return fault("finite inertial parameters", format!("{self:?}"));
+        }
+        if self.mass < 0.0 || (self.mass == 0.0 && self.about_com != Matrix3::zeros()) {
+            return fault("a positive mass (or zero mass with zero inertia: a frame)", format!("mass {} kg", self.mass));
+        }
+        let mut moments = SymmetricEigen::new(self.about_com).eigenvalues;
+        moments.as_mut_slice().sort_by(f64::total_cmp);
+        let [small, middle, large] = [moments[0], moments[1], moments[2]];
+        let allowed = ROUNDING_SHARE * large.abs();
+        if small < -allowed || large > small + middle + allowed {
+            return fault(
+                "principal moments of inertia that are not negative and of which none exceeds the sum of the other two",
+                format!("{small:.6}, {middle:.6}, {large:.6} kg m^2"),
+            );
+        }
+        Ok(())
+    }
+}

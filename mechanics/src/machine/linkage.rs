@@ -1,0 +1,336 @@
+//! Closed triangles: a linear actuator (cylinder hinge, rod slide) that turns a pivot.
+//!
+//! The triangle's corners are the pivot T, the cylinder's hinge C and the rod's eye E. In the plane
+//! across the pivot's axis, seen from the body that carries the cylinder, with d = T - C and
+//! e(theta) = E - T turned by the pivot angle theta:
+//!
+//! ```text
+//!     v = d + e(theta)                              from hinge to eye
+//!     |v|^2 = K + P cos(theta) + Q sin(theta)       law of cosines
+//!     |v|^2 = X^2 + h^2                             X along the rod, h its eccentricity
+//!     x = X - X0                                    rod coordinate
+//! ```
+//!
+//! Either theta or x may be measured; the other, the cylinder's angle, and the first and second time
+//! derivatives of all three follow exactly, without inverse trigonometric functions: angles are kept
+//! as cosine and sine. (Second paper (11)-(19) as corrected; the same closure, any geometry.)
+
+use nalgebra::{Isometry3, Point3, Vector2, Vector3};
+
+use super::spec::LinkageSpec;
+use super::tree::Tree;
+use super::{JointKind, MachineError};
+use crate::coordinate::{Coordinate, Motion};
+use crate::number::Real;
+
+/// Axes that should be parallel or across may be this far off [-].
+const AXIS_TOLERANCE: f64 = 1e-3;
+/// The eye and its pin may stand this share of the triangle's size apart, out of its plane.
+const OUT_OF_PLANE_SHARE: f64 = 0.01;
+
+/// A closed triangle of the machine.
+#[derive(Debug, Clone)]
+pub struct Linkage {
+    /// Name in the machine file.
+    pub name: String,
+    /// Which side the log measures.
+    pub input: LinkageInput,
+    /// Index of that measured joint.
+    pub measured_joint: usize,
+    /// The bodies that its joints carry.
+    pub(crate) bodies: LinkageBodies,
+    /// The fixed geometry.
+    geometry: Triangle,
+}
+
+/// The side of a triangle that a log measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LinkageInput {
+    /// The pivot's angle [rad].
+    PivotAngle,
+    /// The rod's coordinate [m].
+    RodLength,
+}
+
+/// The three joints of a triangle as they move together.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LinkageMotion<T> {
+    pub(crate) pivot: Coordinate<T>,
+    pub(crate) cylinder: Coordinate<T>,
+    pub(crate) rod: Coordinate<T>,
+    /// Square of the length or of the sine that closure needs: not below zero where the triangle
+    /// closes.
+    pub(crate) closure: T,
+}
+
+/// See the module's equations; in the plane x runs along the rod at cylinder angle zero, y completes a
+/// right-handed pair about the pivot's axis.
+#[derive(Debug, Clone, Copy)]
+struct Triangle {
+    /// From the hinge to the pivot [m].
+    d: Vector2<f64>,
+    /// From the pivot to the eye at pivot angle zero [m].
+    e0: Vector2<f64>,
+    /// Eccentricity h: y of the eye at cylinder angle zero [m].
+    eccentricity: f64,
+    /// X at rod coordinate zero [m].
+    length_at_zero: f64,
+    /// +1 if the pivot's positive angle turns e counter-clockwise in the plane, else -1.
+    pivot_sign: f64,
+    /// The same for the cylinder's hinge.
+    cylinder_sign: f64,
+    /// Sign of sin(theta - theta_0), theta_0 the pivot angle at the longest actuator: the branch.
+    branch: f64,
+    /// K, P and Q of the law of cosines [m^2]; Q counts the pivot's own sign.
+    k: f64,
+    p: f64,
+    q: f64,
+}
+
+impl Linkage {
+    /// The motion of the three joints from that of the measured one.
+    pub(crate) fn solve<T: Real>(&self, measured: &Motion<T>) -> LinkageMotion<T> {
+        match self.input {
+            LinkageInput::PivotAngle => {
+                let (sin, cos) = measured.position.sin_cos();
+                self.geometry.from_pivot(cos, sin, measured.rate, measured.acceleration)
+            }
+            LinkageInput::RodLength => self.geometry.from_rod(measured),
+        }
+    }
+}
+
+impl Triangle {
+    fn from_pivot<T: Real>(&self, cos: T, sin: T, rate: T, acceleration: T) -> LinkageMotion<T> {
+        let c = T::constant;
+        // s = |v|^2 and its derivatives by theta
+        let s = c(self.k) + c(self.p) * cos + c(self.q) * sin;
+        let s1 = c(self.q) * cos - c(self.p) * sin;
+        let s2 = c(self.k) - s;
+        let closure = s - c(self.eccentricity * self.eccentricity);
+        let length = closure.sqrt();
+        // X^2 = s - h^2, differentiated twice
+        let half = c(0.5);
+        let length_rate = half * s1 * rate / length;
+        let s_acceleration = s2 * rate * rate + s1 * acceleration;
+        let length_acceleration = (half * s_acceleration - length_rate * length_rate) / length;
+        let pivot = Coordinate::turned(cos, sin, rate, acceleration);
+        self.complete(pivot, length, length_rate, length_acceleration, s, s1 * rate, closure)
+    }
+
+    fn from_rod<T: Real>(&self, rod: &Motion<T>) -> LinkageMotion<T> {
+        let c = T::constant;
+        let length = rod.position + c(self.length_at_zero);
+        let s = length * length + c(self.eccentricity * self.eccentricity);
+        // P cos(theta) + Q sin(theta) = M cos(theta - theta_0) = s - K
+        let m = (self.p * self.p + self.q * self.q).sqrt();
+        let (cos0, sin0) = (c(self.p / m), c(self.q / m));
+        let cos_delta = (s - c(self.k)) / c(m);
+        let closure = T::one() - cos_delta * cos_delta;
+        let sin_delta = closure.sqrt() * c(self.branch);
+        let (cos, sin) = (cos0 * cos_delta - sin0 * sin_delta, sin0 * cos_delta + cos0 * sin_delta);
+        // 2 X Xdot = s1 thetadot, differentiated once more
+        let s1 = c(self.q) * cos - c(self.p) * sin;
+        let s2 = c(self.k) - s;
+        let s_rate = c(2.0) * length * rod.rate;
+        let rate = s_rate / s1;
+        let s_acceleration = c(2.0) * (rod.rate * rod.rate + length * rod.acceleration);
+        let acceleration = (s_acceleration - s2 * rate * rate) / s1;
+        let pivot = Coordinate::turned(cos, sin, rate, acceleration);
+        self.complete(pivot, length, rod.rate, rod.acceleration, s, s_rate, closure)
+    }
+
+    /// The cylinder's angle phi turns g = (X, h) into v:
+    /// cos(phi) = g.v / s, sin(phi) = g x v / s, phidot = (v x vdot + h Xdot) / s.
+    #[expect(clippy::too_many_arguments, reason = "the quantities of one equation")]
+    fn complete<T: Real>(
+        &self,
+        pivot: Coordinate<T>,
+        length: T,
+        length_rate: T,
+        length_acceleration: T,
+        s: T,
+        s_rate: T,
+        closure: T,
+    ) -> LinkageMotion<T> {
+        let c = T::constant;
+        let sign = c(self.pivot_sign);
+        let (cos, sin) = (pivot.cos, pivot.sin * sign);
+        let (rate, acceleration) = (pivot.rate * sign, pivot.acceleration * sign);
+        let (ex, ey) = (c(self.e0.x) * cos - c(self.e0.y) * sin, c(self.e0.x) * sin + c(self.e0.y) * cos);
+        let (vx, vy) = (c(self.d.x) + ex, c(self.d.y) + ey);
+        let (vx_rate, vy_rate) = (-ey * rate, ex * rate);
+        let vx_acceleration = -ey * acceleration - ex * rate * rate;
+        let vy_acceleration = ex * acceleration - ey * rate * rate;
+        let (gx, gy) = (length, c(self.eccentricity));
+        let cylinder_rate = (vx * vy_rate - vy * vx_rate + gy * length_rate) / s;
+        let cylinder_acceleration =
+            (vx * vy_acceleration - vy * vx_acceleration + gy * length_acceleration - cylinder_rate * s_rate) / s;
+        let turn = c(self.cylinder_sign);
+        LinkageMotion {
+            pivot,
+            cylinder: Coordinate::turned(
+                (gx * vx + gy * vy) / s,
+                (gx * vy - gy * vx) / s * turn,
+                cylinder_rate * turn,
+                cylinder_acceleration * turn,
+            ),
+            rod: Coordinate::slid(length - c(self.length_at_zero), length_rate, length_acceleration),
+            closure,
+        }
+    }
+}
+
+/// The bodies that a linkage's joints carry.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LinkageBodies {
+    pub(crate) pivot: usize,
+    pub(crate) cylinder: usize,
+    pub(crate) rod: usize,
+}
+
+/// Builds a linkage from its specification; `input` and `measured_joint` say what the log measures.
+///
+/// # Errors
+/// A triangle that no position closes, or joints that form no triangle.
+pub(super) fn build(
+    spec: &LinkageSpec,
+    bodies: LinkageBodies,
+    input: LinkageInput,
+    measured_joint: usize,
+    tree: &Tree,
+    file: &str,
+) -> Result<Linkage, MachineError> {
+    let geometry = Survey { spec, bodies, tree, file }.triangle()?;
+    Ok(Linkage { name: spec.name.clone(), input, measured_joint, bodies, geometry })
+}
+
+/// Measures a triangle with all joints of the URDF at zero.
+struct Survey<'a> {
+    spec: &'a LinkageSpec,
+    bodies: LinkageBodies,
+    tree: &'a Tree,
+    file: &'a str,
+}
+
+impl Survey<'_> {
+    fn fault(&self, expected: impl Into<String>, found: impl Into<String>) -> MachineError {
+        MachineError::LinkageCannotClose {
+            file: self.file.into(),
+            linkage: self.spec.name.clone(),
+            expected: expected.into(),
+            found: found.into(),
+        }
+    }
+
+    fn pose(&self, body: usize) -> &Isometry3<f64> {
+        &self.tree.bodies[body].base_from_body
+    }
+
+    fn axis(&self, body: usize) -> Vector3<f64> {
+        self.pose(body) * Vector3::z()
+    }
+
+    /// Checks which body carries what; gives +1 where the cylinder sits on the pivot's parent, -1 on
+    /// its child.
+    fn cylinder_side(&self) -> Result<f64, MachineError> {
+        let LinkageBodies { pivot, cylinder, rod } = self.bodies;
+        let bodies = &self.tree.bodies;
+        let kind = |body: usize| bodies[body].joint.as_ref().map(|j| j.kind);
+        if kind(pivot) != Some(JointKind::Revolute) || kind(cylinder) != Some(JointKind::Revolute) || kind(rod) != Some(JointKind::Prismatic) {
+            return Err(self.fault("a revolute pivot, a revolute cylinder and a prismatic rod", "joints of other types"));
+        }
+        let body_of = |link: &str| self.tree.link(link).map(|l| self.tree.links[l].body);
+        if bodies[rod].parent != cylinder || body_of(&self.spec.rod_end.link) != Some(rod) {
+            return Err(self.fault(
+                format!("rod \"{}\" to slide in cylinder \"{}\" and to carry rod_end", self.spec.rod, self.spec.cylinder),
+                "another order of joints",
+            ));
+        }
+        let (carrier, anchor) = (bodies[cylinder].parent, body_of(&self.spec.anchor.link));
+        if carrier == bodies[pivot].parent && anchor == Some(pivot) {
+            Ok(1.0)
+        } else if carrier == pivot && anchor == Some(bodies[pivot].parent) {
+            Ok(-1.0)
+        } else {
+            Err(self.fault(
+                format!("the cylinder on one side of pivot \"{}\" and the anchor on the other", self.spec.pivot),
+                format!("the cylinder on \"{}\", the anchor on \"{}\"", bodies[carrier].link, self.spec.anchor.link),
+            ))
+        }
+    }
+
+    fn point(&self, point: &super::spec::PointSpec) -> Vector3<f64> {
+        let Some(link) = self.tree.link(&point.link).map(|l| &self.tree.links[l]) else { return Vector3::repeat(f64::NAN) };
+        (self.pose(link.body) * link.body_from_link * Point3::from(Vector3::from(point.xyz))).coords
+    }
+
+    fn triangle(&self) -> Result<Triangle, MachineError> {
+        let pivot_sign = self.cylinder_side()?;
+        let axis = self.axis(self.bodies.pivot);
+        let hinge_axis = self.axis(self.bodies.cylinder);
+        let rod_axis = self.axis(self.bodies.rod);
+        if axis.cross(&hinge_axis).norm() > AXIS_TOLERANCE {
+            return Err(self.fault("the cylinder's hinge parallel to the pivot", format!("{:.4} off", axis.cross(&hinge_axis).norm())));
+        }
+        if rod_axis.dot(&axis).abs() > AXIS_TOLERANCE {
+            return Err(self.fault("the rod across the pivot's axis", format!("{:.4} along it", rod_axis.dot(&axis))));
+        }
+        let plane_x = (rod_axis - axis * rod_axis.dot(&axis)).normalize();
+        let plane_y = axis.cross(&plane_x);
+        let flat = |v: Vector3<f64>| Vector2::new(v.dot(&plane_x), v.dot(&plane_y));
+        let (pivot, hinge) = (self.pose(self.bodies.pivot).translation.vector, self.pose(self.bodies.cylinder).translation.vector);
+        let (anchor, eye) = (self.point(&self.spec.anchor), self.point(&self.spec.rod_end));
+        let (d, e0) = (flat(pivot - hinge), flat(anchor - pivot));
+        // x runs along the rod, so X0 and h are the eye's coordinates at rod coordinate zero
+        let eye_from_hinge = flat(eye - hinge);
+        let triangle = Triangle {
+            d,
+            e0,
+            eccentricity: eye_from_hinge.y,
+            length_at_zero: eye_from_hinge.x,
+            pivot_sign,
+            cylinder_sign: hinge_axis.dot(&axis).signum(),
+            branch: 1.0,
+            k: d.norm_squared() + e0.norm_squared(),
+            p: 2.0 * d.dot(&e0),
+            q: 2.0 * pivot_sign * (d.y * e0.x - d.x * e0.y),
+        };
+        self.check_closure(&triangle, (eye - anchor).dot(&axis))?;
+        Ok(Triangle { branch: self.branch(&triangle), ..triangle })
+    }
+
+    fn check_closure(&self, t: &Triangle, out_of_plane: f64) -> Result<(), MachineError> {
+        let size = t.d.norm() + t.e0.norm();
+        if !(t.d.norm() > 1e-6 && t.e0.norm() > 1e-6) {
+            return Err(self.fault(
+                "three corners apart from each other",
+                format!("{:.6} m from hinge to pivot, {:.6} m from pivot to anchor", t.d.norm(), t.e0.norm()),
+            ));
+        }
+        if !(out_of_plane.abs() <= OUT_OF_PLANE_SHARE * size) {
+            return Err(self.fault("rod_end and anchor in one plane across the pivot", format!("{out_of_plane:.4} m apart along its axis")));
+        }
+        let reach = [(t.d.norm() - t.e0.norm()).abs(), size];
+        let limits = self.tree.bodies[self.bodies.rod].joint.as_ref().and_then(|j| j.limits);
+        let [lower, upper] = limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let shortest = (lower + t.length_at_zero).max(0.0).hypot(t.eccentricity);
+        let longest = (upper + t.length_at_zero).hypot(t.eccentricity);
+        if upper + t.length_at_zero < 0.0 || shortest > reach[1] || longest < reach[0] {
+            return Err(self.fault(
+                format!("an actuator between {:.4} and {:.4} m long", reach[0], reach[1]),
+                format!("{shortest:.4} to {longest:.4} m within the rod's limits"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// On which side of its longest position the actuator works.
+    fn branch(&self, t: &Triangle) -> f64 {
+        let limits = self.tree.bodies[self.bodies.pivot].joint.as_ref().and_then(|j| j.limits);
+        let middle = limits.filter(|[lower, upper]| upper - lower < std::f64::consts::TAU).map(|[lower, upper]| 0.5 * (lower + upper));
+        let near = self.spec.pivot_near.or(middle).unwrap_or(0.0);
+        // sin(near - theta_0) has the sign of sin(near) P - cos(near) Q
+        if near.sin() * t.p - near.cos() * t.q < 0.0 { -1.0 } else { 1.0 }
+    }
+}

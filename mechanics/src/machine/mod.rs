@@ -1,0 +1,313 @@
+//! The machine: bodies, joints, closed chains, wheels and sensors, checked once and then immutable.
+//!
+//! [`MachineSpec`] is the machine file as written; [`MachineSpec::check`] puts it beside a URDF and a
+//! log's joint names and gives a [`Machine`], or says what is wrong with it.
+
+mod check;
+mod error;
+mod inertia;
+mod linkage;
+mod spec;
+mod support_polygon;
+mod tree;
+mod urdf;
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+pub use check::LogFacts;
+pub use error::MachineError;
+pub use inertia::Inertia;
+pub use linkage::{Linkage, LinkageInput};
+pub use spec::{
+    ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec, OneOrMany, PayloadSpec,
+    PointSpec, SignalsSpec, Stiffness, SuspensionSpec, WheelSpec,
+};
+pub use support_polygon::{Edge, SupportPolygon};
+
+/// Most wheels a machine may have; the load envelope looks at every way to stand on some of them.
+pub const MAX_WHEELS: usize = 12;
+
+/// A machine that can be computed: valid by construction, shared freely.
+///
+/// The base frame is that of the link `base_link` where the URDF has one rigid with its root, else the
+/// root link's: x forward, y left, z up (REP-103).
+#[derive(Debug, Clone)]
+pub struct Machine {
+    pub(crate) name: String,
+    pub(crate) gravity: f64,
+    pub(crate) base_link: String,
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) links: Vec<Link>,
+    pub(crate) linkages: Vec<Linkage>,
+    pub(crate) joints: Vec<MeasuredJoint>,
+    pub(crate) wheels: Vec<Wheel>,
+    pub(crate) polygon: SupportPolygon,
+    pub(crate) contact: Contact,
+    pub(crate) imu: Mount,
+    pub(crate) tool: Option<Mount>,
+    pub(crate) payloads: Vec<Payload>,
+    pub(crate) limits: LimitsSpec,
+    pub(crate) signals: SignalsSpec,
+    pub(crate) estimator: EstimatorSpec,
+}
+
+/// A rigid body: links welded by fixed joints. Its frame has the z axis along the joint that carries
+/// it; the root's frame is the base frame.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Name of the link that its joint carries.
+    pub name: String,
+    /// Index of the parent body; the root's is 0, itself.
+    pub parent: usize,
+    /// Revolute about or prismatic along z.
+    pub kind: JointKind,
+    /// What the joint's coordinate follows from.
+    pub drive: Drive,
+    /// Orientation of the joint in the parent body.
+    pub parent_from_joint: Matrix3<f64>,
+    /// Position of the joint in the parent body [m].
+    pub joint_in_parent: Vector3<f64>,
+    /// Inertial parameters in the body's frame.
+    pub inertia: Inertia,
+}
+
+/// How a joint moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// It turns [rad].
+    Revolute,
+    /// It slides [m].
+    Prismatic,
+}
+
+/// What a joint's coordinate follows from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Drive {
+    /// The root has no joint.
+    Root,
+    /// The measured joint of this index.
+    Measured(usize),
+    /// `multiplier * measured joint + offset`.
+    Mimic {
+        /// Index of the measured joint.
+        joint: usize,
+        /// Factor, no unit or the ratio of the joints' units.
+        multiplier: f64,
+        /// Offset [rad or m].
+        offset: f64,
+    },
+    /// The pivot of this linkage.
+    Pivot(usize),
+    /// The cylinder hinge of this linkage.
+    Cylinder(usize),
+    /// The rod of this linkage.
+    Rod(usize),
+}
+
+/// A link of the URDF as a part of a body.
+#[derive(Debug, Clone)]
+pub struct Link {
+    /// Name in the URDF.
+    pub name: String,
+    /// The body that it is part of.
+    pub body: usize,
+    /// Its pose in the body's frame.
+    pub body_from_link: Isometry3<f64>,
+    /// Its inertial parameters in the body's frame, of its payloads not counted.
+    pub inertia: Inertia,
+    /// Whether it belongs to the manipulator.
+    pub in_arm: bool,
+}
+
+/// A joint whose position a log tells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MeasuredJoint {
+    /// Name in the URDF and in the log.
+    pub name: String,
+    /// Whether the log has it. Only the joint that spins a wheel may be missing.
+    pub logged: bool,
+    /// The wheel that it spins.
+    pub spins_wheel: Option<usize>,
+}
+
+/// A wheel.
+#[derive(Debug, Clone)]
+pub struct Wheel {
+    /// Name in the machine file.
+    pub name: String,
+    /// The body whose point is the centre.
+    pub body: usize,
+    /// Centre in the body's frame [m].
+    pub centre_in_body: Vector3<f64>,
+    /// Rolling radius [m].
+    pub radius: f64,
+    /// Vertical stiffness as a share of the mean of all wheels.
+    pub relative_stiffness: f64,
+    /// Centre in the base frame with all joints at zero [m].
+    pub centre_at_zero: Vector3<f64>,
+}
+
+/// How the ground carries the wheels.
+#[derive(Debug, Clone)]
+pub struct Contact {
+    /// The rule that splits what equilibrium leaves open.
+    pub split: Split,
+    /// Joints that carry no torque.
+    pub free_joints: Vec<FreeJoint>,
+    /// Whether the machine file declares the ground a plane.
+    pub ground: Ground,
+}
+
+/// The rule that splits the load where equilibrium leaves it open.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Split {
+    /// Assumption 8, (54) of the first paper: right minus left of the front axle is the share D of
+    /// right minus left of the machine.
+    FrontShare {
+        /// D, 0 to 1.
+        share: f64,
+        /// Indices of the wheels front left, front right, rear left, rear right.
+        wheels: [usize; 4],
+    },
+    /// The wheels stand on springs of their stiffness on a rigid frame.
+    Springs,
+}
+
+/// A joint that carries no torque, with wheels beyond it.
+#[derive(Debug, Clone)]
+pub struct FreeJoint {
+    /// The body that the joint carries.
+    pub body: usize,
+    /// Whether each body is this one or beyond it.
+    pub carries_body: Vec<bool>,
+    /// Whether each wheel is beyond the joint.
+    pub carries_wheel: Vec<bool>,
+}
+
+/// Something fixed to a body.
+#[derive(Debug, Clone)]
+pub struct Mount {
+    /// The body.
+    pub body: usize,
+    /// Its pose in the body's frame.
+    pub body_from_mount: Isometry3<f64>,
+    /// Where the pose comes from, for the report.
+    pub source: String,
+}
+
+/// A load that hangs on a link for a time.
+#[derive(Debug, Clone)]
+pub struct Payload {
+    /// The body that carries it.
+    pub body: usize,
+    /// Its inertial parameters in the body's frame.
+    pub inertia: Inertia,
+    /// From and until when it hangs there [s from the first sample].
+    pub window_s: [f64; 2],
+}
+
+impl Machine {
+    /// Name of the machine.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Gravitational acceleration [m/s^2].
+    #[must_use]
+    pub fn gravity(&self) -> f64 {
+        self.gravity
+    }
+
+    /// The link whose frame is the base frame.
+    #[must_use]
+    pub fn base_link(&self) -> &str {
+        &self.base_link
+    }
+
+    /// The rigid bodies, parents before children, the root first.
+    #[must_use]
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The links of the URDF.
+    #[must_use]
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// The closed chains.
+    #[must_use]
+    pub fn linkages(&self) -> &[Linkage] {
+        &self.linkages
+    }
+
+    /// The joints whose motion a [`State`](crate::State) holds, in its order.
+    #[must_use]
+    pub fn joints(&self) -> &[MeasuredJoint] {
+        &self.joints
+    }
+
+    /// The wheels, sorted by name.
+    #[must_use]
+    pub fn wheels(&self) -> &[Wheel] {
+        &self.wheels
+    }
+
+    /// The polygon of the contact points.
+    #[must_use]
+    pub fn polygon(&self) -> &SupportPolygon {
+        &self.polygon
+    }
+
+    /// How the ground carries the wheels.
+    #[must_use]
+    pub fn contact(&self) -> &Contact {
+        &self.contact
+    }
+
+    /// Where the inertial measurement unit sits.
+    #[must_use]
+    pub fn imu(&self) -> &Mount {
+        &self.imu
+    }
+
+    /// Where the tool wrench acts.
+    #[must_use]
+    pub fn tool(&self) -> Option<&Mount> {
+        self.tool.as_ref()
+    }
+
+    /// Loads that hang on links.
+    #[must_use]
+    pub fn payloads(&self) -> &[Payload] {
+        &self.payloads
+    }
+
+    /// What counts as a finding.
+    #[must_use]
+    pub fn limits(&self) -> &LimitsSpec {
+        &self.limits
+    }
+
+    /// Topics that the machine file names.
+    #[must_use]
+    pub fn signals(&self) -> &SignalsSpec {
+        &self.signals
+    }
+
+    /// How signals become a state.
+    #[must_use]
+    pub fn estimator(&self) -> &EstimatorSpec {
+        &self.estimator
+    }
+
+    /// Mass of all bodies and of the payloads that always hang [kg].
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        let always = |p: &&Payload| p.window_s == [f64::NEG_INFINITY, f64::INFINITY];
+        self.bodies.iter().map(|b| b.inertia.mass).sum::<f64>()
+            + self.payloads.iter().filter(always).map(|p| p.inertia.mass).sum::<f64>()
+    }
+}

@@ -1,0 +1,323 @@
+//! The machine file as written: what a person states in TOML, before anything is checked against the
+//! URDF. [`MachineSpec::check`] makes a [`Machine`](super::Machine) of it.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::MachineError;
+
+/// The machine file: see the machine-file reference of the project for every key.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachineSpec {
+    /// Name of the machine.
+    pub name: String,
+    /// Gravitational acceleration [m/s^2].
+    #[serde(default = "standard_gravity")]
+    pub gravity: f64,
+    /// Path of the URDF beside the machine file; absent: the log's `/robot_description`.
+    pub urdf: Option<String>,
+    /// Where the inertial measurement unit sits; absent: the link that its messages name.
+    pub imu: Option<ImuSpec>,
+    /// The wheels by name, three or more.
+    #[serde(default)]
+    pub wheels: BTreeMap<String, WheelSpec>,
+    /// The manipulator.
+    pub arm: Option<ArmSpec>,
+    /// Linear actuators that close a triangle.
+    #[serde(default)]
+    pub linkage: Vec<LinkageSpec>,
+    /// How the ground carries the wheels.
+    #[serde(default)]
+    pub contact: ContactSpec,
+    /// What counts as a finding.
+    #[serde(default)]
+    pub limits: LimitsSpec,
+    /// What hangs on a link.
+    #[serde(default)]
+    pub payload: Vec<PayloadSpec>,
+    /// Topics of the signals; absent ones are found by message type.
+    #[serde(default)]
+    pub signals: SignalsSpec,
+    /// How signals become a state.
+    #[serde(default)]
+    pub estimator: EstimatorSpec,
+    /// Active suspension.
+    pub suspension: Option<SuspensionSpec>,
+    /// Name of the file this was read from, for messages.
+    #[serde(skip)]
+    pub file: String,
+}
+
+fn standard_gravity() -> f64 {
+    9.806_65
+}
+
+/// `[imu]`: pose of the sensor in a link.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImuSpec {
+    /// The link that carries it; absent: the base link.
+    pub link: Option<String>,
+    /// Position in the link [m].
+    #[serde(default)]
+    pub xyz: [f64; 3],
+    /// Orientation in the link: roll, pitch, yaw about fixed axes [rad].
+    #[serde(default)]
+    pub rpy: [f64; 3],
+}
+
+/// `[wheels.NAME]`: one wheel.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WheelSpec {
+    /// The link whose origin is the wheel's centre.
+    pub link: String,
+    /// Rolling radius [m].
+    pub radius: f64,
+}
+
+/// `[arm]`: which links are the manipulator.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArmSpec {
+    /// This link and all below it are the manipulator.
+    pub root: String,
+    /// The link in whose frame the tool wrench is expressed and at whose origin it acts.
+    pub tool: Option<String>,
+}
+
+/// `[[linkage]]`: a linear actuator that closes a triangle.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LinkageSpec {
+    /// Name for messages.
+    pub name: String,
+    /// The revolute joint that it turns.
+    pub pivot: String,
+    /// The revolute joint of its cylinder.
+    pub cylinder: String,
+    /// The prismatic joint of its rod.
+    pub rod: String,
+    /// The eye of the rod, on the rod's side.
+    pub rod_end: PointSpec,
+    /// The pin that the eye sits on, on the turned side.
+    pub anchor: PointSpec,
+    /// An angle of the pivot [rad] on the branch that the machine uses; needed only where the rod is
+    /// measured. Default: the middle of the pivot's URDF limits if they span less than a turn, else 0.
+    pub pivot_near: Option<f64>,
+}
+
+/// A point fixed in a link.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointSpec {
+    /// The link.
+    pub link: String,
+    /// Its coordinates there [m].
+    pub xyz: [f64; 3],
+}
+
+/// `[contact]`.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactSpec {
+    /// D of the first paper's assumption 8: the front axle's share of the roll moment, 0 to 1.
+    pub front_share: Option<f64>,
+    /// Joints that carry no torque (bogie pivots, frame roll joints).
+    #[serde(default)]
+    pub free_joints: Vec<String>,
+    /// Vertical stiffness of the tyres [N/m].
+    pub tyre_stiffness: Option<Stiffness>,
+    /// Whether the ground may be taken for a plane.
+    #[serde(default)]
+    pub ground: Ground,
+}
+
+/// One stiffness for all wheels, or one for each.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged)]
+pub enum Stiffness {
+    /// The same for all wheels [N/m].
+    All(f64),
+    /// By wheel name [N/m].
+    PerWheel(BTreeMap<String, f64>),
+}
+
+/// What is known of the ground.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ground {
+    /// Nothing.
+    #[default]
+    Unknown,
+    /// It is a plane.
+    Plane,
+}
+
+/// `[limits]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LimitsSpec {
+    /// A wheel whose OTF is below this is light [N].
+    pub min_load: Option<f64>,
+    /// The same as a share of the wheel's static load, 0 to 1.
+    pub min_load_share: Option<f64>,
+    /// Optimal load of each wheel [N]; default: the static load in the posture of the first valid row.
+    pub optimal_load: Option<BTreeMap<String, f64>>,
+    /// Utilisation of the notice level.
+    pub notice: f64,
+    /// Utilisation of the warning level.
+    pub warning: f64,
+    /// Utilisation of the limit.
+    pub limit: f64,
+}
+
+impl Default for LimitsSpec {
+    fn default() -> Self {
+        Self { min_load: None, min_load_share: None, optimal_load: None, notice: 0.75, warning: 0.90, limit: 1.0 }
+    }
+}
+
+/// `[[payload]]`: what hangs on a link.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PayloadSpec {
+    /// The link.
+    pub link: String,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Standard deviation of the mass [kg].
+    pub mass_sigma: Option<f64>,
+    /// Centre of mass in the link [m].
+    #[serde(default)]
+    pub com: [f64; 3],
+    /// Inertia about the centre of mass: xx, yy, zz, xy, xz, yz [kg m^2].
+    #[serde(default)]
+    pub inertia: [f64; 6],
+    /// From when it hangs there [s from the first sample].
+    pub from: Option<f64>,
+    /// Until when [s from the first sample].
+    pub to: Option<f64>,
+}
+
+/// `[signals]`: topics by name.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SignalsSpec {
+    /// `sensor_msgs/JointState`, one topic or several.
+    pub joint_states: Option<OneOrMany>,
+    /// `sensor_msgs/Imu`.
+    pub imu: Option<String>,
+    /// `nav_msgs/Odometry`.
+    pub odometry: Option<String>,
+    /// `geometry_msgs/WrenchStamped`: force and moment by the surroundings on the tool.
+    pub tool_wrench: Option<String>,
+}
+
+/// One name, or several.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged)]
+pub enum OneOrMany {
+    /// One name.
+    One(String),
+    /// Several names.
+    Many(Vec<String>),
+}
+
+impl OneOrMany {
+    /// The names in the order written.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        match self {
+            Self::One(name) => std::slice::from_ref(name),
+            Self::Many(names) => names,
+        }
+    }
+}
+
+/// `[estimator]`: how noisy signals become a state. One set of values serves machines of a tonne and
+/// more; the reference page says what each trades.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EstimatorSpec {
+    /// Longest time between two samples of a signal that is bridged [s]; rows in a longer gap are invalid.
+    pub max_gap: f64,
+    /// Standard deviation of a joint position [rad or m].
+    pub joint_position_noise: f64,
+    /// Standard deviation of a joint rate [rad/s or m/s].
+    pub joint_rate_noise: f64,
+    /// Standard deviation of the change of a joint's acceleration in one second [rad/s^2 or m/s^2].
+    pub joint_agility: f64,
+    /// Standard deviation of an angular velocity [rad/s].
+    pub gyro_noise: f64,
+    /// Standard deviation of the change of the angular jerk in one second [rad/s^3].
+    pub gyro_agility: f64,
+    /// Standard deviation of a specific force [m/s^2].
+    pub accelerometer_noise: f64,
+    /// Standard deviation of the change of its second derivative in one second [m/s^4].
+    pub accelerometer_agility: f64,
+    /// Standard deviation of the direction up [rad].
+    pub attitude_noise: f64,
+    /// Standard deviation of the change of its second derivative in one second [rad/s^2].
+    pub attitude_agility: f64,
+    /// Standard deviation of a velocity of the odometry [m/s].
+    pub odometry_noise: f64,
+    /// Standard deviation of the change of its second derivative in one second [m/s^3].
+    pub odometry_agility: f64,
+    /// Standard deviation of a component of the tool wrench [N or N m].
+    pub tool_force_noise: f64,
+    /// Standard deviation of the change of its second derivative in one second [N/s^2 or N m/s^2].
+    pub tool_force_agility: f64,
+    /// How long the causal estimator's rows count as settling after a start or a gap [s].
+    pub settle: f64,
+}
+
+impl Default for EstimatorSpec {
+    fn default() -> Self {
+        Self {
+            max_gap: 0.25,
+            joint_position_noise: 3e-4,
+            joint_rate_noise: 3e-3,
+            joint_agility: 1.0,
+            gyro_noise: 2e-3,
+            gyro_agility: 1.0,
+            accelerometer_noise: 0.05,
+            accelerometer_agility: 30.0,
+            attitude_noise: 2e-3,
+            attitude_agility: 1.0,
+            odometry_noise: 0.01,
+            odometry_agility: 5.0,
+            tool_force_noise: 20.0,
+            tool_force_agility: 1e5,
+            settle: 0.3,
+        }
+    }
+}
+
+/// `[suspension]`: second paper, only for machines that have it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SuspensionSpec {
+    /// Names of the linkages whose rods are the suspension's actuators.
+    pub linkages: Vec<String>,
+    /// Least and greatest rod coordinate [m].
+    pub stroke: [f64; 2],
+    /// Largest rod velocity [m/s].
+    pub max_velocity: f64,
+    /// Largest rod acceleration [m/s^2].
+    pub max_acceleration: f64,
+}
+
+impl MachineSpec {
+    /// Reads a machine file's text; `file` is its name for messages.
+    ///
+    /// # Errors
+    /// No TOML, or an unknown, missing or mistyped key: with line and column.
+    pub fn from_toml(text: &str, file: &str) -> Result<Self, MachineError> {
+        let spec: Self = toml::from_str(text)
+            .map_err(|e| MachineError::MachineFile { file: file.into(), message: e.to_string().trim_end().to_string() })?;
+        Ok(Self { file: file.into(), ..spec })
+    }
+}

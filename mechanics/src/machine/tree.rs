@@ -1,0 +1,216 @@
+//! From the links and joints of a URDF to a tree of rigid bodies: fixed joints welded, every joint's
+//! axis turned into the z axis of its body.
+
+use std::collections::HashMap;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::urdf::{Mimic, Urdf, UrdfJoint, UrdfJointKind};
+use super::{Inertia, JointKind, MachineError};
+
+/// A tree of bodies before it is known what drives its joints.
+#[derive(Debug)]
+pub(super) struct Tree {
+    pub(super) base_link: String,
+    pub(super) bodies: Vec<TreeBody>,
+    pub(super) links: Vec<TreeLink>,
+}
+
+#[derive(Debug)]
+pub(super) struct TreeBody {
+    pub(super) link: String,
+    pub(super) parent: usize,
+    /// Name and properties of the joint that carries it; `None` for the root.
+    pub(super) joint: Option<TreeJoint>,
+    /// Pose of the joint in the parent body, z along the axis.
+    pub(super) parent_from_joint: Isometry3<f64>,
+    /// Pose in the base frame with all joints at zero.
+    pub(super) base_from_body: Isometry3<f64>,
+    pub(super) inertia: Inertia,
+}
+
+#[derive(Debug)]
+pub(super) struct TreeJoint {
+    pub(super) name: String,
+    pub(super) kind: JointKind,
+    pub(super) limits: Option<[f64; 2]>,
+    pub(super) mimic: Option<Mimic>,
+}
+
+#[derive(Debug)]
+pub(super) struct TreeLink {
+    pub(super) name: String,
+    pub(super) parent_link: Option<usize>,
+    pub(super) body: usize,
+    pub(super) body_from_link: Isometry3<f64>,
+    pub(super) inertia: Inertia,
+}
+
+impl Tree {
+    /// # Errors
+    /// Links or joints of the same name, a joint between links that do not exist, no root or several,
+    /// a loop.
+    pub(super) fn build(urdf: &Urdf) -> Result<Self, MachineError> {
+        let fault = |place: String, expected: &str, found: String| MachineError::value(&urdf.file, place, expected, found);
+        let mut link_index = HashMap::new();
+        for (i, link) in urdf.links.iter().enumerate() {
+            if link_index.insert(link.name.as_str(), i).is_some() {
+                return Err(fault(format!("link \"{}\"", link.name), "one link of a name", "two".into()));
+            }
+        }
+        let mut joint_names = HashMap::new();
+        let mut children: Vec<Vec<&UrdfJoint>> = vec![Vec::new(); urdf.links.len()];
+        let mut parent_joint: Vec<Option<&UrdfJoint>> = vec![None; urdf.links.len()];
+        for joint in &urdf.joints {
+            let place = format!("joint \"{}\"", joint.name);
+            if joint_names.insert(joint.name.as_str(), ()).is_some() {
+                return Err(fault(place, "one joint of a name", "two".into()));
+            }
+            let find = |name: &str| {
+                link_index.get(name).copied().ok_or_else(|| fault(place.clone(), "existing links", format!("no link \"{name}\"")))
+            };
+            let (parent, child) = (find(&joint.parent)?, find(&joint.child)?);
+            if let Some(other) = parent_joint[child].replace(joint) {
+                return Err(fault(place, "one parent for a link", format!("joint \"{}\" also carries \"{}\"", other.name, joint.child)));
+            }
+            children[parent].push(joint);
+        }
+        let roots: Vec<_> = (0..urdf.links.len()).filter(|&i| parent_joint[i].is_none()).collect();
+        let &[root] = roots.as_slice() else {
+            let names: Vec<_> = roots.iter().map(|&i| urdf.links[i].name.as_str()).collect();
+            return Err(fault("links".into(), "one root link that no joint carries", format!("{}: {}", roots.len(), names.join(", "))));
+        };
+        let mut grower = Grower { urdf, link_index: &link_index, children: &children, bodies: Vec::new(), links: Vec::new() };
+        grower.grow(root);
+        if grower.links.len() != urdf.links.len() {
+            let apart = urdf.links.iter().find(|l| !grower.links.iter().any(|g| g.name == l.name));
+            let name = apart.map_or("", |l| &l.name);
+            return Err(fault(format!("link \"{name}\""), "a chain of joints to the root", "a loop".into()));
+        }
+        let (bodies, links) = (grower.bodies, grower.links);
+        Ok(Self { base_link: links[0].name.clone(), bodies, links }.rebased())
+    }
+
+    /// The base frame moved to the link `base_link`, if it is welded to the root.
+    fn rebased(mut self) -> Self {
+        let Some(base) = self.links.iter().find(|l| l.name == "base_link" && l.body == 0) else { return self };
+        let base_from_root = base.body_from_link.inverse();
+        self.base_link = base.name.clone();
+        self.bodies[0].inertia = self.bodies[0].inertia.transformed(&base_from_root);
+        for link in self.links.iter_mut().filter(|l| l.body == 0) {
+            link.body_from_link = base_from_root * link.body_from_link;
+            link.inertia = link.inertia.transformed(&base_from_root);
+        }
+        for body in &mut self.bodies[1..] {
+            body.base_from_body = base_from_root * body.base_from_body;
+            if body.parent == 0 {
+                body.parent_from_joint = base_from_root * body.parent_from_joint;
+            }
+        }
+        self
+    }
+
+    pub(super) fn link(&self, name: &str) -> Option<usize> {
+        self.links.iter().position(|l| l.name == name)
+    }
+
+    /// Index of the body that the joint of this name carries.
+    pub(super) fn body_of_joint(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|b| b.joint.as_ref().is_some_and(|j| j.name == name))
+    }
+
+    /// Whether `body` is `ancestor` or carried by it.
+    pub(super) fn is_carried_by(&self, mut body: usize, ancestor: usize) -> bool {
+        while body > ancestor {
+            body = self.bodies[body].parent;
+        }
+        body == ancestor
+    }
+
+    /// Whether `link` is `ancestor` or below it.
+    pub(super) fn link_is_below(&self, mut link: usize, ancestor: usize) -> bool {
+        loop {
+            if link == ancestor {
+                return true;
+            }
+            match self.links[link].parent_link {
+                Some(parent) => link = parent,
+                None => return false,
+            }
+        }
+    }
+}
+
+struct Grower<'a> {
+    urdf: &'a Urdf,
+    link_index: &'a HashMap<&'a str, usize>,
+    children: &'a [Vec<&'a UrdfJoint>],
+    bodies: Vec<TreeBody>,
+    links: Vec<TreeLink>,
+}
+
+impl Grower<'_> {
+    /// Walks the tree from the root without recursion (a URDF may nest arbitrarily deep).
+    fn grow(&mut self, root: usize) {
+        let identity = Isometry3::identity();
+        self.bodies.push(TreeBody {
+            link: self.urdf.links[root].name.clone(),
+            parent: 0,
+            joint: None,
+            parent_from_joint: identity,
+            base_from_body: identity,
+            inertia: Inertia::zero(),
+        });
+        let mut pending = vec![(root, None, 0, identity)];
+        while let Some((urdf_link, parent_link, body, body_from_link)) = pending.pop() {
+            let link = self.add_link(urdf_link, parent_link, body, body_from_link);
+            for &joint in self.children[urdf_link].iter().rev() {
+                let child = self.link_index[joint.child.as_str()];
+                let body_from_joint = body_from_link * joint.parent_from_joint;
+                let (child_body, child_pose) = match joint.kind {
+                    UrdfJointKind::Fixed => (body, body_from_joint),
+                    UrdfJointKind::Revolute => self.add_body(joint, JointKind::Revolute, body, body_from_joint),
+                    UrdfJointKind::Prismatic => self.add_body(joint, JointKind::Prismatic, body, body_from_joint),
+                };
+                pending.push((child, Some(link), child_body, child_pose));
+            }
+        }
+    }
+
+    fn add_link(&mut self, urdf_link: usize, parent_link: Option<usize>, body: usize, body_from_link: Isometry3<f64>) -> usize {
+        let source = &self.urdf.links[urdf_link];
+        let inertia = source.inertia.map_or(Inertia::zero(), |i| i.transformed(&body_from_link));
+        self.bodies[body].inertia = self.bodies[body].inertia.welded(&inertia);
+        self.links.push(TreeLink { name: source.name.clone(), parent_link, body, body_from_link, inertia });
+        self.links.len() - 1
+    }
+
+    /// Adds the body that `joint` carries, its z axis along the joint's axis; gives its index and the
+    /// pose of the joint's own frame in it.
+    fn add_body(
+        &mut self,
+        joint: &UrdfJoint,
+        kind: JointKind,
+        parent: usize,
+        body_from_joint: Isometry3<f64>,
+    ) -> (usize, Isometry3<f64>) {
+        let joint_from_aligned = z_turned_to(&joint.axis);
+        let parent_from_joint = body_from_joint * joint_from_aligned;
+        self.bodies.push(TreeBody {
+            link: joint.child.clone(),
+            parent,
+            joint: Some(TreeJoint { name: joint.name.clone(), kind, limits: joint.limits, mimic: joint.mimic.clone() }),
+            parent_from_joint,
+            base_from_body: self.bodies[parent].base_from_body * parent_from_joint,
+            inertia: Inertia::zero(),
+        });
+        (self.bodies.len() - 1, joint_from_aligned.inverse())
+    }
+}
+
+/// A rotation that turns z into `axis`: exactly none, or a half turn about x, where it is +z or -z.
+fn z_turned_to(axis: &Vector3<f64>) -> Isometry3<f64> {
+    let half_turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let rotation = UnitQuaternion::rotation_between(&Vector3::z(), axis).unwrap_or(half_turn);
+    Isometry3::from_parts(Translation3::identity(), rotation)
+}

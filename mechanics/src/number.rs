@@ -1,0 +1,117 @@
+//! The number the equations are written in: `f64` for one sample, [`Lanes`] for four samples side by
+//! side, dual numbers for derivatives. One set of equations serves them all.
+//!
+//! The operations are those of IEEE 754 (add, subtract, multiply, divide, square root, compare) and
+//! nothing else: no fused multiply-add, no platform `sin`. So every lane of a [`Lanes`] holds the
+//! same bits as the `f64` computed alone.
+
+mod lanes;
+mod sin_cos;
+
+pub use lanes::{LaneMask, Lanes};
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+
+use num_traits::{One, Zero};
+
+/// The outcome of a comparison: one truth value for each sample that a [`Real`] carries.
+pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// The same truth value for every sample.
+    fn splat(value: bool) -> Self;
+    /// Whether any sample's value is true.
+    fn any(self) -> bool;
+}
+
+/// A number of the mechanics: see the [module](self).
+pub trait Real:
+    Copy
+    + Debug
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Zero
+    + One
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+{
+    /// Result type of comparisons.
+    type Mask: Mask;
+
+    /// The constant `value` in every sample.
+    fn constant(value: f64) -> Self;
+
+    /// Square root; NaN below zero.
+    fn sqrt(self) -> Self;
+
+    /// Sine and cosine of an angle in radians.
+    fn sin_cos(self) -> (Self, Self);
+
+    /// `self < other`; false where either is NaN.
+    fn lt(self, other: Self) -> Self::Mask;
+
+    /// `if_true` where `mask` holds, else `if_false`.
+    fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
+
+    /// The smaller of the two; `other` where either is NaN.
+    fn min(self, other: Self) -> Self {
+        Self::select(self.lt(other), self, other)
+    }
+
+    /// The larger of the two; `other` where either is NaN.
+    fn max(self, other: Self) -> Self {
+        Self::select(other.lt(self), self, other)
+    }
+
+    /// Absolute value.
+    fn abs(self) -> Self {
+        Self::select(self.lt(Self::zero()), -self, self)
+    }
+}
+
+impl Mask for bool {
+    fn splat(value: bool) -> Self {
+        value
+    }
+
+    fn any(self) -> bool {
+        self
+    }
+}
+
+impl Real for f64 {
+    type Mask = bool;
+
+    #[inline]
+    fn constant(value: f64) -> Self {
+        value
+    }
+
+    #[inline]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        sin_cos::sin_cos(self)
+    }
+
+    #[inline]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+
+    #[inline]
+    fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
+        if mask { if_true } else { if_false }
+    }
+}

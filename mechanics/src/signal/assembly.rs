@@ -1,0 +1,287 @@
+//! The tracks of all sensors, and the state that they make together.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::reason::{Reason, Reasons};
+use super::sample::{Sample, SampleError, Sensor, Sensors};
+use super::track::{Jet, Model, Track};
+use crate::coordinate::Motion;
+use crate::kinematics::rotation_in_body;
+use crate::machine::Machine;
+use crate::state::State;
+
+/// What a track follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Followed {
+    Joints(usize),
+    SpecificForce,
+    AngularVelocity,
+    Up,
+    Velocity,
+    ToolWrench,
+}
+
+impl Followed {
+    /// The reason that a gap of this track gives; `None` where rows are valid without it.
+    pub(super) fn gap(self, imu: bool) -> Option<Reason> {
+        match self {
+            Self::Joints(_) => Some(Reason::JointsGap),
+            Self::SpecificForce | Self::AngularVelocity if imu => Some(Reason::ImuGap),
+            Self::SpecificForce => None,
+            Self::AngularVelocity => Some(Reason::OdometryGap),
+            Self::Up | Self::Velocity if imu => None,
+            Self::Up | Self::Velocity => Some(Reason::OdometryGap),
+            Self::ToolWrench => Some(Reason::ToolWrenchGap),
+        }
+    }
+}
+
+/// Whether a track tells anything at some time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Standing {
+    Known,
+    Settling,
+    Unknown,
+}
+
+/// All tracks of a set of sensors.
+#[derive(Debug, Clone)]
+pub(super) struct Tracks {
+    pub(super) list: Vec<(Followed, Track)>,
+    sensors: Sensors,
+}
+
+impl Tracks {
+    pub(super) fn new(machine: &Machine, sensors: &Sensors, keeps_history: bool) -> Self {
+        let e = machine.estimator();
+        let max_gap_ns = (e.max_gap * 1e9) as i64;
+        let model = |noise: f64, rate_noise: f64, agility: f64| Model {
+            value_variance: noise * noise,
+            rate_variance: rate_noise * rate_noise,
+            density: agility * agility,
+            max_gap_ns,
+        };
+        let joints = model(e.joint_position_noise, e.joint_rate_noise, e.joint_agility);
+        let gyro = model(e.gyro_noise, 0.0, e.gyro_agility);
+        let accelerometer = model(e.accelerometer_noise, 0.0, e.accelerometer_agility);
+        let attitude = model(e.attitude_noise, 0.0, e.attitude_agility);
+        let odometry = model(e.odometry_noise, 0.0, e.odometry_agility);
+        let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
+        let mut list = Vec::new();
+        let mut add = |followed, model, channels| list.push((followed, Track::new(model, channels, keeps_history)));
+        for (stream, spec) in sensors.joints.iter().enumerate() {
+            add(Followed::Joints(stream), joints, spec.joints.len());
+        }
+        if sensors.imu {
+            add(Followed::SpecificForce, accelerometer, 3);
+        }
+        if sensors.imu || sensors.odometry {
+            add(Followed::AngularVelocity, gyro, 3);
+            add(Followed::Up, attitude, 3);
+        }
+        if sensors.odometry {
+            add(Followed::Velocity, odometry, 3);
+        }
+        if sensors.tool_wrench {
+            add(Followed::ToolWrench, tool, 6);
+        }
+        Self { list, sensors: sensors.clone() }
+    }
+
+    pub(super) fn get(&self, followed: Followed) -> Option<&Track> {
+        self.list.iter().find(|(f, _)| *f == followed).map(|(_, track)| track)
+    }
+
+    fn push_to(&mut self, followed: Followed, stamp_ns: i64, values: &[f64], rates: Option<&[f64]>) -> Result<(), SampleError> {
+        let track = self.list.iter_mut().find(|(f, _)| *f == followed).map(|(_, track)| track);
+        track.ok_or(SampleError::UnknownSensor)?.push(stamp_ns, values, rates)
+    }
+
+    /// Takes a sample apart into the tracks that follow its parts.
+    pub(super) fn push(&mut self, sample: &Sample<'_>) -> Result<(), SampleError> {
+        if self.sensors.value_count(sample.sensor) != Some(sample.values.len()) {
+            return Err(SampleError::UnknownSensor);
+        }
+        let (t, values) = (sample.stamp_ns, sample.values);
+        match sample.sensor {
+            Sensor::Joints(stream) => {
+                let (positions, rates) = values.split_at(values.len() / 2);
+                self.push_to(Followed::Joints(stream), t, positions, Some(rates))
+            }
+            Sensor::Imu => {
+                if !values[..6].iter().all(|v| v.is_finite()) {
+                    return Err(SampleError::NotFinite);
+                }
+                self.push_to(Followed::SpecificForce, t, &values[..3], None)?;
+                self.push_to(Followed::AngularVelocity, t, &values[3..6], None)?;
+                self.push_up(t, &values[6..]);
+                Ok(())
+            }
+            Sensor::Odometry => {
+                self.push_to(Followed::Velocity, t, &values[..3], None)?;
+                if !self.sensors.imu {
+                    self.push_to(Followed::AngularVelocity, t, &values[3..6], None)?;
+                    self.push_up(t, &values[6..]);
+                }
+                Ok(())
+            }
+            Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None),
+        }
+    }
+
+    /// The direction up in the sensor's frame from its orientation; nothing where that is unknown.
+    fn push_up(&mut self, stamp_ns: i64, xyzw: &[f64]) {
+        if let [x, y, z, w] = *xyzw
+            && xyzw.iter().all(|v| v.is_finite())
+        {
+            let orientation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+            let up = orientation.inverse_transform_vector(&Vector3::z());
+            // an orientation that is no use leaves a gap in a track that rows do without
+            let _ = self.push_to(Followed::Up, stamp_ns, up.as_slice(), None);
+        }
+    }
+}
+
+/// Makes states from what the tracks say at a time.
+#[derive(Debug, Clone)]
+pub(super) struct Assembler {
+    sensors: Sensors,
+    rolling: Vec<RollingWheel>,
+    jets: Vec<Jet>,
+}
+
+/// A wheel whose joint no log has: its rate follows from rolling without slip.
+#[derive(Debug, Clone)]
+struct RollingWheel {
+    joint: usize,
+    /// Direction in which the wheel's centre moves when the joint turns forward, base axes.
+    forward: Vector3<f64>,
+    centre: Vector3<f64>,
+    radius: f64,
+}
+
+/// What the tracks say of the base beside the state.
+pub(super) struct BaseView {
+    pub(super) up_in_base: Option<Vector3<f64>>,
+    pub(super) base_velocity: Option<Vector3<f64>>,
+    pub(super) reasons: Reasons,
+}
+
+impl Assembler {
+    pub(super) fn new(machine: &Machine, sensors: &Sensors) -> Self {
+        let rolling = machine.joints().iter().enumerate().filter(|(_, j)| !j.logged).filter_map(|(joint, spec)| {
+            let wheel = &machine.wheels()[spec.spins_wheel?];
+            let axis = machine.axis_at_zero(wheel.body);
+            let forward = axis.cross(&Vector3::z()).try_normalize(1e-9)?;
+            Some(RollingWheel { joint, forward, centre: wheel.centre_at_zero, radius: wheel.radius })
+        });
+        Self { sensors: sensors.clone(), rolling: rolling.collect(), jets: vec![[0.0; 3]; machine.joints().len().max(6)] }
+    }
+
+    /// Fills `state` from `read`, which writes a track's jets and says whether they mean anything;
+    /// `elapsed_s` is the time since the first row.
+    pub(super) fn assemble(
+        &mut self,
+        machine: &Machine,
+        elapsed_s: f64,
+        read: &mut dyn FnMut(Followed, &mut [Jet]) -> Standing,
+        state: &mut State<f64>,
+    ) -> BaseView {
+        let mut reasons = Reasons::NONE;
+        if !(self.sensors.imu || self.sensors.odometry) {
+            reasons.add(Reason::ImuGap);
+        }
+        for (stream, spec) in self.sensors.joints.iter().enumerate() {
+            let jets = &mut self.jets[..spec.joints.len()];
+            note(&mut reasons, Followed::Joints(stream), read(Followed::Joints(stream), jets), self.sensors.imu);
+            for (&joint, &[position, rate, acceleration]) in spec.joints.iter().zip(jets.iter()) {
+                state.joints[joint] = Motion { position, rate, acceleration };
+            }
+        }
+        let imu = self.sensors.imu;
+        let mut triple = |followed| vectors(followed, read, &mut reasons, imu);
+        let velocity = if self.sensors.odometry { triple(Followed::Velocity) } else { None };
+        let (turning, up) = if imu || self.sensors.odometry {
+            (triple(Followed::AngularVelocity), triple(Followed::Up).and_then(|[up, ..]| up.try_normalize(0.5)))
+        } else {
+            (None, None)
+        };
+        let up_in_base = if imu { up.and_then(|up| up_in_base(machine, &up)) } else { up };
+        let [w, alpha, _] = turning.unwrap_or_default();
+        state.imu.angular_velocity = w;
+        state.imu.angular_acceleration = alpha;
+        if imu {
+            state.imu.specific_force = triple(Followed::SpecificForce).unwrap_or_default()[0];
+        } else if let Some([v, v_rate, _]) = velocity {
+            // f = dv/dt + w x v + g up
+            state.imu.specific_force = v_rate + w.cross(&v) + up_in_base.unwrap_or(Vector3::z()) * machine.gravity();
+        }
+        if self.sensors.tool_wrench {
+            let jets = &mut self.jets[..6];
+            note(&mut reasons, Followed::ToolWrench, read(Followed::ToolWrench, jets), imu);
+            state.tool_wrench.force = Vector3::new(jets[0][0], jets[1][0], jets[2][0]);
+            state.tool_wrench.moment = Vector3::new(jets[3][0], jets[4][0], jets[5][0]);
+        }
+        for wheel in &self.rolling {
+            state.joints[wheel.joint] = wheel.motion(velocity, &w, &alpha);
+        }
+        for (share, payload) in state.payload_share.iter_mut().zip(machine.payloads()) {
+            let [from, to] = payload.window_s;
+            *share = if (from..to).contains(&elapsed_s) { 1.0 } else { 0.0 };
+        }
+        if reasons.has_gap() {
+            state.values_mut().for_each(|value| *value = f64::NAN);
+        }
+        BaseView { up_in_base, base_velocity: velocity.map(|[v, ..]| v), reasons }
+    }
+}
+
+impl RollingWheel {
+    /// Rate and acceleration of rolling: the centre's speed along the wheel by its radius; at rest
+    /// where the speed is unknown. The angle of a round wheel does not matter.
+    fn motion(&self, velocity: Option<[Vector3<f64>; 3]>, w: &Vector3<f64>, alpha: &Vector3<f64>) -> Motion<f64> {
+        let Some([v, v_rate, _]) = velocity else { return Motion::zero() };
+        let along = |v: &Vector3<f64>, w: &Vector3<f64>| self.forward.dot(&(v + w.cross(&self.centre))) / self.radius;
+        Motion { position: 0.0, rate: along(&v, w), acceleration: along(&v_rate, alpha) }
+    }
+}
+
+fn note(reasons: &mut Reasons, followed: Followed, standing: Standing, imu: bool) {
+    let Some(gap) = followed.gap(imu) else { return };
+    match standing {
+        Standing::Known => {}
+        Standing::Settling => reasons.add(Reason::Settling),
+        Standing::Unknown => reasons.add(gap),
+    }
+}
+
+/// Value, first and second derivative of a track of three channels, as vectors.
+fn vectors(
+    followed: Followed,
+    read: &mut dyn FnMut(Followed, &mut [Jet]) -> Standing,
+    reasons: &mut Reasons,
+    imu: bool,
+) -> Option<[Vector3<f64>; 3]> {
+    let mut jets = [[0.0; 3]; 3];
+    let standing = read(followed, &mut jets);
+    note(reasons, followed, standing, imu);
+    let [x, y, z] = jets;
+    (standing != Standing::Unknown).then(|| std::array::from_fn(|i| Vector3::new(x[i], y[i], z[i])))
+}
+
+/// Up in base axes from up in the IMU's; unknown where the IMU is not on the base.
+fn up_in_base(machine: &Machine, up_in_imu: &Vector3<f64>) -> Option<Vector3<f64>> {
+    (machine.imu().body == 0).then(|| rotation_in_body(machine.imu()) * up_in_imu)
+}
+
+impl Machine {
+    /// Axis of the joint that carries `body`, in base axes with all joints at zero.
+    fn axis_at_zero(&self, mut body: usize) -> Vector3<f64> {
+        let mut axis = Vector3::z();
+        while body != 0 {
+            axis = self.bodies[body].parent_from_joint * axis;
+            body = self.bodies[body].parent;
+        }
+        axis
+    }
+}

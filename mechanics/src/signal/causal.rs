@@ -1,0 +1,110 @@
+//! The estimator that looks back only: for live use, and offline to reproduce it.
+
+use super::assembly::{Assembler, Followed, Standing, Tracks};
+use super::rows::{Estimate, RowClock, regular_stamp};
+use super::sample::{Sample, SampleError, Sensor, Sensors, StreamCounts};
+use super::track::{Jet, seconds};
+use crate::machine::Machine;
+
+/// Takes samples in the order in which they arrive; gives a row at each sample of the first stream of
+/// joint states, or at a regular rate.
+///
+/// The same samples in the same order give the same bits, offline and live. A step allocates nothing.
+#[derive(Debug, Clone)]
+pub struct CausalEstimator {
+    tracks: Tracks,
+    assembler: Assembler,
+    sensors: Sensors,
+    counts: Vec<(Sensor, StreamCounts)>,
+    clock: RowClock,
+    first_row_ns: Option<i64>,
+    rows_given: u64,
+    settle_ns: i64,
+    max_gap_ns: i64,
+    estimate: Estimate,
+}
+
+impl CausalEstimator {
+    /// An estimator that has seen nothing.
+    #[must_use]
+    pub fn new(machine: &Machine, sensors: &Sensors, clock: RowClock) -> Self {
+        Self {
+            tracks: Tracks::new(machine, sensors, false),
+            assembler: Assembler::new(machine, sensors),
+            sensors: sensors.clone(),
+            counts: sensors.iter().map(|sensor| (sensor, StreamCounts::default())).collect(),
+            clock,
+            first_row_ns: None,
+            rows_given: 0,
+            settle_ns: (machine.estimator().settle * 1e9) as i64,
+            max_gap_ns: (machine.estimator().max_gap * 1e9) as i64,
+            estimate: Estimate::unknown(machine),
+        }
+    }
+
+    /// The sensors that it listens to.
+    #[must_use]
+    pub fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    /// How many samples of each sensor were used.
+    #[must_use]
+    pub fn counts(&self) -> &[(Sensor, StreamCounts)] {
+        &self.counts
+    }
+
+    /// Takes a sample; `row` is called with each row that it completes.
+    ///
+    /// # Errors
+    /// [`SampleError`] where the sample is not used; it is counted, and the estimator goes on.
+    pub fn push(&mut self, machine: &Machine, sample: &Sample<'_>, row: &mut dyn FnMut(&Estimate)) -> Result<(), SampleError> {
+        let result = self.tracks.push(sample);
+        if let Some((_, counts)) = self.counts.iter_mut().find(|(sensor, _)| *sensor == sample.sensor) {
+            counts.count(result);
+        }
+        result?;
+        if sample.sensor != Sensor::Joints(0) {
+            return Ok(());
+        }
+        let first = *self.first_row_ns.get_or_insert(sample.stamp_ns);
+        match self.clock {
+            RowClock::JointStates => self.give_row(machine, sample.stamp_ns, row),
+            RowClock::Rate(hz) => {
+                let behind = sample.stamp_ns.saturating_sub(self.max_gap_ns);
+                loop {
+                    let stamp = regular_stamp(first, self.rows_given, hz);
+                    if stamp > sample.stamp_ns {
+                        break;
+                    }
+                    // rows inside a long gap are left out, as they are at the joints' own stamps
+                    if stamp >= behind {
+                        self.give_row(machine, stamp, row);
+                    }
+                    self.rows_given += 1;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn give_row(&mut self, machine: &Machine, time_ns: i64, row: &mut dyn FnMut(&Estimate)) {
+        let (tracks, settle_ns, max_gap_ns) = (&self.tracks, self.settle_ns, self.max_gap_ns);
+        let mut read = |followed: Followed, jets: &mut [Jet]| {
+            let Some(track) = tracks.get(followed) else { return Standing::Unknown };
+            let near = track.last_ns().is_some_and(|last| last.abs_diff(time_ns) <= max_gap_ns.unsigned_abs());
+            if !near {
+                return Standing::Unknown;
+            }
+            for (channel, jet) in jets.iter_mut().enumerate().take(track.channels()) {
+                *jet = track.at(channel, time_ns);
+            }
+            let settled = time_ns.saturating_sub(track.started_ns()) >= settle_ns;
+            if settled { Standing::Known } else { Standing::Settling }
+        };
+        let elapsed_s = seconds(time_ns.saturating_sub(self.first_row_ns.unwrap_or(time_ns)));
+        let view = self.assembler.assemble(machine, elapsed_s, &mut read, &mut self.estimate.state);
+        self.estimate.set(time_ns, view);
+        row(&self.estimate);
+    }
+}

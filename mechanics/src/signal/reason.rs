@@ -1,0 +1,105 @@
+//! Why a row is not valid.
+
+/// A reason for which a row is not valid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Reason {
+    /// No joint states near enough in time.
+    JointsGap,
+    /// No IMU sample near enough in time.
+    ImuGap,
+    /// No odometry near enough in time, where it stands in for another sensor.
+    OdometryGap,
+    /// No tool wrench near enough in time.
+    ToolWrenchGap,
+    /// The estimator has only just started, or started again after a gap.
+    Settling,
+    /// A linkage cannot close at the measured position.
+    LinkageOpen,
+    /// The ground does not push: the machine is in the air, or an input is wrong.
+    NoGroundContact,
+    /// The machine is tipping about an edge.
+    Tipping,
+    /// An input or result is no finite number.
+    NotFinite,
+}
+
+impl Reason {
+    /// All reasons, in their order.
+    pub const ALL: [Self; 9] = [
+        Self::JointsGap,
+        Self::ImuGap,
+        Self::OdometryGap,
+        Self::ToolWrenchGap,
+        Self::Settling,
+        Self::LinkageOpen,
+        Self::NoGroundContact,
+        Self::Tipping,
+        Self::NotFinite,
+    ];
+
+    /// Its name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::JointsGap => "joints_gap",
+            Self::ImuGap => "imu_gap",
+            Self::OdometryGap => "odometry_gap",
+            Self::ToolWrenchGap => "tool_wrench_gap",
+            Self::Settling => "settling",
+            Self::LinkageOpen => "linkage_open",
+            Self::NoGroundContact => "no_ground_contact",
+            Self::Tipping => "tipping",
+            Self::NotFinite => "not_finite",
+        }
+    }
+}
+
+/// A set of reasons; empty for a valid row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub struct Reasons(u16);
+
+impl Reasons {
+    /// The set without reasons.
+    pub const NONE: Self = Self(0);
+
+    /// Adds a reason.
+    pub fn add(&mut self, reason: Reason) {
+        self.0 |= 1 << reason as u8;
+    }
+
+    /// Whether the set has `reason`.
+    #[must_use]
+    pub fn has(self, reason: Reason) -> bool {
+        self.0 >> reason as u8 & 1 == 1
+    }
+
+    /// Whether the row is valid.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether a gap leaves the state unknown.
+    #[must_use]
+    pub fn has_gap(self) -> bool {
+        [Reason::JointsGap, Reason::ImuGap, Reason::OdometryGap, Reason::ToolWrenchGap].iter().any(|&r| self.has(r))
+    }
+
+    /// The reasons, in their order.
+    pub fn iter(self) -> impl Iterator<Item = Reason> {
+        Reason::ALL.into_iter().filter(move |&r| self.has(r))
+    }
+
+    /// The set as bits, for a wire or a file; see [`Self::from_bits`].
+    #[must_use]
+    pub fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// The set of these bits; bits of no reason are dropped.
+    #[must_use]
+    pub fn from_bits(bits: u16) -> Self {
+        Self(bits & ((1 << Reason::ALL.len()) - 1))
+    }
+}

@@ -1,0 +1,118 @@
+//! Samples of the sensors, as a log or a live sensor gives them.
+
+use crate::machine::Machine;
+
+/// Which sensors a log or a live system has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sensors {
+    /// Streams of joint states, at least one; rows are at the stamps of the first.
+    pub joints: Vec<JointStream>,
+    /// Whether there is an inertial measurement unit.
+    pub imu: bool,
+    /// Whether there is odometry.
+    pub odometry: bool,
+    /// Whether the tool wrench is measured.
+    pub tool_wrench: bool,
+}
+
+/// A stream of joint states.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JointStream {
+    /// Indices of the joints it measures, into [`Machine::joints`].
+    pub joints: Vec<usize>,
+}
+
+/// A sensor by its place in [`Sensors`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Sensor {
+    /// The stream of joint states of this index.
+    Joints(usize),
+    /// The inertial measurement unit.
+    Imu,
+    /// Odometry.
+    Odometry,
+    /// The tool wrench.
+    ToolWrench,
+}
+
+/// One message of one sensor.
+///
+/// The values by sensor:
+/// - joints: positions of the stream's joints [rad or m], then their rates [rad/s or m/s], NaN where
+///   the message has none;
+/// - IMU, in its own frame: specific force x y z [m/s^2], angular velocity x y z [rad/s], orientation
+///   quaternion x y z w of the IMU in an upright frame, NaN where unknown;
+/// - odometry, in the base frame: velocity x y z [m/s], angular velocity x y z [rad/s], orientation
+///   quaternion x y z w;
+/// - tool wrench: force x y z [N] and moment x y z [N m] by the surroundings on the tool, in its frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample<'a> {
+    /// Which sensor.
+    pub sensor: Sensor,
+    /// When the sensor measured [ns].
+    pub stamp_ns: i64,
+    /// What it measured.
+    pub values: &'a [f64],
+}
+
+/// Why a sample was not used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum SampleError {
+    /// It is not later than the sample before it.
+    #[error("stamp is not later than that of the sample before")]
+    NotLater,
+    /// A value that is needed is no finite number.
+    #[error("a value is not finite")]
+    NotFinite,
+    /// There is no such sensor, or it gives another number of values.
+    #[error("no such sensor, or another number of values")]
+    UnknownSensor,
+}
+
+/// How many samples of a stream were used and how many were not.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StreamCounts {
+    /// Samples used.
+    pub used: u64,
+    /// Samples that were not later than the one before.
+    pub not_later: u64,
+    /// Samples with values that were not finite.
+    pub not_finite: u64,
+}
+
+impl StreamCounts {
+    pub(super) fn count(&mut self, result: Result<(), SampleError>) {
+        match result {
+            Ok(()) => self.used += 1,
+            Err(SampleError::NotLater) => self.not_later += 1,
+            Err(SampleError::NotFinite | SampleError::UnknownSensor) => self.not_finite += 1,
+        }
+    }
+}
+
+impl Sensors {
+    /// One stream of joint states with all logged joints of `machine`, and an IMU.
+    #[must_use]
+    pub fn usual(machine: &Machine) -> Self {
+        let logged = machine.joints().iter().enumerate().filter(|(_, j)| j.logged).map(|(i, _)| i);
+        Self { joints: vec![JointStream { joints: logged.collect() }], imu: true, odometry: false, tool_wrench: false }
+    }
+
+    /// The sensors in their order.
+    pub fn iter(&self) -> impl Iterator<Item = Sensor> {
+        let joints = (0..self.joints.len()).map(Sensor::Joints);
+        let others = [(self.imu, Sensor::Imu), (self.odometry, Sensor::Odometry), (self.tool_wrench, Sensor::ToolWrench)];
+        joints.chain(others.into_iter().filter(|(there, _)| *there).map(|(_, sensor)| sensor))
+    }
+
+    /// How many values a sample of `sensor` has; `None` if there is no such sensor.
+    #[must_use]
+    pub fn value_count(&self, sensor: Sensor) -> Option<usize> {
+        match sensor {
+            Sensor::Joints(stream) => self.joints.get(stream).map(|s| 2 * s.joints.len()),
+            Sensor::Imu => self.imu.then_some(10),
+            Sensor::Odometry => self.odometry.then_some(10),
+            Sensor::ToolWrench => self.tool_wrench.then_some(6),
+        }
+    }
+}

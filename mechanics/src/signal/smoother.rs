@@ -1,0 +1,194 @@
+//! The estimator that looks both ways: for logs.
+
+use nalgebra::Vector3;
+
+use super::assembly::{Assembler, Followed, Standing, Tracks};
+use super::reason::Reasons;
+use super::rows::{Estimate, RowClock, regular_stamp};
+use super::sample::{Sample, Sensor, Sensors, StreamCounts};
+use super::track::{History, Jet, seconds, step};
+use crate::batch::StateColumns;
+use crate::machine::Machine;
+
+/// All samples of one sensor.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    /// Which sensor.
+    pub sensor: Sensor,
+    /// Stamps [ns], in any order.
+    pub stamps_ns: Vec<i64>,
+    /// The values of all samples, one sample after the other: see [`Sample`].
+    pub values: Vec<f64>,
+}
+
+/// States of all rows.
+#[derive(Debug, Clone)]
+pub struct SmoothedRows {
+    /// Times of the rows [ns].
+    pub times_ns: Vec<i64>,
+    /// The states; NaN where a gap leaves them unknown.
+    pub states: StateColumns,
+    /// Why rows are not valid, so far as the signals tell.
+    pub reasons: Vec<Reasons>,
+    /// The direction up in base axes, where the log knows it.
+    pub up_in_base: Vec<Option<Vector3<f64>>>,
+    /// How many samples of each sensor were used.
+    pub counts: Vec<(Sensor, StreamCounts)>,
+}
+
+/// Smooths a whole recording: a sensor's samples are sorted by stamp, those of equal stamp taken once.
+///
+/// Rows are at the samples of the first stream of joint states or at a regular rate.
+#[must_use]
+pub fn smooth(machine: &Machine, sensors: &Sensors, recordings: &[Recording], clock: RowClock) -> SmoothedRows {
+    let mut tracks = Tracks::new(machine, sensors, true);
+    let counts = recordings.iter().map(|recording| (recording.sensor, feed(&mut tracks, sensors, recording))).collect();
+    let histories: Vec<(Followed, History)> = tracks.list.into_iter().map(|(f, track)| (f, track.smoothed())).collect();
+    let joints = histories.iter().find(|(f, _)| *f == Followed::Joints(0)).map_or(&[][..], |(_, h)| &h.stamps_ns);
+    let times_ns = row_times(joints, clock);
+    let mut rows = SmoothedRows {
+        states: StateColumns::unknown(machine, times_ns.len()),
+        reasons: Vec::with_capacity(times_ns.len()),
+        up_in_base: Vec::with_capacity(times_ns.len()),
+        times_ns,
+        counts,
+    };
+    fill(machine, sensors, &histories, &mut rows);
+    rows
+}
+
+fn feed(tracks: &mut Tracks, sensors: &Sensors, recording: &Recording) -> StreamCounts {
+    let mut counts = StreamCounts::default();
+    let Some(width) = sensors.value_count(recording.sensor) else { return counts };
+    let mut order: Vec<usize> = (0..recording.stamps_ns.len()).collect();
+    order.sort_by_key(|&i| recording.stamps_ns[i]);
+    for i in order {
+        let values = &recording.values[i * width..(i + 1) * width];
+        counts.count(tracks.push(&Sample { sensor: recording.sensor, stamp_ns: recording.stamps_ns[i], values }));
+    }
+    counts
+}
+
+fn row_times(joint_stamps_ns: &[i64], clock: RowClock) -> Vec<i64> {
+    match (clock, joint_stamps_ns) {
+        (RowClock::JointStates, stamps) => stamps.to_vec(),
+        (RowClock::Rate(hz), &[first, .., last]) => {
+            let rows = (seconds(last - first) * hz).floor() as u64;
+            (0..=rows).map(|k| regular_stamp(first, k, hz)).filter(|&t| t <= last).collect()
+        }
+        (RowClock::Rate(_), stamps) => stamps.to_vec(),
+    }
+}
+
+fn fill(machine: &Machine, sensors: &Sensors, histories: &[(Followed, History)], rows: &mut SmoothedRows) {
+    let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
+    let mut readers: Vec<(Followed, Reader<'_>)> =
+        histories.iter().map(|(followed, history)| (*followed, Reader::new(history, max_gap_ns))).collect();
+    let mut assembler = Assembler::new(machine, sensors);
+    let mut estimate = Estimate::unknown(machine);
+    let first_ns = rows.times_ns.first().copied().unwrap_or(0);
+    for row in 0..rows.times_ns.len() {
+        let time_ns = rows.times_ns[row];
+        let mut read = |followed: Followed, jets: &mut [Jet]| match readers.iter_mut().find(|(f, _)| *f == followed) {
+            Some((_, reader)) => reader.read(time_ns, jets),
+            None => Standing::Unknown,
+        };
+        let view = assembler.assemble(machine, seconds(time_ns - first_ns), &mut read, &mut estimate.state);
+        estimate.set(time_ns, view);
+        rows.states.set(row, &mut estimate.state);
+        rows.reasons.push(estimate.reasons);
+        rows.up_in_base.push(estimate.up_in_base);
+    }
+}
+
+/// Reads a smoothed history at times that increase.
+struct Reader<'a> {
+    history: &'a History,
+    max_gap_ns: i64,
+    /// Index of the first sample after the time last read.
+    next: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn new(history: &'a History, max_gap_ns: i64) -> Self {
+        Self { history, max_gap_ns, next: 0 }
+    }
+
+    /// Between two samples that belong together the expected jet is the quintic that meets both; beyond
+    /// the ends, for half of the longest gap, the Taylor series of the end.
+    fn read(&mut self, time_ns: i64, jets: &mut [Jet]) -> Standing {
+        let stamps = &self.history.stamps_ns;
+        while self.next < stamps.len() && stamps[self.next] <= time_ns {
+            self.next += 1;
+        }
+        let width = self.history.jets.len() / stamps.len().max(1);
+        let at = |k: usize| &self.history.jets[k * width..(k + 1) * width];
+        let before = self.next.checked_sub(1);
+        let after = Some(self.next).filter(|&k| k < stamps.len());
+        let near = |k: usize| stamps[k].abs_diff(time_ns) <= self.max_gap_ns.unsigned_abs() / 2;
+        match (before, after) {
+            (Some(a), _) if stamps[a] == time_ns => jets.copy_from_slice(at(a)),
+            (Some(a), Some(b)) if stamps[b] - stamps[a] <= self.max_gap_ns => {
+                let weights = Quintic::new(seconds(time_ns - stamps[a]), seconds(stamps[b] - stamps[a]));
+                for (jet, (from, to)) in jets.iter_mut().zip(at(a).iter().zip(at(b))) {
+                    *jet = weights.blend(from, to);
+                }
+            }
+            (Some(a), None) if near(a) => extrapolate(jets, at(a), seconds(time_ns - stamps[a])),
+            (None, Some(b)) if near(b) => extrapolate(jets, at(b), seconds(time_ns - stamps[b])),
+            _ => return Standing::Unknown,
+        }
+        Standing::Known
+    }
+}
+
+fn extrapolate(jets: &mut [Jet], from: &[Jet], dt: f64) {
+    for (jet, from) in jets.iter_mut().zip(from) {
+        *jet = step(from, dt);
+    }
+}
+
+/// The polynomial of fifth degree through two jets: the mean of the model between two known states.
+struct Quintic {
+    /// Time since the first jet and between both [s].
+    t: f64,
+    h: f64,
+}
+
+impl Quintic {
+    fn new(t: f64, h: f64) -> Self {
+        Self { t, h }
+    }
+
+    /// The Taylor series of the first jet plus c3 s^3 + c4 s^4 + c5 s^5, s = t / h, such that the
+    /// second jet is met.
+    fn blend(&self, from: &Jet, to: &Jet) -> Jet {
+        let (t, h) = (self.t, self.h);
+        let ahead = step(from, h);
+        let (e0, e1, e2) = (to[0] - ahead[0], (to[1] - ahead[1]) * h, (to[2] - ahead[2]) * h * h);
+        let (c3, c4, c5) = (10.0 * e0 - 4.0 * e1 + 0.5 * e2, -15.0 * e0 + 7.0 * e1 - e2, 6.0 * e0 - 3.0 * e1 + 0.5 * e2);
+        let s = t / h;
+        let (s2, taylor) = (s * s, step(from, t));
+        [
+            taylor[0] + s2 * s * (c3 + s * (c4 + s * c5)),
+            taylor[1] + s2 * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)) / h,
+            taylor[2] + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5)) / (h * h),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quintic_between_two_jets_is_met_again() {
+        let jet = |t: f64| [t.powi(5) - 2.0 * t.powi(3) + t, 5.0 * t.powi(4) - 6.0 * t * t + 1.0, 20.0 * t.powi(3) - 12.0 * t];
+        for t in [0.0, 0.1, 0.25, 0.4] {
+            let found = Quintic::new(t, 0.4).blend(&jet(0.3), &jet(0.7));
+            for (i, truth) in jet(0.3 + t).iter().enumerate() {
+                assert!((found[i] - truth).abs() < 1e-12, "{t}: {found:?}");
+            }
+        }
+    }
+}

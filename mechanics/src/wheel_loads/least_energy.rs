@@ -1,0 +1,96 @@
+//! Loads of least spring energy that satisfy the equations.
+
+use super::Equations;
+use crate::machine::MAX_WHEELS;
+use crate::number::Real;
+
+/// A pivot below this share of its row's first value belongs to an equation that those before it
+/// already imply or contradict; it is left out.
+const DEPENDENT_SHARE: f64 = 1e-9;
+
+/// Scratch for N = K A' l with (A K A') l = b, solved by LDL'.
+#[derive(Debug)]
+pub(crate) struct LeastEnergy<T> {
+    /// L times D below the diagonal, and L.
+    lower_scaled: Vec<[T; MAX_WHEELS]>,
+    lower: Vec<[T; MAX_WHEELS]>,
+    inverse_pivot: [T; MAX_WHEELS],
+    /// l: the pressures of which the loads are made.
+    pub(super) multiplier: [T; MAX_WHEELS],
+}
+
+impl<T: Real> LeastEnergy<T> {
+    pub(super) fn new() -> Self {
+        let empty = [T::zero(); MAX_WHEELS];
+        Self { lower_scaled: vec![empty; MAX_WHEELS], lower: vec![empty; MAX_WHEELS], inverse_pivot: empty, multiplier: empty }
+    }
+
+    /// The loads under the first `rows` equations with right-hand side `value`, by stiffness; a wheel
+    /// of stiffness zero carries nothing. Equations that contradict earlier ones are left out.
+    pub(super) fn solve(
+        &mut self,
+        equations: &Equations<T>,
+        rows: usize,
+        value: &[T],
+        stiffness: &[T],
+        loads: &mut [T],
+    ) {
+        self.factorise(equations, rows, stiffness);
+        self.substitute(rows, value);
+        for (wheel, load) in loads.iter_mut().enumerate() {
+            *load = self.indentation(equations, rows, wheel) * stiffness[wheel];
+        }
+    }
+
+    /// How far the wheel's spring is pressed in, in units of load by relative stiffness: A' l.
+    #[inline]
+    pub(super) fn indentation(&self, equations: &Equations<T>, rows: usize, wheel: usize) -> T {
+        let mut sum = equations.factor[0][wheel] * self.multiplier[0];
+        for row in 1..rows {
+            sum += equations.factor[row][wheel] * self.multiplier[row];
+        }
+        sum
+    }
+
+    #[inline]
+    fn factorise(&mut self, equations: &Equations<T>, rows: usize, stiffness: &[T]) {
+        for j in 0..rows {
+            for i in j..rows {
+                let mut whole = T::zero();
+                for (wheel, &k) in stiffness.iter().enumerate() {
+                    whole += equations.factor[i][wheel] * equations.factor[j][wheel] * k;
+                }
+                let mut rest = whole;
+                for k in 0..j {
+                    rest -= self.lower_scaled[i][k] * self.lower[j][k];
+                }
+                if i == j {
+                    let independent = (whole * T::constant(DEPENDENT_SHARE)).lt(rest);
+                    self.inverse_pivot[j] = T::select(independent, T::one() / rest, T::zero());
+                } else {
+                    self.lower_scaled[i][j] = rest;
+                    self.lower[i][j] = rest * self.inverse_pivot[j];
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn substitute(&mut self, rows: usize, value: &[T]) {
+        let x = &mut self.multiplier;
+        for i in 0..rows {
+            x[i] = value[i];
+            for k in 0..i {
+                let known = self.lower[i][k] * x[k];
+                x[i] -= known;
+            }
+        }
+        for i in (0..rows).rev() {
+            x[i] *= self.inverse_pivot[i];
+            for k in i + 1..rows {
+                let known = self.lower[k][i] * x[k];
+                x[i] -= known;
+            }
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! From the ground's wrench to the load of every wheel.
+//!
+//! Equilibrium gives three equations, of force along the normal and of moment about two axes in the
+//! contact plane; a joint without torque gives one more; the split rule settles the rest:
+//!
+//! ```text
+//!     sum N_i = F_n      sum y_i N_i = M_x      sum -x_i N_i = M_y
+//! ```
+//! Among all loads that satisfy them, wheels on springs take those of least energy: N = K A' l with
+//! (A K A') l = b. Contact is unilateral: a wheel that would have to pull is taken off the ground and
+//! the rest is solved again. Where the centre of pressure leaves the support polygon the machine tips
+//! about the nearest edge, and only the wheels on it carry.
+
+mod envelope;
+mod equilibrium;
+mod least_energy;
+mod unilateral;
+
+pub(crate) use envelope::Envelope;
+pub(crate) use equilibrium::{Beyond, Equations, GroundForce};
+pub(crate) use unilateral::{Loads, Solver};

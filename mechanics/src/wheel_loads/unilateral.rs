@@ -1,0 +1,201 @@
+//! Wheels push, never pull: the active set of wheels on the ground.
+
+use nalgebra::Vector2;
+
+use super::least_energy::LeastEnergy;
+use super::{Envelope, Equations};
+use crate::machine::{MAX_WHEELS, Machine, Split};
+use crate::number::{Mask, Real};
+
+/// A wheel in the air comes down again only if its spring would be pressed by more than this share of
+/// the weight.
+const PRESSED_SHARE: f64 = 1e-9;
+
+/// Solves for the loads; holds what it needs so that a step allocates nothing.
+#[derive(Debug)]
+pub(crate) struct Solver<T: Real> {
+    least_energy: LeastEnergy<T>,
+    relative_stiffness: [T; MAX_WHEELS],
+    /// The wheels on the edge that the machine tips about; all of them if it stands.
+    allowed: [T::Mask; MAX_WHEELS],
+    on_ground: [T::Mask; MAX_WHEELS],
+    loads: [T; MAX_WHEELS],
+    value: [T; MAX_WHEELS],
+    tipping: T::Mask,
+    envelope: Envelope,
+}
+
+/// Loads of one solution, by wheel [N].
+pub(crate) struct Loads<'a, T> {
+    /// All wheels held to the ground: the signed OTF.
+    pub(crate) otf: &'a mut [T],
+    /// What the wheels carry.
+    pub(crate) load: &'a mut [T],
+    /// Least load that equilibrium allows.
+    pub(crate) least: &'a mut [T],
+    /// Largest load that equilibrium allows.
+    pub(crate) largest: &'a mut [T],
+}
+
+impl<T: Real> Solver<T> {
+    pub(crate) fn new(machine: &Machine) -> Self {
+        let mut relative_stiffness = [T::zero(); MAX_WHEELS];
+        for (stiffness, wheel) in relative_stiffness.iter_mut().zip(&machine.wheels) {
+            *stiffness = T::constant(wheel.relative_stiffness);
+        }
+        let nowhere = [T::Mask::splat(false); MAX_WHEELS];
+        Self {
+            least_energy: LeastEnergy::new(),
+            relative_stiffness,
+            allowed: nowhere,
+            on_ground: nowhere,
+            loads: [T::zero(); MAX_WHEELS],
+            value: [T::zero(); MAX_WHEELS],
+            tipping: T::Mask::splat(false),
+            envelope: Envelope::new(machine),
+        }
+    }
+
+    /// `edge_moments` are the overturning moments about the edges of the machine's polygon [N m],
+    /// positive where it tips.
+    pub(crate) fn solve(
+        &mut self,
+        machine: &Machine,
+        equations: &Equations<T>,
+        contacts: &[Vector2<T>],
+        edge_moments: &[T],
+        out: &mut Loads<'_, T>,
+    ) {
+        let n = equations.wheels;
+        let stiffness = self.relative_stiffness;
+        self.least_energy.solve(equations, equations.value.len(), &equations.value, &stiffness[..n], out.otf);
+        self.value[..equations.value.len()].copy_from_slice(&equations.value);
+        self.allowed = [T::Mask::splat(true); MAX_WHEELS];
+        self.stand_on_tipping_edge(machine, contacts, edge_moments);
+        self.press_down(machine, equations, out.otf);
+        let airborne = equations.value[0].lt(T::constant(f64::MIN_POSITIVE));
+        for (wheel, load) in out.load.iter_mut().enumerate() {
+            *load = T::select(airborne, T::zero(), self.loads[wheel]);
+        }
+        self.envelope.find(&mut self.least_energy, equations, out);
+        self.settle_envelope(machine, edge_moments, airborne, out);
+    }
+
+    /// Where the centre of pressure is outside the polygon, the edge that it left furthest carries all,
+    /// as if it were at the nearest point of that edge.
+    fn stand_on_tipping_edge(&mut self, machine: &Machine, contacts: &[Vector2<T>], edge_moments: &[T]) {
+        let largest = edge_moments.iter().fold(T::zero(), |largest, &m| m.max(largest));
+        self.tipping = T::zero().lt(largest);
+        if !self.tipping.any() {
+            return;
+        }
+        let [normal, moment_x, moment_y] = [self.value[0], self.value[1], self.value[2]];
+        let pressure = Vector2::new(-moment_y / normal, moment_x / normal);
+        let mut settled = !self.tipping;
+        for (edge, &moment) in machine.polygon.edges.iter().zip(edge_moments) {
+            let about_this = !settled & !moment.lt(largest);
+            settled = settled | about_this;
+            let along = contacts[edge.to] - contacts[edge.from];
+            let share = (pressure - contacts[edge.from]).dot(&along) / along.dot(&along);
+            let share = share.max(T::zero()).min(T::one());
+            let nearest = contacts[edge.from] + along * share;
+            self.value[1] = T::select(about_this, nearest.y * normal, self.value[1]);
+            self.value[2] = T::select(about_this, -nearest.x * normal, self.value[2]);
+            for (allowed, &on_edge) in self.allowed.iter_mut().zip(&edge.carries) {
+                *allowed = *allowed & (!about_this | T::Mask::splat(on_edge));
+            }
+        }
+    }
+
+    /// Takes wheels that pull off the ground and puts wheels that would be pressed back, one at a time,
+    /// until none is left. Ends after a fixed number of rounds in any case.
+    fn press_down(&mut self, machine: &Machine, equations: &Equations<T>, otf: &[T]) {
+        let n = equations.wheels;
+        self.on_ground = self.allowed;
+        self.loads[..n].copy_from_slice(otf);
+        if self.tipping.any() {
+            self.solve_on_ground(equations, otf);
+        }
+        let springs = machine.contact.split == Split::Springs;
+        for _ in 0..4 * n {
+            let mut changed = self.lift_most_pulling(n);
+            if springs && !changed.any() {
+                changed = self.lower_most_pressed(equations);
+            }
+            if !changed.any() {
+                break;
+            }
+            self.solve_on_ground(equations, otf);
+        }
+    }
+
+    /// Takes the wheel that pulls most off the ground, sample by sample.
+    fn lift_most_pulling(&mut self, n: usize) -> T::Mask {
+        let mut least = T::zero();
+        for wheel in 0..n {
+            least = T::select(self.on_ground[wheel], self.loads[wheel].min(least), least);
+        }
+        let pulling = least.lt(T::zero());
+        for wheel in 0..n {
+            let lifts = pulling & self.on_ground[wheel] & !least.lt(self.loads[wheel]);
+            self.on_ground[wheel] = self.on_ground[wheel] & !lifts;
+        }
+        pulling
+    }
+
+    /// Puts the wheel whose spring would be pressed most back on the ground, sample by sample.
+    fn lower_most_pressed(&mut self, equations: &Equations<T>) -> T::Mask {
+        let (n, rows) = (equations.wheels, equations.certain);
+        let mut most = self.value[0].abs() * T::constant(PRESSED_SHARE);
+        let threshold = most;
+        let mut pressed = [T::zero(); MAX_WHEELS];
+        for (wheel, pressed) in pressed[..n].iter_mut().enumerate() {
+            let in_air = self.allowed[wheel] & !self.on_ground[wheel];
+            *pressed = T::select(in_air, self.least_energy.indentation(equations, rows, wheel), T::zero());
+            most = pressed.max(most);
+        }
+        let comes_down = threshold.lt(most);
+        for wheel in 0..n {
+            let lowered = comes_down & !pressed[wheel].lt(most);
+            self.on_ground[wheel] = self.on_ground[wheel] | lowered;
+        }
+        comes_down
+    }
+
+    /// Solves with the wheels on the ground. Without all of them the front share's rule does not hold.
+    fn solve_on_ground(&mut self, equations: &Equations<T>, otf: &[T]) {
+        let n = equations.wheels;
+        let mut stiffness = [T::zero(); MAX_WHEELS];
+        let mut all = T::Mask::splat(true);
+        for wheel in 0..n {
+            stiffness[wheel] = T::select(self.on_ground[wheel], self.relative_stiffness[wheel], T::zero());
+            all = all & self.on_ground[wheel];
+        }
+        let mut loads = [T::zero(); MAX_WHEELS];
+        self.least_energy.solve(equations, equations.certain, &self.value, &stiffness[..n], &mut loads[..n]);
+        for wheel in 0..n {
+            self.loads[wheel] = T::select(all, otf[wheel], loads[wheel]);
+        }
+    }
+
+    /// A machine that tips about two wheels has no freedom left; on more of them the split along the
+    /// edge is unknown. In the air nothing carries.
+    fn settle_envelope(&self, machine: &Machine, edge_moments: &[T], airborne: T::Mask, out: &mut Loads<'_, T>) {
+        if !self.tipping.any() && !airborne.any() {
+            return;
+        }
+        let unknown = T::constant(f64::NAN);
+        let largest = edge_moments.iter().fold(T::zero(), |largest, &m| m.max(largest));
+        for (wheel, &load) in out.load.iter().enumerate() {
+            let mut known = load;
+            for (edge, &moment) in machine.polygon.edges.iter().zip(edge_moments) {
+                let crowded = edge.carries.iter().filter(|&&c| c).count() > 2 && edge.carries[wheel];
+                let open = T::Mask::splat(crowded) & !moment.lt(largest);
+                known = T::select(open, unknown, known);
+            }
+            let certain = self.tipping | airborne;
+            out.least[wheel] = T::select(certain, T::select(airborne, T::zero(), known), out.least[wheel]);
+            out.largest[wheel] = T::select(certain, T::select(airborne, T::zero(), known), out.largest[wheel]);
+        }
+    }
+}
