@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use crate::{
     definition::NumberType,
-    fields::{Slot, Texts},
+    fields::{Fields, Texts},
 };
 
 const ENCAPSULATION_BYTES: usize = 4;
@@ -109,7 +109,7 @@ pub(crate) enum Step {
 
 /// Takes all steps through one message.
 #[inline]
-pub(crate) fn run(steps: &[Step], cdr: &[u8], slots: &mut [Slot]) -> Result<(), DecodeError> {
+pub(crate) fn run(steps: &[Step], cdr: &[u8], fields: &mut Fields) -> Result<(), DecodeError> {
     let Some((encapsulation, data)) = cdr.split_first_chunk::<ENCAPSULATION_BYTES>() else {
         return Err(DecodeError::TooShort {
             offset: 0,
@@ -118,8 +118,8 @@ pub(crate) fn run(steps: &[Step], cdr: &[u8], slots: &mut [Slot]) -> Result<(), 
         });
     };
     match u16::from_be_bytes([encapsulation[0], encapsulation[1]]) {
-        0x0000 => Cursor::<true> { data, position: 0 }.steps(steps, slots),
-        0x0001 => Cursor::<false> { data, position: 0 }.steps(steps, slots),
+        0x0000 => Cursor::<true> { data, position: 0 }.steps(steps, fields),
+        0x0001 => Cursor::<false> { data, position: 0 }.steps(steps, fields),
         found => Err(DecodeError::Encapsulation {
             found,
             name: encapsulation_name(found),
@@ -144,7 +144,7 @@ struct Cursor<'a, const BIG_ENDIAN: bool> {
 }
 
 impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
-    fn steps(&mut self, steps: &[Step], slots: &mut [Slot]) -> Result<(), DecodeError> {
+    fn steps(&mut self, steps: &[Step], fields: &mut Fields) -> Result<(), DecodeError> {
         for step in steps {
             match step {
                 Step::Skip { alignment, bytes } => {
@@ -166,10 +166,9 @@ impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
                     count,
                 } => {
                     let bytes = self.array(*number, *count)?;
-                    let targets = slots.iter_mut().skip(*slot);
-                    each_number::<BIG_ENDIAN>(*number, bytes, targets, |slot, value| {
-                        slot.number = value;
-                    });
+                    if let Some(targets) = fields.singles.get_mut(*slot..*slot + *count) {
+                        put_numbers::<BIG_ENDIAN>(*number, bytes, targets);
+                    }
                 }
                 Step::NumberArray {
                     number,
@@ -177,36 +176,35 @@ impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
                     whole,
                     elements,
                 } => {
-                    self.number_array(*number, *count, *whole, elements, slots)?;
+                    self.number_array(*number, *count, *whole, elements, fields)?;
                 }
                 Step::Text { slot } => {
                     let text = self.text()?;
-                    if let Some(slot) = slots.get_mut(*slot) {
+                    if let Some(slot) = fields.slots.get_mut(*slot) {
                         slot.text.clear();
                         slot.text.extend_from_slice(text);
                     }
                 }
                 Step::Texts { count, slot } => {
-                    if let Some(slot) = slots.get_mut(*slot) {
+                    if let Some(slot) = fields.slots.get_mut(*slot) {
                         self.texts(*count, &mut slot.texts)?;
                     }
                 }
                 Step::Repeat { count, body } => {
                     // Every message takes at least a byte, so the count bounds the work.
                     for _ in 0..self.count(*count, 1)? {
-                        self.steps(body, slots)?;
+                        self.steps(body, fields)?;
                     }
                 }
                 Step::CollectNumber { number, slot } => {
                     let bytes = self.array(*number, 1)?;
-                    let target = slots.get_mut(*slot).into_iter();
-                    each_number::<BIG_ENDIAN>(*number, bytes, target, |slot, value| {
-                        slot.numbers.push(value);
-                    });
+                    if let Some(slot) = fields.slots.get_mut(*slot) {
+                        slot.numbers.push(number_from::<BIG_ENDIAN>(*number, bytes));
+                    }
                 }
                 Step::CollectText { slot } => {
                     let text = self.text()?;
-                    if let Some(slot) = slots.get_mut(*slot) {
+                    if let Some(slot) = fields.slots.get_mut(*slot) {
                         slot.texts.collect(text);
                     }
                 }
@@ -314,24 +312,20 @@ impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
         count: Count,
         whole: Option<usize>,
         elements: &[Element],
-        slots: &mut [Slot],
+        fields: &mut Fields,
     ) -> Result<(), DecodeError> {
         let count = self.count(count, number.bytes())?;
         let bytes = self.array(number, count)?;
-        if let Some(slot) = whole.and_then(|slot| slots.get_mut(slot)) {
+        if let Some(slot) = whole.and_then(|slot| fields.slots.get_mut(slot)) {
             slot.numbers.clear();
             extend_numbers::<BIG_ENDIAN>(number, bytes, &mut slot.numbers);
         }
         for element in elements {
-            let Some(slot) = slots.get_mut(element.slot) else {
-                continue;
-            };
-            slot.number = f64::NAN;
             let start = element.index.saturating_mul(number.bytes());
             let one = bytes.get(start..).unwrap_or_default();
-            each_number::<BIG_ENDIAN>(number, one, std::iter::once(slot), |slot, value| {
-                slot.number = value;
-            });
+            if let Some(target) = fields.singles.get_mut(element.slot) {
+                *target = number_from::<BIG_ENDIAN>(number, one);
+            }
         }
         Ok(())
     }
@@ -373,19 +367,16 @@ impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
 
 /// The numbers that stand in `bytes`, one for each target.
 #[inline]
-fn each_number<'t, const BIG_ENDIAN: bool>(
-    number: NumberType,
-    bytes: &[u8],
-    targets: impl Iterator<Item = &'t mut Slot>,
-    mut put: impl FnMut(&mut Slot, f64),
-) {
-    let mut rest = bytes;
-    for target in targets {
-        let Some((one, after)) = rest.split_at_checked(number.bytes()) else {
-            return;
-        };
-        put(target, number_from::<BIG_ENDIAN>(number, one));
-        rest = after;
+fn put_numbers<const BIG_ENDIAN: bool>(number: NumberType, bytes: &[u8], targets: &mut [f64]) {
+    if number == NumberType::F64 {
+        let (doubles, _) = bytes.as_chunks();
+        for (target, double) in targets.iter_mut().zip(doubles) {
+            *target = double_from::<BIG_ENDIAN>(double);
+        }
+        return;
+    }
+    for (target, one) in targets.iter_mut().zip(bytes.chunks_exact(number.bytes())) {
+        *target = number_from::<BIG_ENDIAN>(number, one);
     }
 }
 
@@ -396,17 +387,26 @@ fn extend_numbers<const BIG_ENDIAN: bool>(
     bytes: &[u8],
     numbers: &mut Vec<f64>,
 ) {
+    // By far the most common; apart from the others so that it becomes a copy.
+    if number == NumberType::F64 {
+        let (doubles, _) = bytes.as_chunks();
+        numbers.extend(doubles.iter().map(double_from::<BIG_ENDIAN>));
+        return;
+    }
     let one_by_one = bytes.chunks_exact(number.bytes());
-    match number {
-        // By far the most common; apart from the others so that it becomes a copy.
-        NumberType::F64 => {
-            numbers.extend(one_by_one.map(|one| number_from::<BIG_ENDIAN>(NumberType::F64, one)));
-        }
-        _ => numbers.extend(one_by_one.map(|one| number_from::<BIG_ENDIAN>(number, one))),
+    numbers.extend(one_by_one.map(|one| number_from::<BIG_ENDIAN>(number, one)));
+}
+
+#[inline]
+fn double_from<const BIG_ENDIAN: bool>(bytes: &[u8; 8]) -> f64 {
+    if BIG_ENDIAN {
+        f64::from_be_bytes(*bytes)
+    } else {
+        f64::from_le_bytes(*bytes)
     }
 }
 
-/// The number that `bytes` begin with; they are at least as many as it has.
+/// The number that `bytes` begin with; NaN if they are fewer than it has.
 #[inline]
 fn number_from<const BIG_ENDIAN: bool>(number: NumberType, bytes: &[u8]) -> f64 {
     macro_rules! read {

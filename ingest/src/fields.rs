@@ -9,26 +9,17 @@ use std::ops::Range;
 /// yields NaN or nothing.
 #[derive(Debug, Clone, Default)]
 pub struct Fields {
-    slots: Vec<Slot>,
+    /// Apart from the rest, so that neighbours are filled and taken as one.
+    pub(crate) singles: Vec<f64>,
+    pub(crate) slots: Vec<Slot>,
 }
 
-#[derive(Debug, Clone)]
+/// What a path that does not lead to a single number yields.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Slot {
-    pub(crate) number: f64,
     pub(crate) numbers: Vec<f64>,
     pub(crate) text: Vec<u8>,
     pub(crate) texts: Texts,
-}
-
-impl Default for Slot {
-    fn default() -> Self {
-        Self {
-            number: f64::NAN,
-            numbers: Vec::new(),
-            text: Vec::new(),
-            texts: Texts::default(),
-        }
-    }
 }
 
 /// A list of strings, kept as it was encoded, because it mostly equals that of the message before.
@@ -67,9 +58,7 @@ impl Fields {
     /// The number at a path.
     #[inline]
     pub fn number(&self, path_index: usize) -> f64 {
-        self.slots
-            .get(path_index)
-            .map_or(f64::NAN, |slot| slot.number)
+        self.singles.get(path_index).copied().unwrap_or(f64::NAN)
     }
 
     /// All numbers of the array at a path.
@@ -106,10 +95,18 @@ impl Fields {
             .map_or(0, |slot| slot.texts.revision)
     }
 
-    pub(crate) fn slots_for(&mut self, path_count: usize) -> &mut [Slot] {
+    /// The numbers of paths that follow each other.
+    #[inline]
+    pub(crate) fn neighbours(&self, first: usize, count: usize) -> &[f64] {
+        self.singles.get(first..first + count).unwrap_or_default()
+    }
+
+    /// Makes room for as many paths.
+    #[inline]
+    pub(crate) fn prepare(&mut self, path_count: usize) {
         if self.slots.len() != path_count {
             self.slots.resize_with(path_count, Slot::default);
+            self.singles.resize(path_count, f64::NAN);
         }
-        &mut self.slots
     }
 }

@@ -77,12 +77,12 @@ impl Layout {
     /// Reads the wanted fields of one CDR message. After an error the values are those of no
     /// message.
     pub fn decode(&self, cdr: &[u8], values: &mut Fields) -> Result<(), DecodeError> {
-        let slots = values.slots_for(self.path_count);
+        values.prepare(self.path_count);
         for &slot in &self.collecting {
-            slots[slot].numbers.clear();
-            slots[slot].texts.clear();
+            values.slots[slot].numbers.clear();
+            values.slots[slot].texts.clear();
         }
-        cdr::run(&self.steps, cdr, slots)
+        cdr::run(&self.steps, cdr, values)
     }
 }
 

@@ -131,10 +131,10 @@ const HEADER_PATHS: [&str; FIRST] = [
 ///
 /// | kind | values |
 /// |---|---|
-/// | joint states | positions in the order of the joint names, then rates [rad or m, and per s] |
-/// | IMU | specific force x y z [m/s²], angular velocity x y z [rad/s], attitude x y z w |
-/// | odometry | velocity x y z [m/s], angular velocity x y z [rad/s], attitude x y z w |
-/// | tool wrench | force x y z [N], moment x y z [N m] |
+/// | joint states | positions in the order of the joint names, then rates (rad or m, and per s) |
+/// | IMU | specific force x y z (m/s²), angular velocity x y z (rad/s), attitude x y z w |
+/// | odometry | velocity x y z (m/s), angular velocity x y z (rad/s), attitude x y z w |
+/// | tool wrench | force x y z (N), moment x y z (N m) |
 ///
 /// A value that the message does not have is NaN.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -280,7 +280,7 @@ impl SensorDecoder {
 
     #[inline]
     fn extend(&self, values: &mut Vec<f64>, first: usize, count: usize) {
-        values.extend((first..first + count).map(|path| self.fields.number(path)));
+        values.extend_from_slice(self.fields.neighbours(first, count));
     }
 
     #[inline]

@@ -1,6 +1,6 @@
 //! Skipped, with a word, where the logs are not at hand.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use tipwatch_ingest::{
     DefinitionSource, Log, SensorKind, StampSource, TopicStatistics, bind, first_string,
@@ -15,8 +15,12 @@ fn open(name: &str) -> Option<Log> {
     if path.exists() {
         return Some(Log::open(&path).unwrap());
     }
-    println!("skipped: {} is not there", path.display());
+    skipped(&path);
     None
+}
+
+fn skipped(path: &Path) {
+    eprintln!("skipped: {} is not there", path.display());
 }
 
 fn count(log: &Log, kind: SensorKind) -> usize {
@@ -101,7 +105,6 @@ fn abitobot_has_two_epochs_and_no_checksums() {
         "{:?}",
         timing.notes
     );
-    println!("{timing:?}");
 }
 
 #[test]
@@ -132,7 +135,7 @@ fn a_bag_of_ros_1_is_named() {
         "/../../shared/logs/real/jackal/test2.bag"
     );
     if !PathBuf::from(folder).exists() {
-        println!("skipped: {folder} is not there");
+        skipped(folder.as_ref());
         return;
     }
     let error = Log::open(folder.as_ref()).unwrap_err().to_string();

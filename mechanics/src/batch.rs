@@ -6,6 +6,7 @@ use crate::evaluate::evaluate;
 use crate::machine::Machine;
 use crate::number::Lanes;
 use crate::outcome::Quantity;
+use crate::signal::{OutcomeSigns, Reasons};
 use crate::state::State;
 use crate::workspace::Workspace;
 
@@ -76,6 +77,31 @@ impl OutcomeColumns {
     pub fn column(&self, quantity: Quantity) -> &[f64] {
         let found = self.quantities.iter().position(|&q| q == quantity);
         &self.columns[found.unwrap_or_else(|| panic!("no column of {quantity:?}"))]
+    }
+
+    /// The reasons of a row and those that its outcome adds, as
+    /// [`Reasons::with_outcome`] for one evaluation.
+    #[must_use]
+    pub fn reasons(&self, row: usize, so_far: Reasons) -> Reasons {
+        let mut signs = OutcomeSigns {
+            linkage_closure: f64::NAN,
+            normal_force: f64::NAN,
+            largest_overturning_moment: f64::NEG_INFINITY,
+            loads_are_finite: true,
+        };
+        for (quantity, column) in self.quantities.iter().zip(&self.columns) {
+            let value = column[row];
+            match quantity {
+                Quantity::LinkageClosure => signs.linkage_closure = value,
+                Quantity::NormalForce => signs.normal_force = value,
+                Quantity::ItomFull(_) => {
+                    signs.largest_overturning_moment = signs.largest_overturning_moment.max(value);
+                }
+                Quantity::Load(_) => signs.loads_are_finite &= value.is_finite(),
+                _ => {}
+            }
+        }
+        so_far.with_signs(&signs)
     }
 
     /// Appends the rows of `other`, which come after these.

@@ -18,7 +18,8 @@ mod smoother;
 mod track;
 
 pub use causal::CausalEstimator;
+pub(crate) use reason::OutcomeSigns;
 pub use reason::{Reason, Reasons};
 pub use rows::{Estimate, RowClock};
-pub use sample::{JointStream, Sample, SampleError, Sensor, Sensors, StreamCounts};
+pub use sample::{JointStream, JointTwice, MatchedSensors, OtherSensors, Sample, SampleError, Sensor, Sensors, StreamCounts};
 pub use smoother::{Recording, SmoothedRows, smooth};

@@ -116,3 +116,85 @@ impl Sensors {
         }
     }
 }
+
+/// The sensors of a log in terms of a machine: which of its joints each stream measures.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MatchedSensors {
+    /// The sensors.
+    pub sensors: Sensors,
+    /// For each of [`Sensors::joints`], the index of the log's stream that it is.
+    pub streams: Vec<usize>,
+}
+
+/// A joint that two streams measure.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("joint \"{joint}\": expected in one stream of joint states, found in {first} and {second}")]
+pub struct JointTwice {
+    /// The joint.
+    pub joint: String,
+    /// The first stream's name.
+    pub first: String,
+    /// The second stream's name.
+    pub second: String,
+}
+
+impl MatchedSensors {
+    /// Matches streams of joint states, each with its name and the joints it has, to the machine's
+    /// joints. Streams without a joint of the machine are left out; the order stays.
+    ///
+    /// # Errors
+    /// [`JointTwice`]: two streams measure one joint.
+    pub fn new(
+        machine: &Machine,
+        streams: &[(&str, &[String])],
+        others: OtherSensors,
+    ) -> Result<Self, JointTwice> {
+        let mut matched = Self {
+            sensors: Sensors {
+                joints: Vec::new(),
+                imu: others.imu,
+                odometry: others.odometry,
+                tool_wrench: others.tool_wrench && machine.tool().is_some(),
+            },
+            streams: Vec::new(),
+        };
+        let mut taken: Vec<Option<usize>> = vec![None; machine.joints().len()];
+        for (index, (name, names)) in streams.iter().enumerate() {
+            let has = |joint: &str| names.iter().any(|n| n == joint);
+            let joints: Vec<usize> =
+                (0..taken.len()).filter(|&j| has(&machine.joints()[j].name)).collect();
+            for &joint in &joints {
+                if let Some(other) = taken[joint].replace(index) {
+                    return Err(JointTwice {
+                        joint: machine.joints()[joint].name.clone(),
+                        first: streams[other].0.into(),
+                        second: (*name).into(),
+                    });
+                }
+            }
+            if !joints.is_empty() {
+                matched.sensors.joints.push(JointStream { joints });
+                matched.streams.push(index);
+            }
+        }
+        Ok(matched)
+    }
+
+    /// Names of the joints of one of [`Sensors::joints`], in its order.
+    #[must_use]
+    pub fn joint_names(&self, machine: &Machine, stream: usize) -> Vec<String> {
+        let name = |&joint: &usize| machine.joints()[joint].name.clone();
+        self.sensors.joints[stream].joints.iter().map(name).collect()
+    }
+}
+
+/// Which sensors there are beside joint states.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct OtherSensors {
+    /// Whether there is an inertial measurement unit.
+    pub imu: bool,
+    /// Whether there is odometry.
+    pub odometry: bool,
+    /// Whether the tool wrench is measured.
+    pub tool_wrench: bool,
+}

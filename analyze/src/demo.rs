@@ -1,0 +1,45 @@
+//! The demo: a small log that comes with the program.
+//!
+//! A forwarder-like machine crawls onto a side slope, slews its loaded arm downhill and reaches out; the
+//! uphill rear wheel goes light, lifts, and comes down again when the arm is drawn in. Simulated with
+//! contact physics; `tests/data/make_fixtures.py` makes it.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::analysis::Analysis;
+use crate::load::MachineFile;
+use crate::options::Options;
+use crate::{report, run};
+
+const FILES: [(&str, &[u8]); 3] = [
+    ("demo.mcap", include_bytes!("../demo/demo.mcap")),
+    ("demo.toml", include_bytes!("../demo/demo.toml")),
+    ("demo.urdf", include_bytes!("../demo/demo.urdf")),
+];
+
+/// Unpacks the demo's log and machine into `folder` and analyses them.
+///
+/// # Errors
+/// The folder cannot be written.
+pub fn analyse(folder: &Path) -> Result<Analysis> {
+    fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
+    for (name, bytes) in FILES {
+        let path = folder.join(name);
+        fs::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
+    }
+    let file = MachineFile::read(&folder.join("demo.toml"))?;
+    run::analyse(&folder.join("demo.mcap"), &file, Options::default(), &mut |_| {})
+}
+
+/// Prints the three most important findings and where the report is.
+#[expect(clippy::print_stdout, reason = "the demo's result is its output")]
+pub fn tell(analysis: &Analysis, out: &Path) {
+    for finding in report::findings(analysis).iter().take(3) {
+        println!("- {finding}");
+    }
+    let report = out.join("report.html");
+    println!("report: {}", report.canonicalize().unwrap_or(report).display());
+}

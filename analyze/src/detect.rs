@@ -1,0 +1,260 @@
+//! Finds events in the rows: see [`EventKind`] for what each means.
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::signal::{Reason, Reasons};
+use tipwatch_mechanics::{Quantity, State};
+
+use crate::analysis::Rows;
+use crate::events::{Event, EventKind};
+use crate::load::LoadedLog;
+
+/// What lasts less is no event [ns].
+const SHORTEST_NS: i64 = 50_000_000;
+/// Episodes closer than this are one [ns].
+const MERGED_NS: i64 = 200_000_000;
+/// An edge tipping during which the tilt grows by more is a tip-over [rad].
+const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
+
+/// All events, by start.
+pub(crate) fn events(loaded: &LoadedLog, rows: &Rows, min_loads_n: Option<&[f64]>) -> Vec<Event> {
+    let finder = Finder::new(&loaded.machine, rows);
+    let mut events = Vec::new();
+    for wheel in 0..loaded.machine.wheels().len() {
+        if let Some(min_loads_n) = min_loads_n {
+            events.extend(finder.wheel_light(wheel, min_loads_n[wheel]));
+        }
+        events.extend(finder.wheel_lift(wheel));
+    }
+    for edge in 0..loaded.machine.polygon().edges().len() {
+        for tipping in finder.edge_tipping(edge) {
+            events.extend(finder.tip_over(&tipping));
+            events.push(tipping);
+        }
+    }
+    add_leads(&mut events);
+    events.extend(input_gaps(loaded, rows));
+    events.sort_by(|a, b| a.start_ns.cmp(&b.start_ns).then(a.kind.cmp(&b.kind)).then(a.subject.cmp(&b.subject)));
+    events
+}
+
+struct Finder<'a> {
+    machine: &'a Machine,
+    rows: &'a Rows,
+    /// Rows whose loads mean something: no gap, not settling, ground under the wheels.
+    meaningful: Vec<bool>,
+}
+
+/// Rows from `first` to `last`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Episode {
+    first: usize,
+    last: usize,
+}
+
+impl<'a> Finder<'a> {
+    fn new(machine: &'a Machine, rows: &'a Rows) -> Self {
+        let fine = |reasons: &Reasons| reasons.iter().all(|reason| reason == Reason::Tipping);
+        Self { machine, rows, meaningful: rows.reasons.iter().map(fine).collect() }
+    }
+
+    fn column(&self, quantity: Quantity) -> &[f64] {
+        self.rows.outcomes.column(quantity)
+    }
+
+    fn episodes(&self, holds: impl Fn(usize) -> bool) -> Vec<Episode> {
+        episodes(&self.rows.times_ns, |row| self.meaningful[row] && holds(row))
+    }
+
+    fn event(&self, kind: EventKind, subject: &str, episode: Episode, worst: (usize, f64), unit: &'static str) -> Event {
+        let times = &self.rows.times_ns;
+        Event {
+            kind,
+            start_ns: times[episode.first],
+            end_ns: (episode.last + 1 < times.len()).then(|| times[episode.last]),
+            subject: subject.to_lowercase(),
+            worst: worst.1,
+            worst_ns: times[worst.0],
+            unit,
+            lead_s: None,
+            certainty: None,
+            split_dependent: None,
+        }
+    }
+
+    fn wheel_light(&self, wheel: usize, min_load_n: f64) -> Vec<Event> {
+        let load = self.column(Quantity::Load(wheel));
+        let largest = self.column(Quantity::LoadLargest(wheel));
+        let name = &self.machine.wheels()[wheel].name;
+        let found = self.episodes(|row| load[row] < min_load_n).into_iter().map(|episode| {
+            let worst = least(load, episode);
+            let mut event = self.event(EventKind::WheelLight, name, episode, worst, "N");
+            event.split_dependent = Some(largest[worst.0] >= min_load_n);
+            event
+        });
+        found.collect()
+    }
+
+    fn wheel_lift(&self, wheel: usize) -> Vec<Event> {
+        let (load, otf) = (self.column(Quantity::Load(wheel)), self.column(Quantity::Otf(wheel)));
+        let largest = self.column(Quantity::LoadLargest(wheel));
+        let weight = self.column(Quantity::NormalForce);
+        let name = &self.machine.wheels()[wheel].name;
+        let found = self.episodes(|row| load[row] <= 0.0).into_iter().map(|episode| {
+            let worst = least(otf, episode);
+            let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
+            event.split_dependent = Some(largest[worst.0] > 1e-6 * weight[worst.0]);
+            event
+        });
+        found.collect()
+    }
+
+    /// Every wheel off the edge carries nothing. Axle and side sums do not depend on the split.
+    fn edge_tipping(&self, edge: usize) -> Vec<Event> {
+        let spec = &self.machine.polygon().edges()[edge];
+        let off: Vec<&[f64]> = (0..self.machine.wheels().len())
+            .filter(|&wheel| !spec.carries[wheel])
+            .map(|wheel| self.column(Quantity::Load(wheel)))
+            .collect();
+        let moment = self.column(Quantity::ItomFull(edge));
+        let found = self.episodes(|row| off.iter().all(|load| load[row] <= 0.0)).into_iter().map(|episode| {
+            let worst = most(moment, episode);
+            let mut event = self.event(EventKind::EdgeTipping, &spec.name, episode, worst, "N m");
+            event.split_dependent = Some(false);
+            event
+        });
+        found.collect()
+    }
+
+    /// The tip-over that an edge tipping became, if it did.
+    fn tip_over(&self, tipping: &Event) -> Option<Event> {
+        let row_of = |time: i64| self.rows.times_ns.partition_point(|&t| t < time);
+        let first = row_of(tipping.start_ns);
+        let last = tipping.end_ns.map_or(self.rows.len() - 1, row_of);
+        let (worst_row, growth) = self.tilt_growth(first, last);
+        if tipping.end_ns.is_some() && growth <= TIP_OVER_RAD {
+            return None;
+        }
+        let worst_ns = self.rows.times_ns[worst_row];
+        Some(Event { kind: EventKind::TipOver, worst: growth, worst_ns, unit: "rad", ..tipping.clone() })
+    }
+
+    /// The row in which the tilt is furthest from that of `first`, and by how much [rad]: from the
+    /// attitude where the log has it, else from the angular velocity.
+    fn tilt_growth(&self, first: usize, last: usize) -> (usize, f64) {
+        let mut worst = (first, 0.0);
+        let mut state = State::zero(self.machine);
+        let mut turned = Vector3::zeros();
+        for row in first..=last {
+            let growth = match (self.rows.up_in_base[first], self.rows.up_in_base[row]) {
+                (Some(before), Some(now)) => before.cross(&now).norm().atan2(before.dot(&now)),
+                _ => {
+                    self.rows.states.get(row, &mut state);
+                    let step_s = (self.rows.times_ns[row] - self.rows.times_ns[row.max(first + 1) - 1]) as f64 * 1e-9;
+                    turned += state.imu.angular_velocity * step_s;
+                    turned.xy().norm()
+                }
+            };
+            if growth > worst.1 {
+                worst = (row, growth);
+            }
+        }
+        worst
+    }
+}
+
+fn least(values: &[f64], episode: Episode) -> (usize, f64) {
+    let smaller = |best: (usize, f64), row: usize| if values[row] < best.1 { (row, values[row]) } else { best };
+    (episode.first..=episode.last).fold((episode.first, f64::INFINITY), smaller)
+}
+
+fn most(values: &[f64], episode: Episode) -> (usize, f64) {
+    let larger = |best: (usize, f64), row: usize| if values[row] > best.1 { (row, values[row]) } else { best };
+    (episode.first..=episode.last).fold((episode.first, f64::NEG_INFINITY), larger)
+}
+
+/// Runs of rows for which `holds`, those close together joined, those too short left out. A row
+/// counts until the next one.
+fn episodes(times_ns: &[i64], holds: impl Fn(usize) -> bool) -> Vec<Episode> {
+    let until = |row: usize| times_ns[(row + 1).min(times_ns.len() - 1)];
+    let mut joined: Vec<(Episode, i64)> = Vec::new();
+    for row in (0..times_ns.len()).filter(|&row| holds(row)) {
+        let lasts = until(row) - times_ns[row];
+        match joined.last_mut() {
+            Some((episode, held)) if times_ns[row] - until(episode.last) < MERGED_NS => {
+                episode.last = row;
+                *held += lasts;
+            }
+            _ => joined.push((Episode { first: row, last: row }, lasts)),
+        }
+    }
+    joined.into_iter().filter(|(_, held)| *held >= SHORTEST_NS).map(|(episode, _)| episode).collect()
+}
+
+/// Sets each event's lead: the time since the earliest wheel that was light at its start.
+fn add_leads(events: &mut [Event]) {
+    let light: Vec<(i64, i64)> = events
+        .iter()
+        .filter(|event| event.kind == EventKind::WheelLight)
+        .map(|event| (event.start_ns, event.end_ns.unwrap_or(i64::MAX)))
+        .collect();
+    for event in events.iter_mut().filter(|event| event.kind != EventKind::WheelLight) {
+        let going = light.iter().filter(|(start, end)| *start <= event.start_ns && event.start_ns <= end.saturating_add(MERGED_NS));
+        event.lead_s = going.map(|(start, _)| (event.start_ns - start) as f64 * 1e-9).reduce(f64::max);
+    }
+}
+
+/// Times without samples that are longer than the estimator bridges, from the first to the last row.
+fn input_gaps(loaded: &LoadedLog, rows: &Rows) -> Vec<Event> {
+    let max_gap_ns = (loaded.machine.estimator().max_gap * 1e9) as i64;
+    let (first, last) = (rows.times_ns[0], rows.times_ns[rows.len() - 1]);
+    let mut gaps = Vec::new();
+    for signal in &loaded.signals {
+        let mut stamps = signal.recording.stamps_ns.clone();
+        stamps.retain(|stamp| (first..=last).contains(stamp));
+        stamps.push(first);
+        stamps.push(last);
+        stamps.sort_unstable();
+        for pair in stamps.windows(2).filter(|pair| pair[1] - pair[0] > max_gap_ns) {
+            gaps.push(Event {
+                kind: EventKind::InputGap,
+                start_ns: pair[0],
+                end_ns: (pair[1] < last).then_some(pair[1]),
+                subject: signal.name.into(),
+                worst: (pair[1] - pair[0]) as f64 * 1e-9,
+                worst_ns: pair[0],
+                unit: "s",
+                lead_s: None,
+                certainty: None,
+                split_dependent: None,
+            });
+        }
+    }
+    gaps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_NS: i64 = 10_000_000;
+
+    fn found(holds: &[(usize, usize)]) -> Vec<(usize, usize)> {
+        let times: Vec<i64> = (0..200).map(|k| k * PERIOD_NS).collect();
+        let inside = |row: usize| holds.iter().any(|&(a, b)| (a..=b).contains(&row));
+        episodes(&times, inside).into_iter().map(|e| (e.first, e.last)).collect()
+    }
+
+    #[test]
+    fn episodes_of_fifty_milliseconds_count_and_shorter_ones_do_not() {
+        assert_eq!(found(&[(10, 14)]), [(10, 14)]);
+        assert_eq!(found(&[(10, 13)]), []);
+        assert_eq!(found(&[]), []);
+    }
+
+    #[test]
+    fn episodes_less_than_a_fifth_of_a_second_apart_are_one() {
+        assert_eq!(found(&[(10, 20), (40, 50)]), [(10, 50)]);
+        assert_eq!(found(&[(10, 20), (41, 50)]), [(10, 20), (41, 50)]);
+    }
+}

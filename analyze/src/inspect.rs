@@ -1,0 +1,209 @@
+//! What a log holds, before anything is computed: topics, clocks, gaps, damage, and what would be
+//! bound to which signal and why.
+
+use std::path::Path;
+
+use anyhow::Result;
+use serde::Serialize;
+use tipwatch_ingest::{
+    Log, Losses, NamedTopics, SensorKind, SensorRequest, SensorTopics, Topic, TopicId, TopicTiming, record_sensors,
+    robot_description,
+};
+
+use crate::load::{MachineFile, named_topics};
+
+/// Version of the JSON document.
+const SCHEMA: u32 = 1;
+
+/// What a log holds.
+#[derive(Debug, Serialize)]
+pub struct Inspection {
+    schema: u32,
+    path: String,
+    format: String,
+    files: Vec<String>,
+    bytes: u64,
+    topics: Vec<TopicInspection>,
+    signals: Vec<SignalInspection>,
+    /// Why signals cannot be bound as the log stands.
+    binding_error: Option<String>,
+    /// Where a machine description is, and how long it is.
+    robot_description: Option<String>,
+    /// What was lost.
+    pub losses: Losses,
+    integrity: Option<&'static str>,
+}
+
+#[derive(Debug, Serialize)]
+struct TopicInspection {
+    name: String,
+    type_name: String,
+    encoding: String,
+    definition: String,
+    message_count: Option<u64>,
+    /// Stamps, of topics that can be a signal.
+    timing: Option<TopicTiming>,
+    joint_names: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct SignalInspection {
+    signal: &'static str,
+    topic: Option<String>,
+    why: String,
+}
+
+/// Looks at a log; `file` names topics where types alone do not tell.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
+    let log = Log::open(path)?;
+    let named = file.map_or(NamedTopics { has_tool: true, ..NamedTopics::default() }, |file| named_topics(&file.spec));
+    let (found, binding_error) = match SensorTopics::find(&log, &named) {
+        Ok(found) => (found, None),
+        Err(error) => (SensorTopics::default(), Some(error.to_string())),
+    };
+    let (timings, losses) = timings(&log)?;
+    let topics = log.topics().iter().map(|topic| topic_inspection(topic, &found, &timings)).collect();
+    let signals = if binding_error.is_none() { signals(&log, &found) } else { Vec::new() };
+    Ok(Inspection {
+        schema: SCHEMA,
+        path: path.display().to_string(),
+        format: log.format().to_string(),
+        files: log.files().iter().map(|f| f.display().to_string()).collect(),
+        bytes: log.bytes(),
+        topics,
+        signals,
+        binding_error,
+        robot_description: robot_description(&log)
+            .ok()
+            .flatten()
+            .map(|(text, topic)| format!("{topic}: {} bytes", text.len())),
+        integrity: losses.integrity.note(),
+        losses,
+    })
+}
+
+type Timings = Vec<(TopicId, TopicTiming)>;
+
+/// How the stamps of every topic behave that can be a signal.
+fn timings(log: &Log) -> Result<(Timings, Losses)> {
+    let kind_of = |topic: &Topic| SensorKind::ALL.into_iter().find(|kind| kind.is_type(&topic.type_name));
+    let requests: Vec<SensorRequest> = log
+        .topics()
+        .iter()
+        .filter_map(|topic| Some(SensorRequest { topic: topic.id, kind: kind_of(topic)?, joint_names: Vec::new() }))
+        .filter(|request| tipwatch_ingest::SensorDecoder::new(&log.topics()[request.topic.index()], request.kind, &[]).is_ok())
+        .collect();
+    let (recordings, losses) = record_sensors(log, &requests, &mut |_| {})?;
+    Ok((recordings.into_iter().map(|r| (r.topic, r.statistics.timing())).collect(), losses))
+}
+
+fn topic_inspection(topic: &Topic, found: &SensorTopics, timings: &Timings) -> TopicInspection {
+    let joints = found.joint_states.iter().find(|joint| joint.binding.topic == topic.id);
+    TopicInspection {
+        name: topic.name.clone(),
+        type_name: topic.type_name.clone(),
+        encoding: topic.encoding.clone(),
+        definition: format!("{:?}", topic.definition_source).to_lowercase(),
+        message_count: topic.message_count,
+        timing: timings.iter().find(|(id, _)| *id == topic.id).map(|(_, timing)| timing.clone()),
+        joint_names: joints.map_or(Vec::new(), |joint| joint.joint_names.clone()),
+    }
+}
+
+fn signals(log: &Log, found: &SensorTopics) -> Vec<SignalInspection> {
+    let name = |id: TopicId| log.topic(id).ok().map(|topic| topic.name.clone());
+    let mut signals: Vec<SignalInspection> = Vec::new();
+    for joint in &found.joint_states {
+        let binding = &joint.binding;
+        signals.push(SignalInspection { signal: "joint_states", topic: name(binding.topic), why: binding.why.clone() });
+    }
+    let others = [(SensorKind::Imu, &found.imu), (SensorKind::Odometry, &found.odometry), (SensorKind::ToolWrench, &found.tool_wrench)];
+    for (kind, binding) in others {
+        let missing = format!("no {} topic with messages", kind.type_name());
+        signals.push(SignalInspection {
+            signal: kind.signal_key(),
+            topic: binding.as_ref().and_then(|b| name(b.topic)),
+            why: binding.as_ref().map_or(missing, |b| b.why.clone()),
+        });
+    }
+    signals
+}
+
+/// Prints an inspection, for people or as JSON.
+///
+/// # Errors
+/// Standard output is closed.
+#[expect(clippy::print_stdout, reason = "the data of `inspect` goes to stdout, here alone")]
+pub fn print(inspection: &Inspection, as_json: bool) -> Result<()> {
+    if as_json {
+        println!("{}", serde_json::to_string_pretty(inspection)?);
+        return Ok(());
+    }
+    println!("{}: {}, {} bytes, {} file(s)", inspection.path, inspection.format, inspection.bytes, inspection.files.len());
+    println!("\ntopics");
+    for topic in &inspection.topics {
+        print!("{}", describe_topic(topic));
+    }
+    println!("\nsignals");
+    for signal in &inspection.signals {
+        println!("  {:<13} {} ({})", signal.signal, signal.topic.as_deref().unwrap_or("-"), signal.why);
+    }
+    if let Some(error) = &inspection.binding_error {
+        println!("  not bound: {error}");
+    }
+    println!("  {:<13} {}", "description", inspection.robot_description.as_deref().unwrap_or("-"));
+    println!("\nintegrity");
+    println!("  {}", inspection.integrity.unwrap_or("checksums present"));
+    for range in &inspection.losses.ranges {
+        println!("  lost: {} bytes {}..{}: {}", range.file.display(), range.start_byte, range.end_byte, range.reason);
+    }
+    for (topic, count) in &inspection.losses.undecodable_messages {
+        println!("  not decodable: {count} messages of {topic}");
+    }
+    for note in &inspection.losses.notes {
+        println!("  {note}");
+    }
+    Ok(())
+}
+
+fn describe_topic(topic: &TopicInspection) -> String {
+    use std::fmt::Write;
+    let count = topic.message_count.map_or("?".into(), |count| count.to_string());
+    let mut text = format!("  {:<28} {:<32} {count:>8} messages, definition {}\n", topic.name, topic.type_name, topic.definition);
+    if let Some(timing) = &topic.timing {
+        let number = |value: Option<f64>| value.map_or("-".into(), |v| format!("{v:.3}"));
+        let _ = writeln!(
+            text,
+            "      {} Hz, median period {} s, longest {} s; clock {}: {}",
+            number(timing.rate_hz),
+            number(timing.median_period_s),
+            number(timing.max_period_s),
+            timing.clock.source,
+            timing.clock.reason
+        );
+        if let Some(offset) = &timing.header_minus_log {
+            let _ = writeln!(
+                text,
+                "      header.stamp minus log time: median {:.6} s, {:.6} to {:.6} s, drift {:.2e} s/s",
+                offset.median_s, offset.min_s, offset.max_s, offset.drift_s_per_s
+            );
+        }
+        for gap in &timing.gaps {
+            let _ = writeln!(text, "      gap of {:.3} s at {} ns", gap.duration_s, gap.start_ns);
+        }
+        let odd = [("duplicate", timing.duplicate_stamps), ("backward", timing.backward_stamps), ("zero", timing.zero_stamps)];
+        for (kind, count) in odd.into_iter().filter(|(_, count)| *count > 0) {
+            let _ = writeln!(text, "      {count} {kind} stamps");
+        }
+        for note in &timing.notes {
+            let _ = writeln!(text, "      {note}");
+        }
+    }
+    if !topic.joint_names.is_empty() {
+        let _ = writeln!(text, "      joints: {}", topic.joint_names.join(", "));
+    }
+    text
+}

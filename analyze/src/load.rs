@@ -1,0 +1,258 @@
+//! From a log and a machine file to a checked machine and its sensors' samples.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use sha2::{Digest, Sha256};
+use tipwatch_ingest::{
+    JointTopic, Log, Losses, NamedTopics, SensorKind, SensorRecording, SensorRequest, SensorTopics,
+    record_sensors, robot_description,
+};
+use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany, SignalsSpec};
+use tipwatch_mechanics::signal::{MatchedSensors, OtherSensors, Sensor};
+
+use crate::provenance::FileHash;
+
+/// A machine file as read.
+#[derive(Debug, Clone)]
+pub struct MachineFile {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What it says.
+    pub spec: MachineSpec,
+    /// Its hash.
+    pub hash: FileHash,
+}
+
+impl MachineFile {
+    /// Reads a machine file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no machine file.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("{}: cannot be read", path.display()))?;
+        Self::from_text(path, &text)
+    }
+
+    /// A machine file from its text; `path` tells where its URDF is looked for.
+    ///
+    /// # Errors
+    /// The text is no machine file.
+    pub fn from_text(path: &Path, text: &str) -> Result<Self> {
+        let name = path.display().to_string();
+        let spec = MachineSpec::from_toml(text, &name)?;
+        Ok(Self { path: path.into(), spec, hash: hash_of(name, text.as_bytes()) })
+    }
+
+    /// The URDF beside the machine file, else the one in the log.
+    fn urdf(&self, log: Option<&Log>) -> Result<Urdf> {
+        if let Some(name) = &self.spec.urdf {
+            let path = self.path.parent().unwrap_or(Path::new("")).join(name);
+            let text = std::fs::read_to_string(&path).with_context(|| {
+                format!("{}: urdf = \"{name}\": {} cannot be read", self.path.display(), path.display())
+            })?;
+            let name = path.display().to_string();
+            return Ok(Urdf { hash: hash_of(name.clone(), text.as_bytes()), name, text });
+        }
+        let described = log.map(robot_description).transpose()?.flatten();
+        let Some((text, topic)) = described else {
+            bail!(
+                "{}: expected urdf = \"...\" in the machine file or a topic /robot_description in the log, found neither",
+                self.path.display()
+            );
+        };
+        let name = format!("topic {topic}");
+        Ok(Urdf { hash: hash_of(name.clone(), text.as_bytes()), name, text })
+    }
+
+    /// The machine without a log: every joint counts as measured that no linkage moves.
+    ///
+    /// # Errors
+    /// The machine file or its URDF does not describe a machine.
+    pub fn check_alone(&self) -> Result<Machine> {
+        let urdf = self.urdf(None)?;
+        Ok(self.spec.check(&urdf.text, &urdf.name, LogFacts::default())?)
+    }
+}
+
+struct Urdf {
+    name: String,
+    text: String,
+    hash: FileHash,
+}
+
+/// A machine and the samples of its sensors in a log.
+#[derive(Debug)]
+pub struct LoadedLog {
+    /// The machine as checked against the log.
+    pub machine: Machine,
+    /// The hash of its URDF.
+    pub urdf: FileHash,
+    /// The sensors, in the order of [`LoadedLog::signals`].
+    pub matched: MatchedSensors,
+    /// Each sensor's topic and samples.
+    pub signals: Vec<Signal>,
+    /// What of the log was lost.
+    pub losses: Losses,
+}
+
+/// A sensor, its topic and its samples.
+#[derive(Debug)]
+pub struct Signal {
+    /// Its place among the sensors.
+    pub sensor: Sensor,
+    /// "joint_states", "imu", "odometry" or "tool_wrench".
+    pub name: &'static str,
+    /// Name of the topic.
+    pub topic: String,
+    /// Type of its messages.
+    pub type_name: String,
+    /// Why this topic.
+    pub why: String,
+    /// The samples.
+    pub recording: SensorRecording,
+}
+
+/// The topics that a machine file names.
+#[must_use]
+pub fn named_topics(spec: &MachineSpec) -> NamedTopics {
+    let SignalsSpec { joint_states, imu, odometry, tool_wrench } = spec.signals.clone();
+    NamedTopics {
+        joint_states: joint_states.as_ref().map_or(&[][..], OneOrMany::names).to_vec(),
+        imu,
+        odometry,
+        tool_wrench,
+        has_tool: spec.arm.as_ref().is_some_and(|arm| arm.tool.is_some()),
+    }
+}
+
+/// Reads the samples of a machine's sensors from a log.
+///
+/// # Errors
+/// The machine does not fit the log, a signal is missing or ambiguous, or the log cannot be read.
+pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Result<LoadedLog> {
+    let topics = SensorTopics::find(log, &named_topics(&file.spec))?;
+    if topics.joint_states.is_empty() {
+        let names: Vec<_> = log.topics().iter().map(|t| format!("{} ({})", t.name, t.type_name)).collect();
+        bail!(
+            "{}: expected joint states ({}), found none; the log has: {}",
+            log.path().display(),
+            SensorKind::JointStates.type_name(),
+            if names.is_empty() { "no topics".to_string() } else { names.join(", ") }
+        );
+    }
+    let urdf = file.urdf(Some(log))?;
+    let joint_names = topics.joint_names();
+    let facts = LogFacts {
+        joint_names: Some(&joint_names),
+        lacks_imu: topics.imu.is_none(),
+        imu_frame: topics.imu_frame.as_deref(),
+    };
+    let machine = file.spec.check(&urdf.text, &urdf.name, facts)?;
+    let matched = match_sensors(log, &machine, &topics)?;
+    let bindings = bindings(&machine, &matched, &topics);
+    let requests: Vec<SensorRequest> = bindings.iter().map(|b| b.request.clone()).collect();
+    let (recordings, losses) = record_sensors(log, &requests, progress)?;
+    let mut signals = Vec::with_capacity(recordings.len());
+    for (bound, recording) in bindings.into_iter().zip(recordings) {
+        let topic = log.topic(recording.topic)?;
+        if recording.stamps_ns.is_empty() && matches!(bound.sensor, Sensor::Joints(_)) {
+            bail!("{}: topic {}: expected joint states, found no readable message", log.path().display(), topic.name);
+        }
+        signals.push(Signal {
+            sensor: bound.sensor,
+            name: bound.request.kind.signal_key(),
+            topic: topic.name.clone(),
+            type_name: topic.type_name.clone(),
+            why: bound.why,
+            recording,
+        });
+    }
+    Ok(LoadedLog { machine, urdf: urdf.hash, matched, signals, losses })
+}
+
+fn match_sensors(log: &Log, machine: &Machine, topics: &SensorTopics) -> Result<MatchedSensors> {
+    let name = |t: &JointTopic| Ok(log.topic(t.binding.topic)?.name.clone());
+    let names = topics.joint_states.iter().map(name).collect::<Result<Vec<_>>>()?;
+    let streams: Vec<(&str, &[String])> =
+        names.iter().zip(&topics.joint_states).map(|(name, t)| (name.as_str(), t.joint_names.as_slice())).collect();
+    let others = OtherSensors {
+        imu: topics.imu.is_some(),
+        odometry: topics.odometry.is_some(),
+        tool_wrench: topics.tool_wrench.is_some(),
+    };
+    let matched = MatchedSensors::new(machine, &streams, others)?;
+    if matched.sensors.joints.is_empty() {
+        let offered: Vec<String> = topics.joint_names();
+        bail!(
+            "{}: expected joint states of the machine's joints, found only: {}",
+            log.path().display(),
+            offered.join(", ")
+        );
+    }
+    Ok(matched)
+}
+
+struct Bound {
+    sensor: Sensor,
+    request: SensorRequest,
+    why: String,
+}
+
+fn bindings(machine: &Machine, matched: &MatchedSensors, topics: &SensorTopics) -> Vec<Bound> {
+    let mut bound: Vec<Bound> = Vec::new();
+    for (stream, &index) in matched.streams.iter().enumerate() {
+        let binding = &topics.joint_states[index].binding;
+        let joint_names = matched.joint_names(machine, stream);
+        let request = SensorRequest { topic: binding.topic, kind: binding.kind, joint_names };
+        bound.push(Bound { sensor: Sensor::Joints(stream), request, why: binding.why.clone() });
+    }
+    let others = [
+        (Sensor::Imu, &topics.imu, matched.sensors.imu),
+        (Sensor::Odometry, &topics.odometry, matched.sensors.odometry),
+        (Sensor::ToolWrench, &topics.tool_wrench, matched.sensors.tool_wrench),
+    ];
+    for (sensor, binding, used) in others {
+        if let Some(binding) = binding.as_ref().filter(|_| used) {
+            let request = SensorRequest { topic: binding.topic, kind: binding.kind, joint_names: Vec::new() };
+            bound.push(Bound { sensor, request, why: binding.why.clone() });
+        }
+    }
+    bound
+}
+
+/// The hash of bytes that stand under `path`.
+pub(crate) fn hash_of(path: String, bytes: &[u8]) -> FileHash {
+    FileHash { path, sha256: hex(&Sha256::digest(bytes)), bytes: bytes.len() as u64 }
+}
+
+/// The hash of a file, read piece by piece.
+pub(crate) fn hash_file(path: &Path) -> Result<FileHash> {
+    let mut file = std::fs::File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let mut hasher = Sha256::new();
+    let bytes = std::io::copy(&mut file, &mut HashWriter(&mut hasher))
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
+    Ok(FileHash { path: path.display().to_string(), sha256: hex(&hasher.finalize()), bytes })
+}
+
+struct HashWriter<'a>(&'a mut Sha256);
+
+impl std::io::Write for HashWriter<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}

@@ -1,0 +1,50 @@
+//! What a reader must know of how the results came about.
+
+use tipwatch_mechanics::signal::Sensor;
+
+use crate::load::LoadedLog;
+
+/// Assumptions, substitutes and oddities, in plain sentences.
+#[must_use]
+pub(crate) fn of(loaded: &LoadedLog) -> Vec<String> {
+    let mut notes = Vec::new();
+    let sensors = &loaded.matched.sensors;
+    if !sensors.imu && sensors.odometry {
+        notes.push(
+            "The log has no IMU: the specific force comes from the odometry's velocity and attitude, the angular velocity from \
+             the odometry."
+                .into(),
+        );
+    } else if !sensors.imu {
+        notes.push("The log has neither IMU nor odometry: wheel loads cannot be computed.".into());
+    }
+    if loaded.machine.imu().source.starts_with("assumed") {
+        notes.push(format!("Position and orientation of the IMU: {}.", loaded.machine.imu().source));
+    }
+    notes.extend(missing_wheel_joints(loaded));
+    for signal in &loaded.signals {
+        notes.extend(signal.recording.statistics.timing().notes.into_iter().map(|note| format!("{}: {note}", signal.topic)));
+        if signal.recording.unstamped > 0 {
+            notes.push(format!("{}: {} messages without a stamp were left out.", signal.topic, signal.recording.unstamped));
+        }
+        if signal.recording.stamps_ns.is_empty() && !matches!(signal.sensor, Sensor::Joints(_)) {
+            notes.push(format!("{}: no readable message.", signal.topic));
+        }
+    }
+    notes.extend(loaded.losses.notes.iter().cloned());
+    notes.extend(loaded.losses.integrity.note().map(|note| format!("{note}.")));
+    notes
+}
+
+fn missing_wheel_joints(loaded: &LoadedLog) -> Option<String> {
+    let missing: Vec<_> = loaded.machine.joints().iter().filter(|j| !j.logged).map(|j| j.name.as_str()).collect();
+    if missing.is_empty() {
+        return None;
+    }
+    let source = if loaded.matched.sensors.odometry {
+        "their rates come from the odometry, rolling without slip"
+    } else {
+        "they are taken to be at rest, since there is no odometry either"
+    };
+    Some(format!("The joint states lack the wheel joints {}: {source}.", missing.join(", ")))
+}

@@ -1,0 +1,41 @@
+//! The files of an analysis: written into the output folder, never beside the evidence.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::analysis::Analysis;
+use crate::summary::Summary;
+use crate::{parquet, report, table};
+
+/// Which files are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Outputs {
+    /// All of them.
+    All,
+    /// `samples.parquet` alone.
+    Samples,
+}
+
+/// Writes the files of an analysis into `folder`, which is made if it is not there.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
+    let provenance = &analysis.provenance;
+    parquet::write(&mut table::samples(analysis)?, provenance, &folder.join("samples.parquet"))?;
+    if outputs == Outputs::Samples {
+        return Ok(());
+    }
+    parquet::write(&mut table::events(&analysis.events)?, provenance, &folder.join("events.parquet"))?;
+    let summary = Summary::of(analysis, report::findings(analysis));
+    let text = serde_json::to_string_pretty(&summary)?;
+    write_text(&folder.join("summary.json"), &text)?;
+    write_text(&folder.join("report.html"), &report::render(analysis))
+}
+
+fn write_text(path: &Path, text: &str) -> Result<()> {
+    fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
+}

@@ -1,0 +1,31 @@
+//! Writes tables as Parquet, with units and provenance in the file's metadata.
+
+use std::fs::File;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use polars::prelude::{KeyValueMetadata, ParquetCompression, ParquetWriter};
+
+use crate::provenance::Provenance;
+use crate::table::Table;
+
+/// Writes a table; key `tipwatch.units` holds JSON column -> unit, key `tipwatch.provenance` where the
+/// numbers come from.
+///
+/// # Errors
+/// The file cannot be written.
+pub(crate) fn write(table: &mut Table, provenance: &Provenance, path: &Path) -> Result<()> {
+    let units: serde_json::Map<String, serde_json::Value> =
+        table.units.iter().map(|(name, unit)| (name.clone(), (*unit).into())).collect();
+    let metadata = KeyValueMetadata::from_static(vec![
+        ("tipwatch.units".into(), serde_json::to_string(&units)?),
+        ("tipwatch.provenance".into(), serde_json::to_string(provenance)?),
+    ]);
+    let file = File::create(path).with_context(|| format!("{}: cannot be created", path.display()))?;
+    ParquetWriter::new(file)
+        .with_compression(ParquetCompression::Lz4Raw)
+        .with_key_value_metadata(Some(metadata))
+        .finish(&mut table.frame)
+        .with_context(|| format!("{}: cannot be written", path.display()))?;
+    Ok(())
+}

@@ -1,0 +1,203 @@
+//! The analysis of one log: load, estimate, evaluate, find.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use rayon::prelude::*;
+use tipwatch_ingest::{Log, arrival_order};
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::signal::{
+    CausalEstimator, Estimate, Reason, Reasons, Recording, RowClock, Sample, Sensor, StreamCounts, smooth,
+};
+use tipwatch_mechanics::{OutcomeColumns, State, StateColumns, evaluate_rows, static_outcome};
+
+use crate::analysis::{Analysis, Input, Rows};
+use crate::detect;
+use crate::load::{LoadedLog, MachineFile, hash_file, load};
+use crate::notes;
+use crate::options::{Estimator, Options};
+use crate::provenance::Provenance;
+
+/// Rows evaluated in one piece of parallel work.
+const BLOCK_ROWS: usize = 1024;
+
+/// Share of the static load below which a wheel is light where the machine file sets no limit.
+const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
+
+/// Analyses one log; `progress` is called with the number of bytes of the log left behind.
+///
+/// # Errors
+/// The log cannot be read, the machine does not fit it, or no row is left.
+pub fn analyse(path: &Path, file: &MachineFile, options: Options, progress: &mut dyn FnMut(u64)) -> Result<Analysis> {
+    let log = Log::open(path)?;
+    let mut loaded = load(&log, file, progress)?;
+    let (mut rows, counts) = estimate(&mut loaded, &options);
+    if rows.is_empty() {
+        bail!("{}: expected joint states that can be used, found none within the asked time", path.display());
+    }
+    rows.outcomes = evaluate_all(&loaded.machine, &rows.states);
+    for row in 0..rows.len() {
+        rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
+    }
+    let static_loads_n = static_loads(&loaded.machine, &rows);
+    let min_loads_n = min_loads(&loaded.machine, &static_loads_n);
+    let events = detect::events(&loaded, &rows, min_loads_n.as_deref());
+    let notes = notes::of(&loaded);
+    let provenance = provenance(&log, file, &loaded)?;
+    let inputs = loaded.signals.into_iter().map(|signal| Input {
+        signal: signal.name,
+        clock: format!("{}: {}", signal.recording.clock.source, signal.recording.clock.reason),
+        counts: counts.iter().find(|(sensor, _)| *sensor == signal.sensor).map_or(StreamCounts::default(), |(_, c)| *c),
+        topic: signal.topic,
+        type_name: signal.type_name,
+        why: signal.why,
+        statistics: signal.recording.statistics,
+        undecodable: signal.recording.undecodable,
+    });
+    Ok(Analysis {
+        inputs: inputs.collect(),
+        machine: loaded.machine,
+        options,
+        provenance,
+        notes,
+        losses: loaded.losses,
+        rows,
+        static_loads_n,
+        min_loads_n,
+        events,
+    })
+}
+
+type Counts = Vec<(Sensor, StreamCounts)>;
+
+/// The states of all rows within the asked time.
+fn estimate(loaded: &mut LoadedLog, options: &Options) -> (Rows, Counts) {
+    let clock = options.rate_hz.map_or(RowClock::JointStates, RowClock::Rate);
+    let (rows, counts) = match options.estimator {
+        Estimator::Smoother => smoothed(loaded, clock),
+        Estimator::Causal => causal(loaded, clock),
+    };
+    (within(rows, &loaded.machine, options), counts)
+}
+
+fn smoothed(loaded: &mut LoadedLog, clock: RowClock) -> (Rows, Counts) {
+    let recordings: Vec<Recording> = loaded
+        .signals
+        .iter_mut()
+        .map(|signal| Recording {
+            sensor: signal.sensor,
+            stamps_ns: signal.recording.stamps_ns.clone(),
+            values: std::mem::take(&mut signal.recording.values),
+        })
+        .collect();
+    let smoothed = smooth(&loaded.machine, &loaded.matched.sensors, &recordings, clock);
+    let rows = Rows {
+        times_ns: smoothed.times_ns,
+        reasons: smoothed.reasons,
+        states: smoothed.states,
+        outcomes: OutcomeColumns::empty(&loaded.machine),
+        up_in_base: smoothed.up_in_base,
+    };
+    (rows, smoothed.counts)
+}
+
+/// As live: sample by sample in the order in which the recorder received them.
+fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Counts) {
+    let machine = &loaded.machine;
+    let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
+    let mut estimates: Vec<Estimate> = Vec::new();
+    let recordings: Vec<_> = loaded.signals.iter().map(|signal| signal.recording.clone()).collect();
+    for (signal, index) in arrival_order(&recordings) {
+        let recording = &recordings[signal];
+        let sample = Sample {
+            sensor: loaded.signals[signal].sensor,
+            stamp_ns: recording.stamps_ns[index],
+            values: recording.sample(index),
+        };
+        // a sample that is not used is counted by the estimator
+        let _ = estimator.push(machine, &sample, &mut |row| estimates.push(row.clone()));
+    }
+    let mut states = StateColumns::unknown(machine, estimates.len());
+    for (row, estimate) in estimates.iter_mut().enumerate() {
+        states.set(row, &mut estimate.state);
+    }
+    let rows = Rows {
+        times_ns: estimates.iter().map(|e| e.time_ns).collect(),
+        reasons: estimates.iter().map(|e| e.reasons).collect(),
+        states,
+        outcomes: OutcomeColumns::empty(machine),
+        up_in_base: estimates.iter().map(|e| e.up_in_base).collect(),
+    };
+    (rows, estimator.counts().to_vec())
+}
+
+/// Keeps the rows between `from_s` and `to_s`.
+fn within(rows: Rows, machine: &Machine, options: &Options) -> Rows {
+    let (from, to) = (options.from_s.unwrap_or(f64::NEG_INFINITY), options.to_s.unwrap_or(f64::INFINITY));
+    let kept: Vec<usize> = (0..rows.len()).filter(|&row| (from..=to).contains(&rows.seconds(row))).collect();
+    if kept.len() == rows.len() {
+        return rows;
+    }
+    let mut states = StateColumns::unknown(machine, kept.len());
+    let mut state = State::zero(machine);
+    for (to, &from) in kept.iter().enumerate() {
+        rows.states.get(from, &mut state);
+        states.set(to, &mut state);
+    }
+    Rows {
+        times_ns: kept.iter().map(|&row| rows.times_ns[row]).collect(),
+        reasons: kept.iter().map(|&row| rows.reasons[row]).collect(),
+        up_in_base: kept.iter().map(|&row| rows.up_in_base[row]).collect(),
+        outcomes: OutcomeColumns::empty(machine),
+        states,
+    }
+}
+
+/// Evaluates all rows, blocks of them in parallel.
+fn evaluate_all(machine: &Machine, states: &StateColumns) -> OutcomeColumns {
+    let blocks: Vec<usize> = (0..states.rows()).step_by(BLOCK_ROWS).collect();
+    let evaluated: Vec<OutcomeColumns> = blocks
+        .into_par_iter()
+        .map(|first| evaluate_rows(machine, states, first..(first + BLOCK_ROWS).min(states.rows())))
+        .collect();
+    let mut all = OutcomeColumns::empty(machine);
+    for block in evaluated {
+        all.append(block);
+    }
+    all
+}
+
+/// Loads level and at rest in the posture of the first valid row; NaN if there is none.
+fn static_loads(machine: &Machine, rows: &Rows) -> Vec<f64> {
+    let usable = |reasons: &Reasons| reasons.is_empty() || reasons.iter().all(|r| r == Reason::Settling);
+    let Some(first) = rows.reasons.iter().position(usable) else {
+        return vec![f64::NAN; machine.wheels().len()];
+    };
+    let mut state = State::zero(machine);
+    rows.states.get(first, &mut state);
+    let positions: Vec<f64> = state.joints.iter().map(|joint| joint.position).collect();
+    static_outcome(machine, &positions).load
+}
+
+/// The load below which each wheel is light; `None` where the static loads would set it and are
+/// unknown.
+fn min_loads(machine: &Machine, static_loads_n: &[f64]) -> Option<Vec<f64>> {
+    let limits = machine.limits();
+    if let Some(load) = limits.min_load {
+        return Some(vec![load; static_loads_n.len()]);
+    }
+    let share = limits.min_load_share.unwrap_or(DEFAULT_MIN_LOAD_SHARE);
+    static_loads_n.iter().all(|load| load.is_finite()).then(|| static_loads_n.iter().map(|load| load * share).collect())
+}
+
+fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Provenance> {
+    Ok(Provenance {
+        tipwatch_version: env!("CARGO_PKG_VERSION").into(),
+        analysed_at: jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
+        log: log.files().iter().map(|f| hash_file(f)).collect::<Result<_>>()?,
+        log_format: log.format().to_string(),
+        machine_file: file.hash.clone(),
+        urdf: loaded.urdf.clone(),
+        imu_mounting: loaded.machine.imu().source.clone(),
+    })
+}

@@ -1,0 +1,210 @@
+//! `summary.json`: the analysis in one small, stable document.
+//!
+//! Keys carry their unit. What cannot be computed is null. They change only with `schema`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use tipwatch_ingest::{Losses, TopicTiming};
+use tipwatch_mechanics::Quantity;
+
+use crate::analysis::{Analysis, Input};
+use crate::options::Options;
+use crate::provenance::Provenance;
+
+/// Version of the document.
+pub const SCHEMA: u32 = 1;
+
+/// The document.
+#[derive(Debug, Serialize)]
+pub struct Summary<'a> {
+    /// Version of this document's keys.
+    pub schema: u32,
+    /// Findings in plain words, the most important first.
+    pub findings: Vec<String>,
+    /// The events.
+    pub events: Vec<EventSummary<'a>>,
+    /// The wheels by name, in lower case.
+    pub wheels: BTreeMap<String, WheelSummary>,
+    /// The machine.
+    pub machine: MachineSummary<'a>,
+    /// The rows.
+    pub rows: RowSummary,
+    /// Where specific force and angular velocity come from: "imu", "odometry" or "none".
+    pub specific_force_source: &'static str,
+    /// The signals used.
+    pub inputs: Vec<InputSummary<'a>>,
+    /// What a reader must know.
+    pub notes: &'a [String],
+    /// What of the log was lost.
+    pub losses: &'a Losses,
+    /// Why `certainty` of events is null.
+    pub certainty_note: &'static str,
+    /// What was asked for.
+    pub options: Options,
+    /// Where everything comes from.
+    pub provenance: &'a Provenance,
+}
+
+/// An event.
+#[derive(Debug, Serialize)]
+pub struct EventSummary<'a> {
+    kind: &'static str,
+    subject: &'a str,
+    start_ns: i64,
+    end_ns: Option<i64>,
+    start_s: f64,
+    worst: f64,
+    unit: &'static str,
+    worst_ns: i64,
+    lead_s: Option<f64>,
+    certainty: Option<f64>,
+    split_dependent: Option<bool>,
+}
+
+/// A wheel.
+#[derive(Debug, Serialize)]
+pub struct WheelSummary {
+    static_load_n: Option<f64>,
+    min_load_limit_n: Option<f64>,
+    mean_load_n: Option<f64>,
+    least_load_n: Option<f64>,
+    least_otf_n: Option<f64>,
+    least_otf_s: Option<f64>,
+    largest_load_n: Option<f64>,
+}
+
+/// The machine.
+#[derive(Debug, Serialize)]
+pub struct MachineSummary<'a> {
+    name: &'a str,
+    mass_kg: f64,
+    gravity_m_s2: f64,
+    base_link: &'a str,
+}
+
+/// The rows.
+#[derive(Debug, Serialize)]
+pub struct RowSummary {
+    count: usize,
+    valid: usize,
+    first_ns: i64,
+    last_ns: i64,
+    duration_s: f64,
+    invalid_by_reason: BTreeMap<&'static str, usize>,
+}
+
+/// A signal.
+#[derive(Debug, Serialize)]
+pub struct InputSummary<'a> {
+    signal: &'static str,
+    topic: &'a str,
+    type_name: &'a str,
+    why: &'a str,
+    samples_used: u64,
+    samples_not_later: u64,
+    samples_not_finite: u64,
+    messages_undecodable: u64,
+    timing: TopicTiming,
+}
+
+impl<'a> Summary<'a> {
+    /// The document of an analysis.
+    #[must_use]
+    pub fn of(analysis: &'a Analysis, findings: Vec<String>) -> Self {
+        let rows = &analysis.rows;
+        let first_ns = rows.times_ns[0];
+        let events = analysis.events.iter().map(|event| EventSummary {
+            kind: event.kind.name(),
+            subject: &event.subject,
+            start_ns: event.start_ns,
+            end_ns: event.end_ns,
+            start_s: (event.start_ns - first_ns) as f64 * 1e-9,
+            worst: event.worst,
+            unit: event.unit,
+            worst_ns: event.worst_ns,
+            lead_s: event.lead_s,
+            certainty: event.certainty,
+            split_dependent: event.split_dependent,
+        });
+        let wheels = analysis.machine.wheels().iter().enumerate();
+        Self {
+            schema: SCHEMA,
+            findings,
+            events: events.collect(),
+            wheels: wheels.map(|(i, wheel)| (wheel.name.to_lowercase(), wheel_summary(analysis, i))).collect(),
+            machine: MachineSummary {
+                name: analysis.machine.name(),
+                mass_kg: analysis.machine.mass(),
+                gravity_m_s2: analysis.machine.gravity(),
+                base_link: analysis.machine.base_link(),
+            },
+            rows: row_summary(analysis),
+            specific_force_source: specific_force_source(&analysis.inputs),
+            inputs: analysis.inputs.iter().map(input_summary).collect(),
+            notes: &analysis.notes,
+            losses: &analysis.losses,
+            certainty_note: "certainty is null: the uncertainty of the loads is not computed",
+            options: analysis.options,
+            provenance: &analysis.provenance,
+        }
+    }
+}
+
+fn specific_force_source(inputs: &[Input]) -> &'static str {
+    let has = |signal: &str| inputs.iter().any(|input| input.signal == signal);
+    match (has("imu"), has("odometry")) {
+        (true, _) => "imu",
+        (false, true) => "odometry",
+        (false, false) => "none",
+    }
+}
+
+fn wheel_summary(analysis: &Analysis, wheel: usize) -> WheelSummary {
+    let rows = &analysis.rows;
+    let valid: Vec<usize> = (0..rows.len()).filter(|&row| rows.reasons[row].is_empty()).collect();
+    let load = rows.outcomes.column(Quantity::Load(wheel));
+    let otf = rows.outcomes.column(Quantity::Otf(wheel));
+    let finite = |value: f64| Some(value).filter(|v| v.is_finite());
+    let lightest = valid.iter().copied().min_by(|&a, &b| otf[a].total_cmp(&otf[b]));
+    let loads = || valid.iter().map(|&row| load[row]);
+    WheelSummary {
+        static_load_n: finite(analysis.static_loads_n[wheel]),
+        min_load_limit_n: analysis.min_loads_n.as_ref().map(|loads| loads[wheel]),
+        mean_load_n: finite(loads().sum::<f64>() / valid.len() as f64),
+        least_load_n: loads().reduce(f64::min),
+        least_otf_n: lightest.map(|row| otf[row]),
+        least_otf_s: lightest.map(|row| rows.seconds(row)),
+        largest_load_n: loads().reduce(f64::max),
+    }
+}
+
+fn row_summary(analysis: &Analysis) -> RowSummary {
+    let rows = &analysis.rows;
+    let mut invalid_by_reason = BTreeMap::new();
+    for reason in rows.reasons.iter().flat_map(|reasons| reasons.iter()) {
+        *invalid_by_reason.entry(reason.name()).or_default() += 1;
+    }
+    RowSummary {
+        count: rows.len(),
+        valid: rows.reasons.iter().filter(|reasons| reasons.is_empty()).count(),
+        first_ns: rows.times_ns[0],
+        last_ns: rows.times_ns[rows.len() - 1],
+        duration_s: rows.seconds(rows.len() - 1),
+        invalid_by_reason,
+    }
+}
+
+fn input_summary(input: &Input) -> InputSummary<'_> {
+    InputSummary {
+        signal: input.signal,
+        topic: &input.topic,
+        type_name: &input.type_name,
+        why: &input.why,
+        samples_used: input.counts.used,
+        samples_not_later: input.counts.not_later,
+        samples_not_finite: input.counts.not_finite,
+        messages_undecodable: input.undecodable,
+        timing: input.statistics.timing(),
+    }
+}

@@ -1,0 +1,36 @@
+//! The static load: what the wheels carry level and at rest.
+
+use nalgebra::{Isometry3, Vector3};
+
+use crate::coordinate::Motion;
+use crate::evaluate::evaluate;
+use crate::machine::{Machine, Mount};
+use crate::outcome::Outcome;
+use crate::state::State;
+use crate::workspace::Workspace;
+
+/// Wheel loads of `machine` at rest on level ground, its joints at these positions [rad or m] in the
+/// order of [`Machine::joints`], payloads of unlimited time in place.
+///
+/// Level means gravity along the normal of the contact plane, wherever the base frame points.
+#[must_use]
+pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64> {
+    let resting = machine.felt_at_base();
+    let mut state = State::<f64>::zero(&resting);
+    for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
+        *motion = Motion { position, ..Motion::zero() };
+    }
+    let mut workspace = Workspace::new(&resting);
+    state.imu.specific_force = Vector3::z() * resting.gravity();
+    let up = evaluate(&resting, &state, &mut workspace).contact_normal;
+    state.imu.specific_force = up * resting.gravity();
+    evaluate(&resting, &state, &mut workspace).clone()
+}
+
+impl Machine {
+    /// The same machine with its inertial measurement unit at the base frame.
+    fn felt_at_base(&self) -> Self {
+        let imu = Mount { body: 0, body_from_mount: Isometry3::identity(), source: "base frame".into() };
+        Self { imu, ..self.clone() }
+    }
+}
