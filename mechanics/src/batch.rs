@@ -30,6 +30,13 @@ impl StateColumns {
         self.rows
     }
 
+    /// Sets a row from its numbers in the order of the columns.
+    pub fn set_values(&mut self, row: usize, values: &[f64]) {
+        for (column, &value) in self.columns.iter_mut().zip(values) {
+            column[row] = value;
+        }
+    }
+
     /// Sets a row.
     pub fn set(&mut self, row: usize, state: &mut State<f64>) {
         for (column, value) in self.columns.iter_mut().zip(state.values_mut()) {

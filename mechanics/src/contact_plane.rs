@@ -2,7 +2,6 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::machine::Wheel;
 use crate::number::Real;
 
 /// The tangent plane of the wheels, in base axes: x forward and y left in the plane, z its normal.
@@ -19,17 +18,18 @@ pub(crate) struct ContactPlane<T> {
 }
 
 impl<T: Real> ContactPlane<T> {
+    /// Each refit squares the error, which starts below the square of the base's inclination.
+    const REFITS: usize = 3;
+
     /// The plane with n . c_i - R_i = height for all wheels, in the least-squares sense (exact for
     /// three wheels, and for any number on plane ground).
     ///
     /// With n = (-a, -b, 1) / s and s^2 = 1 + a^2 + b^2 it reads z_i - s R_i = a x_i + b y_i + d, linear
-    /// but for s, which only matters where radii differ and then converges with the square of the
-    /// inclination.
-    pub(crate) fn through(centres: &[Vector3<T>], wheels: &[Wheel]) -> Self {
-        let same_radius = wheels.iter().all(|w| w.radius == wheels[0].radius);
+    /// but for s, which only matters where radii differ: [`Self::REFITS`] settle it then.
+    pub(crate) fn through(centres: &[Vector3<T>], radii: &[T], radii_differ: bool) -> Self {
         let mut slope = Vector2::new(T::zero(), T::zero());
-        for _ in 0..if same_radius { 1 } else { 4 } {
-            slope = fitted_slope(centres, wheels, length(slope));
+        for _ in 0..if radii_differ { Self::REFITS } else { 1 } {
+            slope = fitted_slope(centres, radii, length(slope));
         }
         let s = length(slope);
         let normal = Vector3::new(-slope.x / s, -slope.y / s, T::one() / s);
@@ -37,8 +37,8 @@ impl<T: Real> ContactPlane<T> {
         let along = T::one() / (normal.y * normal.y + normal.z * normal.z).sqrt();
         let forward = Vector3::new(T::one() - normal.x * normal.x, -normal.x * normal.y, -normal.x * normal.z) * along;
         let left = normal.cross(&forward);
-        let count = T::constant(wheels.len() as f64);
-        let height = centres.iter().zip(wheels).fold(T::zero(), |sum, (c, w)| sum + normal.dot(c) - T::constant(w.radius)) / count;
+        let count = T::constant(centres.len() as f64);
+        let height = centres.iter().zip(radii).fold(T::zero(), |sum, (c, &r)| sum + normal.dot(c) - r) / count;
         Self { normal, forward, left, height }
     }
 
@@ -54,13 +54,13 @@ fn length<T: Real>(slope: Vector2<T>) -> T {
 }
 
 /// Least squares for (a, b) in z_i - s R_i = a x_i + b y_i + d.
-fn fitted_slope<T: Real>(centres: &[Vector3<T>], wheels: &[Wheel], s: T) -> Vector2<T> {
-    let share = T::constant(1.0 / wheels.len() as f64);
-    let lowered = |c: &Vector3<T>, w: &Wheel| Vector3::new(c.x, c.y, c.z - s * T::constant(w.radius));
-    let mean = centres.iter().zip(wheels).fold(Vector3::zeros(), |sum: Vector3<T>, (c, w)| sum + lowered(c, w)) * share;
+fn fitted_slope<T: Real>(centres: &[Vector3<T>], radii: &[T], s: T) -> Vector2<T> {
+    let share = T::constant(1.0 / centres.len() as f64);
+    let lowered = |c: &Vector3<T>, r: T| Vector3::new(c.x, c.y, c.z - s * r);
+    let mean = centres.iter().zip(radii).fold(Vector3::zeros(), |sum: Vector3<T>, (c, &r)| sum + lowered(c, r)) * share;
     let (mut xx, mut xy, mut yy, mut xz, mut yz) = (T::zero(), T::zero(), T::zero(), T::zero(), T::zero());
-    for (c, w) in centres.iter().zip(wheels) {
-        let r = lowered(c, w) - mean;
+    for (c, &radius) in centres.iter().zip(radii) {
+        let r = lowered(c, radius) - mean;
         xx += r.x * r.x;
         xy += r.x * r.y;
         yy += r.y * r.y;

@@ -26,11 +26,24 @@ pub fn evaluate<'w, T: Real>(machine: &Machine, state: &State<T>, workspace: &'w
     newton_euler::add_payloads(machine, state, &w.motions, &mut w.wrenches);
     let tool_wrench = newton_euler::tool_wrench(machine, state, &w.motions);
     let ground = newton_euler::sum(&w.wrenches, |_| true).minus(&tool_wrench);
-    for (centre, wheel) in w.wheel_centres.iter_mut().zip(&machine.wheels) {
-        *centre = w.motions[wheel.body].point(&wheel.centre_in_body);
+    for (wheel, spec) in machine.wheels.iter().enumerate() {
+        w.wheel_centres[wheel] = w.motions[spec.body].point(&spec.centre_in_body);
+        w.radii[wheel] = T::constant(spec.radius);
     }
-    let plane = ContactPlane::through(&w.wheel_centres, &machine.wheels);
-    load_wheels(machine, w, &plane, &ground, &tool_wrench);
+    stand(machine, w, &ground, &tool_wrench, machine.contact.radii_differ);
+    if machine.contact.tyres_deflect {
+        // A tyre is shorter by its load over its stiffness. The plane then leans towards the heavy
+        // side; its lean changes the loads by some per mille, so that once is enough.
+        for (wheel, spec) in machine.wheels.iter().enumerate() {
+            let compliance = T::constant(spec.stiffness.map_or(0.0, |stiffness| 1.0 / stiffness));
+            w.radii[wheel] -= w.outcome.load[wheel] * compliance;
+        }
+        stand(machine, w, &ground, &tool_wrench, true);
+    }
+    let out = &mut w.outcome;
+    out.ground_wrench = ground;
+    let mut loads = Loads { otf: &mut out.otf, load: &mut out.load, least: &mut out.load_least, largest: &mut out.load_largest };
+    w.solver.find_envelope(machine, &w.equations, &out.itom_full, &mut loads);
     &w.outcome
 }
 
@@ -45,17 +58,19 @@ fn move_bodies<T: Real>(machine: &Machine, w: &mut Workspace<T>, base: BodyMotio
     }
 }
 
-fn load_wheels<T: Real>(
+/// Puts the machine on the plane that its wheels touch with their present radii, and loads them.
+fn stand<T: Real>(
     machine: &Machine,
     w: &mut Workspace<T>,
-    plane: &ContactPlane<T>,
     ground: &Wrench<T>,
     tool_wrench: &Wrench<T>,
+    radii_differ: bool,
 ) {
+    let plane = ContactPlane::through(&w.wheel_centres, &w.radii, radii_differ);
     for (contact, centre) in w.contacts.iter_mut().zip(&w.wheel_centres) {
         *contact = plane.coordinates(centre);
     }
-    let force = GroundForce::in_plane(ground, plane);
+    let force = GroundForce::in_plane(ground, &plane);
     w.equations.set_equilibrium(&force, &w.contacts);
     if !machine.contact.free_joints.is_empty() {
         let traction = (plane.forward * force.tangential.x + plane.left * force.tangential.y) / force.normal;
@@ -63,13 +78,13 @@ fn load_wheels<T: Real>(
             motions: &w.motions,
             wrenches: &w.wrenches,
             tool_wrench,
-            plane,
+            plane: &plane,
+            radii: &w.radii,
             force_per_load: plane.normal + traction,
         };
         w.equations.set_free_joints(machine, &beyond);
     }
     let out = &mut w.outcome;
-    out.ground_wrench = *ground;
     out.contact_normal = plane.normal;
     out.normal_force = force.normal;
     stability(machine, &force, &w.contacts, out);

@@ -17,6 +17,8 @@ pub struct Workspace<T: Real> {
     pub(crate) motions: Vec<BodyMotion<T>>,
     pub(crate) wrenches: Vec<Wrench<T>>,
     pub(crate) wheel_centres: Vec<Vector3<T>>,
+    /// Distance of each wheel's centre from the ground, along the contact plane's normal [m].
+    pub(crate) radii: Vec<T>,
     pub(crate) contacts: Vec<Vector2<T>>,
     pub(crate) equations: Equations<T>,
     pub(crate) solver: Solver<T>,
@@ -34,6 +36,7 @@ impl<T: Real> Workspace<T> {
             motions: vec![BodyMotion::base(zero, zero, zero); bodies],
             wrenches: vec![Wrench::zero(); bodies],
             wheel_centres: vec![zero; machine.wheels.len()],
+            radii: vec![T::zero(); machine.wheels.len()],
             contacts: vec![Vector2::zeros(); machine.wheels.len()],
             equations: Equations::new(machine),
             solver: Solver::new(machine),

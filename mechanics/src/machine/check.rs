@@ -184,6 +184,7 @@ impl Checker<'_> {
                 body: link.body,
                 centre_in_body,
                 radius: wheel.radius,
+                stiffness: self.spec.contact.tyre_stiffness.as_ref().map(|_| stiffness),
                 relative_stiffness: stiffness / mean,
                 centre_at_zero: (self.tree.bodies[link.body].base_from_body * nalgebra::Point3::from(centre_in_body)).coords,
             });
@@ -213,7 +214,8 @@ impl Checker<'_> {
 
     fn polygon(&self, wheels: &[Wheel]) -> Result<SupportPolygon, MachineError> {
         let centres: Vec<Vector3<f64>> = wheels.iter().map(|w| w.centre_at_zero).collect();
-        let plane = ContactPlane::through(&centres, wheels);
+        let radii: Vec<f64> = wheels.iter().map(|w| w.radius).collect();
+        let plane = ContactPlane::through(&centres, &radii, true);
         let points: Vec<Vector2<f64>> = centres.iter().zip(wheels).map(|(c, w)| (c - plane.normal * w.radius).xy()).collect();
         let names: Vec<&str> = wheels.iter().map(|w| w.name.as_str()).collect();
         SupportPolygon::build(&points, &names)
@@ -330,7 +332,13 @@ impl Checker<'_> {
             let expected = format!("at most {} for {} wheels", wheels.len() - 3, wheels.len());
             return Err(self.value_error("contact.free_joints", expected, free_joints.len()));
         }
-        Ok(Contact { split: self.split(wheels, polygon, &free_joints)?, free_joints, ground: spec.ground })
+        Ok(Contact {
+            split: self.split(wheels, polygon, &free_joints)?,
+            free_joints,
+            radii_differ: wheels.iter().any(|w| w.radius != wheels[0].radius),
+            tyres_deflect: spec.tyre_stiffness.is_some(),
+            ground: spec.ground,
+        })
     }
 
     fn split(&self, wheels: &[Wheel], polygon: &SupportPolygon, free_joints: &[FreeJoint]) -> Result<Split, MachineError> {

@@ -139,8 +139,10 @@ pub struct Wheel {
     pub body: usize,
     /// Centre in the body's frame [m].
     pub centre_in_body: Vector3<f64>,
-    /// Rolling radius [m].
+    /// Radius without load [m].
     pub radius: f64,
+    /// Vertical stiffness, where the machine file tells it [N/m].
+    pub stiffness: Option<f64>,
     /// Vertical stiffness as a share of the mean of all wheels.
     pub relative_stiffness: f64,
     /// Centre in the base frame with all joints at zero [m].
@@ -154,6 +156,10 @@ pub struct Contact {
     pub split: Split,
     /// Joints that carry no torque.
     pub free_joints: Vec<FreeJoint>,
+    /// Whether the wheels' radii differ without load.
+    pub radii_differ: bool,
+    /// Whether the tyres' stiffness is known, so that their deflection is.
+    pub tyres_deflect: bool,
     /// Whether the machine file declares the ground a plane.
     pub ground: Ground,
 }

@@ -74,7 +74,7 @@ pub struct ImuSpec {
 pub struct WheelSpec {
     /// The link whose origin is the wheel's centre.
     pub link: String,
-    /// Rolling radius [m].
+    /// Radius without load [m].
     pub radius: f64,
 }
 
@@ -128,7 +128,7 @@ pub struct ContactSpec {
     /// Joints that carry no torque (bogie pivots, frame roll joints).
     #[serde(default)]
     pub free_joints: Vec<String>,
-    /// Vertical stiffness of the tyres [N/m].
+    /// Vertical stiffness of the tyres [N/m]; with it their deflection under load counts.
     pub tyre_stiffness: Option<Stiffness>,
     /// Whether the ground may be taken for a plane.
     #[serde(default)]

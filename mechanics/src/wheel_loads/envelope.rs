@@ -33,13 +33,14 @@ impl Envelope {
         let n = equations.wheels;
         let infinity = T::constant(f64::INFINITY);
         let slack = equations.value[0] * T::constant(ROUNDING_SHARE);
+        let all_hold = [T::one(); MAX_WHEELS];
         let mut any = T::Mask::splat(false);
         let mut loads = [T::zero(); MAX_WHEELS];
         out.least.fill(infinity);
         out.largest.fill(-infinity);
         for corner in &self.corners {
             let share: [T; MAX_WHEELS] = corner.map(|carries| if carries { T::one() } else { T::zero() });
-            least_energy.solve(equations, equations.certain, &equations.value, &share[..n], &mut loads[..n]);
+            least_energy.solve(equations, &all_hold[..equations.certain], &equations.value, &share[..n], &mut loads[..n]);
             let mut possible = is_solution(equations, &loads[..n], slack);
             for &load in &loads[..n] {
                 possible = possible & (-slack).lt(load);

@@ -90,7 +90,7 @@ impl<T: Real> Equations<T> {
             let wrench = beyond.wrench(machine, joint).about(&motion.origin);
             for (wheel, spec) in machine.wheels.iter().enumerate() {
                 let centre = beyond.motions[spec.body].point(&spec.centre_in_body);
-                let contact = centre - beyond.plane.normal * T::constant(spec.radius) - motion.origin;
+                let contact = centre - beyond.plane.normal * beyond.radii[wheel] - motion.origin;
                 let factor = axis.dot(&contact.cross(&beyond.force_per_load));
                 self.factor[3 + k][wheel] = if joint.carries_wheel[wheel] { factor } else { T::zero() };
             }
@@ -105,6 +105,8 @@ pub(crate) struct Beyond<'a, T: Real> {
     pub(crate) wrenches: &'a [Wrench<T>],
     pub(crate) tool_wrench: &'a Wrench<T>,
     pub(crate) plane: &'a ContactPlane<T>,
+    /// Distance of the wheels' centres from the ground [m].
+    pub(crate) radii: &'a [T],
     /// Contact force of a wheel by its load: n + t.
     pub(crate) force_per_load: nalgebra::Vector3<T>,
 }

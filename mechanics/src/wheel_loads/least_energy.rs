@@ -25,17 +25,19 @@ impl<T: Real> LeastEnergy<T> {
         Self { lower_scaled: vec![empty; MAX_WHEELS], lower: vec![empty; MAX_WHEELS], inverse_pivot: empty, multiplier: empty }
     }
 
-    /// The loads under the first `rows` equations with right-hand side `value`, by stiffness; a wheel
-    /// of stiffness zero carries nothing. Equations that contradict earlier ones are left out.
+    /// The loads under the equations with right-hand side `value` of which `holds` is 1, not 0, by
+    /// stiffness; a wheel of stiffness zero carries nothing. Equations that contradict earlier ones are
+    /// left out.
     pub(super) fn solve(
         &mut self,
         equations: &Equations<T>,
-        rows: usize,
+        holds: &[T],
         value: &[T],
         stiffness: &[T],
         loads: &mut [T],
     ) {
-        self.factorise(equations, rows, stiffness);
+        let rows = holds.len();
+        self.factorise(equations, holds, stiffness);
         self.substitute(rows, value);
         for (wheel, load) in loads.iter_mut().enumerate() {
             *load = self.indentation(equations, rows, wheel) * stiffness[wheel];
@@ -53,13 +55,14 @@ impl<T: Real> LeastEnergy<T> {
     }
 
     #[inline]
-    fn factorise(&mut self, equations: &Equations<T>, rows: usize, stiffness: &[T]) {
-        for j in 0..rows {
-            for i in j..rows {
+    fn factorise(&mut self, equations: &Equations<T>, holds: &[T], stiffness: &[T]) {
+        for j in 0..holds.len() {
+            for i in j..holds.len() {
                 let mut whole = T::zero();
                 for (wheel, &k) in stiffness.iter().enumerate() {
                     whole += equations.factor[i][wheel] * equations.factor[j][wheel] * k;
                 }
+                whole *= holds[i] * holds[j];
                 let mut rest = whole;
                 for k in 0..j {
                     rest -= self.lower_scaled[i][k] * self.lower[j][k];

@@ -7,9 +7,9 @@ use super::{Envelope, Equations};
 use crate::machine::{MAX_WHEELS, Machine, Split};
 use crate::number::{Mask, Real};
 
-/// A wheel in the air comes down again only if its spring would be pressed by more than this share of
-/// the weight.
-const PRESSED_SHARE: f64 = 1e-9;
+/// A wheel that pulls, or would be pressed, by less than this share of the weight stays where it is:
+/// that much is rounding.
+const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Solves for the loads; holds what it needs so that a step allocates nothing.
 #[derive(Debug)]
@@ -22,6 +22,7 @@ pub(crate) struct Solver<T: Real> {
     loads: [T; MAX_WHEELS],
     value: [T; MAX_WHEELS],
     tipping: T::Mask,
+    airborne: T::Mask,
     envelope: Envelope,
 }
 
@@ -52,6 +53,7 @@ impl<T: Real> Solver<T> {
             loads: [T::zero(); MAX_WHEELS],
             value: [T::zero(); MAX_WHEELS],
             tipping: T::Mask::splat(false),
+            airborne: T::Mask::splat(false),
             envelope: Envelope::new(machine),
         }
     }
@@ -68,7 +70,9 @@ impl<T: Real> Solver<T> {
     ) {
         let n = equations.wheels;
         let stiffness = self.relative_stiffness;
-        self.least_energy.solve(equations, equations.value.len(), &equations.value, &stiffness[..n], out.otf);
+        let all_hold = [T::one(); MAX_WHEELS];
+        let rows = equations.value.len();
+        self.least_energy.solve(equations, &all_hold[..rows], &equations.value, &stiffness[..n], out.otf);
         self.value[..equations.value.len()].copy_from_slice(&equations.value);
         self.allowed = [T::Mask::splat(true); MAX_WHEELS];
         self.stand_on_tipping_edge(machine, contacts, edge_moments);
@@ -77,8 +81,13 @@ impl<T: Real> Solver<T> {
         for (wheel, load) in out.load.iter_mut().enumerate() {
             *load = T::select(airborne, T::zero(), self.loads[wheel]);
         }
+        self.airborne = airborne;
+    }
+
+    /// The load envelope of the equations and edge moments that were solved last.
+    pub(crate) fn find_envelope(&mut self, machine: &Machine, equations: &Equations<T>, edge_moments: &[T], out: &mut Loads<'_, T>) {
         self.envelope.find(&mut self.least_energy, equations, out);
-        self.settle_envelope(machine, edge_moments, airborne, out);
+        self.settle_envelope(machine, edge_moments, self.airborne, out);
     }
 
     /// Where the centre of pressure is outside the polygon, the edge that it left furthest carries all,
@@ -114,28 +123,32 @@ impl<T: Real> Solver<T> {
         self.on_ground = self.allowed;
         self.loads[..n].copy_from_slice(otf);
         if self.tipping.any() {
-            self.solve_on_ground(equations, otf);
+            self.solve_on_ground(machine, equations, otf);
         }
-        let springs = machine.contact.split == Split::Springs;
+        // A wheel comes down again only where all rules are those of springs: else it could lift for ever.
+        let contact = &machine.contact;
+        let springs = T::Mask::splat(contact.split == Split::Springs && contact.free_joints.is_empty());
+        let threshold = self.value[0].abs() * T::constant(ROUNDING_SHARE);
         for _ in 0..4 * n {
-            let mut changed = self.lift_most_pulling(n);
-            if springs && !changed.any() {
-                changed = self.lower_most_pressed(equations);
-            }
-            if !changed.any() {
+            let lifted = self.lift_most_pulling(n, threshold);
+            let lowered = self.lower_most_pressed(equations, threshold, springs & !lifted);
+            if !(lifted | lowered).any() {
                 break;
             }
-            self.solve_on_ground(equations, otf);
+            self.solve_on_ground(machine, equations, otf);
+        }
+        for load in &mut self.loads[..n] {
+            *load = T::select(load.lt(T::zero()), T::zero(), *load);
         }
     }
 
     /// Takes the wheel that pulls most off the ground, sample by sample.
-    fn lift_most_pulling(&mut self, n: usize) -> T::Mask {
-        let mut least = T::zero();
+    fn lift_most_pulling(&mut self, n: usize, threshold: T) -> T::Mask {
+        let mut least = -threshold;
         for wheel in 0..n {
             least = T::select(self.on_ground[wheel], self.loads[wheel].min(least), least);
         }
-        let pulling = least.lt(T::zero());
+        let pulling = least.lt(-threshold);
         for wheel in 0..n {
             let lifts = pulling & self.on_ground[wheel] & !least.lt(self.loads[wheel]);
             self.on_ground[wheel] = self.on_ground[wheel] & !lifts;
@@ -144,17 +157,16 @@ impl<T: Real> Solver<T> {
     }
 
     /// Puts the wheel whose spring would be pressed most back on the ground, sample by sample.
-    fn lower_most_pressed(&mut self, equations: &Equations<T>) -> T::Mask {
+    fn lower_most_pressed(&mut self, equations: &Equations<T>, threshold: T, possible: T::Mask) -> T::Mask {
         let (n, rows) = (equations.wheels, equations.certain);
-        let mut most = self.value[0].abs() * T::constant(PRESSED_SHARE);
-        let threshold = most;
+        let mut most = threshold;
         let mut pressed = [T::zero(); MAX_WHEELS];
         for (wheel, pressed) in pressed[..n].iter_mut().enumerate() {
             let in_air = self.allowed[wheel] & !self.on_ground[wheel];
             *pressed = T::select(in_air, self.least_energy.indentation(equations, rows, wheel), T::zero());
             most = pressed.max(most);
         }
-        let comes_down = threshold.lt(most);
+        let comes_down = possible & threshold.lt(most);
         for wheel in 0..n {
             let lowered = comes_down & !pressed[wheel].lt(most);
             self.on_ground[wheel] = self.on_ground[wheel] | lowered;
@@ -162,8 +174,9 @@ impl<T: Real> Solver<T> {
         comes_down
     }
 
-    /// Solves with the wheels on the ground. Without all of them the front share's rule does not hold.
-    fn solve_on_ground(&mut self, equations: &Equations<T>, otf: &[T]) {
+    /// Solves with the wheels on the ground. With one in the air the front share's rule does not hold,
+    /// nor is a joint free that has a wheel in the air beyond it: it rests against its stop.
+    fn solve_on_ground(&mut self, machine: &Machine, equations: &Equations<T>, otf: &[T]) {
         let n = equations.wheels;
         let mut stiffness = [T::zero(); MAX_WHEELS];
         let mut all = T::Mask::splat(true);
@@ -171,8 +184,15 @@ impl<T: Real> Solver<T> {
             stiffness[wheel] = T::select(self.on_ground[wheel], self.relative_stiffness[wheel], T::zero());
             all = all & self.on_ground[wheel];
         }
+        let mut holds = [T::one(); MAX_WHEELS];
+        for (joint, holds) in machine.contact.free_joints.iter().zip(&mut holds[3..]) {
+            for wheel in (0..n).filter(|&wheel| joint.carries_wheel[wheel]) {
+                *holds = T::select(self.on_ground[wheel], *holds, T::zero());
+            }
+        }
         let mut loads = [T::zero(); MAX_WHEELS];
-        self.least_energy.solve(equations, equations.certain, &self.value, &stiffness[..n], &mut loads[..n]);
+        let holds = &holds[..equations.certain];
+        self.least_energy.solve(equations, holds, &self.value, &stiffness[..n], &mut loads[..n]);
         for wheel in 0..n {
             self.loads[wheel] = T::select(all, otf[wheel], loads[wheel]);
         }

@@ -1,0 +1,82 @@
+//! One evaluation of the simulated machine: fifteen bodies, two closed chains, all loads, envelope.
+//!
+//! `cargo bench -p tipwatch-mechanics`. With `TIPWATCH_PINOCCHIO` set to a program that times
+//! Pinocchio's `rnea` on the same bodies (`benches/pinocchio/`), it is run before and after, on the same
+//! machine.
+
+use std::hint::black_box;
+use std::process::Command;
+use std::time::Instant;
+
+use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+use tipwatch_mechanics::{Machine, State, StateColumns, Workspace, evaluate, evaluate_rows};
+
+const STATES: usize = 1024;
+const REPEATS: usize = 400;
+
+fn main() {
+    let machine = machine();
+    let states = states(&machine);
+    peer();
+    let scalar = nanoseconds_a_state(|| scalar(&machine, &states));
+    let lanes = nanoseconds_a_state(|| {
+        black_box(evaluate_rows(&machine, black_box(&states), 0..STATES));
+    });
+    println!("evaluate, f64:            {scalar:7.0} ns a sample (least of {REPEATS} runs over {STATES} states)");
+    println!("evaluate_rows, lanes:     {lanes:7.0} ns a sample, {:.1} times as fast", scalar / lanes);
+    peer();
+}
+
+fn machine() -> Machine {
+    let spec = MachineSpec::from_toml(include_str!("../tests/data/rigid.toml"), "rigid.toml").expect("a machine file");
+    spec.check(include_str!("../tests/data/rigid.urdf"), "rigid.urdf", LogFacts::default()).expect("a machine")
+}
+
+/// Working postures in motion, all wheels on the ground in most of them.
+fn states(machine: &Machine) -> StateColumns {
+    let mut columns = StateColumns::unknown(machine, STATES);
+    let mut state = State::<f64>::zero(machine);
+    for row in 0..STATES {
+        let phase = row as f64 * 0.61;
+        for (k, (joint, motion)) in machine.joints().iter().zip(&mut state.joints).enumerate() {
+            let middle = if ["lift", "tilt"].contains(&joint.name.as_str()) { -1.3 } else { 0.2 };
+            motion.position = middle + 0.3 * (phase + k as f64).sin();
+            motion.rate = 0.2 * (1.3 * phase + k as f64).cos();
+            motion.acceleration = 0.3 * (0.7 * phase + k as f64).sin();
+        }
+        state.imu.specific_force = nalgebra::Vector3::new(0.5 * phase.sin(), 0.4 * (1.7 * phase).cos(), 9.8);
+        state.imu.angular_velocity = nalgebra::Vector3::new(0.05, -0.03, 0.3) * phase.cos();
+        state.imu.angular_acceleration = nalgebra::Vector3::new(0.1, 0.2, -0.1) * phase.sin();
+        columns.set(row, &mut state);
+    }
+    columns
+}
+
+fn scalar(machine: &Machine, states: &StateColumns) {
+    let mut state = State::<f64>::zero(machine);
+    let mut workspace = Workspace::new(machine);
+    for row in 0..STATES {
+        states.get(row, &mut state);
+        black_box(evaluate(machine, black_box(&state), &mut workspace));
+    }
+}
+
+fn nanoseconds_a_state(mut run: impl FnMut()) -> f64 {
+    let mut least = f64::INFINITY;
+    for _ in 0..REPEATS {
+        let start = Instant::now();
+        run();
+        least = least.min(start.elapsed().as_secs_f64());
+    }
+    least * 1e9 / STATES as f64
+}
+
+fn peer() {
+    let Ok(command) = std::env::var("TIPWATCH_PINOCCHIO") else { return };
+    let mut words = command.split_whitespace();
+    let Some(program) = words.next() else { return };
+    match Command::new(program).args(words).output() {
+        Ok(output) => println!("Pinocchio rnea:           {}", String::from_utf8_lossy(&output.stdout).trim()),
+        Err(error) => println!("Pinocchio: {program}: {error}"),
+    }
+}

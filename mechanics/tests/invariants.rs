@@ -1,0 +1,175 @@
+//! What physics demands of every result, whatever the numbers.
+
+mod support;
+
+use nalgebra::{Rotation3, Vector3};
+use proptest::prelude::*;
+use support::{edited, machine, set_joint, wheel};
+use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+use tipwatch_mechanics::{Machine, Outcome, State, Workspace, evaluate, static_outcome};
+
+fn outcome(machine: &Machine, state: &State<f64>) -> Outcome<f64> {
+    let mut workspace = Workspace::new(machine);
+    evaluate(machine, state, &mut workspace).clone()
+}
+
+fn vector(range: f64) -> impl Strategy<Value = Vector3<f64>> {
+    prop::array::uniform3(-range..range).prop_map(Vector3::from)
+}
+
+fn six_wheels() -> Machine {
+    let spec = MachineSpec::from_toml(&support::data("six_wheels.toml"), "six_wheels.toml").unwrap();
+    let facts = LogFacts { imu_frame: Some("imu_link"), ..LogFacts::default() };
+    spec.check(&support::data("six_wheels.urdf"), "six_wheels.urdf", facts).unwrap()
+}
+
+/// A state with every joint in motion about a working posture.
+fn moving(machine: &Machine, seed: f64, force: Vector3<f64>, spin: Vector3<f64>) -> State<f64> {
+    let mut state = State::zero(machine);
+    for (k, joint) in machine.joints().iter().enumerate() {
+        let phase = seed + 1.7 * k as f64;
+        let middle = if ["lift", "tilt"].contains(&joint.name.as_str()) { -1.3 } else { 0.1 };
+        set_joint(machine, &mut state, &joint.name, [middle + 0.3 * phase.sin(), 0.3 * phase.cos(), 0.5 * (2.0 * phase).sin()]);
+    }
+    state.imu.specific_force = force;
+    state.imu.angular_velocity = spin;
+    state.imu.angular_acceleration = spin.yzx();
+    state
+}
+
+/// The IMU of the six-wheeled machine hangs upside down.
+fn upright(machine: &Machine, force: Vector3<f64>) -> Vector3<f64> {
+    machine.imu().body_from_mount.rotation.inverse() * force
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+
+    #[test]
+    fn loads_are_never_negative_and_sum_to_the_normal_force(
+        seed in 0.0..100.0_f64, tilt in vector(7.0), spin in vector(0.5)
+    ) {
+        for machine in [machine("rigid"), six_wheels()] {
+            let force = upright(&machine, Vector3::new(tilt.x, tilt.y, 9.8));
+            let found = outcome(&machine, &moving(&machine, seed, force, spin));
+            let sum: f64 = found.load.iter().sum();
+            prop_assert!((sum - found.normal_force).abs() < 1e-6 * found.normal_force, "{found:?}");
+            prop_assert!(found.load.iter().all(|&load| load >= 0.0));
+            let signed: f64 = found.otf.iter().sum();
+            prop_assert!((signed - found.normal_force).abs() < 1e-6 * found.normal_force);
+        }
+    }
+
+    #[test]
+    fn itom_and_zmp_follow_from_the_signed_loads(seed in 0.0..100.0_f64, tilt in vector(6.0), spin in vector(0.5)) {
+        let machine = edited("rigid", |text| text.replace("tyre_stiffness = 8.0e5\n", "")).unwrap();
+        let found = outcome(&machine, &moving(&machine, seed, Vector3::new(tilt.x, tilt.y, 9.8), spin));
+        let [fl, fr, rl, rr] = ["FL", "FR", "RL", "RR"].map(|name| found.otf[wheel(&machine, name)]);
+        let (length, width) = (2.3, 1.75);
+        let expected = [-length * (rr + rl), -width * (fr + rr), -length * (fl + fr), -width * (fl + rl)];
+        for ((found, expected), name) in found.itom_full.iter().zip(expected).zip(["front", "left", "rear", "right"]) {
+            prop_assert!((found - expected).abs() < 1e-6 * 35_000.0, "{name}: {found} {expected}");
+        }
+        let margin = found.itom_full.iter().map(|m| -m / found.normal_force).fold(f64::INFINITY, f64::min);
+        prop_assert!((found.zmp_margin - margin).abs() < 1e-9);
+        let tips = found.itom_full.iter().any(|&m| m > 0.0);
+        prop_assert_eq!(tips, found.zmp_margin < 0.0);
+    }
+
+    #[test]
+    fn the_load_lies_in_its_envelope_and_the_split_rule_does_not_move_the_envelope(
+        seed in 0.0..100.0_f64, tilt in vector(4.0), share in 0.0..1.0_f64
+    ) {
+        let split = |share: f64| edited("rigid", |text| {
+            text.replace("tyre_stiffness = 8.0e5\n", "").replace("front_share = 0.5", &format!("front_share = {share}"))
+        }).unwrap();
+        let machines = [split(share), split(0.5)];
+        let state = moving(&machines[0], seed, Vector3::new(tilt.x, tilt.y, 9.8), Vector3::zeros());
+        let [one, half] = [outcome(&machines[0], &state), outcome(&machines[1], &state)];
+        for wheel in 0..4 {
+            let slack = 1e-6 * one.normal_force;
+            prop_assert!(one.load[wheel] > one.load_least[wheel] - slack && one.load[wheel] < one.load_largest[wheel] + slack);
+            prop_assert!((one.load_least[wheel] - half.load_least[wheel]).abs() < slack);
+            prop_assert!((one.load_largest[wheel] - half.load_largest[wheel]).abs() < slack);
+        }
+    }
+
+    #[test]
+    fn loads_do_not_depend_on_where_the_base_frame_is(seed in 0.0..100.0_f64, tilt in vector(5.0), spin in vector(0.5)) {
+        // The same machine seen from its rear axle: base_link welded to the old base, everything else below that.
+        let moved_urdf = support::data("rigid.urdf").replace("base_link", "chassis").replace(
+            "<robot name='hdmm_rigid'>",
+            "<robot name='moved'><link name='base_link'/><joint name='moved' type='fixed'><parent link='base_link'/>\
+             <child link='chassis'/><origin xyz='1.15 0 0.1' rpy='0 0 0'/></joint>",
+        );
+        let file = support::data("rigid.toml").replace("link = \"base_link\"", "link = \"chassis\"");
+        let spec = MachineSpec::from_toml(&file, "moved.toml").unwrap();
+        let moved = spec.check(&moved_urdf, "moved.urdf", LogFacts::default()).unwrap();
+        let original = machine("rigid");
+        let state = |machine: &Machine| moving(machine, seed, Vector3::new(tilt.x, tilt.y, 9.8), spin);
+        let (a, b) = (outcome(&original, &state(&original)), outcome(&moved, &state(&moved)));
+        for (a, b) in a.load.iter().zip(&b.load) {
+            prop_assert!((a - b).abs() < 1e-6, "{a} {b}");
+        }
+        prop_assert!((a.zmp_x + 1.15 - b.zmp_x).abs() < 1e-2, "{} {}", a.zmp_x, b.zmp_x);
+    }
+}
+
+#[test]
+fn an_imu_on_the_slewing_arm_tells_the_same_as_one_on_the_chassis() {
+    let chassis = machine("rigid");
+    let on_arm = edited("rigid", |text| text.replace("link = \"base_link\"\nxyz = [0.1, 0, 0.05]", "link = \"arm_slew\"\nxyz = [0.7, 0, 0.3]")).unwrap();
+    let (rate, acceleration, angle) = (0.6, 0.4, 0.8);
+    let pose = |machine: &Machine| {
+        let mut state = State::zero(machine);
+        set_joint(machine, &mut state, "slew", [angle, rate, acceleration]);
+        set_joint(machine, &mut state, "lift", [-1.3, 0.0, 0.0]);
+        set_joint(machine, &mut state, "tilt", [-1.4, 0.0, 0.0]);
+        state
+    };
+    let gravity = Vector3::z() * chassis.gravity();
+    let mut still = pose(&chassis);
+    still.imu.specific_force = gravity;
+    let mut turning = pose(&on_arm);
+    turning.imu.specific_force = gravity + Vector3::new(-rate * rate * 0.7, acceleration * 0.7, 0.0);
+    turning.imu.angular_velocity = Vector3::z() * rate;
+    turning.imu.angular_acceleration = Vector3::z() * acceleration;
+    for (a, b) in outcome(&chassis, &still).load.iter().zip(&outcome(&on_arm, &turning).load) {
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    }
+}
+
+#[test]
+fn free_bogies_carry_their_two_wheels_alike_at_rest() {
+    let machine = six_wheels();
+    let positions = vec![0.0; machine.joints().len()];
+    let load = static_outcome(&machine, &positions).load;
+    for side in ["L", "R"] {
+        let (middle, rear) = (load[wheel(&machine, &format!("{side}2"))], load[wheel(&machine, &format!("{side}3"))]);
+        assert!((middle - rear).abs() < 1e-2 * middle, "{side}: {middle} {rear}");
+    }
+    assert!((load.iter().sum::<f64>() - machine.mass() * machine.gravity()).abs() < 1e-6 * machine.mass() * machine.gravity());
+}
+
+#[test]
+fn a_machine_on_its_side_carries_nothing_and_an_impossible_force_is_no_load() {
+    let machine = machine("rigid");
+    let mut state = moving(&machine, 1.0, Vector3::new(0.0, 0.0, -3.0), Vector3::zeros());
+    let found = outcome(&machine, &state);
+    assert!(found.normal_force < 0.0 && found.load.iter().all(|&load| load == 0.0) && found.zmp_x.is_nan());
+    state.imu.specific_force.x = f64::NAN;
+    assert!(outcome(&machine, &state).load.iter().all(|load| load.is_nan()));
+}
+
+#[test]
+fn tipping_puts_all_load_on_the_edge_it_tips_about() {
+    let machine = machine("rigid");
+    let tilted = Rotation3::from_euler_angles(-60.0_f64.to_radians(), 0.0, 0.0) * Vector3::z() * machine.gravity();
+    let mut state = moving(&machine, 0.0, tilted, Vector3::zeros());
+    state.joints.iter_mut().for_each(|joint| (joint.rate, joint.acceleration) = (0.0, 0.0));
+    let found = outcome(&machine, &state);
+    let sides: Vec<(f64, f64)> =
+        ["F", "R"].iter().map(|end| (found.load[wheel(&machine, &format!("{end}L"))], found.load[wheel(&machine, &format!("{end}R"))])).collect();
+    assert!(sides.iter().all(|(left, right)| (*left == 0.0) != (*right == 0.0)), "{found:?}");
+    assert!((found.load.iter().sum::<f64>() - found.normal_force).abs() < 1e-6 * found.normal_force);
+}

@@ -1,0 +1,103 @@
+//! Four samples side by side give the bits that each gives alone, over random and extreme states.
+
+mod support;
+
+use proptest::prelude::*;
+use support::machine;
+use tipwatch_mechanics::{
+    Machine, OutcomeColumns, Quantity, State, StateColumns, Workspace, evaluate, evaluate_rows,
+};
+
+/// Numbers as machines have them, and as only damaged logs have them.
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        8 => -3.0..3.0_f64,
+        2 => -50.0..50.0_f64,
+        1 => prop::sample::select(vec![
+            0.0, -0.0, 1e-320, 1e9, -1e12, 1e300, f64::MAX, f64::MIN_POSITIVE, f64::INFINITY, f64::NEG_INFINITY, f64::NAN,
+        ]),
+    ]
+}
+
+fn states(machine: &Machine, numbers: &[f64]) -> StateColumns {
+    let size = State::<f64>::size(machine);
+    let rows = numbers.len() / size;
+    let mut columns = StateColumns::unknown(machine, rows);
+    for row in 0..rows {
+        columns.set_values(row, &numbers[row * size..(row + 1) * size]);
+    }
+    columns
+}
+
+fn one_by_one(machine: &Machine, states: &StateColumns) -> OutcomeColumns {
+    let mut columns = OutcomeColumns::empty(machine);
+    let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
+    for row in 0..states.rows() {
+        states.get(row, &mut state);
+        let outcome = evaluate(machine, &state, &mut workspace);
+        for (column, &quantity) in columns.columns.iter_mut().zip(&columns.quantities) {
+            column.push(outcome.get(quantity));
+        }
+    }
+    columns
+}
+
+/// Equal bits; any NaN equals any other, since its payload carries no meaning.
+fn same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
+}
+
+fn assert_equal_bits(machine: &Machine, numbers: &[f64]) {
+    let states = states(machine, numbers);
+    let (lanes, scalar) = (evaluate_rows(machine, &states, 0..states.rows()), one_by_one(machine, &states));
+    for ((quantity, lanes), scalar) in lanes.quantities.iter().zip(&lanes.columns).zip(&scalar.columns) {
+        for (row, (&a, &b)) in lanes.iter().zip(scalar).enumerate() {
+            assert!(same(a, b), "{quantity:?}, row {row}: {a:?} in lanes, {b:?} alone");
+        }
+    }
+}
+
+fn rows_of(machine: &Machine, rows: usize) -> impl Strategy<Value = Vec<f64>> {
+    prop::collection::vec(number(), rows * State::<f64>::size(machine))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+
+    #[test]
+    fn on_a_machine_with_pivots_measured(numbers in rows_of(&machine("rigid"), 7)) {
+        assert_equal_bits(&machine("rigid"), &numbers);
+    }
+
+    #[test]
+    fn on_free_bogies_with_six_wheels(numbers in rows_of(&six_wheels(), 5)) {
+        assert_equal_bits(&six_wheels(), &numbers);
+    }
+}
+
+/// A machine on springs with free bogie joints.
+fn six_wheels() -> Machine {
+    let file = include_str!("data/six_wheels.toml");
+    let spec = tipwatch_mechanics::MachineSpec::from_toml(file, "six_wheels.toml").unwrap();
+    spec.check(include_str!("data/six_wheels.urdf"), "six_wheels.urdf", Default::default()).unwrap()
+}
+
+#[test]
+fn plausible_states_stay_finite_and_take_every_branch() {
+    let machine = machine("rigid");
+    let mut lifted = 0;
+    let mut state = State::<f64>::zero(&machine);
+    let mut workspace = Workspace::new(&machine);
+    for k in 0..2000 {
+        let phase = f64::from(k) * 0.37;
+        support::set_joint(&machine, &mut state, "slew", [phase, 0.2, 0.1]);
+        support::set_joint(&machine, &mut state, "lift", [-1.3 + 0.4 * (0.7 * phase).sin(), 0.1, 0.0]);
+        support::set_joint(&machine, &mut state, "tilt", [-1.3 + 0.6 * (1.1 * phase).cos(), 0.0, 0.2]);
+        support::set_joint(&machine, &mut state, "extension", [0.4, 0.0, 0.0]);
+        state.imu.specific_force = nalgebra::Vector3::new(2.0 * phase.sin(), 2.5 * (1.3 * phase).cos(), 9.8);
+        let outcome = evaluate(&machine, &state, &mut workspace);
+        assert!(Quantity::all(&machine).iter().all(|&q| outcome.get(q).is_finite()), "{k}: {outcome:?}");
+        lifted += usize::from(outcome.load.contains(&0.0));
+    }
+    assert!(lifted > 100 && lifted < 1900, "{lifted} of 2000 with a wheel in the air");
+}

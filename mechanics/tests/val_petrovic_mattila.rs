@@ -1,0 +1,81 @@
+//! Reference numbers of the first paper's machine, computed by two other routes (g = 9.8066).
+
+mod support;
+
+use nalgebra::Vector3;
+use support::{machine, set_joint, wheel};
+use tipwatch_mechanics::{Machine, State, Workspace, evaluate};
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// Angle and its derivatives that the arm's geometry subtracts: q1 = Theta1 - pi/2 - beta1 - beta2,
+/// q2 = Theta2 - beta3 - beta4.
+fn arm_offsets() -> (f64, f64) {
+    let (b1, b2) = ((374.261_f64 / 935.0).atan(), (45.757_f64 / 373.313).atan());
+    let (b3, b4) = ((139.50_f64 / 1132.19).atan(), (88.061_f64 / 296.198).atan());
+    (-std::f64::consts::FRAC_PI_2 - b1 - b2, -b3 - b4)
+}
+
+/// Loads FL FR RR RL at rest on level ground with the arm moving, gamma = 45 degrees.
+fn loads(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) -> [f64; 4] {
+    let (q1, q2) = arm_offsets();
+    let mut state = State::<f64>::zero(machine);
+    set_joint(machine, &mut state, "slew", [45.0 * DEGREE, 0.0, 0.0]);
+    set_joint(machine, &mut state, "lift", [theta1[0] * DEGREE + q1, theta1[1] * DEGREE, theta1[2] * DEGREE]);
+    set_joint(machine, &mut state, "tilt", [theta2[0] * DEGREE + q2, theta2[1] * DEGREE, theta2[2] * DEGREE]);
+    set_joint(machine, &mut state, "extension", x3);
+    // at rest the sensor feels gravity, wherever it sits
+    state.imu.specific_force = Vector3::z() * machine.gravity();
+    let mut workspace = Workspace::new(machine);
+    let load = &evaluate(machine, &state, &mut workspace).otf;
+    ["FL", "FR", "RR", "RL"].map(|name| load[wheel(machine, name)])
+}
+
+fn assert_loads(found: [f64; 4], expected: [f64; 4], relative: f64) {
+    for (found, expected) in found.into_iter().zip(expected) {
+        assert!((found - expected).abs() <= relative * expected, "{found} instead of {expected}");
+    }
+}
+
+#[test]
+fn val_example_s_arm_at_rest() {
+    let machine = machine("petrovic_mattila");
+    let found = loads(&machine, [20.0, 0.0, 0.0], [-70.0, 0.0, 0.0], [0.3, 0.0, 0.0]);
+    assert_loads(found, [15790.936, 8881.726, 1385.004, 8294.214], 1e-6);
+}
+
+#[test]
+fn val_moving_arm() {
+    let machine = machine("petrovic_mattila");
+    // Theta1 = 20 + 10 sin t, Theta2 = -70 + 15 sin 2t [deg], x3 = 0.3 + 0.2 sin t [m]
+    let at = |t: f64| {
+        let (s, c) = t.sin_cos();
+        let (s2, c2) = (2.0 * t).sin_cos();
+        loads(
+            &machine,
+            [20.0 + 10.0 * s, 10.0 * c, -10.0 * s],
+            [-70.0 + 15.0 * s2, 30.0 * c2, -60.0 * s2],
+            [0.3 + 0.2 * s, 0.2 * c, -0.2 * s],
+        )
+    };
+    assert_loads(at(0.0), [16627.36, 8984.34, 815.77, 8458.79], 1e-5);
+    assert_loads(at(1.0), [14948.29, 8399.25, 1490.17, 8039.21], 1e-5);
+    assert_loads(at(2.5), [15800.33, 9144.36, 1701.77, 8357.73], 1e-5);
+}
+
+#[test]
+fn val_no_arm_level_at_rest() {
+    let bodies_without_arm = |text: String| {
+        let (before, _) = text.split_once(" <link name='arm_slew'>").unwrap();
+        format!("{before}</robot>")
+    };
+    let spec = support::data("petrovic_mattila.toml");
+    let spec = spec.split("[arm]").next().unwrap();
+    let spec = tipwatch_mechanics::MachineSpec::from_toml(spec, "machine.toml").unwrap();
+    let urdf = bodies_without_arm(support::data("petrovic_mattila.urdf"));
+    let machine = spec.check(&urdf, "machine.urdf", tipwatch_mechanics::machine::LogFacts::default()).unwrap();
+    let positions = vec![0.0; machine.joints().len()];
+    for load in tipwatch_mechanics::static_outcome(&machine, &positions).load {
+        assert!((load - 5982.026).abs() < 1e-6 * load, "{load}");
+    }
+}
