@@ -9,7 +9,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
-use tipwatch_mechanics::{Machine, State, StateColumns, Workspace, evaluate, evaluate_rows};
+use tipwatch_mechanics::{Lanes, Machine, State, StateColumns, Workspace, evaluate, evaluate_rows};
 
 const STATES: usize = 1024;
 const REPEATS: usize = 400;
@@ -18,12 +18,16 @@ fn main() {
     let machine = machine();
     let states = states(&machine);
     peer();
-    let scalar = nanoseconds_a_state(|| scalar(&machine, &states));
-    let lanes = nanoseconds_a_state(|| {
+    let one_by_one = separate(&machine, &states);
+    let scalar = nanoseconds_a_state(|| scalar(&machine, &one_by_one));
+    let side_by_side = side_by_side(&machine, &one_by_one);
+    let lanes = nanoseconds_a_state(|| lanes(&machine, &side_by_side));
+    let rows = nanoseconds_a_state(|| {
         black_box(evaluate_rows(&machine, black_box(&states), 0..STATES));
     });
     println!("evaluate, f64:            {scalar:7.0} ns a sample (least of {REPEATS} runs over {STATES} states)");
-    println!("evaluate_rows, lanes:     {lanes:7.0} ns a sample, {:.1} times as fast", scalar / lanes);
+    println!("evaluate, lanes:          {lanes:7.0} ns a sample, {:.1} times as fast", scalar / lanes);
+    println!("evaluate_rows, lanes:     {rows:7.0} ns a sample, from columns to columns");
     peer();
 }
 
@@ -52,12 +56,45 @@ fn states(machine: &Machine) -> StateColumns {
     columns
 }
 
-fn scalar(machine: &Machine, states: &StateColumns) {
+fn separate(machine: &Machine, states: &StateColumns) -> Vec<State<f64>> {
     let mut state = State::<f64>::zero(machine);
-    let mut workspace = Workspace::new(machine);
-    for row in 0..STATES {
+    let mut at = |row| {
         states.get(row, &mut state);
-        black_box(evaluate(machine, black_box(&state), &mut workspace));
+        state.clone()
+    };
+    (0..STATES).map(&mut at).collect()
+}
+
+fn scalar(machine: &Machine, states: &[State<f64>]) {
+    let mut workspace = Workspace::new(machine);
+    for state in states {
+        black_box(evaluate(machine, black_box(state), &mut workspace));
+    }
+}
+
+fn side_by_side(machine: &Machine, states: &[State<f64>]) -> Vec<State<Lanes>> {
+    let packed = |four: &[State<f64>]| {
+        let pack = |get: &dyn Fn(&State<f64>) -> f64| Lanes::from_array(std::array::from_fn(|lane| get(&four[lane])));
+        let mut state = State::<Lanes>::zero(machine);
+        for (k, joint) in state.joints.iter_mut().enumerate() {
+            joint.position = pack(&|s| s.joints[k].position);
+            joint.rate = pack(&|s| s.joints[k].rate);
+            joint.acceleration = pack(&|s| s.joints[k].acceleration);
+        }
+        for axis in 0..3 {
+            state.imu.specific_force[axis] = pack(&|s| s.imu.specific_force[axis]);
+            state.imu.angular_velocity[axis] = pack(&|s| s.imu.angular_velocity[axis]);
+            state.imu.angular_acceleration[axis] = pack(&|s| s.imu.angular_acceleration[axis]);
+        }
+        state
+    };
+    states.chunks_exact(Lanes::COUNT).map(packed).collect()
+}
+
+fn lanes(machine: &Machine, states: &[State<Lanes>]) {
+    let mut workspace = Workspace::new(machine);
+    for state in states {
+        black_box(evaluate(machine, black_box(state), &mut workspace));
     }
 }
 

@@ -39,23 +39,34 @@ impl StateColumns {
 
     /// Sets a row.
     pub fn set(&mut self, row: usize, state: &mut State<f64>) {
-        for (column, value) in self.columns.iter_mut().zip(state.values_mut()) {
-            column[row] = *value;
-        }
+        let mut columns = self.columns.iter_mut();
+        state.for_each_value(|value| {
+            if let Some(column) = columns.next() {
+                column[row] = *value;
+            }
+        });
     }
 
     /// Reads a row into `state`.
     pub fn get(&self, row: usize, state: &mut State<f64>) {
-        for (column, value) in self.columns.iter().zip(state.values_mut()) {
-            *value = column[row];
-        }
+        let mut columns = self.columns.iter();
+        state.for_each_value(|value| {
+            if let Some(column) = columns.next() {
+                *value = column[row];
+            }
+        });
     }
 
     /// Reads rows from `first` on side by side; beyond `end` the last one again.
     fn get_lanes(&self, first: usize, end: usize, state: &mut State<Lanes>) {
-        for (column, value) in self.columns.iter().zip(state.values_mut()) {
-            *value = Lanes::from_array(std::array::from_fn(|lane| column[(first + lane).min(end - 1)]));
-        }
+        let mut columns = self.columns.iter();
+        state.for_each_value(|value| {
+            let Some(column) = columns.next() else { return };
+            *value = match column.get(first..first + Lanes::COUNT) {
+                Some(&[a, b, c, d]) if first + Lanes::COUNT <= end => Lanes::from_array([a, b, c, d]),
+                _ => Lanes::from_array(std::array::from_fn(|lane| column[(first + lane).min(end - 1)])),
+            };
+        });
     }
 }
 
@@ -126,13 +137,14 @@ pub fn evaluate_rows(machine: &Machine, states: &StateColumns, rows: Range<usize
     let mut state = State::<Lanes>::zero(machine);
     let mut outcomes = OutcomeColumns::empty(machine);
     for column in &mut outcomes.columns {
-        column.reserve_exact(rows.len() + Lanes::COUNT);
+        column.resize(rows.len().next_multiple_of(Lanes::COUNT), f64::NAN);
     }
     for first in rows.clone().step_by(Lanes::COUNT) {
         states.get_lanes(first, rows.end, &mut state);
         let outcome = evaluate(machine, &state, &mut workspace);
         for (column, &quantity) in outcomes.columns.iter_mut().zip(&outcomes.quantities) {
-            column.extend(outcome.get(quantity).to_array());
+            let place = first - rows.start;
+            column[place..place + Lanes::COUNT].copy_from_slice(&outcome.get(quantity).to_array());
         }
     }
     for column in &mut outcomes.columns {

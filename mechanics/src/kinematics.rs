@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::coordinate::Coordinate;
 use crate::machine::{Body, Drive, JointKind, Machine, Mount};
 use crate::number::Real;
+use crate::spatial::{compose, constant, cross, rotate};
 use crate::state::{ImuState, State};
 
 /// Pose and motion of a body, in base axes; positions and velocities relative to the base frame's
@@ -43,21 +44,21 @@ impl<T: Real> BodyMotion<T> {
     }
 
     /// The body that `joint` carries at `coordinate` on this one.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn carry(&self, body: &Body, coordinate: &Coordinate<T>) -> Self {
-        let joint_rotation = self.rotation * body.parent_from_joint.map(T::constant);
+        let joint_rotation = compose(&self.rotation, &body.parent_from_joint);
         let z: Vector3<T> = joint_rotation.column(2).into_owned();
-        let mut arm = self.rotation * body.joint_in_parent.map(T::constant);
+        let mut arm = rotate(&self.rotation, &constant(&body.joint_in_parent));
         if body.kind == JointKind::Prismatic {
             arm += z * coordinate.displacement;
         }
         let (w, alpha) = (&self.angular_velocity, &self.angular_acceleration);
-        let swept = w.cross(&arm);
+        let swept = cross(w, &arm);
         let mut moved = Self {
             rotation: joint_rotation,
             origin: self.origin + arm,
             velocity: self.velocity + swept,
-            specific_force: self.specific_force + alpha.cross(&arm) + w.cross(&swept),
+            specific_force: self.specific_force + cross(alpha, &arm) + cross(w, &swept),
             angular_velocity: *w,
             angular_acceleration: *alpha,
         };
@@ -66,11 +67,11 @@ impl<T: Real> BodyMotion<T> {
             JointKind::Revolute => {
                 moved.rotation = turned_about_z(&joint_rotation, coordinate.cos, coordinate.sin);
                 moved.angular_velocity += joint_velocity;
-                moved.angular_acceleration += z * coordinate.acceleration + w.cross(&joint_velocity);
+                moved.angular_acceleration += z * coordinate.acceleration + cross(w, &joint_velocity);
             }
             JointKind::Prismatic => {
                 moved.velocity += joint_velocity;
-                moved.specific_force += z * coordinate.acceleration + w.cross(&joint_velocity) * T::constant(2.0);
+                moved.specific_force += z * coordinate.acceleration + cross(w, &joint_velocity) * T::constant(2.0);
             }
         }
         moved
@@ -79,12 +80,12 @@ impl<T: Real> BodyMotion<T> {
     /// A point fixed in the body, given in its frame, from the base origin [m].
     #[inline]
     pub(crate) fn point(&self, in_body: &Vector3<f64>) -> Vector3<T> {
-        self.origin + self.rotation * in_body.map(T::constant)
+        self.origin + rotate(&self.rotation, &constant(in_body))
     }
 }
 
 /// R * Rz(angle)
-#[inline]
+#[inline(always)]
 fn turned_about_z<T: Real>(rotation: &Matrix3<T>, cos: T, sin: T) -> Matrix3<T> {
     let (x, y) = (rotation.column(0), rotation.column(1));
     Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, rotation.column(2).into_owned()])

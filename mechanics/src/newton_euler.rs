@@ -12,21 +12,22 @@ use nalgebra::Vector3;
 use crate::kinematics::{BodyMotion, rotation_in_body};
 use crate::machine::{Inertia, Machine};
 use crate::number::Real;
-use crate::spatial::Wrench;
+use crate::spatial::{Wrench, constant, cross, rotate, rotate_back};
 use crate::state::State;
 
 /// Force and moment about the base origin that give a body its motion, base axes.
-#[inline]
+#[inline(always)]
 pub(crate) fn body_wrench<T: Real>(inertia: &Inertia, motion: &BodyMotion<T>) -> Wrench<T> {
     let (w, alpha) = (&motion.angular_velocity, &motion.angular_acceleration);
-    let com = motion.rotation * inertia.com.map(T::constant);
-    let acceleration = motion.specific_force + alpha.cross(&com) + w.cross(&w.cross(&com));
+    let com = rotate(&motion.rotation, &constant(&inertia.com));
+    let acceleration = motion.specific_force + cross(alpha, &com) + cross(w, &cross(w, &com));
     let force = acceleration * T::constant(inertia.mass);
     // I alpha + w x I w in the body's axes, where I is constant
     let tensor = inertia.about_com.map(T::constant);
-    let (w_body, alpha_body) = (motion.rotation.tr_mul(w), motion.rotation.tr_mul(alpha));
-    let couple = tensor * alpha_body + w_body.cross(&(tensor * w_body));
-    Wrench { force, moment: motion.rotation * couple + (motion.origin + com).cross(&force) }
+    let (w_body, alpha_body) = (rotate_back(&motion.rotation, w), rotate_back(&motion.rotation, alpha));
+    let couple = rotate(&tensor, &alpha_body) + cross(&w_body, &rotate(&tensor, &w_body));
+    let moment = rotate(&motion.rotation, &couple) + cross(&(motion.origin + com), &force);
+    Wrench { force, moment }
 }
 
 /// Force and moment about the base origin by the surroundings on the tool, base axes.

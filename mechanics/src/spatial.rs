@@ -1,6 +1,6 @@
 //! Force and moment together.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::number::Real;
 
@@ -37,4 +37,42 @@ impl<T: Real> Wrench<T> {
     pub fn about(&self, point: &Vector3<T>) -> Self {
         Self { force: self.force, moment: self.moment - point.cross(&self.force) }
     }
+}
+
+/// R v. Written out: the library's general product costs several samples side by side twice as much.
+#[inline(always)]
+pub(crate) fn rotate<T: Real>(r: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        r.m11 * v.x + r.m12 * v.y + r.m13 * v.z,
+        r.m21 * v.x + r.m22 * v.y + r.m23 * v.z,
+        r.m31 * v.x + r.m32 * v.y + r.m33 * v.z,
+    )
+}
+
+/// R' v.
+#[inline(always)]
+pub(crate) fn rotate_back<T: Real>(r: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        r.m11 * v.x + r.m21 * v.y + r.m31 * v.z,
+        r.m12 * v.x + r.m22 * v.y + r.m32 * v.z,
+        r.m13 * v.x + r.m23 * v.y + r.m33 * v.z,
+    )
+}
+
+/// A B, column by column.
+#[inline(always)]
+pub(crate) fn compose<T: Real>(a: &Matrix3<T>, b: &Matrix3<f64>) -> Matrix3<T> {
+    Matrix3::from_columns(&[0, 1, 2].map(|k| rotate(a, &constant(&b.column(k).into_owned()))))
+}
+
+/// A constant vector in every sample.
+#[inline(always)]
+pub(crate) fn constant<T: Real>(v: &Vector3<f64>) -> Vector3<T> {
+    Vector3::new(T::constant(v.x), T::constant(v.y), T::constant(v.z))
+}
+
+/// a x b.
+#[inline(always)]
+pub(crate) fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 }

@@ -55,17 +55,20 @@ impl<T: Real> State<T> {
         3 * machine.joints().len() + 9 + 6 + machine.payloads().len()
     }
 
-    /// The numbers in their fixed order: joints (position, rate, acceleration each), specific force,
+    /// Visits the numbers in their fixed order: joints (position, rate, acceleration each), specific force,
     /// angular velocity, angular acceleration, tool force, tool moment, payload shares.
-    pub(crate) fn values_mut(&mut self) -> impl Iterator<Item = &mut T> {
-        let joints = self.joints.iter_mut().flat_map(|j| [&mut j.position, &mut j.rate, &mut j.acceleration]);
-        let imu = &mut self.imu;
-        joints
-            .chain(imu.specific_force.iter_mut())
-            .chain(imu.angular_velocity.iter_mut())
-            .chain(imu.angular_acceleration.iter_mut())
-            .chain(self.tool_wrench.force.iter_mut())
-            .chain(self.tool_wrench.moment.iter_mut())
-            .chain(self.payload_share.iter_mut())
+    pub(crate) fn for_each_value(&mut self, mut visit: impl FnMut(&mut T)) {
+        for joint in &mut self.joints {
+            visit(&mut joint.position);
+            visit(&mut joint.rate);
+            visit(&mut joint.acceleration);
+        }
+        let (imu, tool) = (&mut self.imu, &mut self.tool_wrench);
+        imu.specific_force.iter_mut().for_each(&mut visit);
+        imu.angular_velocity.iter_mut().for_each(&mut visit);
+        imu.angular_acceleration.iter_mut().for_each(&mut visit);
+        tool.force.iter_mut().for_each(&mut visit);
+        tool.moment.iter_mut().for_each(&mut visit);
+        self.payload_share.iter_mut().for_each(visit);
     }
 }

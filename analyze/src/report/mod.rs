@@ -1,6 +1,122 @@
-//! Stub.
+//! The report: one page for people, complete in itself, that opens without a network.
+
+mod decimate;
+mod findings;
+mod html;
+mod plots;
+mod tables;
+
+use std::path::Path;
+
+use plotly::Plot;
+
+pub use findings::findings;
+
+use self::plots::{Figure, MOST_EVENTS, MOST_POINTS};
 use crate::analysis::Analysis;
-/// Findings.
-pub fn findings(_: &Analysis) -> Vec<String> { Vec::new() }
-/// Page.
-pub fn render(_: &Analysis) -> String { String::new() }
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("page.js");
+/// Findings in words at the top of the page; the table of events has all.
+const MOST_FINDINGS: usize = 12;
+/// Nothing is ever fetched, whatever a name in the log says.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
+
+/// The report on a log, as an HTML page with everything it needs inside.
+///
+/// The same analysis gives the same bytes.
+#[must_use]
+pub fn render(analysis: &Analysis) -> String {
+    let figures = plots::figures(analysis);
+    let plot_library = plot_library();
+    let mut page = String::with_capacity(plot_library.len() + (1 << 20));
+    page.push_str(&head(analysis));
+    page.push_str(&section("Findings", &top_findings(analysis)));
+    page.push_str(&section("Events", &tables::events(analysis)));
+    page.push_str(&section("Curves", &curves(analysis, &figures)));
+    page.push_str(&section("Inputs", &tables::inputs(analysis)));
+    page.push_str(&section("Data limitations", &tables::limitations(analysis)));
+    page.push_str(&section("Provenance", &tables::provenance(analysis)));
+    page.push_str(&plot_library);
+    page.push_str(&scripts(&figures));
+    page.push_str("</body>\n</html>\n");
+    page
+}
+
+fn head(analysis: &Analysis) -> String {
+    let (log, machine) = (html::escape(&log_name(analysis)), html::escape(analysis.machine.name()));
+    let rows = analysis.rows.len();
+    let duration = if rows == 0 { 0.0 } else { analysis.rows.seconds(rows - 1) };
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>Wheel loads: {log}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <h1>Wheel loads and stability: {log}</h1>\n\
+         <p class=\"subtitle\">Machine {machine}; {rows} rows over {duration:.2} s.</p>\n"
+    )
+}
+
+/// Names of the log's files without their folders.
+fn log_name(analysis: &Analysis) -> String {
+    let name = |path: &str| Path::new(path).file_name().map_or(path.to_string(), |name| name.to_string_lossy().into());
+    match analysis.provenance.log.as_slice() {
+        [] => "log".to_string(),
+        [file] => name(&file.path),
+        [first, rest @ ..] => format!("{} and {} more files", name(&first.path), rest.len()),
+    }
+}
+
+fn section(title: &str, content: &str) -> String {
+    format!("<section>\n<h2>{}</h2>\n{content}</section>\n", html::escape(title))
+}
+
+fn top_findings(analysis: &Analysis) -> String {
+    let mut sentences = findings(analysis);
+    if let Some(more) = sentences.len().checked_sub(MOST_FINDINGS).filter(|&more| more > 0) {
+        sentences.truncate(MOST_FINDINGS);
+        sentences.push(format!("{more} more are in the table of events."));
+    }
+    html::list("findings", &sentences)
+}
+
+fn curves(analysis: &Analysis, figures: &[Figure]) -> String {
+    let mut content = String::from(
+        "<p class=\"hint\">Lines break where a row is not valid. Shaded: events. \
+         Envelope: what equilibrium allows, however the loads split between the wheels. \
+         OTF: load with all wheels held to the ground, negative where a wheel would have to pull.</p>\n\
+         <p class=\"hint screen\">Drag to zoom, double-click to see everything; all plots share the time axis. \
+         Click a name below a plot to show or hide its curve.</p>\n",
+    );
+    if analysis.rows.len() > MOST_POINTS {
+        content.push_str(&format!(
+            "<p class=\"hint\">Curves are decimated for drawing: of {} rows at most {MOST_POINTS} points a curve are \
+             drawn, always with the smallest and the largest value of every stretch.</p>\n",
+            analysis.rows.len()
+        ));
+    }
+    if analysis.events.len() > MOST_EVENTS {
+        content.push_str(&format!("<p class=\"hint\">Only the {MOST_EVENTS} most important events are shaded.</p>\n"));
+    }
+    for (index, figure) in figures.iter().enumerate() {
+        content.push_str(&format!("<h3>{}</h3>\n<div class=\"plot\" id=\"plot-{index}\"></div>\n", html::escape(&figure.title)));
+    }
+    content + "<noscript><p>The plots need JavaScript; everything else on this page does not.</p></noscript>\n"
+}
+
+/// The plot library as a script element; what typesets formulas comes after it and is left out.
+fn plot_library() -> String {
+    let mut scripts = Plot::offline_js_sources();
+    if let Some(end) = scripts.find("</script>") {
+        scripts.truncate(end + "</script>".len());
+    }
+    scripts.push('\n');
+    scripts
+}
+
+fn scripts(figures: &[Figure]) -> String {
+    // a figure holds only numbers, names and lists of them: it can always be written
+    let json = serde_json::to_string(figures).unwrap_or_else(|_| "[]".to_string());
+    let json = html::json_in_script(&json);
+    format!("<script type=\"application/json\" id=\"figures\">{json}</script>\n<script>\n{SCRIPT}</script>\n")
+}

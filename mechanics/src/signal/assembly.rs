@@ -230,7 +230,7 @@ impl Assembler {
             *share = if (from..to).contains(&elapsed_s) { 1.0 } else { 0.0 };
         }
         if reasons.has_gap() {
-            state.values_mut().for_each(|value| *value = f64::NAN);
+            state.for_each_value(|value| *value = f64::NAN);
         }
         BaseView { up_in_base, base_velocity: velocity.map(|[v, ..]| v), reasons }
     }

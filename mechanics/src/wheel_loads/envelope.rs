@@ -1,8 +1,10 @@
 //! The load envelope: the smallest and largest load that each wheel can have given equilibrium and no
 //! pulling, whatever the rule that splits them.
 //!
-//! The loads that equilibrium allows form a polytope; a wheel's load takes its extremes at corners,
-//! where as many wheels carry as there are equations. So every such set of wheels is tried.
+//! The loads that equilibrium allows form a polytope. With one wheel more than equations it is a piece
+//! of a line, N + t z with z the loads in equilibrium with themselves. With more wheels a wheel's load
+//! takes its extremes at corners, where as many wheels carry as there are equations: every such set of
+//! wheels is tried.
 
 use super::Equations;
 use super::least_energy::LeastEnergy;
@@ -13,50 +15,130 @@ use crate::number::{Mask, Real};
 /// Rounding allowed in a corner's equations and loads, as a share of the weight.
 const ROUNDING_SHARE: f64 = 1e-7;
 
-/// The sets of wheels that can be a corner.
+/// How the envelope of a machine is found.
 #[derive(Debug)]
-pub(crate) struct Envelope {
-    corners: Vec<[bool; MAX_WHEELS]>,
+pub(super) enum Envelope {
+    /// As the ends of a line.
+    Line,
+    /// Over the sets of wheels that can be a corner.
+    Corners(Vec<[bool; MAX_WHEELS]>),
 }
 
+/// Loads of irregular sizes: none of the directions in which loads can be exchanged is across them.
+const PROBE: [f64; MAX_WHEELS] = [1.0, -0.61, 0.37, 0.83, -0.29, 0.53, -0.97, 0.71, 0.19, -0.43, 0.89, -0.67];
+
 impl Envelope {
-    pub(crate) fn new(machine: &Machine) -> Self {
+    pub(super) fn new(machine: &Machine) -> Self {
         let (n, equations) = (machine.wheels.len(), 3 + machine.contact.free_joints.len());
+        if n == equations + 1 {
+            return Self::Line;
+        }
         let sets = (0..1_u32 << n).filter(|set| set.count_ones() as usize == equations);
         let corners = sets.map(|set| std::array::from_fn(|wheel| set >> wheel & 1 == 1));
-        Self { corners: corners.collect() }
+        Self::Corners(corners.collect())
     }
 
-    /// Fills `out.least` and `out.largest`; NaN where no corner satisfies the equations.
+    /// Fills `out.least` and `out.largest`; NaN where no loads satisfy the equations without pulling.
+    /// `exchange` is the direction of the line: see [`exchange`].
     #[inline]
-    pub(super) fn find<T: Real>(&self, least_energy: &mut LeastEnergy<T>, equations: &Equations<T>, out: &mut Loads<'_, T>) {
-        let n = equations.wheels;
-        let infinity = T::constant(f64::INFINITY);
-        let slack = equations.value[0] * T::constant(ROUNDING_SHARE);
-        let all_hold = [T::one(); MAX_WHEELS];
-        let mut any = T::Mask::splat(false);
-        let mut loads = [T::zero(); MAX_WHEELS];
-        out.least.fill(infinity);
-        out.largest.fill(-infinity);
-        for corner in &self.corners {
-            let share: [T; MAX_WHEELS] = corner.map(|carries| if carries { T::one() } else { T::zero() });
-            least_energy.solve(equations, &all_hold[..equations.certain], &equations.value, &share[..n], &mut loads[..n]);
-            let mut possible = is_solution(equations, &loads[..n], slack);
-            for &load in &loads[..n] {
-                possible = possible & (-slack).lt(load);
-            }
-            any = any | possible;
-            for wheel in 0..n {
-                let load = loads[wheel].max(T::zero());
-                out.least[wheel] = T::select(possible, load.min(out.least[wheel]), out.least[wheel]);
-                out.largest[wheel] = T::select(possible, load.max(out.largest[wheel]), out.largest[wheel]);
-            }
+    pub(super) fn find<T: Real>(
+        &self,
+        least_energy: &mut LeastEnergy<T>,
+        equations: &Equations<T>,
+        exchange: &[T; MAX_WHEELS],
+        out: &mut Loads<'_, T>,
+    ) {
+        match self {
+            Self::Line => along_line(exchange, out),
+            Self::Corners(corners) => over_corners(corners, least_energy, equations, out),
         }
-        let unknown = T::constant(f64::NAN);
+    }
+}
+
+/// Loads in equilibrium with themselves, where there is one such direction: of the equations that
+/// `least_energy` solved last, all wheels on the ground.
+#[inline]
+pub(super) fn exchange<T: Real>(
+    least_energy: &mut LeastEnergy<T>,
+    equations: &Equations<T>,
+    stiffness: &[T],
+    direction: &mut [T; MAX_WHEELS],
+) {
+    let (n, rows) = (equations.wheels, equations.value.len());
+    let mut value = [T::zero(); MAX_WHEELS];
+    if rows > equations.certain {
+        // as many equations as wheels: what violates the split rule alone
+        value[equations.certain] = T::one();
+        least_energy.solve_again(equations, rows, &value, stiffness, &mut direction[..n]);
+        return;
+    }
+    // what is left of a probe without the part that carries anything
+    for row in 0..rows {
         for wheel in 0..n {
-            out.least[wheel] = T::select(any, out.least[wheel], unknown);
-            out.largest[wheel] = T::select(any, out.largest[wheel], unknown);
+            value[row] += equations.factor[row][wheel] * stiffness[wheel] * T::constant(PROBE[wheel]);
         }
+    }
+    least_energy.solve_again(equations, rows, &value, stiffness, &mut direction[..n]);
+    for wheel in 0..n {
+        direction[wheel] = stiffness[wheel] * T::constant(PROBE[wheel]) - direction[wheel];
+    }
+}
+
+/// N + t z is nowhere negative for t between the last wheel that comes down and the first that lifts.
+#[inline]
+fn along_line<T: Real>(z: &[T; MAX_WHEELS], out: &mut Loads<'_, T>) {
+    let infinity = T::constant(f64::INFINITY);
+    let (mut from, mut to, mut weight) = (-infinity, infinity, T::zero());
+    for (wheel, &load) in out.otf.iter().enumerate() {
+        let limit = -load / z[wheel];
+        from = T::select(T::zero().lt(z[wheel]), limit.max(from), from);
+        to = T::select(z[wheel].lt(T::zero()), limit.min(to), to);
+        weight += load;
+    }
+    // at a corner of the polygon both ends meet, but for rounding
+    let open = (from - to).lt(weight * T::constant(ROUNDING_SHARE));
+    let unknown = T::constant(f64::NAN);
+    for (wheel, &load) in out.otf.iter().enumerate() {
+        let (a, b) = (load + from * z[wheel], load + to * z[wheel]);
+        let fixed = !(z[wheel].lt(T::zero()) | T::zero().lt(z[wheel]));
+        let (least, largest) = (T::select(fixed, load, a.min(b)), T::select(fixed, load, a.max(b)));
+        out.least[wheel] = T::select(open, least.max(T::zero()), unknown);
+        out.largest[wheel] = T::select(open, largest, unknown);
+    }
+}
+
+fn over_corners<T: Real>(
+    corners: &[[bool; MAX_WHEELS]],
+    least_energy: &mut LeastEnergy<T>,
+    equations: &Equations<T>,
+    out: &mut Loads<'_, T>,
+) {
+    let n = equations.wheels;
+    let infinity = T::constant(f64::INFINITY);
+    let slack = equations.value[0] * T::constant(ROUNDING_SHARE);
+    let all_hold = [T::one(); MAX_WHEELS];
+    let mut any = T::Mask::splat(false);
+    let mut loads = [T::zero(); MAX_WHEELS];
+    out.least.fill(infinity);
+    out.largest.fill(-infinity);
+    for corner in corners {
+        let share: [T; MAX_WHEELS] = corner.map(|carries| if carries { T::one() } else { T::zero() });
+        least_energy.solve(equations, &all_hold[..equations.certain], &equations.value, &share[..n], &mut loads[..n]);
+        let mut possible = is_solution(equations, &loads[..n], slack);
+        for &load in &loads[..n] {
+            possible = possible & (-slack).lt(load);
+        }
+        any = any | possible;
+        for wheel in 0..n {
+            let load = loads[wheel].max(T::zero());
+            out.least[wheel] = T::select(possible, load.min(out.least[wheel]), out.least[wheel]);
+            out.largest[wheel] = T::select(possible, load.max(out.largest[wheel]), out.largest[wheel]);
+        }
+    }
+    let unknown = T::constant(f64::NAN);
+    for wheel in 0..n {
+        out.least[wheel] = T::select(any, out.least[wheel], unknown);
+        out.largest[wheel] = T::select(any, out.largest[wheel], unknown);
     }
 }
 

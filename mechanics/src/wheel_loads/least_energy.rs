@@ -36,8 +36,23 @@ impl<T: Real> LeastEnergy<T> {
         stiffness: &[T],
         loads: &mut [T],
     ) {
-        let rows = holds.len();
+        // With sizes that are constants of the machine code, the usual four wheels cost half.
+        match (holds.len(), loads.len()) {
+            (3, 4) => self.solve_sized(equations, &holds[..3], value, &stiffness[..4], &mut loads[..4]),
+            (4, 4) => self.solve_sized(equations, &holds[..4], value, &stiffness[..4], &mut loads[..4]),
+            _ => self.solve_sized(equations, holds, value, stiffness, loads),
+        }
+    }
+
+    #[inline(always)]
+    fn solve_sized(&mut self, equations: &Equations<T>, holds: &[T], value: &[T], stiffness: &[T], loads: &mut [T]) {
         self.factorise(equations, holds, stiffness);
+        self.solve_again(equations, holds.len(), value, stiffness, loads);
+    }
+
+    /// The loads for another right-hand side of the equations that were solved last.
+    #[inline(always)]
+    pub(super) fn solve_again(&mut self, equations: &Equations<T>, rows: usize, value: &[T], stiffness: &[T], loads: &mut [T]) {
         self.substitute(rows, value);
         for (wheel, load) in loads.iter_mut().enumerate() {
             *load = self.indentation(equations, rows, wheel) * stiffness[wheel];
@@ -45,7 +60,7 @@ impl<T: Real> LeastEnergy<T> {
     }
 
     /// How far the wheel's spring is pressed in, in units of load by relative stiffness: A' l.
-    #[inline]
+    #[inline(always)]
     pub(super) fn indentation(&self, equations: &Equations<T>, rows: usize, wheel: usize) -> T {
         let mut sum = equations.factor[0][wheel] * self.multiplier[0];
         for row in 1..rows {
@@ -54,7 +69,7 @@ impl<T: Real> LeastEnergy<T> {
         sum
     }
 
-    #[inline]
+    #[inline(always)]
     fn factorise(&mut self, equations: &Equations<T>, holds: &[T], stiffness: &[T]) {
         for j in 0..holds.len() {
             for i in j..holds.len() {
@@ -78,7 +93,7 @@ impl<T: Real> LeastEnergy<T> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn substitute(&mut self, rows: usize, value: &[T]) {
         let x = &mut self.multiplier;
         for i in 0..rows {

@@ -16,6 +16,5 @@ mod equilibrium;
 mod least_energy;
 mod unilateral;
 
-pub(crate) use envelope::Envelope;
 pub(crate) use equilibrium::{Beyond, Equations, GroundForce};
 pub(crate) use unilateral::{Loads, Solver};

@@ -3,7 +3,8 @@
 use nalgebra::Vector2;
 
 use super::least_energy::LeastEnergy;
-use super::{Envelope, Equations};
+use super::Equations;
+use super::envelope::{self, Envelope};
 use crate::machine::{MAX_WHEELS, Machine, Split};
 use crate::number::{Mask, Real};
 
@@ -23,6 +24,8 @@ pub(crate) struct Solver<T: Real> {
     value: [T; MAX_WHEELS],
     tipping: T::Mask,
     airborne: T::Mask,
+    /// Loads in equilibrium with themselves, where the envelope is a line.
+    exchange: [T; MAX_WHEELS],
     envelope: Envelope,
 }
 
@@ -54,6 +57,7 @@ impl<T: Real> Solver<T> {
             value: [T::zero(); MAX_WHEELS],
             tipping: T::Mask::splat(false),
             airborne: T::Mask::splat(false),
+            exchange: [T::zero(); MAX_WHEELS],
             envelope: Envelope::new(machine),
         }
     }
@@ -73,6 +77,9 @@ impl<T: Real> Solver<T> {
         let all_hold = [T::one(); MAX_WHEELS];
         let rows = equations.value.len();
         self.least_energy.solve(equations, &all_hold[..rows], &equations.value, &stiffness[..n], out.otf);
+        if matches!(self.envelope, Envelope::Line) {
+            envelope::exchange(&mut self.least_energy, equations, &stiffness[..n], &mut self.exchange);
+        }
         self.value[..equations.value.len()].copy_from_slice(&equations.value);
         self.allowed = [T::Mask::splat(true); MAX_WHEELS];
         self.stand_on_tipping_edge(machine, contacts, edge_moments);
@@ -86,7 +93,7 @@ impl<T: Real> Solver<T> {
 
     /// The load envelope of the equations and edge moments that were solved last.
     pub(crate) fn find_envelope(&mut self, machine: &Machine, equations: &Equations<T>, edge_moments: &[T], out: &mut Loads<'_, T>) {
-        self.envelope.find(&mut self.least_energy, equations, out);
+        self.envelope.find(&mut self.least_energy, equations, &self.exchange, out);
         self.settle_envelope(machine, edge_moments, self.airborne, out);
     }
 

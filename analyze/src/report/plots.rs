@@ -1,0 +1,344 @@
+//! The figures of the page: loads, stability and inputs over time.
+
+use plotly::color::Rgba;
+use plotly::common::{Anchor, DashType, Fill, Font, HoverInfo, Line, Mode, Orientation, Visible};
+use plotly::configuration::DisplayModeBar;
+use plotly::layout::{Annotation, Axis, HoverMode, Legend, Margin, Shape, ShapeLayer, ShapeLine, ShapeType};
+use plotly::{Configuration, Layout, Scatter, Trace, Traces};
+use serde::Serialize;
+use tipwatch_mechanics::machine::{Body, Drive, JointKind, Linkage, LinkageInput};
+use tipwatch_mechanics::{Quantity, State};
+
+use super::decimate::rows_to_draw;
+use super::findings::{Scene, rank};
+use crate::analysis::Analysis;
+use crate::events::{Event, EventKind};
+
+/// Points of a curve; a screen has fewer columns.
+pub(super) const MOST_POINTS: usize = 4000;
+/// Most events shown in a figure, the most important ones.
+pub(super) const MOST_EVENTS: usize = 100;
+/// Colours that people of any colour vision tell apart on white (Okabe and Ito), as red, green, blue.
+const COLOURS: [[u8; 3]; 7] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [0, 0, 0], [86, 180, 233], [230, 159, 0]];
+/// Six patterns beside seven colours: the pair repeats only after 42 curves.
+const DASHES: [DashType; 6] = [
+    DashType::Solid,
+    DashType::Dash,
+    DashType::Dot,
+    DashType::DashDot,
+    DashType::LongDash,
+    DashType::LongDashDot,
+];
+
+/// A figure as the plotting library takes it.
+#[derive(Serialize)]
+pub(super) struct Figure {
+    /// Its heading on the page.
+    #[serde(skip)]
+    pub(super) title: String,
+    #[serde(rename = "data")]
+    traces: Traces,
+    layout: Layout,
+    config: Configuration,
+}
+
+/// All figures of the page, on one time axis.
+pub(super) fn figures(analysis: &Analysis) -> Vec<Figure> {
+    let plotter = Plotter { analysis, seconds: seconds(analysis) };
+    let mut figures = vec![plotter.loads(), plotter.stability()];
+    figures.extend(plotter.inputs());
+    figures
+}
+
+/// A curve: its name and its value in each row, NaN where there is none.
+struct Curve {
+    name: String,
+    values: Vec<f64>,
+}
+
+struct Plotter<'a> {
+    analysis: &'a Analysis,
+    seconds: Vec<f64>,
+}
+
+impl Plotter<'_> {
+    fn loads(&self) -> Figure {
+        let mut traces = Traces::new();
+        let names: Vec<String> = self.analysis.machine.wheels().iter().map(|wheel| plain(&wheel.name)).collect();
+        for (wheel, name) in names.iter().enumerate() {
+            traces.push(self.curve(wheel, name, &self.valid(Quantity::Load(wheel))));
+        }
+        self.add_limits(&mut traces, &names);
+        for (wheel, name) in names.iter().enumerate() {
+            let otf = self.curve(wheel, &format!("{name} OTF"), &self.valid(Quantity::Otf(wheel)));
+            traces.push(otf.visible(Visible::LegendOnly));
+        }
+        for (wheel, name) in names.iter().enumerate() {
+            traces.push(self.envelope(wheel, name));
+        }
+        self.figure("Wheel loads", "Load [N]", 480, traces, true)
+    }
+
+    fn stability(&self) -> Figure {
+        let mut traces = Traces::new();
+        traces.push(self.curve(0, "ZMP margin", &self.valid(Quantity::ZmpMargin)));
+        let title = "Stability: distance of the centre of pressure (ZMP) from the nearest edge, inside positive";
+        self.figure(title, "Margin [m]", 300, traces, false)
+    }
+
+    fn inputs(&self) -> Vec<Figure> {
+        let [turning, sliding, force, rate] = self.input_curves();
+        [
+            ("Joint positions, turning joints", "Position [rad]", turning),
+            ("Joint positions, sliding joints", "Position [m]", sliding),
+            ("IMU specific force, in its own frame", "Specific force [m/s²]", force),
+            ("IMU angular velocity, in its own frame", "Angular velocity [rad/s]", rate),
+        ]
+        .into_iter()
+        .filter(|(_, _, curves)| !curves.is_empty())
+        .map(|(title, unit, curves)| {
+            let mut traces = Traces::new();
+            for (index, curve) in curves.iter().enumerate() {
+                traces.push(self.curve(index, &plain(&curve.name), &curve.values));
+            }
+            self.figure(title, unit, 300, traces, false)
+        })
+        .collect()
+    }
+
+    /// Turning joints, sliding joints, specific force, angular velocity.
+    fn input_curves(&self) -> [Vec<Curve>; 4] {
+        let machine = &self.analysis.machine;
+        let rows = self.analysis.rows.len();
+        let curve = |name: &str| Curve { name: name.into(), values: Vec::with_capacity(rows) };
+        let mut joints: Vec<Curve> = machine.joints().iter().map(|joint| curve(&joint.name)).collect();
+        let mut force = ["x", "y", "z"].map(curve);
+        let mut rate = ["x", "y", "z"].map(curve);
+        let mut state = State::zero(machine);
+        for row in 0..rows {
+            self.analysis.rows.states.get(row, &mut state);
+            for (curve, joint) in joints.iter_mut().zip(&state.joints) {
+                curve.values.push(joint.position);
+            }
+            for axis in 0..3 {
+                force[axis].values.push(state.imu.specific_force[axis]);
+                rate[axis].values.push(state.imu.angular_velocity[axis]);
+            }
+        }
+        let (mut turning, mut sliding) = (Vec::new(), Vec::new());
+        for (index, curve) in joints.into_iter().enumerate().filter(|(index, _)| machine.joints()[*index].logged) {
+            if self.slides(index) { sliding.push(curve) } else { turning.push(curve) }
+        }
+        [turning, sliding, force.into(), rate.into()]
+    }
+
+    /// Whether a joint's position is a length.
+    fn slides(&self, joint: usize) -> bool {
+        let machine = &self.analysis.machine;
+        let is_rod = |linkage: &Linkage| linkage.measured_joint == joint && linkage.input == LinkageInput::RodLength;
+        let is_slider = |body: &Body| body.drive == Drive::Measured(joint) && body.kind == JointKind::Prismatic;
+        machine.linkages().iter().any(is_rod) || machine.bodies().iter().any(is_slider)
+    }
+
+    /// A result where the row is valid, else NaN.
+    fn valid(&self, quantity: Quantity) -> Vec<f64> {
+        let rows = &self.analysis.rows;
+        let values = rows.outcomes.column(quantity).iter().zip(&rows.reasons);
+        values.map(|(&value, reasons)| if reasons.is_empty() { value } else { f64::NAN }).collect()
+    }
+
+    fn curve(&self, index: usize, name: &str, values: &[f64]) -> Box<Scatter<f64, Option<f64>>> {
+        let rows = rows_to_draw(values, MOST_POINTS);
+        let times = rows.iter().map(|&row| self.seconds[row]).collect();
+        Scatter::new(times, rows.iter().map(|&row| drawn(values[row])).collect())
+            .name(name)
+            .mode(Mode::Lines)
+            .connect_gaps(false)
+            .line(Line::new().width(1.8).color(colour(index, 1.0)).dash(DASHES[index % DASHES.len()].clone()))
+    }
+
+    /// The limit of each wheel; one line where all have the same.
+    fn add_limits(&self, traces: &mut Traces, names: &[String]) {
+        let Some(limits) = &self.analysis.min_loads_n else { return };
+        let same = limits.windows(2).all(|pair| pair[0] == pair[1]);
+        for (wheel, &limit) in limits.iter().enumerate().take(if same { 1 } else { limits.len() }) {
+            let name = if same { "limit".to_string() } else { format!("{} limit", names[wheel]) };
+            let tint = if same { Rgba::new(170, 0, 0, 1.0) } else { colour(wheel, 0.7) };
+            let ends = vec![0.0, self.seconds.last().copied().unwrap_or(0.0)];
+            let line = Line::new().width(1.2).color(tint).dash(DashType::LongDash);
+            traces.push(Scatter::new(ends, vec![drawn(limit); 2]).name(name).mode(Mode::Lines).line(line));
+        }
+    }
+
+    /// The smallest and the largest load that equilibrium allows, as a band.
+    fn envelope(&self, wheel: usize, name: &str) -> Box<dyn Trace> {
+        let least = self.valid(Quantity::LoadLeast(wheel));
+        let largest = self.valid(Quantity::LoadLargest(wheel));
+        let mut rows = rows_to_draw(&least, MOST_POINTS / 2);
+        rows.extend(rows_to_draw(&largest, MOST_POINTS / 2));
+        rows.sort_unstable();
+        rows.dedup();
+        let (mut times, mut loads) = (Vec::new(), Vec::new());
+        for run in rows.split(|&row| !(least[row].is_finite() && largest[row].is_finite())).filter(|run| !run.is_empty()) {
+            let there = run.iter().map(|&row| (row, largest[row]));
+            let back = run.iter().rev().map(|&row| (row, least[row]));
+            for (row, load) in there.chain(back) {
+                times.push(self.seconds[row]);
+                loads.push(drawn(load));
+            }
+            times.push(self.seconds[run[run.len() - 1]]);
+            loads.push(None);
+        }
+        Scatter::new(times, loads)
+            .name(format!("{name} envelope"))
+            .mode(Mode::Lines)
+            .fill(Fill::ToSelf)
+            .fill_color(colour(wheel, 0.2))
+            .line(Line::new().width(0.5).color(colour(wheel, 0.4)))
+            .hover_info(HoverInfo::Skip)
+            .visible(Visible::LegendOnly)
+    }
+
+    fn figure(&self, title: &str, unit: &str, height: usize, traces: Traces, labels: bool) -> Figure {
+        let last = self.seconds.last().copied().unwrap_or(0.0).max(1e-3);
+        let events = shown(&self.analysis.events);
+        let time = Axis::new().title("Time from the first row [s]").range(vec![0.0, last]).auto_margin(true);
+        let mut layout = Layout::new()
+            .height(height)
+            .auto_size(true)
+            .margin(Margin::new().left(64).right(16).top(if labels { 84 } else { 40 }).bottom(48))
+            .hover_mode(HoverMode::XUnified)
+            .show_legend(true)
+            .legend(legend(height))
+            .x_axis(time.grid_color("#e6e6e6").zero_line(false).hover_format(".3f"))
+            .y_axis(Axis::new().title(unit).grid_color("#e6e6e6").zero_line_color("#999").hover_format(".4~g"))
+            .plot_background_color("#fff")
+            .shapes(events.iter().map(|event| self.band(event)).collect());
+        if labels {
+            layout = layout.annotations(self.labels(&events));
+        }
+        Figure { title: title.into(), traces, layout, config: config() }
+    }
+
+    fn span(&self, event: &Event) -> (f64, f64) {
+        let scene = Scene::of(self.analysis);
+        let last = self.seconds.last().copied().unwrap_or(0.0);
+        (scene.seconds(event.start_ns), event.end_ns.map_or(last, |end_ns| scene.seconds(end_ns)))
+    }
+
+    fn band(&self, event: &Event) -> Shape {
+        let (start, end) = self.span(event);
+        let [red, green, blue] = tint(event.kind);
+        Shape::new()
+            .shape_type(ShapeType::Rect)
+            .layer(ShapeLayer::Below)
+            .x_ref("x")
+            .y_ref("paper")
+            .x0(start)
+            .x1(end)
+            .y0(0.0)
+            .y1(1.0)
+            .fill_color(Rgba::new(red, green, blue, 0.18))
+            .line(ShapeLine::new().width(1.0).color(Rgba::new(red, green, blue, 0.6)))
+    }
+
+    /// Labels above the plot in four lines, so that neighbours rarely cover each other.
+    fn labels(&self, events: &[&Event]) -> Vec<Annotation> {
+        let scene = Scene::of(self.analysis);
+        let label = |(index, event): (usize, &&Event)| {
+            let text = format!("{} {}", event.kind.name().replace('_', " "), plain(&scene.subject(event)));
+            Annotation::new()
+                .text(text)
+                .x_ref("x")
+                .x(self.span(event).0)
+                .y_ref("paper")
+                .y(1.0)
+                .y_shift(2.0 + 15.0 * (index % 4) as f64)
+                .x_anchor(Anchor::Left)
+                .y_anchor(Anchor::Bottom)
+                .show_arrow(false)
+                .font(Font::new().size(11).color("#333"))
+        };
+        events.iter().enumerate().map(label).collect()
+    }
+}
+
+/// The most important events, by time.
+fn shown(events: &[Event]) -> Vec<&Event> {
+    let mut shown: Vec<&Event> = events.iter().collect();
+    shown.sort_by_key(|event| (rank(event.kind), event.start_ns));
+    shown.truncate(MOST_EVENTS);
+    shown.sort_by_key(|event| (event.start_ns, rank(event.kind)));
+    shown
+}
+
+/// Below the plot, at the same distance whatever its height.
+fn legend(height: usize) -> Legend {
+    let below = 52.0 / (height as f64 - 130.0);
+    Legend::new().orientation(Orientation::Horizontal).x(0.0).y(-below).y_anchor(Anchor::Top).x_anchor(Anchor::Left)
+}
+
+fn config() -> Configuration {
+    Configuration::new()
+        .responsive(true)
+        .display_logo(false)
+        .display_mode_bar(DisplayModeBar::Hover)
+        .typeset_math(false)
+        .show_link(false)
+        .plotly_server_url("")
+}
+
+fn seconds(analysis: &Analysis) -> Vec<f64> {
+    (0..analysis.rows.len()).map(|row| (analysis.rows.seconds(row) * 1e6).round() / 1e6).collect()
+}
+
+/// A value with the digits that a plot can show; `None` breaks the line.
+fn drawn(value: f64) -> Option<f64> {
+    if !value.is_finite() || value == 0.0 {
+        return value.is_finite().then_some(0.0);
+    }
+    let digits = 5 - value.abs().log10().floor() as i32;
+    let scale = 10f64.powi(digits);
+    let rounded = (value * scale).round() / scale;
+    Some(if rounded.is_finite() { rounded } else { value })
+}
+
+/// The library reads some markup in names; a name means only itself.
+fn plain(name: &str) -> String {
+    name.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace("%{", "% {")
+}
+
+fn colour(index: usize, opacity: f64) -> Rgba {
+    let [red, green, blue] = COLOURS[index % COLOURS.len()];
+    Rgba::new(red, green, blue, opacity)
+}
+
+fn tint(kind: EventKind) -> [u8; 3] {
+    match kind {
+        EventKind::TipOver => [150, 0, 0],
+        EventKind::EdgeTipping => [213, 60, 0],
+        EventKind::WheelLift => [230, 159, 0],
+        EventKind::WheelLight => [240, 200, 60],
+        EventKind::InputGap => [120, 120, 120],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_missing_ones_break_the_line() {
+        assert_eq!(drawn(12_345.678_912), Some(12_345.7));
+        assert_eq!(drawn(-0.001_234_567_89), Some(-0.001_234_57));
+        assert_eq!(drawn(0.0), Some(0.0));
+        assert_eq!(drawn(f64::NAN), None);
+        assert_eq!(drawn(f64::INFINITY), None);
+    }
+
+    #[test]
+    fn names_carry_no_markup() {
+        assert_eq!(plain("<a href='x'>&"), "&lt;a href='x'&gt;&amp;");
+    }
+}
