@@ -1,2 +1,10 @@
-//! Binary.
-fn main() {}
+//! The `tipwatch-live` program.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use tipwatch_live::cli;
+
+fn main() -> ExitCode {
+    cli::run(&cli::Cli::parse())
+}

@@ -201,7 +201,9 @@ fn duration(event: &Event) -> String {
 
 fn share(load_n: f64, static_n: f64) -> String {
     if load_n.is_finite() && static_n > 0.0 {
-        format!("{:.1} % of its static load", load_n / static_n * 100.0)
+        // plus zero: a load of minus nothing reads as nothing
+        let percent = (load_n / static_n * 1000.0).round() / 10.0 + 0.0;
+        format!("{percent:.1} % of its static load")
     } else {
         "its static load is not computable".to_string()
     }
@@ -213,6 +215,7 @@ pub(super) fn number(value: f64) -> String {
         _ if !value.is_finite() => "not computable".to_string(),
         size if size >= 100.0 => format!("{value:.0}"),
         size if size >= 1.0 => format!("{value:.1}"),
+        size if size < 0.0005 => "0".to_string(),
         _ => format!("{value:.3}"),
     }
 }
@@ -272,6 +275,12 @@ mod tests {
     fn what_cannot_be_computed_is_said() {
         let sentence = scene().sentence(&event(EventKind::WheelLift, "fl", f64::NAN, "N"));
         assert!(sentence.contains("not computable") && !sentence.contains("NaN"));
+    }
+
+    #[test]
+    fn nothing_has_no_sign() {
+        let sentence = scene().sentence(&event(EventKind::WheelLight, "fl", -1e-13, "N"));
+        assert!(sentence.contains("lowest load 0 N (0.0 % of its static load"), "{sentence}");
     }
 
     #[test]

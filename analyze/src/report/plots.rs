@@ -54,6 +54,8 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<Figure> {
 /// A curve: its name and its value in each row, NaN where there is none.
 struct Curve {
     name: String,
+    /// Whether it is shown only on request: a wheel's turns would dwarf every other joint.
+    hidden: bool,
     values: Vec<f64>,
 }
 
@@ -100,7 +102,8 @@ impl Plotter<'_> {
         .map(|(title, unit, curves)| {
             let mut traces = Traces::new();
             for (index, curve) in curves.iter().enumerate() {
-                traces.push(self.curve(index, &plain(&curve.name), &curve.values));
+                let trace = self.curve(index, &plain(&curve.name), &curve.values);
+                traces.push(if curve.hidden { trace.visible(Visible::LegendOnly) } else { trace });
             }
             self.figure(title, unit, 300, traces, false)
         })
@@ -111,7 +114,7 @@ impl Plotter<'_> {
     fn input_curves(&self) -> [Vec<Curve>; 4] {
         let machine = &self.analysis.machine;
         let rows = self.analysis.rows.len();
-        let curve = |name: &str| Curve { name: name.into(), values: Vec::with_capacity(rows) };
+        let curve = |name: &str| Curve { name: name.into(), hidden: false, values: Vec::with_capacity(rows) };
         let mut joints: Vec<Curve> = machine.joints().iter().map(|joint| curve(&joint.name)).collect();
         let mut force = ["x", "y", "z"].map(curve);
         let mut rate = ["x", "y", "z"].map(curve);
@@ -127,7 +130,8 @@ impl Plotter<'_> {
             }
         }
         let (mut turning, mut sliding) = (Vec::new(), Vec::new());
-        for (index, curve) in joints.into_iter().enumerate().filter(|(index, _)| machine.joints()[*index].logged) {
+        for (index, mut curve) in joints.into_iter().enumerate().filter(|(index, _)| machine.joints()[*index].logged) {
+            curve.hidden = machine.joints()[index].spins_wheel.is_some();
             if self.slides(index) { sliding.push(curve) } else { turning.push(curve) }
         }
         [turning, sliding, force.into(), rate.into()]
@@ -203,11 +207,11 @@ impl Plotter<'_> {
     fn figure(&self, title: &str, unit: &str, height: usize, traces: Traces, labels: bool) -> Figure {
         let last = self.seconds.last().copied().unwrap_or(0.0).max(1e-3);
         let events = shown(&self.analysis.events);
-        let time = Axis::new().title("Time from the first row [s]").range(vec![0.0, last]).auto_margin(true);
+        let time = Axis::new().tick_suffix(" s").range(vec![0.0, last]);
         let mut layout = Layout::new()
             .height(height)
             .auto_size(true)
-            .margin(Margin::new().left(64).right(16).top(if labels { 84 } else { 40 }).bottom(48))
+            .margin(Margin::new().left(64).right(16).top(if labels { 84 } else { 32 }).bottom(32))
             .hover_mode(HoverMode::XUnified)
             .show_legend(true)
             .legend(legend(height))
@@ -275,7 +279,7 @@ fn shown(events: &[Event]) -> Vec<&Event> {
 
 /// Below the plot, at the same distance whatever its height.
 fn legend(height: usize) -> Legend {
-    let below = 52.0 / (height as f64 - 130.0);
+    let below = 28.0 / (height as f64 - 150.0);
     Legend::new().orientation(Orientation::Horizontal).x(0.0).y(-below).y_anchor(Anchor::Top).x_anchor(Anchor::Left)
 }
 
