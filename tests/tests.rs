@@ -1,1 +1,6 @@
-//! Tests.
+//! What crosses the crates.
+
+mod accuracy; // wheel loads against simulated truth
+mod causal; // one by one equals four side by side, through the whole analysis
+mod gaps; // what is missing is said, never filled in
+mod real_logs; // logs of real robots, where they are there

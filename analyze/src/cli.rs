@@ -102,7 +102,11 @@ struct InspectArgs {
 
 fn positive(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
-    if value.is_finite() && value > 0.0 { Ok(value) } else { Err("expected a positive number".into()) }
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err("expected a positive number".into())
+    }
 }
 
 /// What a command ends with.
@@ -128,20 +132,30 @@ impl From<Verdict> for ExitCode {
 /// Does what the command line asks.
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
-    let voice = Voice { quiet: cli.quiet, verbose: cli.verbose };
+    let voice = Voice {
+        quiet: cli.quiet,
+        verbose: cli.verbose,
+    };
     let result = match &cli.command {
         Command::Analyze(args) => analyze(args, voice),
         Command::Inspect(args) => inspect_log(args),
         Command::Demo { out } => run_demo(out, voice),
         Command::Completions { shell } => {
-            clap_complete::generate(*shell, &mut Cli::command(), "tipwatch", &mut std::io::stdout());
+            clap_complete::generate(
+                *shell,
+                &mut Cli::command(),
+                "tipwatch",
+                &mut std::io::stdout(),
+            );
             Ok(Verdict::Done)
         }
     };
-    result.unwrap_or_else(|error| {
-        voice.error(&error);
-        Verdict::Failed
-    }).into()
+    result
+        .unwrap_or_else(|error| {
+            voice.error(&error);
+            Verdict::Failed
+        })
+        .into()
 }
 
 /// What is said, to stderr.
@@ -167,7 +181,12 @@ fn analyze(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
     if let (Some(from), Some(to)) = (args.from, args.to)
         && from >= to
     {
-        Cli::command().error(clap::error::ErrorKind::ValueValidation, "--from must be before --to").exit();
+        Cli::command()
+            .error(
+                clap::error::ErrorKind::ValueValidation,
+                "--from must be before --to",
+            )
+            .exit();
     }
     let file = MachineFile::read(&args.machine)?;
     let options = Options {
@@ -213,7 +232,11 @@ fn report_findings(analysis: &Analysis, out: &Path, voice: Voice) {
 }
 
 fn verdict(analysis: &Analysis, fail_on: &[EventKind]) -> Verdict {
-    if analysis.events.iter().any(|event| fail_on.contains(&event.kind)) {
+    if analysis
+        .events
+        .iter()
+        .any(|event| fail_on.contains(&event.kind))
+    {
         Verdict::ConditionMet
     } else if !analysis.losses.is_empty() {
         Verdict::Lost
@@ -229,10 +252,16 @@ fn out_folders(logs: &[PathBuf], out: &Path) -> Result<Vec<PathBuf>> {
     }
     let mut folders: Vec<PathBuf> = Vec::new();
     for log in logs {
-        let stem = log.file_stem().with_context(|| format!("{}: expected a file name, found none", log.display()))?;
+        let stem = log
+            .file_stem()
+            .with_context(|| format!("{}: expected a file name, found none", log.display()))?;
         let folder = out.join(stem);
         if folders.contains(&folder) {
-            bail!("{}: expected logs of different names, found \"{}\" twice", log.display(), stem.display());
+            bail!(
+                "{}: expected logs of different names, found \"{}\" twice",
+                log.display(),
+                stem.display()
+            );
         }
         folders.push(folder);
     }
@@ -243,7 +272,11 @@ fn inspect_log(args: &InspectArgs) -> Result<Verdict> {
     let file = args.machine.as_deref().map(MachineFile::read).transpose()?;
     let inspection = inspect::inspect(&args.log, file.as_ref())?;
     inspect::print(&inspection, args.json)?;
-    Ok(if inspection.losses.is_empty() { Verdict::Done } else { Verdict::Lost })
+    Ok(if inspection.losses.is_empty() {
+        Verdict::Done
+    } else {
+        Verdict::Lost
+    })
 }
 
 fn run_demo(out: &Path, voice: Voice) -> Result<Verdict> {

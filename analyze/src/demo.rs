@@ -25,13 +25,20 @@ const FILES: [(&str, &[u8]); 3] = [
 /// # Errors
 /// The folder cannot be written.
 pub fn analyse(folder: &Path) -> Result<Analysis> {
-    fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
+    fs::create_dir_all(folder)
+        .with_context(|| format!("{}: cannot be created", folder.display()))?;
     for (name, bytes) in FILES {
         let path = folder.join(name);
-        fs::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
+        fs::write(&path, bytes)
+            .with_context(|| format!("{}: cannot be written", path.display()))?;
     }
     let file = MachineFile::read(&folder.join("demo.toml"))?;
-    run::analyse(&folder.join("demo.mcap"), &file, Options::default(), &mut |_| {})
+    run::analyse(
+        &folder.join("demo.mcap"),
+        &file,
+        Options::default(),
+        &mut |_| {},
+    )
 }
 
 /// Prints the three most important findings and where the report is.
@@ -41,5 +48,8 @@ pub fn tell(analysis: &Analysis, out: &Path) {
         println!("- {finding}");
     }
     let report = out.join("report.html");
-    println!("report: {}", report.canonicalize().unwrap_or(report).display());
+    println!(
+        "report: {}",
+        report.canonicalize().unwrap_or(report).display()
+    );
 }

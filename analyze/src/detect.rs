@@ -34,7 +34,12 @@ pub(crate) fn events(loaded: &LoadedLog, rows: &Rows, min_loads_n: Option<&[f64]
     }
     add_leads(&mut events);
     events.extend(input_gaps(loaded, rows));
-    events.sort_by(|a, b| a.start_ns.cmp(&b.start_ns).then(a.kind.cmp(&b.kind)).then(a.subject.cmp(&b.subject)));
+    events.sort_by(|a, b| {
+        a.start_ns
+            .cmp(&b.start_ns)
+            .then(a.kind.cmp(&b.kind))
+            .then(a.subject.cmp(&b.subject))
+    });
     events
 }
 
@@ -55,7 +60,11 @@ struct Episode {
 impl<'a> Finder<'a> {
     fn new(machine: &'a Machine, rows: &'a Rows) -> Self {
         let fine = |reasons: &Reasons| reasons.iter().all(|reason| reason == Reason::Tipping);
-        Self { machine, rows, meaningful: rows.reasons.iter().map(fine).collect() }
+        Self {
+            machine,
+            rows,
+            meaningful: rows.reasons.iter().map(fine).collect(),
+        }
     }
 
     fn column(&self, quantity: Quantity) -> &[f64] {
@@ -63,10 +72,19 @@ impl<'a> Finder<'a> {
     }
 
     fn episodes(&self, holds: impl Fn(usize) -> bool) -> Vec<Episode> {
-        episodes(&self.rows.times_ns, |row| self.meaningful[row] && holds(row))
+        episodes(&self.rows.times_ns, |row| {
+            self.meaningful[row] && holds(row)
+        })
     }
 
-    fn event(&self, kind: EventKind, subject: &str, episode: Episode, worst: (usize, f64), unit: &'static str) -> Event {
+    fn event(
+        &self,
+        kind: EventKind,
+        subject: &str,
+        episode: Episode,
+        worst: (usize, f64),
+        unit: &'static str,
+    ) -> Event {
         let times = &self.rows.times_ns;
         Event {
             kind,
@@ -86,26 +104,35 @@ impl<'a> Finder<'a> {
         let load = self.column(Quantity::Load(wheel));
         let largest = self.column(Quantity::LoadLargest(wheel));
         let name = &self.machine.wheels()[wheel].name;
-        let found = self.episodes(|row| load[row] < min_load_n).into_iter().map(|episode| {
-            let worst = least(load, episode);
-            let mut event = self.event(EventKind::WheelLight, name, episode, worst, "N");
-            event.split_dependent = Some(largest[worst.0] >= min_load_n);
-            event
-        });
+        let found = self
+            .episodes(|row| load[row] < min_load_n)
+            .into_iter()
+            .map(|episode| {
+                let worst = least(load, episode);
+                let mut event = self.event(EventKind::WheelLight, name, episode, worst, "N");
+                event.split_dependent = Some(largest[worst.0] >= min_load_n);
+                event
+            });
         found.collect()
     }
 
     fn wheel_lift(&self, wheel: usize) -> Vec<Event> {
-        let (load, otf) = (self.column(Quantity::Load(wheel)), self.column(Quantity::Otf(wheel)));
+        let (load, otf) = (
+            self.column(Quantity::Load(wheel)),
+            self.column(Quantity::Otf(wheel)),
+        );
         let largest = self.column(Quantity::LoadLargest(wheel));
         let weight = self.column(Quantity::NormalForce);
         let name = &self.machine.wheels()[wheel].name;
-        let found = self.episodes(|row| load[row] <= 0.0).into_iter().map(|episode| {
-            let worst = least(otf, episode);
-            let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
-            event.split_dependent = Some(largest[worst.0] > 1e-6 * weight[worst.0]);
-            event
-        });
+        let found = self
+            .episodes(|row| load[row] <= 0.0)
+            .into_iter()
+            .map(|episode| {
+                let worst = least(otf, episode);
+                let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
+                event.split_dependent = Some(largest[worst.0] > 1e-6 * weight[worst.0]);
+                event
+            });
         found.collect()
     }
 
@@ -117,12 +144,16 @@ impl<'a> Finder<'a> {
             .map(|wheel| self.column(Quantity::Load(wheel)))
             .collect();
         let moment = self.column(Quantity::ItomFull(edge));
-        let found = self.episodes(|row| off.iter().all(|load| load[row] <= 0.0)).into_iter().map(|episode| {
-            let worst = most(moment, episode);
-            let mut event = self.event(EventKind::EdgeTipping, &spec.name, episode, worst, "N m");
-            event.split_dependent = Some(false);
-            event
-        });
+        let found = self
+            .episodes(|row| off.iter().all(|load| load[row] <= 0.0))
+            .into_iter()
+            .map(|episode| {
+                let worst = most(moment, episode);
+                let mut event =
+                    self.event(EventKind::EdgeTipping, &spec.name, episode, worst, "N m");
+                event.split_dependent = Some(false);
+                event
+            });
         found.collect()
     }
 
@@ -136,7 +167,13 @@ impl<'a> Finder<'a> {
             return None;
         }
         let worst_ns = self.rows.times_ns[worst_row];
-        Some(Event { kind: EventKind::TipOver, worst: growth, worst_ns, unit: "rad", ..tipping.clone() })
+        Some(Event {
+            kind: EventKind::TipOver,
+            worst: growth,
+            worst_ns,
+            unit: "rad",
+            ..tipping.clone()
+        })
     }
 
     /// The row in which the tilt is furthest from that of `first`, and by how much [rad]: from the
@@ -150,7 +187,10 @@ impl<'a> Finder<'a> {
                 (Some(before), Some(now)) => before.cross(&now).norm().atan2(before.dot(&now)),
                 _ => {
                     self.rows.states.get(row, &mut state);
-                    let step_s = (self.rows.times_ns[row] - self.rows.times_ns[row.max(first + 1) - 1]) as f64 * 1e-9;
+                    let step_s = (self.rows.times_ns[row]
+                        - self.rows.times_ns[row.max(first + 1) - 1])
+                        as f64
+                        * 1e-9;
                     turned += state.imu.angular_velocity * step_s;
                     turned.xy().norm()
                 }
@@ -164,12 +204,24 @@ impl<'a> Finder<'a> {
 }
 
 fn least(values: &[f64], episode: Episode) -> (usize, f64) {
-    let smaller = |best: (usize, f64), row: usize| if values[row] < best.1 { (row, values[row]) } else { best };
+    let smaller = |best: (usize, f64), row: usize| {
+        if values[row] < best.1 {
+            (row, values[row])
+        } else {
+            best
+        }
+    };
     (episode.first..=episode.last).fold((episode.first, f64::INFINITY), smaller)
 }
 
 fn most(values: &[f64], episode: Episode) -> (usize, f64) {
-    let larger = |best: (usize, f64), row: usize| if values[row] > best.1 { (row, values[row]) } else { best };
+    let larger = |best: (usize, f64), row: usize| {
+        if values[row] > best.1 {
+            (row, values[row])
+        } else {
+            best
+        }
+    };
     (episode.first..=episode.last).fold((episode.first, f64::NEG_INFINITY), larger)
 }
 
@@ -185,10 +237,20 @@ fn episodes(times_ns: &[i64], holds: impl Fn(usize) -> bool) -> Vec<Episode> {
                 episode.last = row;
                 *held += lasts;
             }
-            _ => joined.push((Episode { first: row, last: row }, lasts)),
+            _ => joined.push((
+                Episode {
+                    first: row,
+                    last: row,
+                },
+                lasts,
+            )),
         }
     }
-    joined.into_iter().filter(|(_, held)| *held >= SHORTEST_NS).map(|(episode, _)| episode).collect()
+    joined
+        .into_iter()
+        .filter(|(_, held)| *held >= SHORTEST_NS)
+        .map(|(episode, _)| episode)
+        .collect()
 }
 
 /// Sets each event's lead: the time since the earliest wheel that was light at its start.
@@ -198,9 +260,16 @@ fn add_leads(events: &mut [Event]) {
         .filter(|event| event.kind == EventKind::WheelLight)
         .map(|event| (event.start_ns, event.end_ns.unwrap_or(i64::MAX)))
         .collect();
-    for event in events.iter_mut().filter(|event| event.kind != EventKind::WheelLight) {
-        let going = light.iter().filter(|(start, end)| *start <= event.start_ns && event.start_ns <= end.saturating_add(MERGED_NS));
-        event.lead_s = going.map(|(start, _)| (event.start_ns - start) as f64 * 1e-9).reduce(f64::max);
+    for event in events
+        .iter_mut()
+        .filter(|event| event.kind != EventKind::WheelLight)
+    {
+        let going = light.iter().filter(|(start, end)| {
+            *start <= event.start_ns && event.start_ns <= end.saturating_add(MERGED_NS)
+        });
+        event.lead_s = going
+            .map(|(start, _)| (event.start_ns - start) as f64 * 1e-9)
+            .reduce(f64::max);
     }
 }
 
@@ -215,7 +284,10 @@ fn input_gaps(loaded: &LoadedLog, rows: &Rows) -> Vec<Event> {
         stamps.push(first);
         stamps.push(last);
         stamps.sort_unstable();
-        for pair in stamps.windows(2).filter(|pair| pair[1] - pair[0] > max_gap_ns) {
+        for pair in stamps
+            .windows(2)
+            .filter(|pair| pair[1] - pair[0] > max_gap_ns)
+        {
             gaps.push(Event {
                 kind: EventKind::InputGap,
                 start_ns: pair[0],
@@ -242,7 +314,10 @@ mod tests {
     fn found(holds: &[(usize, usize)]) -> Vec<(usize, usize)> {
         let times: Vec<i64> = (0..200).map(|k| k * PERIOD_NS).collect();
         let inside = |row: usize| holds.iter().any(|&(a, b)| (a..=b).contains(&row));
-        episodes(&times, inside).into_iter().map(|e| (e.first, e.last)).collect()
+        episodes(&times, inside)
+            .into_iter()
+            .map(|e| (e.first, e.last))
+            .collect()
     }
 
     #[test]

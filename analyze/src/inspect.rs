@@ -6,8 +6,8 @@ use std::path::Path;
 use anyhow::Result;
 use serde::Serialize;
 use tipwatch_ingest::{
-    Log, Losses, NamedTopics, SensorKind, SensorRequest, SensorTopics, Topic, TopicId, TopicTiming, record_sensors,
-    robot_description,
+    Log, Losses, NamedTopics, SensorKind, SensorRequest, SensorTopics, Topic, TopicId, TopicTiming,
+    record_sensors, robot_description,
 };
 
 use crate::load::{MachineFile, named_topics};
@@ -59,19 +59,37 @@ struct SignalInspection {
 /// The log cannot be read.
 pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
     let log = Log::open(path)?;
-    let named = file.map_or(NamedTopics { has_tool: true, ..NamedTopics::default() }, |file| named_topics(&file.spec));
+    let named = file.map_or(
+        NamedTopics {
+            has_tool: true,
+            ..NamedTopics::default()
+        },
+        |file| named_topics(&file.spec),
+    );
     let (found, binding_error) = match SensorTopics::find(&log, &named) {
         Ok(found) => (found, None),
         Err(error) => (SensorTopics::default(), Some(error.to_string())),
     };
     let (timings, losses) = timings(&log)?;
-    let topics = log.topics().iter().map(|topic| topic_inspection(topic, &found, &timings)).collect();
-    let signals = if binding_error.is_none() { signals(&log, &found) } else { Vec::new() };
+    let topics = log
+        .topics()
+        .iter()
+        .map(|topic| topic_inspection(topic, &found, &timings))
+        .collect();
+    let signals = if binding_error.is_none() {
+        signals(&log, &found)
+    } else {
+        Vec::new()
+    };
     Ok(Inspection {
         schema: SCHEMA,
         path: path.display().to_string(),
         format: log.format().to_string(),
-        files: log.files().iter().map(|f| f.display().to_string()).collect(),
+        files: log
+            .files()
+            .iter()
+            .map(|f| f.display().to_string())
+            .collect(),
         bytes: log.bytes(),
         topics,
         signals,
@@ -89,26 +107,55 @@ type Timings = Vec<(TopicId, TopicTiming)>;
 
 /// How the stamps of every topic behave that can be a signal.
 fn timings(log: &Log) -> Result<(Timings, Losses)> {
-    let kind_of = |topic: &Topic| SensorKind::ALL.into_iter().find(|kind| kind.is_type(&topic.type_name));
+    let kind_of = |topic: &Topic| {
+        SensorKind::ALL
+            .into_iter()
+            .find(|kind| kind.is_type(&topic.type_name))
+    };
     let requests: Vec<SensorRequest> = log
         .topics()
         .iter()
-        .filter_map(|topic| Some(SensorRequest { topic: topic.id, kind: kind_of(topic)?, joint_names: Vec::new() }))
-        .filter(|request| tipwatch_ingest::SensorDecoder::new(&log.topics()[request.topic.index()], request.kind, &[]).is_ok())
+        .filter_map(|topic| {
+            Some(SensorRequest {
+                topic: topic.id,
+                kind: kind_of(topic)?,
+                joint_names: Vec::new(),
+            })
+        })
+        .filter(|request| {
+            tipwatch_ingest::SensorDecoder::new(
+                &log.topics()[request.topic.index()],
+                request.kind,
+                &[],
+            )
+            .is_ok()
+        })
         .collect();
     let (recordings, losses) = record_sensors(log, &requests, &mut |_| {})?;
-    Ok((recordings.into_iter().map(|r| (r.topic, r.statistics.timing())).collect(), losses))
+    Ok((
+        recordings
+            .into_iter()
+            .map(|r| (r.topic, r.statistics.timing()))
+            .collect(),
+        losses,
+    ))
 }
 
 fn topic_inspection(topic: &Topic, found: &SensorTopics, timings: &Timings) -> TopicInspection {
-    let joints = found.joint_states.iter().find(|joint| joint.binding.topic == topic.id);
+    let joints = found
+        .joint_states
+        .iter()
+        .find(|joint| joint.binding.topic == topic.id);
     TopicInspection {
         name: topic.name.clone(),
         type_name: topic.type_name.clone(),
         encoding: topic.encoding.clone(),
         definition: format!("{:?}", topic.definition_source).to_lowercase(),
         message_count: topic.message_count,
-        timing: timings.iter().find(|(id, _)| *id == topic.id).map(|(_, timing)| timing.clone()),
+        timing: timings
+            .iter()
+            .find(|(id, _)| *id == topic.id)
+            .map(|(_, timing)| timing.clone()),
         joint_names: joints.map_or(Vec::new(), |joint| joint.joint_names.clone()),
     }
 }
@@ -118,9 +165,17 @@ fn signals(log: &Log, found: &SensorTopics) -> Vec<SignalInspection> {
     let mut signals: Vec<SignalInspection> = Vec::new();
     for joint in &found.joint_states {
         let binding = &joint.binding;
-        signals.push(SignalInspection { signal: "joint_states", topic: name(binding.topic), why: binding.why.clone() });
+        signals.push(SignalInspection {
+            signal: "joint_states",
+            topic: name(binding.topic),
+            why: binding.why.clone(),
+        });
     }
-    let others = [(SensorKind::Imu, &found.imu), (SensorKind::Odometry, &found.odometry), (SensorKind::ToolWrench, &found.tool_wrench)];
+    let others = [
+        (SensorKind::Imu, &found.imu),
+        (SensorKind::Odometry, &found.odometry),
+        (SensorKind::ToolWrench, &found.tool_wrench),
+    ];
     for (kind, binding) in others {
         let missing = format!("no {} topic with messages", kind.type_name());
         signals.push(SignalInspection {
@@ -136,29 +191,53 @@ fn signals(log: &Log, found: &SensorTopics) -> Vec<SignalInspection> {
 ///
 /// # Errors
 /// Standard output is closed.
-#[expect(clippy::print_stdout, reason = "the data of `inspect` goes to stdout, here alone")]
+#[expect(
+    clippy::print_stdout,
+    reason = "the data of `inspect` goes to stdout, here alone"
+)]
 pub fn print(inspection: &Inspection, as_json: bool) -> Result<()> {
     if as_json {
         println!("{}", serde_json::to_string_pretty(inspection)?);
         return Ok(());
     }
-    println!("{}: {}, {} bytes, {} file(s)", inspection.path, inspection.format, inspection.bytes, inspection.files.len());
+    println!(
+        "{}: {}, {} bytes, {} file(s)",
+        inspection.path,
+        inspection.format,
+        inspection.bytes,
+        inspection.files.len()
+    );
     println!("\ntopics");
     for topic in &inspection.topics {
         print!("{}", describe_topic(topic));
     }
     println!("\nsignals");
     for signal in &inspection.signals {
-        println!("  {:<13} {} ({})", signal.signal, signal.topic.as_deref().unwrap_or("-"), signal.why);
+        println!(
+            "  {:<13} {} ({})",
+            signal.signal,
+            signal.topic.as_deref().unwrap_or("-"),
+            signal.why
+        );
     }
     if let Some(error) = &inspection.binding_error {
         println!("  not bound: {error}");
     }
-    println!("  {:<13} {}", "description", inspection.robot_description.as_deref().unwrap_or("-"));
+    println!(
+        "  {:<13} {}",
+        "description",
+        inspection.robot_description.as_deref().unwrap_or("-")
+    );
     println!("\nintegrity");
     println!("  {}", inspection.integrity.unwrap_or("checksums present"));
     for range in &inspection.losses.ranges {
-        println!("  lost: {} bytes {}..{}: {}", range.file.display(), range.start_byte, range.end_byte, range.reason);
+        println!(
+            "  lost: {} bytes {}..{}: {}",
+            range.file.display(),
+            range.start_byte,
+            range.end_byte,
+            range.reason
+        );
     }
     for (topic, count) in &inspection.losses.undecodable_messages {
         println!("  not decodable: {count} messages of {topic}");
@@ -171,8 +250,13 @@ pub fn print(inspection: &Inspection, as_json: bool) -> Result<()> {
 
 fn describe_topic(topic: &TopicInspection) -> String {
     use std::fmt::Write;
-    let count = topic.message_count.map_or("?".into(), |count| count.to_string());
-    let mut text = format!("  {:<28} {:<32} {count:>8} messages, definition {}\n", topic.name, topic.type_name, topic.definition);
+    let count = topic
+        .message_count
+        .map_or("?".into(), |count| count.to_string());
+    let mut text = format!(
+        "  {:<28} {:<32} {count:>8} messages, definition {}\n",
+        topic.name, topic.type_name, topic.definition
+    );
     if let Some(timing) = &topic.timing {
         let number = |value: Option<f64>| value.map_or("-".into(), |v| format!("{v:.3}"));
         let _ = writeln!(
@@ -192,9 +276,17 @@ fn describe_topic(topic: &TopicInspection) -> String {
             );
         }
         for gap in &timing.gaps {
-            let _ = writeln!(text, "      gap of {:.3} s at {} ns", gap.duration_s, gap.start_ns);
+            let _ = writeln!(
+                text,
+                "      gap of {:.3} s at {} ns",
+                gap.duration_s, gap.start_ns
+            );
         }
-        let odd = [("duplicate", timing.duplicate_stamps), ("backward", timing.backward_stamps), ("zero", timing.zero_stamps)];
+        let odd = [
+            ("duplicate", timing.duplicate_stamps),
+            ("backward", timing.backward_stamps),
+            ("zero", timing.zero_stamps),
+        ];
         for (kind, count) in odd.into_iter().filter(|(_, count)| *count > 0) {
             let _ = writeln!(text, "      {count} {kind} stamps");
         }

@@ -42,7 +42,11 @@ impl MachineFile {
     pub fn from_text(path: &Path, text: &str) -> Result<Self> {
         let name = path.display().to_string();
         let spec = MachineSpec::from_toml(text, &name)?;
-        Ok(Self { path: path.into(), spec, hash: hash_of(name, text.as_bytes()) })
+        Ok(Self {
+            path: path.into(),
+            spec,
+            hash: hash_of(name, text.as_bytes()),
+        })
     }
 
     /// The URDF beside the machine file, else the one in the log.
@@ -50,10 +54,18 @@ impl MachineFile {
         if let Some(name) = &self.spec.urdf {
             let path = self.path.parent().unwrap_or(Path::new("")).join(name);
             let text = std::fs::read_to_string(&path).with_context(|| {
-                format!("{}: urdf = \"{name}\": {} cannot be read", self.path.display(), path.display())
+                format!(
+                    "{}: urdf = \"{name}\": {} cannot be read",
+                    self.path.display(),
+                    path.display()
+                )
             })?;
             let name = path.display().to_string();
-            return Ok(Urdf { hash: hash_of(name.clone(), text.as_bytes()), name, text });
+            return Ok(Urdf {
+                hash: hash_of(name.clone(), text.as_bytes()),
+                name,
+                text,
+            });
         }
         let described = log.map(robot_description).transpose()?.flatten();
         let Some((text, topic)) = described else {
@@ -63,7 +75,11 @@ impl MachineFile {
             );
         };
         let name = format!("topic {topic}");
-        Ok(Urdf { hash: hash_of(name.clone(), text.as_bytes()), name, text })
+        Ok(Urdf {
+            hash: hash_of(name.clone(), text.as_bytes()),
+            name,
+            text,
+        })
     }
 
     /// The machine without a log: every joint counts as measured that no linkage moves.
@@ -72,7 +88,9 @@ impl MachineFile {
     /// The machine file or its URDF does not describe a machine.
     pub fn check_alone(&self) -> Result<Machine> {
         let urdf = self.urdf(None)?;
-        Ok(self.spec.check(&urdf.text, &urdf.name, LogFacts::default())?)
+        Ok(self
+            .spec
+            .check(&urdf.text, &urdf.name, LogFacts::default())?)
     }
 }
 
@@ -117,9 +135,17 @@ pub struct Signal {
 /// The topics that a machine file names.
 #[must_use]
 pub fn named_topics(spec: &MachineSpec) -> NamedTopics {
-    let SignalsSpec { joint_states, imu, odometry, tool_wrench } = spec.signals.clone();
+    let SignalsSpec {
+        joint_states,
+        imu,
+        odometry,
+        tool_wrench,
+    } = spec.signals.clone();
     NamedTopics {
-        joint_states: joint_states.as_ref().map_or(&[][..], OneOrMany::names).to_vec(),
+        joint_states: joint_states
+            .as_ref()
+            .map_or(&[][..], OneOrMany::names)
+            .to_vec(),
         imu,
         odometry,
         tool_wrench,
@@ -134,12 +160,20 @@ pub fn named_topics(spec: &MachineSpec) -> NamedTopics {
 pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Result<LoadedLog> {
     let topics = SensorTopics::find(log, &named_topics(&file.spec))?;
     if topics.joint_states.is_empty() {
-        let names: Vec<_> = log.topics().iter().map(|t| format!("{} ({})", t.name, t.type_name)).collect();
+        let names: Vec<_> = log
+            .topics()
+            .iter()
+            .map(|t| format!("{} ({})", t.name, t.type_name))
+            .collect();
         bail!(
             "{}: expected joint states ({}), found none; the log has: {}",
             log.path().display(),
             SensorKind::JointStates.type_name(),
-            if names.is_empty() { "no topics".to_string() } else { names.join(", ") }
+            if names.is_empty() {
+                "no topics".to_string()
+            } else {
+                names.join(", ")
+            }
         );
     }
     let urdf = file.urdf(Some(log))?;
@@ -158,7 +192,11 @@ pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Res
     for (bound, recording) in bindings.into_iter().zip(recordings) {
         let topic = log.topic(recording.topic)?;
         if recording.stamps_ns.is_empty() && matches!(bound.sensor, Sensor::Joints(_)) {
-            bail!("{}: topic {}: expected joint states, found no readable message", log.path().display(), topic.name);
+            bail!(
+                "{}: topic {}: expected joint states, found no readable message",
+                log.path().display(),
+                topic.name
+            );
         }
         signals.push(Signal {
             sensor: bound.sensor,
@@ -169,14 +207,27 @@ pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Res
             recording,
         });
     }
-    Ok(LoadedLog { machine, urdf: urdf.hash, matched, signals, losses })
+    Ok(LoadedLog {
+        machine,
+        urdf: urdf.hash,
+        matched,
+        signals,
+        losses,
+    })
 }
 
 fn match_sensors(log: &Log, machine: &Machine, topics: &SensorTopics) -> Result<MatchedSensors> {
     let name = |t: &JointTopic| Ok(log.topic(t.binding.topic)?.name.clone());
-    let names = topics.joint_states.iter().map(name).collect::<Result<Vec<_>>>()?;
-    let streams: Vec<(&str, &[String])> =
-        names.iter().zip(&topics.joint_states).map(|(name, t)| (name.as_str(), t.joint_names.as_slice())).collect();
+    let names = topics
+        .joint_states
+        .iter()
+        .map(name)
+        .collect::<Result<Vec<_>>>()?;
+    let streams: Vec<(&str, &[String])> = names
+        .iter()
+        .zip(&topics.joint_states)
+        .map(|(name, t)| (name.as_str(), t.joint_names.as_slice()))
+        .collect();
     let others = OtherSensors {
         imu: topics.imu.is_some(),
         odometry: topics.odometry.is_some(),
@@ -205,18 +256,38 @@ fn bindings(machine: &Machine, matched: &MatchedSensors, topics: &SensorTopics) 
     for (stream, &index) in matched.streams.iter().enumerate() {
         let binding = &topics.joint_states[index].binding;
         let joint_names = matched.joint_names(machine, stream);
-        let request = SensorRequest { topic: binding.topic, kind: binding.kind, joint_names };
-        bound.push(Bound { sensor: Sensor::Joints(stream), request, why: binding.why.clone() });
+        let request = SensorRequest {
+            topic: binding.topic,
+            kind: binding.kind,
+            joint_names,
+        };
+        bound.push(Bound {
+            sensor: Sensor::Joints(stream),
+            request,
+            why: binding.why.clone(),
+        });
     }
     let others = [
         (Sensor::Imu, &topics.imu, matched.sensors.imu),
         (Sensor::Odometry, &topics.odometry, matched.sensors.odometry),
-        (Sensor::ToolWrench, &topics.tool_wrench, matched.sensors.tool_wrench),
+        (
+            Sensor::ToolWrench,
+            &topics.tool_wrench,
+            matched.sensors.tool_wrench,
+        ),
     ];
     for (sensor, binding, used) in others {
         if let Some(binding) = binding.as_ref().filter(|_| used) {
-            let request = SensorRequest { topic: binding.topic, kind: binding.kind, joint_names: Vec::new() };
-            bound.push(Bound { sensor, request, why: binding.why.clone() });
+            let request = SensorRequest {
+                topic: binding.topic,
+                kind: binding.kind,
+                joint_names: Vec::new(),
+            };
+            bound.push(Bound {
+                sensor,
+                request,
+                why: binding.why.clone(),
+            });
         }
     }
     bound
@@ -224,16 +295,25 @@ fn bindings(machine: &Machine, matched: &MatchedSensors, topics: &SensorTopics) 
 
 /// The hash of bytes that stand under `path`.
 pub(crate) fn hash_of(path: String, bytes: &[u8]) -> FileHash {
-    FileHash { path, sha256: hex(&Sha256::digest(bytes)), bytes: bytes.len() as u64 }
+    FileHash {
+        path,
+        sha256: hex(&Sha256::digest(bytes)),
+        bytes: bytes.len() as u64,
+    }
 }
 
 /// The hash of a file, read piece by piece.
 pub(crate) fn hash_file(path: &Path) -> Result<FileHash> {
-    let mut file = std::fs::File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let mut file =
+        std::fs::File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
     let mut hasher = Sha256::new();
     let bytes = std::io::copy(&mut file, &mut HashWriter(&mut hasher))
         .with_context(|| format!("{}: cannot be read", path.display()))?;
-    Ok(FileHash { path: path.display().to_string(), sha256: hex(&hasher.finalize()), bytes })
+    Ok(FileHash {
+        path: path.display().to_string(),
+        sha256: hex(&hasher.finalize()),
+        bytes,
+    })
 }
 
 struct HashWriter<'a>(&'a mut Sha256);

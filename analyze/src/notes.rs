@@ -19,25 +19,51 @@ pub(crate) fn of(loaded: &LoadedLog) -> Vec<String> {
         notes.push("The log has neither IMU nor odometry: wheel loads cannot be computed.".into());
     }
     if loaded.machine.imu().source.starts_with("assumed") {
-        notes.push(format!("Position and orientation of the IMU: {}.", loaded.machine.imu().source));
+        notes.push(format!(
+            "Position and orientation of the IMU: {}.",
+            loaded.machine.imu().source
+        ));
     }
     notes.extend(missing_wheel_joints(loaded));
     for signal in &loaded.signals {
-        notes.extend(signal.recording.statistics.timing().notes.into_iter().map(|note| format!("{}: {note}", signal.topic)));
+        notes.extend(
+            signal
+                .recording
+                .statistics
+                .timing()
+                .notes
+                .into_iter()
+                .map(|note| format!("{}: {note}", signal.topic)),
+        );
         if signal.recording.unstamped > 0 {
-            notes.push(format!("{}: {} messages without a stamp were left out.", signal.topic, signal.recording.unstamped));
+            notes.push(format!(
+                "{}: {} messages without a stamp were left out.",
+                signal.topic, signal.recording.unstamped
+            ));
         }
         if signal.recording.stamps_ns.is_empty() && !matches!(signal.sensor, Sensor::Joints(_)) {
             notes.push(format!("{}: no readable message.", signal.topic));
         }
     }
     notes.extend(loaded.losses.notes.iter().cloned());
-    notes.extend(loaded.losses.integrity.note().map(|note| format!("{note}.")));
+    notes.extend(
+        loaded
+            .losses
+            .integrity
+            .note()
+            .map(|note| format!("{note}.")),
+    );
     notes
 }
 
 fn missing_wheel_joints(loaded: &LoadedLog) -> Option<String> {
-    let missing: Vec<_> = loaded.machine.joints().iter().filter(|j| !j.logged).map(|j| j.name.as_str()).collect();
+    let missing: Vec<_> = loaded
+        .machine
+        .joints()
+        .iter()
+        .filter(|j| !j.logged)
+        .map(|j| j.name.as_str())
+        .collect();
     if missing.is_empty() {
         return None;
     }
@@ -46,5 +72,8 @@ fn missing_wheel_joints(loaded: &LoadedLog) -> Option<String> {
     } else {
         "they are taken to be at rest, since there is no odometry either"
     };
-    Some(format!("The joint states lack the wheel joints {}: {source}.", missing.join(", ")))
+    Some(format!(
+        "The joint states lack the wheel joints {}: {source}.",
+        missing.join(", ")
+    ))
 }

@@ -19,7 +19,13 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { estimator: Estimator::Smoother, model: Model::WholeBody, rate_hz: None, from_s: None, to_s: None }
+        Self {
+            estimator: Estimator::Smoother,
+            model: Model::WholeBody,
+            rate_hz: None,
+            from_s: None,
+            to_s: None,
+        }
     }
 }
 

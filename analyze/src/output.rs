@@ -23,13 +23,22 @@ pub enum Outputs {
 /// # Errors
 /// A file cannot be written.
 pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<()> {
-    fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
+    fs::create_dir_all(folder)
+        .with_context(|| format!("{}: cannot be created", folder.display()))?;
     let provenance = &analysis.provenance;
-    parquet::write(&mut table::samples(analysis)?, provenance, &folder.join("samples.parquet"))?;
+    parquet::write(
+        &mut table::samples(analysis)?,
+        provenance,
+        &folder.join("samples.parquet"),
+    )?;
     if outputs == Outputs::Samples {
         return Ok(());
     }
-    parquet::write(&mut table::events(&analysis.events)?, provenance, &folder.join("events.parquet"))?;
+    parquet::write(
+        &mut table::events(&analysis.events)?,
+        provenance,
+        &folder.join("events.parquet"),
+    )?;
     let summary = Summary::of(analysis, report::findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
     write_text(&folder.join("summary.json"), &text)?;

@@ -15,13 +15,20 @@ use crate::table::Table;
 /// # Errors
 /// The file cannot be written.
 pub(crate) fn write(table: &mut Table, provenance: &Provenance, path: &Path) -> Result<()> {
-    let units: serde_json::Map<String, serde_json::Value> =
-        table.units.iter().map(|(name, unit)| (name.clone(), (*unit).into())).collect();
+    let units: serde_json::Map<String, serde_json::Value> = table
+        .units
+        .iter()
+        .map(|(name, unit)| (name.clone(), (*unit).into()))
+        .collect();
     let metadata = KeyValueMetadata::from_static(vec![
         ("tipwatch.units".into(), serde_json::to_string(&units)?),
-        ("tipwatch.provenance".into(), serde_json::to_string(provenance)?),
+        (
+            "tipwatch.provenance".into(),
+            serde_json::to_string(provenance)?,
+        ),
     ]);
-    let file = File::create(path).with_context(|| format!("{}: cannot be created", path.display()))?;
+    let file =
+        File::create(path).with_context(|| format!("{}: cannot be created", path.display()))?;
     ParquetWriter::new(file)
         .with_compression(ParquetCompression::Lz4Raw)
         .with_key_value_metadata(Some(metadata))

@@ -13,9 +13,15 @@ pub(crate) struct Progress {
 impl Progress {
     pub(crate) fn new(log: &Path, quiet: bool) -> Self {
         let bytes = std::fs::metadata(log).map_or(0, |metadata| metadata.len());
-        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let target = if quiet {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr()
+        };
         let bar = ProgressBar::with_draw_target(Some(bytes), target);
-        if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {bytes}/{total_bytes} {eta}") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{msg} {wide_bar} {bytes}/{total_bytes} {eta}")
+        {
             bar.set_style(style);
         }
         bar.set_message(log.display().to_string());

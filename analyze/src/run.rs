@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use tipwatch_ingest::{Log, arrival_order};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::signal::{
-    CausalEstimator, Estimate, Reason, Reasons, Recording, RowClock, Sample, Sensor, StreamCounts, smooth,
+    CausalEstimator, Estimate, Reason, Reasons, Recording, RowClock, Sample, Sensor, StreamCounts,
+    smooth,
 };
 use tipwatch_mechanics::{OutcomeColumns, State, StateColumns, evaluate_rows, static_outcome};
 
@@ -28,12 +29,20 @@ const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
 ///
 /// # Errors
 /// The log cannot be read, the machine does not fit it, or no row is left.
-pub fn analyse(path: &Path, file: &MachineFile, options: Options, progress: &mut dyn FnMut(u64)) -> Result<Analysis> {
+pub fn analyse(
+    path: &Path,
+    file: &MachineFile,
+    options: Options,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Analysis> {
     let log = Log::open(path)?;
     let mut loaded = load(&log, file, progress)?;
     let (mut rows, counts) = estimate(&mut loaded, &options);
     if rows.is_empty() {
-        bail!("{}: expected joint states that can be used, found none within the asked time", path.display());
+        bail!(
+            "{}: expected joint states that can be used, found none within the asked time",
+            path.display()
+        );
     }
     rows.outcomes = evaluate_all(&loaded.machine, &rows.states);
     for row in 0..rows.len() {
@@ -46,8 +55,14 @@ pub fn analyse(path: &Path, file: &MachineFile, options: Options, progress: &mut
     let provenance = provenance(&log, file, &loaded)?;
     let inputs = loaded.signals.into_iter().map(|signal| Input {
         signal: signal.name,
-        clock: format!("{}: {}", signal.recording.clock.source, signal.recording.clock.reason),
-        counts: counts.iter().find(|(sensor, _)| *sensor == signal.sensor).map_or(StreamCounts::default(), |(_, c)| *c),
+        clock: format!(
+            "{}: {}",
+            signal.recording.clock.source, signal.recording.clock.reason
+        ),
+        counts: counts
+            .iter()
+            .find(|(sensor, _)| *sensor == signal.sensor)
+            .map_or(StreamCounts::default(), |(_, c)| *c),
         topic: signal.topic,
         type_name: signal.type_name,
         why: signal.why,
@@ -72,7 +87,9 @@ type Counts = Vec<(Sensor, StreamCounts)>;
 
 /// The states of all rows within the asked time.
 fn estimate(loaded: &mut LoadedLog, options: &Options) -> (Rows, Counts) {
-    let clock = options.rate_hz.map_or(RowClock::JointStates, RowClock::Rate);
+    let clock = options
+        .rate_hz
+        .map_or(RowClock::JointStates, RowClock::Rate);
     let (rows, counts) = match options.estimator {
         Estimator::Smoother => smoothed(loaded, clock),
         Estimator::Causal => causal(loaded, clock),
@@ -106,7 +123,11 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Counts) {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let mut estimates: Vec<Estimate> = Vec::new();
-    let recordings: Vec<_> = loaded.signals.iter().map(|signal| signal.recording.clone()).collect();
+    let recordings: Vec<_> = loaded
+        .signals
+        .iter()
+        .map(|signal| signal.recording.clone())
+        .collect();
     for (signal, index) in arrival_order(&recordings) {
         let recording = &recordings[signal];
         let sample = Sample {
@@ -133,8 +154,13 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Counts) {
 
 /// Keeps the rows between `from_s` and `to_s`.
 fn within(rows: Rows, machine: &Machine, options: &Options) -> Rows {
-    let (from, to) = (options.from_s.unwrap_or(f64::NEG_INFINITY), options.to_s.unwrap_or(f64::INFINITY));
-    let kept: Vec<usize> = (0..rows.len()).filter(|&row| (from..=to).contains(&rows.seconds(row))).collect();
+    let (from, to) = (
+        options.from_s.unwrap_or(f64::NEG_INFINITY),
+        options.to_s.unwrap_or(f64::INFINITY),
+    );
+    let kept: Vec<usize> = (0..rows.len())
+        .filter(|&row| (from..=to).contains(&rows.seconds(row)))
+        .collect();
     if kept.len() == rows.len() {
         return rows;
     }
@@ -158,7 +184,13 @@ fn evaluate_all(machine: &Machine, states: &StateColumns) -> OutcomeColumns {
     let blocks: Vec<usize> = (0..states.rows()).step_by(BLOCK_ROWS).collect();
     let evaluated: Vec<OutcomeColumns> = blocks
         .into_par_iter()
-        .map(|first| evaluate_rows(machine, states, first..(first + BLOCK_ROWS).min(states.rows())))
+        .map(|first| {
+            evaluate_rows(
+                machine,
+                states,
+                first..(first + BLOCK_ROWS).min(states.rows()),
+            )
+        })
         .collect();
     let mut all = OutcomeColumns::empty(machine);
     for block in evaluated {
@@ -169,7 +201,8 @@ fn evaluate_all(machine: &Machine, states: &StateColumns) -> OutcomeColumns {
 
 /// Loads level and at rest in the posture of the first valid row; NaN if there is none.
 fn static_loads(machine: &Machine, rows: &Rows) -> Vec<f64> {
-    let usable = |reasons: &Reasons| reasons.is_empty() || reasons.iter().all(|r| r == Reason::Settling);
+    let usable =
+        |reasons: &Reasons| reasons.is_empty() || reasons.iter().all(|r| r == Reason::Settling);
     let Some(first) = rows.reasons.iter().position(usable) else {
         return vec![f64::NAN; machine.wheels().len()];
     };
@@ -187,14 +220,23 @@ fn min_loads(machine: &Machine, static_loads_n: &[f64]) -> Option<Vec<f64>> {
         return Some(vec![load; static_loads_n.len()]);
     }
     let share = limits.min_load_share.unwrap_or(DEFAULT_MIN_LOAD_SHARE);
-    static_loads_n.iter().all(|load| load.is_finite()).then(|| static_loads_n.iter().map(|load| load * share).collect())
+    static_loads_n
+        .iter()
+        .all(|load| load.is_finite())
+        .then(|| static_loads_n.iter().map(|load| load * share).collect())
 }
 
 fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Provenance> {
     Ok(Provenance {
         tipwatch_version: env!("CARGO_PKG_VERSION").into(),
-        analysed_at: jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
-        log: log.files().iter().map(|f| hash_file(f)).collect::<Result<_>>()?,
+        analysed_at: jiff::Timestamp::now()
+            .strftime("%Y-%m-%dT%H:%M:%SZ")
+            .to_string(),
+        log: log
+            .files()
+            .iter()
+            .map(|f| hash_file(f))
+            .collect::<Result<_>>()?,
         log_format: log.format().to_string(),
         machine_file: file.hash.clone(),
         urdf: loaded.urdf.clone(),

@@ -132,7 +132,9 @@ impl<'a> Summary<'a> {
             schema: SCHEMA,
             findings,
             events: events.collect(),
-            wheels: wheels.map(|(i, wheel)| (wheel.name.to_lowercase(), wheel_summary(analysis, i))).collect(),
+            wheels: wheels
+                .map(|(i, wheel)| (wheel.name.to_lowercase(), wheel_summary(analysis, i)))
+                .collect(),
             machine: MachineSummary {
                 name: analysis.machine.name(),
                 mass_kg: analysis.machine.mass(),
@@ -162,11 +164,16 @@ fn specific_force_source(inputs: &[Input]) -> &'static str {
 
 fn wheel_summary(analysis: &Analysis, wheel: usize) -> WheelSummary {
     let rows = &analysis.rows;
-    let valid: Vec<usize> = (0..rows.len()).filter(|&row| rows.reasons[row].is_empty()).collect();
+    let valid: Vec<usize> = (0..rows.len())
+        .filter(|&row| rows.reasons[row].is_empty())
+        .collect();
     let load = rows.outcomes.column(Quantity::Load(wheel));
     let otf = rows.outcomes.column(Quantity::Otf(wheel));
     let finite = |value: f64| Some(value).filter(|v| v.is_finite());
-    let lightest = valid.iter().copied().min_by(|&a, &b| otf[a].total_cmp(&otf[b]));
+    let lightest = valid
+        .iter()
+        .copied()
+        .min_by(|&a, &b| otf[a].total_cmp(&otf[b]));
     let loads = || valid.iter().map(|&row| load[row]);
     WheelSummary {
         static_load_n: finite(analysis.static_loads_n[wheel]),
@@ -187,7 +194,11 @@ fn row_summary(analysis: &Analysis) -> RowSummary {
     }
     RowSummary {
         count: rows.len(),
-        valid: rows.reasons.iter().filter(|reasons| reasons.is_empty()).count(),
+        valid: rows
+            .reasons
+            .iter()
+            .filter(|reasons| reasons.is_empty())
+            .count(),
         first_ns: rows.times_ns[0],
         last_ns: rows.times_ns[rows.len() - 1],
         duration_s: rows.seconds(rows.len() - 1),

@@ -44,7 +44,14 @@ pub fn samples(analysis: &Analysis) -> PolarsResult<Table> {
     let rows = &analysis.rows;
     let mut columns = vec![
         Series::new("time_ns".into(), rows.times_ns.as_slice()).into_column(),
-        Series::new("valid".into(), rows.reasons.iter().map(|r| r.is_empty()).collect::<Vec<_>>()).into_column(),
+        Series::new(
+            "valid".into(),
+            rows.reasons
+                .iter()
+                .map(|r| r.is_empty())
+                .collect::<Vec<_>>(),
+        )
+        .into_column(),
         reasons(rows),
     ];
     let mut units = vec![("time_ns".to_string(), "ns")];
@@ -54,7 +61,10 @@ pub fn samples(analysis: &Analysis) -> PolarsResult<Table> {
             units.push((name, unit));
         }
     }
-    Ok(Table { frame: DataFrame::new(rows.len(), columns)?, units })
+    Ok(Table {
+        frame: DataFrame::new(rows.len(), columns)?,
+        units,
+    })
 }
 
 /// A column in which what is not finite is null.
@@ -63,7 +73,10 @@ fn known(name: &str, values: &[f64]) -> Column {
     if values.iter().all(|value| value.is_finite()) {
         return Series::new(name, values).into_column();
     }
-    let known: Vec<Option<f64>> = values.iter().map(|&value| Some(value).filter(|v| v.is_finite())).collect();
+    let known: Vec<Option<f64>> = values
+        .iter()
+        .map(|&value| Some(value).filter(|v| v.is_finite()))
+        .collect();
     Series::new(name, known).into_column()
 }
 
@@ -102,6 +115,16 @@ pub fn events(events: &[Event]) -> PolarsResult<Table> {
             column("split_dependent", events.iter().map(|e| e.split_dependent)),
         ],
     )?;
-    let units = [("start_ns", "ns"), ("end_ns", "ns"), ("worst", "column unit"), ("worst_ns", "ns"), ("lead_s", "s"), ("certainty", "-")];
-    Ok(Table { frame, units: units.map(|(name, unit)| (name.to_string(), unit)).to_vec() })
+    let units = [
+        ("start_ns", "ns"),
+        ("end_ns", "ns"),
+        ("worst", "column unit"),
+        ("worst_ns", "ns"),
+        ("lead_s", "s"),
+        ("certainty", "-"),
+    ];
+    Ok(Table {
+        frame,
+        units: units.map(|(name, unit)| (name.to_string(), unit)).to_vec(),
+    })
 }

@@ -19,7 +19,7 @@ use crate::topics::DEFAULT_SERVICE;
 const FAILED: u8 = 1;
 /// Exit code: done, but bytes or messages of a log were lost.
 const LOST: u8 = 3;
-/// How long a lossless replay waits for its reader unless told [s].
+/// How long a lossless replay waits for its reader unless told, in seconds.
 const LOSSLESS_WAIT_S: f64 = 10.0;
 
 /// Wheel loads while the machine works, over shared memory.
@@ -66,7 +66,7 @@ struct ReplayArgs {
     /// Wait for readers instead of discarding what they have no room for.
     #[arg(long)]
     lossless: bool,
-    /// How long to wait for a reader [s]; by default 10 with --lossless, else 0.
+    /// How long to wait for a reader, in seconds; by default 10 with --lossless, else 0.
     #[arg(long, value_name = "S", value_parser = seconds)]
     wait: Option<Duration>,
 }
@@ -91,7 +91,10 @@ fn speed(text: &str) -> Result<Speed, String> {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let number = text.parse().ok().and_then(|number| Duration::try_from_secs_f64(number).ok());
+    let number = text
+        .parse()
+        .ok()
+        .and_then(|number| Duration::try_from_secs_f64(number).ok());
     number.ok_or_else(|| "expected a number of seconds, not negative".into())
 }
 
@@ -110,7 +113,10 @@ pub fn run(cli: &Cli) -> ExitCode {
 
 impl Common {
     fn place(&self) -> Place {
-        Place { service: self.service.clone(), prefix: self.prefix.clone() }
+        Place {
+            service: self.service.clone(),
+            prefix: self.prefix.clone(),
+        }
     }
 }
 
@@ -131,18 +137,33 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
         counts.sent,
         recording.session.total_samples,
         counts.discarded,
-        if counts.interrupted { ", ended by a signal" } else { "" }
+        if counts.interrupted {
+            ", ended by a signal"
+        } else {
+            ""
+        }
     );
-    Ok(if recording.losses.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(LOST) })
+    Ok(if recording.losses.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(LOST)
+    })
 }
 
 fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     let file = MachineFile::read(&args.common.machine)?;
     let urdf = file.urdf(args.common.urdf.as_deref())?.with_context(|| {
-        format!("{}: expected urdf = \"...\" or --urdf, found neither", file.path.display())
+        format!(
+            "{}: expected urdf = \"...\" or --urdf, found neither",
+            file.path.display()
+        )
     })?;
     let reader = Reader::open(&args.common.place())?;
-    let format = if args.json { Format::Json } else { Format::Text };
+    let format = if args.json {
+        Format::Json
+    } else {
+        Format::Text
+    };
     let counts = follow(&reader, &file, &urdf, format)?;
     eprintln!(
         "monitor: {} rows; samples: {} lost, {} refused, {} repeated, {} sent before joining",

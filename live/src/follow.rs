@@ -55,9 +55,8 @@ fn print_rows(reader: &Reader, monitor: &mut Monitor, printer: &mut Printer) -> 
     let mut since_pause = 0;
     loop {
         let mut printed = Ok(());
-        let taken = reader.sample(|wire| {
-            monitor.take(wire, &mut |row| printed = printer.row(row))
-        })?;
+        let taken =
+            reader.sample(|wire| monitor.take(wire, &mut |row| printed = printer.row(row)))?;
         printed?;
         match taken {
             Some(Progress::Ended) => return Ok(printer.flush()?),
@@ -72,7 +71,11 @@ fn print_rows(reader: &Reader, monitor: &mut Monitor, printer: &mut Printer) -> 
         }
         if taken.is_none() || since_pause >= SIGNAL_CHECK_SAMPLES {
             since_pause = 0;
-            let pause = if taken.is_none() { IDLE_PERIOD } else { Duration::ZERO };
+            let pause = if taken.is_none() {
+                IDLE_PERIOD
+            } else {
+                Duration::ZERO
+            };
             if reader.pause(pause).is_err() {
                 return Ok(printer.flush()?);
             }
@@ -89,5 +92,7 @@ fn check_writer(reader: &Reader) -> Result<()> {
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
+    error
+        .downcast_ref::<std::io::Error>()
+        .is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
 }

@@ -34,7 +34,11 @@ impl MachineFile {
     pub fn read(path: &Path) -> Result<Self> {
         let text = read(path)?;
         let spec = MachineSpec::from_toml(&text, &path.display().to_string())?;
-        Ok(Self { path: path.into(), spec, text })
+        Ok(Self {
+            path: path.into(),
+            spec,
+            text,
+        })
     }
 
     /// The URDF that the machine file names, else `other`; `None` where there is neither.
@@ -43,17 +47,29 @@ impl MachineFile {
     /// The file cannot be read.
     pub fn urdf(&self, other: Option<&Path>) -> Result<Option<Urdf>> {
         let named = |name: &String| self.path.parent().unwrap_or(Path::new("")).join(name);
-        let Some(path) = self.spec.urdf.as_ref().map(named).or_else(|| other.map(Path::to_path_buf)) else {
+        let Some(path) = self
+            .spec
+            .urdf
+            .as_ref()
+            .map(named)
+            .or_else(|| other.map(Path::to_path_buf))
+        else {
             return Ok(None);
         };
         let text = read(&path).with_context(|| format!("{}: its URDF", self.path.display()))?;
-        Ok(Some(Urdf { name: path.display().to_string(), text }))
+        Ok(Some(Urdf {
+            name: path.display().to_string(),
+            text,
+        }))
     }
 
     /// The hash of the machine file's text and the URDF's.
     #[must_use]
     pub fn hash(&self, urdf: &Urdf) -> u64 {
-        Fnv::new().bytes(self.text.as_bytes()).bytes(urdf.text.as_bytes()).finish()
+        Fnv::new()
+            .bytes(self.text.as_bytes())
+            .bytes(urdf.text.as_bytes())
+            .finish()
     }
 }
 

@@ -20,7 +20,7 @@ pub struct Monitor {
 /// The result for one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a> {
-    /// Its time [ns], by the clock of the joint states.
+    /// Its time, in nanoseconds, by the clock of the joint states.
     pub time_ns: i64,
     /// Why it is not valid; empty if it is.
     pub reasons: Reasons,
@@ -92,7 +92,13 @@ impl Monitor {
         match Message::try_from(wire) {
             Ok(Message::End) => return Progress::Ended,
             Ok(Message::Sample(sample)) => {
-                let Self { machine, estimator, workspace, counts, .. } = self;
+                let Self {
+                    machine,
+                    estimator,
+                    workspace,
+                    counts,
+                    ..
+                } = self;
                 let pushed = estimator.push(machine, &sample, &mut |estimate| {
                     let outcome = evaluate(machine, &estimate.state, workspace);
                     counts.rows += 1;

@@ -19,11 +19,11 @@ use std::io::{self, Stdout, Write};
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::signal::Reasons;
+use tipwatch_mechanics::signal::{Reason, Reasons};
 
 use crate::monitor::Row;
 
-/// Rows that people can follow: one in this time, by the rows' clock [ns].
+/// Rows that people can follow: one in this time, by the rows' clock, in nanoseconds.
 const LINE_PERIOD_NS: u64 = 200_000_000;
 
 /// How rows are printed.
@@ -51,7 +51,11 @@ impl Printer {
     pub fn new(format: Format, machine: &Machine) -> Self {
         Self {
             format,
-            wheels: machine.wheels().iter().map(|wheel| wheel.name.to_lowercase()).collect(),
+            wheels: machine
+                .wheels()
+                .iter()
+                .map(|wheel| wheel.name.to_lowercase())
+                .collect(),
             first_ns: None,
             last_ns: None,
             out: io::BufWriter::with_capacity(1 << 16, io::stdout()),
@@ -84,7 +88,11 @@ impl Printer {
         }
         self.last_ns = Some(row.time_ns);
         let first_ns = *self.first_ns.get_or_insert(row.time_ns);
-        write!(self.out, "{:8.2} s  load", row.time_ns.saturating_sub(first_ns) as f64 * 1e-9)?;
+        write!(
+            self.out,
+            "{:8.2} s  load",
+            row.time_ns.saturating_sub(first_ns) as f64 * 1e-9
+        )?;
         let loads = row.outcome.load.iter().zip(&row.outcome.otf);
         for (wheel, (load, otf)) in self.wheels.iter().zip(loads) {
             write!(self.out, "  {wheel} {load:.0} N (otf {otf:.0})")?;
@@ -114,7 +122,10 @@ struct JsonRow<'a> {
 impl Serialize for JsonRow<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let (row, outcome) = (self.row, self.row.outcome);
-        let by_wheel = |values| ByWheel { wheels: self.wheels, values };
+        let by_wheel = |values| ByWheel {
+            wheels: self.wheels,
+            values,
+        };
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("schema", &1)?;
         map.serialize_entry("time_ns", &row.time_ns)?;
@@ -147,6 +158,6 @@ struct Names(Reasons);
 
 impl Serialize for Names {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.0.iter().map(|reason| reason.name()))
+        serializer.collect_seq(self.0.iter().map(Reason::name))
     }
 }

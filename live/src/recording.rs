@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use tipwatch_ingest::{
-    JointTopic, Log, Losses, NamedTopics, SensorKind, SensorRecording, SensorRequest, SensorTopics, TopicId,
-    arrival_order, record_sensors, robot_description,
+    JointTopic, Log, Losses, NamedTopics, SensorKind, SensorRecording, SensorRequest, SensorTopics,
+    TopicId, arrival_order, record_sensors, robot_description,
 };
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany};
 use tipwatch_mechanics::signal::{MatchedSensors, OtherSensors, Sample, Sensor};
@@ -54,7 +54,9 @@ impl Recording {
             id: 0,
             machine_hash: file.hash(&urdf),
             total_samples: order.len() as u64,
-            streams: joints.map(|stream| matched.joint_names(&machine, stream)).collect(),
+            streams: joints
+                .map(|stream| matched.joint_names(&machine, stream))
+                .collect(),
             imu: matched.sensors.imu,
             odometry: matched.sensors.odometry,
             tool_wrench: matched.sensors.tool_wrench,
@@ -62,10 +64,16 @@ impl Recording {
         };
         // What a reader will do with it works here too, or is told here.
         session.machine(file, &urdf)?;
-        Ok(Self { session, losses, sensors, columns, order })
+        Ok(Self {
+            session,
+            losses,
+            sensors,
+            columns,
+            order,
+        })
     }
 
-    /// The samples and their log times [ns], in the order in which the recorder received them.
+    /// The samples and their log times, in nanoseconds, in the order in which the recorder received them.
     pub fn samples(&self) -> impl Iterator<Item = (Sample<'_>, i64)> {
         self.order.iter().map(|&(column, index)| {
             let recording = &self.columns[column];
@@ -82,7 +90,9 @@ impl Recording {
     pub fn set_identity(&mut self) {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let nanoseconds = now.map_or(0, |elapsed| elapsed.as_nanos() as u64);
-        let hash = Fnv::new().number(self.session.machine_hash).number(nanoseconds);
+        let hash = Fnv::new()
+            .number(self.session.machine_hash)
+            .number(nanoseconds);
         self.session.id = hash.number(std::process::id().into()).finish();
     }
 }
@@ -90,7 +100,11 @@ impl Recording {
 fn named_topics(spec: &MachineSpec) -> NamedTopics {
     let signals = spec.signals.clone();
     NamedTopics {
-        joint_states: signals.joint_states.as_ref().map_or(&[][..], OneOrMany::names).to_vec(),
+        joint_states: signals
+            .joint_states
+            .as_ref()
+            .map_or(&[][..], OneOrMany::names)
+            .to_vec(),
         imu: signals.imu,
         odometry: signals.odometry,
         tool_wrench: signals.tool_wrench,
@@ -105,12 +119,19 @@ fn urdf_of(log: &Log, file: &MachineFile) -> Result<Urdf> {
             file.path.display()
         )
     });
-    described.map(|(text, topic)| Urdf { name: format!("topic {topic}"), text })
+    described.map(|(text, topic)| Urdf {
+        name: format!("topic {topic}"),
+        text,
+    })
 }
 
 fn match_sensors(log: &Log, machine: &Machine, topics: &SensorTopics) -> Result<MatchedSensors> {
     let name = |topic: &JointTopic| Ok(log.topic(topic.binding.topic)?.name.clone());
-    let names = topics.joint_states.iter().map(name).collect::<Result<Vec<_>>>()?;
+    let names = topics
+        .joint_states
+        .iter()
+        .map(name)
+        .collect::<Result<Vec<_>>>()?;
     let streams: Vec<(&str, &[String])> = names
         .iter()
         .zip(&topics.joint_states)
@@ -141,18 +162,47 @@ fn requests(
     for (stream, &index) in matched.streams.iter().enumerate() {
         let topic = topics.joint_states[index].binding.topic;
         let names = matched.joint_names(machine, stream);
-        wanted.push((Sensor::Joints(stream), topic, SensorKind::JointStates, names));
+        wanted.push((
+            Sensor::Joints(stream),
+            topic,
+            SensorKind::JointStates,
+            names,
+        ));
     }
     let others = [
-        (Sensor::Imu, SensorKind::Imu, &topics.imu, matched.sensors.imu),
-        (Sensor::Odometry, SensorKind::Odometry, &topics.odometry, matched.sensors.odometry),
-        (Sensor::ToolWrench, SensorKind::ToolWrench, &topics.tool_wrench, matched.sensors.tool_wrench),
+        (
+            Sensor::Imu,
+            SensorKind::Imu,
+            &topics.imu,
+            matched.sensors.imu,
+        ),
+        (
+            Sensor::Odometry,
+            SensorKind::Odometry,
+            &topics.odometry,
+            matched.sensors.odometry,
+        ),
+        (
+            Sensor::ToolWrench,
+            SensorKind::ToolWrench,
+            &topics.tool_wrench,
+            matched.sensors.tool_wrench,
+        ),
     ];
     for (sensor, kind, binding, is_used) in others {
         if let Some(binding) = binding.as_ref().filter(|_| is_used) {
             wanted.push((sensor, binding.topic, kind, Vec::new()));
         }
     }
-    let request = |(sensor, topic, kind, joint_names)| (sensor, SensorRequest { topic, kind, joint_names });
+    let request = |(sensor, topic, kind, joint_names)| {
+        (
+            sensor,
+            SensorRequest {
+                topic,
+                kind,
+                joint_names,
+            },
+        )
+    };
     wanted.into_iter().map(request).unzip()
 }

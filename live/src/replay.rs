@@ -55,12 +55,24 @@ pub struct ReplayCounts {
 /// # Errors
 /// A lossless replay has no reader, or its reader goes or stalls; the shared memory fails; a sample or
 /// a name is too long for the wire.
-pub fn replay(recording: &Recording, writer: &Writer, options: ReplayOptions) -> Result<ReplayCounts> {
-    let mut replay =
-        Replay { writer, options, counts: ReplayCounts::default(), greeted: Instant::now() };
+pub fn replay(
+    recording: &Recording,
+    writer: &Writer,
+    options: ReplayOptions,
+) -> Result<ReplayCounts> {
+    let mut replay = Replay {
+        writer,
+        options,
+        counts: ReplayCounts::default(),
+        greeted: Instant::now(),
+        checked: Instant::now(),
+    };
     match replay.run(recording) {
         Ok(()) => Ok(replay.counts),
-        Err(Stop::Interrupted) => Ok(ReplayCounts { interrupted: true, ..replay.counts }),
+        Err(Stop::Interrupted) => Ok(ReplayCounts {
+            interrupted: true,
+            ..replay.counts
+        }),
         Err(Stop::Failed(error)) => Err(error),
     }
 }
@@ -88,11 +100,14 @@ struct Replay<'a> {
     options: ReplayOptions,
     counts: ReplayCounts,
     greeted: Instant,
+    /// When dead readers were last looked for.
+    checked: Instant,
 }
 
 impl Replay<'_> {
     fn run(&mut self, recording: &Recording) -> Result<(), Stop> {
-        self.writer.announce(&WireSession::try_from(&recording.session)?)?;
+        self.writer
+            .announce(&WireSession::try_from(&recording.session)?)?;
         self.wait_for_reader()?;
         let session = recording.session.id;
         let mut pace = None;
@@ -122,7 +137,10 @@ impl Replay<'_> {
                     break;
                 }
                 let seconds = self.options.wait.as_secs_f64();
-                return Err(anyhow::anyhow!("--lossless: expected a reader within {seconds} s, found none").into());
+                return Err(anyhow::anyhow!(
+                    "--lossless: expected a reader within {seconds} s, found none"
+                )
+                .into());
             }
             self.writer.pause(Duration::from_millis(1))?;
         }
@@ -143,9 +161,13 @@ impl Replay<'_> {
         Ok(self.writer.pause(Duration::ZERO)?)
     }
 
-    fn check_reader(&self) -> Result<()> {
+    fn check_reader(&mut self) -> Result<()> {
+        if self.checked.elapsed() >= DEAD_CHECK_PERIOD {
+            self.checked = Instant::now();
+            self.writer.forget_the_dead();
+        }
         if self.writer.readers() == 0 {
-            bail!("--lossless: the reader has gone after {} samples", self.counts.sent);
+            bail!("the reader has gone after {} samples", self.counts.sent);
         }
         Ok(())
     }
@@ -165,13 +187,8 @@ impl Replay<'_> {
     /// sequence number.
     fn deliver(&mut self, wire: &WireSample, limit: Duration) -> Result<(), Stop> {
         let start = Instant::now();
-        let mut checked = start;
         while self.writer.send(wire)? == Delivery::SomeQueueIsFull {
-            if checked.elapsed() >= DEAD_CHECK_PERIOD {
-                checked = Instant::now();
-                self.writer.forget_the_dead();
-                self.check_reader()?;
-            }
+            self.check_reader()?;
             if start.elapsed() >= limit {
                 let seconds = limit.as_secs();
                 return Err(anyhow::anyhow!(
@@ -191,16 +208,31 @@ impl Replay<'_> {
             self.writer.send(wire)?;
             return Ok(());
         }
-        let limit = if self.options.lossless { STALL_LIMIT } else { END_LIMIT };
-        self.deliver(wire, limit)?;
+        let limit = if self.options.lossless {
+            STALL_LIMIT
+        } else {
+            END_LIMIT
+        };
+        match self.deliver(wire, limit) {
+            // who has no room for the end, or has gone, learns from this process's end
+            Err(Stop::Failed(_)) if !self.options.lossless => {
+                self.counts.discarded += 1;
+                return Ok(());
+            }
+            delivered => delivered?,
+        }
         let start = Instant::now();
-        let mut checked = start;
         while self.writer.readers() > 0 && start.elapsed() < limit {
             self.writer.pause(Duration::from_millis(1))?;
-            if checked.elapsed() >= DEAD_CHECK_PERIOD {
-                checked = Instant::now();
-                self.writer.forget_the_dead();
+            if self.checked.elapsed() >= DEAD_CHECK_PERIOD {
+                self.checked = Instant::now();
                 self.writer.greet()?;
+                if self.writer.forget_the_dead() > 0
+                    && self.writer.readers() == 0
+                    && self.options.lossless
+                {
+                    return Err(anyhow::anyhow!("the reader died before the end").into());
+                }
             }
         }
         Ok(())

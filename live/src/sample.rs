@@ -35,7 +35,10 @@ impl WireSample {
     /// It has more values than a message has room for.
     pub fn new(sequence: u64, session: u64, sample: &Sample<'_>, log_time_ns: i64) -> Result<Self> {
         let count = sample.values.len();
-        ensure!(count <= MAX_VALUES, "sample: expected no more than {MAX_VALUES} values, found {count}");
+        ensure!(
+            count <= MAX_VALUES,
+            "sample: expected no more than {MAX_VALUES} values, found {count}"
+        );
         let (kind, stream) = match sample.sensor {
             Sensor::Joints(stream) => (Kind::Joints, stream),
             Sensor::Imu => (Kind::Imu, 0),
@@ -82,8 +85,15 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
             Kind::ToolWrench => Sensor::ToolWrench,
             Kind::End => return Ok(Self::End),
         };
-        let values = wire.values.get(..wire.value_count as usize).ok_or(Malformed)?;
-        Ok(Self::Sample(Sample { sensor, stamp_ns: wire.stamp_ns, values }))
+        let values = wire
+            .values
+            .get(..wire.value_count as usize)
+            .ok_or(Malformed)?;
+        Ok(Self::Sample(Sample {
+            sensor,
+            stamp_ns: wire.stamp_ns,
+            values,
+        }))
     }
 }
 
@@ -94,10 +104,27 @@ mod tests {
     #[test]
     fn wire_keeps_every_bit() {
         let values = [1.5, f64::NAN, -0.0, f64::INFINITY];
-        for sensor in [Sensor::Joints(3), Sensor::Imu, Sensor::Odometry, Sensor::ToolWrench] {
-            let wire = WireSample::new(5, 6, &Sample { sensor, stamp_ns: -7, values: &values }, 8).unwrap();
+        for sensor in [
+            Sensor::Joints(3),
+            Sensor::Imu,
+            Sensor::Odometry,
+            Sensor::ToolWrench,
+        ] {
+            let wire = WireSample::new(
+                5,
+                6,
+                &Sample {
+                    sensor,
+                    stamp_ns: -7,
+                    values: &values,
+                },
+                8,
+            )
+            .unwrap();
             assert_eq!((wire.sequence, wire.session, wire.log_time_ns), (5, 6, 8));
-            let Ok(Message::Sample(sample)) = Message::try_from(&wire) else { panic!("no sample") };
+            let Ok(Message::Sample(sample)) = Message::try_from(&wire) else {
+                panic!("no sample")
+            };
             assert_eq!((sample.sensor, sample.stamp_ns), (sensor, -7));
             let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
             assert_eq!(bits(sample.values), bits(&values));
@@ -111,11 +138,22 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_refused() {
-        let too_many = Sample { sensor: Sensor::Imu, stamp_ns: 0, values: &[0.0; MAX_VALUES + 1] };
+        let too_many = Sample {
+            sensor: Sensor::Imu,
+            stamp_ns: 0,
+            values: &[0.0; MAX_VALUES + 1],
+        };
         assert!(WireSample::new(0, 0, &too_many, 0).is_err());
         let good = WireSample::end(0, 0);
-        assert_eq!(Message::try_from(&WireSample { kind: 99, ..good }), Err(Malformed));
-        let long = WireSample { kind: Kind::Imu as u32, value_count: 129, ..good };
+        assert_eq!(
+            Message::try_from(&WireSample { kind: 99, ..good }),
+            Err(Malformed)
+        );
+        let long = WireSample {
+            kind: Kind::Imu as u32,
+            value_count: 129,
+            ..good
+        };
         assert_eq!(Message::try_from(&long), Err(Malformed));
     }
 }

@@ -55,10 +55,20 @@ impl Session {
     }
 
     fn sensors(&self, machine: &Machine) -> Result<Sensors> {
-        let streams: Vec<(&str, &[String])> = self.streams.iter().map(|s| ("session", s.as_slice())).collect();
-        let others = OtherSensors { imu: self.imu, odometry: self.odometry, tool_wrench: self.tool_wrench };
+        let streams: Vec<(&str, &[String])> = self
+            .streams
+            .iter()
+            .map(|s| ("session", s.as_slice()))
+            .collect();
+        let others = OtherSensors {
+            imu: self.imu,
+            odometry: self.odometry,
+            tool_wrench: self.tool_wrench,
+        };
         let matched = MatchedSensors::new(machine, &streams, others)?;
-        let found: Vec<_> = (0..matched.streams.len()).map(|stream| matched.joint_names(machine, stream)).collect();
+        let found: Vec<_> = (0..matched.streams.len())
+            .map(|stream| matched.joint_names(machine, stream))
+            .collect();
         ensure!(
             found == self.streams,
             "session: expected joint states of {}, found {}",
@@ -70,7 +80,11 @@ impl Session {
 }
 
 fn listed(streams: &[Vec<String>]) -> String {
-    streams.iter().map(|names| names.join(", ")).collect::<Vec<_>>().join(" / ")
+    streams
+        .iter()
+        .map(|names| names.join(", "))
+        .collect::<Vec<_>>()
+        .join(" / ")
 }
 
 impl TryFrom<&Session> for WireSession {
@@ -96,7 +110,9 @@ impl TryFrom<&Session> for WireSession {
             joint_streams: [0; MAX_JOINTS],
             joint_names: [[0; NAME_BYTES]; MAX_JOINTS],
         };
-        let joints = (0..).zip(&session.streams).flat_map(|(stream, names)| names.iter().map(move |name| (stream, name)));
+        let joints = (0..)
+            .zip(&session.streams)
+            .flat_map(|(stream, names)| names.iter().map(move |name| (stream, name)));
         for (place, (stream, name)) in joints.enumerate() {
             wire.joint_streams[place] = stream;
             wire.joint_names[place] = name_to_wire(name)?;
@@ -124,9 +140,16 @@ impl TryFrom<&WireSession> for Session {
             tool_wrench: wire.has_tool_wrench != 0,
             imu_frame: Some(name_from_wire(&wire.imu_frame)?).filter(|frame| !frame.is_empty()),
         };
-        for (stream, name) in wire.joint_streams.iter().zip(&wire.joint_names).take(joints) {
+        for (stream, name) in wire
+            .joint_streams
+            .iter()
+            .zip(&wire.joint_names)
+            .take(joints)
+        {
             let names = session.streams.get_mut(*stream as usize);
-            names.context("session: a joint of no stream")?.push(name_from_wire(name)?);
+            names
+                .context("session: a joint of no stream")?
+                .push(name_from_wire(name)?);
         }
         Ok(session)
     }
@@ -140,7 +163,10 @@ fn name_to_wire(name: &str) -> Result<[u8; NAME_BYTES]> {
         NAME_BYTES - 1,
         bytes.len()
     );
-    ensure!(!bytes.contains(&0), "{name:?}: expected a name without zero bytes");
+    ensure!(
+        !bytes.contains(&0),
+        "{name:?}: expected a name without zero bytes"
+    );
     let mut wire = [0; NAME_BYTES];
     wire[..bytes.len()].copy_from_slice(bytes);
     Ok(wire)
@@ -150,7 +176,9 @@ fn name_from_wire(wire: &[u8; NAME_BYTES]) -> Result<String> {
     let Some(end) = wire.iter().position(|&byte| byte == 0) else {
         bail!("session: expected a name that ends with a zero byte");
     };
-    Ok(std::str::from_utf8(&wire[..end]).context("session: a name")?.to_owned())
+    Ok(std::str::from_utf8(&wire[..end])
+        .context("session: a name")?
+        .to_owned())
 }
 
 #[cfg(test)]
@@ -178,10 +206,26 @@ mod tests {
 
     #[test]
     fn nothing_is_cut() {
-        let long = Session { streams: vec![vec!["b".repeat(64)]], ..session() };
-        assert!(WireSession::try_from(&long).unwrap_err().to_string().contains("found 64"));
-        let many = Session { streams: vec![vec!["b".into(); 65]], ..session() };
-        assert!(WireSession::try_from(&many).unwrap_err().to_string().contains("found 65"));
+        let long = Session {
+            streams: vec![vec!["b".repeat(64)]],
+            ..session()
+        };
+        assert!(
+            WireSession::try_from(&long)
+                .unwrap_err()
+                .to_string()
+                .contains("found 64")
+        );
+        let many = Session {
+            streams: vec![vec!["b".into(); 65]],
+            ..session()
+        };
+        assert!(
+            WireSession::try_from(&many)
+                .unwrap_err()
+                .to_string()
+                .contains("found 65")
+        );
     }
 
     #[test]

@@ -23,8 +23,8 @@ pub const DEFAULT_SERVICE: &str = "tipwatch";
 pub const SAMPLES_SUFFIX: &str = "/samples";
 /// What follows the name in the service of sessions.
 pub const SESSION_SUFFIX: &str = "/session";
-/// How many unread samples a reader may have: 2 s at 500 samples a second.
-pub const SAMPLE_QUEUE: usize = 1024;
+/// How many unread samples a reader may have: 1 s at 500 samples a second.
+pub const SAMPLE_QUEUE: usize = 512;
 /// How many unread sessions a reader may have, and how many a late joiner gets.
 pub const SESSION_QUEUE: usize = 1;
 /// Writers of a service: two would mix their samples.
@@ -80,9 +80,9 @@ wire! {
         pub sequence: u64,
         /// The session that it belongs to.
         pub session: u64,
-        /// When it was measured [ns], by the clock that was chosen for the sensor.
+        /// When it was measured, in nanoseconds, by the clock that was chosen for the sensor.
         pub stamp_ns: i64,
-        /// When the recorder received it [ns].
+        /// When the recorder received it, in nanoseconds.
         pub log_time_ns: i64,
         /// Which kind of sensor: see [`Kind`].
         pub kind: u32,
@@ -150,9 +150,15 @@ impl TryFrom<u32> for Kind {
     type Error = u32;
 
     fn try_from(number: u32) -> Result<Self, u32> {
-        [Self::Joints, Self::Imu, Self::Odometry, Self::ToolWrench, Self::End]
-            .into_iter()
-            .find(|&kind| kind as u32 == number)
-            .ok_or(number)
+        [
+            Self::Joints,
+            Self::Imu,
+            Self::Odometry,
+            Self::ToolWrench,
+            Self::End,
+        ]
+        .into_iter()
+        .find(|&kind| kind as u32 == number)
+        .ok_or(number)
     }
 }

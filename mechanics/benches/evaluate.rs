@@ -25,15 +25,26 @@ fn main() {
     let rows = nanoseconds_a_state(|| {
         black_box(evaluate_rows(&machine, black_box(&states), 0..STATES));
     });
-    println!("evaluate, f64:            {scalar:7.0} ns a sample (least of {REPEATS} runs over {STATES} states)");
-    println!("evaluate, lanes:          {lanes:7.0} ns a sample, {:.1} times as fast", scalar / lanes);
+    println!(
+        "evaluate, f64:            {scalar:7.0} ns a sample (least of {REPEATS} runs over {STATES} states)"
+    );
+    println!(
+        "evaluate, lanes:          {lanes:7.0} ns a sample, {:.1} times as fast",
+        scalar / lanes
+    );
     println!("evaluate_rows, lanes:     {rows:7.0} ns a sample, from columns to columns");
     peer();
 }
 
 fn machine() -> Machine {
-    let spec = MachineSpec::from_toml(include_str!("../tests/data/rigid.toml"), "rigid.toml").expect("a machine file");
-    spec.check(include_str!("../tests/data/rigid.urdf"), "rigid.urdf", LogFacts::default()).expect("a machine")
+    let spec = MachineSpec::from_toml(include_str!("../tests/data/rigid.toml"), "rigid.toml")
+        .expect("a machine file");
+    spec.check(
+        include_str!("../tests/data/rigid.urdf"),
+        "rigid.urdf",
+        LogFacts::default(),
+    )
+    .expect("a machine")
 }
 
 /// Working postures in motion, all wheels on the ground in most of them.
@@ -43,12 +54,17 @@ fn states(machine: &Machine) -> StateColumns {
     for row in 0..STATES {
         let phase = row as f64 * 0.61;
         for (k, (joint, motion)) in machine.joints().iter().zip(&mut state.joints).enumerate() {
-            let middle = if ["lift", "tilt"].contains(&joint.name.as_str()) { -1.3 } else { 0.2 };
+            let middle = if ["lift", "tilt"].contains(&joint.name.as_str()) {
+                -1.3
+            } else {
+                0.2
+            };
             motion.position = middle + 0.3 * (phase + k as f64).sin();
             motion.rate = 0.2 * (1.3 * phase + k as f64).cos();
             motion.acceleration = 0.3 * (0.7 * phase + k as f64).sin();
         }
-        state.imu.specific_force = nalgebra::Vector3::new(0.5 * phase.sin(), 0.4 * (1.7 * phase).cos(), 9.8);
+        state.imu.specific_force =
+            nalgebra::Vector3::new(0.5 * phase.sin(), 0.4 * (1.7 * phase).cos(), 9.8);
         state.imu.angular_velocity = nalgebra::Vector3::new(0.05, -0.03, 0.3) * phase.cos();
         state.imu.angular_acceleration = nalgebra::Vector3::new(0.1, 0.2, -0.1) * phase.sin();
         columns.set(row, &mut state);
@@ -74,7 +90,9 @@ fn scalar(machine: &Machine, states: &[State<f64>]) {
 
 fn side_by_side(machine: &Machine, states: &[State<f64>]) -> Vec<State<Lanes>> {
     let packed = |four: &[State<f64>]| {
-        let pack = |get: &dyn Fn(&State<f64>) -> f64| Lanes::from_array(std::array::from_fn(|lane| get(&four[lane])));
+        let pack = |get: &dyn Fn(&State<f64>) -> f64| {
+            Lanes::from_array(std::array::from_fn(|lane| get(&four[lane])))
+        };
         let mut state = State::<Lanes>::zero(machine);
         for (k, joint) in state.joints.iter_mut().enumerate() {
             joint.position = pack(&|s| s.joints[k].position);
@@ -109,11 +127,16 @@ fn nanoseconds_a_state(mut run: impl FnMut()) -> f64 {
 }
 
 fn peer() {
-    let Ok(command) = std::env::var("TIPWATCH_PINOCCHIO") else { return };
+    let Ok(command) = std::env::var("TIPWATCH_PINOCCHIO") else {
+        return;
+    };
     let mut words = command.split_whitespace();
     let Some(program) = words.next() else { return };
     match Command::new(program).args(words).output() {
-        Ok(output) => println!("Pinocchio rnea:           {}", String::from_utf8_lossy(&output.stdout).trim()),
+        Ok(output) => println!(
+            "Pinocchio rnea:           {}",
+            String::from_utf8_lossy(&output.stdout).trim()
+        ),
         Err(error) => println!("Pinocchio: {program}: {error}"),
     }
 }

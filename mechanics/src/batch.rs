@@ -21,13 +21,21 @@ impl StateColumns {
     /// `rows` states of which nothing is known: NaN.
     #[must_use]
     pub fn unknown(machine: &Machine, rows: usize) -> Self {
-        Self { columns: vec![vec![f64::NAN; rows]; State::<f64>::size(machine)], rows }
+        Self {
+            columns: vec![vec![f64::NAN; rows]; State::<f64>::size(machine)],
+            rows,
+        }
     }
 
     /// How many rows there are.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
+    }
+
+    /// Copies a column into `values`.
+    pub fn column_values(&self, column: usize, values: &mut Vec<f64>) {
+        values.clone_from(&self.columns[column]);
     }
 
     /// Sets a row from its numbers in the order of the columns.
@@ -63,8 +71,12 @@ impl StateColumns {
         state.for_each_value(|value| {
             let Some(column) = columns.next() else { return };
             *value = match column.get(first..first + Lanes::COUNT) {
-                Some(&[a, b, c, d]) if first + Lanes::COUNT <= end => Lanes::from_array([a, b, c, d]),
-                _ => Lanes::from_array(std::array::from_fn(|lane| column[(first + lane).min(end - 1)])),
+                Some(&[a, b, c, d]) if first + Lanes::COUNT <= end => {
+                    Lanes::from_array([a, b, c, d])
+                }
+                _ => Lanes::from_array(std::array::from_fn(|lane| {
+                    column[(first + lane).min(end - 1)]
+                })),
             };
         });
     }
@@ -84,7 +96,10 @@ impl OutcomeColumns {
     #[must_use]
     pub fn empty(machine: &Machine) -> Self {
         let quantities = Quantity::all(machine);
-        Self { columns: vec![Vec::new(); quantities.len()], quantities }
+        Self {
+            columns: vec![Vec::new(); quantities.len()],
+            quantities,
+        }
     }
 
     /// The column of a quantity.
@@ -132,7 +147,11 @@ impl OutcomeColumns {
 
 /// Evaluates `rows` of `states`, [`Lanes::COUNT`] at a time: the same bits as one by one.
 #[must_use]
-pub fn evaluate_rows(machine: &Machine, states: &StateColumns, rows: Range<usize>) -> OutcomeColumns {
+pub fn evaluate_rows(
+    machine: &Machine,
+    states: &StateColumns,
+    rows: Range<usize>,
+) -> OutcomeColumns {
     let mut workspace = Workspace::<Lanes>::new(machine);
     let mut state = State::<Lanes>::zero(machine);
     let mut outcomes = OutcomeColumns::empty(machine);

@@ -35,11 +35,24 @@ impl<T: Real> ContactPlane<T> {
         let normal = Vector3::new(-slope.x / s, -slope.y / s, T::one() / s);
         // x - (x.n) n, normalised
         let along = T::one() / (normal.y * normal.y + normal.z * normal.z).sqrt();
-        let forward = Vector3::new(T::one() - normal.x * normal.x, -normal.x * normal.y, -normal.x * normal.z) * along;
+        let forward = Vector3::new(
+            T::one() - normal.x * normal.x,
+            -normal.x * normal.y,
+            -normal.x * normal.z,
+        ) * along;
         let left = normal.cross(&forward);
         let count = T::constant(centres.len() as f64);
-        let height = centres.iter().zip(radii).fold(T::zero(), |sum, (c, &r)| sum + normal.dot(c) - r) / count;
-        Self { normal, forward, left, height }
+        let height = centres
+            .iter()
+            .zip(radii)
+            .fold(T::zero(), |sum, (c, &r)| sum + normal.dot(c) - r)
+            / count;
+        Self {
+            normal,
+            forward,
+            left,
+            height,
+        }
     }
 
     /// Coordinates of a point in the plane's axes, origin the projection of the base frame's [m].
@@ -57,8 +70,15 @@ fn length<T: Real>(slope: Vector2<T>) -> T {
 fn fitted_slope<T: Real>(centres: &[Vector3<T>], radii: &[T], s: T) -> Vector2<T> {
     let share = T::constant(1.0 / centres.len() as f64);
     let lowered = |c: &Vector3<T>, r: T| Vector3::new(c.x, c.y, c.z - s * r);
-    let mean = centres.iter().zip(radii).fold(Vector3::zeros(), |sum: Vector3<T>, (c, &r)| sum + lowered(c, r)) * share;
-    let (mut xx, mut xy, mut yy, mut xz, mut yz) = (T::zero(), T::zero(), T::zero(), T::zero(), T::zero());
+    let mean = centres
+        .iter()
+        .zip(radii)
+        .fold(Vector3::zeros(), |sum: Vector3<T>, (c, &r)| {
+            sum + lowered(c, r)
+        })
+        * share;
+    let (mut xx, mut xy, mut yy, mut xz, mut yz) =
+        (T::zero(), T::zero(), T::zero(), T::zero(), T::zero());
     for (c, &radius) in centres.iter().zip(radii) {
         let r = lowered(c, radius) - mean;
         xx += r.x * r.x;
@@ -68,5 +88,8 @@ fn fitted_slope<T: Real>(centres: &[Vector3<T>], radii: &[T], s: T) -> Vector2<T
         yz += r.y * r.z;
     }
     let determinant = xx * yy - xy * xy;
-    Vector2::new((yy * xz - xy * yz) / determinant, (xx * yz - xy * xz) / determinant)
+    Vector2::new(
+        (yy * xz - xy * yz) / determinant,
+        (xx * yz - xy * xz) / determinant,
+    )
 }

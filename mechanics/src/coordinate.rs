@@ -17,7 +17,11 @@ impl<T: Real> Motion<T> {
     /// At rest at position zero.
     #[must_use]
     pub fn zero() -> Self {
-        Self { position: T::zero(), rate: T::zero(), acceleration: T::zero() }
+        Self {
+            position: T::zero(),
+            rate: T::zero(),
+            acceleration: T::zero(),
+        }
     }
 
     /// The motion of a joint that follows this one: `multiplier * this + offset`.
@@ -43,10 +47,22 @@ pub(crate) struct Coordinate<T> {
 
 impl<T: Real> Coordinate<T> {
     pub(crate) fn turned(cos: T, sin: T, rate: T, acceleration: T) -> Self {
-        Self { cos, sin, displacement: T::zero(), rate, acceleration }
+        Self {
+            cos,
+            sin,
+            displacement: T::zero(),
+            rate,
+            acceleration,
+        }
     }
 
     pub(crate) fn slid(displacement: T, rate: T, acceleration: T) -> Self {
-        Self { cos: T::one(), sin: T::zero(), displacement, rate, acceleration }
+        Self {
+            cos: T::one(),
+            sin: T::zero(),
+            displacement,
+            rate,
+            acceleration,
+        }
     }
 }

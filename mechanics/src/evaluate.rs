@@ -18,7 +18,11 @@ use crate::workspace::Workspace;
 /// It remembers nothing and allocates nothing: the same state gives the same bits. What cannot be
 /// computed is NaN: everything where an input is NaN or a linkage cannot close, positions of the
 /// centre of pressure where the ground does not push.
-pub fn evaluate<'w, T: Real>(machine: &Machine, state: &State<T>, workspace: &'w mut Workspace<T>) -> &'w Outcome<T> {
+pub fn evaluate<'w, T: Real>(
+    machine: &Machine,
+    state: &State<T>,
+    workspace: &'w mut Workspace<T>,
+) -> &'w Outcome<T> {
     let w = workspace;
     w.outcome.linkage_closure = kinematics::coordinates(machine, state, &mut w.coordinates);
     let base = kinematics::base_motion(machine, &w.coordinates, &state.imu);
@@ -30,7 +34,13 @@ pub fn evaluate<'w, T: Real>(machine: &Machine, state: &State<T>, workspace: &'w
         w.wheel_centres[wheel] = w.motions[spec.body].point(&spec.centre_in_body);
         w.radii[wheel] = T::constant(spec.radius);
     }
-    stand(machine, w, &ground, &tool_wrench, machine.contact.radii_differ);
+    stand(
+        machine,
+        w,
+        &ground,
+        &tool_wrench,
+        machine.contact.radii_differ,
+    );
     if machine.contact.tyres_deflect {
         // A tyre is shorter by its load over its stiffness. The plane then leans towards the heavy
         // side; its lean changes the loads by some per mille, so that once is enough.
@@ -42,8 +52,14 @@ pub fn evaluate<'w, T: Real>(machine: &Machine, state: &State<T>, workspace: &'w
     }
     let out = &mut w.outcome;
     out.ground_wrench = ground;
-    let mut loads = Loads { otf: &mut out.otf, load: &mut out.load, least: &mut out.load_least, largest: &mut out.load_largest };
-    w.solver.find_envelope(machine, &w.equations, &out.itom_full, &mut loads);
+    let mut loads = Loads {
+        otf: &mut out.otf,
+        load: &mut out.load,
+        least: &mut out.load_least,
+        largest: &mut out.load_largest,
+    };
+    w.solver
+        .find_envelope(machine, &w.equations, &out.itom_full, &mut loads);
     &w.outcome
 }
 
@@ -73,7 +89,8 @@ fn stand<T: Real>(
     let force = GroundForce::in_plane(ground, &plane);
     w.equations.set_equilibrium(&force, &w.contacts);
     if !machine.contact.free_joints.is_empty() {
-        let traction = (plane.forward * force.tangential.x + plane.left * force.tangential.y) / force.normal;
+        let traction =
+            (plane.forward * force.tangential.x + plane.left * force.tangential.y) / force.normal;
         let beyond = Beyond {
             motions: &w.motions,
             wrenches: &w.wrenches,
@@ -88,8 +105,19 @@ fn stand<T: Real>(
     out.contact_normal = plane.normal;
     out.normal_force = force.normal;
     stability(machine, &force, &w.contacts, out);
-    let mut loads = Loads { otf: &mut out.otf, load: &mut out.load, least: &mut out.load_least, largest: &mut out.load_largest };
-    w.solver.solve(machine, &w.equations, &w.contacts, &out.itom_full, &mut loads);
+    let mut loads = Loads {
+        otf: &mut out.otf,
+        load: &mut out.load,
+        least: &mut out.load_least,
+        largest: &mut out.load_largest,
+    };
+    w.solver.solve(
+        machine,
+        &w.equations,
+        &w.contacts,
+        &out.itom_full,
+        &mut loads,
+    );
 }
 
 /// Centre of pressure and overturning moments.
@@ -112,7 +140,8 @@ fn stability<T: Real>(
         let (from, to) = (contacts[edge.from], contacts[edge.to]);
         let along = to - from;
         let length = along.dot(&along).sqrt();
-        let inward = along.x * (force.moment.x - force.normal * from.y) + along.y * (force.moment.y + force.normal * from.x);
+        let inward = along.x * (force.moment.x - force.normal * from.y)
+            + along.y * (force.moment.y + force.normal * from.x);
         *moment = -inward / length;
         margin = (-*moment / force.normal).min(margin);
     }

@@ -32,7 +32,11 @@ pub(crate) struct BodyMotion<T> {
 
 impl<T: Real> BodyMotion<T> {
     /// A base at the origin of its own axes.
-    pub(crate) fn base(specific_force: Vector3<T>, angular_velocity: Vector3<T>, angular_acceleration: Vector3<T>) -> Self {
+    pub(crate) fn base(
+        specific_force: Vector3<T>,
+        angular_velocity: Vector3<T>,
+        angular_acceleration: Vector3<T>,
+    ) -> Self {
         Self {
             rotation: Matrix3::identity(),
             origin: Vector3::zeros(),
@@ -67,11 +71,13 @@ impl<T: Real> BodyMotion<T> {
             JointKind::Revolute => {
                 moved.rotation = turned_about_z(&joint_rotation, coordinate.cos, coordinate.sin);
                 moved.angular_velocity += joint_velocity;
-                moved.angular_acceleration += z * coordinate.acceleration + cross(w, &joint_velocity);
+                moved.angular_acceleration +=
+                    z * coordinate.acceleration + cross(w, &joint_velocity);
             }
             JointKind::Prismatic => {
                 moved.velocity += joint_velocity;
-                moved.specific_force += z * coordinate.acceleration + cross(w, &joint_velocity) * T::constant(2.0);
+                moved.specific_force +=
+                    z * coordinate.acceleration + cross(w, &joint_velocity) * T::constant(2.0);
             }
         }
         moved
@@ -88,12 +94,20 @@ impl<T: Real> BodyMotion<T> {
 #[inline(always)]
 fn turned_about_z<T: Real>(rotation: &Matrix3<T>, cos: T, sin: T) -> Matrix3<T> {
     let (x, y) = (rotation.column(0), rotation.column(1));
-    Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, rotation.column(2).into_owned()])
+    Matrix3::from_columns(&[
+        x * cos + y * sin,
+        y * cos - x * sin,
+        rotation.column(2).into_owned(),
+    ])
 }
 
 /// Coordinates of all joints by body. Gives the smallest closure of the linkages: below zero where
 /// one cannot close.
-pub(crate) fn coordinates<T: Real>(machine: &Machine, state: &State<T>, coordinates: &mut [Coordinate<T>]) -> T {
+pub(crate) fn coordinates<T: Real>(
+    machine: &Machine,
+    state: &State<T>,
+    coordinates: &mut [Coordinate<T>],
+) -> T {
     let mut closure = T::one();
     for linkage in &machine.linkages {
         let solved = linkage.solve(&state.joints[linkage.measured_joint]);
@@ -105,7 +119,11 @@ pub(crate) fn coordinates<T: Real>(machine: &Machine, state: &State<T>, coordina
     for (body, coordinate) in machine.bodies.iter().zip(coordinates.iter_mut()) {
         let motion = match body.drive {
             Drive::Measured(joint) => state.joints[joint],
-            Drive::Mimic { joint, multiplier, offset } => state.joints[joint].scaled(multiplier, offset),
+            Drive::Mimic {
+                joint,
+                multiplier,
+                offset,
+            } => state.joints[joint].scaled(multiplier, offset),
             Drive::Root | Drive::Pivot(_) | Drive::Cylinder(_) | Drive::Rod(_) => continue,
         };
         *coordinate = match body.kind {
@@ -113,7 +131,9 @@ pub(crate) fn coordinates<T: Real>(machine: &Machine, state: &State<T>, coordina
                 let (sin, cos) = motion.position.sin_cos();
                 Coordinate::turned(cos, sin, motion.rate, motion.acceleration)
             }
-            JointKind::Prismatic => Coordinate::slid(motion.position, motion.rate, motion.acceleration),
+            JointKind::Prismatic => {
+                Coordinate::slid(motion.position, motion.rate, motion.acceleration)
+            }
         };
     }
     closure
@@ -128,7 +148,11 @@ pub(crate) fn coordinates<T: Real>(machine: &Machine, state: &State<T>, coordina
 ///     alpha_base = alpha_imu - alpha - w_base x w
 ///     f_base     = f_imu - a - 2 w_base x v - alpha_base x p - w_base x (w_base x p)
 /// ```
-pub(crate) fn base_motion<T: Real>(machine: &Machine, coordinates: &[Coordinate<T>], imu: &ImuState<T>) -> BodyMotion<T> {
+pub(crate) fn base_motion<T: Real>(
+    machine: &Machine,
+    coordinates: &[Coordinate<T>],
+    imu: &ImuState<T>,
+) -> BodyMotion<T> {
     let mount = &machine.imu;
     let zero = Vector3::zeros();
     let mut carrier = BodyMotion::base(zero, zero, zero);
@@ -137,8 +161,9 @@ pub(crate) fn base_motion<T: Real>(machine: &Machine, coordinates: &[Coordinate<
     let arm = carrier.rotation * mount.body_from_mount.translation.vector.map(T::constant);
     let position = carrier.origin + arm;
     let angular_velocity = rotation * imu.angular_velocity - carrier.angular_velocity;
-    let angular_acceleration =
-        rotation * imu.angular_acceleration - carrier.angular_acceleration - angular_velocity.cross(&carrier.angular_velocity);
+    let angular_acceleration = rotation * imu.angular_acceleration
+        - carrier.angular_acceleration
+        - angular_velocity.cross(&carrier.angular_velocity);
     let mut specific_force = rotation * imu.specific_force
         - angular_acceleration.cross(&position)
         - angular_velocity.cross(&angular_velocity.cross(&position));
@@ -152,7 +177,12 @@ pub(crate) fn base_motion<T: Real>(machine: &Machine, coordinates: &[Coordinate<
 }
 
 /// Motion of `body` from that of the root.
-fn carry_along<T: Real>(machine: &Machine, body: usize, coordinates: &[Coordinate<T>], root: BodyMotion<T>) -> BodyMotion<T> {
+fn carry_along<T: Real>(
+    machine: &Machine,
+    body: usize,
+    coordinates: &[Coordinate<T>],
+    root: BodyMotion<T>,
+) -> BodyMotion<T> {
     if body == 0 {
         return root;
     }

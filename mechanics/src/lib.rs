@@ -11,8 +11,8 @@ pub mod number;
 mod outcome;
 pub mod signal;
 mod spatial;
-mod static_posture;
 mod state;
+mod static_posture;
 mod wheel_loads;
 mod workspace;
 

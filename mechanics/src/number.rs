@@ -11,12 +11,16 @@ mod sin_cos;
 pub use lanes::{LaneMask, Lanes};
 
 use std::fmt::Debug;
-use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+use std::ops::{
+    Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+};
 
 use num_traits::{One, Zero};
 
 /// The outcome of a comparison: one truth value for each sample that a [`Real`] carries.
-pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+pub trait Mask:
+    Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
     /// The same truth value for every sample.
     fn splat(value: bool) -> Self;
     /// Whether any sample's value is true.

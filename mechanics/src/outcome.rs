@@ -106,10 +106,20 @@ impl Quantity {
     #[must_use]
     pub fn all(machine: &Machine) -> Vec<Self> {
         let wheels = 0..machine.wheels.len();
-        let by_wheel: [fn(usize) -> Self; 4] = [Self::Load, Self::Otf, Self::LoadLeast, Self::LoadLargest];
-        let mut all: Vec<Self> = by_wheel.iter().flat_map(|kind| wheels.clone().map(kind)).collect();
+        let by_wheel: [fn(usize) -> Self; 4] =
+            [Self::Load, Self::Otf, Self::LoadLeast, Self::LoadLargest];
+        let mut all: Vec<Self> = by_wheel
+            .iter()
+            .flat_map(|kind| wheels.clone().map(kind))
+            .collect();
         all.extend((0..machine.polygon.edges.len()).map(Self::ItomFull));
-        all.extend([Self::NormalForce, Self::ZmpX, Self::ZmpY, Self::ZmpMargin, Self::LinkageClosure]);
+        all.extend([
+            Self::NormalForce,
+            Self::ZmpX,
+            Self::ZmpY,
+            Self::ZmpMargin,
+            Self::LinkageClosure,
+        ]);
         all
     }
 }

@@ -17,25 +17,37 @@ impl<T: Real> Wrench<T> {
     /// No force, no moment.
     #[must_use]
     pub fn zero() -> Self {
-        Self { force: Vector3::zeros(), moment: Vector3::zeros() }
+        Self {
+            force: Vector3::zeros(),
+            moment: Vector3::zeros(),
+        }
     }
 
     /// The sum of two wrenches about the same point.
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
-        Self { force: self.force + other.force, moment: self.moment + other.moment }
+        Self {
+            force: self.force + other.force,
+            moment: self.moment + other.moment,
+        }
     }
 
     /// The difference of two wrenches about the same point.
     #[must_use]
     pub fn minus(&self, other: &Self) -> Self {
-        Self { force: self.force - other.force, moment: self.moment - other.moment }
+        Self {
+            force: self.force - other.force,
+            moment: self.moment - other.moment,
+        }
     }
 
     /// The same wrench with the moment about `point`, given from the present one.
     #[must_use]
     pub fn about(&self, point: &Vector3<T>) -> Self {
-        Self { force: self.force, moment: self.moment - point.cross(&self.force) }
+        Self {
+            force: self.force,
+            moment: self.moment - point.cross(&self.force),
+        }
     }
 }
 
@@ -74,5 +86,9 @@ pub(crate) fn constant<T: Real>(v: &Vector3<f64>) -> Vector3<T> {
 /// a x b.
 #[inline(always)]
 pub(crate) fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
-    Vector3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+    Vector3::new(
+        a.y * b.z - a.z * b.y,
+        a.z * b.x - a.x * b.z,
+        a.x * b.y - a.y * b.x,
+    )
 }

@@ -36,7 +36,13 @@ impl<T: Real> State<T> {
     /// Nothing moves, nothing is felt, not even gravity; payloads of unlimited time are in place.
     #[must_use]
     pub fn zero(machine: &Machine) -> Self {
-        let always = |window: [f64; 2]| if window[0].is_finite() || window[1].is_finite() { T::zero() } else { T::one() };
+        let always = |window: [f64; 2]| {
+            if window[0].is_finite() || window[1].is_finite() {
+                T::zero()
+            } else {
+                T::one()
+            }
+        };
         Self {
             joints: vec![Motion::zero(); machine.joints().len()],
             imu: ImuState {
@@ -45,7 +51,11 @@ impl<T: Real> State<T> {
                 angular_acceleration: Vector3::zeros(),
             },
             tool_wrench: Wrench::zero(),
-            payload_share: machine.payloads().iter().map(|p| always(p.window_s)).collect(),
+            payload_share: machine
+                .payloads()
+                .iter()
+                .map(|p| always(p.window_s))
+                .collect(),
         }
     }
 

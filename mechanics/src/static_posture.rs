@@ -18,7 +18,10 @@ pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64
     let resting = machine.felt_at_base();
     let mut state = State::<f64>::zero(&resting);
     for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
-        *motion = Motion { position, ..Motion::zero() };
+        *motion = Motion {
+            position,
+            ..Motion::zero()
+        };
     }
     let mut workspace = Workspace::new(&resting);
     state.imu.specific_force = Vector3::z() * resting.gravity();
@@ -30,7 +33,14 @@ pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64
 impl Machine {
     /// The same machine with its inertial measurement unit at the base frame.
     fn felt_at_base(&self) -> Self {
-        let imu = Mount { body: 0, body_from_mount: Isometry3::identity(), source: "base frame".into() };
-        Self { imu, ..self.clone() }
+        let imu = Mount {
+            body: 0,
+            body_from_mount: Isometry3::identity(),
+            source: "base frame".into(),
+        };
+        Self {
+            imu,
+            ..self.clone()
+        }
     }
 }

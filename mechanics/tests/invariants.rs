@@ -18,9 +18,14 @@ fn vector(range: f64) -> impl Strategy<Value = Vector3<f64>> {
 }
 
 fn six_wheels() -> Machine {
-    let spec = MachineSpec::from_toml(&support::data("six_wheels.toml"), "six_wheels.toml").unwrap();
-    let facts = LogFacts { imu_frame: Some("imu_link"), ..LogFacts::default() };
-    spec.check(&support::data("six_wheels.urdf"), "six_wheels.urdf", facts).unwrap()
+    let spec =
+        MachineSpec::from_toml(&support::data("six_wheels.toml"), "six_wheels.toml").unwrap();
+    let facts = LogFacts {
+        imu_frame: Some("imu_link"),
+        ..LogFacts::default()
+    };
+    spec.check(&support::data("six_wheels.urdf"), "six_wheels.urdf", facts)
+        .unwrap()
 }
 
 /// A state with every joint in motion about a working posture.
@@ -28,8 +33,21 @@ fn moving(machine: &Machine, seed: f64, force: Vector3<f64>, spin: Vector3<f64>)
     let mut state = State::zero(machine);
     for (k, joint) in machine.joints().iter().enumerate() {
         let phase = seed + 1.7 * k as f64;
-        let middle = if ["lift", "tilt"].contains(&joint.name.as_str()) { -1.3 } else { 0.1 };
-        set_joint(machine, &mut state, &joint.name, [middle + 0.3 * phase.sin(), 0.3 * phase.cos(), 0.5 * (2.0 * phase).sin()]);
+        let middle = if ["lift", "tilt"].contains(&joint.name.as_str()) {
+            -1.3
+        } else {
+            0.1
+        };
+        set_joint(
+            machine,
+            &mut state,
+            &joint.name,
+            [
+                middle + 0.3 * phase.sin(),
+                0.3 * phase.cos(),
+                0.5 * (2.0 * phase).sin(),
+            ],
+        );
     }
     state.imu.specific_force = force;
     state.imu.angular_velocity = spin;
@@ -118,7 +136,13 @@ proptest! {
 #[test]
 fn an_imu_on_the_slewing_arm_tells_the_same_as_one_on_the_chassis() {
     let chassis = machine("rigid");
-    let on_arm = edited("rigid", |text| text.replace("link = \"base_link\"\nxyz = [0.1, 0, 0.05]", "link = \"arm_slew\"\nxyz = [0.7, 0, 0.3]")).unwrap();
+    let on_arm = edited("rigid", |text| {
+        text.replace(
+            "link = \"base_link\"\nxyz = [0.1, 0, 0.05]",
+            "link = \"arm_slew\"\nxyz = [0.7, 0, 0.3]",
+        )
+    })
+    .unwrap();
     let (rate, acceleration, angle) = (0.6, 0.4, 0.8);
     let pose = |machine: &Machine| {
         let mut state = State::zero(machine);
@@ -131,10 +155,15 @@ fn an_imu_on_the_slewing_arm_tells_the_same_as_one_on_the_chassis() {
     let mut still = pose(&chassis);
     still.imu.specific_force = gravity;
     let mut turning = pose(&on_arm);
-    turning.imu.specific_force = gravity + Vector3::new(-rate * rate * 0.7, acceleration * 0.7, 0.0);
+    turning.imu.specific_force =
+        gravity + Vector3::new(-rate * rate * 0.7, acceleration * 0.7, 0.0);
     turning.imu.angular_velocity = Vector3::z() * rate;
     turning.imu.angular_acceleration = Vector3::z() * acceleration;
-    for (a, b) in outcome(&chassis, &still).load.iter().zip(&outcome(&on_arm, &turning).load) {
+    for (a, b) in outcome(&chassis, &still)
+        .load
+        .iter()
+        .zip(&outcome(&on_arm, &turning).load)
+    {
         assert!((a - b).abs() < 1e-6, "{a} {b}");
     }
 }
@@ -145,31 +174,73 @@ fn free_bogies_carry_their_two_wheels_alike_at_rest() {
     let positions = vec![0.0; machine.joints().len()];
     let load = static_outcome(&machine, &positions).load;
     for side in ["L", "R"] {
-        let (middle, rear) = (load[wheel(&machine, &format!("{side}2"))], load[wheel(&machine, &format!("{side}3"))]);
-        assert!((middle - rear).abs() < 1e-2 * middle, "{side}: {middle} {rear}");
+        let (middle, rear) = (
+            load[wheel(&machine, &format!("{side}2"))],
+            load[wheel(&machine, &format!("{side}3"))],
+        );
+        assert!(
+            (middle - rear).abs() < 1e-2 * middle,
+            "{side}: {middle} {rear}"
+        );
     }
-    assert!((load.iter().sum::<f64>() - machine.mass() * machine.gravity()).abs() < 1e-6 * machine.mass() * machine.gravity());
+    assert!(
+        (load.iter().sum::<f64>() - machine.mass() * machine.gravity()).abs()
+            < 1e-6 * machine.mass() * machine.gravity()
+    );
 }
 
 #[test]
 fn a_machine_on_its_side_carries_nothing_and_an_impossible_force_is_no_load() {
     let machine = machine("rigid");
-    let mut state = moving(&machine, 1.0, Vector3::new(0.0, 0.0, -3.0), Vector3::zeros());
+    let mut state = moving(
+        &machine,
+        1.0,
+        Vector3::new(0.0, 0.0, -3.0),
+        Vector3::zeros(),
+    );
     let found = outcome(&machine, &state);
-    assert!(found.normal_force < 0.0 && found.load.iter().all(|&load| load == 0.0) && found.zmp_x.is_nan());
+    assert!(
+        found.normal_force < 0.0
+            && found.load.iter().all(|&load| load == 0.0)
+            && found.zmp_x.is_nan()
+    );
     state.imu.specific_force.x = f64::NAN;
-    assert!(outcome(&machine, &state).load.iter().all(|load| load.is_nan()));
+    assert!(
+        outcome(&machine, &state)
+            .load
+            .iter()
+            .all(|load| load.is_nan())
+    );
 }
 
 #[test]
 fn tipping_puts_all_load_on_the_edge_it_tips_about() {
     let machine = machine("rigid");
-    let tilted = Rotation3::from_euler_angles(-60.0_f64.to_radians(), 0.0, 0.0) * Vector3::z() * machine.gravity();
+    let tilted = Rotation3::from_euler_angles(-60.0_f64.to_radians(), 0.0, 0.0)
+        * Vector3::z()
+        * machine.gravity();
     let mut state = moving(&machine, 0.0, tilted, Vector3::zeros());
-    state.joints.iter_mut().for_each(|joint| (joint.rate, joint.acceleration) = (0.0, 0.0));
+    state
+        .joints
+        .iter_mut()
+        .for_each(|joint| (joint.rate, joint.acceleration) = (0.0, 0.0));
     let found = outcome(&machine, &state);
-    let sides: Vec<(f64, f64)> =
-        ["F", "R"].iter().map(|end| (found.load[wheel(&machine, &format!("{end}L"))], found.load[wheel(&machine, &format!("{end}R"))])).collect();
-    assert!(sides.iter().all(|(left, right)| (*left == 0.0) != (*right == 0.0)), "{found:?}");
-    assert!((found.load.iter().sum::<f64>() - found.normal_force).abs() < 1e-6 * found.normal_force);
+    let sides: Vec<(f64, f64)> = ["F", "R"]
+        .iter()
+        .map(|end| {
+            (
+                found.load[wheel(&machine, &format!("{end}L"))],
+                found.load[wheel(&machine, &format!("{end}R"))],
+            )
+        })
+        .collect();
+    assert!(
+        sides
+            .iter()
+            .all(|(left, right)| (*left == 0.0) != (*right == 0.0)),
+        "{found:?}"
+    );
+    assert!(
+        (found.load.iter().sum::<f64>() - found.normal_force).abs() < 1e-6 * found.normal_force
+    );
 }

@@ -49,10 +49,21 @@ fn same(a: f64, b: f64) -> bool {
 
 fn assert_equal_bits(machine: &Machine, numbers: &[f64]) {
     let states = states(machine, numbers);
-    let (lanes, scalar) = (evaluate_rows(machine, &states, 0..states.rows()), one_by_one(machine, &states));
-    for ((quantity, lanes), scalar) in lanes.quantities.iter().zip(&lanes.columns).zip(&scalar.columns) {
+    let (lanes, scalar) = (
+        evaluate_rows(machine, &states, 0..states.rows()),
+        one_by_one(machine, &states),
+    );
+    for ((quantity, lanes), scalar) in lanes
+        .quantities
+        .iter()
+        .zip(&lanes.columns)
+        .zip(&scalar.columns)
+    {
         for (row, (&a, &b)) in lanes.iter().zip(scalar).enumerate() {
-            assert!(same(a, b), "{quantity:?}, row {row}: {a:?} in lanes, {b:?} alone");
+            assert!(
+                same(a, b),
+                "{quantity:?}, row {row}: {a:?} in lanes, {b:?} alone"
+            );
         }
     }
 }
@@ -79,7 +90,12 @@ proptest! {
 fn six_wheels() -> Machine {
     let file = include_str!("data/six_wheels.toml");
     let spec = tipwatch_mechanics::MachineSpec::from_toml(file, "six_wheels.toml").unwrap();
-    spec.check(include_str!("data/six_wheels.urdf"), "six_wheels.urdf", Default::default()).unwrap()
+    spec.check(
+        include_str!("data/six_wheels.urdf"),
+        "six_wheels.urdf",
+        Default::default(),
+    )
+    .unwrap()
 }
 
 #[test]
@@ -91,13 +107,32 @@ fn plausible_states_stay_finite_and_take_every_branch() {
     for k in 0..2000 {
         let phase = f64::from(k) * 0.37;
         support::set_joint(&machine, &mut state, "slew", [phase, 0.2, 0.1]);
-        support::set_joint(&machine, &mut state, "lift", [-1.3 + 0.4 * (0.7 * phase).sin(), 0.1, 0.0]);
-        support::set_joint(&machine, &mut state, "tilt", [-1.3 + 0.6 * (1.1 * phase).cos(), 0.0, 0.2]);
+        support::set_joint(
+            &machine,
+            &mut state,
+            "lift",
+            [-1.3 + 0.4 * (0.7 * phase).sin(), 0.1, 0.0],
+        );
+        support::set_joint(
+            &machine,
+            &mut state,
+            "tilt",
+            [-1.3 + 0.6 * (1.1 * phase).cos(), 0.0, 0.2],
+        );
         support::set_joint(&machine, &mut state, "extension", [0.4, 0.0, 0.0]);
-        state.imu.specific_force = nalgebra::Vector3::new(2.0 * phase.sin(), 2.5 * (1.3 * phase).cos(), 9.8);
+        state.imu.specific_force =
+            nalgebra::Vector3::new(2.0 * phase.sin(), 2.5 * (1.3 * phase).cos(), 9.8);
         let outcome = evaluate(&machine, &state, &mut workspace);
-        assert!(Quantity::all(&machine).iter().all(|&q| outcome.get(q).is_finite()), "{k}: {outcome:?}");
+        assert!(
+            Quantity::all(&machine)
+                .iter()
+                .all(|&q| outcome.get(q).is_finite()),
+            "{k}: {outcome:?}"
+        );
         lifted += usize::from(outcome.load.contains(&0.0));
     }
-    assert!(lifted > 100 && lifted < 1900, "{lifted} of 2000 with a wheel in the air");
+    assert!(
+        lifted > 100 && lifted < 1900,
+        "{lifted} of 2000 with a wheel in the air"
+    );
 }

@@ -33,52 +33,127 @@ fn assert_says(message: &str, parts: &[&str]) {
 
 #[test]
 fn names_that_the_urdf_does_not_have() {
-    assert_says(&of_file("link = \"wheel_fl\"", "link = \"wheel_FLX\""), &["machine.toml", "wheels.FL.link", "wheel_FLX", "machine.urdf"]);
-    assert_says(&of_file("pivot = \"lift\"", "pivot = \"lifft\""), &["linkage.lift.pivot", "lifft", "joint"]);
-    assert_says(&of_file("root = \"arm_slew\"", "root = \"arm\""), &["arm.root", "did you mean \"arm_slew\""]);
+    assert_says(
+        &of_file("link = \"wheel_fl\"", "link = \"wheel_FLX\""),
+        &[
+            "machine.toml",
+            "wheels.FL.link",
+            "wheel_FLX",
+            "machine.urdf",
+        ],
+    );
+    assert_says(
+        &of_file("pivot = \"lift\"", "pivot = \"lifft\""),
+        &["linkage.lift.pivot", "lifft", "joint"],
+    );
+    assert_says(
+        &of_file("root = \"arm_slew\"", "root = \"arm\""),
+        &["arm.root", "did you mean \"arm_slew\""],
+    );
 }
 
 #[test]
 fn bodies_that_cannot_be() {
-    assert_says(&of_urdf("<mass value='2200.0'/>", "<mass value='-2200.0'/>"), &["base_link", "positive mass", "-2200"]);
-    assert_says(&of_urdf("ixx='480.0'", "ixx='4800.0'"), &["base_link", "none exceeds the sum", "kg m^2"]);
-    assert_says(&of_urdf("<mass value='2200.0'/>", "<mass value='heavy'/>"), &["machine.urdf, line 4", "finite number", "heavy"]);
+    assert_says(
+        &of_urdf("<mass value='2200.0'/>", "<mass value='-2200.0'/>"),
+        &["base_link", "positive mass", "-2200"],
+    );
+    assert_says(
+        &of_urdf("ixx='480.0'", "ixx='4800.0'"),
+        &["base_link", "none exceeds the sum", "kg m^2"],
+    );
+    assert_says(
+        &of_urdf("<mass value='2200.0'/>", "<mass value='heavy'/>"),
+        &["machine.urdf, line 4", "finite number", "heavy"],
+    );
 }
 
 #[test]
 fn triangles_that_cannot_close() {
-    assert_says(&of_file("xyz = [0.376106321013, 0, 0]", "xyz = [0.376106321013, 0, 0.4]"), &["linkage \"lift\" cannot close", "one plane"]);
-    assert_says(&of_file("xyz = [0.376106321013, 0, 0]", "xyz = [0, 0, 0]"), &["cannot close", "three corners"]);
+    assert_says(
+        &of_file(
+            "xyz = [0.376106321013, 0, 0]",
+            "xyz = [0.376106321013, 0, 0.4]",
+        ),
+        &["linkage \"lift\" cannot close", "one plane"],
+    );
+    assert_says(
+        &of_file("xyz = [0.376106321013, 0, 0]", "xyz = [0, 0, 0]"),
+        &["cannot close", "three corners"],
+    );
     let short = "<joint name='lift_rod' type='prismatic'><parent link='lift_cylinder_link'/><child link='lift_rod_link'/><origin xyz='0.085 0 0' rpy='0 -0 0'/><axis xyz='1 0 0'/><limit lower='-10' upper='10'";
-    let message = of_urdf(short, &short.replace("lower='-10' upper='10'", "lower='5' upper='6'"));
+    let message = of_urdf(
+        short,
+        &short.replace("lower='-10' upper='10'", "lower='5' upper='6'"),
+    );
     assert_says(&message, &["cannot close", "within the rod's limits"]);
 }
 
 #[test]
 fn joints_that_nothing_measures() {
     let spec = MachineSpec::from_toml(&support::data("rigid.toml"), "machine.toml").unwrap();
-    let logged = ["slew".to_string(), "lift".into(), "tilt".into(), "steer_fl".into(), "steer_fr".into()];
+    let logged = [
+        "slew".to_string(),
+        "lift".into(),
+        "tilt".into(),
+        "steer_fl".into(),
+        "steer_fr".into(),
+    ];
     let check = |names: &[String]| {
-        let facts = LogFacts { joint_names: Some(names), ..LogFacts::default() };
+        let facts = LogFacts {
+            joint_names: Some(names),
+            ..LogFacts::default()
+        };
         spec.check(&support::data("rigid.urdf"), "machine.urdf", facts)
     };
-    assert_says(&refusal(check(&logged)), &["\"extension\"", "slew, lift, tilt"]);
+    assert_says(
+        &refusal(check(&logged)),
+        &["\"extension\"", "slew, lift, tilt"],
+    );
     let with_extension: Vec<String> = logged.into_iter().chain(["extension".into()]).collect();
     let machine = check(&with_extension).unwrap();
-    assert_eq!(machine.joints().iter().filter(|j| !j.logged && j.spins_wheel.is_some()).count(), 4);
+    assert_eq!(
+        machine
+            .joints()
+            .iter()
+            .filter(|j| !j.logged && j.spins_wheel.is_some())
+            .count(),
+        4
+    );
 }
 
 #[test]
 fn numbers_and_keys_that_make_no_sense() {
-    assert_says(&of_file("radius = 0.35", "radius = -0.35"), &["wheels.FL.radius", "positive length", "-0.35"]);
-    assert_says(&of_file("front_share = 0.5", "front_share = 1.5"), &["contact.front_share", "0 to 1"]);
-    assert_says(&of_file("front_share = 0.5", "frontshare = 0.5"), &["machine.toml", "line", "frontshare"]);
+    assert_says(
+        &of_file("radius = 0.35", "radius = -0.35"),
+        &["wheels.FL.radius", "positive length", "-0.35"],
+    );
+    assert_says(
+        &of_file("front_share = 0.5", "front_share = 1.5"),
+        &["contact.front_share", "0 to 1"],
+    );
+    assert_says(
+        &of_file("front_share = 0.5", "frontshare = 0.5"),
+        &["machine.toml", "line", "frontshare"],
+    );
 }
 
 #[test]
 fn trees_that_are_none() {
-    assert_says(&of_urdf("<child link='wheel_fl'/>", "<child link='wheel_fx'/>"), &["wheel_fl", "existing links", "wheel_fx"]);
-    assert_says(&of_urdf("<child link='wheel_fl'/>", "<child link='wheel_fr'/>"), &["one parent"]);
-    assert_says(&of_urdf("type='prismatic'", "type='floating'"), &["fixed, revolute, continuous, prismatic", "floating"]);
-    assert_says(&of_urdf("<robot name='hdmm_rigid'>", "<robot name='hdmm_rigid'"), &["machine.urdf, line", "XML"]);
+    assert_says(
+        &of_urdf("<child link='wheel_fl'/>", "<child link='wheel_fx'/>"),
+        &["wheel_fl", "existing links", "wheel_fx"],
+    );
+    assert_says(
+        &of_urdf("<child link='wheel_fl'/>", "<child link='wheel_fr'/>"),
+        &["one parent"],
+    );
+    assert_says(
+        &of_urdf("type='prismatic'", "type='floating'"),
+        &["fixed, revolute, continuous, prismatic", "floating"],
+    );
+    assert_says(
+        &of_urdf("<robot name='hdmm_rigid'>", "<robot name='hdmm_rigid'"),
+        &["machine.urdf, line", "XML"],
+    );
 }

@@ -14,18 +14,33 @@ use tipwatch_mechanics::{ImuState, Machine, Motion, State, Workspace, evaluate};
 const ACCURACY: f64 = 1e-8;
 
 fn data(name: &str) -> String {
-    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)).unwrap()
+    std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("tests/data")
+            .join(name),
+    )
+    .unwrap()
 }
 
 fn vector(value: &Value) -> Vector3<f64> {
-    Vector3::from_iterator(value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()))
+    Vector3::from_iterator(
+        value
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|v| v.as_f64().unwrap()),
+    )
 }
 
 fn machine(name: &str, measured: &[String]) -> Machine {
     let mut spec = MachineSpec::from_toml(&data(&format!("{name}.toml")), "machine.toml").unwrap();
     spec.imu = None;
-    let facts = LogFacts { joint_names: Some(measured), ..LogFacts::default() };
-    spec.check(&data(&format!("{name}.urdf")), "machine.urdf", facts).unwrap()
+    let facts = LogFacts {
+        joint_names: Some(measured),
+        ..LogFacts::default()
+    };
+    spec.check(&data(&format!("{name}.urdf")), "machine.urdf", facts)
+        .unwrap()
 }
 
 #[test]
@@ -39,7 +54,11 @@ fn val_ground_wrench_equals_pinocchio_with_open_and_closed_chains() {
             let mut state = State::<f64>::zero(&machine);
             for (joint, motion) in machine.joints().iter().zip(&mut state.joints) {
                 let m = vector(&measured[&joint.name]);
-                *motion = Motion { position: m.x, rate: m.y, acceleration: m.z };
+                *motion = Motion {
+                    position: m.x,
+                    rate: m.y,
+                    acceleration: m.z,
+                };
             }
             state.imu = ImuState {
                 specific_force: vector(&case["specific_force"]),
@@ -49,8 +68,16 @@ fn val_ground_wrench_equals_pinocchio_with_open_and_closed_chains() {
             let mut workspace = Workspace::new(&machine);
             let wrench = evaluate(&machine, &state, &mut workspace).ground_wrench;
             let (force, moment) = (vector(&case["force"]), vector(&case["moment"]));
-            assert!((wrench.force - force).norm() <= ACCURACY * force.norm(), "{name}: {} {force}", wrench.force);
-            assert!((wrench.moment - moment).norm() <= ACCURACY * moment.norm().max(force.norm()), "{name}: {} {moment}", wrench.moment);
+            assert!(
+                (wrench.force - force).norm() <= ACCURACY * force.norm(),
+                "{name}: {} {force}",
+                wrench.force
+            );
+            assert!(
+                (wrench.moment - moment).norm() <= ACCURACY * moment.norm().max(force.norm()),
+                "{name}: {} {moment}",
+                wrench.moment
+            );
             compared += 1;
         }
     }

@@ -21,8 +21,26 @@ fn loads(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) ->
     let (q1, q2) = arm_offsets();
     let mut state = State::<f64>::zero(machine);
     set_joint(machine, &mut state, "slew", [45.0 * DEGREE, 0.0, 0.0]);
-    set_joint(machine, &mut state, "lift", [theta1[0] * DEGREE + q1, theta1[1] * DEGREE, theta1[2] * DEGREE]);
-    set_joint(machine, &mut state, "tilt", [theta2[0] * DEGREE + q2, theta2[1] * DEGREE, theta2[2] * DEGREE]);
+    set_joint(
+        machine,
+        &mut state,
+        "lift",
+        [
+            theta1[0] * DEGREE + q1,
+            theta1[1] * DEGREE,
+            theta1[2] * DEGREE,
+        ],
+    );
+    set_joint(
+        machine,
+        &mut state,
+        "tilt",
+        [
+            theta2[0] * DEGREE + q2,
+            theta2[1] * DEGREE,
+            theta2[2] * DEGREE,
+        ],
+    );
     set_joint(machine, &mut state, "extension", x3);
     // at rest the sensor feels gravity, wherever it sits
     state.imu.specific_force = Vector3::z() * machine.gravity();
@@ -33,14 +51,22 @@ fn loads(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) ->
 
 fn assert_loads(found: [f64; 4], expected: [f64; 4], relative: f64) {
     for (found, expected) in found.into_iter().zip(expected) {
-        assert!((found - expected).abs() <= relative * expected, "{found} instead of {expected}");
+        assert!(
+            (found - expected).abs() <= relative * expected,
+            "{found} instead of {expected}"
+        );
     }
 }
 
 #[test]
 fn val_example_s_arm_at_rest() {
     let machine = machine("petrovic_mattila");
-    let found = loads(&machine, [20.0, 0.0, 0.0], [-70.0, 0.0, 0.0], [0.3, 0.0, 0.0]);
+    let found = loads(
+        &machine,
+        [20.0, 0.0, 0.0],
+        [-70.0, 0.0, 0.0],
+        [0.3, 0.0, 0.0],
+    );
     assert_loads(found, [15790.936, 8881.726, 1385.004, 8294.214], 1e-6);
 }
 
@@ -73,7 +99,13 @@ fn val_no_arm_level_at_rest() {
     let spec = spec.split("[arm]").next().unwrap();
     let spec = tipwatch_mechanics::MachineSpec::from_toml(spec, "machine.toml").unwrap();
     let urdf = bodies_without_arm(support::data("petrovic_mattila.urdf"));
-    let machine = spec.check(&urdf, "machine.urdf", tipwatch_mechanics::machine::LogFacts::default()).unwrap();
+    let machine = spec
+        .check(
+            &urdf,
+            "machine.urdf",
+            tipwatch_mechanics::machine::LogFacts::default(),
+        )
+        .unwrap();
     let positions = vec![0.0; machine.joints().len()];
     for load in tipwatch_mechanics::static_outcome(&machine, &positions).load {
         assert!((load - 5982.026).abs() < 1e-6 * load, "{load}");

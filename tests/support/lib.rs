@@ -1,1 +1,139 @@
-//! Support.
+//! What the tests share: fixtures, truth, and analyses of them.
+
+use std::path::{Path, PathBuf};
+
+use polars::prelude::{DataFrame, ParquetReader, SerReader};
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::load::MachineFile;
+use tipwatch_analyze::options::Options;
+use tipwatch_analyze::run::analyse;
+use tipwatch_mechanics::Quantity;
+
+/// A file in `data/`.
+#[must_use]
+pub fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("data")
+        .join(name)
+}
+
+/// A file beside the repository that it does not carry; `None`, saying so, where it is absent.
+#[must_use]
+pub fn beside(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../shared/logs")
+        .join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!("skipped: {} is not there", path.display());
+    None
+}
+
+/// The analysis of a log with the machine file of the same name beside it.
+///
+/// # Panics
+/// If the analysis fails.
+#[must_use]
+pub fn analysed(log: &Path, options: Options) -> Analysis {
+    let file = MachineFile::read(&log.with_extension("toml")).expect("a machine file");
+    analyse(log, &file, options, &mut |_| {}).expect("an analysis")
+}
+
+/// True wheel loads of a simulated log: times [ns] and, by wheel, loads [N] smoothed over 51 samples by
+/// a third-order Savitzky-Golay filter.
+#[derive(Debug)]
+pub struct Truth {
+    times_ns: Vec<i64>,
+    loads: Vec<Vec<f64>>,
+}
+
+impl Truth {
+    /// Reads the truth beside a log, for wheels of these names.
+    ///
+    /// # Panics
+    /// If there is none.
+    #[must_use]
+    pub fn of(log: &Path, wheels: &[&str]) -> Self {
+        let path = log.with_extension("truth.parquet");
+        let file = std::fs::File::open(&path).expect("truth beside the log");
+        let frame = ParquetReader::new(file).finish().expect("a table");
+        let loads = wheels
+            .iter()
+            .map(|wheel| smoothed(&floats(&frame, &format!("load_{}", wheel.to_lowercase()))));
+        let times = frame
+            .column("t_ns")
+            .expect("t_ns")
+            .i64()
+            .expect("integers")
+            .into_no_null_iter()
+            .collect();
+        Self {
+            loads: loads.collect(),
+            times_ns: times,
+        }
+    }
+
+    /// Load of a wheel at a time, between samples in a straight line.
+    fn at(&self, wheel: usize, time_ns: i64) -> f64 {
+        let next = self
+            .times_ns
+            .partition_point(|&t| t < time_ns)
+            .clamp(1, self.times_ns.len() - 1);
+        let (a, b) = (self.times_ns[next - 1], self.times_ns[next]);
+        let share = (time_ns - a) as f64 / (b - a) as f64;
+        let loads = &self.loads[wheel];
+        loads[next - 1] + share * (loads[next] - loads[next - 1])
+    }
+
+    /// Root mean square error of all wheels' loads as a share of the mean load, half a second at each
+    /// end left out.
+    #[must_use]
+    pub fn error_share(&self, analysis: &Analysis) -> f64 {
+        let (first, last) = (
+            self.times_ns[0] + 500_000_000,
+            self.times_ns[self.times_ns.len() - 1] - 500_000_000,
+        );
+        let (mut squares, mut sum, mut count) = (0.0, 0.0, 0.0);
+        for wheel in 0..self.loads.len() {
+            let found = analysis.rows.outcomes.column(Quantity::Load(wheel));
+            for (&time, &load) in analysis.rows.times_ns.iter().zip(found) {
+                if time > first && time < last {
+                    let truth = self.at(wheel, time);
+                    squares += (load - truth) * (load - truth);
+                    sum += truth;
+                    count += 1.0;
+                }
+            }
+        }
+        (squares / count).sqrt() / (sum / count)
+    }
+}
+
+fn floats(frame: &DataFrame, name: &str) -> Vec<f64> {
+    frame
+        .column(name)
+        .expect("a column")
+        .f64()
+        .expect("floats")
+        .into_no_null_iter()
+        .collect()
+}
+
+/// Third-order Savitzky-Golay smoothing over 51 samples; the ends, which no test uses, stay as they are.
+fn smoothed(values: &[f64]) -> Vec<f64> {
+    const HALF: i64 = 25;
+    let m = HALF as f64;
+    // weights of the least-squares cubic at the window's middle
+    let scale = (2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0) / 3.0;
+    let weight = |k: i64| (3.0 * m * m + 3.0 * m - 1.0 - 5.0 * (k * k) as f64) / scale;
+    let inside = |i: usize| i as i64 >= HALF && (i as i64) < values.len() as i64 - HALF;
+    let middle = |i: usize| {
+        (-HALF..=HALF)
+            .map(|k| weight(k) * values[(i as i64 + k) as usize])
+            .sum()
+    };
+    (0..values.len())
+        .map(|i| if inside(i) { middle(i) } else { values[i] })
+        .collect()
+}

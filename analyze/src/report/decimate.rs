@@ -24,11 +24,23 @@ pub(super) fn rows_to_draw(values: &[f64], most: usize) -> Vec<usize> {
 }
 
 fn extremes_and_break(values: &[f64]) -> Vec<usize> {
-    let finite = || values.iter().enumerate().filter(|(_, value)| value.is_finite());
+    let finite = || {
+        values
+            .iter()
+            .enumerate()
+            .filter(|(_, value)| value.is_finite())
+    };
     let smallest = finite().min_by(|a, b| a.1.total_cmp(b.1));
     let largest = finite().max_by(|a, b| a.1.total_cmp(b.1));
     let break_row = values.iter().position(|value| !value.is_finite());
-    [smallest.map(|(row, _)| row), largest.map(|(row, _)| row), break_row].into_iter().flatten().collect()
+    [
+        smallest.map(|(row, _)| row),
+        largest.map(|(row, _)| row),
+        break_row,
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 #[cfg(test)]

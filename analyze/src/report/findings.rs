@@ -18,7 +18,10 @@ pub fn findings(analysis: &Analysis) -> Vec<String> {
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let wheel_event = events.iter().any(|event| event.kind != EventKind::InputGap);
     let lowest = (!wheel_event).then(|| scene.without_event(lowest_load(analysis), analysis));
-    lowest.into_iter().chain(events.into_iter().map(|event| scene.sentence(event))).collect()
+    lowest
+        .into_iter()
+        .chain(events.into_iter().map(|event| scene.sentence(event)))
+        .collect()
 }
 
 /// The smaller, the more important.
@@ -53,12 +56,28 @@ struct LowestLoad {
 
 impl Scene {
     pub(super) fn of(analysis: &Analysis) -> Self {
-        let wheels = analysis.machine.wheels().iter().enumerate().map(|(wheel, facts)| WheelFacts {
-            name: facts.name.clone(),
-            static_n: analysis.static_loads_n.get(wheel).copied().unwrap_or(f64::NAN),
-            limit_n: analysis.min_loads_n.as_ref().and_then(|limits| limits.get(wheel)).copied(),
-        });
-        Self { start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0), wheels: wheels.collect() }
+        let wheels = analysis
+            .machine
+            .wheels()
+            .iter()
+            .enumerate()
+            .map(|(wheel, facts)| WheelFacts {
+                name: facts.name.clone(),
+                static_n: analysis
+                    .static_loads_n
+                    .get(wheel)
+                    .copied()
+                    .unwrap_or(f64::NAN),
+                limit_n: analysis
+                    .min_loads_n
+                    .as_ref()
+                    .and_then(|limits| limits.get(wheel))
+                    .copied(),
+            });
+        Self {
+            start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0),
+            wheels: wheels.collect(),
+        }
     }
 
     /// Seconds from the first row.
@@ -69,28 +88,39 @@ impl Scene {
     /// The wheel, edge or signal as a reader knows it.
     pub(super) fn subject(&self, event: &Event) -> String {
         match event.kind {
-            EventKind::WheelLight | EventKind::WheelLift => {
-                self.wheel(&event.subject).map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone())
-            }
+            EventKind::WheelLight | EventKind::WheelLift => self
+                .wheel(&event.subject)
+                .map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone()),
             _ => event.subject.clone(),
         }
     }
 
     fn wheel(&self, subject: &str) -> Option<&WheelFacts> {
-        self.wheels.iter().find(|wheel| wheel.name.to_lowercase() == subject)
+        self.wheels
+            .iter()
+            .find(|wheel| wheel.name.to_lowercase() == subject)
     }
 
     fn sentence(&self, event: &Event) -> String {
-        let when = format!("from t = {:.2} s, {}", self.seconds(event.start_ns), duration(event));
+        let when = format!(
+            "from t = {:.2} s, {}",
+            self.seconds(event.start_ns),
+            duration(event)
+        );
         let mut sentence = format!("{} {when}: {}", self.what(event), self.how_bad(event));
         if event.kind != EventKind::InputGap {
             sentence.push_str(&format!(", at t = {:.2} s", self.seconds(event.worst_ns)));
         }
         if let Some(lead_s) = event.lead_s {
-            sentence.push_str(&format!("; it began {lead_s:.2} s after the first wheel became light (lead time)"));
+            sentence.push_str(&format!(
+                "; it began {lead_s:.2} s after the first wheel became light (lead time)"
+            ));
         }
         if let Some(certainty) = event.certainty {
-            sentence.push_str(&format!("; probability that it is true {:.0} %", certainty * 100.0));
+            sentence.push_str(&format!(
+                "; probability that it is true {:.0} %",
+                certainty * 100.0
+            ));
         }
         if event.split_dependent == Some(true) {
             sentence.push_str("; depends on how the loads split between the wheels");
@@ -116,25 +146,37 @@ impl Scene {
         }
         let worst = format!("{} {}", number(event.worst), event.unit);
         match event.kind {
-            EventKind::TipOver => format!("the tilt grew by {:.1} degrees", event.worst.to_degrees()),
+            EventKind::TipOver => {
+                format!("the tilt grew by {:.1} degrees", event.worst.to_degrees())
+            }
             EventKind::EdgeTipping => format!("largest overturning moment {worst}"),
             EventKind::WheelLift => {
                 format!("lowest load with all wheels held to the ground (OTF) {worst}")
             }
             EventKind::WheelLight => format!("lowest load {worst}{}", self.shares(event)),
-            EventKind::InputGap => format!("no value for {:.2} s; nothing is computed there", event.worst),
+            EventKind::InputGap => format!(
+                "no value for {:.2} s; nothing is computed there",
+                event.worst
+            ),
         }
     }
 
     fn shares(&self, event: &Event) -> String {
-        let Some(wheel) = self.wheel(&event.subject) else { return String::new() };
-        let limit = wheel.limit_n.map_or(String::new(), |limit| format!(", limit {} N", number(limit)));
+        let Some(wheel) = self.wheel(&event.subject) else {
+            return String::new();
+        };
+        let limit = wheel.limit_n.map_or(String::new(), |limit| {
+            format!(", limit {} N", number(limit))
+        });
         format!(" ({}{limit})", share(event.worst, wheel.static_n))
     }
 
     fn without_event(&self, lowest: Option<LowestLoad>, analysis: &Analysis) -> String {
         let Some(lowest) = lowest else {
-            return format!("Wheel loads are not computable in any row: {}.", reasons(analysis));
+            return format!(
+                "Wheel loads are not computable in any row: {}.",
+                reasons(analysis)
+            );
         };
         let wheel = &self.wheels[lowest.wheel];
         let claim = match wheel.limit_n {
@@ -144,7 +186,10 @@ impl Scene {
         let rows = analysis.rows.len();
         let scope = match lowest.valid_rows == rows {
             true => String::new(),
-            false => format!(" This covers the {} of {rows} rows that are valid.", lowest.valid_rows),
+            false => format!(
+                " This covers the {} of {rows} rows that are valid.",
+                lowest.valid_rows
+            ),
         };
         format!(
             "{claim}; the lowest load was {} N ({}) at wheel {}, t = {:.2} s.{scope}",
@@ -162,14 +207,22 @@ fn reasons(analysis: &Analysis) -> String {
     if counts.is_empty() {
         return "there are no rows".to_string();
     }
-    let parts: Vec<String> = counts.iter().map(|(reason, rows)| format!("{} in {rows} rows", reason.name())).collect();
+    let parts: Vec<String> = counts
+        .iter()
+        .map(|(reason, rows)| format!("{} in {rows} rows", reason.name()))
+        .collect();
     parts.join(", ")
 }
 
 /// In how many rows each reason occurs.
 pub(super) fn reason_counts(analysis: &Analysis) -> BTreeMap<Reason, usize> {
     let mut counts = BTreeMap::new();
-    for reason in analysis.rows.reasons.iter().flat_map(|reasons| reasons.iter()) {
+    for reason in analysis
+        .rows
+        .reasons
+        .iter()
+        .flat_map(|reasons| reasons.iter())
+    {
         *counts.entry(reason).or_default() += 1;
     }
     counts
@@ -177,15 +230,24 @@ pub(super) fn reason_counts(analysis: &Analysis) -> BTreeMap<Reason, usize> {
 
 fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
     let rows = &analysis.rows;
-    let valid: Vec<usize> = (0..rows.len()).filter(|&row| rows.reasons[row].is_empty()).collect();
+    let valid: Vec<usize> = (0..rows.len())
+        .filter(|&row| rows.reasons[row].is_empty())
+        .collect();
     let mut lowest: Option<LowestLoad> = None;
     for wheel in 0..analysis.machine.wheels().len() {
         let loads = rows.outcomes.column(Quantity::Load(wheel));
         for &row in &valid {
-            let is_lower = lowest.as_ref().is_none_or(|lowest| loads[row] < lowest.load_n);
+            let is_lower = lowest
+                .as_ref()
+                .is_none_or(|lowest| loads[row] < lowest.load_n);
             if loads[row].is_finite() && is_lower {
                 let (load_n, time_ns) = (loads[row], rows.times_ns[row]);
-                lowest = Some(LowestLoad { wheel, load_n, time_ns, valid_rows: valid.len() });
+                lowest = Some(LowestLoad {
+                    wheel,
+                    load_n,
+                    time_ns,
+                    valid_rows: valid.len(),
+                });
             }
         }
     }
@@ -194,7 +256,10 @@ fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
 
 fn duration(event: &Event) -> String {
     match event.end_ns {
-        Some(end_ns) => format!("for {:.2} s", end_ns.saturating_sub(event.start_ns) as f64 * 1e-9),
+        Some(end_ns) => format!(
+            "for {:.2} s",
+            end_ns.saturating_sub(event.start_ns) as f64 * 1e-9
+        ),
         None => "until the log ends".to_string(),
     }
 }
@@ -225,8 +290,15 @@ mod tests {
     use super::*;
 
     fn scene() -> Scene {
-        let wheel = |name: &str| WheelFacts { name: name.into(), static_n: 10_000.0, limit_n: Some(500.0) };
-        Scene { start_ns: 1_000_000_000_000, wheels: vec![wheel("FL"), wheel("RL")] }
+        let wheel = |name: &str| WheelFacts {
+            name: name.into(),
+            static_n: 10_000.0,
+            limit_n: Some(500.0),
+        };
+        Scene {
+            start_ns: 1_000_000_000_000,
+            wheels: vec![wheel("FL"), wheel("RL")],
+        }
     }
 
     fn event(kind: EventKind, subject: &str, worst: f64, unit: &'static str) -> Event {
@@ -256,8 +328,11 @@ mod tests {
 
     #[test]
     fn lead_time_and_doubt_are_told() {
-        let doubtful =
-            Event { lead_s: Some(0.4), split_dependent: Some(true), ..event(EventKind::WheelLift, "rl", -80.0, "N") };
+        let doubtful = Event {
+            lead_s: Some(0.4),
+            split_dependent: Some(true),
+            ..event(EventKind::WheelLift, "rl", -80.0, "N")
+        };
         let sentence = scene().sentence(&doubtful);
         assert!(sentence.contains("0.40 s after the first wheel became light"));
         assert!(sentence.ends_with("; depends on how the loads split between the wheels."));
@@ -265,9 +340,14 @@ mod tests {
 
     #[test]
     fn an_open_tip_over_lasts_until_the_log_ends_and_is_in_degrees() {
-        let open = Event { end_ns: None, ..event(EventKind::TipOver, "left", 0.5, "rad") };
+        let open = Event {
+            end_ns: None,
+            ..event(EventKind::TipOver, "left", 0.5, "rad")
+        };
         let sentence = scene().sentence(&open);
-        assert!(sentence.contains("about the left edge") && sentence.contains("until the log ends"));
+        assert!(
+            sentence.contains("about the left edge") && sentence.contains("until the log ends")
+        );
         assert!(sentence.contains("28.6 degrees"));
     }
 
@@ -280,7 +360,10 @@ mod tests {
     #[test]
     fn nothing_has_no_sign() {
         let sentence = scene().sentence(&event(EventKind::WheelLight, "fl", -1e-13, "N"));
-        assert!(sentence.contains("lowest load 0 N (0.0 % of its static load"), "{sentence}");
+        assert!(
+            sentence.contains("lowest load 0 N (0.0 % of its static load"),
+            "{sentence}"
+        );
     }
 
     #[test]
@@ -288,6 +371,9 @@ mod tests {
         use EventKind::{EdgeTipping, InputGap, TipOver, WheelLift, WheelLight};
         let mut kinds = [InputGap, WheelLight, TipOver, WheelLift, EdgeTipping];
         kinds.sort_by_key(|&kind| rank(kind));
-        assert_eq!(kinds, [TipOver, EdgeTipping, WheelLift, WheelLight, InputGap]);
+        assert_eq!(
+            kinds,
+            [TipOver, EdgeTipping, WheelLift, WheelLight, InputGap]
+        );
     }
 }

@@ -20,7 +20,9 @@ pub(super) fn escape(text: &str) -> String {
 
 /// JSON as it may stand in a script element: nothing in it can end the element or open a comment.
 pub(super) fn json_in_script(json: &str) -> String {
-    json.replace('<', "\\u003c").replace('\u{2028}', "\\u2028").replace('\u{2029}', "\\u2029")
+    json.replace('<', "\\u003c")
+        .replace('\u{2028}', "\\u2028")
+        .replace('\u{2029}', "\\u2029")
 }
 
 /// A table of plain text; wide ones scroll sideways on narrow screens.
@@ -45,7 +47,12 @@ pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
 pub(super) fn facts(rows: &[(String, String)]) -> String {
     let mut html = String::from("<table class=\"facts\"><tbody>\n");
     for (name, value) in rows {
-        let _ = writeln!(html, "<tr><th scope=\"row\">{}</th><td>{}</td></tr>", escape(name), escape(value));
+        let _ = writeln!(
+            html,
+            "<tr><th scope=\"row\">{}</th><td>{}</td></tr>",
+            escape(name),
+            escape(value)
+        );
     }
     html.push_str("</tbody></table>\n");
     html
@@ -67,7 +74,10 @@ mod tests {
 
     #[test]
     fn hostile_text_stays_text() {
-        let html = table(&["topic"], &[vec!["</td><script>alert('&')</script>".into()]]);
+        let html = table(
+            &["topic"],
+            &[vec!["</td><script>alert('&')</script>".into()]],
+        );
         assert!(!html.contains("<script"));
         assert!(html.contains("&lt;/td&gt;&lt;script&gt;alert(&#39;&amp;&#39;)"));
     }
@@ -76,6 +86,9 @@ mod tests {
     fn json_cannot_end_its_script() {
         let json = json_in_script(r#"["</script><!--", "\u2028"]"#);
         assert!(!json.contains('<'));
-        assert_eq!(serde_json::from_str::<Vec<String>>(&json).unwrap()[0], "</script><!--");
+        assert_eq!(
+            serde_json::from_str::<Vec<String>>(&json).unwrap()[0],
+            "</script><!--"
+        );
     }
 }

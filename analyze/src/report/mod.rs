@@ -44,9 +44,16 @@ pub fn render(analysis: &Analysis) -> String {
 }
 
 fn head(analysis: &Analysis) -> String {
-    let (log, machine) = (html::escape(&log_name(analysis)), html::escape(analysis.machine.name()));
+    let (log, machine) = (
+        html::escape(&log_name(analysis)),
+        html::escape(analysis.machine.name()),
+    );
     let rows = analysis.rows.len();
-    let duration = if rows == 0 { 0.0 } else { analysis.rows.seconds(rows - 1) };
+    let duration = if rows == 0 {
+        0.0
+    } else {
+        analysis.rows.seconds(rows - 1)
+    };
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
@@ -59,7 +66,11 @@ fn head(analysis: &Analysis) -> String {
 
 /// Names of the log's files without their folders.
 fn log_name(analysis: &Analysis) -> String {
-    let name = |path: &str| Path::new(path).file_name().map_or(path.to_string(), |name| name.to_string_lossy().into());
+    let name = |path: &str| {
+        Path::new(path)
+            .file_name()
+            .map_or(path.to_string(), |name| name.to_string_lossy().into())
+    };
     match analysis.provenance.log.as_slice() {
         [] => "log".to_string(),
         [file] => name(&file.path),
@@ -68,12 +79,19 @@ fn log_name(analysis: &Analysis) -> String {
 }
 
 fn section(title: &str, content: &str) -> String {
-    format!("<section>\n<h2>{}</h2>\n{content}</section>\n", html::escape(title))
+    format!(
+        "<section>\n<h2>{}</h2>\n{content}</section>\n",
+        html::escape(title)
+    )
 }
 
 fn top_findings(analysis: &Analysis) -> String {
     let mut sentences = findings(analysis);
-    if let Some(more) = sentences.len().checked_sub(MOST_FINDINGS).filter(|&more| more > 0) {
+    if let Some(more) = sentences
+        .len()
+        .checked_sub(MOST_FINDINGS)
+        .filter(|&more| more > 0)
+    {
         sentences.truncate(MOST_FINDINGS);
         sentences.push(format!("{more} more are in the table of events."));
     }
@@ -96,12 +114,18 @@ fn curves(analysis: &Analysis, figures: &[Figure]) -> String {
         ));
     }
     if analysis.events.len() > MOST_EVENTS {
-        content.push_str(&format!("<p class=\"hint\">Only the {MOST_EVENTS} most important events are shaded.</p>\n"));
+        content.push_str(&format!(
+            "<p class=\"hint\">Only the {MOST_EVENTS} most important events are shaded.</p>\n"
+        ));
     }
     for (index, figure) in figures.iter().enumerate() {
-        content.push_str(&format!("<h3>{}</h3>\n<div class=\"plot\" id=\"plot-{index}\"></div>\n", html::escape(&figure.title)));
+        content.push_str(&format!(
+            "<h3>{}</h3>\n<div class=\"plot\" id=\"plot-{index}\"></div>\n",
+            html::escape(&figure.title)
+        ));
     }
-    content + "<noscript><p>The plots need JavaScript; everything else on this page does not.</p></noscript>\n"
+    content
+        + "<noscript><p>The plots need JavaScript; everything else on this page does not.</p></noscript>\n"
 }
 
 /// The plot library as a script element; what typesets formulas comes after it and is left out.
@@ -118,5 +142,7 @@ fn scripts(figures: &[Figure]) -> String {
     // a figure holds only numbers, names and lists of them: it can always be written
     let json = serde_json::to_string(figures).unwrap_or_else(|_| "[]".to_string());
     let json = html::json_in_script(&json);
-    format!("<script type=\"application/json\" id=\"figures\">{json}</script>\n<script>\n{SCRIPT}</script>\n")
+    format!(
+        "<script type=\"application/json\" id=\"figures\">{json}</script>\n<script>\n{SCRIPT}</script>\n"
+    )
 }

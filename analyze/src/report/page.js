@@ -1,6 +1,8 @@
 'use strict';
 (function () {
   const figures = JSON.parse(document.getElementById('figures').textContent);
+  // A copy: zooming changes the layout itself.
+  const whole = figures[0].layout.xaxis.range.slice();
   const plots = [];
   let following = false;
 
@@ -10,7 +12,7 @@
     const range = 'xaxis.range[0]' in change
       ? { 'xaxis.range': [change['xaxis.range[0]'], change['xaxis.range[1]']] }
       : 'xaxis.range' in change ? { 'xaxis.range': change['xaxis.range'].slice() }
-      : change['xaxis.autorange'] ? { 'xaxis.range': figures[0].layout.xaxis.range.slice() } : null;
+      : change['xaxis.autorange'] ? { 'xaxis.range': whole.slice() } : null;
     if (!range) { return; }
     following = true;
     Promise.all(plots.filter(function (plot) { return plot !== from || change['xaxis.autorange']; })

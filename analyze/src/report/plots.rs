@@ -3,7 +3,9 @@
 use plotly::color::Rgba;
 use plotly::common::{Anchor, DashType, Fill, Font, HoverInfo, Line, Mode, Orientation, Visible};
 use plotly::configuration::DisplayModeBar;
-use plotly::layout::{Annotation, Axis, HoverMode, Legend, Margin, Shape, ShapeLayer, ShapeLine, ShapeType};
+use plotly::layout::{
+    Annotation, Axis, HoverMode, Legend, Margin, Shape, ShapeLayer, ShapeLine, ShapeType,
+};
 use plotly::{Configuration, Layout, Scatter, Trace, Traces};
 use serde::Serialize;
 use tipwatch_mechanics::machine::{Body, Drive, JointKind, Linkage, LinkageInput};
@@ -19,8 +21,15 @@ pub(super) const MOST_POINTS: usize = 4000;
 /// Most events shown in a figure, the most important ones.
 pub(super) const MOST_EVENTS: usize = 100;
 /// Colours that people of any colour vision tell apart on white (Okabe and Ito), as red, green, blue.
-const COLOURS: [[u8; 3]; 7] =
-    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [0, 0, 0], [86, 180, 233], [230, 159, 0]];
+const COLOURS: [[u8; 3]; 7] = [
+    [0, 114, 178],
+    [213, 94, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [0, 0, 0],
+    [86, 180, 233],
+    [230, 159, 0],
+];
 /// Six patterns beside seven colours: the pair repeats only after 42 curves.
 const DASHES: [DashType; 6] = [
     DashType::Solid,
@@ -45,7 +54,10 @@ pub(super) struct Figure {
 
 /// All figures of the page, on one time axis.
 pub(super) fn figures(analysis: &Analysis) -> Vec<Figure> {
-    let plotter = Plotter { analysis, seconds: seconds(analysis) };
+    let plotter = Plotter {
+        analysis,
+        seconds: seconds(analysis),
+    };
     let mut figures = vec![plotter.loads(), plotter.stability()];
     figures.extend(plotter.inputs());
     figures
@@ -67,13 +79,23 @@ struct Plotter<'a> {
 impl Plotter<'_> {
     fn loads(&self) -> Figure {
         let mut traces = Traces::new();
-        let names: Vec<String> = self.analysis.machine.wheels().iter().map(|wheel| plain(&wheel.name)).collect();
+        let names: Vec<String> = self
+            .analysis
+            .machine
+            .wheels()
+            .iter()
+            .map(|wheel| plain(&wheel.name))
+            .collect();
         for (wheel, name) in names.iter().enumerate() {
             traces.push(self.curve(wheel, name, &self.valid(Quantity::Load(wheel))));
         }
         self.add_limits(&mut traces, &names);
         for (wheel, name) in names.iter().enumerate() {
-            let otf = self.curve(wheel, &format!("{name} OTF"), &self.valid(Quantity::Otf(wheel)));
+            let otf = self.curve(
+                wheel,
+                &format!("{name} OTF"),
+                &self.valid(Quantity::Otf(wheel)),
+            );
             traces.push(otf.visible(Visible::LegendOnly));
         }
         for (wheel, name) in names.iter().enumerate() {
@@ -94,8 +116,16 @@ impl Plotter<'_> {
         [
             ("Joint positions, turning joints", "Position [rad]", turning),
             ("Joint positions, sliding joints", "Position [m]", sliding),
-            ("IMU specific force, in its own frame", "Specific force [m/s²]", force),
-            ("IMU angular velocity, in its own frame", "Angular velocity [rad/s]", rate),
+            (
+                "IMU specific force, in its own frame",
+                "Specific force [m/s²]",
+                force,
+            ),
+            (
+                "IMU angular velocity, in its own frame",
+                "Angular velocity [rad/s]",
+                rate,
+            ),
         ]
         .into_iter()
         .filter(|(_, _, curves)| !curves.is_empty())
@@ -103,7 +133,11 @@ impl Plotter<'_> {
             let mut traces = Traces::new();
             for (index, curve) in curves.iter().enumerate() {
                 let trace = self.curve(index, &plain(&curve.name), &curve.values);
-                traces.push(if curve.hidden { trace.visible(Visible::LegendOnly) } else { trace });
+                traces.push(if curve.hidden {
+                    trace.visible(Visible::LegendOnly)
+                } else {
+                    trace
+                });
             }
             self.figure(title, unit, 300, traces, false)
         })
@@ -114,8 +148,16 @@ impl Plotter<'_> {
     fn input_curves(&self) -> [Vec<Curve>; 4] {
         let machine = &self.analysis.machine;
         let rows = self.analysis.rows.len();
-        let curve = |name: &str| Curve { name: name.into(), hidden: false, values: Vec::with_capacity(rows) };
-        let mut joints: Vec<Curve> = machine.joints().iter().map(|joint| curve(&joint.name)).collect();
+        let curve = |name: &str| Curve {
+            name: name.into(),
+            hidden: false,
+            values: Vec::with_capacity(rows),
+        };
+        let mut joints: Vec<Curve> = machine
+            .joints()
+            .iter()
+            .map(|joint| curve(&joint.name))
+            .collect();
         let mut force = ["x", "y", "z"].map(curve);
         let mut rate = ["x", "y", "z"].map(curve);
         let mut state = State::zero(machine);
@@ -130,9 +172,17 @@ impl Plotter<'_> {
             }
         }
         let (mut turning, mut sliding) = (Vec::new(), Vec::new());
-        for (index, mut curve) in joints.into_iter().enumerate().filter(|(index, _)| machine.joints()[*index].logged) {
+        for (index, mut curve) in joints
+            .into_iter()
+            .enumerate()
+            .filter(|(index, _)| machine.joints()[*index].logged)
+        {
             curve.hidden = machine.joints()[index].spins_wheel.is_some();
-            if self.slides(index) { sliding.push(curve) } else { turning.push(curve) }
+            if self.slides(index) {
+                sliding.push(curve)
+            } else {
+                turning.push(curve)
+            }
         }
         [turning, sliding, force.into(), rate.into()]
     }
@@ -140,8 +190,11 @@ impl Plotter<'_> {
     /// Whether a joint's position is a length.
     fn slides(&self, joint: usize) -> bool {
         let machine = &self.analysis.machine;
-        let is_rod = |linkage: &Linkage| linkage.measured_joint == joint && linkage.input == LinkageInput::RodLength;
-        let is_slider = |body: &Body| body.drive == Drive::Measured(joint) && body.kind == JointKind::Prismatic;
+        let is_rod = |linkage: &Linkage| {
+            linkage.measured_joint == joint && linkage.input == LinkageInput::RodLength
+        };
+        let is_slider =
+            |body: &Body| body.drive == Drive::Measured(joint) && body.kind == JointKind::Prismatic;
         machine.linkages().iter().any(is_rod) || machine.bodies().iter().any(is_slider)
     }
 
@@ -149,7 +202,9 @@ impl Plotter<'_> {
     fn valid(&self, quantity: Quantity) -> Vec<f64> {
         let rows = &self.analysis.rows;
         let values = rows.outcomes.column(quantity).iter().zip(&rows.reasons);
-        values.map(|(&value, reasons)| if reasons.is_empty() { value } else { f64::NAN }).collect()
+        values
+            .map(|(&value, reasons)| if reasons.is_empty() { value } else { f64::NAN })
+            .collect()
     }
 
     fn curve(&self, index: usize, name: &str, values: &[f64]) -> Box<Scatter<f64, Option<f64>>> {
@@ -159,19 +214,43 @@ impl Plotter<'_> {
             .name(name)
             .mode(Mode::Lines)
             .connect_gaps(false)
-            .line(Line::new().width(1.8).color(colour(index, 1.0)).dash(DASHES[index % DASHES.len()].clone()))
+            .line(
+                Line::new()
+                    .width(1.8)
+                    .color(colour(index, 1.0))
+                    .dash(DASHES[index % DASHES.len()].clone()),
+            )
     }
 
     /// The limit of each wheel; one line where all have the same.
     fn add_limits(&self, traces: &mut Traces, names: &[String]) {
-        let Some(limits) = &self.analysis.min_loads_n else { return };
+        let Some(limits) = &self.analysis.min_loads_n else {
+            return;
+        };
         let same = limits.windows(2).all(|pair| pair[0] == pair[1]);
-        for (wheel, &limit) in limits.iter().enumerate().take(if same { 1 } else { limits.len() }) {
-            let name = if same { "limit".to_string() } else { format!("{} limit", names[wheel]) };
-            let tint = if same { Rgba::new(170, 0, 0, 1.0) } else { colour(wheel, 0.7) };
+        for (wheel, &limit) in limits
+            .iter()
+            .enumerate()
+            .take(if same { 1 } else { limits.len() })
+        {
+            let name = if same {
+                "limit".to_string()
+            } else {
+                format!("{} limit", names[wheel])
+            };
+            let tint = if same {
+                Rgba::new(170, 0, 0, 1.0)
+            } else {
+                colour(wheel, 0.7)
+            };
             let ends = vec![0.0, self.seconds.last().copied().unwrap_or(0.0)];
             let line = Line::new().width(1.2).color(tint).dash(DashType::LongDash);
-            traces.push(Scatter::new(ends, vec![drawn(limit); 2]).name(name).mode(Mode::Lines).line(line));
+            traces.push(
+                Scatter::new(ends, vec![drawn(limit); 2])
+                    .name(name)
+                    .mode(Mode::Lines)
+                    .line(line),
+            );
         }
     }
 
@@ -184,7 +263,10 @@ impl Plotter<'_> {
         rows.sort_unstable();
         rows.dedup();
         let (mut times, mut loads) = (Vec::new(), Vec::new());
-        for run in rows.split(|&row| !(least[row].is_finite() && largest[row].is_finite())).filter(|run| !run.is_empty()) {
+        for run in rows
+            .split(|&row| !(least[row].is_finite() && largest[row].is_finite()))
+            .filter(|run| !run.is_empty())
+        {
             let there = run.iter().map(|&row| (row, largest[row]));
             let back = run.iter().rev().map(|&row| (row, least[row]));
             for (row, load) in there.chain(back) {
@@ -204,31 +286,62 @@ impl Plotter<'_> {
             .visible(Visible::LegendOnly)
     }
 
-    fn figure(&self, title: &str, unit: &str, height: usize, traces: Traces, labels: bool) -> Figure {
+    fn figure(
+        &self,
+        title: &str,
+        unit: &str,
+        height: usize,
+        traces: Traces,
+        labels: bool,
+    ) -> Figure {
         let last = self.seconds.last().copied().unwrap_or(0.0).max(1e-3);
         let events = shown(&self.analysis.events);
         let time = Axis::new().tick_suffix(" s").range(vec![0.0, last]);
         let mut layout = Layout::new()
             .height(height)
             .auto_size(true)
-            .margin(Margin::new().left(64).right(16).top(if labels { 84 } else { 32 }).bottom(32))
+            .margin(
+                Margin::new()
+                    .left(64)
+                    .right(16)
+                    .top(if labels { 84 } else { 32 })
+                    .bottom(32),
+            )
             .hover_mode(HoverMode::XUnified)
             .show_legend(true)
             .legend(legend(height))
-            .x_axis(time.grid_color("#e6e6e6").zero_line(false).hover_format(".3f"))
-            .y_axis(Axis::new().title(unit).grid_color("#e6e6e6").zero_line_color("#999").hover_format(".4~g"))
+            .x_axis(
+                time.grid_color("#e6e6e6")
+                    .zero_line(false)
+                    .hover_format(".3f"),
+            )
+            .y_axis(
+                Axis::new()
+                    .title(unit)
+                    .grid_color("#e6e6e6")
+                    .zero_line_color("#999")
+                    .hover_format(".4~g"),
+            )
             .plot_background_color("#fff")
             .shapes(events.iter().map(|event| self.band(event)).collect());
         if labels {
             layout = layout.annotations(self.labels(&events));
         }
-        Figure { title: title.into(), traces, layout, config: config() }
+        Figure {
+            title: title.into(),
+            traces,
+            layout,
+            config: config(),
+        }
     }
 
     fn span(&self, event: &Event) -> (f64, f64) {
         let scene = Scene::of(self.analysis);
         let last = self.seconds.last().copied().unwrap_or(0.0);
-        (scene.seconds(event.start_ns), event.end_ns.map_or(last, |end_ns| scene.seconds(end_ns)))
+        (
+            scene.seconds(event.start_ns),
+            event.end_ns.map_or(last, |end_ns| scene.seconds(end_ns)),
+        )
     }
 
     fn band(&self, event: &Event) -> Shape {
@@ -244,14 +357,22 @@ impl Plotter<'_> {
             .y0(0.0)
             .y1(1.0)
             .fill_color(Rgba::new(red, green, blue, 0.18))
-            .line(ShapeLine::new().width(1.0).color(Rgba::new(red, green, blue, 0.6)))
+            .line(
+                ShapeLine::new()
+                    .width(1.0)
+                    .color(Rgba::new(red, green, blue, 0.6)),
+            )
     }
 
     /// Labels above the plot in four lines, so that neighbours rarely cover each other.
     fn labels(&self, events: &[&Event]) -> Vec<Annotation> {
         let scene = Scene::of(self.analysis);
         let label = |(index, event): (usize, &&Event)| {
-            let text = format!("{} {}", event.kind.name().replace('_', " "), plain(&scene.subject(event)));
+            let text = format!(
+                "{} {}",
+                event.kind.name().replace('_', " "),
+                plain(&scene.subject(event))
+            );
             Annotation::new()
                 .text(text)
                 .x_ref("x")
@@ -280,7 +401,12 @@ fn shown(events: &[Event]) -> Vec<&Event> {
 /// Below the plot, at the same distance whatever its height.
 fn legend(height: usize) -> Legend {
     let below = 28.0 / (height as f64 - 150.0);
-    Legend::new().orientation(Orientation::Horizontal).x(0.0).y(-below).y_anchor(Anchor::Top).x_anchor(Anchor::Left)
+    Legend::new()
+        .orientation(Orientation::Horizontal)
+        .x(0.0)
+        .y(-below)
+        .y_anchor(Anchor::Top)
+        .x_anchor(Anchor::Left)
 }
 
 fn config() -> Configuration {
@@ -294,7 +420,9 @@ fn config() -> Configuration {
 }
 
 fn seconds(analysis: &Analysis) -> Vec<f64> {
-    (0..analysis.rows.len()).map(|row| (analysis.rows.seconds(row) * 1e6).round() / 1e6).collect()
+    (0..analysis.rows.len())
+        .map(|row| (analysis.rows.seconds(row) * 1e6).round() / 1e6)
+        .collect()
 }
 
 /// A value with the digits that a plot can show; `None` breaks the line.
@@ -310,7 +438,10 @@ fn drawn(value: f64) -> Option<f64> {
 
 /// The library reads some markup in names; a name means only itself.
 fn plain(name: &str) -> String {
-    name.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace("%{", "% {")
+    name.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace("%{", "% {")
 }
 
 fn colour(index: usize, opacity: f64) -> Rgba {

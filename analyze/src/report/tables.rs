@@ -17,10 +17,23 @@ pub(super) fn events(analysis: &Analysis) -> String {
         return "<p>No events.</p>\n".to_string();
     }
     let scene = Scene::of(analysis);
-    let head =
-        ["Event", "Of", "Start [s]", "End [s]", "Worst", "Worst at [s]", "Lead time [s]", "Certainty", "Split-dependent"];
-    let rows: Vec<Vec<String>> =
-        analysis.events.iter().take(MOST_LISTED).map(|event| event_row(&scene, event)).collect();
+    let head = [
+        "Event",
+        "Of",
+        "Start [s]",
+        "End [s]",
+        "Worst",
+        "Worst at [s]",
+        "Lead time [s]",
+        "Certainty",
+        "Split-dependent",
+    ];
+    let rows: Vec<Vec<String>> = analysis
+        .events
+        .iter()
+        .take(MOST_LISTED)
+        .map(|event| event_row(&scene, event))
+        .collect();
     html::table(&head, &rows) + &not_listed(analysis.events.len(), "events")
 }
 
@@ -35,12 +48,20 @@ fn event_row(scene: &Scene, event: &Event) -> Vec<String> {
         event.kind.name().replace('_', " "),
         scene.subject(event),
         seconds(event.start_ns),
-        event.end_ns.map_or("until the log ends".to_string(), seconds),
+        event
+            .end_ns
+            .map_or("until the log ends".to_string(), seconds),
         worst,
         seconds(event.worst_ns),
         event.lead_s.map_or(dash(), |lead_s| format!("{lead_s:.2}")),
-        event.certainty.map_or("not computed".to_string(), |certainty| format!("{:.0} %", certainty * 100.0)),
-        event.split_dependent.map_or(dash(), |depends| if depends { "yes" } else { "no" }.to_string()),
+        event
+            .certainty
+            .map_or("not computed".to_string(), |certainty| {
+                format!("{:.0} %", certainty * 100.0)
+            }),
+        event.split_dependent.map_or(dash(), |depends| {
+            if depends { "yes" } else { "no" }.to_string()
+        }),
     ]
 }
 
@@ -60,15 +81,28 @@ pub(super) fn inputs(analysis: &Analysis) -> String {
         "Undecodable",
         "Used",
     ];
-    let rows: Vec<Vec<String>> = analysis.inputs.iter().map(|input| input_row(input, &input.statistics.timing())).collect();
+    let rows: Vec<Vec<String>> = analysis
+        .inputs
+        .iter()
+        .map(|input| input_row(input, &input.statistics.timing()))
+        .collect();
     html::table(&head, &rows)
 }
 
 fn input_row(input: &Input, timing: &TopicTiming) -> Vec<String> {
-    let offset = timing.header_minus_log.map_or("not computable".to_string(), |offset| {
-        format!("{:.4} / {:.4} / {:.4}", offset.min_s, offset.median_s, offset.max_s)
-    });
-    let longest_gap = timing.gaps.iter().map(|gap| gap.duration_s).fold(0.0, f64::max);
+    let offset = timing
+        .header_minus_log
+        .map_or("not computable".to_string(), |offset| {
+            format!(
+                "{:.4} / {:.4} / {:.4}",
+                offset.min_s, offset.median_s, offset.max_s
+            )
+        });
+    let longest_gap = timing
+        .gaps
+        .iter()
+        .map(|gap| gap.duration_s)
+        .fold(0.0, f64::max);
     let gaps = match timing.gaps.len() {
         0 => "0".to_string(),
         count => format!("{count}, the longest {longest_gap:.2} s"),
@@ -79,13 +113,19 @@ fn input_row(input: &Input, timing: &TopicTiming) -> Vec<String> {
         input.type_name.clone(),
         input.why.clone(),
         input.clock.clone(),
-        timing.rate_hz.map_or("not computable".to_string(), |rate| format!("{rate:.1}")),
+        timing
+            .rate_hz
+            .map_or("not computable".to_string(), |rate| format!("{rate:.1}")),
         offset,
         gaps,
         timing.duplicate_stamps.to_string(),
         timing.backward_stamps.to_string(),
         input.undecodable.to_string(),
-        format!("{} of {}", input.counts.used, timing.message_count as u64 + input.undecodable),
+        format!(
+            "{} of {}",
+            input.counts.used,
+            timing.message_count as u64 + input.undecodable
+        ),
     ]
 }
 
@@ -93,29 +133,63 @@ fn input_row(input: &Input, timing: &TopicTiming) -> Vec<String> {
 pub(super) fn limitations(analysis: &Analysis) -> String {
     let mut sentences = analysis.notes.clone();
     for input in &analysis.inputs {
-        sentences.extend(input.statistics.timing().notes.iter().map(|note| format!("Topic {}: {note}", input.topic)));
+        sentences.extend(
+            input
+                .statistics
+                .timing()
+                .notes
+                .iter()
+                .map(|note| format!("Topic {}: {note}", input.topic)),
+        );
     }
     let losses = &analysis.losses;
-    sentences.extend(losses.integrity.note().map(|note| format!("Integrity: {note}")));
+    sentences.extend(
+        losses
+            .integrity
+            .note()
+            .map(|note| format!("Integrity: {note}")),
+    );
     sentences.extend(losses.notes.iter().cloned());
     if losses.ranges.is_empty() {
-        sentences.push("No damaged bytes were found in the parts of the log that were read".to_string());
+        sentences
+            .push("No damaged bytes were found in the parts of the log that were read".to_string());
     } else {
-        sentences.push(format!("{} ranges, {} bytes, of the log are lost:", losses.ranges.len(), losses.bytes_lost()));
+        sentences.push(format!(
+            "{} ranges, {} bytes, of the log are lost:",
+            losses.ranges.len(),
+            losses.bytes_lost()
+        ));
     }
-    sentences.extend(losses.ranges.iter().take(MOST_LISTED).map(ToString::to_string));
+    sentences.extend(
+        losses
+            .ranges
+            .iter()
+            .take(MOST_LISTED)
+            .map(ToString::to_string),
+    );
     let undecodable = losses.undecodable_messages.iter();
-    sentences.extend(undecodable.map(|(topic, count)| format!("Topic {topic}: {count} messages could not be decoded")));
+    sentences.extend(
+        undecodable
+            .map(|(topic, count)| format!("Topic {topic}: {count} messages could not be decoded")),
+    );
     sentences.push(validity(analysis));
     html::list("notes", &sentences) + &not_listed(losses.ranges.len(), "lost ranges")
 }
 
 fn validity(analysis: &Analysis) -> String {
     let rows = analysis.rows.len();
-    let valid = analysis.rows.reasons.iter().filter(|reasons| reasons.is_empty()).count();
+    let valid = analysis
+        .rows
+        .reasons
+        .iter()
+        .filter(|reasons| reasons.is_empty())
+        .count();
     let mut sentence = format!("{valid} of {rows} rows are valid");
     for (reason, count) in reason_counts(analysis) {
-        sentence.push_str(&format!("; not valid because of {}: {count}", reason.name()));
+        sentence.push_str(&format!(
+            "; not valid because of {}: {count}",
+            reason.name()
+        ));
     }
     sentence
 }
@@ -124,30 +198,51 @@ fn validity(analysis: &Analysis) -> String {
 pub(super) fn provenance(analysis: &Analysis) -> String {
     let from = &analysis.provenance;
     let mut facts = vec![
-        ("Program".to_string(), format!("tipwatch {}", from.tipwatch_version)),
+        (
+            "Program".to_string(),
+            format!("tipwatch {}", from.tipwatch_version),
+        ),
         ("Analysed at".to_string(), from.analysed_at.clone()),
         ("Format of the log".to_string(), from.log_format.clone()),
     ];
-    facts.extend(from.log.iter().map(|file| ("Log file".to_string(), hash(file))));
+    facts.extend(
+        from.log
+            .iter()
+            .map(|file| ("Log file".to_string(), hash(file))),
+    );
     facts.push(("Machine file".to_string(), hash(&from.machine_file)));
     facts.push(("URDF".to_string(), hash(&from.urdf)));
     facts.push(("IMU mounting".to_string(), from.imu_mounting.clone()));
-    facts.push(("Mass of the machine".to_string(), format!("{} kg", number(analysis.machine.mass()))));
-    facts.push(("Static loads".to_string(), by_wheel(analysis, &analysis.static_loads_n)));
+    facts.push((
+        "Mass of the machine".to_string(),
+        format!("{} kg", number(analysis.machine.mass())),
+    ));
+    facts.push((
+        "Static loads".to_string(),
+        by_wheel(analysis, &analysis.static_loads_n),
+    ));
     let limits = analysis.min_loads_n.as_ref();
-    facts.push(("Load limits".to_string(), limits.map_or("none".to_string(), |limits| by_wheel(analysis, limits))));
+    facts.push((
+        "Load limits".to_string(),
+        limits.map_or("none".to_string(), |limits| by_wheel(analysis, limits)),
+    ));
     facts.extend(options(analysis));
     html::facts(&facts)
 }
 
 fn options(analysis: &Analysis) -> Vec<(String, String)> {
-    let Ok(serde_json::Value::Object(options)) = serde_json::to_value(analysis.options) else { return Vec::new() };
+    let Ok(serde_json::Value::Object(options)) = serde_json::to_value(analysis.options) else {
+        return Vec::new();
+    };
     let text = |value: serde_json::Value| match value {
         serde_json::Value::Null => "not set".to_string(),
         serde_json::Value::String(text) => text,
         other => other.to_string(),
     };
-    options.into_iter().map(|(name, value)| (format!("Option {name}"), text(value))).collect()
+    options
+        .into_iter()
+        .map(|(name, value)| (format!("Option {name}"), text(value)))
+        .collect()
 }
 
 fn by_wheel(analysis: &Analysis, values_n: &[f64]) -> String {
@@ -162,7 +257,10 @@ fn by_wheel(analysis: &Analysis, values_n: &[f64]) -> String {
 }
 
 fn hash(file: &FileHash) -> String {
-    format!("{} ({} bytes), SHA-256 {}", file.path, file.bytes, file.sha256)
+    format!(
+        "{} ({} bytes), SHA-256 {}",
+        file.path, file.bytes, file.sha256
+    )
 }
 
 fn not_listed(count: usize, of: &str) -> String {

@@ -8,8 +8,8 @@ use super::spec::{LinkageSpec, Stiffness};
 use super::tree::{Tree, TreeBody, TreeJoint};
 use super::urdf::Urdf;
 use super::{
-    Body, Contact, Drive, FreeJoint, Inertia, JointKind, Link, Machine, MachineError, MachineSpec, MAX_WHEELS, MeasuredJoint,
-    Mount, Payload, Split, SupportPolygon, Wheel,
+    Body, Contact, Drive, FreeJoint, Inertia, JointKind, Link, MAX_WHEELS, Machine, MachineError,
+    MachineSpec, MeasuredJoint, Mount, Payload, Split, SupportPolygon, Wheel,
 };
 use crate::contact_plane::ContactPlane;
 
@@ -30,10 +30,21 @@ impl MachineSpec {
     ///
     /// # Errors
     /// [`MachineError`]: the first thing that makes the machine impossible or leaves it undefined.
-    pub fn check(&self, urdf_text: &str, urdf_name: &str, log: LogFacts<'_>) -> Result<Machine, MachineError> {
+    pub fn check(
+        &self,
+        urdf_text: &str,
+        urdf_name: &str,
+        log: LogFacts<'_>,
+    ) -> Result<Machine, MachineError> {
         let urdf = Urdf::parse(urdf_text, urdf_name)?;
         let tree = Tree::build(&urdf)?;
-        Checker { spec: self, tree: &tree, urdf_name, log }.machine()
+        Checker {
+            spec: self,
+            tree: &tree,
+            urdf_name,
+            log,
+        }
+        .machine()
     }
 }
 
@@ -59,9 +70,17 @@ impl Checker<'_> {
         let polygon = self.polygon(&wheels)?;
         let driving = self.driving(&wheels)?;
         let contact = self.contact(&wheels, &polygon)?;
-        let arm_root = spec.arm.as_ref().map(|arm| self.link("arm.root", &arm.root)).transpose()?;
+        let arm_root = spec
+            .arm
+            .as_ref()
+            .map(|arm| self.link("arm.root", &arm.root))
+            .transpose()?;
         let tool = match spec.arm.as_ref().and_then(|arm| arm.tool.as_ref()) {
-            Some(tool) => Some(self.mount(self.link("arm.tool", tool)?, Isometry3::identity(), "arm.tool of the machine file")),
+            Some(tool) => Some(self.mount(
+                self.link("arm.tool", tool)?,
+                Isometry3::identity(),
+                "arm.tool of the machine file",
+            )),
             None => None,
         };
         self.check_suspension()?;
@@ -77,7 +96,13 @@ impl Checker<'_> {
             gravity: spec.gravity,
             base_link: self.tree.base_link.clone(),
             links: links.collect(),
-            bodies: self.tree.bodies.iter().zip(&driving.drives).map(body).collect(),
+            bodies: self
+                .tree
+                .bodies
+                .iter()
+                .zip(&driving.drives)
+                .map(body)
+                .collect(),
             linkages: driving.linkages,
             joints: driving.joints,
             wheels,
@@ -92,13 +117,26 @@ impl Checker<'_> {
         })
     }
 
-    fn value_error(&self, place: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> MachineError {
+    fn value_error(
+        &self,
+        place: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl ToString,
+    ) -> MachineError {
         MachineError::value(&self.spec.file, place, expected, found)
     }
 
-    fn unknown(&self, key: &str, name: &str, kind: &'static str, existing: &mut dyn Iterator<Item = &str>) -> MachineError {
+    fn unknown(
+        &self,
+        key: &str,
+        name: &str,
+        kind: &'static str,
+        existing: &mut dyn Iterator<Item = &str>,
+    ) -> MachineError {
         let folded = name.to_lowercase();
-        let near = existing.filter(|e| e.to_lowercase().contains(&folded) || folded.contains(&e.to_lowercase())).next();
+        let near = existing
+            .filter(|e| e.to_lowercase().contains(&folded) || folded.contains(&e.to_lowercase()))
+            .next();
         MachineError::UnknownName {
             file: self.spec.file.clone(),
             key: key.into(),
@@ -111,17 +149,35 @@ impl Checker<'_> {
 
     fn link(&self, key: &str, name: &str) -> Result<usize, MachineError> {
         let mut names = self.tree.links.iter().map(|l| l.name.as_str());
-        self.tree.link(name).ok_or_else(|| self.unknown(key, name, "link", &mut names))
+        self.tree
+            .link(name)
+            .ok_or_else(|| self.unknown(key, name, "link", &mut names))
     }
 
     fn joint(&self, key: &str, name: &str) -> Result<usize, MachineError> {
-        let mut names = self.tree.bodies.iter().filter_map(|b| b.joint.as_ref()).map(|j| j.name.as_str());
-        self.tree.body_of_joint(name).ok_or_else(|| self.unknown(key, name, "joint", &mut names))
+        let mut names = self
+            .tree
+            .bodies
+            .iter()
+            .filter_map(|b| b.joint.as_ref())
+            .map(|j| j.name.as_str());
+        self.tree
+            .body_of_joint(name)
+            .ok_or_else(|| self.unknown(key, name, "joint", &mut names))
     }
 
-    fn mount(&self, link: usize, link_from_mount: Isometry3<f64>, source: impl Into<String>) -> Mount {
+    fn mount(
+        &self,
+        link: usize,
+        link_from_mount: Isometry3<f64>,
+        source: impl Into<String>,
+    ) -> Mount {
         let link = &self.tree.links[link];
-        Mount { body: link.body, body_from_mount: link.body_from_link * link_from_mount, source: source.into() }
+        Mount {
+            body: link.body,
+            body_from_mount: link.body_from_link * link_from_mount,
+            source: source.into(),
+        }
     }
 
     /// Numbers that must be positive, or lie in a range, whatever the URDF says.
@@ -136,13 +192,19 @@ impl Checker<'_> {
             ("limits.warning", Some(limits.warning)),
             ("limits.limit", Some(limits.limit)),
             ("estimator.max_gap", Some(e.max_gap)),
-            ("estimator.joint_position_noise", Some(e.joint_position_noise)),
+            (
+                "estimator.joint_position_noise",
+                Some(e.joint_position_noise),
+            ),
             ("estimator.joint_rate_noise", Some(e.joint_rate_noise)),
             ("estimator.joint_agility", Some(e.joint_agility)),
             ("estimator.gyro_noise", Some(e.gyro_noise)),
             ("estimator.gyro_agility", Some(e.gyro_agility)),
             ("estimator.accelerometer_noise", Some(e.accelerometer_noise)),
-            ("estimator.accelerometer_agility", Some(e.accelerometer_agility)),
+            (
+                "estimator.accelerometer_agility",
+                Some(e.accelerometer_agility),
+            ),
         ];
         for (place, value) in positive {
             if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
@@ -154,7 +216,11 @@ impl Checker<'_> {
         }
         for name in limits.optimal_load.iter().flat_map(|loads| loads.keys()) {
             if !spec.wheels.contains_key(name) {
-                return Err(self.value_error("limits.optimal_load", "names of [wheels]", format!("\"{name}\"")));
+                return Err(self.value_error(
+                    "limits.optimal_load",
+                    "names of [wheels]",
+                    format!("\"{name}\""),
+                ));
             }
         }
         Ok(())
@@ -172,11 +238,22 @@ impl Checker<'_> {
         for ((name, wheel), stiffness) in specs.iter().zip(stiffness) {
             let link = &self.tree.links[self.link(&format!("wheels.{name}.link"), &wheel.link)?];
             if !(wheel.radius.is_finite() && wheel.radius > 0.0) {
-                return Err(self.value_error(format!("wheels.{name}.radius"), "a positive length [m]", wheel.radius));
+                return Err(self.value_error(
+                    format!("wheels.{name}.radius"),
+                    "a positive length [m]",
+                    wheel.radius,
+                ));
             }
-            if let Some(same) = wheels.iter().find(|w| w.name.to_lowercase() == name.to_lowercase()) {
+            if let Some(same) = wheels
+                .iter()
+                .find(|w| w.name.to_lowercase() == name.to_lowercase())
+            {
                 let found = format!("\"{name}\" beside \"{}\"", same.name);
-                return Err(self.value_error("wheels", "names that differ by more than case", found));
+                return Err(self.value_error(
+                    "wheels",
+                    "names that differ by more than case",
+                    found,
+                ));
             }
             let centre_in_body = link.body_from_link.translation.vector;
             wheels.push(Wheel {
@@ -186,7 +263,9 @@ impl Checker<'_> {
                 radius: wheel.radius,
                 stiffness: self.spec.contact.tyre_stiffness.as_ref().map(|_| stiffness),
                 relative_stiffness: stiffness / mean,
-                centre_at_zero: (self.tree.bodies[link.body].base_from_body * nalgebra::Point3::from(centre_in_body)).coords,
+                centre_at_zero: (self.tree.bodies[link.body].base_from_body
+                    * nalgebra::Point3::from(centre_in_body))
+                .coords,
             });
         }
         Ok(wheels)
@@ -199,15 +278,30 @@ impl Checker<'_> {
             None => names.map(|_| 1.0).collect(),
             Some(Stiffness::All(value)) => names.map(|_| *value).collect(),
             Some(Stiffness::PerWheel(by_name)) => {
-                if let Some(stranger) = by_name.keys().find(|n| !self.spec.wheels.contains_key(*n)) {
-                    return Err(self.value_error("contact.tyre_stiffness", "names of [wheels]", format!("\"{stranger}\"")));
+                if let Some(stranger) = by_name.keys().find(|n| !self.spec.wheels.contains_key(*n))
+                {
+                    return Err(self.value_error(
+                        "contact.tyre_stiffness",
+                        "names of [wheels]",
+                        format!("\"{stranger}\""),
+                    ));
                 }
-                let missing = |n: &String| self.value_error("contact.tyre_stiffness", "a value for every wheel", format!("none for \"{n}\""));
-                names.map(|n| by_name.get(n).copied().ok_or_else(|| missing(n))).collect::<Result<_, _>>()?
+                let missing = |n: &String| {
+                    self.value_error(
+                        "contact.tyre_stiffness",
+                        "a value for every wheel",
+                        format!("none for \"{n}\""),
+                    )
+                };
+                names
+                    .map(|n| by_name.get(n).copied().ok_or_else(|| missing(n)))
+                    .collect::<Result<_, _>>()?
             }
         };
         match values.iter().find(|v| !(v.is_finite() && **v > 0.0)) {
-            Some(value) => Err(self.value_error("contact.tyre_stiffness", "positive numbers [N/m]", value)),
+            Some(value) => {
+                Err(self.value_error("contact.tyre_stiffness", "positive numbers [N/m]", value))
+            }
             None => Ok(values),
         }
     }
@@ -216,44 +310,76 @@ impl Checker<'_> {
         let centres: Vec<Vector3<f64>> = wheels.iter().map(|w| w.centre_at_zero).collect();
         let radii: Vec<f64> = wheels.iter().map(|w| w.radius).collect();
         let plane = ContactPlane::through(&centres, &radii, true);
-        let points: Vec<Vector2<f64>> = centres.iter().zip(wheels).map(|(c, w)| (c - plane.normal * w.radius).xy()).collect();
+        let points: Vec<Vector2<f64>> = centres
+            .iter()
+            .zip(wheels)
+            .map(|(c, w)| (c - plane.normal * w.radius).xy())
+            .collect();
         let names: Vec<&str> = wheels.iter().map(|w| w.name.as_str()).collect();
-        SupportPolygon::build(&points, &names)
-            .ok_or_else(|| self.value_error("wheels", "contact points that span an area", "contact points in one line"))
+        SupportPolygon::build(&points, &names).ok_or_else(|| {
+            self.value_error(
+                "wheels",
+                "contact points that span an area",
+                "contact points in one line",
+            )
+        })
     }
 
     fn driving(&self, wheels: &[Wheel]) -> Result<Driving, MachineError> {
-        let mut driving = Driving { drives: vec![None; self.tree.bodies.len()], joints: Vec::new(), linkages: Vec::new() };
+        let mut driving = Driving {
+            drives: vec![None; self.tree.bodies.len()],
+            joints: Vec::new(),
+            linkages: Vec::new(),
+        };
         driving.drives[0] = Some(Drive::Root);
         for spec in &self.spec.linkage {
             self.add_linkage(spec, &mut driving)?;
         }
         let mut missing = Vec::new();
         for (i, body) in self.tree.bodies.iter().enumerate() {
-            let Some(joint) = body.joint.as_ref().filter(|j| driving.drives[i].is_none() && j.mimic.is_none()) else { continue };
+            let Some(joint) = body
+                .joint
+                .as_ref()
+                .filter(|j| driving.drives[i].is_none() && j.mimic.is_none())
+            else {
+                continue;
+            };
             let spins_wheel = self.wheel_spun_by(i, wheels);
             let logged = self.is_logged(&joint.name);
             if logged || spins_wheel.is_some() {
                 driving.drives[i] = Some(Drive::Measured(driving.joints.len()));
-                driving.joints.push(MeasuredJoint { name: joint.name.clone(), logged, spins_wheel });
+                driving.joints.push(MeasuredJoint {
+                    name: joint.name.clone(),
+                    logged,
+                    spins_wheel,
+                });
             } else {
                 missing.push(format!("\"{}\"", joint.name));
             }
         }
         self.follow_mimics(&mut driving, &mut missing);
-        if missing.is_empty() { Ok(driving) } else { Err(self.unmeasured(&missing)) }
+        if missing.is_empty() {
+            Ok(driving)
+        } else {
+            Err(self.unmeasured(&missing))
+        }
     }
 
     fn unmeasured(&self, joints: &[String]) -> MachineError {
         MachineError::UnmeasuredJoints {
             joints: joints.join(", "),
             urdf: self.urdf_name.into(),
-            logged: self.log.joint_names.map_or(String::new(), |names| names.join(", ")),
+            logged: self
+                .log
+                .joint_names
+                .map_or(String::new(), |names| names.join(", ")),
         }
     }
 
     fn is_logged(&self, joint: &str) -> bool {
-        self.log.joint_names.is_none_or(|names| names.iter().any(|n| n == joint))
+        self.log
+            .joint_names
+            .is_none_or(|names| names.iter().any(|n| n == joint))
     }
 
     fn add_linkage(&self, spec: &LinkageSpec, driving: &mut Driving) -> Result<(), MachineError> {
@@ -266,9 +392,17 @@ impl Checker<'_> {
         self.link(&key("rod_end.link"), &spec.rod_end.link)?;
         self.link(&key("anchor.link"), &spec.anchor.link)?;
         let index = driving.linkages.len();
-        for (body, name) in [(bodies.pivot, &spec.pivot), (bodies.cylinder, &spec.cylinder), (bodies.rod, &spec.rod)] {
+        for (body, name) in [
+            (bodies.pivot, &spec.pivot),
+            (bodies.cylinder, &spec.cylinder),
+            (bodies.rod, &spec.rod),
+        ] {
             if driving.drives[body].is_some() {
-                return Err(self.value_error(format!("linkage.{}", spec.name), "joints of its own", format!("\"{name}\" twice")));
+                return Err(self.value_error(
+                    format!("linkage.{}", spec.name),
+                    "joints of its own",
+                    format!("\"{name}\" twice"),
+                ));
             }
         }
         let input = if self.is_logged(&spec.pivot) {
@@ -279,9 +413,24 @@ impl Checker<'_> {
             return Err(self.unmeasured(&[format!("\"{}\" (or \"{}\")", spec.pivot, spec.rod)]));
         };
         let measured = driving.joints.len();
-        let name = if input == LinkageInput::PivotAngle { &spec.pivot } else { &spec.rod };
-        driving.linkages.push(linkage::build(spec, bodies, input, measured, self.tree, &self.spec.file)?);
-        driving.joints.push(MeasuredJoint { name: name.clone(), logged: true, spins_wheel: None });
+        let name = if input == LinkageInput::PivotAngle {
+            &spec.pivot
+        } else {
+            &spec.rod
+        };
+        driving.linkages.push(linkage::build(
+            spec,
+            bodies,
+            input,
+            measured,
+            self.tree,
+            &self.spec.file,
+        )?);
+        driving.joints.push(MeasuredJoint {
+            name: name.clone(),
+            logged: true,
+            spins_wheel: None,
+        });
         driving.drives[bodies.pivot] = Some(Drive::Pivot(index));
         driving.drives[bodies.cylinder] = Some(Drive::Cylinder(index));
         driving.drives[bodies.rod] = Some(Drive::Rod(index));
@@ -291,19 +440,41 @@ impl Checker<'_> {
     /// A mimic joint follows a measured one; a chain of mimics is followed to its start.
     fn follow_mimics(&self, driving: &mut Driving, missing: &mut Vec<String>) {
         for (i, body) in self.tree.bodies.iter().enumerate() {
-            let Some(mut mimic) = body.joint.as_ref().filter(|_| driving.drives[i].is_none()).and_then(|j| j.mimic.clone()) else {
+            let Some(mut mimic) = body
+                .joint
+                .as_ref()
+                .filter(|_| driving.drives[i].is_none())
+                .and_then(|j| j.mimic.clone())
+            else {
                 continue;
             };
             for _ in 0..self.tree.bodies.len() {
-                let followed = self.tree.body_of_joint(&mimic.joint).map(|b| &self.tree.bodies[b]);
-                let Some(next) = followed.and_then(|b| b.joint.as_ref()).and_then(|j| j.mimic.as_ref()) else { break };
+                let followed = self
+                    .tree
+                    .body_of_joint(&mimic.joint)
+                    .map(|b| &self.tree.bodies[b]);
+                let Some(next) = followed
+                    .and_then(|b| b.joint.as_ref())
+                    .and_then(|j| j.mimic.as_ref())
+                else {
+                    break;
+                };
                 mimic.offset += mimic.multiplier * next.offset;
                 mimic.multiplier *= next.multiplier;
                 mimic.joint.clone_from(&next.joint);
             }
             match driving.joints.iter().position(|j| j.name == mimic.joint) {
-                Some(joint) => driving.drives[i] = Some(Drive::Mimic { joint, multiplier: mimic.multiplier, offset: mimic.offset }),
-                None => missing.push(format!("\"{}\"", body.joint.as_ref().map_or("", |j| &j.name))),
+                Some(joint) => {
+                    driving.drives[i] = Some(Drive::Mimic {
+                        joint,
+                        multiplier: mimic.multiplier,
+                        offset: mimic.offset,
+                    })
+                }
+                None => missing.push(format!(
+                    "\"{}\"",
+                    body.joint.as_ref().map_or("", |j| &j.name)
+                )),
             }
         }
     }
@@ -311,9 +482,14 @@ impl Checker<'_> {
     /// The wheel whose centre lies on the axis of the revolute joint of `body` and which that joint
     /// carries: such a joint only spins it.
     fn wheel_spun_by(&self, body: usize, wheels: &[Wheel]) -> Option<usize> {
-        let revolute = self.tree.bodies[body].joint.as_ref().is_some_and(|j| j.kind == JointKind::Revolute);
+        let revolute = self.tree.bodies[body]
+            .joint
+            .as_ref()
+            .is_some_and(|j| j.kind == JointKind::Revolute);
         let lies = |z: &Vector3<f64>| (self.tree.bodies[body].base_from_body * z).z.abs() < 0.5;
-        wheels.iter().position(|w| revolute && w.body == body && w.centre_in_body.xy().norm() < 1e-6 && lies(&Vector3::z()))
+        wheels.iter().position(|w| {
+            revolute && w.body == body && w.centre_in_body.xy().norm() < 1e-6 && lies(&Vector3::z())
+        })
     }
 
     fn contact(&self, wheels: &[Wheel], polygon: &SupportPolygon) -> Result<Contact, MachineError> {
@@ -321,12 +497,22 @@ impl Checker<'_> {
         let mut free_joints = Vec::new();
         for name in &spec.free_joints {
             let body = self.joint("contact.free_joints", name)?;
-            let carries_body: Vec<bool> = (0..self.tree.bodies.len()).map(|b| self.tree.is_carried_by(b, body)).collect();
+            let carries_body: Vec<bool> = (0..self.tree.bodies.len())
+                .map(|b| self.tree.is_carried_by(b, body))
+                .collect();
             let carries_wheel: Vec<bool> = wheels.iter().map(|w| carries_body[w.body]).collect();
             if !carries_wheel.iter().any(|&c| c) || carries_wheel.iter().all(|&c| c) {
-                return Err(self.value_error("contact.free_joints", "joints with some but not all wheels beyond them", format!("\"{name}\"")));
+                return Err(self.value_error(
+                    "contact.free_joints",
+                    "joints with some but not all wheels beyond them",
+                    format!("\"{name}\""),
+                ));
             }
-            free_joints.push(FreeJoint { body, carries_body, carries_wheel });
+            free_joints.push(FreeJoint {
+                body,
+                carries_body,
+                carries_wheel,
+            });
         }
         if free_joints.len() + 3 > wheels.len() {
             let expected = format!("at most {} for {} wheels", wheels.len() - 3, wheels.len());
@@ -341,76 +527,149 @@ impl Checker<'_> {
         })
     }
 
-    fn split(&self, wheels: &[Wheel], polygon: &SupportPolygon, free_joints: &[FreeJoint]) -> Result<Split, MachineError> {
+    fn split(
+        &self,
+        wheels: &[Wheel],
+        polygon: &SupportPolygon,
+        free_joints: &[FreeJoint],
+    ) -> Result<Split, MachineError> {
         let spec = &self.spec.contact;
         let share = match spec.front_share {
-            Some(share) if !(0.0..=1.0).contains(&share) => return Err(self.value_error("contact.front_share", "0 to 1", share)),
+            Some(share) if !(0.0..=1.0).contains(&share) => {
+                return Err(self.value_error("contact.front_share", "0 to 1", share));
+            }
             Some(share) => share,
-            None if matches!(spec.tyre_stiffness, Some(Stiffness::PerWheel(_))) => return Ok(Split::Springs),
+            None if matches!(spec.tyre_stiffness, Some(Stiffness::PerWheel(_))) => {
+                return Ok(Split::Springs);
+            }
             None => 0.5,
         };
         let edges = polygon.edges();
         if wheels.len() != 4 || edges.len() != 4 || !free_joints.is_empty() {
             return match spec.front_share {
-                Some(_) => Err(self.value_error("contact.front_share", "four wheels at four corners and no free joints", "another machine")),
+                Some(_) => Err(self.value_error(
+                    "contact.front_share",
+                    "four wheels at four corners and no free joints",
+                    "another machine",
+                )),
                 None => Ok(Split::Springs),
             };
         }
         let (front, rear) = (&edges[0], &edges[2]);
-        Ok(Split::FrontShare { share, wheels: [front.to, front.from, rear.from, rear.to] })
+        Ok(Split::FrontShare {
+            share,
+            wheels: [front.to, front.from, rear.from, rear.to],
+        })
     }
 
     fn imu(&self) -> Result<Mount, MachineError> {
-        let base = self.tree.links.iter().position(|l| l.name == self.tree.base_link).unwrap_or(0);
+        let base = self
+            .tree
+            .links
+            .iter()
+            .position(|l| l.name == self.tree.base_link)
+            .unwrap_or(0);
         if self.log.lacks_imu {
-            return Ok(self.mount(base, Isometry3::identity(), "no IMU: reckoned at the base origin from odometry"));
+            return Ok(self.mount(
+                base,
+                Isometry3::identity(),
+                "no IMU: reckoned at the base origin from odometry",
+            ));
         }
         if let Some(imu) = &self.spec.imu {
-            let link = imu.link.as_ref().map_or(Ok(base), |name| self.link("imu.link", name))?;
+            let link = imu
+                .link
+                .as_ref()
+                .map_or(Ok(base), |name| self.link("imu.link", name))?;
             let [roll, pitch, yaw] = imu.rpy;
             let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
             let pose = Isometry3::from_parts(Translation3::from(Vector3::from(imu.xyz)), rotation);
             return Ok(self.mount(link, pose, "[imu] of the machine file"));
         }
-        let named = self.log.imu_frame.map(|f| f.trim_start_matches('/')).filter(|f| !f.is_empty());
+        let named = self
+            .log
+            .imu_frame
+            .map(|f| f.trim_start_matches('/'))
+            .filter(|f| !f.is_empty());
         Ok(match named.map(|frame| (frame, self.tree.link(frame))) {
-            Some((frame, Some(link))) => {
-                self.mount(link, Isometry3::identity(), format!("link \"{frame}\" of the URDF, which the IMU's messages name"))
-            }
+            Some((frame, Some(link))) => self.mount(
+                link,
+                Isometry3::identity(),
+                format!("link \"{frame}\" of the URDF, which the IMU's messages name"),
+            ),
             Some((frame, None)) => {
-                let source = format!("assumed at {}: the URDF has no link \"{frame}\", which the IMU's messages name", self.tree.base_link);
+                let source = format!(
+                    "assumed at {}: the URDF has no link \"{frame}\", which the IMU's messages name",
+                    self.tree.base_link
+                );
                 self.mount(base, Isometry3::identity(), source)
             }
-            None => self.mount(base, Isometry3::identity(), format!("assumed at {}", self.tree.base_link)),
+            None => self.mount(
+                base,
+                Isometry3::identity(),
+                format!("assumed at {}", self.tree.base_link),
+            ),
         })
     }
 
     fn payloads(&self) -> Result<Vec<Payload>, MachineError> {
-        self.spec.payload.iter().enumerate().map(|(i, spec)| {
-            let place = format!("payload {}", i + 1);
-            let link = &self.tree.links[self.link(&format!("{place}: link"), &spec.link)?];
-            let [xx, yy, zz, xy, xz, yz] = spec.inertia;
-            let about_com = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-            let inertia = Inertia { mass: spec.mass, com: spec.com.into(), about_com };
-            inertia.check().map_err(|fault| self.value_error(place.clone(), fault.expected, fault.found))?;
-            let window_s = [spec.from.unwrap_or(f64::NEG_INFINITY), spec.to.unwrap_or(f64::INFINITY)];
-            if !(window_s[0] < window_s[1]) {
-                return Err(self.value_error(place, "from before to", format!("{} and {}", window_s[0], window_s[1])));
-            }
-            Ok(Payload { body: link.body, inertia: inertia.transformed(&link.body_from_link), window_s })
-        }).collect()
+        self.spec
+            .payload
+            .iter()
+            .enumerate()
+            .map(|(i, spec)| {
+                let place = format!("payload {}", i + 1);
+                let link = &self.tree.links[self.link(&format!("{place}: link"), &spec.link)?];
+                let [xx, yy, zz, xy, xz, yz] = spec.inertia;
+                let about_com = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+                let inertia = Inertia {
+                    mass: spec.mass,
+                    com: spec.com.into(),
+                    about_com,
+                };
+                inertia.check().map_err(|fault| {
+                    self.value_error(place.clone(), fault.expected, fault.found)
+                })?;
+                let window_s = [
+                    spec.from.unwrap_or(f64::NEG_INFINITY),
+                    spec.to.unwrap_or(f64::INFINITY),
+                ];
+                if !(window_s[0] < window_s[1]) {
+                    return Err(self.value_error(
+                        place,
+                        "from before to",
+                        format!("{} and {}", window_s[0], window_s[1]),
+                    ));
+                }
+                Ok(Payload {
+                    body: link.body,
+                    inertia: inertia.transformed(&link.body_from_link),
+                    window_s,
+                })
+            })
+            .collect()
     }
 
     fn check_suspension(&self) -> Result<(), MachineError> {
-        let Some(suspension) = &self.spec.suspension else { return Ok(()) };
+        let Some(suspension) = &self.spec.suspension else {
+            return Ok(());
+        };
         for name in &suspension.linkages {
             if !self.spec.linkage.iter().any(|l| &l.name == name) {
-                return Err(self.value_error("suspension.linkages", "names of [[linkage]] tables", format!("\"{name}\"")));
+                return Err(self.value_error(
+                    "suspension.linkages",
+                    "names of [[linkage]] tables",
+                    format!("\"{name}\""),
+                ));
             }
         }
         let [least, greatest] = suspension.stroke;
         if !(least < greatest) {
-            return Err(self.value_error("suspension.stroke", "[least, greatest] in metres", format!("[{least}, {greatest}]")));
+            return Err(self.value_error(
+                "suspension.stroke",
+                "[least, greatest] in metres",
+                format!("[{least}, {greatest}]"),
+            ));
         }
         Ok(())
     }
@@ -420,9 +679,16 @@ fn body((body, drive): (&TreeBody, &Option<Drive>)) -> Body {
     Body {
         name: body.link.clone(),
         parent: body.parent,
-        kind: body.joint.as_ref().map_or(JointKind::Revolute, |j: &TreeJoint| j.kind),
+        kind: body
+            .joint
+            .as_ref()
+            .map_or(JointKind::Revolute, |j: &TreeJoint| j.kind),
         drive: drive.unwrap_or(Drive::Root),
-        parent_from_joint: *body.parent_from_joint.rotation.to_rotation_matrix().matrix(),
+        parent_from_joint: *body
+            .parent_from_joint
+            .rotation
+            .to_rotation_matrix()
+            .matrix(),
         joint_in_parent: body.parent_from_joint.translation.vector,
         inertia: body.inertia,
     }

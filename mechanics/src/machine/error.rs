@@ -25,7 +25,9 @@ pub enum MachineError {
         found: String,
     },
     /// A name in the machine file that the URDF does not have.
-    #[error("{file}: {key} = \"{name}\": expected a {kind} of {urdf}, found none of that name{suggestion}")]
+    #[error(
+        "{file}: {key} = \"{name}\": expected a {kind} of {urdf}, found none of that name{suggestion}"
+    )]
     UnknownName {
         /// Name of the machine file.
         file: String,
@@ -80,7 +82,17 @@ pub enum MachineError {
 }
 
 impl MachineError {
-    pub(super) fn value(file: &str, place: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> Self {
-        Self::Value { file: file.into(), place: place.into(), expected: expected.into(), found: found.to_string() }
+    pub(super) fn value(
+        file: &str,
+        place: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl ToString,
+    ) -> Self {
+        Self::Value {
+            file: file.into(),
+            place: place.into(),
+            expected: expected.into(),
+            found: found.to_string(),
+        }
     }
 }

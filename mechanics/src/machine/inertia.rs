@@ -27,7 +27,11 @@ impl Inertia {
     /// The inertia of nothing.
     #[must_use]
     pub fn zero() -> Self {
-        Self { mass: 0.0, com: Vector3::zeros(), about_com: Matrix3::zeros() }
+        Self {
+            mass: 0.0,
+            com: Vector3::zeros(),
+            about_com: Matrix3::zeros(),
+        }
     }
 
     /// The same body seen from the frame `a` in which this frame has the pose `a_from_this`.
@@ -46,25 +50,42 @@ impl Inertia {
     pub fn welded(&self, other: &Self) -> Self {
         let mass = self.mass + other.mass;
         if mass == 0.0 {
-            return Self { about_com: self.about_com + other.about_com, ..*self };
+            return Self {
+                about_com: self.about_com + other.about_com,
+                ..*self
+            };
         }
         let com = (self.com * self.mass + other.com * other.mass) / mass;
         let shifted = |body: &Self| {
             let d = body.com - com;
-            body.about_com + (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * body.mass
+            body.about_com
+                + (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * body.mass
         };
-        Self { mass, com, about_com: shifted(self) + shifted(other) }
+        Self {
+            mass,
+            com,
+            about_com: shifted(self) + shifted(other),
+        }
     }
 
     /// A real body has a positive mass and principal moments that are not negative and of which none
     /// exceeds the sum of the other two.
     pub(super) fn check(&self) -> Result<(), InertiaFault> {
         let fault = |expected, found: String| Err(InertiaFault { expected, found });
-        if !(self.mass.is_finite() && self.com.iter().chain(self.about_com.iter()).all(|v| v.is_finite())) {
+        if !(self.mass.is_finite()
+            && self
+                .com
+                .iter()
+                .chain(self.about_com.iter())
+                .all(|v| v.is_finite()))
+        {
             return fault("finite inertial parameters", format!("{self:?}"));
         }
         if self.mass < 0.0 || (self.mass == 0.0 && self.about_com != Matrix3::zeros()) {
-            return fault("a positive mass (or zero mass with zero inertia: a frame)", format!("mass {} kg", self.mass));
+            return fault(
+                "a positive mass (or zero mass with zero inertia: a frame)",
+                format!("mass {} kg", self.mass),
+            );
         }
         let mut moments = SymmetricEigen::new(self.about_com).eigenvalues;
         moments.as_mut_slice().sort_by(f64::total_cmp);

@@ -93,7 +93,8 @@ impl Linkage {
         match self.input {
             LinkageInput::PivotAngle => {
                 let (sin, cos) = measured.position.sin_cos();
-                self.geometry.from_pivot(cos, sin, measured.rate, measured.acceleration)
+                self.geometry
+                    .from_pivot(cos, sin, measured.rate, measured.acceleration)
             }
             LinkageInput::RodLength => self.geometry.from_rod(measured),
         }
@@ -115,7 +116,15 @@ impl Triangle {
         let s_acceleration = s2 * rate * rate + s1 * acceleration;
         let length_acceleration = (half * s_acceleration - length_rate * length_rate) / length;
         let pivot = Coordinate::turned(cos, sin, rate, acceleration);
-        self.complete(pivot, length, length_rate, length_acceleration, s, s1 * rate, closure)
+        self.complete(
+            pivot,
+            length,
+            length_rate,
+            length_acceleration,
+            s,
+            s1 * rate,
+            closure,
+        )
     }
 
     fn from_rod<T: Real>(&self, rod: &Motion<T>) -> LinkageMotion<T> {
@@ -128,7 +137,10 @@ impl Triangle {
         let cos_delta = (s - c(self.k)) / c(m);
         let closure = T::one() - cos_delta * cos_delta;
         let sin_delta = closure.sqrt() * c(self.branch);
-        let (cos, sin) = (cos0 * cos_delta - sin0 * sin_delta, sin0 * cos_delta + cos0 * sin_delta);
+        let (cos, sin) = (
+            cos0 * cos_delta - sin0 * sin_delta,
+            sin0 * cos_delta + cos0 * sin_delta,
+        );
         // 2 X Xdot = s1 thetadot, differentiated once more
         let s1 = c(self.q) * cos - c(self.p) * sin;
         let s2 = c(self.k) - s;
@@ -137,7 +149,15 @@ impl Triangle {
         let s_acceleration = c(2.0) * (rod.rate * rod.rate + length * rod.acceleration);
         let acceleration = (s_acceleration - s2 * rate * rate) / s1;
         let pivot = Coordinate::turned(cos, sin, rate, acceleration);
-        self.complete(pivot, length, rod.rate, rod.acceleration, s, s_rate, closure)
+        self.complete(
+            pivot,
+            length,
+            rod.rate,
+            rod.acceleration,
+            s,
+            s_rate,
+            closure,
+        )
     }
 
     /// The cylinder's angle phi turns g = (X, h) into v:
@@ -157,15 +177,20 @@ impl Triangle {
         let sign = c(self.pivot_sign);
         let (cos, sin) = (pivot.cos, pivot.sin * sign);
         let (rate, acceleration) = (pivot.rate * sign, pivot.acceleration * sign);
-        let (ex, ey) = (c(self.e0.x) * cos - c(self.e0.y) * sin, c(self.e0.x) * sin + c(self.e0.y) * cos);
+        let (ex, ey) = (
+            c(self.e0.x) * cos - c(self.e0.y) * sin,
+            c(self.e0.x) * sin + c(self.e0.y) * cos,
+        );
         let (vx, vy) = (c(self.d.x) + ex, c(self.d.y) + ey);
         let (vx_rate, vy_rate) = (-ey * rate, ex * rate);
         let vx_acceleration = -ey * acceleration - ex * rate * rate;
         let vy_acceleration = ex * acceleration - ey * rate * rate;
         let (gx, gy) = (length, c(self.eccentricity));
         let cylinder_rate = (vx * vy_rate - vy * vx_rate + gy * length_rate) / s;
-        let cylinder_acceleration =
-            (vx * vy_acceleration - vy * vx_acceleration + gy * length_acceleration - cylinder_rate * s_rate) / s;
+        let cylinder_acceleration = (vx * vy_acceleration - vy * vx_acceleration
+            + gy * length_acceleration
+            - cylinder_rate * s_rate)
+            / s;
         let turn = c(self.cylinder_sign);
         LinkageMotion {
             pivot,
@@ -175,7 +200,11 @@ impl Triangle {
                 cylinder_rate * turn,
                 cylinder_acceleration * turn,
             ),
-            rod: Coordinate::slid(length - c(self.length_at_zero), length_rate, length_acceleration),
+            rod: Coordinate::slid(
+                length - c(self.length_at_zero),
+                length_rate,
+                length_acceleration,
+            ),
             closure,
         }
     }
@@ -201,8 +230,20 @@ pub(super) fn build(
     tree: &Tree,
     file: &str,
 ) -> Result<Linkage, MachineError> {
-    let geometry = Survey { spec, bodies, tree, file }.triangle()?;
-    Ok(Linkage { name: spec.name.clone(), input, measured_joint, bodies, geometry })
+    let geometry = Survey {
+        spec,
+        bodies,
+        tree,
+        file,
+    }
+    .triangle()?;
+    Ok(Linkage {
+        name: spec.name.clone(),
+        input,
+        measured_joint,
+        bodies,
+        geometry,
+    })
 }
 
 /// Measures a triangle with all joints of the URDF at zero.
@@ -234,16 +275,29 @@ impl Survey<'_> {
     /// Checks which body carries what; gives +1 where the cylinder sits on the pivot's parent, -1 on
     /// its child.
     fn cylinder_side(&self) -> Result<f64, MachineError> {
-        let LinkageBodies { pivot, cylinder, rod } = self.bodies;
+        let LinkageBodies {
+            pivot,
+            cylinder,
+            rod,
+        } = self.bodies;
         let bodies = &self.tree.bodies;
         let kind = |body: usize| bodies[body].joint.as_ref().map(|j| j.kind);
-        if kind(pivot) != Some(JointKind::Revolute) || kind(cylinder) != Some(JointKind::Revolute) || kind(rod) != Some(JointKind::Prismatic) {
-            return Err(self.fault("a revolute pivot, a revolute cylinder and a prismatic rod", "joints of other types"));
+        if kind(pivot) != Some(JointKind::Revolute)
+            || kind(cylinder) != Some(JointKind::Revolute)
+            || kind(rod) != Some(JointKind::Prismatic)
+        {
+            return Err(self.fault(
+                "a revolute pivot, a revolute cylinder and a prismatic rod",
+                "joints of other types",
+            ));
         }
         let body_of = |link: &str| self.tree.link(link).map(|l| self.tree.links[l].body);
         if bodies[rod].parent != cylinder || body_of(&self.spec.rod_end.link) != Some(rod) {
             return Err(self.fault(
-                format!("rod \"{}\" to slide in cylinder \"{}\" and to carry rod_end", self.spec.rod, self.spec.cylinder),
+                format!(
+                    "rod \"{}\" to slide in cylinder \"{}\" and to carry rod_end",
+                    self.spec.rod, self.spec.cylinder
+                ),
                 "another order of joints",
             ));
         }
@@ -254,14 +308,22 @@ impl Survey<'_> {
             Ok(-1.0)
         } else {
             Err(self.fault(
-                format!("the cylinder on one side of pivot \"{}\" and the anchor on the other", self.spec.pivot),
-                format!("the cylinder on \"{}\", the anchor on \"{}\"", bodies[carrier].link, self.spec.anchor.link),
+                format!(
+                    "the cylinder on one side of pivot \"{}\" and the anchor on the other",
+                    self.spec.pivot
+                ),
+                format!(
+                    "the cylinder on \"{}\", the anchor on \"{}\"",
+                    bodies[carrier].link, self.spec.anchor.link
+                ),
             ))
         }
     }
 
     fn point(&self, point: &super::spec::PointSpec) -> Vector3<f64> {
-        let Some(link) = self.tree.link(&point.link).map(|l| &self.tree.links[l]) else { return Vector3::repeat(f64::NAN) };
+        let Some(link) = self.tree.link(&point.link).map(|l| &self.tree.links[l]) else {
+            return Vector3::repeat(f64::NAN);
+        };
         (self.pose(link.body) * link.body_from_link * Point3::from(Vector3::from(point.xyz))).coords
     }
 
@@ -271,16 +333,28 @@ impl Survey<'_> {
         let hinge_axis = self.axis(self.bodies.cylinder);
         let rod_axis = self.axis(self.bodies.rod);
         if axis.cross(&hinge_axis).norm() > AXIS_TOLERANCE {
-            return Err(self.fault("the cylinder's hinge parallel to the pivot", format!("{:.4} off", axis.cross(&hinge_axis).norm())));
+            return Err(self.fault(
+                "the cylinder's hinge parallel to the pivot",
+                format!("{:.4} off", axis.cross(&hinge_axis).norm()),
+            ));
         }
         if rod_axis.dot(&axis).abs() > AXIS_TOLERANCE {
-            return Err(self.fault("the rod across the pivot's axis", format!("{:.4} along it", rod_axis.dot(&axis))));
+            return Err(self.fault(
+                "the rod across the pivot's axis",
+                format!("{:.4} along it", rod_axis.dot(&axis)),
+            ));
         }
         let plane_x = (rod_axis - axis * rod_axis.dot(&axis)).normalize();
         let plane_y = axis.cross(&plane_x);
         let flat = |v: Vector3<f64>| Vector2::new(v.dot(&plane_x), v.dot(&plane_y));
-        let (pivot, hinge) = (self.pose(self.bodies.pivot).translation.vector, self.pose(self.bodies.cylinder).translation.vector);
-        let (anchor, eye) = (self.point(&self.spec.anchor), self.point(&self.spec.rod_end));
+        let (pivot, hinge) = (
+            self.pose(self.bodies.pivot).translation.vector,
+            self.pose(self.bodies.cylinder).translation.vector,
+        );
+        let (anchor, eye) = (
+            self.point(&self.spec.anchor),
+            self.point(&self.spec.rod_end),
+        );
         let (d, e0) = (flat(pivot - hinge), flat(anchor - pivot));
         // x runs along the rod, so X0 and h are the eye's coordinates at rod coordinate zero
         let eye_from_hinge = flat(eye - hinge);
@@ -297,7 +371,10 @@ impl Survey<'_> {
             q: 2.0 * pivot_sign * (d.y * e0.x - d.x * e0.y),
         };
         self.check_closure(&triangle, (eye - anchor).dot(&axis))?;
-        Ok(Triangle { branch: self.branch(&triangle), ..triangle })
+        Ok(Triangle {
+            branch: self.branch(&triangle),
+            ..triangle
+        })
     }
 
     fn check_closure(&self, t: &Triangle, out_of_plane: f64) -> Result<(), MachineError> {
@@ -305,20 +382,33 @@ impl Survey<'_> {
         if !(t.d.norm() > 1e-6 && t.e0.norm() > 1e-6) {
             return Err(self.fault(
                 "three corners apart from each other",
-                format!("{:.6} m from hinge to pivot, {:.6} m from pivot to anchor", t.d.norm(), t.e0.norm()),
+                format!(
+                    "{:.6} m from hinge to pivot, {:.6} m from pivot to anchor",
+                    t.d.norm(),
+                    t.e0.norm()
+                ),
             ));
         }
         if !(out_of_plane.abs() <= OUT_OF_PLANE_SHARE * size) {
-            return Err(self.fault("rod_end and anchor in one plane across the pivot", format!("{out_of_plane:.4} m apart along its axis")));
+            return Err(self.fault(
+                "rod_end and anchor in one plane across the pivot",
+                format!("{out_of_plane:.4} m apart along its axis"),
+            ));
         }
         let reach = [(t.d.norm() - t.e0.norm()).abs(), size];
-        let limits = self.tree.bodies[self.bodies.rod].joint.as_ref().and_then(|j| j.limits);
+        let limits = self.tree.bodies[self.bodies.rod]
+            .joint
+            .as_ref()
+            .and_then(|j| j.limits);
         let [lower, upper] = limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         let shortest = (lower + t.length_at_zero).max(0.0).hypot(t.eccentricity);
         let longest = (upper + t.length_at_zero).hypot(t.eccentricity);
         if upper + t.length_at_zero < 0.0 || shortest > reach[1] || longest < reach[0] {
             return Err(self.fault(
-                format!("an actuator between {:.4} and {:.4} m long", reach[0], reach[1]),
+                format!(
+                    "an actuator between {:.4} and {:.4} m long",
+                    reach[0], reach[1]
+                ),
                 format!("{shortest:.4} to {longest:.4} m within the rod's limits"),
             ));
         }
@@ -327,10 +417,19 @@ impl Survey<'_> {
 
     /// On which side of its longest position the actuator works.
     fn branch(&self, t: &Triangle) -> f64 {
-        let limits = self.tree.bodies[self.bodies.pivot].joint.as_ref().and_then(|j| j.limits);
-        let middle = limits.filter(|[lower, upper]| upper - lower < std::f64::consts::TAU).map(|[lower, upper]| 0.5 * (lower + upper));
+        let limits = self.tree.bodies[self.bodies.pivot]
+            .joint
+            .as_ref()
+            .and_then(|j| j.limits);
+        let middle = limits
+            .filter(|[lower, upper]| upper - lower < std::f64::consts::TAU)
+            .map(|[lower, upper]| 0.5 * (lower + upper));
         let near = self.spec.pivot_near.or(middle).unwrap_or(0.0);
         // sin(near - theta_0) has the sign of sin(near) P - cos(near) Q
-        if near.sin() * t.p - near.cos() * t.q < 0.0 { -1.0 } else { 1.0 }
+        if near.sin() * t.p - near.cos() * t.q < 0.0 {
+            -1.0
+        } else {
+            1.0
+        }
     }
 }

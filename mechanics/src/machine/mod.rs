@@ -19,8 +19,8 @@ pub use error::MachineError;
 pub use inertia::Inertia;
 pub use linkage::{Linkage, LinkageInput};
 pub use spec::{
-    ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec, OneOrMany, PayloadSpec,
-    PointSpec, SignalsSpec, Stiffness, SuspensionSpec, WheelSpec,
+    ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,
+    OneOrMany, PayloadSpec, PointSpec, SignalsSpec, Stiffness, SuspensionSpec, WheelSpec,
 };
 pub use support_polygon::{Edge, SupportPolygon};
 
@@ -314,6 +314,11 @@ impl Machine {
     pub fn mass(&self) -> f64 {
         let always = |p: &&Payload| p.window_s == [f64::NEG_INFINITY, f64::INFINITY];
         self.bodies.iter().map(|b| b.inertia.mass).sum::<f64>()
-            + self.payloads.iter().filter(always).map(|p| p.inertia.mass).sum::<f64>()
+            + self
+                .payloads
+                .iter()
+                .filter(always)
+                .map(|p| p.inertia.mass)
+                .sum::<f64>()
     }
 }

@@ -176,7 +176,14 @@ pub struct LimitsSpec {
 
 impl Default for LimitsSpec {
     fn default() -> Self {
-        Self { min_load: None, min_load_share: None, optimal_load: None, notice: 0.75, warning: 0.90, limit: 1.0 }
+        Self {
+            min_load: None,
+            min_load_share: None,
+            optimal_load: None,
+            notice: 0.75,
+            warning: 0.90,
+            limit: 1.0,
+        }
     }
 }
 
@@ -316,8 +323,13 @@ impl MachineSpec {
     /// # Errors
     /// No TOML, or an unknown, missing or mistyped key: with line and column.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, MachineError> {
-        let spec: Self = toml::from_str(text)
-            .map_err(|e| MachineError::MachineFile { file: file.into(), message: e.to_string().trim_end().to_string() })?;
-        Ok(Self { file: file.into(), ..spec })
+        let spec: Self = toml::from_str(text).map_err(|e| MachineError::MachineFile {
+            file: file.into(),
+            message: e.to_string().trim_end().to_string(),
+        })?;
+        Ok(Self {
+            file: file.into(),
+            ..spec
+        })
     }
 }

@@ -35,7 +35,10 @@ impl SupportPolygon {
     /// The polygon of contact points given in the base frame's x and y [m]; `None` where they span no
     /// area.
     pub(super) fn build(points: &[Vector2<f64>], names: &[&str]) -> Option<Self> {
-        let diameter = points.iter().flat_map(|a| points.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max);
+        let diameter = points
+            .iter()
+            .flat_map(|a| points.iter().map(move |b| (a - b).norm()))
+            .fold(0.0, f64::max);
         let corners = hull(points, ON_EDGE_SHARE * diameter);
         if corners.len() < 3 {
             return None;
@@ -52,10 +55,21 @@ impl SupportPolygon {
                 let name = if points.len() == 4 && n == 4 {
                     ["front", "left", "rear", "right"][i].to_string()
                 } else {
-                    format!("{}_{}", names[from].to_lowercase(), names[to].to_lowercase())
+                    format!(
+                        "{}_{}",
+                        names[from].to_lowercase(),
+                        names[to].to_lowercase()
+                    )
                 };
-                let carries = points.iter().map(|p| distance_inside(&points[from], &points[to], p) < ON_EDGE_SHARE * diameter);
-                Edge { name, from, to, carries: carries.collect() }
+                let carries = points.iter().map(|p| {
+                    distance_inside(&points[from], &points[to], p) < ON_EDGE_SHARE * diameter
+                });
+                Edge {
+                    name,
+                    from,
+                    to,
+                    carries: carries.collect(),
+                }
             })
             .collect();
         Some(Self { edges })
@@ -71,12 +85,19 @@ fn distance_inside(from: &Vector2<f64>, to: &Vector2<f64>, point: &Vector2<f64>)
 /// Corners of the convex hull, counter-clockwise, without those that stand out by less than `tolerance`.
 fn hull(points: &[Vector2<f64>], tolerance: f64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).collect();
-    order.sort_by(|&a, &b| points[a].x.total_cmp(&points[b].x).then(points[a].y.total_cmp(&points[b].y)));
+    order.sort_by(|&a, &b| {
+        points[a]
+            .x
+            .total_cmp(&points[b].x)
+            .then(points[a].y.total_cmp(&points[b].y))
+    });
     let chain = |order: &mut dyn Iterator<Item = usize>| {
         let mut chain: Vec<usize> = Vec::new();
         for next in order {
             while let [.., before, last] = chain[..] {
-                if (points[next] - points[before]).norm() > 0.0 && -distance_inside(&points[before], &points[next], &points[last]) > 0.0 {
+                if (points[next] - points[before]).norm() > 0.0
+                    && -distance_inside(&points[before], &points[next], &points[last]) > 0.0
+                {
                     break;
                 }
                 chain.pop();
@@ -91,11 +112,23 @@ fn hull(points: &[Vector2<f64>], tolerance: f64) -> Vec<usize> {
     drop_flat_corners(points, corners, tolerance)
 }
 
-fn drop_flat_corners(points: &[Vector2<f64>], mut corners: Vec<usize>, tolerance: f64) -> Vec<usize> {
+fn drop_flat_corners(
+    points: &[Vector2<f64>],
+    mut corners: Vec<usize>,
+    tolerance: f64,
+) -> Vec<usize> {
     while corners.len() > 2 {
         let n = corners.len();
-        let height = |k: usize| -distance_inside(&points[corners[(k + n - 1) % n]], &points[corners[(k + 1) % n]], &points[corners[k]]);
-        let Some(flattest) = (0..n).min_by(|&a, &b| height(a).total_cmp(&height(b))) else { break };
+        let height = |k: usize| {
+            -distance_inside(
+                &points[corners[(k + n - 1) % n]],
+                &points[corners[(k + 1) % n]],
+                &points[corners[k]],
+            )
+        };
+        let Some(flattest) = (0..n).min_by(|&a, &b| height(a).total_cmp(&height(b))) else {
+            break;
+        };
         if height(flattest) >= tolerance {
             break;
         }
@@ -115,15 +148,37 @@ mod tests {
 
     #[test]
     fn four_wheels_have_named_edges_from_front_to_right() {
-        let p = polygon(&[(1.0, 0.8), (1.0, -0.8), (-1.0, 0.8), (-1.0, -0.8)], &["FL", "FR", "RL", "RR"]);
-        let edges: Vec<_> = p.edges().iter().map(|e| (e.name.as_str(), e.from, e.to)).collect();
-        assert_eq!(edges, [("front", 1, 0), ("left", 0, 2), ("rear", 2, 3), ("right", 3, 1)]);
+        let p = polygon(
+            &[(1.0, 0.8), (1.0, -0.8), (-1.0, 0.8), (-1.0, -0.8)],
+            &["FL", "FR", "RL", "RR"],
+        );
+        let edges: Vec<_> = p
+            .edges()
+            .iter()
+            .map(|e| (e.name.as_str(), e.from, e.to))
+            .collect();
+        assert_eq!(
+            edges,
+            [
+                ("front", 1, 0),
+                ("left", 0, 2),
+                ("rear", 2, 3),
+                ("right", 3, 1)
+            ]
+        );
     }
 
     #[test]
     fn middle_wheels_of_six_stand_on_the_side_edges() {
         let p = polygon(
-            &[(2.0, 0.8), (2.0, -0.8), (0.0, 0.81), (0.0, -0.79), (-1.0, 0.8), (-1.0, -0.8)],
+            &[
+                (2.0, 0.8),
+                (2.0, -0.8),
+                (0.0, 0.81),
+                (0.0, -0.79),
+                (-1.0, 0.8),
+                (-1.0, -0.8),
+            ],
             &["L1", "R1", "L2", "R2", "L3", "R3"],
         );
         assert_eq!(p.edges().len(), 4);

@@ -51,11 +51,17 @@ impl Tree {
     /// Links or joints of the same name, a joint between links that do not exist, no root or several,
     /// a loop.
     pub(super) fn build(urdf: &Urdf) -> Result<Self, MachineError> {
-        let fault = |place: String, expected: &str, found: String| MachineError::value(&urdf.file, place, expected, found);
+        let fault = |place: String, expected: &str, found: String| {
+            MachineError::value(&urdf.file, place, expected, found)
+        };
         let mut link_index = HashMap::new();
         for (i, link) in urdf.links.iter().enumerate() {
             if link_index.insert(link.name.as_str(), i).is_some() {
-                return Err(fault(format!("link \"{}\"", link.name), "one link of a name", "two".into()));
+                return Err(fault(
+                    format!("link \"{}\"", link.name),
+                    "one link of a name",
+                    "two".into(),
+                ));
             }
         }
         let mut joint_names = HashMap::new();
@@ -67,33 +73,73 @@ impl Tree {
                 return Err(fault(place, "one joint of a name", "two".into()));
             }
             let find = |name: &str| {
-                link_index.get(name).copied().ok_or_else(|| fault(place.clone(), "existing links", format!("no link \"{name}\"")))
+                link_index.get(name).copied().ok_or_else(|| {
+                    fault(
+                        place.clone(),
+                        "existing links",
+                        format!("no link \"{name}\""),
+                    )
+                })
             };
             let (parent, child) = (find(&joint.parent)?, find(&joint.child)?);
             if let Some(other) = parent_joint[child].replace(joint) {
-                return Err(fault(place, "one parent for a link", format!("joint \"{}\" also carries \"{}\"", other.name, joint.child)));
+                return Err(fault(
+                    place,
+                    "one parent for a link",
+                    format!("joint \"{}\" also carries \"{}\"", other.name, joint.child),
+                ));
             }
             children[parent].push(joint);
         }
-        let roots: Vec<_> = (0..urdf.links.len()).filter(|&i| parent_joint[i].is_none()).collect();
+        let roots: Vec<_> = (0..urdf.links.len())
+            .filter(|&i| parent_joint[i].is_none())
+            .collect();
         let &[root] = roots.as_slice() else {
             let names: Vec<_> = roots.iter().map(|&i| urdf.links[i].name.as_str()).collect();
-            return Err(fault("links".into(), "one root link that no joint carries", format!("{}: {}", roots.len(), names.join(", "))));
+            return Err(fault(
+                "links".into(),
+                "one root link that no joint carries",
+                format!("{}: {}", roots.len(), names.join(", ")),
+            ));
         };
-        let mut grower = Grower { urdf, link_index: &link_index, children: &children, bodies: Vec::new(), links: Vec::new() };
+        let mut grower = Grower {
+            urdf,
+            link_index: &link_index,
+            children: &children,
+            bodies: Vec::new(),
+            links: Vec::new(),
+        };
         grower.grow(root);
         if grower.links.len() != urdf.links.len() {
-            let apart = urdf.links.iter().find(|l| !grower.links.iter().any(|g| g.name == l.name));
+            let apart = urdf
+                .links
+                .iter()
+                .find(|l| !grower.links.iter().any(|g| g.name == l.name));
             let name = apart.map_or("", |l| &l.name);
-            return Err(fault(format!("link \"{name}\""), "a chain of joints to the root", "a loop".into()));
+            return Err(fault(
+                format!("link \"{name}\""),
+                "a chain of joints to the root",
+                "a loop".into(),
+            ));
         }
         let (bodies, links) = (grower.bodies, grower.links);
-        Ok(Self { base_link: links[0].name.clone(), bodies, links }.rebased())
+        Ok(Self {
+            base_link: links[0].name.clone(),
+            bodies,
+            links,
+        }
+        .rebased())
     }
 
     /// The base frame moved to the link `base_link`, if it is welded to the root.
     fn rebased(mut self) -> Self {
-        let Some(base) = self.links.iter().find(|l| l.name == "base_link" && l.body == 0) else { return self };
+        let Some(base) = self
+            .links
+            .iter()
+            .find(|l| l.name == "base_link" && l.body == 0)
+        else {
+            return self;
+        };
         let base_from_root = base.body_from_link.inverse();
         self.base_link = base.name.clone();
         self.bodies[0].inertia = self.bodies[0].inertia.transformed(&base_from_root);
@@ -116,7 +162,9 @@ impl Tree {
 
     /// Index of the body that the joint of this name carries.
     pub(super) fn body_of_joint(&self, name: &str) -> Option<usize> {
-        self.bodies.iter().position(|b| b.joint.as_ref().is_some_and(|j| j.name == name))
+        self.bodies
+            .iter()
+            .position(|b| b.joint.as_ref().is_some_and(|j| j.name == name))
     }
 
     /// Whether `body` is `ancestor` or carried by it.
@@ -169,19 +217,37 @@ impl Grower<'_> {
                 let body_from_joint = body_from_link * joint.parent_from_joint;
                 let (child_body, child_pose) = match joint.kind {
                     UrdfJointKind::Fixed => (body, body_from_joint),
-                    UrdfJointKind::Revolute => self.add_body(joint, JointKind::Revolute, body, body_from_joint),
-                    UrdfJointKind::Prismatic => self.add_body(joint, JointKind::Prismatic, body, body_from_joint),
+                    UrdfJointKind::Revolute => {
+                        self.add_body(joint, JointKind::Revolute, body, body_from_joint)
+                    }
+                    UrdfJointKind::Prismatic => {
+                        self.add_body(joint, JointKind::Prismatic, body, body_from_joint)
+                    }
                 };
                 pending.push((child, Some(link), child_body, child_pose));
             }
         }
     }
 
-    fn add_link(&mut self, urdf_link: usize, parent_link: Option<usize>, body: usize, body_from_link: Isometry3<f64>) -> usize {
+    fn add_link(
+        &mut self,
+        urdf_link: usize,
+        parent_link: Option<usize>,
+        body: usize,
+        body_from_link: Isometry3<f64>,
+    ) -> usize {
         let source = &self.urdf.links[urdf_link];
-        let inertia = source.inertia.map_or(Inertia::zero(), |i| i.transformed(&body_from_link));
+        let inertia = source
+            .inertia
+            .map_or(Inertia::zero(), |i| i.transformed(&body_from_link));
         self.bodies[body].inertia = self.bodies[body].inertia.welded(&inertia);
-        self.links.push(TreeLink { name: source.name.clone(), parent_link, body, body_from_link, inertia });
+        self.links.push(TreeLink {
+            name: source.name.clone(),
+            parent_link,
+            body,
+            body_from_link,
+            inertia,
+        });
         self.links.len() - 1
     }
 
@@ -199,7 +265,12 @@ impl Grower<'_> {
         self.bodies.push(TreeBody {
             link: joint.child.clone(),
             parent,
-            joint: Some(TreeJoint { name: joint.name.clone(), kind, limits: joint.limits, mimic: joint.mimic.clone() }),
+            joint: Some(TreeJoint {
+                name: joint.name.clone(),
+                kind,
+                limits: joint.limits,
+                mimic: joint.mimic.clone(),
+            }),
             parent_from_joint,
             base_from_body: self.bodies[parent].base_from_body * parent_from_joint,
             inertia: Inertia::zero(),

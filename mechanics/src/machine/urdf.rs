@@ -61,15 +61,30 @@ impl Urdf {
             expected: "XML".into(),
             found: e.to_string(),
         })?;
-        let reader = Reader { file, document: &document };
+        let reader = Reader {
+            file,
+            document: &document,
+        };
         let robot = document.root_element();
         if robot.tag_name().name() != "robot" {
-            return Err(reader.error(robot, "the element <robot>", format!("<{}>", robot.tag_name().name())));
+            return Err(reader.error(
+                robot,
+                "the element <robot>",
+                format!("<{}>", robot.tag_name().name()),
+            ));
         }
         let elements = |tag: &'static str| robot.children().filter(move |n| n.has_tag_name(tag));
-        let links = elements("link").map(|n| reader.link(n)).collect::<Result<Vec<_>, _>>()?;
-        let joints = elements("joint").map(|n| reader.joint(n)).collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { file: file.into(), links, joints })
+        let links = elements("link")
+            .map(|n| reader.link(n))
+            .collect::<Result<Vec<_>, _>>()?;
+        let joints = elements("joint")
+            .map(|n| reader.joint(n))
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(Self {
+            file: file.into(),
+            links,
+            joints,
+        })
     }
 }
 
@@ -79,7 +94,12 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn error(&self, node: Node<'_, '_>, expected: impl Into<String>, found: impl Into<String>) -> MachineError {
+    fn error(
+        &self,
+        node: Node<'_, '_>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> MachineError {
         MachineError::Urdf {
             file: self.file.into(),
             line: self.document.text_pos_at(node.range().start).row,
@@ -102,22 +122,47 @@ impl Reader<'_> {
         let link_from_inertial = self.origin(node)?;
         let mass = match child(node, "mass") {
             Some(mass) => self.number(mass, "value")?,
-            None => return Err(self.error(node, format!("<mass value=\"...\"/> in <inertial> of link \"{link}\""), "none")),
+            None => {
+                return Err(self.error(
+                    node,
+                    format!("<mass value=\"...\"/> in <inertial> of link \"{link}\""),
+                    "none",
+                ));
+            }
         };
         let tensor = match child(node, "inertia") {
             Some(n) => {
                 let get = |name| self.number(n, name);
                 let (xy, xz, yz) = (get("ixy")?, get("ixz")?, get("iyz")?);
-                Matrix3::new(get("ixx")?, xy, xz, xy, get("iyy")?, yz, xz, yz, get("izz")?)
+                Matrix3::new(
+                    get("ixx")?,
+                    xy,
+                    xz,
+                    xy,
+                    get("iyy")?,
+                    yz,
+                    xz,
+                    yz,
+                    get("izz")?,
+                )
             }
             None => Matrix3::zeros(),
         };
         if mass == 0.0 && tensor == Matrix3::zeros() {
             return Ok(None);
         }
-        let inertia = Inertia { mass, com: Vector3::zeros(), about_com: tensor };
+        let inertia = Inertia {
+            mass,
+            com: Vector3::zeros(),
+            about_com: tensor,
+        };
         inertia.check().map_err(|fault| {
-            MachineError::value(self.file, format!("link \"{link}\""), fault.expected, fault.found)
+            MachineError::value(
+                self.file,
+                format!("link \"{link}\""),
+                fault.expected,
+                fault.found,
+            )
         })?;
         Ok(Some(inertia.transformed(&link_from_inertial)))
     }
@@ -130,17 +175,26 @@ impl Reader<'_> {
             "prismatic" => UrdfJointKind::Prismatic,
             other => {
                 let found = format!("\"{other}\" for joint \"{name}\"");
-                return Err(self.error(node, "a joint type of fixed, revolute, continuous, prismatic", found));
+                return Err(self.error(
+                    node,
+                    "a joint type of fixed, revolute, continuous, prismatic",
+                    found,
+                ));
             }
         };
         let link_of = |tag: &'static str| match child(node, tag) {
             Some(n) => self.text(n, "link").map(str::to_string),
-            None => Err(self.error(node, format!("<{tag} link=\"...\"/> in joint \"{name}\""), "none")),
+            None => Err(self.error(
+                node,
+                format!("<{tag} link=\"...\"/> in joint \"{name}\""),
+                "none",
+            )),
         };
         let limits = match child(node, "limit") {
-            Some(limit) if node.attribute("type") != Some("continuous") => {
-                Some([self.number_or(limit, "lower", 0.0)?, self.number_or(limit, "upper", 0.0)?])
-            }
+            Some(limit) if node.attribute("type") != Some("continuous") => Some([
+                self.number_or(limit, "lower", 0.0)?,
+                self.number_or(limit, "upper", 0.0)?,
+            ]),
             _ => None,
         };
         let mimic = match child(node, "mimic") {
@@ -164,22 +218,48 @@ impl Reader<'_> {
     }
 
     fn axis(&self, node: Node<'_, '_>, joint: &str) -> Result<Vector3<f64>, MachineError> {
-        let Some(axis) = child(node, "axis") else { return Ok(Vector3::x()) };
+        let Some(axis) = child(node, "axis") else {
+            return Ok(Vector3::x());
+        };
         let xyz = self.triple(axis, "xyz")?;
-        xyz.try_normalize(1e-9)
-            .ok_or_else(|| self.error(axis, format!("an axis of non-zero length for joint \"{joint}\""), "0 0 0"))
+        xyz.try_normalize(1e-9).ok_or_else(|| {
+            self.error(
+                axis,
+                format!("an axis of non-zero length for joint \"{joint}\""),
+                "0 0 0",
+            )
+        })
     }
 
     fn origin(&self, node: Node<'_, '_>) -> Result<Isometry3<f64>, MachineError> {
-        let Some(origin) = child(node, "origin") else { return Ok(Isometry3::identity()) };
-        let xyz = if origin.has_attribute("xyz") { self.triple(origin, "xyz")? } else { Vector3::zeros() };
-        let rpy = if origin.has_attribute("rpy") { self.triple(origin, "rpy")? } else { Vector3::zeros() };
-        Ok(Isometry3::from_parts(Translation3::from(xyz), UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z)))
+        let Some(origin) = child(node, "origin") else {
+            return Ok(Isometry3::identity());
+        };
+        let xyz = if origin.has_attribute("xyz") {
+            self.triple(origin, "xyz")?
+        } else {
+            Vector3::zeros()
+        };
+        let rpy = if origin.has_attribute("rpy") {
+            self.triple(origin, "rpy")?
+        } else {
+            Vector3::zeros()
+        };
+        Ok(Isometry3::from_parts(
+            Translation3::from(xyz),
+            UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z),
+        ))
     }
 
     fn text<'n>(&self, node: Node<'n, '_>, attribute: &str) -> Result<&'n str, MachineError> {
         let tag = node.tag_name().name();
-        node.attribute(attribute).ok_or_else(|| self.error(node, format!("<{tag} {attribute}=\"...\">"), "no such attribute"))
+        node.attribute(attribute).ok_or_else(|| {
+            self.error(
+                node,
+                format!("<{tag} {attribute}=\"...\">"),
+                "no such attribute",
+            )
+        })
     }
 
     fn number(&self, node: Node<'_, '_>, attribute: &str) -> Result<f64, MachineError> {
@@ -187,24 +267,48 @@ impl Reader<'_> {
         self.parse_number(node, attribute, text)
     }
 
-    fn number_or(&self, node: Node<'_, '_>, attribute: &str, default: f64) -> Result<f64, MachineError> {
-        node.attribute(attribute).map_or(Ok(default), |text| self.parse_number(node, attribute, text))
+    fn number_or(
+        &self,
+        node: Node<'_, '_>,
+        attribute: &str,
+        default: f64,
+    ) -> Result<f64, MachineError> {
+        node.attribute(attribute)
+            .map_or(Ok(default), |text| self.parse_number(node, attribute, text))
     }
 
-    fn parse_number(&self, node: Node<'_, '_>, attribute: &str, text: &str) -> Result<f64, MachineError> {
+    fn parse_number(
+        &self,
+        node: Node<'_, '_>,
+        attribute: &str,
+        text: &str,
+    ) -> Result<f64, MachineError> {
         text.trim()
             .parse::<f64>()
             .ok()
             .filter(|value| value.is_finite())
-            .ok_or_else(|| self.error(node, format!("a finite number in {attribute}"), format!("\"{text}\"")))
+            .ok_or_else(|| {
+                self.error(
+                    node,
+                    format!("a finite number in {attribute}"),
+                    format!("\"{text}\""),
+                )
+            })
     }
 
     fn triple(&self, node: Node<'_, '_>, attribute: &str) -> Result<Vector3<f64>, MachineError> {
         let text = self.text(node, attribute)?;
-        let numbers = text.split_whitespace().map(|t| self.parse_number(node, attribute, t)).collect::<Result<Vec<_>, _>>()?;
+        let numbers = text
+            .split_whitespace()
+            .map(|t| self.parse_number(node, attribute, t))
+            .collect::<Result<Vec<_>, _>>()?;
         match numbers[..] {
             [x, y, z] => Ok(Vector3::new(x, y, z)),
-            _ => Err(self.error(node, format!("three numbers in {attribute}"), format!("\"{text}\""))),
+            _ => Err(self.error(
+                node,
+                format!("three numbers in {attribute}"),
+                format!("\"{text}\""),
+            )),
         }
     }
 }

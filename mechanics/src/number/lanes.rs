@@ -1,6 +1,8 @@
 //! Four samples side by side in one vector register.
 
-use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+use std::ops::{
+    Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+};
 
 use num_traits::{One, Zero};
 use wide::f64x4;
@@ -61,7 +63,11 @@ impl Not for LaneMask {
 impl Mask for LaneMask {
     #[inline]
     fn splat(value: bool) -> Self {
-        Self(f64x4::splat(if value { f64::from_bits(u64::MAX) } else { 0.0 }))
+        Self(f64x4::splat(if value {
+            f64::from_bits(u64::MAX)
+        } else {
+            0.0
+        }))
     }
 
     #[inline]

@@ -8,7 +8,11 @@ const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
 /// pi/2 in three parts, the first two with zeros at their ends, so that `k * part` is exact for
 /// |k| < 2^20 (Cody and Waite's reduction).
-const HALF_PI: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
+const HALF_PI: [f64; 3] = [
+    1.570_796_326_734_125_6,
+    6.077_100_506_303_966e-11,
+    2.022_266_248_795_950_6e-21,
+];
 
 /// Taylor-like minimax coefficients on [-pi/4, pi/4], lowest power first: sin x = x + x^3 p(x^2).
 const SIN: [f64; 6] = [
@@ -36,7 +40,8 @@ const COS: [f64; 6] = [
 pub(super) fn sin_cos<T: Real>(angle: T) -> (T, T) {
     let c = T::constant;
     let quarter_turns = (angle * c(std::f64::consts::FRAC_2_PI) + c(ROUNDING)) - c(ROUNDING);
-    let x = ((angle - quarter_turns * c(HALF_PI[0])) - quarter_turns * c(HALF_PI[1])) - quarter_turns * c(HALF_PI[2]);
+    let x = ((angle - quarter_turns * c(HALF_PI[0])) - quarter_turns * c(HALF_PI[1]))
+        - quarter_turns * c(HALF_PI[2]);
     let x2 = x * x;
     let sin = x + x * x2 * polynomial(x2, &SIN);
     let cos = (T::one() - x2 * c(0.5)) + x2 * x2 * polynomial(x2, &COS);
@@ -49,7 +54,10 @@ pub(super) fn sin_cos<T: Real>(angle: T) -> (T, T) {
     let cos_negative = c(0.5).lt(remainder);
     let (s, k) = (T::select(odd, cos, sin), T::select(odd, sin, cos));
     // In the quadrants: 0 (s, c), 1 (c, -s), +-2 (-s, -c), -1 (-c, s).
-    (T::select(sin_negative, -s, s), T::select(cos_negative | remainder.lt(c(-1.5)), -k, k))
+    (
+        T::select(sin_negative, -s, s),
+        T::select(cos_negative | remainder.lt(c(-1.5)), -k, k),
+    )
 }
 
 #[inline]
@@ -68,12 +76,23 @@ mod tests {
         for i in -200_000..200_000 {
             let angle = f64::from(i) * 0.001_234_567;
             let (s, c) = sin_cos(angle);
-            worst = worst.max((s - angle.sin()).abs()).max((c - angle.cos()).abs());
+            worst = worst
+                .max((s - angle.sin()).abs())
+                .max((c - angle.cos()).abs());
         }
         assert!(worst < 3e-16, "worst error {worst:e}");
-        for angle in [1e4, -1e5, 9.9e5, std::f64::consts::PI, -std::f64::consts::FRAC_PI_2] {
+        for angle in [
+            1e4,
+            -1e5,
+            9.9e5,
+            std::f64::consts::PI,
+            -std::f64::consts::FRAC_PI_2,
+        ] {
             let (s, c) = sin_cos(angle);
-            assert!((s - angle.sin()).abs() < 1e-13 && (c - angle.cos()).abs() < 1e-13, "{angle}");
+            assert!(
+                (s - angle.sin()).abs() < 1e-13 && (c - angle.cos()).abs() < 1e-13,
+                "{angle}"
+            );
         }
     }
 

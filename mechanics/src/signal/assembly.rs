@@ -68,7 +68,9 @@ impl Tracks {
         let odometry = model(e.odometry_noise, 0.0, e.odometry_agility);
         let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
         let mut list = Vec::new();
-        let mut add = |followed, model, channels| list.push((followed, Track::new(model, channels, keeps_history)));
+        let mut add = |followed, model, channels| {
+            list.push((followed, Track::new(model, channels, keeps_history)))
+        };
         for (stream, spec) in sensors.joints.iter().enumerate() {
             add(Followed::Joints(stream), joints, spec.joints.len());
         }
@@ -85,16 +87,34 @@ impl Tracks {
         if sensors.tool_wrench {
             add(Followed::ToolWrench, tool, 6);
         }
-        Self { list, sensors: sensors.clone() }
+        Self {
+            list,
+            sensors: sensors.clone(),
+        }
     }
 
     pub(super) fn get(&self, followed: Followed) -> Option<&Track> {
-        self.list.iter().find(|(f, _)| *f == followed).map(|(_, track)| track)
+        self.list
+            .iter()
+            .find(|(f, _)| *f == followed)
+            .map(|(_, track)| track)
     }
 
-    fn push_to(&mut self, followed: Followed, stamp_ns: i64, values: &[f64], rates: Option<&[f64]>) -> Result<(), SampleError> {
-        let track = self.list.iter_mut().find(|(f, _)| *f == followed).map(|(_, track)| track);
-        track.ok_or(SampleError::UnknownSensor)?.push(stamp_ns, values, rates)
+    fn push_to(
+        &mut self,
+        followed: Followed,
+        stamp_ns: i64,
+        values: &[f64],
+        rates: Option<&[f64]>,
+    ) -> Result<(), SampleError> {
+        let track = self
+            .list
+            .iter_mut()
+            .find(|(f, _)| *f == followed)
+            .map(|(_, track)| track);
+        track
+            .ok_or(SampleError::UnknownSensor)?
+            .push(stamp_ns, values, rates)
     }
 
     /// Takes a sample apart into the tracks that follow its parts.
@@ -169,13 +189,27 @@ pub(super) struct BaseView {
 
 impl Assembler {
     pub(super) fn new(machine: &Machine, sensors: &Sensors) -> Self {
-        let rolling = machine.joints().iter().enumerate().filter(|(_, j)| !j.logged).filter_map(|(joint, spec)| {
-            let wheel = &machine.wheels()[spec.spins_wheel?];
-            let axis = machine.axis_at_zero(wheel.body);
-            let forward = axis.cross(&Vector3::z()).try_normalize(1e-9)?;
-            Some(RollingWheel { joint, forward, centre: wheel.centre_at_zero, radius: wheel.radius })
-        });
-        Self { sensors: sensors.clone(), rolling: rolling.collect(), jets: vec![[0.0; 3]; machine.joints().len().max(6)] }
+        let rolling = machine
+            .joints()
+            .iter()
+            .enumerate()
+            .filter(|(_, j)| !j.logged)
+            .filter_map(|(joint, spec)| {
+                let wheel = &machine.wheels()[spec.spins_wheel?];
+                let axis = machine.axis_at_zero(wheel.body);
+                let forward = axis.cross(&Vector3::z()).try_normalize(1e-9)?;
+                Some(RollingWheel {
+                    joint,
+                    forward,
+                    centre: wheel.centre_at_zero,
+                    radius: wheel.radius,
+                })
+            });
+        Self {
+            sensors: sensors.clone(),
+            rolling: rolling.collect(),
+            jets: vec![[0.0; 3]; machine.joints().len().max(6)],
+        }
     }
 
     /// Fills `state` from `read`, which writes a track's jets and says whether they mean anything;
@@ -193,20 +227,40 @@ impl Assembler {
         }
         for (stream, spec) in self.sensors.joints.iter().enumerate() {
             let jets = &mut self.jets[..spec.joints.len()];
-            note(&mut reasons, Followed::Joints(stream), read(Followed::Joints(stream), jets), self.sensors.imu);
+            note(
+                &mut reasons,
+                Followed::Joints(stream),
+                read(Followed::Joints(stream), jets),
+                self.sensors.imu,
+            );
             for (&joint, &[position, rate, acceleration]) in spec.joints.iter().zip(jets.iter()) {
-                state.joints[joint] = Motion { position, rate, acceleration };
+                state.joints[joint] = Motion {
+                    position,
+                    rate,
+                    acceleration,
+                };
             }
         }
         let imu = self.sensors.imu;
         let mut triple = |followed| vectors(followed, read, &mut reasons, imu);
-        let velocity = if self.sensors.odometry { triple(Followed::Velocity) } else { None };
+        let velocity = if self.sensors.odometry {
+            triple(Followed::Velocity)
+        } else {
+            None
+        };
         let (turning, up) = if imu || self.sensors.odometry {
-            (triple(Followed::AngularVelocity), triple(Followed::Up).and_then(|[up, ..]| up.try_normalize(0.5)))
+            (
+                triple(Followed::AngularVelocity),
+                triple(Followed::Up).and_then(|[up, ..]| up.try_normalize(0.5)),
+            )
         } else {
             (None, None)
         };
-        let up_in_base = if imu { up.and_then(|up| up_in_base(machine, &up)) } else { up };
+        let up_in_base = if imu {
+            up.and_then(|up| up_in_base(machine, &up))
+        } else {
+            up
+        };
         let [w, alpha, _] = turning.unwrap_or_default();
         state.imu.angular_velocity = w;
         state.imu.angular_acceleration = alpha;
@@ -214,11 +268,17 @@ impl Assembler {
             state.imu.specific_force = triple(Followed::SpecificForce).unwrap_or_default()[0];
         } else if let Some([v, v_rate, _]) = velocity {
             // f = dv/dt + w x v + g up
-            state.imu.specific_force = v_rate + w.cross(&v) + up_in_base.unwrap_or(Vector3::z()) * machine.gravity();
+            state.imu.specific_force =
+                v_rate + w.cross(&v) + up_in_base.unwrap_or(Vector3::z()) * machine.gravity();
         }
         if self.sensors.tool_wrench {
             let jets = &mut self.jets[..6];
-            note(&mut reasons, Followed::ToolWrench, read(Followed::ToolWrench, jets), imu);
+            note(
+                &mut reasons,
+                Followed::ToolWrench,
+                read(Followed::ToolWrench, jets),
+                imu,
+            );
             state.tool_wrench.force = Vector3::new(jets[0][0], jets[1][0], jets[2][0]);
             state.tool_wrench.moment = Vector3::new(jets[3][0], jets[4][0], jets[5][0]);
         }
@@ -227,22 +287,43 @@ impl Assembler {
         }
         for (share, payload) in state.payload_share.iter_mut().zip(machine.payloads()) {
             let [from, to] = payload.window_s;
-            *share = if (from..to).contains(&elapsed_s) { 1.0 } else { 0.0 };
+            *share = if (from..to).contains(&elapsed_s) {
+                1.0
+            } else {
+                0.0
+            };
         }
         if reasons.has_gap() {
             state.for_each_value(|value| *value = f64::NAN);
         }
-        BaseView { up_in_base, base_velocity: velocity.map(|[v, ..]| v), reasons }
+        BaseView {
+            up_in_base,
+            base_velocity: velocity.map(|[v, ..]| v),
+            reasons,
+        }
     }
 }
 
 impl RollingWheel {
     /// Rate and acceleration of rolling: the centre's speed along the wheel by its radius; at rest
     /// where the speed is unknown. The angle of a round wheel does not matter.
-    fn motion(&self, velocity: Option<[Vector3<f64>; 3]>, w: &Vector3<f64>, alpha: &Vector3<f64>) -> Motion<f64> {
-        let Some([v, v_rate, _]) = velocity else { return Motion::zero() };
-        let along = |v: &Vector3<f64>, w: &Vector3<f64>| self.forward.dot(&(v + w.cross(&self.centre))) / self.radius;
-        Motion { position: 0.0, rate: along(&v, w), acceleration: along(&v_rate, alpha) }
+    fn motion(
+        &self,
+        velocity: Option<[Vector3<f64>; 3]>,
+        w: &Vector3<f64>,
+        alpha: &Vector3<f64>,
+    ) -> Motion<f64> {
+        let Some([v, v_rate, _]) = velocity else {
+            return Motion::zero();
+        };
+        let along = |v: &Vector3<f64>, w: &Vector3<f64>| {
+            self.forward.dot(&(v + w.cross(&self.centre))) / self.radius
+        };
+        Motion {
+            position: 0.0,
+            rate: along(&v, w),
+            acceleration: along(&v_rate, alpha),
+        }
     }
 }
 

@@ -32,7 +32,10 @@ impl CausalEstimator {
             tracks: Tracks::new(machine, sensors, false),
             assembler: Assembler::new(machine, sensors),
             sensors: sensors.clone(),
-            counts: sensors.iter().map(|sensor| (sensor, StreamCounts::default())).collect(),
+            counts: sensors
+                .iter()
+                .map(|sensor| (sensor, StreamCounts::default()))
+                .collect(),
             clock,
             first_row_ns: None,
             rows_given: 0,
@@ -58,9 +61,18 @@ impl CausalEstimator {
     ///
     /// # Errors
     /// [`SampleError`] where the sample is not used; it is counted, and the estimator goes on.
-    pub fn push(&mut self, machine: &Machine, sample: &Sample<'_>, row: &mut dyn FnMut(&Estimate)) -> Result<(), SampleError> {
+    pub fn push(
+        &mut self,
+        machine: &Machine,
+        sample: &Sample<'_>,
+        row: &mut dyn FnMut(&Estimate),
+    ) -> Result<(), SampleError> {
         let result = self.tracks.push(sample);
-        if let Some((_, counts)) = self.counts.iter_mut().find(|(sensor, _)| *sensor == sample.sensor) {
+        if let Some((_, counts)) = self
+            .counts
+            .iter_mut()
+            .find(|(sensor, _)| *sensor == sample.sensor)
+        {
             counts.count(result);
         }
         result?;
@@ -91,8 +103,12 @@ impl CausalEstimator {
     fn give_row(&mut self, machine: &Machine, time_ns: i64, row: &mut dyn FnMut(&Estimate)) {
         let (tracks, settle_ns, max_gap_ns) = (&self.tracks, self.settle_ns, self.max_gap_ns);
         let mut read = |followed: Followed, jets: &mut [Jet]| {
-            let Some(track) = tracks.get(followed) else { return Standing::Unknown };
-            let near = track.last_ns().is_some_and(|last| last.abs_diff(time_ns) <= max_gap_ns.unsigned_abs());
+            let Some(track) = tracks.get(followed) else {
+                return Standing::Unknown;
+            };
+            let near = track
+                .last_ns()
+                .is_some_and(|last| last.abs_diff(time_ns) <= max_gap_ns.unsigned_abs());
             if !near {
                 return Standing::Unknown;
             }
@@ -100,10 +116,16 @@ impl CausalEstimator {
                 *jet = track.at(channel, time_ns);
             }
             let settled = time_ns.saturating_sub(track.started_ns()) >= settle_ns;
-            if settled { Standing::Known } else { Standing::Settling }
+            if settled {
+                Standing::Known
+            } else {
+                Standing::Settling
+            }
         };
         let elapsed_s = seconds(time_ns.saturating_sub(self.first_row_ns.unwrap_or(time_ns)));
-        let view = self.assembler.assemble(machine, elapsed_s, &mut read, &mut self.estimate.state);
+        let view = self
+            .assembler
+            .assemble(machine, elapsed_s, &mut read, &mut self.estimate.state);
         self.estimate.set(time_ns, view);
         row(&self.estimate);
     }

@@ -85,7 +85,14 @@ impl Reasons {
     /// Whether a gap leaves the state unknown.
     #[must_use]
     pub fn has_gap(self) -> bool {
-        [Reason::JointsGap, Reason::ImuGap, Reason::OdometryGap, Reason::ToolWrenchGap].iter().any(|&r| self.has(r))
+        [
+            Reason::JointsGap,
+            Reason::ImuGap,
+            Reason::OdometryGap,
+            Reason::ToolWrenchGap,
+        ]
+        .iter()
+        .any(|&r| self.has(r))
     }
 
     /// The reasons, in their order.

@@ -36,7 +36,13 @@ pub(super) fn regular_stamp(start_ns: i64, k: u64, rate_hz: f64) -> i64 {
 
 impl Estimate {
     pub(super) fn unknown(machine: &crate::machine::Machine) -> Self {
-        Self { time_ns: 0, state: State::zero(machine), up_in_base: None, base_velocity: None, reasons: Reasons::NONE }
+        Self {
+            time_ns: 0,
+            state: State::zero(machine),
+            up_in_base: None,
+            base_velocity: None,
+            reasons: Reasons::NONE,
+        }
     }
 
     pub(super) fn set(&mut self, time_ns: i64, view: super::assembly::BaseView) {

@@ -94,15 +94,36 @@ impl Sensors {
     /// One stream of joint states with all logged joints of `machine`, and an IMU.
     #[must_use]
     pub fn usual(machine: &Machine) -> Self {
-        let logged = machine.joints().iter().enumerate().filter(|(_, j)| j.logged).map(|(i, _)| i);
-        Self { joints: vec![JointStream { joints: logged.collect() }], imu: true, odometry: false, tool_wrench: false }
+        let logged = machine
+            .joints()
+            .iter()
+            .enumerate()
+            .filter(|(_, j)| j.logged)
+            .map(|(i, _)| i);
+        Self {
+            joints: vec![JointStream {
+                joints: logged.collect(),
+            }],
+            imu: true,
+            odometry: false,
+            tool_wrench: false,
+        }
     }
 
     /// The sensors in their order.
     pub fn iter(&self) -> impl Iterator<Item = Sensor> {
         let joints = (0..self.joints.len()).map(Sensor::Joints);
-        let others = [(self.imu, Sensor::Imu), (self.odometry, Sensor::Odometry), (self.tool_wrench, Sensor::ToolWrench)];
-        joints.chain(others.into_iter().filter(|(there, _)| *there).map(|(_, sensor)| sensor))
+        let others = [
+            (self.imu, Sensor::Imu),
+            (self.odometry, Sensor::Odometry),
+            (self.tool_wrench, Sensor::ToolWrench),
+        ];
+        joints.chain(
+            others
+                .into_iter()
+                .filter(|(there, _)| *there)
+                .map(|(_, sensor)| sensor),
+        )
     }
 
     /// How many values a sample of `sensor` has; `None` if there is no such sensor.
@@ -161,8 +182,9 @@ impl MatchedSensors {
         let mut taken: Vec<Option<usize>> = vec![None; machine.joints().len()];
         for (index, (name, names)) in streams.iter().enumerate() {
             let has = |joint: &str| names.iter().any(|n| n == joint);
-            let joints: Vec<usize> =
-                (0..taken.len()).filter(|&j| has(&machine.joints()[j].name)).collect();
+            let joints: Vec<usize> = (0..taken.len())
+                .filter(|&j| has(&machine.joints()[j].name))
+                .collect();
             for &joint in &joints {
                 if let Some(other) = taken[joint].replace(index) {
                     return Err(JointTwice {
@@ -184,7 +206,11 @@ impl MatchedSensors {
     #[must_use]
     pub fn joint_names(&self, machine: &Machine, stream: usize) -> Vec<String> {
         let name = |&joint: &usize| machine.joints()[joint].name.clone();
-        self.sensors.joints[stream].joints.iter().map(name).collect()
+        self.sensors.joints[stream]
+            .joints
+            .iter()
+            .map(name)
+            .collect()
     }
 }
 

@@ -40,12 +40,27 @@ pub struct SmoothedRows {
 ///
 /// Rows are at the samples of the first stream of joint states or at a regular rate.
 #[must_use]
-pub fn smooth(machine: &Machine, sensors: &Sensors, recordings: &[Recording], clock: RowClock) -> SmoothedRows {
+pub fn smooth(
+    machine: &Machine,
+    sensors: &Sensors,
+    recordings: &[Recording],
+    clock: RowClock,
+) -> SmoothedRows {
     let mut tracks = Tracks::new(machine, sensors, true);
-    let counts = recordings.iter().map(|recording| (recording.sensor, feed(&mut tracks, sensors, recording))).collect();
-    let histories: Vec<(Followed, History)> = tracks.list.into_iter().map(|(f, track)| (f, track.smoothed())).collect();
-    let joints = histories.iter().find(|(f, _)| *f == Followed::Joints(0)).map_or(&[][..], |(_, h)| &h.stamps_ns);
-    let times_ns = row_times(joints, clock);
+    let counts = recordings
+        .iter()
+        .map(|recording| (recording.sensor, feed(&mut tracks, sensors, recording)))
+        .collect();
+    let histories: Vec<(Followed, History)> = tracks
+        .list
+        .into_iter()
+        .map(|(f, track)| (f, track.smoothed()))
+        .collect();
+    let joints = histories
+        .iter()
+        .find(|(f, _)| *f == Followed::Joints(0))
+        .map_or(&[][..], |(_, h)| &h.stamps_ns);
+    let times_ns = row_times(joints, clock, (machine.estimator().max_gap * 1e9) as i64);
     let mut rows = SmoothedRows {
         states: StateColumns::unknown(machine, times_ns.len()),
         reasons: Vec::with_capacity(times_ns.len()),
@@ -59,41 +74,76 @@ pub fn smooth(machine: &Machine, sensors: &Sensors, recordings: &[Recording], cl
 
 fn feed(tracks: &mut Tracks, sensors: &Sensors, recording: &Recording) -> StreamCounts {
     let mut counts = StreamCounts::default();
-    let Some(width) = sensors.value_count(recording.sensor) else { return counts };
+    let Some(width) = sensors.value_count(recording.sensor) else {
+        return counts;
+    };
     let mut order: Vec<usize> = (0..recording.stamps_ns.len()).collect();
     order.sort_by_key(|&i| recording.stamps_ns[i]);
     for i in order {
         let values = &recording.values[i * width..(i + 1) * width];
-        counts.count(tracks.push(&Sample { sensor: recording.sensor, stamp_ns: recording.stamps_ns[i], values }));
+        counts.count(tracks.push(&Sample {
+            sensor: recording.sensor,
+            stamp_ns: recording.stamps_ns[i],
+            values,
+        }));
     }
     counts
 }
 
-fn row_times(joint_stamps_ns: &[i64], clock: RowClock) -> Vec<i64> {
+/// Times of the rows; in a gap of the joint states one row in its middle, so that tables and curves
+/// show that there is one.
+fn row_times(joint_stamps_ns: &[i64], clock: RowClock, max_gap_ns: i64) -> Vec<i64> {
     match (clock, joint_stamps_ns) {
-        (RowClock::JointStates, stamps) => stamps.to_vec(),
         (RowClock::Rate(hz), &[first, .., last]) => {
             let rows = (seconds(last - first) * hz).floor() as u64;
-            (0..=rows).map(|k| regular_stamp(first, k, hz)).filter(|&t| t <= last).collect()
+            (0..=rows)
+                .map(|k| regular_stamp(first, k, hz))
+                .filter(|&t| t <= last)
+                .collect()
         }
-        (RowClock::Rate(_), stamps) => stamps.to_vec(),
+        (_, stamps) => {
+            let mut times = Vec::with_capacity(stamps.len());
+            for (i, &stamp) in stamps.iter().enumerate() {
+                let before = i.checked_sub(1).map(|before| stamps[before]);
+                if let Some(before) = before.filter(|before| stamp - before > max_gap_ns) {
+                    times.push(before + (stamp - before) / 2);
+                }
+                times.push(stamp);
+            }
+            times
+        }
     }
 }
 
-fn fill(machine: &Machine, sensors: &Sensors, histories: &[(Followed, History)], rows: &mut SmoothedRows) {
+fn fill(
+    machine: &Machine,
+    sensors: &Sensors,
+    histories: &[(Followed, History)],
+    rows: &mut SmoothedRows,
+) {
     let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
-    let mut readers: Vec<(Followed, Reader<'_>)> =
-        histories.iter().map(|(followed, history)| (*followed, Reader::new(history, max_gap_ns))).collect();
+    let mut readers: Vec<(Followed, Reader<'_>)> = histories
+        .iter()
+        .map(|(followed, history)| (*followed, Reader::new(history, max_gap_ns)))
+        .collect();
     let mut assembler = Assembler::new(machine, sensors);
     let mut estimate = Estimate::unknown(machine);
     let first_ns = rows.times_ns.first().copied().unwrap_or(0);
     for row in 0..rows.times_ns.len() {
         let time_ns = rows.times_ns[row];
-        let mut read = |followed: Followed, jets: &mut [Jet]| match readers.iter_mut().find(|(f, _)| *f == followed) {
+        let mut read = |followed: Followed, jets: &mut [Jet]| match readers
+            .iter_mut()
+            .find(|(f, _)| *f == followed)
+        {
             Some((_, reader)) => reader.read(time_ns, jets),
             None => Standing::Unknown,
         };
-        let view = assembler.assemble(machine, seconds(time_ns - first_ns), &mut read, &mut estimate.state);
+        let view = assembler.assemble(
+            machine,
+            seconds(time_ns - first_ns),
+            &mut read,
+            &mut estimate.state,
+        );
         estimate.set(time_ns, view);
         rows.states.set(row, &mut estimate.state);
         rows.reasons.push(estimate.reasons);
@@ -111,7 +161,11 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn new(history: &'a History, max_gap_ns: i64) -> Self {
-        Self { history, max_gap_ns, next: 0 }
+        Self {
+            history,
+            max_gap_ns,
+            next: 0,
+        }
     }
 
     /// Between two samples that belong together the expected jet is the quintic that meets both; beyond
@@ -129,7 +183,8 @@ impl<'a> Reader<'a> {
         match (before, after) {
             (Some(a), _) if stamps[a] == time_ns => jets.copy_from_slice(at(a)),
             (Some(a), Some(b)) if stamps[b] - stamps[a] <= self.max_gap_ns => {
-                let weights = Quintic::new(seconds(time_ns - stamps[a]), seconds(stamps[b] - stamps[a]));
+                let weights =
+                    Quintic::new(seconds(time_ns - stamps[a]), seconds(stamps[b] - stamps[a]));
                 for (jet, (from, to)) in jets.iter_mut().zip(at(a).iter().zip(at(b))) {
                     *jet = weights.blend(from, to);
                 }
@@ -165,8 +220,16 @@ impl Quintic {
     fn blend(&self, from: &Jet, to: &Jet) -> Jet {
         let (t, h) = (self.t, self.h);
         let ahead = step(from, h);
-        let (e0, e1, e2) = (to[0] - ahead[0], (to[1] - ahead[1]) * h, (to[2] - ahead[2]) * h * h);
-        let (c3, c4, c5) = (10.0 * e0 - 4.0 * e1 + 0.5 * e2, -15.0 * e0 + 7.0 * e1 - e2, 6.0 * e0 - 3.0 * e1 + 0.5 * e2);
+        let (e0, e1, e2) = (
+            to[0] - ahead[0],
+            (to[1] - ahead[1]) * h,
+            (to[2] - ahead[2]) * h * h,
+        );
+        let (c3, c4, c5) = (
+            10.0 * e0 - 4.0 * e1 + 0.5 * e2,
+            -15.0 * e0 + 7.0 * e1 - e2,
+            6.0 * e0 - 3.0 * e1 + 0.5 * e2,
+        );
         let s = t / h;
         let (s2, taylor) = (s * s, step(from, t));
         [
@@ -183,7 +246,13 @@ mod tests {
 
     #[test]
     fn a_quintic_between_two_jets_is_met_again() {
-        let jet = |t: f64| [t.powi(5) - 2.0 * t.powi(3) + t, 5.0 * t.powi(4) - 6.0 * t * t + 1.0, 20.0 * t.powi(3) - 12.0 * t];
+        let jet = |t: f64| {
+            [
+                t.powi(5) - 2.0 * t.powi(3) + t,
+                5.0 * t.powi(4) - 6.0 * t * t + 1.0,
+                20.0 * t.powi(3) - 12.0 * t,
+            ]
+        };
         for t in [0.0, 0.1, 0.25, 0.4] {
             let found = Quintic::new(t, 0.4).blend(&jet(0.3), &jet(0.7));
             for (i, truth) in jet(0.3 + t).iter().enumerate() {

@@ -81,7 +81,12 @@ impl Track {
     }
 
     /// Takes a sample. `rates` are used if all of them are finite.
-    pub(super) fn push(&mut self, stamp_ns: i64, values: &[f64], rates: Option<&[f64]>) -> Result<(), SampleError> {
+    pub(super) fn push(
+        &mut self,
+        stamp_ns: i64,
+        values: &[f64],
+        rates: Option<&[f64]>,
+    ) -> Result<(), SampleError> {
         if self.last_ns.is_some_and(|last| stamp_ns <= last) {
             return Err(SampleError::NotLater);
         }
@@ -89,7 +94,11 @@ impl Track {
             return Err(SampleError::NotFinite);
         }
         let rates = rates.filter(|rates| rates.iter().all(|r| r.is_finite()));
-        match self.last_ns.map(|last| stamp_ns.saturating_sub(last)).filter(|&step| step <= self.model.max_gap_ns) {
+        match self
+            .last_ns
+            .map(|last| stamp_ns.saturating_sub(last))
+            .filter(|&step| step <= self.model.max_gap_ns)
+        {
             Some(step_ns) => self.follow(step_ns, values, rates),
             None => self.start(stamp_ns, values, rates),
         }
@@ -111,10 +120,22 @@ impl Track {
     fn start(&mut self, stamp_ns: i64, values: &[f64], rates: Option<&[f64]>) {
         self.started_ns = stamp_ns;
         let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.model.density;
-        let rate_variance = if rates.is_some() { self.model.rate_variance } else { spread };
-        self.covariance = [[self.model.value_variance, 0.0, 0.0], [0.0, rate_variance, 0.0], [0.0, 0.0, spread]];
+        let rate_variance = if rates.is_some() {
+            self.model.rate_variance
+        } else {
+            spread
+        };
+        self.covariance = [
+            [self.model.value_variance, 0.0, 0.0],
+            [0.0, rate_variance, 0.0],
+            [0.0, 0.0, spread],
+        ];
         for (channel, jet) in self.jets.iter_mut().enumerate() {
-            *jet = [values[channel], rates.map_or(0.0, |rates| rates[channel]), 0.0];
+            *jet = [
+                values[channel],
+                rates.map_or(0.0, |rates| rates[channel]),
+                0.0,
+            ];
         }
     }
 
@@ -167,7 +188,9 @@ impl Track {
                 let ahead = step(jet, dt);
                 let correction: Jet = std::array::from_fn(|i| next[i] - ahead[i]);
                 for i in 0..3 {
-                    jet[i] += gain[i][0] * correction[0] + gain[i][1] * correction[1] + gain[i][2] * correction[2];
+                    jet[i] += gain[i][0] * correction[0]
+                        + gain[i][1] * correction[1]
+                        + gain[i][2] * correction[2];
                 }
             }
         }
@@ -182,7 +205,11 @@ pub(super) fn seconds(ns: i64) -> f64 {
 /// F(dt) x
 pub(super) fn step(jet: &Jet, dt: f64) -> Jet {
     let [value, first, second] = *jet;
-    [value + dt * (first + 0.5 * dt * second), first + dt * second, second]
+    [
+        value + dt * (first + 0.5 * dt * second),
+        first + dt * second,
+        second,
+    ]
 }
 
 /// F P F' + Q, Q the covariance that white noise of this density adds in dt.
@@ -204,7 +231,11 @@ fn predicted(p: &Matrix, dt: f64, density: f64) -> Matrix {
     ];
     std::array::from_fn(|i| {
         let r = fp[i];
-        [r[0] + d1 * r[1] + d2 * r[2] + q[i][0], r[1] + d1 * r[2] + q[i][1], r[2] + q[i][2]]
+        [
+            r[0] + d1 * r[1] + d2 * r[2] + q[i][0],
+            r[1] + d1 * r[2] + q[i][1],
+            r[2] + q[i][2],
+        ]
     })
 }
 
@@ -215,7 +246,9 @@ fn smoother_gain(filtered: &Matrix, next: &Matrix, dt: f64) -> Matrix {
     std::array::from_fn(|i| {
         let r = filtered[i];
         let pf = [r[0] + d1 * r[1] + d2 * r[2], r[1] + d1 * r[2], r[2]];
-        std::array::from_fn(|j| pf[0] * inverse[0][j] + pf[1] * inverse[1][j] + pf[2] * inverse[2][j])
+        std::array::from_fn(|j| {
+            pf[0] * inverse[0][j] + pf[1] * inverse[1][j] + pf[2] * inverse[2][j]
+        })
     })
 }
 
@@ -225,14 +258,23 @@ fn inverse(m: &Matrix) -> Matrix {
     let (c00, c01, c02) = (minor(1, 2, 1, 2), -minor(1, 2, 0, 2), minor(1, 2, 0, 1));
     let (c11, c12, c22) = (minor(0, 2, 0, 2), -minor(0, 2, 0, 1), minor(0, 1, 0, 1));
     let scale = 1.0 / (m[0][0] * c00 + m[0][1] * c01 + m[0][2] * c02);
-    [[c00 * scale, c01 * scale, c02 * scale], [c01 * scale, c11 * scale, c12 * scale], [c02 * scale, c12 * scale, c22 * scale]]
+    [
+        [c00 * scale, c01 * scale, c02 * scale],
+        [c01 * scale, c11 * scale, c12 * scale],
+        [c02 * scale, c12 * scale, c22 * scale],
+    ]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const MODEL: Model = Model { value_variance: 1e-6, rate_variance: 1e-6, density: 1.0, max_gap_ns: 100_000_000 };
+    const MODEL: Model = Model {
+        value_variance: 1e-6,
+        rate_variance: 1e-6,
+        density: 1.0,
+        max_gap_ns: 100_000_000,
+    };
 
     fn parabola(t: f64) -> Jet {
         [1.0 + 2.0 * t - 1.5 * t * t, 2.0 - 3.0 * t, -3.0]
@@ -243,7 +285,9 @@ mod tests {
         let mut track = Track::new(MODEL, 1, keeps_history);
         for k in 0..400_i64 {
             let stamp = k * 10_000_000 + (k * 7919 % 13) * 200_000;
-            track.push(stamp, &[parabola(seconds(stamp))[0]], None).unwrap();
+            track
+                .push(stamp, &[parabola(seconds(stamp))[0]], None)
+                .unwrap();
         }
         track
     }
@@ -264,7 +308,10 @@ mod tests {
         for (jet, &stamp) in history.jets.iter().zip(&history.stamps_ns) {
             let truth = parabola(seconds(stamp));
             for i in 0..3 {
-                assert!((jet[i] - truth[i]).abs() < 1e-3 * (1 + i) as f64, "{stamp}: {jet:?} {truth:?}");
+                assert!(
+                    (jet[i] - truth[i]).abs() < 1e-3 * (1 + i) as f64,
+                    "{stamp}: {jet:?} {truth:?}"
+                );
             }
         }
     }
@@ -275,7 +322,10 @@ mod tests {
         track.push(0, &[0.0, 0.0], Some(&[1.0, f64::NAN])).unwrap();
         assert_eq!(track.jets[0][1], 0.0);
         assert_eq!(track.push(0, &[0.0, 0.0], None), Err(SampleError::NotLater));
-        assert_eq!(track.push(1, &[0.0, f64::INFINITY], None), Err(SampleError::NotFinite));
+        assert_eq!(
+            track.push(1, &[0.0, f64::INFINITY], None),
+            Err(SampleError::NotFinite)
+        );
     }
 
     #[test]
@@ -285,7 +335,9 @@ mod tests {
             track.push(k * 10_000_000, &[0.0], None).unwrap();
         }
         for k in 0..20 {
-            track.push(1_000_000_000 + k * 10_000_000, &[5.0], None).unwrap();
+            track
+                .push(1_000_000_000 + k * 10_000_000, &[5.0], None)
+                .unwrap();
         }
         assert_eq!(track.started_ns(), 1_000_000_000);
         let history = track.smoothed();

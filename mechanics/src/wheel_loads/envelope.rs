@@ -25,7 +25,9 @@ pub(super) enum Envelope {
 }
 
 /// Loads of irregular sizes: none of the directions in which loads can be exchanged is across them.
-const PROBE: [f64; MAX_WHEELS] = [1.0, -0.61, 0.37, 0.83, -0.29, 0.53, -0.97, 0.71, 0.19, -0.43, 0.89, -0.67];
+const PROBE: [f64; MAX_WHEELS] = [
+    1.0, -0.61, 0.37, 0.83, -0.29, 0.53, -0.97, 0.71, 0.19, -0.43, 0.89, -0.67,
+];
 
 impl Envelope {
     pub(super) fn new(machine: &Machine) -> Self {
@@ -75,7 +77,8 @@ pub(super) fn exchange<T: Real>(
     // what is left of a probe without the part that carries anything
     for row in 0..rows {
         for wheel in 0..n {
-            value[row] += equations.factor[row][wheel] * stiffness[wheel] * T::constant(PROBE[wheel]);
+            value[row] +=
+                equations.factor[row][wheel] * stiffness[wheel] * T::constant(PROBE[wheel]);
         }
     }
     least_energy.solve_again(equations, rows, &value, stiffness, &mut direction[..n]);
@@ -101,7 +104,10 @@ fn along_line<T: Real>(z: &[T; MAX_WHEELS], out: &mut Loads<'_, T>) {
     for (wheel, &load) in out.otf.iter().enumerate() {
         let (a, b) = (load + from * z[wheel], load + to * z[wheel]);
         let fixed = !(z[wheel].lt(T::zero()) | T::zero().lt(z[wheel]));
-        let (least, largest) = (T::select(fixed, load, a.min(b)), T::select(fixed, load, a.max(b)));
+        let (least, largest) = (
+            T::select(fixed, load, a.min(b)),
+            T::select(fixed, load, a.max(b)),
+        );
         out.least[wheel] = T::select(open, least.max(T::zero()), unknown);
         out.largest[wheel] = T::select(open, largest, unknown);
     }
@@ -122,8 +128,15 @@ fn over_corners<T: Real>(
     out.least.fill(infinity);
     out.largest.fill(-infinity);
     for corner in corners {
-        let share: [T; MAX_WHEELS] = corner.map(|carries| if carries { T::one() } else { T::zero() });
-        least_energy.solve(equations, &all_hold[..equations.certain], &equations.value, &share[..n], &mut loads[..n]);
+        let share: [T; MAX_WHEELS] =
+            corner.map(|carries| if carries { T::one() } else { T::zero() });
+        least_energy.solve(
+            equations,
+            &all_hold[..equations.certain],
+            &equations.value,
+            &share[..n],
+            &mut loads[..n],
+        );
         let mut possible = is_solution(equations, &loads[..n], slack);
         for &load in &loads[..n] {
             possible = possible & (-slack).lt(load);
@@ -132,7 +145,8 @@ fn over_corners<T: Real>(
         for wheel in 0..n {
             let load = loads[wheel].max(T::zero());
             out.least[wheel] = T::select(possible, load.min(out.least[wheel]), out.least[wheel]);
-            out.largest[wheel] = T::select(possible, load.max(out.largest[wheel]), out.largest[wheel]);
+            out.largest[wheel] =
+                T::select(possible, load.max(out.largest[wheel]), out.largest[wheel]);
         }
     }
     let unknown = T::constant(f64::NAN);

@@ -27,8 +27,14 @@ impl<T: Real> GroundForce<T> {
         let projected = wrench.about(&(plane.normal * plane.height));
         Self {
             normal: plane.normal.dot(&wrench.force),
-            tangential: Vector2::new(plane.forward.dot(&wrench.force), plane.left.dot(&wrench.force)),
-            moment: Vector2::new(plane.forward.dot(&projected.moment), plane.left.dot(&projected.moment)),
+            tangential: Vector2::new(
+                plane.forward.dot(&wrench.force),
+                plane.left.dot(&wrench.force),
+            ),
+            moment: Vector2::new(
+                plane.forward.dot(&projected.moment),
+                plane.left.dot(&projected.moment),
+            ),
         }
     }
 
@@ -52,10 +58,18 @@ impl<T: Real> Equations<T> {
     pub(crate) fn new(machine: &Machine) -> Self {
         let certain = 3 + machine.contact.free_joints.len();
         let rows = certain + usize::from(machine.contact.split != Split::Springs);
-        let mut equations =
-            Self { factor: vec![[T::zero(); MAX_WHEELS]; rows], value: vec![T::zero(); rows], wheels: machine.wheels.len(), certain };
+        let mut equations = Self {
+            factor: vec![[T::zero(); MAX_WHEELS]; rows],
+            value: vec![T::zero(); rows],
+            wheels: machine.wheels.len(),
+            certain,
+        };
         equations.factor[0] = [T::one(); MAX_WHEELS];
-        if let Split::FrontShare { share, wheels: [fl, fr, rl, rr] } = machine.contact.split {
+        if let Split::FrontShare {
+            share,
+            wheels: [fl, fr, rl, rr],
+        } = machine.contact.split
+        {
             // (54): FR - FL = D (FR + RR - FL - RL)
             let row = &mut equations.factor[certain];
             row[fr] = T::constant(1.0 - share);
@@ -92,7 +106,11 @@ impl<T: Real> Equations<T> {
                 let centre = beyond.motions[spec.body].point(&spec.centre_in_body);
                 let contact = centre - beyond.plane.normal * beyond.radii[wheel] - motion.origin;
                 let factor = axis.dot(&contact.cross(&beyond.force_per_load));
-                self.factor[3 + k][wheel] = if joint.carries_wheel[wheel] { factor } else { T::zero() };
+                self.factor[3 + k][wheel] = if joint.carries_wheel[wheel] {
+                    factor
+                } else {
+                    T::zero()
+                };
             }
             self.value[3 + k] = axis.dot(&wrench.moment);
         }

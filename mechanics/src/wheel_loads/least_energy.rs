@@ -22,7 +22,12 @@ pub(crate) struct LeastEnergy<T> {
 impl<T: Real> LeastEnergy<T> {
     pub(super) fn new() -> Self {
         let empty = [T::zero(); MAX_WHEELS];
-        Self { lower_scaled: vec![empty; MAX_WHEELS], lower: vec![empty; MAX_WHEELS], inverse_pivot: empty, multiplier: empty }
+        Self {
+            lower_scaled: vec![empty; MAX_WHEELS],
+            lower: vec![empty; MAX_WHEELS],
+            inverse_pivot: empty,
+            multiplier: empty,
+        }
     }
 
     /// The loads under the equations with right-hand side `value` of which `holds` is 1, not 0, by
@@ -38,21 +43,47 @@ impl<T: Real> LeastEnergy<T> {
     ) {
         // With sizes that are constants of the machine code, the usual four wheels cost half.
         match (holds.len(), loads.len()) {
-            (3, 4) => self.solve_sized(equations, &holds[..3], value, &stiffness[..4], &mut loads[..4]),
-            (4, 4) => self.solve_sized(equations, &holds[..4], value, &stiffness[..4], &mut loads[..4]),
+            (3, 4) => self.solve_sized(
+                equations,
+                &holds[..3],
+                value,
+                &stiffness[..4],
+                &mut loads[..4],
+            ),
+            (4, 4) => self.solve_sized(
+                equations,
+                &holds[..4],
+                value,
+                &stiffness[..4],
+                &mut loads[..4],
+            ),
             _ => self.solve_sized(equations, holds, value, stiffness, loads),
         }
     }
 
     #[inline(always)]
-    fn solve_sized(&mut self, equations: &Equations<T>, holds: &[T], value: &[T], stiffness: &[T], loads: &mut [T]) {
+    fn solve_sized(
+        &mut self,
+        equations: &Equations<T>,
+        holds: &[T],
+        value: &[T],
+        stiffness: &[T],
+        loads: &mut [T],
+    ) {
         self.factorise(equations, holds, stiffness);
         self.solve_again(equations, holds.len(), value, stiffness, loads);
     }
 
     /// The loads for another right-hand side of the equations that were solved last.
     #[inline(always)]
-    pub(super) fn solve_again(&mut self, equations: &Equations<T>, rows: usize, value: &[T], stiffness: &[T], loads: &mut [T]) {
+    pub(super) fn solve_again(
+        &mut self,
+        equations: &Equations<T>,
+        rows: usize,
+        value: &[T],
+        stiffness: &[T],
+        loads: &mut [T],
+    ) {
         self.substitute(rows, value);
         for (wheel, load) in loads.iter_mut().enumerate() {
             *load = self.indentation(equations, rows, wheel) * stiffness[wheel];

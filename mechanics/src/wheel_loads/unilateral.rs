@@ -2,9 +2,9 @@
 
 use nalgebra::Vector2;
 
-use super::least_energy::LeastEnergy;
 use super::Equations;
 use super::envelope::{self, Envelope};
+use super::least_energy::LeastEnergy;
 use crate::machine::{MAX_WHEELS, Machine, Split};
 use crate::number::{Mask, Real};
 
@@ -76,9 +76,20 @@ impl<T: Real> Solver<T> {
         let stiffness = self.relative_stiffness;
         let all_hold = [T::one(); MAX_WHEELS];
         let rows = equations.value.len();
-        self.least_energy.solve(equations, &all_hold[..rows], &equations.value, &stiffness[..n], out.otf);
+        self.least_energy.solve(
+            equations,
+            &all_hold[..rows],
+            &equations.value,
+            &stiffness[..n],
+            out.otf,
+        );
         if matches!(self.envelope, Envelope::Line) {
-            envelope::exchange(&mut self.least_energy, equations, &stiffness[..n], &mut self.exchange);
+            envelope::exchange(
+                &mut self.least_energy,
+                equations,
+                &stiffness[..n],
+                &mut self.exchange,
+            );
         }
         self.value[..equations.value.len()].copy_from_slice(&equations.value);
         self.allowed = [T::Mask::splat(true); MAX_WHEELS];
@@ -92,15 +103,29 @@ impl<T: Real> Solver<T> {
     }
 
     /// The load envelope of the equations and edge moments that were solved last.
-    pub(crate) fn find_envelope(&mut self, machine: &Machine, equations: &Equations<T>, edge_moments: &[T], out: &mut Loads<'_, T>) {
-        self.envelope.find(&mut self.least_energy, equations, &self.exchange, out);
+    pub(crate) fn find_envelope(
+        &mut self,
+        machine: &Machine,
+        equations: &Equations<T>,
+        edge_moments: &[T],
+        out: &mut Loads<'_, T>,
+    ) {
+        self.envelope
+            .find(&mut self.least_energy, equations, &self.exchange, out);
         self.settle_envelope(machine, edge_moments, self.airborne, out);
     }
 
     /// Where the centre of pressure is outside the polygon, the edge that it left furthest carries all,
     /// as if it were at the nearest point of that edge.
-    fn stand_on_tipping_edge(&mut self, machine: &Machine, contacts: &[Vector2<T>], edge_moments: &[T]) {
-        let largest = edge_moments.iter().fold(T::zero(), |largest, &m| m.max(largest));
+    fn stand_on_tipping_edge(
+        &mut self,
+        machine: &Machine,
+        contacts: &[Vector2<T>],
+        edge_moments: &[T],
+    ) {
+        let largest = edge_moments
+            .iter()
+            .fold(T::zero(), |largest, &m| m.max(largest));
         self.tipping = T::zero().lt(largest);
         if !self.tipping.any() {
             return;
@@ -134,7 +159,8 @@ impl<T: Real> Solver<T> {
         }
         // A wheel comes down again only where all rules are those of springs: else it could lift for ever.
         let contact = &machine.contact;
-        let springs = T::Mask::splat(contact.split == Split::Springs && contact.free_joints.is_empty());
+        let springs =
+            T::Mask::splat(contact.split == Split::Springs && contact.free_joints.is_empty());
         let threshold = self.value[0].abs() * T::constant(ROUNDING_SHARE);
         for _ in 0..4 * n {
             let lifted = self.lift_most_pulling(n, threshold);
@@ -164,13 +190,22 @@ impl<T: Real> Solver<T> {
     }
 
     /// Puts the wheel whose spring would be pressed most back on the ground, sample by sample.
-    fn lower_most_pressed(&mut self, equations: &Equations<T>, threshold: T, possible: T::Mask) -> T::Mask {
+    fn lower_most_pressed(
+        &mut self,
+        equations: &Equations<T>,
+        threshold: T,
+        possible: T::Mask,
+    ) -> T::Mask {
         let (n, rows) = (equations.wheels, equations.certain);
         let mut most = threshold;
         let mut pressed = [T::zero(); MAX_WHEELS];
         for (wheel, pressed) in pressed[..n].iter_mut().enumerate() {
             let in_air = self.allowed[wheel] & !self.on_ground[wheel];
-            *pressed = T::select(in_air, self.least_energy.indentation(equations, rows, wheel), T::zero());
+            *pressed = T::select(
+                in_air,
+                self.least_energy.indentation(equations, rows, wheel),
+                T::zero(),
+            );
             most = pressed.max(most);
         }
         let comes_down = possible & threshold.lt(most);
@@ -188,7 +223,11 @@ impl<T: Real> Solver<T> {
         let mut stiffness = [T::zero(); MAX_WHEELS];
         let mut all = T::Mask::splat(true);
         for wheel in 0..n {
-            stiffness[wheel] = T::select(self.on_ground[wheel], self.relative_stiffness[wheel], T::zero());
+            stiffness[wheel] = T::select(
+                self.on_ground[wheel],
+                self.relative_stiffness[wheel],
+                T::zero(),
+            );
             all = all & self.on_ground[wheel];
         }
         let mut holds = [T::one(); MAX_WHEELS];
@@ -199,7 +238,13 @@ impl<T: Real> Solver<T> {
         }
         let mut loads = [T::zero(); MAX_WHEELS];
         let holds = &holds[..equations.certain];
-        self.least_energy.solve(equations, holds, &self.value, &stiffness[..n], &mut loads[..n]);
+        self.least_energy.solve(
+            equations,
+            holds,
+            &self.value,
+            &stiffness[..n],
+            &mut loads[..n],
+        );
         for wheel in 0..n {
             self.loads[wheel] = T::select(all, otf[wheel], loads[wheel]);
         }
@@ -207,22 +252,39 @@ impl<T: Real> Solver<T> {
 
     /// A machine that tips about two wheels has no freedom left; on more of them the split along the
     /// edge is unknown. In the air nothing carries.
-    fn settle_envelope(&self, machine: &Machine, edge_moments: &[T], airborne: T::Mask, out: &mut Loads<'_, T>) {
+    fn settle_envelope(
+        &self,
+        machine: &Machine,
+        edge_moments: &[T],
+        airborne: T::Mask,
+        out: &mut Loads<'_, T>,
+    ) {
         if !self.tipping.any() && !airborne.any() {
             return;
         }
         let unknown = T::constant(f64::NAN);
-        let largest = edge_moments.iter().fold(T::zero(), |largest, &m| m.max(largest));
+        let largest = edge_moments
+            .iter()
+            .fold(T::zero(), |largest, &m| m.max(largest));
         for (wheel, &load) in out.load.iter().enumerate() {
             let mut known = load;
             for (edge, &moment) in machine.polygon.edges.iter().zip(edge_moments) {
-                let crowded = edge.carries.iter().filter(|&&c| c).count() > 2 && edge.carries[wheel];
+                let crowded =
+                    edge.carries.iter().filter(|&&c| c).count() > 2 && edge.carries[wheel];
                 let open = T::Mask::splat(crowded) & !moment.lt(largest);
                 known = T::select(open, unknown, known);
             }
             let certain = self.tipping | airborne;
-            out.least[wheel] = T::select(certain, T::select(airborne, T::zero(), known), out.least[wheel]);
-            out.largest[wheel] = T::select(certain, T::select(airborne, T::zero(), known), out.largest[wheel]);
+            out.least[wheel] = T::select(
+                certain,
+                T::select(airborne, T::zero(), known),
+                out.least[wheel],
+            );
+            out.largest[wheel] = T::select(
+                certain,
+                T::select(airborne, T::zero(), known),
+                out.largest[wheel],
+            );
         }
     }
 }

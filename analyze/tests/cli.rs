@@ -1,0 +1,309 @@
+//! The command line as a user meets it: outputs, exit codes, and one clear message for each mistake.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::Arc;
+
+use tempfile::TempDir;
+
+fn tipwatch(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_tipwatch"))
+        .args(args)
+        .output()
+        .unwrap()
+}
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../tests/data")
+        .join(name)
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// Runs `analyze` on `log` with a machine file; gives exit code, stderr and the output folder.
+fn analyze(log: &Path, machine: &Path, more: &[&str]) -> (i32, String, TempDir) {
+    let out = TempDir::new().unwrap();
+    let mut args = vec![
+        "analyze",
+        text(log),
+        "--machine",
+        text(machine),
+        "--out",
+        text(out.path()),
+    ];
+    args.extend(more);
+    let output = tipwatch(&args);
+    (
+        output.status.code().unwrap(),
+        String::from_utf8_lossy(&output.stderr).into_owned(),
+        out,
+    )
+}
+
+/// An MCAP with these topics and types, three messages of four bytes on each.
+fn log_of(folder: &Path, topics: &[(&str, &str)]) -> PathBuf {
+    let path = folder.join("log.mcap");
+    let mut writer = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
+    for (topic, type_name) in topics {
+        let schema = mcap::Schema {
+            id: 1,
+            name: (*type_name).into(),
+            encoding: "ros2msg".into(),
+            data: Cow::Borrowed(b"string data".as_slice()),
+        };
+        let channel = Arc::new(mcap::Channel {
+            id: 1,
+            topic: (*topic).into(),
+            schema: Some(Arc::new(schema)),
+            message_encoding: "cdr".into(),
+            metadata: BTreeMap::new(),
+        });
+        for sequence in 0..3 {
+            let message = mcap::Message {
+                channel: channel.clone(),
+                sequence,
+                log_time: u64::from(sequence),
+                publish_time: u64::from(sequence),
+                data: Cow::Borrowed(&[0, 1, 0, 0]),
+            };
+            writer.write(&message).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    path
+}
+
+#[test]
+fn analyze_writes_every_output_and_says_the_findings() {
+    let (code, said, out) = analyze(&data("tiny_lift.mcap"), &data("tiny_lift.toml"), &[]);
+    assert_eq!(code, 0, "{said}");
+    for file in [
+        "samples.parquet",
+        "events.parquet",
+        "summary.json",
+        "report.html",
+    ] {
+        assert!(
+            fs::metadata(out.path().join(file)).unwrap().len() > 1000,
+            "{file}"
+        );
+    }
+    let summary: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.path().join("summary.json")).unwrap())
+            .unwrap();
+    assert_eq!(summary["schema"], 1);
+    let kinds: Vec<_> = summary["events"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|e| e["kind"].as_str().unwrap())
+        .collect();
+    assert!(
+        kinds.contains(&"wheel_light") && kinds.contains(&"wheel_lift"),
+        "{kinds:?}"
+    );
+    assert_eq!(
+        summary["provenance"]["log"][0]["sha256"]
+            .as_str()
+            .unwrap()
+            .len(),
+        64
+    );
+    assert!(said.to_lowercase().contains("rl"), "{said}");
+}
+
+#[test]
+fn fail_on_gives_exit_code_four_only_where_the_event_happened() {
+    let lift = analyze(
+        &data("tiny_lift.mcap"),
+        &data("tiny_lift.toml"),
+        &["--fail-on", "wheel_lift"],
+    );
+    assert_eq!(lift.0, 4, "{}", lift.1);
+    let none = analyze(
+        &data("tiny.mcap"),
+        &data("tiny.toml"),
+        &["--fail-on", "wheel_lift"],
+    );
+    assert_eq!(none.0, 0, "{}", none.1);
+}
+
+#[test]
+fn a_truncated_log_gives_what_is_intact_and_exit_code_three() {
+    let folder = TempDir::new().unwrap();
+    let bytes = fs::read(data("tiny_lift.mcap")).unwrap();
+    let log = folder.path().join("cut.mcap");
+    fs::write(&log, &bytes[..bytes.len() * 3 / 4]).unwrap();
+    let (code, said, out) = analyze(&log, &data("tiny_lift.toml"), &[]);
+    assert_eq!(code, 3, "{said}");
+    let summary: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.path().join("summary.json")).unwrap())
+            .unwrap();
+    assert!(
+        summary["rows"]["valid"].as_u64().unwrap() > 50,
+        "{}",
+        summary["rows"]
+    );
+    assert!(!summary["losses"]["ranges"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn nothing_is_written_beside_the_evidence() {
+    let folder = TempDir::new().unwrap();
+    for name in ["tiny.mcap", "tiny.toml", "tiny.urdf"] {
+        fs::copy(data(name), folder.path().join(name)).unwrap();
+    }
+    let (code, said, _out) = analyze(
+        &folder.path().join("tiny.mcap"),
+        &folder.path().join("tiny.toml"),
+        &[],
+    );
+    assert_eq!(code, 0, "{said}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
+}
+
+#[test]
+fn each_mistake_gets_one_clear_message() {
+    let folder = TempDir::new().unwrap();
+    let machine = data("tiny.toml");
+    let says = |log: &Path, machine: &Path, code: i32, parts: &[&str]| {
+        let (found, said, _out) = analyze(log, machine, &[]);
+        assert_eq!(found, code, "{said}");
+        for part in parts {
+            assert!(said.contains(part), "\"{part}\" is not in: {said}");
+        }
+    };
+    says(Path::new("missing.mcap"), &machine, 1, &["missing.mcap"]);
+    says(
+        &data("tiny.mcap"),
+        Path::new("missing.toml"),
+        1,
+        &["missing.toml"],
+    );
+
+    let no_log = folder.path().join("photo.mcap");
+    fs::write(&no_log, b"\xff\xd8\xff\xe0 a photograph").unwrap();
+    says(
+        &no_log,
+        &machine,
+        1,
+        &["photo.mcap", "no log", "expected MCAP"],
+    );
+    fs::write(&no_log, b"").unwrap();
+    says(&no_log, &machine, 1, &["photo.mcap"]);
+
+    says(
+        &log_of(folder.path(), &[]),
+        &machine,
+        1,
+        &["expected joint states", "no topics"],
+    );
+    says(
+        &log_of(folder.path(), &[("/chatter", "std_msgs/msg/String")]),
+        &machine,
+        1,
+        &["/chatter", "sensor_msgs/msg/JointState"],
+    );
+    let wrong_type = log_of(folder.path(), &[("/joint_states", "std_msgs/msg/String")]);
+    says(
+        &wrong_type,
+        &machine,
+        1,
+        &[
+            "/joint_states",
+            "sensor_msgs/msg/JointState",
+            "std_msgs/msg/String",
+        ],
+    );
+
+    let two_imus = log_of(
+        folder.path(),
+        &[("/a", "sensor_msgs/msg/Imu"), ("/b", "sensor_msgs/msg/Imu")],
+    );
+    let unnamed = folder.path().join("unnamed.toml");
+    fs::write(
+        &unnamed,
+        fs::read_to_string(&machine)
+            .unwrap()
+            .replace("imu = \"/imu/data\"", ""),
+    )
+    .unwrap();
+    says(
+        &two_imus,
+        &unnamed,
+        1,
+        &["two candidates", "/a", "/b", "[signals]"],
+    );
+}
+
+#[test]
+fn usage_mistakes_give_exit_code_two() {
+    for args in [
+        vec!["analyze"],
+        vec!["analyze", "x.mcap"],
+        vec!["frobnicate"],
+        vec![
+            "analyze",
+            "x",
+            "--machine",
+            "m",
+            "--out",
+            "o",
+            "--rate",
+            "-3",
+        ],
+    ] {
+        assert_eq!(tipwatch(&args).status.code(), Some(2), "{args:?}");
+    }
+}
+
+#[test]
+fn inspect_tells_topics_and_bindings_for_people_and_as_json() {
+    let log = data("tiny.mcap");
+    let output = tipwatch(&["inspect", text(&log), "--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    let inspection: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let signal = |name: &str| {
+        let signals = inspection["signals"].as_array().unwrap();
+        signals.iter().find(|s| s["signal"] == name).unwrap()["topic"]
+            .as_str()
+            .map(str::to_string)
+    };
+    assert_eq!(signal("imu").as_deref(), Some("/imu/data"));
+    assert_eq!(signal("joint_states").as_deref(), Some("/joint_states"));
+    assert_eq!(signal("tool_wrench"), None);
+    let people = String::from_utf8(tipwatch(&["inspect", text(&log)]).stdout).unwrap();
+    assert!(
+        people.contains("/joint_states") && people.contains("Hz"),
+        "{people}"
+    );
+}
+
+#[test]
+fn the_demo_finds_the_lifted_wheel() {
+    let out = TempDir::new().unwrap();
+    let output = tipwatch(&["demo", "--out", text(out.path())]);
+    assert_eq!(output.status.code(), Some(0));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        said.contains("report: ") && said.lines().count() >= 2,
+        "{said}"
+    );
+    assert!(out.path().join("report.html").exists());
+}
+
+#[test]
+fn completions_are_printed_for_every_shell() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        assert!(
+            tipwatch(&["completions", shell]).stdout.len() > 500,
+            "{shell}"
+        );
+    }
+}

@@ -1,0 +1,66 @@
+//! The causal estimator through the whole analysis gives the bits of one sample at a time.
+
+use tipwatch_analyze::load::{MachineFile, load};
+use tipwatch_analyze::options::{Estimator, Options};
+use tipwatch_ingest::{Log, arrival_order};
+use tipwatch_mechanics::signal::{CausalEstimator, RowClock, Sample};
+use tipwatch_mechanics::{Quantity, Workspace, evaluate};
+use tipwatch_tests::{analysed, data};
+
+#[test]
+fn analysis_equals_one_sample_at_a_time() {
+    let path = data("tiny_lift.mcap");
+    let analysis = analysed(
+        &path,
+        Options {
+            estimator: Estimator::Causal,
+            ..Options::default()
+        },
+    );
+    let log = Log::open(&path).unwrap();
+    let loaded = load(
+        &log,
+        &MachineFile::read(&path.with_extension("toml")).unwrap(),
+        &mut |_| {},
+    )
+    .unwrap();
+    let machine = &loaded.machine;
+    let mut estimator =
+        CausalEstimator::new(machine, &loaded.matched.sensors, RowClock::JointStates);
+    let mut workspace = Workspace::<f64>::new(machine);
+    let recordings: Vec<_> = loaded
+        .signals
+        .iter()
+        .map(|signal| signal.recording.clone())
+        .collect();
+    let mut row = 0;
+    for (signal, index) in arrival_order(&recordings) {
+        let recording = &recordings[signal];
+        let sample = Sample {
+            sensor: loaded.signals[signal].sensor,
+            stamp_ns: recording.stamps_ns[index],
+            values: recording.sample(index),
+        };
+        let _ = estimator.push(machine, &sample, &mut |estimate| {
+            let outcome = evaluate(machine, &estimate.state, &mut workspace);
+            assert_eq!(analysis.rows.times_ns[row], estimate.time_ns);
+            assert_eq!(
+                analysis.rows.reasons[row],
+                estimate.reasons.with_outcome(outcome)
+            );
+            for quantity in Quantity::all(machine) {
+                let (batch, alone) = (
+                    analysis.rows.outcomes.column(quantity)[row],
+                    outcome.get(quantity),
+                );
+                assert!(
+                    batch.to_bits() == alone.to_bits() || (batch.is_nan() && alone.is_nan()),
+                    "{quantity:?} in row {row}"
+                );
+            }
+            row += 1;
+        });
+    }
+    assert_eq!(row, analysis.rows.len());
+    assert!(row > 300);
+}

@@ -1,0 +1,133 @@
+//! What is missing is said, never filled in: gaps, disorder, duplicates.
+
+use tipwatch_analyze::load::{MachineFile, load};
+use tipwatch_ingest::Log;
+use tipwatch_mechanics::signal::{Reason, Recording, RowClock, Sensor, SmoothedRows, smooth};
+use tipwatch_tests::data;
+
+/// Smooths the short log after `edit` changed its recordings.
+fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
+    let path = data("tiny.mcap");
+    let log = Log::open(&path).unwrap();
+    let loaded = load(
+        &log,
+        &MachineFile::read(&path.with_extension("toml")).unwrap(),
+        &mut |_| {},
+    )
+    .unwrap();
+    let recordings: Vec<Recording> = loaded
+        .signals
+        .iter()
+        .map(|signal| {
+            let (stamps_ns, values) = (
+                signal.recording.stamps_ns.clone(),
+                signal.recording.values.clone(),
+            );
+            let mut recording = Recording {
+                sensor: signal.sensor,
+                stamps_ns,
+                values,
+            };
+            edit(&mut recording);
+            recording
+        })
+        .collect();
+    smooth(
+        &loaded.machine,
+        &loaded.matched.sensors,
+        &recordings,
+        RowClock::JointStates,
+    )
+}
+
+/// Leaves out the samples for which `gone` holds of their time since the first [s].
+fn leave_out(recording: &mut Recording, gone: impl Fn(f64) -> bool) {
+    let width = recording.values.len() / recording.stamps_ns.len();
+    let first = recording.stamps_ns[0];
+    let keep: Vec<bool> = recording
+        .stamps_ns
+        .iter()
+        .map(|&t| !gone((t - first) as f64 * 1e-9))
+        .collect();
+    let mut index = 0;
+    recording.values.retain(|_| {
+        index += 1;
+        keep[(index - 1) / width]
+    });
+    let mut flags = keep.iter();
+    recording.stamps_ns.retain(|_| *flags.next().unwrap());
+}
+
+#[test]
+fn rows_in_a_gap_of_the_imu_are_invalid_and_the_others_are_not() {
+    let rows = smoothed(|recording| {
+        if recording.sensor == Sensor::Imu {
+            leave_out(recording, |t| (1.0..1.6).contains(&t));
+        }
+    });
+    let first = rows.times_ns[0];
+    for (row, &time) in rows.times_ns.iter().enumerate() {
+        let t = (time - first) as f64 * 1e-9;
+        if (1.05..1.55).contains(&t) {
+            assert!(rows.reasons[row].has(Reason::ImuGap), "{t}");
+        } else if !(0.95..1.65).contains(&t) {
+            assert!(rows.reasons[row].is_empty(), "{t}: {:?}", rows.reasons[row]);
+        }
+    }
+}
+
+#[test]
+fn a_gap_in_the_joint_states_leaves_an_invalid_row_and_is_not_bridged() {
+    let rows = smoothed(|recording| {
+        if matches!(recording.sensor, Sensor::Joints(_)) {
+            leave_out(recording, |t| (1.0..1.6).contains(&t));
+        }
+    });
+    let gaps = rows
+        .reasons
+        .iter()
+        .filter(|reasons| reasons.has(Reason::JointsGap))
+        .count();
+    assert_eq!(gaps, 1, "one row says that there is a gap");
+}
+
+#[test]
+fn a_short_dropout_is_bridged() {
+    let rows = smoothed(|recording| leave_out(recording, |t| (1.0..1.1).contains(&t)));
+    assert!(rows.reasons.iter().all(|reasons| reasons.is_empty()));
+}
+
+#[test]
+fn disorder_and_duplicates_change_nothing() {
+    let straight = smoothed(|_| {});
+    let shuffled = smoothed(|recording| {
+        let width = recording.values.len() / recording.stamps_ns.len();
+        let n = recording.stamps_ns.len();
+        // every seventh sample a second time at the end, then all in another order
+        for i in (0..n).step_by(7) {
+            recording.stamps_ns.push(recording.stamps_ns[i]);
+            recording
+                .values
+                .extend_from_within(i * width..(i + 1) * width);
+        }
+        let total = recording.stamps_ns.len();
+        let order: Vec<usize> = (0..total).map(|i| (i * 7919) % total).collect();
+        let (stamps, values) = (recording.stamps_ns.clone(), recording.values.clone());
+        recording.stamps_ns = order.iter().map(|&i| stamps[i]).collect();
+        recording.values = order
+            .iter()
+            .flat_map(|&i| values[i * width..(i + 1) * width].to_vec())
+            .collect();
+    });
+    assert_eq!(straight.times_ns, shuffled.times_ns);
+    assert!(
+        shuffled
+            .counts
+            .iter()
+            .all(|(_, counts)| counts.not_later > 0)
+    );
+    let (mut a, mut b) = (Vec::new(), Vec::new());
+    straight.states.column_values(0, &mut a);
+    shuffled.states.column_values(0, &mut b);
+    assert_eq!(a, b);
+}

@@ -1,0 +1,53 @@
+//! Logs of real robots: no true loads, but every kind of dirt. They are not part of the repository.
+
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::load::MachineFile;
+use tipwatch_analyze::options::Options;
+use tipwatch_analyze::run::analyse;
+use tipwatch_mechanics::Quantity;
+use tipwatch_tests::{beside, data};
+
+fn analysed(log: &str, machine: &str) -> Option<Analysis> {
+    let log = beside(log)?;
+    let file = MachineFile::read(&data(machine)).unwrap();
+    Some(analyse(&log, &file, Options::default(), &mut |_| {}).unwrap())
+}
+
+/// Mean over the rows of the sum of the loads, as a share of the weight.
+fn weight_share(analysis: &Analysis) -> f64 {
+    let force = analysis.rows.outcomes.column(Quantity::NormalForce);
+    force.iter().sum::<f64>()
+        / force.len() as f64
+        / (analysis.machine.mass() * analysis.machine.gravity())
+}
+
+#[test]
+fn abitobot_weighs_what_it_weighs_and_its_clock_is_the_simulation() {
+    let Some(analysis) = analysed("real/abitobot", "abitobot.toml") else {
+        return;
+    };
+    assert!((analysis.machine.mass() - 954.0).abs() < 0.5);
+    assert!(
+        (weight_share(&analysis) - 1.0).abs() < 0.03,
+        "{}",
+        weight_share(&analysis)
+    );
+    for input in &analysis.inputs {
+        let timing = input.statistics.timing();
+        assert!(input.clock.starts_with("header.stamp"), "{}", input.clock);
+        assert!(timing.header_minus_log.unwrap().median_s < -1e9);
+    }
+}
+
+#[test]
+fn turtlebot3_brings_its_own_machine_description() {
+    let Some(analysis) = analysed("real/turtlebot3", "turtlebot3.toml") else {
+        return;
+    };
+    assert_eq!(analysis.provenance.urdf.path, "topic /robot_description");
+    assert!(
+        (weight_share(&analysis) - 1.0).abs() < 0.01,
+        "{}",
+        weight_share(&analysis)
+    );
+}
