@@ -3,7 +3,7 @@
 use tipwatch_analyze::load::{MachineFile, load};
 use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_ingest::{Log, arrival_order};
-use tipwatch_mechanics::signal::{CausalEstimator, RowClock, Sample};
+use tipwatch_mechanics::signal::{CausalEstimator, Reason, RowClock, Sample};
 use tipwatch_mechanics::{Quantity, Workspace, evaluate};
 use tipwatch_tests::{analysed, data};
 
@@ -63,4 +63,23 @@ fn analysis_equals_one_sample_at_a_time() {
     }
     assert_eq!(row, analysis.rows.len());
     assert!(row > 300);
+}
+
+#[test]
+fn a_row_before_the_first_imu_sample_does_not_spoil_those_after_it() {
+    let log = data("../../analyze/demo/demo.mcap");
+    let analysis = analysed(
+        &log,
+        Options {
+            estimator: Estimator::Causal,
+            ..Options::default()
+        },
+    );
+    let reasons = &analysis.rows.reasons;
+    assert!(
+        reasons[0].has(Reason::ImuGap),
+        "the log starts with joint states: {:?}",
+        reasons[0]
+    );
+    assert!(reasons[40..].iter().all(|reasons| reasons.is_empty()));
 }

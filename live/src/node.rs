@@ -259,18 +259,19 @@ impl Reader {
     /// There are too many readers, or another version of this program has the services.
     pub fn open(place: &Place) -> Result<Self> {
         let services = Services::open(place, "tipwatch-monitor")?;
-        let samples = services
-            .samples
-            .subscriber_builder()
-            .buffer_size(SAMPLE_QUEUE)
-            .create();
-        let samples = samples.map_err(cause).context("samples: cannot be read")?;
+        // The session first: who sees a reader of samples may rely on it.
         let sessions = services
             .sessions
             .subscriber_builder()
             .buffer_size(SESSION_QUEUE)
             .create();
         let sessions = sessions.map_err(cause).context("session: cannot be read")?;
+        let samples = services
+            .samples
+            .subscriber_builder()
+            .buffer_size(SAMPLE_QUEUE)
+            .create();
+        let samples = samples.map_err(cause).context("samples: cannot be read")?;
         Ok(Self {
             samples,
             sessions,

@@ -189,6 +189,8 @@ impl Replay<'_> {
         let start = Instant::now();
         while self.writer.send(wire)? == Delivery::SomeQueueIsFull {
             self.check_reader()?;
+            // a reader that still waits for the session takes no samples
+            self.writer.greet()?;
             if start.elapsed() >= limit {
                 let seconds = limit.as_secs();
                 return Err(anyhow::anyhow!(

@@ -287,7 +287,7 @@ impl Default for EstimatorSpec {
             max_gap: 0.25,
             joint_position_noise: 3e-4,
             joint_rate_noise: 3e-3,
-            joint_agility: 0.07,
+            joint_agility: 0.1,
             gyro_noise: 2e-3,
             gyro_agility: 2.0,
             accelerometer_noise: 0.05,

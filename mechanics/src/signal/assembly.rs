@@ -221,6 +221,8 @@ impl Assembler {
         read: &mut dyn FnMut(Followed, &mut [Jet]) -> Standing,
         state: &mut State<f64>,
     ) -> BaseView {
+        // what no sensor tells is zero again after a row that was unknown
+        state.for_each_value(|value| *value = 0.0);
         let mut reasons = Reasons::NONE;
         if !(self.sensors.imu || self.sensors.odometry) {
             reasons.add(Reason::ImuGap);
