@@ -1,6 +1,7 @@
 //! Writes tables as Parquet, with units and provenance in the file's metadata.
 
 use std::fs::File;
+use std::io::BufWriter;
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -29,7 +30,7 @@ pub(crate) fn write(table: &mut Table, provenance: &Provenance, path: &Path) -> 
     ]);
     let file =
         File::create(path).with_context(|| format!("{}: cannot be created", path.display()))?;
-    ParquetWriter::new(file)
+    ParquetWriter::new(BufWriter::with_capacity(1 << 20, file))
         .with_compression(ParquetCompression::Lz4Raw)
         .with_key_value_metadata(Some(metadata))
         .finish(&mut table.frame)

@@ -179,9 +179,9 @@ impl Plotter<'_> {
         {
             curve.hidden = machine.joints()[index].spins_wheel.is_some();
             if self.slides(index) {
-                sliding.push(curve)
+                sliding.push(curve);
             } else {
-                turning.push(curve)
+                turning.push(curve);
             }
         }
         [turning, sliding, force.into(), rate.into()]

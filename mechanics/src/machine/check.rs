@@ -126,17 +126,16 @@ impl Checker<'_> {
         MachineError::value(&self.spec.file, place, expected, found)
     }
 
-    fn unknown(
+    fn unknown<'n>(
         &self,
         key: &str,
         name: &str,
         kind: &'static str,
-        existing: &mut dyn Iterator<Item = &str>,
+        mut existing: impl Iterator<Item = &'n str>,
     ) -> MachineError {
         let folded = name.to_lowercase();
         let near = existing
-            .filter(|e| e.to_lowercase().contains(&folded) || folded.contains(&e.to_lowercase()))
-            .next();
+            .find(|e| e.to_lowercase().contains(&folded) || folded.contains(&e.to_lowercase()));
         MachineError::UnknownName {
             file: self.spec.file.clone(),
             key: key.into(),
@@ -148,14 +147,14 @@ impl Checker<'_> {
     }
 
     fn link(&self, key: &str, name: &str) -> Result<usize, MachineError> {
-        let mut names = self.tree.links.iter().map(|l| l.name.as_str());
+        let names = self.tree.links.iter().map(|l| l.name.as_str());
         self.tree
             .link(name)
-            .ok_or_else(|| self.unknown(key, name, "link", &mut names))
+            .ok_or_else(|| self.unknown(key, name, "link", names))
     }
 
     fn joint(&self, key: &str, name: &str) -> Result<usize, MachineError> {
-        let mut names = self
+        let names = self
             .tree
             .bodies
             .iter()
@@ -163,7 +162,7 @@ impl Checker<'_> {
             .map(|j| j.name.as_str());
         self.tree
             .body_of_joint(name)
-            .ok_or_else(|| self.unknown(key, name, "joint", &mut names))
+            .ok_or_else(|| self.unknown(key, name, "joint", names))
     }
 
     fn mount(
@@ -469,7 +468,7 @@ impl Checker<'_> {
                         joint,
                         multiplier: mimic.multiplier,
                         offset: mimic.offset,
-                    })
+                    });
                 }
                 None => missing.push(format!(
                     "\"{}\"",

@@ -94,15 +94,15 @@ impl Linkage {
             LinkageInput::PivotAngle => {
                 let (sin, cos) = measured.position.sin_cos();
                 self.geometry
-                    .from_pivot(cos, sin, measured.rate, measured.acceleration)
+                    .by_pivot(cos, sin, measured.rate, measured.acceleration)
             }
-            LinkageInput::RodLength => self.geometry.from_rod(measured),
+            LinkageInput::RodLength => self.geometry.by_rod(measured),
         }
     }
 }
 
 impl Triangle {
-    fn from_pivot<T: Real>(&self, cos: T, sin: T, rate: T, acceleration: T) -> LinkageMotion<T> {
+    fn by_pivot<T: Real>(&self, cos: T, sin: T, rate: T, acceleration: T) -> LinkageMotion<T> {
         let c = T::constant;
         // s = |v|^2 and its derivatives by theta
         let s = c(self.k) + c(self.p) * cos + c(self.q) * sin;
@@ -127,7 +127,7 @@ impl Triangle {
         )
     }
 
-    fn from_rod<T: Real>(&self, rod: &Motion<T>) -> LinkageMotion<T> {
+    fn by_rod<T: Real>(&self, rod: &Motion<T>) -> LinkageMotion<T> {
         let c = T::constant;
         let length = rod.position + c(self.length_at_zero);
         let s = length * length + c(self.eccentricity * self.eccentricity);

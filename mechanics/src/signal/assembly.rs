@@ -69,7 +69,7 @@ impl Tracks {
         let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
         let mut list = Vec::new();
         let mut add = |followed, model, channels| {
-            list.push((followed, Track::new(model, channels, keeps_history)))
+            list.push((followed, Track::new(model, channels, keeps_history)));
         };
         for (stream, spec) in sensors.joints.iter().enumerate() {
             add(Followed::Joints(stream), joints, spec.joints.len());
