@@ -40,7 +40,7 @@ fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
     )
 }
 
-/// Leaves out the samples for which `gone` holds of their time since the first [s].
+/// Leaves out the samples for which `gone` holds of their time since the first (s).
 fn leave_out(recording: &mut Recording, gone: impl Fn(f64) -> bool) {
     let width = recording.values.len() / recording.stamps_ns.len();
     let first = recording.stamps_ns[0];

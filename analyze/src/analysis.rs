@@ -27,9 +27,9 @@ pub struct Analysis {
     pub losses: Losses,
     /// The results, row by row.
     pub rows: Rows,
-    /// The static load of each wheel: level, at rest, posture of the first valid row [N].
+    /// The static load of each wheel: level, at rest, posture of the first valid row (N).
     pub static_loads_n: Vec<f64>,
-    /// The load below which each wheel is light [N]; `None` where the machine file sets no limit.
+    /// The load below which each wheel is light (N); `None` where the machine file sets no limit.
     pub min_loads_n: Option<Vec<f64>>,
     /// What was found.
     pub events: Vec<Event>,
@@ -59,7 +59,7 @@ pub struct Input {
 /// Results row by row.
 #[derive(Debug)]
 pub struct Rows {
-    /// Times [ns], in the stamps' clock.
+    /// Times (ns), in the stamps' clock.
     pub times_ns: Vec<i64>,
     /// Why each row is not valid.
     pub reasons: Vec<Reasons>,

@@ -74,10 +74,10 @@ struct AnalyzeArgs {
     /// Rows at this rate instead of at the stamps of the fastest joint stream.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
-    /// Rows from here on [s from the first sample].
+    /// Rows from here on (s from the first sample).
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
-    /// Rows up to here [s from the first sample].
+    /// Rows up to here (s from the first sample).
     #[arg(long, value_name = "S")]
     to: Option<f64>,
     /// Which files to write.

@@ -9,11 +9,11 @@ use crate::analysis::Rows;
 use crate::events::{Event, EventKind};
 use crate::load::LoadedLog;
 
-/// What lasts less is no event [ns].
+/// What lasts less is no event (ns).
 const SHORTEST_NS: i64 = 50_000_000;
-/// Episodes closer than this are one [ns].
+/// Episodes closer than this are one (ns).
 const MERGED_NS: i64 = 200_000_000;
-/// An edge tipping during which the tilt grows by more is a tip-over [rad].
+/// An edge tipping during which the tilt grows by more is a tip-over (rad).
 const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
 /// All events, by start.

@@ -5,19 +5,19 @@
 pub struct Event {
     /// What kind.
     pub kind: EventKind,
-    /// First row of it [ns].
+    /// First row of it (ns).
     pub start_ns: i64,
-    /// Last row of it [ns]; `None` while the log ends in it.
+    /// Last row of it (ns); `None` while the log ends in it.
     pub end_ns: Option<i64>,
     /// The wheel, edge or signal, in lower case.
     pub subject: String,
     /// The worst value; what of is told by the kind.
     pub worst: f64,
-    /// When it was worst [ns].
+    /// When it was worst (ns).
     pub worst_ns: i64,
     /// Unit of `worst`.
     pub unit: &'static str,
-    /// Time from the first `wheel_light` of the same course of events to this [s]; `None` without one.
+    /// Time from the first `wheel_light` of the same course of events to this (s); `None` without one.
     pub lead_s: Option<f64>,
     /// Probability that the finding is true, 0 to 1; `None` where the uncertainty is not computed.
     pub certainty: Option<f64>,
@@ -29,16 +29,16 @@ pub struct Event {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, clap::ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub enum EventKind {
-    /// A wheel's load is below the limit; `worst` is the lowest load [N].
+    /// A wheel's load is below the limit; `worst` is the lowest load (N).
     WheelLight,
-    /// A wheel carries nothing; `worst` is the lowest OTF [N].
+    /// A wheel carries nothing; `worst` is the lowest OTF (N).
     WheelLift,
-    /// Every wheel off an edge carries nothing; `worst` is the largest overturning moment [N m].
+    /// Every wheel off an edge carries nothing; `worst` is the largest overturning moment (N m).
     EdgeTipping,
     /// An edge tipping that ends with the tilt grown by more than 10 degrees, or with the log; `worst` is
-    /// the growth of the tilt [rad].
+    /// the growth of the tilt (rad).
     TipOver,
-    /// A signal is missing for longer than the estimator bridges; `worst` is how long [s].
+    /// A signal is missing for longer than the estimator bridges; `worst` is how long (s).
     InputGap,
 }
 

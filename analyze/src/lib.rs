@@ -1,6 +1,10 @@
 //! Analysis of whole logs: from a log and a machine file to tables, a summary and a report.
 //!
-//! [`run::analyse`] gives an [`Analysis`](analysis::Analysis); [`output::write`] writes its files.
+//! [`load`] reads machine and samples, [`run::analyse`] makes an [`Analysis`](analysis::Analysis) of
+//! them, [`output::write`] writes its files: [`table`] lists the columns, [`summary`] the keys of
+//! `summary.json`, [`report`] makes the page. [`inspect`] looks at a log without a machine.
+
+#![forbid(unsafe_code)]
 
 pub mod analysis;
 pub mod cli;

@@ -9,11 +9,11 @@ pub struct Options {
     pub estimator: Estimator,
     /// The model of the ground wrench.
     pub model: Model,
-    /// Rate of the rows [Hz]; at the stamps of the fastest joint stream where `None`.
+    /// Rate of the rows (Hz); at the stamps of the fastest joint stream where `None`.
     pub rate_hz: Option<f64>,
-    /// From when on rows are kept [s from the first sample].
+    /// From when on rows are kept (s from the first sample).
     pub from_s: Option<f64>,
-    /// Until when [s from the first sample].
+    /// Until when (s from the first sample).
     pub to_s: Option<f64>,
 }
 

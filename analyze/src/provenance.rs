@@ -28,6 +28,6 @@ pub struct FileHash {
     pub path: String,
     /// SHA-256, hexadecimal.
     pub sha256: String,
-    /// Length [bytes].
+    /// Length (bytes).
     pub bytes: u64,
 }

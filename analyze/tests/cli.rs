@@ -1,5 +1,7 @@
 //! The command line as a user meets it: outputs, exit codes, and one clear message for each mistake.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;

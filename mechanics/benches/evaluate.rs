@@ -4,6 +4,8 @@
 //! Pinocchio's `rnea` on the same bodies (`benches/pinocchio/`), it is run before and after, on the same
 //! machine.
 
+#![allow(clippy::print_stdout, reason = "a benchmark prints")]
+
 use std::hint::black_box;
 use std::process::Command;
 use std::time::Instant;

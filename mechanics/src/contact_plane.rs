@@ -13,7 +13,7 @@ pub(crate) struct ContactPlane<T> {
     pub(crate) forward: Vector3<T>,
     /// Unit vector in the plane, to the left.
     pub(crate) left: Vector3<T>,
-    /// Signed distance of the plane from the base frame's origin along the normal [m].
+    /// Signed distance of the plane from the base frame's origin along the normal (m).
     pub(crate) height: T,
 }
 
@@ -55,7 +55,7 @@ impl<T: Real> ContactPlane<T> {
         }
     }
 
-    /// Coordinates of a point in the plane's axes, origin the projection of the base frame's [m].
+    /// Coordinates of a point in the plane's axes, origin the projection of the base frame's (m).
     pub(crate) fn coordinates(&self, point: &Vector3<T>) -> Vector2<T> {
         Vector2::new(self.forward.dot(point), self.left.dot(point))
     }

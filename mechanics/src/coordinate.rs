@@ -5,11 +5,11 @@ use crate::number::Real;
 /// Position, rate and acceleration of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion<T> {
-    /// Position [rad or m].
+    /// Position (rad or m).
     pub position: T,
-    /// Rate [rad/s or m/s].
+    /// Rate (rad/s or m/s).
     pub rate: T,
-    /// Acceleration [rad/s^2 or m/s^2].
+    /// Acceleration (rad/s^2 or m/s^2).
     pub acceleration: T,
 }
 

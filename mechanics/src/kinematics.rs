@@ -18,15 +18,15 @@ use crate::state::{ImuState, State};
 pub(crate) struct BodyMotion<T> {
     /// Orientation: base from body.
     pub(crate) rotation: Matrix3<T>,
-    /// Position of the body frame's origin [m].
+    /// Position of the body frame's origin (m).
     pub(crate) origin: Vector3<T>,
-    /// Velocity of that origin minus the base origin's [m/s].
+    /// Velocity of that origin minus the base origin's (m/s).
     pub(crate) velocity: Vector3<T>,
-    /// Specific force at that origin [m/s^2].
+    /// Specific force at that origin (m/s^2).
     pub(crate) specific_force: Vector3<T>,
-    /// Angular velocity [rad/s].
+    /// Angular velocity (rad/s).
     pub(crate) angular_velocity: Vector3<T>,
-    /// Angular acceleration [rad/s^2].
+    /// Angular acceleration (rad/s^2).
     pub(crate) angular_acceleration: Vector3<T>,
 }
 
@@ -83,7 +83,7 @@ impl<T: Real> BodyMotion<T> {
         moved
     }
 
-    /// A point fixed in the body, given in its frame, from the base origin [m].
+    /// A point fixed in the body, given in its frame, from the base origin (m).
     #[inline]
     pub(crate) fn point(&self, in_body: &Vector3<f64>) -> Vector3<T> {
         self.origin + rotate(&self.rotation, &constant(in_body))

@@ -1,5 +1,32 @@
-//! Mechanics of Tipwatch. Placeholder overview.
+//! Mechanics of wheeled machines with an arm: from what the sensors feel to what the wheels carry.
+//!
+//! [`MachineSpec`] (a machine file) and a URDF are checked into an immutable [`Machine`];
+//! [`signal`] turns sensor samples into [`State`]s; [`evaluate`] turns a state into an [`Outcome`]:
+//! wheel loads, their envelope, and how far the machine is from tipping. [`evaluate`] remembers
+//! nothing, allocates nothing and is generic over the number: [`evaluate_rows`] does four samples
+//! side by side and gives the same bits.
+//!
+//! Frames, signs and equations stand in `THEORY.md`. The crate opens no file and starts no thread.
+//!
+//! ```
+//! use tipwatch_mechanics::machine::LogFacts;
+//! use tipwatch_mechanics::{MachineSpec, State, Workspace, evaluate};
+//!
+//! let spec = MachineSpec::from_toml(include_str!("../tests/data/rigid.toml"), "rigid.toml")?;
+//! let machine = spec.check(include_str!("../tests/data/rigid.urdf"), "rigid.urdf", LogFacts::default())?;
+//! let mut workspace = Workspace::new(&machine);
+//! let mut state = State::<f64>::zero(&machine);
+//! // lift and tilt of the arm, and an IMU that feels gravity: a machine at rest on level ground
+//! state.joints[0].position = -1.3;
+//! state.joints[1].position = -1.4;
+//! state.imu.specific_force.z = machine.gravity();
+//! let outcome = evaluate(&machine, &state, &mut workspace);
+//! let weight = machine.mass() * machine.gravity();
+//! assert!((outcome.load.iter().sum::<f64>() - weight).abs() < 0.001 * weight);
+//! # Ok::<(), tipwatch_mechanics::MachineError>(())
+//! ```
 
+#![forbid(unsafe_code)]
 mod batch;
 mod contact_plane;
 mod coordinate;

@@ -11,29 +11,29 @@ use crate::spatial::Wrench;
 /// A number that cannot be computed is NaN; nothing else is.
 #[derive(Debug, Clone)]
 pub struct Outcome<T> {
-    /// Force and moment that the ground supplies, about the base origin, in base axes [N, N m].
+    /// Force and moment that the ground supplies, about the base origin, in base axes (N, N m).
     pub ground_wrench: Wrench<T>,
     /// Unit normal of the plane through the contact points, upwards, in base axes.
     pub contact_normal: Vector3<T>,
-    /// Force of the ground along the normal: the sum of the loads [N].
+    /// Force of the ground along the normal: the sum of the loads (N).
     pub normal_force: T,
     /// Load with all wheels held to the ground, by wheel: OTF (109) of the first paper, negative where
-    /// a wheel would have to pull [N].
+    /// a wheel would have to pull (N).
     pub otf: Vec<T>,
-    /// Load, by wheel [N]: never negative.
+    /// Load, by wheel (N): never negative.
     pub load: Vec<T>,
-    /// Least load that equilibrium allows, by wheel [N].
+    /// Least load that equilibrium allows, by wheel (N).
     pub load_least: Vec<T>,
-    /// Largest load that equilibrium allows, by wheel [N].
+    /// Largest load that equilibrium allows, by wheel (N).
     pub load_largest: Vec<T>,
-    /// Centre of pressure forward of the base origin's projection, in the contact plane [m].
+    /// Centre of pressure forward of the base origin's projection, in the contact plane (m).
     pub zmp_x: T,
-    /// Centre of pressure to the left of it [m].
+    /// Centre of pressure to the left of it (m).
     pub zmp_y: T,
-    /// Distance of the centre of pressure from the nearest edge, inside positive [m].
+    /// Distance of the centre of pressure from the nearest edge, inside positive (m).
     pub zmp_margin: T,
     /// Overturning moment about each edge of the support polygon, wheel weights included (ITOM of the
-    /// first paper with wheel weights), negative = stable [N m].
+    /// first paper with wheel weights), negative = stable (N m).
     pub itom_full: Vec<T>,
     /// Smallest closure of the linkages, not below zero where all close.
     pub linkage_closure: T,

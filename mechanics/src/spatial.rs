@@ -7,9 +7,9 @@ use crate::number::Real;
 /// A force and the moment about a stated point, in stated axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wrench<T> {
-    /// Force [N].
+    /// Force (N).
     pub force: Vector3<T>,
-    /// Moment [N m].
+    /// Moment (N m).
     pub moment: Vector3<T>,
 }
 

@@ -15,7 +15,7 @@ pub struct State<T> {
     /// What the inertial measurement unit feels, in its own frame.
     pub imu: ImuState<T>,
     /// Force and moment by the surroundings on the tool, at the origin of the tool's frame and in its
-    /// axes [N, N m]; zero without one.
+    /// axes (N, N m); zero without one.
     pub tool_wrench: Wrench<T>,
     /// How much of each of [`Machine::payloads`] hangs on its link: 1 or 0.
     pub payload_share: Vec<T>,
@@ -26,9 +26,9 @@ pub struct State<T> {
 pub struct ImuState<T> {
     /// Acceleration minus gravity [m/s^2]: upwards at rest.
     pub specific_force: Vector3<T>,
-    /// Angular velocity [rad/s].
+    /// Angular velocity (rad/s).
     pub angular_velocity: Vector3<T>,
-    /// Angular acceleration [rad/s^2].
+    /// Angular acceleration (rad/s^2).
     pub angular_acceleration: Vector3<T>,
 }
 

@@ -9,7 +9,7 @@ use crate::outcome::Outcome;
 use crate::state::State;
 use crate::workspace::Workspace;
 
-/// Wheel loads of `machine` at rest on level ground, its joints at these positions [rad or m] in the
+/// Wheel loads of `machine` at rest on level ground, its joints at these positions (rad or m) in the
 /// order of [`Machine::joints`], payloads of unlimited time in place.
 ///
 /// Level means gravity along the normal of the contact plane, wherever the base frame points.

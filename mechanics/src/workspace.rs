@@ -17,7 +17,7 @@ pub struct Workspace<T: Real> {
     pub(crate) motions: Vec<BodyMotion<T>>,
     pub(crate) wrenches: Vec<Wrench<T>>,
     pub(crate) wheel_centres: Vec<Vector3<T>>,
-    /// Distance of each wheel's centre from the ground, along the contact plane's normal [m].
+    /// Distance of each wheel's centre from the ground, along the contact plane's normal (m).
     pub(crate) radii: Vec<T>,
     pub(crate) contacts: Vec<Vector2<T>>,
     pub(crate) equations: Equations<T>,

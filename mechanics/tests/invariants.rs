@@ -1,5 +1,7 @@
 //! What physics demands of every result, whatever the numbers.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 mod support;
 
 use nalgebra::{Rotation3, Vector3};

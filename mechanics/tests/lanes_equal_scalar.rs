@@ -1,5 +1,7 @@
 //! Four samples side by side give the bits that each gives alone, over random and extreme states.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 mod support;
 
 use proptest::prelude::*;

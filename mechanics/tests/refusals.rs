@@ -1,5 +1,7 @@
 //! What is no machine is refused, with what was expected, what was found and where.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 mod support;
 
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};

@@ -40,7 +40,7 @@ pub fn analysed(log: &Path, options: Options) -> Analysis {
     analyse(log, &file, options, &mut |_| {}).expect("an analysis")
 }
 
-/// True wheel loads of a simulated log: times [ns] and, by wheel, loads [N] smoothed over 51 samples by
+/// True wheel loads of a simulated log: times (ns) and, by wheel, loads (N) smoothed over 51 samples by
 /// a third-order Savitzky-Golay filter.
 #[derive(Debug)]
 pub struct Truth {

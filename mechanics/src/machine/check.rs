@@ -270,7 +270,7 @@ impl Checker<'_> {
         Ok(wheels)
     }
 
-    /// Tyre stiffness by wheel, sorted by name; all 1 where the machine file is silent [N/m or 1].
+    /// Tyre stiffness by wheel, sorted by name; all 1 where the machine file is silent (N/m or 1).
     fn stiffness(&self) -> Result<Vec<f64>, MachineError> {
         let names = self.spec.wheels.keys();
         let values: Vec<f64> = match &self.spec.contact.tyre_stiffness {

@@ -9,11 +9,11 @@ const ROUNDING_SHARE: f64 = 1e-3;
 /// Inertial parameters of a rigid body in some frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inertia {
-    /// Mass [kg].
+    /// Mass (kg).
     pub mass: f64,
-    /// Centre of mass in the frame [m].
+    /// Centre of mass in the frame (m).
     pub com: Vector3<f64>,
-    /// Inertia tensor about the centre of mass, axes of the frame [kg m^2].
+    /// Inertia tensor about the centre of mass, axes of the frame (kg m^2).
     pub about_com: Matrix3<f64>,
 }
 

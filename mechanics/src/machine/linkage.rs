@@ -46,9 +46,9 @@ pub struct Linkage {
 /// The side of a triangle that a log measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LinkageInput {
-    /// The pivot's angle [rad].
+    /// The pivot's angle (rad).
     PivotAngle,
-    /// The rod's coordinate [m].
+    /// The rod's coordinate (m).
     RodLength,
 }
 
@@ -67,13 +67,13 @@ pub(crate) struct LinkageMotion<T> {
 /// right-handed pair about the pivot's axis.
 #[derive(Debug, Clone, Copy)]
 struct Triangle {
-    /// From the hinge to the pivot [m].
+    /// From the hinge to the pivot (m).
     d: Vector2<f64>,
-    /// From the pivot to the eye at pivot angle zero [m].
+    /// From the pivot to the eye at pivot angle zero (m).
     e0: Vector2<f64>,
-    /// Eccentricity h: y of the eye at cylinder angle zero [m].
+    /// Eccentricity h: y of the eye at cylinder angle zero (m).
     eccentricity: f64,
-    /// X at rod coordinate zero [m].
+    /// X at rod coordinate zero (m).
     length_at_zero: f64,
     /// +1 if the pivot's positive angle turns e counter-clockwise in the plane, else -1.
     pivot_sign: f64,
@@ -81,7 +81,7 @@ struct Triangle {
     cylinder_sign: f64,
     /// Sign of sin(theta - theta_0), theta_0 the pivot angle at the longest actuator: the branch.
     branch: f64,
-    /// K, P and Q of the law of cosines [m^2]; Q counts the pivot's own sign.
+    /// K, P and Q of the law of cosines (m^2); Q counts the pivot's own sign.
     k: f64,
     p: f64,
     q: f64,

@@ -65,7 +65,7 @@ pub struct Body {
     pub drive: Drive,
     /// Orientation of the joint in the parent body.
     pub parent_from_joint: Matrix3<f64>,
-    /// Position of the joint in the parent body [m].
+    /// Position of the joint in the parent body (m).
     pub joint_in_parent: Vector3<f64>,
     /// Inertial parameters in the body's frame.
     pub inertia: Inertia,
@@ -74,9 +74,9 @@ pub struct Body {
 /// How a joint moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
-    /// It turns [rad].
+    /// It turns (rad).
     Revolute,
-    /// It slides [m].
+    /// It slides (m).
     Prismatic,
 }
 
@@ -93,7 +93,7 @@ pub enum Drive {
         joint: usize,
         /// Factor, no unit or the ratio of the joints' units.
         multiplier: f64,
-        /// Offset [rad or m].
+        /// Offset (rad or m).
         offset: f64,
     },
     /// The pivot of this linkage.
@@ -137,15 +137,15 @@ pub struct Wheel {
     pub name: String,
     /// The body whose point is the centre.
     pub body: usize,
-    /// Centre in the body's frame [m].
+    /// Centre in the body's frame (m).
     pub centre_in_body: Vector3<f64>,
-    /// Radius without load [m].
+    /// Radius without load (m).
     pub radius: f64,
-    /// Vertical stiffness, where the machine file tells it [N/m].
+    /// Vertical stiffness, where the machine file tells it (N/m).
     pub stiffness: Option<f64>,
     /// Vertical stiffness as a share of the mean of all wheels.
     pub relative_stiffness: f64,
-    /// Centre in the base frame with all joints at zero [m].
+    /// Centre in the base frame with all joints at zero (m).
     pub centre_at_zero: Vector3<f64>,
 }
 
@@ -208,7 +208,7 @@ pub struct Payload {
     pub body: usize,
     /// Its inertial parameters in the body's frame.
     pub inertia: Inertia,
-    /// From and until when it hangs there [s from the first sample].
+    /// From and until when it hangs there (s from the first sample).
     pub window_s: [f64; 2],
 }
 
@@ -219,7 +219,7 @@ impl Machine {
         &self.name
     }
 
-    /// Gravitational acceleration [m/s^2].
+    /// Gravitational acceleration (m/s^2).
     #[must_use]
     pub fn gravity(&self) -> f64 {
         self.gravity
@@ -309,7 +309,7 @@ impl Machine {
         &self.estimator
     }
 
-    /// Mass of all bodies and of the payloads that always hang [kg].
+    /// Mass of all bodies and of the payloads that always hang (kg).
     #[must_use]
     pub fn mass(&self) -> f64 {
         let always = |p: &&Payload| p.window_s == [f64::NEG_INFINITY, f64::INFINITY];

@@ -13,7 +13,7 @@ use super::MachineError;
 pub struct MachineSpec {
     /// Name of the machine.
     pub name: String,
-    /// Gravitational acceleration [m/s^2].
+    /// Gravitational acceleration (m/s^2).
     #[serde(default = "standard_gravity")]
     pub gravity: f64,
     /// Path of the URDF beside the machine file; absent: the log's `/robot_description`.
@@ -60,10 +60,10 @@ fn standard_gravity() -> f64 {
 pub struct ImuSpec {
     /// The link that carries it; absent: the base link.
     pub link: Option<String>,
-    /// Position in the link [m].
+    /// Position in the link (m).
     #[serde(default)]
     pub xyz: [f64; 3],
-    /// Orientation in the link: roll, pitch, yaw about fixed axes [rad].
+    /// Orientation in the link: roll, pitch, yaw about fixed axes (rad).
     #[serde(default)]
     pub rpy: [f64; 3],
 }
@@ -74,7 +74,7 @@ pub struct ImuSpec {
 pub struct WheelSpec {
     /// The link whose origin is the wheel's centre.
     pub link: String,
-    /// Radius without load [m].
+    /// Radius without load (m).
     pub radius: f64,
 }
 
@@ -104,7 +104,7 @@ pub struct LinkageSpec {
     pub rod_end: PointSpec,
     /// The pin that the eye sits on, on the turned side.
     pub anchor: PointSpec,
-    /// An angle of the pivot [rad] on the branch that the machine uses; needed only where the rod is
+    /// An angle of the pivot (rad) on the branch that the machine uses; needed only where the rod is
     /// measured. Default: the middle of the pivot's URDF limits if they span less than a turn, else 0.
     pub pivot_near: Option<f64>,
 }
@@ -115,7 +115,7 @@ pub struct LinkageSpec {
 pub struct PointSpec {
     /// The link.
     pub link: String,
-    /// Its coordinates there [m].
+    /// Its coordinates there (m).
     pub xyz: [f64; 3],
 }
 
@@ -128,7 +128,7 @@ pub struct ContactSpec {
     /// Joints that carry no torque (bogie pivots, frame roll joints).
     #[serde(default)]
     pub free_joints: Vec<String>,
-    /// Vertical stiffness of the tyres [N/m]; with it their deflection under load counts.
+    /// Vertical stiffness of the tyres (N/m); with it their deflection under load counts.
     pub tyre_stiffness: Option<Stiffness>,
     /// Whether the ground may be taken for a plane.
     #[serde(default)]
@@ -139,9 +139,9 @@ pub struct ContactSpec {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(untagged)]
 pub enum Stiffness {
-    /// The same for all wheels [N/m].
+    /// The same for all wheels (N/m).
     All(f64),
-    /// By wheel name [N/m].
+    /// By wheel name (N/m).
     PerWheel(BTreeMap<String, f64>),
 }
 
@@ -160,11 +160,11 @@ pub enum Ground {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LimitsSpec {
-    /// A wheel whose OTF is below this is light [N].
+    /// A wheel whose OTF is below this is light (N).
     pub min_load: Option<f64>,
     /// The same as a share of the wheel's static load, 0 to 1.
     pub min_load_share: Option<f64>,
-    /// Optimal load of each wheel [N]; default: the static load in the posture of the first valid row.
+    /// Optimal load of each wheel (N); default: the static load in the posture of the first valid row.
     pub optimal_load: Option<BTreeMap<String, f64>>,
     /// Utilisation of the notice level.
     pub notice: f64,
@@ -193,19 +193,19 @@ impl Default for LimitsSpec {
 pub struct PayloadSpec {
     /// The link.
     pub link: String,
-    /// Mass [kg].
+    /// Mass (kg).
     pub mass: f64,
-    /// Standard deviation of the mass [kg].
+    /// Standard deviation of the mass (kg).
     pub mass_sigma: Option<f64>,
-    /// Centre of mass in the link [m].
+    /// Centre of mass in the link (m).
     #[serde(default)]
     pub com: [f64; 3],
-    /// Inertia about the centre of mass: xx, yy, zz, xy, xz, yz [kg m^2].
+    /// Inertia about the centre of mass: xx, yy, zz, xy, xz, yz (kg m^2).
     #[serde(default)]
     pub inertia: [f64; 6],
-    /// From when it hangs there [s from the first sample].
+    /// From when it hangs there (s from the first sample).
     pub from: Option<f64>,
-    /// Until when [s from the first sample].
+    /// Until when (s from the first sample).
     pub to: Option<f64>,
 }
 
@@ -249,35 +249,35 @@ impl OneOrMany {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorSpec {
-    /// Longest time between two samples of a signal that is bridged [s]; rows in a longer gap are invalid.
+    /// Longest time between two samples of a signal that is bridged (s); rows in a longer gap are invalid.
     pub max_gap: f64,
-    /// Standard deviation of a joint position [rad or m].
+    /// Standard deviation of a joint position (rad or m).
     pub joint_position_noise: f64,
-    /// Standard deviation of a joint rate [rad/s or m/s].
+    /// Standard deviation of a joint rate (rad/s or m/s).
     pub joint_rate_noise: f64,
-    /// Standard deviation of the change of a joint's acceleration in one second [rad/s^2 or m/s^2].
+    /// Standard deviation of the change of a joint's acceleration in one second (rad/s^2 or m/s^2).
     pub joint_agility: f64,
-    /// Standard deviation of an angular velocity [rad/s].
+    /// Standard deviation of an angular velocity (rad/s).
     pub gyro_noise: f64,
-    /// Standard deviation of the change of the angular jerk in one second [rad/s^3].
+    /// Standard deviation of the change of the angular jerk in one second (rad/s^3).
     pub gyro_agility: f64,
-    /// Standard deviation of a specific force [m/s^2].
+    /// Standard deviation of a specific force (m/s^2).
     pub accelerometer_noise: f64,
-    /// Standard deviation of the change of its second derivative in one second [m/s^4].
+    /// Standard deviation of the change of its second derivative in one second (m/s^4).
     pub accelerometer_agility: f64,
-    /// Standard deviation of the direction up [rad].
+    /// Standard deviation of the direction up (rad).
     pub attitude_noise: f64,
-    /// Standard deviation of the change of its second derivative in one second [rad/s^2].
+    /// Standard deviation of the change of its second derivative in one second (rad/s^2).
     pub attitude_agility: f64,
-    /// Standard deviation of a velocity of the odometry [m/s].
+    /// Standard deviation of a velocity of the odometry (m/s).
     pub odometry_noise: f64,
-    /// Standard deviation of the change of its second derivative in one second [m/s^3].
+    /// Standard deviation of the change of its second derivative in one second (m/s^3).
     pub odometry_agility: f64,
-    /// Standard deviation of a component of the tool wrench [N or N m].
+    /// Standard deviation of a component of the tool wrench (N or N m).
     pub tool_force_noise: f64,
-    /// Standard deviation of the change of its second derivative in one second [N/s^2 or N m/s^2].
+    /// Standard deviation of the change of its second derivative in one second (N/s^2 or N m/s^2).
     pub tool_force_agility: f64,
-    /// How long the causal estimator's rows count as settling after a start or a gap [s].
+    /// How long the causal estimator's rows count as settling after a start or a gap (s).
     pub settle: f64,
 }
 
@@ -309,11 +309,11 @@ impl Default for EstimatorSpec {
 pub struct SuspensionSpec {
     /// Names of the linkages whose rods are the suspension's actuators.
     pub linkages: Vec<String>,
-    /// Least and greatest rod coordinate [m].
+    /// Least and greatest rod coordinate (m).
     pub stroke: [f64; 2],
-    /// Largest rod velocity [m/s].
+    /// Largest rod velocity (m/s).
     pub max_velocity: f64,
-    /// Largest rod acceleration [m/s^2].
+    /// Largest rod acceleration (m/s^2).
     pub max_acceleration: f64,
 }
 

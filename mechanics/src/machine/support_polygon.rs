@@ -32,7 +32,7 @@ impl SupportPolygon {
         &self.edges
     }
 
-    /// The polygon of contact points given in the base frame's x and y [m]; `None` where they span no
+    /// The polygon of contact points given in the base frame's x and y (m); `None` where they span no
     /// area.
     pub(super) fn build(points: &[Vector2<f64>], names: &[&str]) -> Option<Self> {
         let diameter = points

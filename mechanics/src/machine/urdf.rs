@@ -38,7 +38,7 @@ pub(super) struct UrdfJoint {
     pub(super) parent_from_joint: Isometry3<f64>,
     /// Unit axis in the joint's frame.
     pub(super) axis: Vector3<f64>,
-    /// Lower and upper limit [rad or m]; `None` for continuous joints.
+    /// Lower and upper limit (rad or m); `None` for continuous joints.
     pub(super) limits: Option<[f64; 2]>,
     pub(super) mimic: Option<Mimic>,
 }

@@ -1,7 +1,7 @@
 //! From sensor samples to states: everything that remembers time.
 //!
 //! Samples of different sensors come at different rates, late, twice or not at all. Each group of
-//! channels that a sensor measures together is a [`track`] with a constant-second-derivative model
+//! channels that a sensor measures together is a track with a constant-second-derivative model
 //! driven by white noise. Forward in time that is a Kalman filter, sample by sample, the same offline
 //! and live ([`CausalEstimator`]); with a backward pass over the stored filter it is the
 //! Rauch-Tung-Striebel smoother of the same model ([`smooth`]), which also looks ahead.

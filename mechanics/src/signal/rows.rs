@@ -10,20 +10,20 @@ use crate::state::State;
 pub enum RowClock {
     /// At every sample of the first stream of joint states.
     JointStates,
-    /// At this regular rate [Hz], from the first sample of that stream on.
+    /// At this regular rate (Hz), from the first sample of that stream on.
     Rate(f64),
 }
 
 /// The state at the time of a row.
 #[derive(Debug, Clone)]
 pub struct Estimate {
-    /// Time of the row [ns], in the stamps' clock.
+    /// Time of the row (ns), in the stamps' clock.
     pub time_ns: i64,
     /// The state; NaN throughout where a gap leaves it unknown.
     pub state: State<f64>,
     /// The direction up (against gravity) in base axes, a unit vector, where the log knows it.
     pub up_in_base: Option<Vector3<f64>>,
-    /// Velocity of the base origin in base axes [m/s], where the log knows it.
+    /// Velocity of the base origin in base axes (m/s), where the log knows it.
     pub base_velocity: Option<Vector3<f64>>,
     /// Why the row is not valid, so far as the signals tell.
     pub reasons: Reasons,

@@ -38,18 +38,18 @@ pub enum Sensor {
 /// One message of one sensor.
 ///
 /// The values by sensor:
-/// - joints: positions of the stream's joints [rad or m], then their rates [rad/s or m/s], NaN where
+/// - joints: positions of the stream's joints (rad or m), then their rates (rad/s or m/s), NaN where
 ///   the message has none;
-/// - IMU, in its own frame: specific force x y z [m/s^2], angular velocity x y z [rad/s], orientation
+/// - IMU, in its own frame: specific force x y z (m/s^2), angular velocity x y z (rad/s), orientation
 ///   quaternion x y z w of the IMU in an upright frame, NaN where unknown;
-/// - odometry, in the base frame: velocity x y z [m/s], angular velocity x y z [rad/s], orientation
+/// - odometry, in the base frame: velocity x y z (m/s), angular velocity x y z (rad/s), orientation
 ///   quaternion x y z w;
-/// - tool wrench: force x y z [N] and moment x y z [N m] by the surroundings on the tool, in its frame.
+/// - tool wrench: force x y z (N) and moment x y z (N m) by the surroundings on the tool, in its frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
     /// Which sensor.
     pub sensor: Sensor,
-    /// When the sensor measured [ns].
+    /// When the sensor measured (ns).
     pub stamp_ns: i64,
     /// What it measured.
     pub values: &'a [f64],

@@ -15,7 +15,7 @@ use crate::machine::Machine;
 pub struct Recording {
     /// Which sensor.
     pub sensor: Sensor,
-    /// Stamps [ns], in any order.
+    /// Stamps (ns), in any order.
     pub stamps_ns: Vec<i64>,
     /// The values of all samples, one sample after the other: see [`Sample`].
     pub values: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct Recording {
 /// States of all rows.
 #[derive(Debug, Clone)]
 pub struct SmoothedRows {
-    /// Times of the rows [ns].
+    /// Times of the rows (ns).
     pub times_ns: Vec<i64>,
     /// The states; NaN where a gap leaves them unknown.
     pub states: StateColumns,
@@ -205,7 +205,7 @@ fn extrapolate(jets: &mut [Jet], from: &[Jet], dt: f64) {
 
 /// The polynomial of fifth degree through two jets: the mean of the model between two known states.
 struct Quintic {
-    /// Time since the first jet and between both [s].
+    /// Time since the first jet and between both (s).
     t: f64,
     h: f64,
 }

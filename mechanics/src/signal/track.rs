@@ -28,7 +28,7 @@ pub(super) struct Model {
     pub(super) rate_variance: f64,
     /// Density q of the third derivative: variance of the second derivative's change in a second.
     pub(super) density: f64,
-    /// Samples further apart than this do not belong together [ns].
+    /// Samples further apart than this do not belong together (ns).
     pub(super) max_gap_ns: i64,
 }
 

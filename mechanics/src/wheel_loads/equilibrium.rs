@@ -13,11 +13,11 @@ use crate::spatial::Wrench;
 /// frame's origin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GroundForce<T> {
-    /// Along the normal [N].
+    /// Along the normal (N).
     pub(crate) normal: T,
-    /// Forward and to the left, in the plane [N].
+    /// Forward and to the left, in the plane (N).
     pub(crate) tangential: Vector2<T>,
-    /// About the forward and the left axis [N m].
+    /// About the forward and the left axis (N m).
     pub(crate) moment: Vector2<T>,
 }
 
@@ -38,7 +38,7 @@ impl<T: Real> GroundForce<T> {
         }
     }
 
-    /// Where the normal force acts as one: x = -M_y / F_n, y = M_x / F_n [m].
+    /// Where the normal force acts as one: x = -M_y / F_n, y = M_x / F_n (m).
     pub(crate) fn centre_of_pressure(&self) -> Vector2<T> {
         Vector2::new(-self.moment.y / self.normal, self.moment.x / self.normal)
     }
@@ -123,7 +123,7 @@ pub(crate) struct Beyond<'a, T: Real> {
     pub(crate) wrenches: &'a [Wrench<T>],
     pub(crate) tool_wrench: &'a Wrench<T>,
     pub(crate) plane: &'a ContactPlane<T>,
-    /// Distance of the wheels' centres from the ground [m].
+    /// Distance of the wheels' centres from the ground (m).
     pub(crate) radii: &'a [T],
     /// Contact force of a wheel by its load: n + t.
     pub(crate) force_per_load: nalgebra::Vector3<T>,

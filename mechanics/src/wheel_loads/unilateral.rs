@@ -29,7 +29,7 @@ pub(crate) struct Solver<T: Real> {
     envelope: Envelope,
 }
 
-/// Loads of one solution, by wheel [N].
+/// Loads of one solution, by wheel (N).
 pub(crate) struct Loads<'a, T> {
     /// All wheels held to the ground: the signed OTF.
     pub(crate) otf: &'a mut [T],
@@ -62,7 +62,7 @@ impl<T: Real> Solver<T> {
         }
     }
 
-    /// `edge_moments` are the overturning moments about the edges of the machine's polygon [N m],
+    /// `edge_moments` are the overturning moments about the edges of the machine's polygon (N m),
     /// positive where it tips.
     pub(crate) fn solve(
         &mut self,
