@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
+use tipwatch_binding::bind;
 use tipwatch_ingest::{
-    JointTopic, Log, Losses, NamedTopics, SensorKind, SensorRecording, SensorRequest, SensorTopics,
-    record_sensors, robot_description,
+    Log, Losses, SensorRecording, SensorRequest, record_sensors, robot_description,
 };
-use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany, SignalsSpec};
-use tipwatch_mechanics::signal::{MatchedSensors, OtherSensors, Sensor};
+use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
+use tipwatch_mechanics::signal::{MatchedSensors, Sensor};
 
 use crate::provenance::FileHash;
 
@@ -133,64 +133,17 @@ pub struct Signal {
     pub recording: SensorRecording,
 }
 
-/// The topics that a machine file names.
-#[must_use]
-pub fn named_topics(spec: &MachineSpec) -> NamedTopics {
-    let SignalsSpec {
-        joint_states,
-        imu,
-        odometry,
-        tool_wrench,
-    } = spec.signals.clone();
-    NamedTopics {
-        joint_states: joint_states
-            .as_ref()
-            .map_or(&[][..], OneOrMany::names)
-            .to_vec(),
-        imu,
-        odometry,
-        tool_wrench,
-        has_tool: spec.arm.as_ref().is_some_and(|arm| arm.tool.is_some()),
-    }
-}
-
 /// Reads the samples of a machine's sensors from a log.
 ///
 /// # Errors
 /// The machine does not fit the log, a signal is missing or ambiguous, or the log cannot be read.
 pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Result<LoadedLog> {
-    let topics = SensorTopics::find(log, &named_topics(&file.spec))?;
-    if topics.joint_states.is_empty() {
-        let names: Vec<_> = log
-            .topics()
-            .iter()
-            .map(|t| format!("{} ({})", t.name, t.type_name))
-            .collect();
-        bail!(
-            "{}: expected joint states ({}), found none; the log has: {}",
-            log.path().display(),
-            SensorKind::JointStates.type_name(),
-            if names.is_empty() {
-                "no topics".to_string()
-            } else {
-                names.join(", ")
-            }
-        );
-    }
     let urdf = file.urdf(Some(log))?;
-    let joint_names = topics.joint_names();
-    let facts = LogFacts {
-        joint_names: Some(&joint_names),
-        lacks_imu: topics.imu.is_none(),
-        imu_frame: topics.imu_frame.as_deref(),
-    };
-    let machine = file.spec.check(&urdf.text, &urdf.name, facts)?;
-    let matched = match_sensors(log, &machine, &topics)?;
-    let bindings = bindings(&machine, &matched, &topics);
-    let requests: Vec<SensorRequest> = bindings.iter().map(|b| b.request.clone()).collect();
+    let bound = bind(log, &file.spec, &urdf.text, &urdf.name)?;
+    let requests: Vec<SensorRequest> = bound.sensors.iter().map(|b| b.request.clone()).collect();
     let (recordings, losses) = record_sensors(log, &requests, progress)?;
     let mut signals = Vec::with_capacity(recordings.len());
-    for (bound, recording) in bindings.into_iter().zip(recordings) {
+    for (bound, recording) in bound.sensors.into_iter().zip(recordings) {
         let topic = log.topic(recording.topic)?;
         if recording.stamps_ns.is_empty() && matches!(bound.sensor, Sensor::Joints(_)) {
             bail!(
@@ -209,89 +162,12 @@ pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Res
         });
     }
     Ok(LoadedLog {
-        machine,
+        machine: bound.machine,
         urdf: urdf.hash,
-        matched,
+        matched: bound.matched,
         signals,
         losses,
     })
-}
-
-fn match_sensors(log: &Log, machine: &Machine, topics: &SensorTopics) -> Result<MatchedSensors> {
-    let name = |t: &JointTopic| Ok(log.topic(t.binding.topic)?.name.clone());
-    let names = topics
-        .joint_states
-        .iter()
-        .map(name)
-        .collect::<Result<Vec<_>>>()?;
-    let streams: Vec<(&str, &[String])> = names
-        .iter()
-        .zip(&topics.joint_states)
-        .map(|(name, t)| (name.as_str(), t.joint_names.as_slice()))
-        .collect();
-    let others = OtherSensors {
-        imu: topics.imu.is_some(),
-        odometry: topics.odometry.is_some(),
-        tool_wrench: topics.tool_wrench.is_some(),
-    };
-    let matched = MatchedSensors::new(machine, &streams, others)?;
-    if matched.sensors.joints.is_empty() {
-        let offered: Vec<String> = topics.joint_names();
-        bail!(
-            "{}: expected joint states of the machine's joints, found only: {}",
-            log.path().display(),
-            offered.join(", ")
-        );
-    }
-    Ok(matched)
-}
-
-struct Bound {
-    sensor: Sensor,
-    request: SensorRequest,
-    why: String,
-}
-
-fn bindings(machine: &Machine, matched: &MatchedSensors, topics: &SensorTopics) -> Vec<Bound> {
-    let mut bound: Vec<Bound> = Vec::new();
-    for (stream, &index) in matched.streams.iter().enumerate() {
-        let binding = &topics.joint_states[index].binding;
-        let joint_names = matched.joint_names(machine, stream);
-        let request = SensorRequest {
-            topic: binding.topic,
-            kind: binding.kind,
-            joint_names,
-        };
-        bound.push(Bound {
-            sensor: Sensor::Joints(stream),
-            request,
-            why: binding.why.clone(),
-        });
-    }
-    let others = [
-        (Sensor::Imu, &topics.imu, matched.sensors.imu),
-        (Sensor::Odometry, &topics.odometry, matched.sensors.odometry),
-        (
-            Sensor::ToolWrench,
-            &topics.tool_wrench,
-            matched.sensors.tool_wrench,
-        ),
-    ];
-    for (sensor, binding, used) in others {
-        if let Some(binding) = binding.as_ref().filter(|_| used) {
-            let request = SensorRequest {
-                topic: binding.topic,
-                kind: binding.kind,
-                joint_names: Vec::new(),
-            };
-            bound.push(Bound {
-                sensor,
-                request,
-                why: binding.why.clone(),
-            });
-        }
-    }
-    bound
 }
 
 /// The hash of bytes that stand under `path`.

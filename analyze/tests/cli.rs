@@ -52,15 +52,15 @@ fn analyze(log: &Path, machine: &Path, more: &[&str]) -> (i32, String, TempDir) 
 fn log_of(folder: &Path, topics: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("log.mcap");
     let mut writer = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
-    for (topic, type_name) in topics {
+    for (id, (topic, type_name)) in (1..).zip(topics) {
         let schema = mcap::Schema {
-            id: 1,
+            id,
             name: (*type_name).into(),
             encoding: "ros2msg".into(),
             data: Cow::Borrowed(b"string data".as_slice()),
         };
         let channel = Arc::new(mcap::Channel {
-            id: 1,
+            id,
             topic: (*topic).into(),
             schema: Some(Arc::new(schema)),
             message_encoding: "cdr".into(),

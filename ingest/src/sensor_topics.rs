@@ -57,6 +57,7 @@ impl SensorTopics {
     /// A named topic is missing or of another type; several could carry one signal; the log cannot
     /// be read.
     pub fn find(log: &Log, named: &NamedTopics) -> Result<Self, Error> {
+        let joint_states = joint_topics(log, &named.joint_states)?;
         let single = |kind, name: &Option<String>| bind(log.topics(), kind, name.as_deref());
         let imu = single(SensorKind::Imu, &named.imu)?;
         let imu_frame = match &imu {
@@ -69,7 +70,7 @@ impl SensorTopics {
             false => None,
         };
         Ok(Self {
-            joint_states: joint_topics(log, &named.joint_states)?,
+            joint_states,
             imu,
             imu_frame,
             odometry,

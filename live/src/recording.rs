@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
+use tipwatch_binding::bind;
 use tipwatch_ingest::{
-    JointTopic, Log, Losses, NamedTopics, SensorKind, SensorRecording, SensorRequest, SensorTopics,
-    TopicId, arrival_order, record_sensors, robot_description,
+    Log, Losses, SensorRecording, SensorRequest, arrival_order, record_sensors, robot_description,
 };
-use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany};
-use tipwatch_mechanics::signal::{MatchedSensors, OtherSensors, Sample, Sensor};
+use tipwatch_mechanics::signal::{Sample, Sensor};
 
 use crate::fnv::Fnv;
 use crate::machine_file::{MachineFile, Urdf};
@@ -33,20 +32,15 @@ impl Recording {
     /// The log cannot be read, a signal is missing or ambiguous, or the machine does not fit.
     pub fn read(path: &Path, file: &MachineFile, urdf: Option<&Path>) -> Result<Self> {
         let log = Log::open(path)?;
-        let topics = SensorTopics::find(&log, &named_topics(&file.spec))?;
         let urdf = match file.urdf(urdf)? {
             Some(urdf) => urdf,
             None => urdf_of(&log, file)?,
         };
-        let names = topics.joint_names();
-        let facts = LogFacts {
-            joint_names: Some(&names),
-            lacks_imu: topics.imu.is_none(),
-            imu_frame: topics.imu_frame.as_deref(),
-        };
-        let machine = file.spec.check(&urdf.text, &urdf.name, facts)?;
-        let matched = match_sensors(&log, &machine, &topics)?;
-        let (sensors, requests) = requests(&machine, &matched, &topics);
+        let bound = bind(&log, &file.spec, &urdf.text, &urdf.name)?;
+        let (machine, matched) = (&bound.machine, &bound.matched);
+        let requests: Vec<SensorRequest> =
+            bound.sensors.iter().map(|b| b.request.clone()).collect();
+        let sensors = bound.sensors.iter().map(|b| b.sensor).collect();
         let (columns, losses) = record_sensors(&log, &requests, &mut |_| {})?;
         let order = arrival_order(&columns);
         let joints = 0..matched.streams.len();
@@ -55,12 +49,12 @@ impl Recording {
             machine_hash: file.hash(&urdf),
             total_samples: order.len() as u64,
             streams: joints
-                .map(|stream| matched.joint_names(&machine, stream))
+                .map(|stream| matched.joint_names(machine, stream))
                 .collect(),
             imu: matched.sensors.imu,
             odometry: matched.sensors.odometry,
             tool_wrench: matched.sensors.tool_wrench,
-            imu_frame: topics.imu_frame,
+            imu_frame: bound.topics.imu_frame.clone(),
         };
         // What a reader will do with it works here too, or is told here.
         session.machine(file, &urdf)?;
@@ -97,21 +91,6 @@ impl Recording {
     }
 }
 
-fn named_topics(spec: &MachineSpec) -> NamedTopics {
-    let signals = spec.signals.clone();
-    NamedTopics {
-        joint_states: signals
-            .joint_states
-            .as_ref()
-            .map_or(&[][..], OneOrMany::names)
-            .to_vec(),
-        imu: signals.imu,
-        odometry: signals.odometry,
-        tool_wrench: signals.tool_wrench,
-        has_tool: spec.arm.as_ref().is_some_and(|arm| arm.tool.is_some()),
-    }
-}
-
 fn urdf_of(log: &Log, file: &MachineFile) -> Result<Urdf> {
     let described = robot_description(log)?.with_context(|| {
         format!(
@@ -123,86 +102,4 @@ fn urdf_of(log: &Log, file: &MachineFile) -> Result<Urdf> {
         name: format!("topic {topic}"),
         text,
     })
-}
-
-fn match_sensors(log: &Log, machine: &Machine, topics: &SensorTopics) -> Result<MatchedSensors> {
-    let name = |topic: &JointTopic| Ok(log.topic(topic.binding.topic)?.name.clone());
-    let names = topics
-        .joint_states
-        .iter()
-        .map(name)
-        .collect::<Result<Vec<_>>>()?;
-    let streams: Vec<(&str, &[String])> = names
-        .iter()
-        .zip(&topics.joint_states)
-        .map(|(name, topic)| (name.as_str(), topic.joint_names.as_slice()))
-        .collect();
-    let others = OtherSensors {
-        imu: topics.imu.is_some(),
-        odometry: topics.odometry.is_some(),
-        tool_wrench: topics.tool_wrench.is_some(),
-    };
-    let matched = MatchedSensors::new(machine, &streams, others)?;
-    ensure!(
-        !matched.sensors.joints.is_empty(),
-        "{}: expected joint states ({}) of the machine's joints, found: {}",
-        log.path().display(),
-        SensorKind::JointStates.type_name(),
-        topics.joint_names().join(", ")
-    );
-    Ok(matched)
-}
-
-fn requests(
-    machine: &Machine,
-    matched: &MatchedSensors,
-    topics: &SensorTopics,
-) -> (Vec<Sensor>, Vec<SensorRequest>) {
-    let mut wanted: Vec<(Sensor, TopicId, SensorKind, Vec<String>)> = Vec::new();
-    for (stream, &index) in matched.streams.iter().enumerate() {
-        let topic = topics.joint_states[index].binding.topic;
-        let names = matched.joint_names(machine, stream);
-        wanted.push((
-            Sensor::Joints(stream),
-            topic,
-            SensorKind::JointStates,
-            names,
-        ));
-    }
-    let others = [
-        (
-            Sensor::Imu,
-            SensorKind::Imu,
-            &topics.imu,
-            matched.sensors.imu,
-        ),
-        (
-            Sensor::Odometry,
-            SensorKind::Odometry,
-            &topics.odometry,
-            matched.sensors.odometry,
-        ),
-        (
-            Sensor::ToolWrench,
-            SensorKind::ToolWrench,
-            &topics.tool_wrench,
-            matched.sensors.tool_wrench,
-        ),
-    ];
-    for (sensor, kind, binding, is_used) in others {
-        if let Some(binding) = binding.as_ref().filter(|_| is_used) {
-            wanted.push((sensor, binding.topic, kind, Vec::new()));
-        }
-    }
-    let request = |(sensor, topic, kind, joint_names)| {
-        (
-            sensor,
-            SensorRequest {
-                topic,
-                kind,
-                joint_names,
-            },
-        )
-    };
-    wanted.into_iter().map(request).unzip()
 }
