@@ -57,7 +57,7 @@ fn log_of(folder: &Path, topics: &[(&str, &str)]) -> PathBuf {
             id,
             name: (*type_name).into(),
             encoding: "ros2msg".into(),
-            data: Cow::Borrowed(b"string data".as_slice()),
+            data: Cow::Borrowed(b"string data\nstring[] name".as_slice()),
         };
         let channel = Arc::new(mcap::Channel {
             id,
@@ -226,9 +226,14 @@ fn each_mistake_gets_one_clear_message() {
 
     let two_imus = log_of(
         folder.path(),
-        &[("/a", "sensor_msgs/msg/Imu"), ("/b", "sensor_msgs/msg/Imu")],
+        &[
+            ("/joint_states", "sensor_msgs/msg/JointState"),
+            ("/a", "sensor_msgs/msg/Imu"),
+            ("/b", "sensor_msgs/msg/Imu"),
+        ],
     );
     let unnamed = folder.path().join("unnamed.toml");
+    fs::copy(data("tiny.urdf"), folder.path().join("tiny.urdf")).unwrap();
     fs::write(
         &unnamed,
         fs::read_to_string(&machine)

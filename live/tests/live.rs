@@ -10,16 +10,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use tipwatch_ingest::{
-    Log, NamedTopics, SensorKind, SensorRequest, SensorTopics, arrival_order, record_sensors,
-};
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::options::{Estimator, Options};
+use tipwatch_analyze::{load, run};
 use tipwatch_live::machine_file::MachineFile;
 use tipwatch_live::recording::Recording;
-use tipwatch_mechanics::machine::LogFacts;
-use tipwatch_mechanics::signal::{
-    CausalEstimator, MatchedSensors, OtherSensors, Reason, Reasons, RowClock, Sample, Sensor,
-};
-use tipwatch_mechanics::{MachineSpec, Outcome, Workspace, evaluate};
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::signal::Reason;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data");
 /// Far beyond what any test takes: only so that none hangs.
@@ -147,97 +144,14 @@ fn reader_of(mut pipe: impl Read + Send + 'static) -> Text {
     })
 }
 
-struct ExpectedRow {
-    time_ns: i64,
-    reasons: Reasons,
-    outcome: Outcome<f64>,
-}
-
-/// The rows of the log, straight from its file.
-fn expected() -> (Vec<String>, Vec<ExpectedRow>) {
-    let log = Log::open(&data("tiny.mcap")).unwrap();
-    let topics = SensorTopics::find(
-        &log,
-        &NamedTopics {
-            has_tool: true,
-            ..NamedTopics::default()
-        },
-    )
-    .unwrap();
-    let text = std::fs::read_to_string(data("tiny.toml")).unwrap();
-    let urdf = std::fs::read_to_string(data("tiny.urdf")).unwrap();
-    let names = topics.joint_names();
-    let facts = LogFacts {
-        joint_names: Some(&names),
-        lacks_imu: topics.imu.is_none(),
-        imu_frame: topics.imu_frame.as_deref(),
+/// What `tipwatch analyze --estimator causal` computes from the same log.
+fn expected() -> Analysis {
+    let file = load::MachineFile::read(&data("tiny.toml")).unwrap();
+    let options = Options {
+        estimator: Estimator::Causal,
+        ..Options::default()
     };
-    let machine = MachineSpec::from_toml(&text, "tiny.toml")
-        .unwrap()
-        .check(&urdf, "tiny.urdf", facts)
-        .unwrap();
-    let others = OtherSensors {
-        imu: topics.imu.is_some(),
-        odometry: topics.odometry.is_some(),
-        tool_wrench: topics.tool_wrench.is_some(),
-    };
-    let joint_topic = &topics.joint_states[0];
-    let matched =
-        MatchedSensors::new(&machine, &[("joints", &joint_topic.joint_names)], others).unwrap();
-    let mut requests = vec![SensorRequest {
-        topic: joint_topic.binding.topic,
-        kind: SensorKind::JointStates,
-        joint_names: matched.joint_names(&machine, 0),
-    }];
-    let mut sensors = vec![Sensor::Joints(0)];
-    let other = [
-        (Sensor::Imu, SensorKind::Imu, &topics.imu),
-        (Sensor::Odometry, SensorKind::Odometry, &topics.odometry),
-        (
-            Sensor::ToolWrench,
-            SensorKind::ToolWrench,
-            &topics.tool_wrench,
-        ),
-    ];
-    for (sensor, kind, binding) in other {
-        if let Some(binding) = binding {
-            sensors.push(sensor);
-            requests.push(SensorRequest {
-                topic: binding.topic,
-                kind,
-                joint_names: Vec::new(),
-            });
-        }
-    }
-    let (columns, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
-    assert!(losses.is_empty());
-    let mut estimator = CausalEstimator::new(&machine, &matched.sensors, RowClock::JointStates);
-    let mut workspace = Workspace::new(&machine);
-    let mut rows = Vec::new();
-    for (column, index) in arrival_order(&columns) {
-        let sample = Sample {
-            sensor: sensors[column],
-            stamp_ns: columns[column].stamps_ns[index],
-            values: columns[column].sample(index),
-        };
-        let _ = estimator.push(&machine, &sample, &mut |estimate| {
-            let outcome = evaluate(&machine, &estimate.state, &mut workspace).clone();
-            let reasons = estimate.reasons.with_outcome(&outcome);
-            rows.push(ExpectedRow {
-                time_ns: estimate.time_ns,
-                reasons,
-                outcome,
-            });
-        });
-    }
-    (
-        machine
-            .wheels()
-            .iter()
-            .map(|wheel| wheel.name.to_lowercase())
-            .collect(),
-        rows,
-    )
+    run::analyse(&data("tiny.mcap"), &file, options, &mut |_| {}).unwrap()
 }
 
 /// What follows `"key":` in a line of JSON, up to the end of the value.
@@ -268,44 +182,52 @@ fn assert_same(json: &str, number: f64, place: &str) {
     }
 }
 
-fn assert_same_row(line: &str, row: &ExpectedRow, wheels: &[String]) {
+fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
+    let rows = &analysis.rows;
     let value: serde_json::Value = serde_json::from_str(line).unwrap();
     assert_eq!(value["schema"], 1);
-    assert_eq!(value["time_ns"], row.time_ns);
-    assert_eq!(value["valid"], row.reasons.is_empty());
-    let reasons: Vec<&str> = row.reasons.iter().map(Reason::name).collect();
+    assert_eq!(value["time_ns"], rows.times_ns[row]);
+    assert_eq!(value["valid"], rows.reasons[row].is_empty());
+    let reasons: Vec<&str> = rows.reasons[row].iter().map(Reason::name).collect();
     assert_eq!(value["reasons"], serde_json::json!(reasons));
-    let outcome = &row.outcome;
-    let by_wheel = [
-        ("load_n", &outcome.load),
-        ("otf_n", &outcome.otf),
-        ("load_min_n", &outcome.load_least),
-        ("load_max_n", &outcome.load_largest),
+    let number = |quantity| rows.outcomes.column(quantity)[row];
+    let by_wheel: [(&str, fn(usize) -> Quantity); 4] = [
+        ("load_n", Quantity::Load),
+        ("otf_n", Quantity::Otf),
+        ("load_min_n", Quantity::LoadLeast),
+        ("load_max_n", Quantity::LoadLargest),
     ];
-    for (key, values) in by_wheel {
-        for (wheel, &number) in wheels.iter().zip(values) {
-            assert_same(after(after(line, key), wheel), number, key);
+    for (key, quantity) in by_wheel {
+        for (index, wheel) in analysis.machine.wheels().iter().enumerate() {
+            let json = after(after(line, key), &wheel.name.to_lowercase());
+            assert_same(json, number(quantity(index)), key);
         }
     }
     let single = [
-        ("zmp_x_m", outcome.zmp_x),
-        ("zmp_y_m", outcome.zmp_y),
-        ("zmp_margin_m", outcome.zmp_margin),
-        ("normal_force_n", outcome.normal_force),
+        ("zmp_x_m", Quantity::ZmpX),
+        ("zmp_y_m", Quantity::ZmpY),
+        ("zmp_margin_m", Quantity::ZmpMargin),
+        ("normal_force_n", Quantity::NormalForce),
     ];
-    for (key, number) in single {
-        assert_same(after(line, key), number, key);
+    for (key, quantity) in single {
+        assert_same(after(line, key), number(quantity), key);
     }
 }
 
 fn assert_all_rows(monitor: &Ended) {
     assert!(monitor.status.success(), "{}", monitor.err);
-    let (wheels, rows) = expected();
+    let analysis = expected();
     let lines: Vec<&str> = monitor.out.lines().collect();
-    assert!(rows.iter().any(|row| row.reasons.is_empty()));
-    assert_eq!(lines.len(), rows.len(), "{}", monitor.err);
-    for (line, row) in lines.iter().zip(&rows) {
-        assert_same_row(line, row, &wheels);
+    assert!(
+        analysis
+            .rows
+            .reasons
+            .iter()
+            .any(|reasons| reasons.is_empty())
+    );
+    assert_eq!(lines.len(), analysis.rows.len(), "{}", monitor.err);
+    for (row, line) in lines.iter().enumerate() {
+        assert_same_row(line, &analysis, row);
     }
     assert!(
         monitor
