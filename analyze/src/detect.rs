@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::signal::{Reason, Reasons};
 use tipwatch_mechanics::{Quantity, State};
 
 use crate::analysis::Rows;
@@ -59,11 +58,14 @@ struct Episode {
 
 impl<'a> Finder<'a> {
     fn new(machine: &'a Machine, rows: &'a Rows) -> Self {
-        let fine = |reasons: &Reasons| reasons.iter().all(|reason| reason == Reason::Tipping);
         Self {
             machine,
             rows,
-            meaningful: rows.reasons.iter().map(fine).collect(),
+            meaningful: rows
+                .reasons
+                .iter()
+                .map(|reasons| reasons.leave_loads())
+                .collect(),
         }
     }
 

@@ -191,7 +191,8 @@ fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
     let reasons: Vec<&str> = rows.reasons[row].iter().map(Reason::name).collect();
     assert_eq!(value["reasons"], serde_json::json!(reasons));
     let number = |quantity| rows.outcomes.column(quantity)[row];
-    let by_wheel: [(&str, fn(usize) -> Quantity); 4] = [
+    type OfWheel = fn(usize) -> Quantity;
+    let by_wheel: [(&str, OfWheel); 4] = [
         ("load_n", Quantity::Load),
         ("otf_n", Quantity::Otf),
         ("load_min_n", Quantity::LoadLeast),

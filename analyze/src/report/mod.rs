@@ -100,7 +100,7 @@ fn top_findings(analysis: &Analysis) -> String {
 
 fn curves(analysis: &Analysis, figures: &[Figure]) -> String {
     let mut content = String::from(
-        "<p class=\"hint\">Time is in seconds from the first row. Lines break where a row is not valid. Shaded: events. \
+        "<p class=\"hint\">Time is in seconds from the first row. Lines break where loads cannot be computed; while the machine tips they go on, without claim of accuracy. Shaded: events. \
          Envelope: what equilibrium allows, however the loads split between the wheels. \
          OTF: load with all wheels held to the ground, negative where a wheel would have to pull.</p>\n\
          <p class=\"hint screen\">Drag to zoom, double-click to see everything; all plots share the time axis. \

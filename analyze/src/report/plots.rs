@@ -198,12 +198,18 @@ impl Plotter<'_> {
         machine.linkages().iter().any(is_rod) || machine.bodies().iter().any(is_slider)
     }
 
-    /// A result where the row is valid, else NaN.
+    /// A result where the row's loads mean something, else NaN.
     fn valid(&self, quantity: Quantity) -> Vec<f64> {
         let rows = &self.analysis.rows;
         let values = rows.outcomes.column(quantity).iter().zip(&rows.reasons);
         values
-            .map(|(&value, reasons)| if reasons.is_empty() { value } else { f64::NAN })
+            .map(|(&value, reasons)| {
+                if reasons.leave_loads() {
+                    value
+                } else {
+                    f64::NAN
+                }
+            })
             .collect()
     }
 

@@ -82,6 +82,13 @@ impl Reasons {
         self.0 == 0
     }
 
+    /// Whether the loads mean something: the row is valid, or the machine is tipping, when accuracy is
+    /// no longer claimed.
+    #[must_use]
+    pub fn leave_loads(self) -> bool {
+        self.iter().all(|reason| reason == Reason::Tipping)
+    }
+
     /// Whether a gap leaves the state unknown.
     #[must_use]
     pub fn has_gap(self) -> bool {

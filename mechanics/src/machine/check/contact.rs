@@ -1,0 +1,81 @@
+//! How the ground carries the wheels: free joints and the rule that splits the loads.
+
+use super::Checker;
+use crate::machine::spec::Stiffness;
+use crate::machine::{Contact, FreeJoint, MachineError, Split, SupportPolygon, Wheel};
+
+impl Checker<'_> {
+    pub(super) fn contact(
+        &self,
+        wheels: &[Wheel],
+        polygon: &SupportPolygon,
+    ) -> Result<Contact, MachineError> {
+        let spec = &self.spec.contact;
+        let mut free_joints = Vec::new();
+        for name in &spec.free_joints {
+            let body = self.joint("contact.free_joints", name)?;
+            let carries_body: Vec<bool> = (0..self.tree.bodies.len())
+                .map(|b| self.tree.is_carried_by(b, body))
+                .collect();
+            let carries_wheel: Vec<bool> = wheels.iter().map(|w| carries_body[w.body]).collect();
+            if !carries_wheel.iter().any(|&c| c) || carries_wheel.iter().all(|&c| c) {
+                return Err(self.value_error(
+                    "contact.free_joints",
+                    "joints with some but not all wheels beyond them",
+                    format!("\"{name}\""),
+                ));
+            }
+            free_joints.push(FreeJoint {
+                body,
+                carries_body,
+                carries_wheel,
+            });
+        }
+        if free_joints.len() + 3 > wheels.len() {
+            let expected = format!("at most {} for {} wheels", wheels.len() - 3, wheels.len());
+            return Err(self.value_error("contact.free_joints", expected, free_joints.len()));
+        }
+        Ok(Contact {
+            split: self.split(wheels, polygon, &free_joints)?,
+            free_joints,
+            radii_differ: wheels.iter().any(|w| w.radius != wheels[0].radius),
+            tyres_deflect: spec.tyre_stiffness.is_some(),
+            ground: spec.ground,
+        })
+    }
+
+    fn split(
+        &self,
+        wheels: &[Wheel],
+        polygon: &SupportPolygon,
+        free_joints: &[FreeJoint],
+    ) -> Result<Split, MachineError> {
+        let spec = &self.spec.contact;
+        let share = match spec.front_share {
+            Some(share) if !(0.0..=1.0).contains(&share) => {
+                return Err(self.value_error("contact.front_share", "0 to 1", share));
+            }
+            Some(share) => share,
+            None if matches!(spec.tyre_stiffness, Some(Stiffness::PerWheel(_))) => {
+                return Ok(Split::Springs);
+            }
+            None => 0.5,
+        };
+        let edges = polygon.edges();
+        if wheels.len() != 4 || edges.len() != 4 || !free_joints.is_empty() {
+            return match spec.front_share {
+                Some(_) => Err(self.value_error(
+                    "contact.front_share",
+                    "four wheels at four corners and no free joints",
+                    "another machine",
+                )),
+                None => Ok(Split::Springs),
+            };
+        }
+        let (front, rear) = (&edges[0], &edges[2]);
+        Ok(Split::FrontShare {
+            share,
+            wheels: [front.to, front.from, rear.from, rear.to],
+        })
+    }
+}

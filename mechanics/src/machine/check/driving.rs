@@ -1,0 +1,184 @@
+//! What moves each joint: a measurement, a linkage, a mimic rule.
+
+use nalgebra::Vector3;
+
+use super::Checker;
+use crate::machine::linkage::{self, LinkageBodies, LinkageInput};
+use crate::machine::spec::LinkageSpec;
+use crate::machine::{Drive, JointKind, Linkage, MachineError, MeasuredJoint, Wheel};
+
+/// What moves each body, and the measured joints and closed chains that follow from it.
+pub(super) struct Driving {
+    pub(super) drives: Vec<Option<Drive>>,
+    pub(super) joints: Vec<MeasuredJoint>,
+    pub(super) linkages: Vec<Linkage>,
+}
+
+impl Checker<'_> {
+    pub(super) fn driving(&self, wheels: &[Wheel]) -> Result<Driving, MachineError> {
+        let mut driving = Driving {
+            drives: vec![None; self.tree.bodies.len()],
+            joints: Vec::new(),
+            linkages: Vec::new(),
+        };
+        driving.drives[0] = Some(Drive::Root);
+        for spec in &self.spec.linkage {
+            self.add_linkage(spec, &mut driving)?;
+        }
+        let mut missing = Vec::new();
+        for (i, body) in self.tree.bodies.iter().enumerate() {
+            let Some(joint) = body
+                .joint
+                .as_ref()
+                .filter(|j| driving.drives[i].is_none() && j.mimic.is_none())
+            else {
+                continue;
+            };
+            let spins_wheel = self.wheel_spun_by(i, wheels);
+            let logged = self.is_logged(&joint.name);
+            if logged || spins_wheel.is_some() {
+                driving.drives[i] = Some(Drive::Measured(driving.joints.len()));
+                driving.joints.push(MeasuredJoint {
+                    name: joint.name.clone(),
+                    logged,
+                    spins_wheel,
+                });
+            } else {
+                missing.push(format!("\"{}\"", joint.name));
+            }
+        }
+        self.follow_mimics(&mut driving, &mut missing);
+        if missing.is_empty() {
+            Ok(driving)
+        } else {
+            Err(self.unmeasured(&missing))
+        }
+    }
+
+    fn unmeasured(&self, joints: &[String]) -> MachineError {
+        MachineError::UnmeasuredJoints {
+            joints: joints.join(", "),
+            urdf: self.urdf_name.into(),
+            logged: self
+                .log
+                .joint_names
+                .map_or(String::new(), |names| names.join(", ")),
+        }
+    }
+
+    fn is_logged(&self, joint: &str) -> bool {
+        self.log
+            .joint_names
+            .is_none_or(|names| names.iter().any(|n| n == joint))
+    }
+
+    fn add_linkage(&self, spec: &LinkageSpec, driving: &mut Driving) -> Result<(), MachineError> {
+        let key = |field: &str| format!("linkage.{}.{field}", spec.name);
+        let bodies = LinkageBodies {
+            pivot: self.joint(&key("pivot"), &spec.pivot)?,
+            cylinder: self.joint(&key("cylinder"), &spec.cylinder)?,
+            rod: self.joint(&key("rod"), &spec.rod)?,
+        };
+        self.link(&key("rod_end.link"), &spec.rod_end.link)?;
+        self.link(&key("anchor.link"), &spec.anchor.link)?;
+        let index = driving.linkages.len();
+        for (body, name) in [
+            (bodies.pivot, &spec.pivot),
+            (bodies.cylinder, &spec.cylinder),
+            (bodies.rod, &spec.rod),
+        ] {
+            if driving.drives[body].is_some() {
+                return Err(self.value_error(
+                    format!("linkage.{}", spec.name),
+                    "joints of its own",
+                    format!("\"{name}\" twice"),
+                ));
+            }
+        }
+        let input = if self.is_logged(&spec.pivot) {
+            LinkageInput::PivotAngle
+        } else if self.is_logged(&spec.rod) {
+            LinkageInput::RodLength
+        } else {
+            return Err(self.unmeasured(&[format!("\"{}\" (or \"{}\")", spec.pivot, spec.rod)]));
+        };
+        let measured = driving.joints.len();
+        let name = if input == LinkageInput::PivotAngle {
+            &spec.pivot
+        } else {
+            &spec.rod
+        };
+        driving.linkages.push(linkage::build(
+            spec,
+            bodies,
+            input,
+            measured,
+            self.tree,
+            &self.spec.file,
+        )?);
+        driving.joints.push(MeasuredJoint {
+            name: name.clone(),
+            logged: true,
+            spins_wheel: None,
+        });
+        driving.drives[bodies.pivot] = Some(Drive::Pivot(index));
+        driving.drives[bodies.cylinder] = Some(Drive::Cylinder(index));
+        driving.drives[bodies.rod] = Some(Drive::Rod(index));
+        Ok(())
+    }
+
+    /// A mimic joint follows a measured one; a chain of mimics is followed to its start.
+    fn follow_mimics(&self, driving: &mut Driving, missing: &mut Vec<String>) {
+        for (i, body) in self.tree.bodies.iter().enumerate() {
+            let Some(mut mimic) = body
+                .joint
+                .as_ref()
+                .filter(|_| driving.drives[i].is_none())
+                .and_then(|j| j.mimic.clone())
+            else {
+                continue;
+            };
+            for _ in 0..self.tree.bodies.len() {
+                let followed = self
+                    .tree
+                    .body_of_joint(&mimic.joint)
+                    .map(|b| &self.tree.bodies[b]);
+                let Some(next) = followed
+                    .and_then(|b| b.joint.as_ref())
+                    .and_then(|j| j.mimic.as_ref())
+                else {
+                    break;
+                };
+                mimic.offset += mimic.multiplier * next.offset;
+                mimic.multiplier *= next.multiplier;
+                mimic.joint.clone_from(&next.joint);
+            }
+            match driving.joints.iter().position(|j| j.name == mimic.joint) {
+                Some(joint) => {
+                    driving.drives[i] = Some(Drive::Mimic {
+                        joint,
+                        multiplier: mimic.multiplier,
+                        offset: mimic.offset,
+                    });
+                }
+                None => missing.push(format!(
+                    "\"{}\"",
+                    body.joint.as_ref().map_or("", |j| &j.name)
+                )),
+            }
+        }
+    }
+
+    /// The wheel whose centre lies on the axis of the revolute joint of `body` and which that joint
+    /// carries: such a joint only spins it.
+    fn wheel_spun_by(&self, body: usize, wheels: &[Wheel]) -> Option<usize> {
+        let revolute = self.tree.bodies[body]
+            .joint
+            .as_ref()
+            .is_some_and(|j| j.kind == JointKind::Revolute);
+        let lies = |z: &Vector3<f64>| (self.tree.bodies[body].base_from_body * z).z.abs() < 0.5;
+        wheels.iter().position(|w| {
+            revolute && w.body == body && w.centre_in_body.xy().norm() < 1e-6 && lies(&Vector3::z())
+        })
+    }
+}

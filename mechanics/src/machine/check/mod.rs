@@ -1,0 +1,262 @@
+//! From a machine file as written, a URDF and what a log offers to a [`Machine`], or the first thing
+//! that is wrong with it.
+
+mod contact;
+mod driving;
+mod mounts;
+mod wheels;
+
+use nalgebra::Isometry3;
+
+use super::tree::{Tree, TreeBody, TreeJoint};
+use super::urdf::Urdf;
+use super::{Body, Drive, JointKind, Link, Machine, MachineError, MachineSpec, Mount};
+
+/// What a log offers that a machine is checked against.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LogFacts<'a> {
+    /// Names in its joint states; `None` where there is no log: every joint counts as measured that
+    /// no linkage moves.
+    pub joint_names: Option<&'a [String]>,
+    /// Whether the log lacks an IMU: what it would feel is then reckoned at the base origin.
+    pub lacks_imu: bool,
+    /// The frame that its IMU messages name.
+    pub imu_frame: Option<&'a str>,
+}
+
+impl MachineSpec {
+    /// Checks the machine against its URDF (`urdf_name` is for messages) and a log.
+    ///
+    /// # Errors
+    /// [`MachineError`]: the first thing that makes the machine impossible or leaves it undefined.
+    pub fn check(
+        &self,
+        urdf_text: &str,
+        urdf_name: &str,
+        log: LogFacts<'_>,
+    ) -> Result<Machine, MachineError> {
+        let urdf = Urdf::parse(urdf_text, urdf_name)?;
+        let tree = Tree::build(&urdf)?;
+        Checker {
+            spec: self,
+            tree: &tree,
+            urdf_name,
+            log,
+        }
+        .machine()
+    }
+}
+
+struct Checker<'a> {
+    spec: &'a MachineSpec,
+    tree: &'a Tree,
+    urdf_name: &'a str,
+    log: LogFacts<'a>,
+}
+
+impl Checker<'_> {
+    fn machine(&self) -> Result<Machine, MachineError> {
+        let spec = self.spec;
+        self.check_numbers()?;
+        let wheels = self.wheels()?;
+        let polygon = self.polygon(&wheels)?;
+        let driving = self.driving(&wheels)?;
+        let contact = self.contact(&wheels, &polygon)?;
+        let arm_root = spec
+            .arm
+            .as_ref()
+            .map(|arm| self.link("arm.root", &arm.root))
+            .transpose()?;
+        let tool = match spec.arm.as_ref().and_then(|arm| arm.tool.as_ref()) {
+            Some(tool) => Some(self.mount(
+                self.link("arm.tool", tool)?,
+                Isometry3::identity(),
+                "arm.tool of the machine file",
+            )),
+            None => None,
+        };
+        self.check_suspension()?;
+        let links = self.tree.links.iter().enumerate().map(|(i, link)| Link {
+            name: link.name.clone(),
+            body: link.body,
+            body_from_link: link.body_from_link,
+            inertia: link.inertia,
+            in_arm: arm_root.is_some_and(|root| self.tree.link_is_below(i, root)),
+        });
+        Ok(Machine {
+            name: spec.name.clone(),
+            gravity: spec.gravity,
+            base_link: self.tree.base_link.clone(),
+            links: links.collect(),
+            bodies: self
+                .tree
+                .bodies
+                .iter()
+                .zip(&driving.drives)
+                .map(body)
+                .collect(),
+            linkages: driving.linkages,
+            joints: driving.joints,
+            wheels,
+            polygon,
+            contact,
+            imu: self.imu()?,
+            tool,
+            payloads: self.payloads()?,
+            limits: spec.limits.clone(),
+            signals: spec.signals.clone(),
+            estimator: spec.estimator,
+        })
+    }
+
+    fn value_error(
+        &self,
+        place: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl ToString,
+    ) -> MachineError {
+        MachineError::value(&self.spec.file, place, expected, found)
+    }
+
+    fn unknown<'n>(
+        &self,
+        key: &str,
+        name: &str,
+        kind: &'static str,
+        mut existing: impl Iterator<Item = &'n str>,
+    ) -> MachineError {
+        let folded = name.to_lowercase();
+        let near = existing
+            .find(|e| e.to_lowercase().contains(&folded) || folded.contains(&e.to_lowercase()));
+        MachineError::UnknownName {
+            file: self.spec.file.clone(),
+            key: key.into(),
+            name: name.into(),
+            kind,
+            urdf: self.urdf_name.into(),
+            suggestion: near.map_or(String::new(), |n| format!("; did you mean \"{n}\"?")),
+        }
+    }
+
+    fn link(&self, key: &str, name: &str) -> Result<usize, MachineError> {
+        let names = self.tree.links.iter().map(|l| l.name.as_str());
+        self.tree
+            .link(name)
+            .ok_or_else(|| self.unknown(key, name, "link", names))
+    }
+
+    fn joint(&self, key: &str, name: &str) -> Result<usize, MachineError> {
+        let names = self
+            .tree
+            .bodies
+            .iter()
+            .filter_map(|b| b.joint.as_ref())
+            .map(|j| j.name.as_str());
+        self.tree
+            .body_of_joint(name)
+            .ok_or_else(|| self.unknown(key, name, "joint", names))
+    }
+
+    fn mount(
+        &self,
+        link: usize,
+        link_from_mount: Isometry3<f64>,
+        source: impl Into<String>,
+    ) -> Mount {
+        let link = &self.tree.links[link];
+        Mount {
+            body: link.body,
+            body_from_mount: link.body_from_link * link_from_mount,
+            source: source.into(),
+        }
+    }
+
+    /// Numbers that must be positive, or lie in a range, whatever the URDF says.
+    fn check_numbers(&self) -> Result<(), MachineError> {
+        let (spec, e) = (self.spec, &self.spec.estimator);
+        let limits = &spec.limits;
+        let positive = [
+            ("gravity", Some(spec.gravity)),
+            ("limits.min_load", limits.min_load),
+            ("limits.min_load_share", limits.min_load_share),
+            ("limits.notice", Some(limits.notice)),
+            ("limits.warning", Some(limits.warning)),
+            ("limits.limit", Some(limits.limit)),
+            ("estimator.max_gap", Some(e.max_gap)),
+            (
+                "estimator.joint_position_noise",
+                Some(e.joint_position_noise),
+            ),
+            ("estimator.joint_rate_noise", Some(e.joint_rate_noise)),
+            ("estimator.joint_agility", Some(e.joint_agility)),
+            ("estimator.gyro_noise", Some(e.gyro_noise)),
+            ("estimator.gyro_agility", Some(e.gyro_agility)),
+            ("estimator.accelerometer_noise", Some(e.accelerometer_noise)),
+            (
+                "estimator.accelerometer_agility",
+                Some(e.accelerometer_agility),
+            ),
+        ];
+        for (place, value) in positive {
+            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+                return Err(self.value_error(place, "a positive number", value));
+            }
+        }
+        if limits.min_load.is_some() && limits.min_load_share.is_some() {
+            return Err(self.value_error("limits", "min_load or min_load_share", "both"));
+        }
+        for name in limits.optimal_load.iter().flat_map(|loads| loads.keys()) {
+            if !spec.wheels.contains_key(name) {
+                return Err(self.value_error(
+                    "limits.optimal_load",
+                    "names of [wheels]",
+                    format!("\"{name}\""),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_suspension(&self) -> Result<(), MachineError> {
+        let Some(suspension) = &self.spec.suspension else {
+            return Ok(());
+        };
+        for name in &suspension.linkages {
+            if !self.spec.linkage.iter().any(|l| &l.name == name) {
+                return Err(self.value_error(
+                    "suspension.linkages",
+                    "names of [[linkage]] tables",
+                    format!("\"{name}\""),
+                ));
+            }
+        }
+        let [least, greatest] = suspension.stroke;
+        if !(least < greatest) {
+            return Err(self.value_error(
+                "suspension.stroke",
+                "[least, greatest] in metres",
+                format!("[{least}, {greatest}]"),
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn body((body, drive): (&TreeBody, &Option<Drive>)) -> Body {
+    Body {
+        name: body.link.clone(),
+        parent: body.parent,
+        kind: body
+            .joint
+            .as_ref()
+            .map_or(JointKind::Revolute, |j: &TreeJoint| j.kind),
+        drive: drive.unwrap_or(Drive::Root),
+        parent_from_joint: *body
+            .parent_from_joint
+            .rotation
+            .to_rotation_matrix()
+            .matrix(),
+        joint_in_parent: body.parent_from_joint.translation.vector,
+        inertia: body.inertia,
+    }
+}
