@@ -25,20 +25,31 @@ pub enum Outputs {
 pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<()> {
     fs::create_dir_all(folder)
         .with_context(|| format!("{}: cannot be created", folder.display()))?;
-    let provenance = &analysis.provenance;
-    parquet::write(
-        &mut table::samples(analysis)?,
-        provenance,
-        &folder.join("samples.parquet"),
-    )?;
     if outputs == Outputs::Samples {
-        return Ok(());
+        return write_samples(analysis, folder);
     }
+    let (tables, documents) = rayon::join(
+        || write_samples(analysis, folder).and_then(|()| write_events(analysis, folder)),
+        || write_documents(analysis, folder),
+    );
+    tables.and(documents)
+}
+
+fn write_samples(analysis: &Analysis, folder: &Path) -> Result<()> {
+    let path = folder.join("samples.parquet");
+    parquet::write(&mut table::samples(analysis)?, &analysis.provenance, &path)
+}
+
+fn write_events(analysis: &Analysis, folder: &Path) -> Result<()> {
+    let path = folder.join("events.parquet");
     parquet::write(
         &mut table::events(&analysis.events)?,
-        provenance,
-        &folder.join("events.parquet"),
-    )?;
+        &analysis.provenance,
+        &path,
+    )
+}
+
+fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
     let summary = Summary::of(analysis, report::findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
     write_text(&folder.join("summary.json"), &text)?;
