@@ -2,8 +2,8 @@
 
 use tipwatch_analyze::load::{MachineFile, load};
 use tipwatch_analyze::options::{Estimator, Options};
-use tipwatch_ingest::{Log, arrival_order};
-use tipwatch_mechanics::signal::{CausalEstimator, Reason, RowClock, Sample};
+use tipwatch_ingest::Log;
+use tipwatch_mechanics::signal::{CausalEstimator, Reason, RowClock};
 use tipwatch_mechanics::{Quantity, Workspace, evaluate};
 use tipwatch_tests::{analysed, data};
 
@@ -28,19 +28,8 @@ fn analysis_equals_one_sample_at_a_time() {
     let mut estimator =
         CausalEstimator::new(machine, &loaded.matched.sensors, RowClock::JointStates);
     let mut workspace = Workspace::<f64>::new(machine);
-    let recordings: Vec<_> = loaded
-        .signals
-        .iter()
-        .map(|signal| signal.recording.clone())
-        .collect();
     let mut row = 0;
-    for (signal, index) in arrival_order(&recordings) {
-        let recording = &recordings[signal];
-        let sample = Sample {
-            sensor: loaded.signals[signal].sensor,
-            stamp_ns: recording.stamps_ns[index],
-            values: recording.sample(index),
-        };
+    for sample in loaded.arrivals() {
         let _ = estimator.push(machine, &sample, &mut |estimate| {
             let outcome = evaluate(machine, &estimate.state, &mut workspace);
             assert_eq!(analysis.rows.times_ns[row], estimate.time_ns);

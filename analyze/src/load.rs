@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
-use tipwatch_binding::bind;
+use tipwatch_binding::{arrivals, bind};
 use tipwatch_ingest::{
     Log, Losses, SensorRecording, SensorRequest, record_sensors, robot_description,
 };
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
-use tipwatch_mechanics::signal::{MatchedSensors, Sensor};
+use tipwatch_mechanics::signal::{MatchedSensors, Sample, Sensor};
 
 use crate::provenance::FileHash;
 
@@ -114,6 +114,18 @@ pub struct LoadedLog {
     pub signals: Vec<Signal>,
     /// What of the log was lost.
     pub losses: Losses,
+}
+
+impl LoadedLog {
+    /// All samples in the order in which the recorder received them.
+    pub fn arrivals(&self) -> impl Iterator<Item = Sample<'_>> {
+        let signals: Vec<_> = self
+            .signals
+            .iter()
+            .map(|signal| (signal.sensor, &signal.recording))
+            .collect();
+        arrivals(signals).map(|(sample, _)| sample)
+    }
 }
 
 /// A sensor, its topic and its samples.

@@ -4,11 +4,10 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use rayon::prelude::*;
-use tipwatch_ingest::{Log, arrival_order};
+use tipwatch_ingest::Log;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::signal::{
-    CausalEstimator, Estimate, Reason, Reasons, Recording, RowClock, Sample, Sensor, StreamCounts,
-    smooth,
+    CausalEstimator, Estimate, Reason, Reasons, Recording, RowClock, Sensor, StreamCounts, smooth,
 };
 use tipwatch_mechanics::{OutcomeColumns, State, StateColumns, evaluate_rows, static_outcome};
 
@@ -123,18 +122,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Counts) {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let mut estimates: Vec<Estimate> = Vec::new();
-    let recordings: Vec<_> = loaded
-        .signals
-        .iter()
-        .map(|signal| signal.recording.clone())
-        .collect();
-    for (signal, index) in arrival_order(&recordings) {
-        let recording = &recordings[signal];
-        let sample = Sample {
-            sensor: loaded.signals[signal].sensor,
-            stamp_ns: recording.stamps_ns[index],
-            values: recording.sample(index),
-        };
+    for sample in loaded.arrivals() {
         // a sample that is not used is counted by the estimator
         let _ = estimator.push(machine, &sample, &mut |row| estimates.push(row.clone()));
     }

@@ -7,11 +7,12 @@
 #![forbid(unsafe_code)]
 
 use tipwatch_ingest::{
-    Binding, JointTopic, Log, NamedTopics, SensorKind, SensorRequest, SensorTopics, Topic,
+    Binding, JointTopic, Log, NamedTopics, SensorKind, SensorRecording, SensorRequest,
+    SensorTopics, Topic, arrival_order,
 };
 use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany};
-use tipwatch_mechanics::signal::{JointTwice, MatchedSensors, OtherSensors, Sensor};
+use tipwatch_mechanics::signal::{JointTwice, MatchedSensors, OtherSensors, Sample, Sensor};
 
 /// A machine bound to a log.
 #[derive(Debug)]
@@ -194,4 +195,24 @@ fn bound_sensors(
         Sensor::ToolWrench => Some(bound(sensor, topics.tool_wrench.as_ref()?, Vec::new())),
     });
     used.collect()
+}
+
+/// All samples of the sensors and their log times (ns), in the order in which the recorder received
+/// them: what a live system would have seen.
+pub fn arrivals<'a>(
+    signals: Vec<(Sensor, &'a SensorRecording)>,
+) -> impl Iterator<Item = (Sample<'a>, i64)> {
+    let recordings: Vec<&SensorRecording> =
+        signals.iter().map(|(_, recording)| *recording).collect();
+    arrival_order(&recordings)
+        .into_iter()
+        .map(move |(signal, index)| {
+            let (sensor, recording) = signals[signal];
+            let sample = Sample {
+                sensor,
+                stamp_ns: recording.stamps_ns[index],
+                values: recording.sample(index),
+            };
+            (sample, recording.log_times_ns[index])
+        })
 }

@@ -94,8 +94,8 @@ pub fn record_sensors(
 
 /// Which sample of which recording arrived when: pairs of indices, sorted by log time, in file order
 /// where log times are equal.
-pub fn arrival_order(recordings: &[SensorRecording]) -> Vec<(usize, usize)> {
-    let indices = |(recording, of): (usize, &SensorRecording)| {
+pub fn arrival_order(recordings: &[&SensorRecording]) -> Vec<(usize, usize)> {
+    let indices = |(recording, of): (usize, &&SensorRecording)| {
         (0..of.stamps_ns.len()).map(move |i| (recording, i))
     };
     let mut order: Vec<(usize, usize)> = recordings.iter().enumerate().flat_map(indices).collect();

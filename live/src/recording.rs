@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use tipwatch_binding::bind;
+use tipwatch_binding::{arrivals, bind};
 use tipwatch_ingest::{
-    Log, Losses, SensorRecording, SensorRequest, arrival_order, record_sensors, robot_description,
+    Log, Losses, SensorRecording, SensorRequest, record_sensors, robot_description,
 };
 use tipwatch_mechanics::signal::{Sample, Sensor};
 
@@ -22,7 +22,6 @@ pub struct Recording {
     pub losses: Losses,
     sensors: Vec<Sensor>,
     columns: Vec<SensorRecording>,
-    order: Vec<(usize, usize)>,
 }
 
 impl Recording {
@@ -42,12 +41,11 @@ impl Recording {
             bound.sensors.iter().map(|b| b.request.clone()).collect();
         let sensors = bound.sensors.iter().map(|b| b.sensor).collect();
         let (columns, losses) = record_sensors(&log, &requests, &mut |_| {})?;
-        let order = arrival_order(&columns);
         let joints = 0..matched.streams.len();
         let session = Session {
             id: 0,
             machine_hash: file.hash(&urdf),
-            total_samples: order.len() as u64,
+            total_samples: columns.iter().map(|c| c.stamps_ns.len() as u64).sum(),
             streams: joints
                 .map(|stream| matched.joint_names(machine, stream))
                 .collect(),
@@ -63,21 +61,13 @@ impl Recording {
             losses,
             sensors,
             columns,
-            order,
         })
     }
 
     /// The samples and their log times, in nanoseconds, in the order in which the recorder received them.
     pub fn samples(&self) -> impl Iterator<Item = (Sample<'_>, i64)> {
-        self.order.iter().map(|&(column, index)| {
-            let recording = &self.columns[column];
-            let sample = Sample {
-                sensor: self.sensors[column],
-                stamp_ns: recording.stamps_ns[index],
-                values: recording.sample(index),
-            };
-            (sample, recording.log_times_ns[index])
-        })
+        let signals: Vec<_> = self.sensors.iter().copied().zip(&self.columns).collect();
+        arrivals(signals)
     }
 
     /// Gives the session an identity of its own: two replays of one log are two sessions.

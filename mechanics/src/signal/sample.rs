@@ -91,25 +91,6 @@ impl StreamCounts {
 }
 
 impl Sensors {
-    /// One stream of joint states with all logged joints of `machine`, and an IMU.
-    #[must_use]
-    pub fn usual(machine: &Machine) -> Self {
-        let logged = machine
-            .joints()
-            .iter()
-            .enumerate()
-            .filter(|(_, j)| j.logged)
-            .map(|(i, _)| i);
-        Self {
-            joints: vec![JointStream {
-                joints: logged.collect(),
-            }],
-            imu: true,
-            odometry: false,
-            tool_wrench: false,
-        }
-    }
-
     /// The sensors in their order.
     pub fn iter(&self) -> impl Iterator<Item = Sensor> {
         let joints = (0..self.joints.len()).map(Sensor::Joints);
