@@ -5,9 +5,11 @@
 //! nothing else: no fused multiply-add, no platform `sin`. So every lane of a [`Lanes`] holds the
 //! same bits as the `f64` computed alone.
 
+mod dual;
 mod lanes;
 mod sin_cos;
 
+pub use dual::Dual;
 pub use lanes::{LaneMask, Lanes};
 
 use std::fmt::Debug;

@@ -19,6 +19,49 @@ pub struct State<T> {
     pub tool_wrench: Wrench<T>,
     /// How much of each of [`Machine::payloads`] hangs on its link: 1 or 0.
     pub payload_share: Vec<T>,
+    /// What is known of the base beside what the IMU feels.
+    pub base: BaseState<T>,
+    /// How uncertain the numbers above are by the noise of their signals.
+    pub noise: SignalNoise<T>,
+}
+
+/// Attitude and travel of the base, in base axes; NaN where they are unknown.
+///
+/// The loads do not need them. They split what the IMU feels into slope, acceleration and cornering.
+#[derive(Debug, Clone, Copy)]
+pub struct BaseState<T> {
+    /// Unit vector against gravity.
+    pub up: Vector3<T>,
+    /// Velocity of the base origin (m/s).
+    pub velocity: Vector3<T>,
+    /// Derivative of the components of that velocity (m/s^2): not the inertial acceleration.
+    pub velocity_rate: Vector3<T>,
+}
+
+/// Covariance of a channel's value, first and second derivative.
+#[derive(Debug, Clone, Copy)]
+pub struct JetCovariance<T> {
+    /// Of value with value, value with first and value with second derivative.
+    pub value: [T; 3],
+    /// Of first with first, and first with second derivative.
+    pub first: [T; 2],
+    /// Of second with second derivative.
+    pub second: T,
+}
+
+/// How uncertain a state is by the noise of the signals it was estimated from: covariances of the
+/// estimate, zero where nothing was measured. Of several channels of a kind it is the largest.
+#[derive(Debug, Clone, Copy)]
+pub struct SignalNoise<T> {
+    /// Of a joint's position, rate and acceleration.
+    pub joint: JetCovariance<T>,
+    /// Of a component of the specific force (m^2/s^4).
+    pub specific_force: T,
+    /// Of a component of the angular velocity, of that with its acceleration, of the acceleration
+    /// (rad^2/s^2, rad^2/s^3, rad^2/s^4).
+    pub turning: [T; 3],
+    /// Of a component of the tool wrench (N^2 or N^2 m^2).
+    pub tool_wrench: T,
 }
 
 /// What an inertial measurement unit at rest in its body feels, in its own frame.
@@ -33,7 +76,8 @@ pub struct ImuState<T> {
 }
 
 impl<T: Real> State<T> {
-    /// Nothing moves, nothing is felt, not even gravity; payloads of unlimited time are in place.
+    /// Nothing moves, nothing is felt, not even gravity, without noise; payloads of unlimited time are
+    /// in place; attitude and travel of the base are unknown.
     #[must_use]
     pub fn zero(machine: &Machine) -> Self {
         let always = |window: [f64; 2]| {
@@ -56,17 +100,20 @@ impl<T: Real> State<T> {
                 .iter()
                 .map(|p| always(p.window_s))
                 .collect(),
+            base: BaseState::unknown(),
+            noise: SignalNoise::zero(),
         }
     }
 
     /// How many numbers a state holds: the columns of [`StateColumns`](crate::StateColumns).
     #[must_use]
     pub fn size(machine: &Machine) -> usize {
-        3 * machine.joints().len() + 9 + 6 + machine.payloads().len()
+        3 * machine.joints().len() + 9 + 6 + machine.payloads().len() + 9 + 11
     }
 
     /// Visits the numbers in their fixed order: joints (position, rate, acceleration each), specific force,
-    /// angular velocity, angular acceleration, tool force, tool moment, payload shares.
+    /// angular velocity, angular acceleration, tool force, tool moment, payload shares, up, velocity and
+    /// its rate, noise.
     pub(crate) fn for_each_value(&mut self, mut visit: impl FnMut(&mut T)) {
         for joint in &mut self.joints {
             visit(&mut joint.position);
@@ -79,6 +126,47 @@ impl<T: Real> State<T> {
         imu.angular_acceleration.iter_mut().for_each(&mut visit);
         tool.force.iter_mut().for_each(&mut visit);
         tool.moment.iter_mut().for_each(&mut visit);
-        self.payload_share.iter_mut().for_each(visit);
+        self.payload_share.iter_mut().for_each(&mut visit);
+        self.base.up.iter_mut().for_each(&mut visit);
+        self.base.velocity.iter_mut().for_each(&mut visit);
+        self.base.velocity_rate.iter_mut().for_each(&mut visit);
+        let noise = &mut self.noise;
+        noise.joint.value.iter_mut().for_each(&mut visit);
+        noise.joint.first.iter_mut().for_each(&mut visit);
+        visit(&mut noise.joint.second);
+        visit(&mut noise.specific_force);
+        noise.turning.iter_mut().for_each(&mut visit);
+        visit(&mut noise.tool_wrench);
+    }
+}
+
+impl<T: Real> BaseState<T> {
+    /// Nothing is known.
+    #[must_use]
+    pub fn unknown() -> Self {
+        let unknown = Vector3::repeat(T::constant(f64::NAN));
+        Self {
+            up: unknown,
+            velocity: unknown,
+            velocity_rate: unknown,
+        }
+    }
+}
+
+impl<T: Real> SignalNoise<T> {
+    /// Exactly known signals.
+    #[must_use]
+    pub fn zero() -> Self {
+        let zero = T::zero();
+        Self {
+            joint: JetCovariance {
+                value: [zero; 3],
+                first: [zero; 2],
+                second: zero,
+            },
+            specific_force: zero,
+            turning: [zero; 3],
+            tool_wrench: zero,
+        }
     }
 }

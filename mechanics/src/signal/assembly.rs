@@ -4,11 +4,11 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::reason::{Reason, Reasons};
 use super::sample::{Sample, SampleError, Sensor, Sensors};
-use super::track::{Jet, Model, Track};
+use super::track::{Jet, Matrix, Model, Track};
 use crate::coordinate::Motion;
 use crate::kinematics::rotation_in_body;
 use crate::machine::Machine;
-use crate::state::State;
+use crate::state::{BaseState, JetCovariance, SignalNoise, State};
 
 /// What a track follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,6 +42,21 @@ pub(super) enum Standing {
     Known,
     Settling,
     Unknown,
+}
+
+/// What a track says of its jets at some time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading {
+    pub(super) standing: Standing,
+    /// Covariance of the jets, the same for all channels; zero where nothing is known.
+    pub(super) covariance: Matrix,
+}
+
+impl Reading {
+    pub(super) const NOTHING: Self = Self {
+        standing: Standing::Unknown,
+        covariance: [[0.0; 3]; 3],
+    };
 }
 
 /// All tracks of a set of sensors.
@@ -180,13 +195,6 @@ struct RollingWheel {
     radius: f64,
 }
 
-/// What the tracks say of the base beside the state.
-pub(super) struct BaseView {
-    pub(super) up_in_base: Option<Vector3<f64>>,
-    pub(super) base_velocity: Option<Vector3<f64>>,
-    pub(super) reasons: Reasons,
-}
-
 impl Assembler {
     pub(super) fn new(machine: &Machine, sensors: &Sensors) -> Self {
         let rolling = machine
@@ -213,28 +221,31 @@ impl Assembler {
     }
 
     /// Fills `state` from `read`, which writes a track's jets and says whether they mean anything;
-    /// `elapsed_s` is the time since the first row.
+    /// `elapsed_s` is the time since the first row. Gives the reasons for which the row is not valid.
     pub(super) fn assemble(
         &mut self,
         machine: &Machine,
         elapsed_s: f64,
-        read: &mut dyn FnMut(Followed, &mut [Jet]) -> Standing,
+        read: &mut dyn FnMut(Followed, &mut [Jet]) -> Reading,
         state: &mut State<f64>,
-    ) -> BaseView {
+    ) -> Reasons {
         // what no sensor tells is zero again after a row that was unknown
         state.for_each_value(|value| *value = 0.0);
+        state.base = BaseState::unknown();
         let mut reasons = Reasons::NONE;
         if !(self.sensors.imu || self.sensors.odometry) {
             reasons.add(Reason::ImuGap);
         }
         for (stream, spec) in self.sensors.joints.iter().enumerate() {
             let jets = &mut self.jets[..spec.joints.len()];
+            let reading = read(Followed::Joints(stream), jets);
             note(
                 &mut reasons,
                 Followed::Joints(stream),
-                read(Followed::Joints(stream), jets),
+                reading.standing,
                 self.sensors.imu,
             );
+            state.noise.allow_for_joints(&reading.covariance);
             for (&joint, &[position, rate, acceleration]) in spec.joints.iter().zip(jets.iter()) {
                 state.joints[joint] = Motion {
                     position,
@@ -253,7 +264,7 @@ impl Assembler {
         let (turning, up) = if imu || self.sensors.odometry {
             (
                 triple(Followed::AngularVelocity),
-                triple(Followed::Up).and_then(|[up, ..]| up.try_normalize(0.5)),
+                triple(Followed::Up).and_then(|up| up.value.try_normalize(0.5)),
             )
         } else {
             (None, None)
@@ -263,29 +274,39 @@ impl Assembler {
         } else {
             up
         };
-        let [w, alpha, _] = turning.unwrap_or_default();
+        let turning = turning.unwrap_or_default();
+        let (w, alpha) = (turning.value, turning.rate);
         state.imu.angular_velocity = w;
         state.imu.angular_acceleration = alpha;
+        state.noise.turning = turning.value_and_rate_covariance();
+        if let Some(up) = up_in_base {
+            state.base.up = up;
+        }
+        if let Some(travel) = &velocity {
+            state.base.velocity = travel.value;
+            state.base.velocity_rate = travel.rate;
+        }
         if imu {
-            state.imu.specific_force = triple(Followed::SpecificForce).unwrap_or_default()[0];
-        } else if let Some([v, v_rate, _]) = velocity {
+            let felt = triple(Followed::SpecificForce).unwrap_or_default();
+            state.imu.specific_force = felt.value;
+            state.noise.specific_force = felt.covariance[0][0];
+        } else if let Some(travel) = &velocity {
             // f = dv/dt + w x v + g up
-            state.imu.specific_force =
-                v_rate + w.cross(&v) + up_in_base.unwrap_or(Vector3::z()) * machine.gravity();
+            state.imu.specific_force = travel.rate
+                + w.cross(&travel.value)
+                + up_in_base.unwrap_or(Vector3::z()) * machine.gravity();
+            state.noise.specific_force = travel.covariance[1][1];
         }
         if self.sensors.tool_wrench {
             let jets = &mut self.jets[..6];
-            note(
-                &mut reasons,
-                Followed::ToolWrench,
-                read(Followed::ToolWrench, jets),
-                imu,
-            );
+            let reading = read(Followed::ToolWrench, jets);
+            note(&mut reasons, Followed::ToolWrench, reading.standing, imu);
+            state.noise.tool_wrench = reading.covariance[0][0];
             state.tool_wrench.force = Vector3::new(jets[0][0], jets[1][0], jets[2][0]);
             state.tool_wrench.moment = Vector3::new(jets[3][0], jets[4][0], jets[5][0]);
         }
         for wheel in &self.rolling {
-            state.joints[wheel.joint] = wheel.motion(velocity, &w, &alpha);
+            state.joints[wheel.joint] = wheel.motion(velocity.as_ref(), &w, &alpha);
         }
         for (share, payload) in state.payload_share.iter_mut().zip(machine.payloads()) {
             let [from, to] = payload.window_s;
@@ -298,10 +319,21 @@ impl Assembler {
         if reasons.has_gap() {
             state.for_each_value(|value| *value = f64::NAN);
         }
-        BaseView {
-            up_in_base,
-            base_velocity: velocity.map(|[v, ..]| v),
-            reasons,
+        reasons
+    }
+}
+
+impl SignalNoise<f64> {
+    /// Takes in the covariance of a stream of joints: the larger of the two by the acceleration, which
+    /// is what loads feel most.
+    fn allow_for_joints(&mut self, covariance: &Matrix) {
+        let [[p00, p01, p02], [_, p11, p12], [_, _, p22]] = *covariance;
+        if p22 >= self.joint.second {
+            self.joint = JetCovariance {
+                value: [p00, p01, p02],
+                first: [p11, p12],
+                second: p22,
+            };
         }
     }
 }
@@ -311,11 +343,11 @@ impl RollingWheel {
     /// where the speed is unknown. The angle of a round wheel does not matter.
     fn motion(
         &self,
-        velocity: Option<[Vector3<f64>; 3]>,
+        travel: Option<&Triple>,
         w: &Vector3<f64>,
         alpha: &Vector3<f64>,
     ) -> Motion<f64> {
-        let Some([v, v_rate, _]) = velocity else {
+        let Some(travel) = travel else {
             return Motion::zero();
         };
         let along = |v: &Vector3<f64>, w: &Vector3<f64>| {
@@ -323,8 +355,8 @@ impl RollingWheel {
         };
         Motion {
             position: 0.0,
-            rate: along(&v, w),
-            acceleration: along(&v_rate, alpha),
+            rate: along(&travel.value, w),
+            acceleration: along(&travel.rate, alpha),
         }
     }
 }
@@ -338,18 +370,36 @@ fn note(reasons: &mut Reasons, followed: Followed, standing: Standing, imu: bool
     }
 }
 
-/// Value, first and second derivative of a track of three channels, as vectors.
+/// A track of three channels as vectors.
+#[derive(Debug, Clone, Copy, Default)]
+struct Triple {
+    value: Vector3<f64>,
+    rate: Vector3<f64>,
+    covariance: Matrix,
+}
+
+impl Triple {
+    fn value_and_rate_covariance(&self) -> [f64; 3] {
+        let p = &self.covariance;
+        [p[0][0], p[0][1], p[1][1]]
+    }
+}
+
 fn vectors(
     followed: Followed,
-    read: &mut dyn FnMut(Followed, &mut [Jet]) -> Standing,
+    read: &mut dyn FnMut(Followed, &mut [Jet]) -> Reading,
     reasons: &mut Reasons,
     imu: bool,
-) -> Option<[Vector3<f64>; 3]> {
+) -> Option<Triple> {
     let mut jets = [[0.0; 3]; 3];
-    let standing = read(followed, &mut jets);
-    note(reasons, followed, standing, imu);
+    let reading = read(followed, &mut jets);
+    note(reasons, followed, reading.standing, imu);
     let [x, y, z] = jets;
-    (standing != Standing::Unknown).then(|| std::array::from_fn(|i| Vector3::new(x[i], y[i], z[i])))
+    (reading.standing != Standing::Unknown).then(|| Triple {
+        value: Vector3::new(x[0], y[0], z[0]),
+        rate: Vector3::new(x[1], y[1], z[1]),
+        covariance: reading.covariance,
+    })
 }
 
 /// Up in base axes from up in the IMU's; unknown where the IMU is not on the base.

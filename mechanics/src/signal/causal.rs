@@ -1,6 +1,6 @@
 //! The estimator that looks back only: for live use, and offline to reproduce it.
 
-use super::assembly::{Assembler, Followed, Standing, Tracks};
+use super::assembly::{Assembler, Followed, Reading, Standing, Tracks};
 use super::rows::{Estimate, RowClock, regular_stamp};
 use super::sample::{Sample, SampleError, Sensor, Sensors, StreamCounts};
 use super::track::{Jet, seconds};
@@ -104,29 +104,32 @@ impl CausalEstimator {
         let (tracks, settle_ns, max_gap_ns) = (&self.tracks, self.settle_ns, self.max_gap_ns);
         let mut read = |followed: Followed, jets: &mut [Jet]| {
             let Some(track) = tracks.get(followed) else {
-                return Standing::Unknown;
+                return Reading::NOTHING;
             };
             let near = track
                 .last_ns()
                 .is_some_and(|last| last.abs_diff(time_ns) <= max_gap_ns.unsigned_abs());
             if !near {
-                return Standing::Unknown;
+                return Reading::NOTHING;
             }
             for (channel, jet) in jets.iter_mut().enumerate().take(track.channels()) {
                 *jet = track.at(channel, time_ns);
             }
             let settled = time_ns.saturating_sub(track.started_ns()) >= settle_ns;
-            if settled {
-                Standing::Known
-            } else {
-                Standing::Settling
+            Reading {
+                standing: if settled {
+                    Standing::Known
+                } else {
+                    Standing::Settling
+                },
+                covariance: track.covariance_at(time_ns),
             }
         };
         let elapsed_s = seconds(time_ns.saturating_sub(self.first_row_ns.unwrap_or(time_ns)));
-        let view = self
-            .assembler
-            .assemble(machine, elapsed_s, &mut read, &mut self.estimate.state);
-        self.estimate.set(time_ns, view);
+        self.estimate.time_ns = time_ns;
+        self.estimate.reasons =
+            self.assembler
+                .assemble(machine, elapsed_s, &mut read, &mut self.estimate.state);
         row(&self.estimate);
     }
 }

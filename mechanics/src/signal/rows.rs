@@ -1,7 +1,5 @@
 //! When rows are, and what a row of states holds.
 
-use nalgebra::Vector3;
-
 use super::reason::Reasons;
 use crate::state::State;
 
@@ -21,10 +19,6 @@ pub struct Estimate {
     pub time_ns: i64,
     /// The state; NaN throughout where a gap leaves it unknown.
     pub state: State<f64>,
-    /// The direction up (against gravity) in base axes, a unit vector, where the log knows it.
-    pub up_in_base: Option<Vector3<f64>>,
-    /// Velocity of the base origin in base axes (m/s), where the log knows it.
-    pub base_velocity: Option<Vector3<f64>>,
     /// Why the row is not valid, so far as the signals tell.
     pub reasons: Reasons,
 }
@@ -39,16 +33,7 @@ impl Estimate {
         Self {
             time_ns: 0,
             state: State::zero(machine),
-            up_in_base: None,
-            base_velocity: None,
             reasons: Reasons::NONE,
         }
-    }
-
-    pub(super) fn set(&mut self, time_ns: i64, view: super::assembly::BaseView) {
-        self.time_ns = time_ns;
-        self.up_in_base = view.up_in_base;
-        self.base_velocity = view.base_velocity;
-        self.reasons = view.reasons;
     }
 }

@@ -1,14 +1,13 @@
 //! The estimator that looks both ways: for logs.
 
-use nalgebra::Vector3;
-
-use super::assembly::{Assembler, Followed, Standing, Tracks};
+use super::assembly::{Assembler, Followed, Reading, Standing, Tracks};
 use super::reason::Reasons;
-use super::rows::{Estimate, RowClock, regular_stamp};
+use super::rows::{RowClock, regular_stamp};
 use super::sample::{Sample, Sensor, Sensors, StreamCounts};
-use super::track::{History, Jet, seconds, step};
+use super::track::{History, Jet, Matrix, seconds, step};
 use crate::batch::StateColumns;
 use crate::machine::Machine;
+use crate::state::State;
 
 /// All samples of one sensor.
 #[derive(Debug, Clone)]
@@ -30,8 +29,6 @@ pub struct SmoothedRows {
     pub states: StateColumns,
     /// Why rows are not valid, so far as the signals tell.
     pub reasons: Vec<Reasons>,
-    /// The direction up in base axes, where the log knows it.
-    pub up_in_base: Vec<Option<Vector3<f64>>>,
     /// How many samples of each sensor were used.
     pub counts: Vec<(Sensor, StreamCounts)>,
 }
@@ -64,7 +61,6 @@ pub fn smooth(
     let mut rows = SmoothedRows {
         states: StateColumns::unknown(machine, times_ns.len()),
         reasons: Vec::with_capacity(times_ns.len()),
-        up_in_base: Vec::with_capacity(times_ns.len()),
         times_ns,
         counts,
     };
@@ -127,7 +123,7 @@ fn fill(
         .map(|(followed, history)| (*followed, Reader::new(history, max_gap_ns)))
         .collect();
     let mut assembler = Assembler::new(machine, sensors);
-    let mut estimate = Estimate::unknown(machine);
+    let mut state = State::zero(machine);
     let first_ns = rows.times_ns.first().copied().unwrap_or(0);
     for row in 0..rows.times_ns.len() {
         let time_ns = rows.times_ns[row];
@@ -136,18 +132,12 @@ fn fill(
             .find(|(f, _)| *f == followed)
         {
             Some((_, reader)) => reader.read(time_ns, jets),
-            None => Standing::Unknown,
+            None => Reading::NOTHING,
         };
-        let view = assembler.assemble(
-            machine,
-            seconds(time_ns - first_ns),
-            &mut read,
-            &mut estimate.state,
-        );
-        estimate.set(time_ns, view);
-        rows.states.set(row, &mut estimate.state);
-        rows.reasons.push(estimate.reasons);
-        rows.up_in_base.push(estimate.up_in_base);
+        let reasons =
+            assembler.assemble(machine, seconds(time_ns - first_ns), &mut read, &mut state);
+        rows.states.set(row, &mut state);
+        rows.reasons.push(reasons);
     }
 }
 
@@ -170,7 +160,7 @@ impl<'a> Reader<'a> {
 
     /// Between two samples that belong together the expected jet is the quintic that meets both; beyond
     /// the ends, for half of the longest gap, the Taylor series of the end.
-    fn read(&mut self, time_ns: i64, jets: &mut [Jet]) -> Standing {
+    fn read(&mut self, time_ns: i64, jets: &mut [Jet]) -> Reading {
         let stamps = &self.history.stamps_ns;
         while self.next < stamps.len() && stamps[self.next] <= time_ns {
             self.next += 1;
@@ -180,21 +170,40 @@ impl<'a> Reader<'a> {
         let before = self.next.checked_sub(1);
         let after = Some(self.next).filter(|&k| k < stamps.len());
         let near = |k: usize| stamps[k].abs_diff(time_ns) <= self.max_gap_ns.unsigned_abs() / 2;
-        match (before, after) {
-            (Some(a), _) if stamps[a] == time_ns => jets.copy_from_slice(at(a)),
+        let covariances = &self.history.covariances;
+        let covariance = match (before, after) {
+            (Some(a), _) if stamps[a] == time_ns => {
+                jets.copy_from_slice(at(a));
+                covariances[a]
+            }
             (Some(a), Some(b)) if stamps[b] - stamps[a] <= self.max_gap_ns => {
                 let weights =
                     Quintic::new(seconds(time_ns - stamps[a]), seconds(stamps[b] - stamps[a]));
                 for (jet, (from, to)) in jets.iter_mut().zip(at(a).iter().zip(at(b))) {
                     *jet = weights.blend(from, to);
                 }
+                between(&covariances[a], &covariances[b], weights.t / weights.h)
             }
-            (Some(a), None) if near(a) => extrapolate(jets, at(a), seconds(time_ns - stamps[a])),
-            (None, Some(b)) if near(b) => extrapolate(jets, at(b), seconds(time_ns - stamps[b])),
-            _ => return Standing::Unknown,
+            (Some(a), None) if near(a) => {
+                extrapolate(jets, at(a), seconds(time_ns - stamps[a]));
+                covariances[a]
+            }
+            (None, Some(b)) if near(b) => {
+                extrapolate(jets, at(b), seconds(time_ns - stamps[b]));
+                covariances[b]
+            }
+            _ => return Reading::NOTHING,
+        };
+        Reading {
+            standing: Standing::Known,
+            covariance,
         }
-        Standing::Known
     }
+}
+
+/// Covariance between two samples, in a straight line.
+fn between(a: &Matrix, b: &Matrix, share: f64) -> Matrix {
+    std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + share * (b[i][j] - a[i][j])))
 }
 
 fn extrapolate(jets: &mut [Jet], from: &[Jet], dt: f64) {

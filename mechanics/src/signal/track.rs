@@ -14,7 +14,8 @@ use super::sample::SampleError;
 /// Value, first and second time derivative of a channel.
 pub(super) type Jet = [f64; 3];
 
-type Matrix = [[f64; 3]; 3];
+/// Covariance of a jet, or a gain.
+pub(super) type Matrix = [[f64; 3]; 3];
 
 /// How uncertain a channel's derivatives are at first, as multiples of its agility.
 const INITIAL_SPREAD: f64 = 10.0;
@@ -52,6 +53,10 @@ pub(super) struct History {
     /// For each step the gain that carries the next one's correction back; zero where the next step
     /// starts anew.
     gains: Vec<Matrix>,
+    /// Covariance of the jets, the same for all channels: filtered, and smoothed as they are.
+    pub(super) covariances: Vec<Matrix>,
+    /// Density q of the third derivative.
+    density: f64,
 }
 
 impl Track {
@@ -62,7 +67,10 @@ impl Track {
             jets: vec![[0.0; 3]; channels],
             last_ns: None,
             started_ns: i64::MIN,
-            history: keeps_history.then(History::default),
+            history: keeps_history.then(|| History {
+                density: model.density,
+                ..History::default()
+            }),
         }
     }
 
@@ -107,8 +115,15 @@ impl Track {
             history.stamps_ns.push(stamp_ns);
             history.jets.extend_from_slice(&self.jets);
             history.gains.push([[0.0; 3]; 3]);
+            history.covariances.push(self.covariance);
         }
         Ok(())
+    }
+
+    /// Covariance of the jets at a stamp near the last sample.
+    pub(super) fn covariance_at(&self, stamp_ns: i64) -> Matrix {
+        let ahead = stamp_ns.saturating_sub(self.last_ns.unwrap_or(stamp_ns));
+        predicted(&self.covariance, seconds(ahead), self.model.density)
     }
 
     /// The jet of a channel at a stamp near the last sample, by its Taylor series.
@@ -176,7 +191,8 @@ impl Track {
     }
 
     /// The whole history, each step improved by all that come after it:
-    /// `x_k = x_k + G_k (x_(k+1) - F x_k)` from the last to the first.
+    /// `x_k = x_k + G_k (x_(k+1) - F x_k)` from the last to the first, and its covariance
+    /// `P_k = P_k + G_k (P_(k+1) - P_(k+1|k)) G_k'`.
     pub(super) fn smoothed(self) -> History {
         let channels = self.jets.len();
         let mut history = self.history.unwrap_or_default();
@@ -193,8 +209,31 @@ impl Track {
                         + gain[i][2] * correction[2];
                 }
             }
+            history.smooth_covariance(k, dt);
         }
         history
+    }
+}
+
+impl History {
+    fn smooth_covariance(&mut self, k: usize, dt: f64) {
+        let gain = self.gains[k];
+        let (next, ahead) = (
+            self.covariances[k + 1],
+            predicted(&self.covariances[k], dt, self.density),
+        );
+        let change: Matrix = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                (0..3)
+                    .map(|m| gain[i][m] * (next[m][j] - ahead[m][j]))
+                    .sum()
+            })
+        });
+        for i in 0..3 {
+            for j in 0..3 {
+                self.covariances[k][i][j] += (0..3).map(|m| change[i][m] * gain[j][m]).sum::<f64>();
+            }
+        }
     }
 }
 

@@ -1,0 +1,194 @@
+//! A number with its derivative along one direction.
+
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use num_traits::{One, Zero};
+
+use super::Real;
+
+/// A value and its exact derivative by one variable: `a + b e` with `e^2 = 0`.
+///
+/// The equations evaluated with it give their own derivative; a comparison looks at values alone, so
+/// that the derivative is that of the branch taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dual<T> {
+    /// The value.
+    pub value: T,
+    /// Its derivative.
+    pub slope: T,
+}
+
+impl<T: Real> Dual<T> {
+    /// The variable itself: its derivative is one.
+    #[inline]
+    #[must_use]
+    pub fn variable(value: T) -> Self {
+        Self {
+            value,
+            slope: T::one(),
+        }
+    }
+
+    /// A number that does not depend on the variable.
+    #[inline]
+    #[must_use]
+    pub fn fixed(value: T) -> Self {
+        Self {
+            value,
+            slope: T::zero(),
+        }
+    }
+}
+
+impl<T: Real> Add for Dual<T> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            slope: self.slope + other.slope,
+        }
+    }
+}
+
+impl<T: Real> Sub for Dual<T> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        Self {
+            value: self.value - other.value,
+            slope: self.slope - other.slope,
+        }
+    }
+}
+
+impl<T: Real> Mul for Dual<T> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        Self {
+            value: self.value * other.value,
+            slope: self.slope * other.value + self.value * other.slope,
+        }
+    }
+}
+
+impl<T: Real> Div for Dual<T> {
+    type Output = Self;
+    #[inline]
+    fn div(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        Self {
+            value,
+            slope: (self.slope - value * other.slope) / other.value,
+        }
+    }
+}
+
+impl<T: Real> Neg for Dual<T> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self {
+            value: -self.value,
+            slope: -self.slope,
+        }
+    }
+}
+
+/// `Dual op= Dual` from `Dual op Dual`.
+macro_rules! assigning {
+    ($trait:ident, $method:ident, $operation:ident, $plain:ident) => {
+        impl<T: Real> $trait for Dual<T> {
+            #[inline]
+            fn $method(&mut self, other: Self) {
+                *self = $operation::$plain(*self, other);
+            }
+        }
+    };
+}
+
+assigning!(AddAssign, add_assign, Add, add);
+assigning!(SubAssign, sub_assign, Sub, sub);
+assigning!(MulAssign, mul_assign, Mul, mul);
+assigning!(DivAssign, div_assign, Div, div);
+
+impl<T: Real> Zero for Dual<T> {
+    #[inline]
+    fn zero() -> Self {
+        Self::fixed(T::zero())
+    }
+
+    fn is_zero(&self) -> bool {
+        self.value.is_zero() && self.slope.is_zero()
+    }
+}
+
+impl<T: Real> One for Dual<T> {
+    #[inline]
+    fn one() -> Self {
+        Self::fixed(T::one())
+    }
+}
+
+impl<T: Real> Real for Dual<T> {
+    type Mask = T::Mask;
+
+    #[inline]
+    fn constant(value: f64) -> Self {
+        Self::fixed(T::constant(value))
+    }
+
+    #[inline]
+    fn sqrt(self) -> Self {
+        let value = self.value.sqrt();
+        Self {
+            value,
+            slope: self.slope / (value + value),
+        }
+    }
+
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = self.value.sin_cos();
+        (
+            Self {
+                value: sin,
+                slope: cos * self.slope,
+            },
+            Self {
+                value: cos,
+                slope: -sin * self.slope,
+            },
+        )
+    }
+
+    #[inline]
+    fn lt(self, other: Self) -> Self::Mask {
+        self.value.lt(other.value)
+    }
+
+    #[inline]
+    fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self {
+        Self {
+            value: T::select(mask, if_true.value, if_false.value),
+            slope: T::select(mask, if_true.slope, if_false.slope),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn follows_the_rules_of_differentiation() {
+        let x = Dual::variable(0.7_f64);
+        let (sin, cos) = (x * x).sin_cos();
+        let y = (sin / (cos + Dual::constant(2.0))).sqrt() - x * Dual::constant(3.0);
+        let f = |x: f64| ((x * x).sin() / ((x * x).cos() + 2.0)).sqrt() - 3.0 * x;
+        let h = 1e-6;
+        assert!((y.value - f(0.7)).abs() < 1e-15);
+        assert!((y.slope - (f(0.7 + h) - f(0.7 - h)) / (2.0 * h)).abs() < 1e-8);
+    }
+}
