@@ -15,25 +15,23 @@ pub(crate) struct ContactPlane<T> {
     pub(crate) left: Vector3<T>,
     /// Signed distance of the plane from the base frame's origin along the normal (m).
     pub(crate) height: T,
+    /// a and b of the plane z = a x + b y + d.
+    pub(crate) slope: Vector2<T>,
 }
 
-impl<T: Real> ContactPlane<T> {
-    /// The second fit leaves less than a millionth of a radian for a base that leans by a tenth.
-    const REFITS: usize = 2;
+/// The three axes of a plane, orthonormal and right-handed.
+pub(crate) struct Axes<T> {
+    pub(crate) forward: Vector3<T>,
+    pub(crate) left: Vector3<T>,
+    pub(crate) normal: Vector3<T>,
+}
 
-    /// The plane with n . c_i - R_i = height for all wheels, in the least-squares sense (exact for
-    /// three wheels, and for any number on plane ground).
-    ///
-    /// With n = (-a, -b, 1) / s and s^2 = 1 + a^2 + b^2 it reads z_i - s R_i = a x_i + b y_i + d, linear
-    /// but for s, which only matters where radii differ: [`Self::REFITS`] settle it then.
-    pub(crate) fn through(centres: &[Vector3<T>], radii: &[T], radii_differ: bool) -> Self {
-        let mut slope = Vector2::new(T::zero(), T::zero());
-        for _ in 0..if radii_differ { Self::REFITS } else { 1 } {
-            slope = fitted_slope(centres, radii, length(slope));
-        }
-        let s = length(slope);
+impl<T: Real> Axes<T> {
+    /// Of the plane z = a x + b y + d: n = (-a, -b, 1) / s, forward the base's x axis less its part
+    /// along n, normalised.
+    pub(crate) fn of(slope: &Vector2<T>) -> Self {
+        let s = length(*slope);
         let normal = Vector3::new(-slope.x / s, -slope.y / s, T::one() / s);
-        // x - (x.n) n, normalised
         let along = T::one() / (normal.y * normal.y + normal.z * normal.z).sqrt();
         let forward = Vector3::new(
             T::one() - normal.x * normal.x,
@@ -41,6 +39,39 @@ impl<T: Real> ContactPlane<T> {
             -normal.x * normal.z,
         ) * along;
         let left = normal.cross(&forward);
+        Self {
+            forward,
+            left,
+            normal,
+        }
+    }
+}
+
+impl<T: Real> ContactPlane<T> {
+    /// Newton steps where radii differ: each squares the error, which is a thousandth at first for a
+    /// base that leans by a tenth and radii that differ by a tenth.
+    const NEWTON_STEPS: usize = 3;
+
+    /// The plane with n . c_i - R_i = height for all wheels, in the least-squares sense (exact for
+    /// three wheels, and for any number on plane ground).
+    ///
+    /// With n = (-a, -b, 1) / s and s^2 = 1 + a^2 + b^2 it reads z_i - s R_i = a x_i + b y_i + d. With m =
+    /// (a, b), rho the places from their mean, S = sum rho rho', q = sum rho R, the normal equations
+    /// S m + s q = sum rho z are linear where radii do not differ (q = 0). Newton's step is
+    /// ```text
+    ///     (S + q m' / s) m_next = sum rho z - q / s
+    /// ```
+    pub(crate) fn through(centres: &[Vector3<T>], radii: &[T], radii_differ: bool) -> Self {
+        let fit = Fit::of(centres, radii);
+        let mut slope = Vector2::new(T::zero(), T::zero());
+        for _ in 0..if radii_differ { Self::NEWTON_STEPS } else { 1 } {
+            slope = fit.improved(&slope);
+        }
+        let Axes {
+            forward,
+            left,
+            normal,
+        } = Axes::of(&slope);
         let count = T::constant(centres.len() as f64);
         let height = centres
             .iter()
@@ -52,6 +83,7 @@ impl<T: Real> ContactPlane<T> {
             forward,
             left,
             height,
+            slope,
         }
     }
 
@@ -62,34 +94,57 @@ impl<T: Real> ContactPlane<T> {
 }
 
 /// s = sqrt(1 + a^2 + b^2)
-fn length<T: Real>(slope: Vector2<T>) -> T {
+pub(crate) fn length<T: Real>(slope: Vector2<T>) -> T {
     (T::one() + slope.x * slope.x + slope.y * slope.y).sqrt()
 }
 
-/// Least squares for (a, b) in z_i - s R_i = a x_i + b y_i + d.
-fn fitted_slope<T: Real>(centres: &[Vector3<T>], radii: &[T], s: T) -> Vector2<T> {
-    let share = T::constant(1.0 / centres.len() as f64);
-    let lowered = |c: &Vector3<T>, r: T| Vector3::new(c.x, c.y, c.z - s * r);
-    let mean = centres
-        .iter()
-        .zip(radii)
-        .fold(Vector3::zeros(), |sum: Vector3<T>, (c, &r)| {
-            sum + lowered(c, r)
-        })
-        * share;
-    let (mut xx, mut xy, mut yy, mut xz, mut yz) =
-        (T::zero(), T::zero(), T::zero(), T::zero(), T::zero());
-    for (c, &radius) in centres.iter().zip(radii) {
-        let r = lowered(c, radius) - mean;
-        xx += r.x * r.x;
-        xy += r.x * r.y;
-        yy += r.y * r.y;
-        xz += r.x * r.z;
-        yz += r.y * r.z;
+/// Sums of the normal equations.
+struct Fit<T> {
+    xx: T,
+    xy: T,
+    yy: T,
+    /// sum rho z
+    z: Vector2<T>,
+    /// q = sum rho R
+    radius: Vector2<T>,
+}
+
+impl<T: Real> Fit<T> {
+    fn of(centres: &[Vector3<T>], radii: &[T]) -> Self {
+        let share = T::constant(1.0 / centres.len() as f64);
+        let mean = centres
+            .iter()
+            .fold(Vector3::zeros(), |sum: Vector3<T>, c| sum + c)
+            * share;
+        let zero = Vector2::new(T::zero(), T::zero());
+        let mut fit = Self {
+            xx: T::zero(),
+            xy: T::zero(),
+            yy: T::zero(),
+            z: zero,
+            radius: zero,
+        };
+        for (c, &radius) in centres.iter().zip(radii) {
+            let r = c - mean;
+            fit.xx += r.x * r.x;
+            fit.xy += r.x * r.y;
+            fit.yy += r.y * r.y;
+            fit.z += Vector2::new(r.x * r.z, r.y * r.z);
+            fit.radius += Vector2::new(r.x * radius, r.y * radius);
+        }
+        fit
     }
-    let determinant = xx * yy - xy * xy;
-    Vector2::new(
-        (yy * xz - xy * yz) / determinant,
-        (xx * yz - xy * xz) / determinant,
-    )
+
+    fn improved(&self, slope: &Vector2<T>) -> Vector2<T> {
+        let per_s = T::one() / length(*slope);
+        let q = self.radius * per_s;
+        let (xx, xy) = (self.xx + q.x * slope.x, self.xy + q.x * slope.y);
+        let (yx, yy) = (self.xy + q.y * slope.x, self.yy + q.y * slope.y);
+        let right = self.z - q;
+        let determinant = xx * yy - xy * yx;
+        Vector2::new(
+            (yy * right.x - xy * right.y) / determinant,
+            (xx * right.y - yx * right.x) / determinant,
+        )
+    }
 }

@@ -24,6 +24,15 @@ impl<T: Real> Motion<T> {
         }
     }
 
+    /// The same motion in another type of number.
+    pub(crate) fn map<U>(&self, convert: impl Fn(T) -> U) -> Motion<U> {
+        Motion {
+            position: convert(self.position),
+            rate: convert(self.rate),
+            acceleration: convert(self.acceleration),
+        }
+    }
+
     /// The motion of a joint that follows this one: `multiplier * this + offset`.
     pub(crate) fn scaled(&self, multiplier: f64, offset: f64) -> Self {
         let factor = T::constant(multiplier);
@@ -53,6 +62,17 @@ impl<T: Real> Coordinate<T> {
             displacement: T::zero(),
             rate,
             acceleration,
+        }
+    }
+
+    /// The same coordinate in another type of number.
+    pub(crate) fn map<U>(&self, convert: impl Fn(T) -> U) -> Coordinate<U> {
+        Coordinate {
+            cos: convert(self.cos),
+            sin: convert(self.sin),
+            displacement: convert(self.displacement),
+            rate: convert(self.rate),
+            acceleration: convert(self.acceleration),
         }
     }
 

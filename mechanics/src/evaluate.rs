@@ -3,15 +3,34 @@
 use nalgebra::Vector2;
 
 use crate::contact_plane::ContactPlane;
-use crate::kinematics::{self, BodyMotion};
+use crate::kinematics::{self, BodyMotion, ImuSeat};
 use crate::machine::Machine;
 use crate::newton_euler;
 use crate::number::Real;
 use crate::outcome::Outcome;
+use crate::scope::Scope;
+use crate::sensitivity::SensedMotion;
 use crate::spatial::Wrench;
 use crate::state::State;
-use crate::wheel_loads::{Beyond, GroundForce, Loads};
+use crate::wheel_loads::{Beyond, GroundForce, Loads, Stance, beyond_free_joints};
 use crate::workspace::Workspace;
+
+/// The solution that a workspace holds.
+macro_rules! stance {
+    ($machine:expr, $w:expr, $plane:expr, $ground:expr) => {
+        Stance {
+            machine: $machine,
+            plane: $plane,
+            ground: $ground,
+            normal_force: $w.outcome.normal_force,
+            centres: &$w.wheel_centres,
+            radii: &$w.radii,
+            motions: &$w.motions,
+            beyond: &$w.beyond,
+            equations: &$w.equations,
+        }
+    };
+}
 
 /// Wheel loads and stability of `machine` in `state` (model `whole-body`).
 ///
@@ -25,7 +44,8 @@ pub fn evaluate<'w, T: Real>(
 ) -> &'w Outcome<T> {
     let w = workspace;
     w.outcome.linkage_closure = kinematics::coordinates(machine, state, &mut w.coordinates);
-    let base = kinematics::base_motion(machine, &w.coordinates, &state.imu);
+    let seat = ImuSeat::of(machine, &w.coordinates);
+    let base = kinematics::base_motion(machine, &seat, &state.imu);
     move_bodies(machine, w, base);
     newton_euler::add_payloads(machine, state, &w.motions, &mut w.wrenches);
     let tool_wrench = newton_euler::tool_wrench(machine, state, &w.motions);
@@ -34,21 +54,32 @@ pub fn evaluate<'w, T: Real>(
         w.wheel_centres[wheel] = w.motions[spec.body].point(&spec.centre_in_body);
         w.radii[wheel] = T::constant(spec.radius);
     }
-    stand(
-        machine,
-        w,
-        &ground,
-        &tool_wrench,
-        machine.contact.radii_differ,
-    );
+    beyond_free_joints(machine, &w.wrenches, &tool_wrench, &mut w.beyond);
+    let radii_differ = machine.contact.radii_differ;
+    let mut plane = ContactPlane::through(&w.wheel_centres, &w.radii, radii_differ);
+    stand(machine, w, &ground, &plane);
+    let derives = w.scope.needs_influences();
     if machine.contact.tyres_deflect {
+        if derives {
+            let stance = stance!(machine, w, &plane, &ground);
+            w.influences
+                .fill_undeflected(&stance, &w.solver, &w.outcome.load);
+        }
+        w.pressing.copy_from_slice(&w.outcome.load);
         // A tyre is shorter by its load over its stiffness. The plane then leans towards the heavy
         // side; its lean changes the loads by some per mille, so that once is enough.
         for (wheel, spec) in machine.wheels.iter().enumerate() {
             let compliance = T::constant(spec.stiffness.map_or(0.0, |stiffness| 1.0 / stiffness));
             w.radii[wheel] -= w.outcome.load[wheel] * compliance;
         }
-        stand(machine, w, &ground, &tool_wrench, true);
+        plane = ContactPlane::through(&w.wheel_centres, &w.radii, true);
+        stand(machine, w, &ground, &plane);
+    }
+    if derives {
+        let stance = stance!(machine, w, &plane, &ground);
+        let pressing = machine.contact.tyres_deflect.then_some(&w.pressing[..]);
+        let loads = [&w.outcome.otf[..], &w.outcome.load[..]];
+        w.influences.fill(&stance, &w.solver, loads, pressing);
     }
     let out = &mut w.outcome;
     out.ground_wrench = ground;
@@ -60,7 +91,35 @@ pub fn evaluate<'w, T: Real>(
     };
     w.solver
         .find_envelope(machine, &w.equations, &out.itom_full, &mut loads);
+    if w.scope != Scope::LOADS {
+        explain(machine, state, w, &seat, &tool_wrench);
+    }
     &w.outcome
+}
+
+/// What the scope asks for beyond the loads.
+fn explain<T: Real>(
+    machine: &Machine,
+    state: &State<T>,
+    w: &mut Workspace<T>,
+    seat: &ImuSeat<T>,
+    tool_wrench: &Wrench<T>,
+) {
+    w.groups.fill(machine, state, &w.motions, tool_wrench);
+    if w.scope.sensitivities {
+        let motion = SensedMotion {
+            machine,
+            state,
+            seat,
+            coordinates: &w.coordinates,
+            motions: &w.motions,
+            wrenches: &w.wrenches,
+            groups: &w.groups,
+            tool_wrench,
+            centres: &w.wheel_centres,
+        };
+        w.sensitivity.fill(&motion, &w.influences);
+    }
 }
 
 /// Motion and wrench of every body, parents first.
@@ -74,30 +133,26 @@ fn move_bodies<T: Real>(machine: &Machine, w: &mut Workspace<T>, base: BodyMotio
     }
 }
 
-/// Puts the machine on the plane that its wheels touch with their present radii, and loads them.
+/// Puts the machine on the plane that its wheels touch, and loads them.
 fn stand<T: Real>(
     machine: &Machine,
     w: &mut Workspace<T>,
     ground: &Wrench<T>,
-    tool_wrench: &Wrench<T>,
-    radii_differ: bool,
+    plane: &ContactPlane<T>,
 ) {
-    let plane = ContactPlane::through(&w.wheel_centres, &w.radii, radii_differ);
     for (contact, centre) in w.contacts.iter_mut().zip(&w.wheel_centres) {
         *contact = plane.coordinates(centre);
     }
-    let force = GroundForce::in_plane(ground, &plane);
+    let force = GroundForce::in_plane(ground, plane);
     w.equations.set_equilibrium(&force, &w.contacts);
     if !machine.contact.free_joints.is_empty() {
-        let traction =
-            (plane.forward * force.tangential.x + plane.left * force.tangential.y) / force.normal;
         let beyond = Beyond {
             motions: &w.motions,
-            wrenches: &w.wrenches,
-            tool_wrench,
-            plane: &plane,
+            wrenches: &w.beyond,
+            plane,
+            centres: &w.wheel_centres,
             radii: &w.radii,
-            force_per_load: plane.normal + traction,
+            force_per_load: ground.force / force.normal,
         };
         w.equations.set_free_joints(machine, &beyond);
     }

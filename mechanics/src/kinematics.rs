@@ -139,6 +139,42 @@ pub(crate) fn coordinates<T: Real>(
     closure
 }
 
+/// Where the IMU is and how it moves relative to a base at rest, in base axes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ImuSeat<T> {
+    /// Orientation: base from IMU.
+    pub(crate) rotation: Matrix3<T>,
+    /// Position (m).
+    pub(crate) position: Vector3<T>,
+    /// Velocity (m/s).
+    pub(crate) velocity: Vector3<T>,
+    /// Acceleration (m/s^2).
+    pub(crate) acceleration: Vector3<T>,
+    /// Angular velocity (rad/s).
+    pub(crate) angular_velocity: Vector3<T>,
+    /// Angular acceleration (rad/s^2).
+    pub(crate) angular_acceleration: Vector3<T>,
+}
+
+impl<T: Real> ImuSeat<T> {
+    pub(crate) fn of(machine: &Machine, coordinates: &[Coordinate<T>]) -> Self {
+        let (mount, zero) = (&machine.imu, Vector3::zeros());
+        let carrier = BodyMotion::base(zero, zero, zero);
+        let carrier = carry_along(machine, mount.body, coordinates, carrier);
+        let arm = carrier.rotation * mount.body_from_mount.translation.vector.map(T::constant);
+        let (w, alpha) = (&carrier.angular_velocity, &carrier.angular_acceleration);
+        let swept = w.cross(&arm);
+        Self {
+            rotation: carrier.rotation * rotation_in_body(mount).map(T::constant),
+            position: carrier.origin + arm,
+            velocity: carrier.velocity + swept,
+            acceleration: carrier.specific_force + alpha.cross(&arm) + w.cross(&swept),
+            angular_velocity: *w,
+            angular_acceleration: *alpha,
+        }
+    }
+}
+
 /// Motion of the base frame from what the IMU feels.
 ///
 /// On the root body that is the lever arm alone. On a moving body, its motion relative to a resting
@@ -150,28 +186,19 @@ pub(crate) fn coordinates<T: Real>(
 /// ```
 pub(crate) fn base_motion<T: Real>(
     machine: &Machine,
-    coordinates: &[Coordinate<T>],
+    seat: &ImuSeat<T>,
     imu: &ImuState<T>,
 ) -> BodyMotion<T> {
-    let mount = &machine.imu;
-    let zero = Vector3::zeros();
-    let mut carrier = BodyMotion::base(zero, zero, zero);
-    carrier = carry_along(machine, mount.body, coordinates, carrier);
-    let rotation = carrier.rotation * rotation_in_body(mount).map(T::constant);
-    let arm = carrier.rotation * mount.body_from_mount.translation.vector.map(T::constant);
-    let position = carrier.origin + arm;
-    let angular_velocity = rotation * imu.angular_velocity - carrier.angular_velocity;
-    let angular_acceleration = rotation * imu.angular_acceleration
-        - carrier.angular_acceleration
-        - angular_velocity.cross(&carrier.angular_velocity);
-    let mut specific_force = rotation * imu.specific_force
-        - angular_acceleration.cross(&position)
-        - angular_velocity.cross(&angular_velocity.cross(&position));
-    if mount.body != 0 {
-        let (w, alpha) = (&carrier.angular_velocity, &carrier.angular_acceleration);
-        let swept = w.cross(&arm);
-        specific_force -= carrier.specific_force + alpha.cross(&arm) + w.cross(&swept);
-        specific_force -= angular_velocity.cross(&(carrier.velocity + swept)) * T::constant(2.0);
+    let angular_velocity = seat.rotation * imu.angular_velocity - seat.angular_velocity;
+    let angular_acceleration = seat.rotation * imu.angular_acceleration
+        - seat.angular_acceleration
+        - angular_velocity.cross(&seat.angular_velocity);
+    let mut specific_force = seat.rotation * imu.specific_force
+        - angular_acceleration.cross(&seat.position)
+        - angular_velocity.cross(&angular_velocity.cross(&seat.position));
+    if machine.imu.body != 0 {
+        specific_force -= seat.acceleration;
+        specific_force -= angular_velocity.cross(&seat.velocity) * T::constant(2.0);
     }
     BodyMotion::base(specific_force, angular_velocity, angular_acceleration)
 }

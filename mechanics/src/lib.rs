@@ -28,14 +28,20 @@
 
 #![forbid(unsafe_code)]
 mod batch;
+mod composite;
 mod contact_plane;
+mod contact_plane_derivatives;
 mod coordinate;
 mod evaluate;
+mod groups;
 mod kinematics;
 pub mod machine;
 mod newton_euler;
+mod newton_euler_derivatives;
 pub mod number;
 mod outcome;
+mod scope;
+mod sensitivity;
 pub mod signal;
 mod spatial;
 mod state;
@@ -49,6 +55,8 @@ pub use evaluate::evaluate;
 pub use machine::{Machine, MachineError, MachineSpec};
 pub use number::{Dual, Lanes, Real};
 pub use outcome::{Outcome, Quantity};
+pub use scope::Scope;
+pub use sensitivity::{Axis, InertiaElement, Parameter, Sensitivity};
 pub use spatial::Wrench;
 pub use state::{BaseState, ImuState, JetCovariance, SignalNoise, State};
 pub use static_posture::static_outcome;

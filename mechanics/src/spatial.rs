@@ -41,6 +41,11 @@ impl<T: Real> Wrench<T> {
         }
     }
 
+    /// The sum of its components, each times that of the coefficients.
+    pub(crate) fn contracted(&self, coefficients: &Self) -> T {
+        self.force.dot(&coefficients.force) + self.moment.dot(&coefficients.moment)
+    }
+
     /// The same wrench with the moment about `point`, given from the present one.
     #[must_use]
     pub fn about(&self, point: &Vector3<T>) -> Self {

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::coordinate::Motion;
 use crate::machine::Machine;
 use crate::number::Real;
+use crate::sensitivity::Parameter;
 use crate::spatial::Wrench;
 
 /// The state at one instant, or at several side by side: see [`Real`].
@@ -109,6 +110,58 @@ impl<T: Real> State<T> {
     #[must_use]
     pub fn size(machine: &Machine) -> usize {
         3 * machine.joints().len() + 9 + 6 + machine.payloads().len() + 9 + 11
+    }
+
+    /// The same state in another type of number.
+    #[must_use]
+    pub fn map<U: Real>(&self, convert: impl Fn(T) -> U) -> State<U> {
+        let vector = |v: &Vector3<T>| v.map(&convert);
+        State {
+            joints: self.joints.iter().map(|m| m.map(&convert)).collect(),
+            imu: ImuState {
+                specific_force: vector(&self.imu.specific_force),
+                angular_velocity: vector(&self.imu.angular_velocity),
+                angular_acceleration: vector(&self.imu.angular_acceleration),
+            },
+            tool_wrench: Wrench {
+                force: vector(&self.tool_wrench.force),
+                moment: vector(&self.tool_wrench.moment),
+            },
+            payload_share: self.payload_share.iter().map(|&s| convert(s)).collect(),
+            base: BaseState {
+                up: vector(&self.base.up),
+                velocity: vector(&self.base.velocity),
+                velocity_rate: vector(&self.base.velocity_rate),
+            },
+            noise: SignalNoise {
+                joint: JetCovariance {
+                    value: self.noise.joint.value.map(&convert),
+                    first: self.noise.joint.first.map(&convert),
+                    second: convert(self.noise.joint.second),
+                },
+                specific_force: convert(self.noise.specific_force),
+                turning: self.noise.turning.map(&convert),
+                tool_wrench: convert(self.noise.tool_wrench),
+            },
+        }
+    }
+
+    /// Adds an amount to a signal. Parameters of the machine are no part of a state: changes of them
+    /// are left out, see [`Machine::changed`].
+    pub fn change(&mut self, signal: Parameter, amount: T) {
+        let (imu, tool) = (&mut self.imu, &mut self.tool_wrench);
+        let place = match signal {
+            Parameter::JointPosition(joint) => &mut self.joints[joint].position,
+            Parameter::JointRate(joint) => &mut self.joints[joint].rate,
+            Parameter::JointAcceleration(joint) => &mut self.joints[joint].acceleration,
+            Parameter::SpecificForce(axis) => &mut imu.specific_force[axis as usize],
+            Parameter::AngularVelocity(axis) => &mut imu.angular_velocity[axis as usize],
+            Parameter::AngularAcceleration(axis) => &mut imu.angular_acceleration[axis as usize],
+            Parameter::ToolForce(axis) => &mut tool.force[axis as usize],
+            Parameter::ToolMoment(axis) => &mut tool.moment[axis as usize],
+            _ => return,
+        };
+        *place += amount;
     }
 
     /// Visits the numbers in their fixed order: joints (position, rate, acceleration each), specific force,

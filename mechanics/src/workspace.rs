@@ -3,44 +3,79 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::coordinate::Coordinate;
+use crate::groups::Groups;
 use crate::kinematics::BodyMotion;
 use crate::machine::Machine;
 use crate::number::Real;
 use crate::outcome::Outcome;
+use crate::scope::Scope;
+use crate::sensitivity::Sensitivity;
 use crate::spatial::Wrench;
-use crate::wheel_loads::{Equations, Solver};
+use crate::wheel_loads::{Equations, Influences, Solver};
 
 /// Reusable scratch of [`evaluate`](crate::evaluate), for one machine. A step allocates nothing.
 #[derive(Debug)]
 pub struct Workspace<T: Real> {
+    pub(crate) scope: Scope,
     pub(crate) coordinates: Vec<Coordinate<T>>,
     pub(crate) motions: Vec<BodyMotion<T>>,
     pub(crate) wrenches: Vec<Wrench<T>>,
+    /// Wrench beyond each free joint.
+    pub(crate) beyond: Vec<Wrench<T>>,
     pub(crate) wheel_centres: Vec<Vector3<T>>,
     /// Distance of each wheel's centre from the ground, along the contact plane's normal (m).
     pub(crate) radii: Vec<T>,
+    /// The loads that press the tyres in (N).
+    pub(crate) pressing: Vec<T>,
     pub(crate) contacts: Vec<Vector2<T>>,
     pub(crate) equations: Equations<T>,
     pub(crate) solver: Solver<T>,
+    pub(crate) influences: Influences<T>,
+    pub(crate) groups: Groups<T>,
+    pub(crate) sensitivity: Sensitivity<T>,
     pub(crate) outcome: Outcome<T>,
 }
 
 impl<T: Real> Workspace<T> {
-    /// Scratch for `machine`; using it with another one panics or gives nonsense.
+    /// Scratch for the loads of `machine`; using it with another one panics or gives nonsense.
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
+        Self::with_scope(machine, Scope::LOADS)
+    }
+
+    /// Scratch for as much as `scope` says.
+    #[must_use]
+    pub fn with_scope(machine: &Machine, scope: Scope) -> Self {
         let zero = Vector3::zeros();
-        let bodies = machine.bodies.len();
+        let (bodies, wheels) = (machine.bodies.len(), machine.wheels.len());
         Self {
+            scope,
             coordinates: vec![Coordinate::slid(T::zero(), T::zero(), T::zero()); bodies],
             motions: vec![BodyMotion::base(zero, zero, zero); bodies],
             wrenches: vec![Wrench::zero(); bodies],
-            wheel_centres: vec![zero; machine.wheels.len()],
-            radii: vec![T::zero(); machine.wheels.len()],
-            contacts: vec![Vector2::zeros(); machine.wheels.len()],
+            beyond: vec![Wrench::zero(); machine.contact.free_joints.len()],
+            wheel_centres: vec![zero; wheels],
+            radii: vec![T::zero(); wheels],
+            pressing: vec![T::zero(); wheels],
+            contacts: vec![Vector2::zeros(); wheels],
             equations: Equations::new(machine),
-            solver: Solver::new(machine),
+            solver: Solver::new(machine, scope.needs_influences()),
+            influences: Influences::new(machine),
+            groups: Groups::new(machine),
+            sensitivity: Sensitivity::new(machine),
             outcome: Outcome::blank(machine),
         }
+    }
+
+    /// What the last evaluation gave.
+    #[must_use]
+    pub fn outcome(&self) -> &Outcome<T> {
+        &self.outcome
+    }
+
+    /// The derivatives of the last evaluation, if its scope has them.
+    #[must_use]
+    pub fn sensitivity(&self) -> &Sensitivity<T> {
+        &self.sensitivity
     }
 }

@@ -6,7 +6,7 @@ mod support;
 
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
-use support::{edited, machine, set_joint, wheel};
+use support::{edited, machine, moving, set_joint, six_wheels, upright, wheel};
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{Machine, Outcome, State, Workspace, evaluate, static_outcome};
 
@@ -19,49 +19,6 @@ fn vector(range: f64) -> impl Strategy<Value = Vector3<f64>> {
     prop::array::uniform3(-range..range).prop_map(Vector3::from)
 }
 
-fn six_wheels() -> Machine {
-    let spec =
-        MachineSpec::from_toml(&support::data("six_wheels.toml"), "six_wheels.toml").unwrap();
-    let facts = LogFacts {
-        imu_frame: Some("imu_link"),
-        ..LogFacts::default()
-    };
-    spec.check(&support::data("six_wheels.urdf"), "six_wheels.urdf", facts)
-        .unwrap()
-}
-
-/// A state with every joint in motion about a working posture.
-fn moving(machine: &Machine, seed: f64, force: Vector3<f64>, spin: Vector3<f64>) -> State<f64> {
-    let mut state = State::zero(machine);
-    for (k, joint) in machine.joints().iter().enumerate() {
-        let phase = seed + 1.7 * k as f64;
-        let middle = if ["lift", "tilt"].contains(&joint.name.as_str()) {
-            -1.3
-        } else {
-            0.1
-        };
-        set_joint(
-            machine,
-            &mut state,
-            &joint.name,
-            [
-                middle + 0.3 * phase.sin(),
-                0.3 * phase.cos(),
-                0.5 * (2.0 * phase).sin(),
-            ],
-        );
-    }
-    state.imu.specific_force = force;
-    state.imu.angular_velocity = spin;
-    state.imu.angular_acceleration = spin.yzx();
-    state
-}
-
-/// The IMU of the six-wheeled machine hangs upside down.
-fn upright(machine: &Machine, force: Vector3<f64>) -> Vector3<f64> {
-    machine.imu().body_from_mount.rotation.inverse() * force
-}
-
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
 
@@ -69,7 +26,7 @@ proptest! {
     fn loads_are_never_negative_and_sum_to_the_normal_force(
         seed in 0.0..100.0_f64, tilt in vector(7.0), spin in vector(0.5)
     ) {
-        for machine in [machine("rigid"), six_wheels()] {
+        for machine in [machine("rigid"), six_wheels(|text| text)] {
             let force = upright(&machine, Vector3::new(tilt.x, tilt.y, 9.8));
             let found = outcome(&machine, &moving(&machine, seed, force, spin));
             let sum: f64 = found.load.iter().sum();
@@ -172,7 +129,7 @@ fn an_imu_on_the_slewing_arm_tells_the_same_as_one_on_the_chassis() {
 
 #[test]
 fn free_bogies_carry_their_two_wheels_alike_at_rest() {
-    let machine = six_wheels();
+    let machine = six_wheels(|text| text);
     let positions = vec![0.0; machine.joints().len()];
     let load = static_outcome(&machine, &positions).load;
     for side in ["L", "R"] {

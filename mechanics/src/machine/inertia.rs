@@ -17,6 +17,28 @@ pub struct Inertia {
     pub about_com: Matrix3<f64>,
 }
 
+/// The same parameters as moments about the origin of the frame, in which forces are linear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassMoments {
+    /// Mass (kg).
+    pub mass: f64,
+    /// Mass times centre of mass (kg m).
+    pub first: Vector3<f64>,
+    /// Integral of r r' over the mass (kg m^2).
+    pub second: Matrix3<f64>,
+}
+
+impl From<&Inertia> for MassMoments {
+    fn from(inertia: &Inertia) -> Self {
+        let central = Matrix3::identity() * (0.5 * inertia.about_com.trace()) - inertia.about_com;
+        Self {
+            mass: inertia.mass,
+            first: inertia.com * inertia.mass,
+            second: central + inertia.com * inertia.com.transpose() * inertia.mass,
+        }
+    }
+}
+
 /// What a body's inertia should be and is not.
 pub(super) struct InertiaFault {
     pub(super) expected: &'static str,

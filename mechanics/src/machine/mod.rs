@@ -3,6 +3,7 @@
 //! [`MachineSpec`] is the machine file as written; [`MachineSpec::check`] puts it beside a URDF and a
 //! log's joint names and gives a [`Machine`], or says what is wrong with it.
 
+mod changed;
 mod check;
 mod error;
 mod inertia;
@@ -16,7 +17,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 pub use check::LogFacts;
 pub use error::MachineError;
-pub use inertia::Inertia;
+pub use inertia::{Inertia, MassMoments};
 pub use linkage::{Linkage, LinkageInput};
 pub use spec::{
     ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,
@@ -45,6 +46,7 @@ pub struct Machine {
     pub(crate) contact: Contact,
     pub(crate) imu: Mount,
     pub(crate) tool: Option<Mount>,
+    pub(crate) arm_seat: Option<Seat>,
     pub(crate) payloads: Vec<Payload>,
     pub(crate) limits: LimitsSpec,
     pub(crate) signals: SignalsSpec,
@@ -69,6 +71,19 @@ pub struct Body {
     pub joint_in_parent: Vector3<f64>,
     /// Inertial parameters in the body's frame.
     pub inertia: Inertia,
+    /// The same as moments, by the groups of its links; groups without mass left out.
+    pub parts: Vec<(LinkGroup, MassMoments)>,
+}
+
+/// Which part of the machine a link is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LinkGroup {
+    /// Neither wheel nor arm: what the first paper calls chassis.
+    Chassis,
+    /// A wheel.
+    Wheel,
+    /// The manipulator, with what hangs on it.
+    Arm,
 }
 
 /// How a joint moves.
@@ -115,8 +130,8 @@ pub struct Link {
     pub body_from_link: Isometry3<f64>,
     /// Its inertial parameters in the body's frame, of its payloads not counted.
     pub inertia: Inertia,
-    /// Whether it belongs to the manipulator.
-    pub in_arm: bool,
+    /// The part of the machine that it belongs to.
+    pub group: LinkGroup,
 }
 
 /// A joint whose position a log tells.
@@ -147,6 +162,17 @@ pub struct Wheel {
     pub relative_stiffness: f64,
     /// Centre in the base frame with all joints at zero (m).
     pub centre_at_zero: Vector3<f64>,
+    /// What carries it.
+    pub seat: Seat,
+}
+
+/// Where a part of the machine sits on another: what its position is measured in.
+#[derive(Debug, Clone, Copy)]
+pub struct Seat {
+    /// The body that carries the part.
+    pub carrier: usize,
+    /// Axes in which the position is given, those of the link that carries it, in the carrier's frame.
+    pub carrier_from_axes: Matrix3<f64>,
 }
 
 /// How the ground carries the wheels.
@@ -162,6 +188,22 @@ pub struct Contact {
     pub tyres_deflect: bool,
     /// Whether the machine file declares the ground a plane.
     pub ground: Ground,
+}
+
+/// The moments of a body's links, by group.
+fn link_parts(links: &[Link], body: usize) -> Vec<(LinkGroup, MassMoments)> {
+    let mut parts: Vec<(LinkGroup, Inertia)> = Vec::new();
+    let massive = |link: &&Link| link.body == body && link.inertia != Inertia::zero();
+    for link in links.iter().filter(massive) {
+        match parts.iter_mut().find(|(group, _)| *group == link.group) {
+            Some((_, inertia)) => *inertia = inertia.welded(&link.inertia),
+            None => parts.push((link.group, link.inertia)),
+        }
+    }
+    parts
+        .iter()
+        .map(|(group, inertia)| (*group, MassMoments::from(inertia)))
+        .collect()
 }
 
 /// The rule that splits the load where equilibrium leaves it open.
@@ -206,8 +248,12 @@ pub struct Mount {
 pub struct Payload {
     /// The body that carries it.
     pub body: usize,
+    /// The part of the machine that it hangs on.
+    pub group: LinkGroup,
     /// Its inertial parameters in the body's frame.
     pub inertia: Inertia,
+    /// The same as moments.
+    pub(crate) moments: MassMoments,
     /// From and until when it hangs there (s from the first sample).
     pub window_s: [f64; 2],
 }
@@ -285,6 +331,12 @@ impl Machine {
         self.tool.as_ref()
     }
 
+    /// What carries the arm.
+    #[must_use]
+    pub fn arm_seat(&self) -> Option<&Seat> {
+        self.arm_seat.as_ref()
+    }
+
     /// Loads that hang on links.
     #[must_use]
     pub fn payloads(&self) -> &[Payload] {
@@ -307,6 +359,14 @@ impl Machine {
     #[must_use]
     pub fn estimator(&self) -> &EstimatorSpec {
         &self.estimator
+    }
+
+    /// Whether `body` is `carrier` or carried by it.
+    pub(crate) fn is_carried_by(&self, mut body: usize, carrier: usize) -> bool {
+        while body > carrier {
+            body = self.bodies[body].parent;
+        }
+        body == carrier
     }
 
     /// Mass of all bodies and of the payloads that always hang (kg).

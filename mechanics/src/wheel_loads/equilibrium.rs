@@ -1,10 +1,10 @@
 //! The equations that the loads satisfy, whatever the rule that splits them.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::contact_plane::ContactPlane;
 use crate::kinematics::BodyMotion;
-use crate::machine::{FreeJoint, MAX_WHEELS, Machine, Split};
+use crate::machine::{MAX_WHEELS, Machine, Split};
 use crate::newton_euler;
 use crate::number::Real;
 use crate::spatial::Wrench;
@@ -92,27 +92,28 @@ impl<T: Real> Equations<T> {
     }
 
     /// The moment about the axis of each joint without torque, of all that is beyond it. The traction
-    /// of a wheel is taken as its load's share of the whole, along t = F_tangential / F_n:
+    /// of a wheel is taken as its load's share of the whole, so that its force is q = F / F_n by load:
     /// ```text
-    ///     sum over wheels beyond of z . (r_i - p) x (n + t) N_i = z . (M - p x F)
+    ///     sum over wheels beyond of z . (r_i - p) x q N_i = z . (M_b - p x F_b)
     /// ```
-    /// with F, M the wrench that moves the bodies beyond, about the base origin.
+    /// with F_b, M_b the wrench that moves the bodies beyond, about the base origin.
     pub(crate) fn set_free_joints(&mut self, machine: &Machine, beyond: &Beyond<'_, T>) {
-        for (k, joint) in machine.contact.free_joints.iter().enumerate() {
+        let rows = self.factor[3..].iter_mut().zip(&mut self.value[3..]);
+        let joints = machine.contact.free_joints.iter().zip(beyond.wrenches);
+        for ((factor, value), (joint, wrench)) in rows.zip(joints) {
             let motion = &beyond.motions[joint.body];
             let axis = motion.rotation.column(2).into_owned();
-            let wrench = beyond.wrench(machine, joint).about(&motion.origin);
-            for (wheel, spec) in machine.wheels.iter().enumerate() {
-                let centre = beyond.motions[spec.body].point(&spec.centre_in_body);
-                let contact = centre - beyond.plane.normal * beyond.radii[wheel] - motion.origin;
-                let factor = axis.dot(&contact.cross(&beyond.force_per_load));
-                self.factor[3 + k][wheel] = if joint.carries_wheel[wheel] {
-                    factor
+            for (wheel, factor) in factor[..self.wheels].iter_mut().enumerate() {
+                let contact = beyond.centres[wheel]
+                    - beyond.plane.normal * beyond.radii[wheel]
+                    - motion.origin;
+                *factor = if joint.carries_wheel[wheel] {
+                    axis.dot(&contact.cross(&beyond.force_per_load))
                 } else {
                     T::zero()
                 };
             }
-            self.value[3 + k] = axis.dot(&wrench.moment);
+            *value = axis.dot(&wrench.about(&motion.origin).moment);
         }
     }
 }
@@ -120,21 +121,28 @@ impl<T: Real> Equations<T> {
 /// What the equations of free joints need of the bodies beyond them.
 pub(crate) struct Beyond<'a, T: Real> {
     pub(crate) motions: &'a [BodyMotion<T>],
+    /// Wrench of the bodies beyond each free joint, less that on the tool if it is beyond.
     pub(crate) wrenches: &'a [Wrench<T>],
-    pub(crate) tool_wrench: &'a Wrench<T>,
     pub(crate) plane: &'a ContactPlane<T>,
+    pub(crate) centres: &'a [Vector3<T>],
     /// Distance of the wheels' centres from the ground (m).
     pub(crate) radii: &'a [T],
-    /// Contact force of a wheel by its load: n + t.
-    pub(crate) force_per_load: nalgebra::Vector3<T>,
+    /// Contact force of a wheel by its load: q.
+    pub(crate) force_per_load: Vector3<T>,
 }
 
-impl<T: Real> Beyond<'_, T> {
-    fn wrench(&self, machine: &Machine, joint: &FreeJoint) -> Wrench<T> {
-        let moved = newton_euler::sum(self.wrenches, |body| joint.carries_body[body]);
-        match &machine.tool {
-            Some(tool) if joint.carries_body[tool.body] => moved.minus(self.tool_wrench),
+/// The wrenches beyond the free joints, less that on the tool where it is beyond.
+pub(crate) fn beyond_free_joints<T: Real>(
+    machine: &Machine,
+    wrenches: &[Wrench<T>],
+    tool_wrench: &Wrench<T>,
+    beyond: &mut [Wrench<T>],
+) {
+    for (joint, beyond) in machine.contact.free_joints.iter().zip(beyond) {
+        let moved = newton_euler::sum(wrenches, |body| joint.carries_body[body]);
+        *beyond = match &machine.tool {
+            Some(tool) if joint.carries_body[tool.body] => moved.minus(tool_wrench),
             _ => moved,
-        }
+        };
     }
 }

@@ -13,8 +13,11 @@
 
 mod envelope;
 mod equilibrium;
+mod influence;
 mod least_energy;
+mod response;
 mod unilateral;
 
-pub(crate) use equilibrium::{Beyond, Equations, GroundForce};
+pub(crate) use equilibrium::{Beyond, Equations, GroundForce, beyond_free_joints};
+pub(crate) use influence::{Influence, Influences, Stance};
 pub(crate) use unilateral::{Loads, Solver};

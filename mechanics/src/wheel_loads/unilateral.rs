@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use super::Equations;
 use super::envelope::{self, Envelope};
 use super::least_energy::LeastEnergy;
+use super::response::Response;
 use crate::machine::{MAX_WHEELS, Machine, Split};
 use crate::number::{Mask, Real};
 
@@ -27,6 +28,12 @@ pub(crate) struct Solver<T: Real> {
     /// Loads in equilibrium with themselves, where the envelope is a line.
     exchange: [T; MAX_WHEELS],
     envelope: Envelope,
+    /// How the OTF and the loads answer, kept if asked for.
+    responds: bool,
+    otf_response: Response<T>,
+    load_response: Response<T>,
+    /// Whether a wheel is in the air in any sample: then the loads answer in their own way.
+    lifted: bool,
 }
 
 /// Loads of one solution, by wheel (N).
@@ -42,7 +49,9 @@ pub(crate) struct Loads<'a, T> {
 }
 
 impl<T: Real> Solver<T> {
-    pub(crate) fn new(machine: &Machine) -> Self {
+    /// `responds`: whether it keeps what derivatives need.
+    pub(crate) fn new(machine: &Machine, responds: bool) -> Self {
+        let rows = Equations::<T>::new(machine).value.len();
         let mut relative_stiffness = [T::zero(); MAX_WHEELS];
         for (stiffness, wheel) in relative_stiffness.iter_mut().zip(&machine.wheels) {
             *stiffness = T::constant(wheel.relative_stiffness);
@@ -59,7 +68,22 @@ impl<T: Real> Solver<T> {
             airborne: T::Mask::splat(false),
             exchange: [T::zero(); MAX_WHEELS],
             envelope: Envelope::new(machine),
+            responds,
+            otf_response: Response::new(rows),
+            load_response: Response::new(rows),
+            lifted: false,
         }
+    }
+
+    /// How the OTF answer to the right-hand side.
+    pub(crate) fn otf_response(&self) -> &Response<T> {
+        &self.otf_response
+    }
+
+    /// How the loads answer; `None` where all wheels are on the ground and they are the OTF. NaN while
+    /// the machine tips.
+    pub(crate) fn load_response(&self) -> Option<&Response<T>> {
+        self.lifted.then_some(&self.load_response)
     }
 
     /// `edge_moments` are the overturning moments about the edges of the machine's polygon (N m),
@@ -83,6 +107,10 @@ impl<T: Real> Solver<T> {
             &stiffness[..n],
             out.otf,
         );
+        if self.responds {
+            self.otf_response
+                .read(&mut self.least_energy, equations, rows, &stiffness);
+        }
         if matches!(self.envelope, Envelope::Line) {
             envelope::exchange(
                 &mut self.least_energy,
@@ -95,11 +123,41 @@ impl<T: Real> Solver<T> {
         self.allowed = [T::Mask::splat(true); MAX_WHEELS];
         self.stand_on_tipping_edge(machine, contacts, edge_moments);
         self.press_down(machine, equations, out.otf);
+        if self.responds {
+            self.read_load_response(equations);
+        }
         let airborne = equations.value[0].lt(T::constant(f64::MIN_POSITIVE));
         for (wheel, load) in out.load.iter_mut().enumerate() {
             *load = T::select(airborne, T::zero(), self.loads[wheel]);
         }
         self.airborne = airborne;
+    }
+
+    /// Where a wheel is off the ground the response is that of the wheels that carry; there the split
+    /// rule does not hold.
+    fn read_load_response(&mut self, equations: &Equations<T>) {
+        let n = equations.wheels;
+        let (mut all, mut stiffness) = (T::Mask::splat(true), [T::zero(); MAX_WHEELS]);
+        for wheel in 0..n {
+            let carries = self.on_ground[wheel];
+            all = all & carries;
+            stiffness[wheel] = T::select(carries, self.relative_stiffness[wheel], T::zero());
+        }
+        self.lifted = (!all | self.tipping).any();
+        if !self.lifted {
+            return;
+        }
+        self.load_response.read(
+            &mut self.least_energy,
+            equations,
+            equations.certain,
+            &stiffness,
+        );
+        self.load_response.replace_where(all, &self.otf_response);
+        let unknown = T::constant(f64::NAN);
+        for value in self.load_response.loads.iter_mut().flatten() {
+            *value = T::select(self.tipping, unknown, *value);
+        }
     }
 
     /// The load envelope of the equations and edge moments that were solved last.

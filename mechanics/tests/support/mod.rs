@@ -4,6 +4,8 @@
 
 use std::path::Path;
 
+use nalgebra::Vector3;
+
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{Machine, MachineError, Motion, State};
 
@@ -54,4 +56,53 @@ pub(crate) fn wheel(machine: &Machine, name: &str) -> usize {
         .iter()
         .position(|wheel| wheel.name == name)
         .unwrap()
+}
+
+/// The machine with six wheels, its file edited by `edit`.
+pub(crate) fn six_wheels(edit: impl Fn(String) -> String) -> Machine {
+    let text = edit(data("six_wheels.toml"));
+    let spec = MachineSpec::from_toml(&text, "six_wheels.toml").unwrap();
+    let facts = LogFacts {
+        imu_frame: Some("imu_link"),
+        ..LogFacts::default()
+    };
+    spec.check(&data("six_wheels.urdf"), "six_wheels.urdf", facts)
+        .unwrap()
+}
+
+/// A state with every joint in motion about a working posture.
+pub(crate) fn moving(
+    machine: &Machine,
+    seed: f64,
+    force: Vector3<f64>,
+    spin: Vector3<f64>,
+) -> State<f64> {
+    let mut state = State::zero(machine);
+    for (k, joint) in machine.joints().iter().enumerate() {
+        let phase = seed + 1.7 * k as f64;
+        let middle = if ["lift", "tilt"].contains(&joint.name.as_str()) {
+            -1.3
+        } else {
+            0.1
+        };
+        set_joint(
+            machine,
+            &mut state,
+            &joint.name,
+            [
+                middle + 0.3 * phase.sin(),
+                0.3 * phase.cos(),
+                0.5 * (2.0 * phase).sin(),
+            ],
+        );
+    }
+    state.imu.specific_force = force;
+    state.imu.angular_velocity = spin;
+    state.imu.angular_acceleration = spin.yzx();
+    state
+}
+
+/// The IMU of the six-wheeled machine hangs upside down.
+pub(crate) fn upright(machine: &Machine, force: Vector3<f64>) -> Vector3<f64> {
+    machine.imu().body_from_mount.rotation.inverse() * force
 }

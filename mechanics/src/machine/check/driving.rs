@@ -171,7 +171,7 @@ impl Checker<'_> {
 
     /// The wheel whose centre lies on the axis of the revolute joint of `body` and which that joint
     /// carries: such a joint only spins it.
-    fn wheel_spun_by(&self, body: usize, wheels: &[Wheel]) -> Option<usize> {
+    pub(super) fn wheel_spun_by(&self, body: usize, wheels: &[Wheel]) -> Option<usize> {
         let revolute = self.tree.bodies[body]
             .joint
             .as_ref()

@@ -8,9 +8,12 @@ mod wheels;
 
 use nalgebra::Isometry3;
 
+use super::link_parts;
 use super::tree::{Tree, TreeBody, TreeJoint};
 use super::urdf::Urdf;
-use super::{Body, Drive, JointKind, Link, Machine, MachineError, MachineSpec, Mount};
+use super::{
+    Body, Drive, JointKind, Link, LinkGroup, Machine, MachineError, MachineSpec, Mount, Seat, Wheel,
+};
 
 /// What a log offers that a machine is checked against.
 #[derive(Debug, Clone, Copy, Default)]
@@ -76,25 +79,15 @@ impl Checker<'_> {
             None => None,
         };
         self.check_suspension()?;
-        let links = self.tree.links.iter().enumerate().map(|(i, link)| Link {
-            name: link.name.clone(),
-            body: link.body,
-            body_from_link: link.body_from_link,
-            inertia: link.inertia,
-            in_arm: arm_root.is_some_and(|root| self.tree.link_is_below(i, root)),
-        });
+        let links: Vec<Link> = (0..self.tree.links.len())
+            .map(|i| self.machine_link(i, arm_root, &wheels))
+            .collect();
         Ok(Machine {
             name: spec.name.clone(),
             gravity: spec.gravity,
             base_link: self.tree.base_link.clone(),
-            links: links.collect(),
-            bodies: self
-                .tree
-                .bodies
-                .iter()
-                .zip(&driving.drives)
-                .map(body)
-                .collect(),
+            bodies: machine_bodies(self.tree, &driving.drives, &links),
+            arm_seat: arm_root.map(|root| self.seat(root)),
             linkages: driving.linkages,
             joints: driving.joints,
             wheels,
@@ -102,7 +95,8 @@ impl Checker<'_> {
             contact,
             imu: self.imu()?,
             tool,
-            payloads: self.payloads()?,
+            payloads: self.payloads(&links)?,
+            links,
             limits: spec.limits.clone(),
             signals: spec.signals.clone(),
             estimator: spec.estimator,
@@ -168,6 +162,51 @@ impl Checker<'_> {
             body: link.body,
             body_from_mount: link.body_from_link * link_from_mount,
             source: source.into(),
+        }
+    }
+
+    fn machine_link(&self, index: usize, arm_root: Option<usize>, wheels: &[Wheel]) -> Link {
+        let link = &self.tree.links[index];
+        let in_arm = arm_root.is_some_and(|root| self.tree.link_is_below(index, root));
+        let is_wheel = self.is_part_of_wheel(index, wheels);
+        Link {
+            name: link.name.clone(),
+            body: link.body,
+            body_from_link: link.body_from_link,
+            inertia: link.inertia,
+            group: match (in_arm, is_wheel) {
+                (true, _) => LinkGroup::Arm,
+                (false, true) => LinkGroup::Wheel,
+                (false, false) => LinkGroup::Chassis,
+            },
+        }
+    }
+
+    /// Whether a link is a wheel's, below it, or turns with it.
+    fn is_part_of_wheel(&self, index: usize, wheels: &[Wheel]) -> bool {
+        let named = self
+            .spec
+            .wheels
+            .values()
+            .filter_map(|wheel| self.tree.link(&wheel.link));
+        let below = |wheel: usize| self.tree.link_is_below(index, wheel);
+        let body = self.tree.links[index].body;
+        named.into_iter().any(below)
+            || (0..wheels.len())
+                .any(|w| wheels[w].body == body && self.wheel_spun_by(body, wheels) == Some(w))
+    }
+
+    /// What carries a link.
+    fn seat(&self, link: usize) -> Seat {
+        let carrier = self.tree.links[link].parent_link.unwrap_or(link);
+        let carrier = &self.tree.links[carrier];
+        Seat {
+            carrier: carrier.body,
+            carrier_from_axes: *carrier
+                .body_from_link
+                .rotation
+                .to_rotation_matrix()
+                .matrix(),
         }
     }
 
@@ -242,7 +281,19 @@ impl Checker<'_> {
     }
 }
 
-fn body((body, drive): (&TreeBody, &Option<Drive>)) -> Body {
+fn machine_bodies(tree: &Tree, drives: &[Option<Drive>], links: &[Link]) -> Vec<Body> {
+    tree.bodies
+        .iter()
+        .zip(drives)
+        .enumerate()
+        .map(|(i, (tree_body, drive))| Body {
+            parts: link_parts(links, i),
+            ..body(tree_body, drive.unwrap_or(Drive::Root))
+        })
+        .collect()
+}
+
+fn body(body: &TreeBody, drive: Drive) -> Body {
     Body {
         name: body.link.clone(),
         parent: body.parent,
@@ -250,7 +301,7 @@ fn body((body, drive): (&TreeBody, &Option<Drive>)) -> Body {
             .joint
             .as_ref()
             .map_or(JointKind::Revolute, |j: &TreeJoint| j.kind),
-        drive: drive.unwrap_or(Drive::Root),
+        drive,
         parent_from_joint: *body
             .parent_from_joint
             .rotation
@@ -258,5 +309,6 @@ fn body((body, drive): (&TreeBody, &Option<Drive>)) -> Body {
             .matrix(),
         joint_in_parent: body.parent_from_joint.translation.vector,
         inertia: body.inertia,
+        parts: Vec::new(),
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use super::Checker;
-use crate::machine::{Inertia, MachineError, Mount, Payload};
+use crate::machine::{Inertia, Link, MachineError, MassMoments, Mount, Payload};
 
 impl Checker<'_> {
     pub(super) fn imu(&self) -> Result<Mount, MachineError> {
@@ -56,14 +56,14 @@ impl Checker<'_> {
         })
     }
 
-    pub(super) fn payloads(&self) -> Result<Vec<Payload>, MachineError> {
+    pub(super) fn payloads(&self, links: &[Link]) -> Result<Vec<Payload>, MachineError> {
         self.spec
             .payload
             .iter()
             .enumerate()
             .map(|(i, spec)| {
                 let place = format!("payload {}", i + 1);
-                let link = &self.tree.links[self.link(&format!("{place}: link"), &spec.link)?];
+                let link = &links[self.link(&format!("{place}: link"), &spec.link)?];
                 let [xx, yy, zz, xy, xz, yz] = spec.inertia;
                 let about_com = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
                 let inertia = Inertia {
@@ -85,9 +85,12 @@ impl Checker<'_> {
                         format!("{} and {}", window_s[0], window_s[1]),
                     ));
                 }
+                let inertia = inertia.transformed(&link.body_from_link);
                 Ok(Payload {
                     body: link.body,
-                    inertia: inertia.transformed(&link.body_from_link),
+                    group: link.group,
+                    moments: MassMoments::from(&inertia),
+                    inertia,
                     window_s,
                 })
             })

@@ -18,7 +18,8 @@ impl Checker<'_> {
         let mean = stiffness.iter().sum::<f64>() / stiffness.len() as f64;
         let mut wheels: Vec<Wheel> = Vec::new();
         for ((name, wheel), stiffness) in specs.iter().zip(stiffness) {
-            let link = &self.tree.links[self.link(&format!("wheels.{name}.link"), &wheel.link)?];
+            let index = self.link(&format!("wheels.{name}.link"), &wheel.link)?;
+            let link = &self.tree.links[index];
             if !(wheel.radius.is_finite() && wheel.radius > 0.0) {
                 return Err(self.value_error(
                     format!("wheels.{name}.radius"),
@@ -48,6 +49,7 @@ impl Checker<'_> {
                 centre_at_zero: (self.tree.bodies[link.body].base_from_body
                     * Point3::from(centre_in_body))
                 .coords,
+                seat: self.seat(index),
             });
         }
         Ok(wheels)

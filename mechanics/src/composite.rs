@@ -1,0 +1,249 @@
+//! Mass moments and momenta of bodies taken together, about the base origin in base axes.
+//!
+//! Over all particles of mass m at r with velocity v:
+//! ```text
+//!     mass = sum m      first = sum m r      second = sum m r r'
+//!     momentum = sum m v      swept = sum m r v'
+//! ```
+//! They add up over bodies, whatever the joints between them, and are all that the derivatives of the
+//! bodies' wrench need.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::kinematics::BodyMotion;
+use crate::machine::MassMoments;
+use crate::number::Real;
+use crate::spatial::{Wrench, compose, constant, cross, rotate};
+
+/// Moments of a set of bodies: see the module.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Composite<T> {
+    /// (kg)
+    pub(crate) mass: T,
+    /// (kg m)
+    pub(crate) first: Vector3<T>,
+    /// Symmetric: xx, yy, zz, xy, xz, yz (kg m^2).
+    pub(crate) second: [T; 6],
+    /// (kg m/s)
+    pub(crate) momentum: Vector3<T>,
+    /// (kg m^2/s)
+    pub(crate) swept: Matrix3<T>,
+}
+
+/// The velocity field of a rigid motion: `v(r) = linear + angular x r`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Field<T> {
+    pub(crate) angular: Vector3<T>,
+    /// At the base origin.
+    pub(crate) linear: Vector3<T>,
+}
+
+impl<T: Real> Composite<T> {
+    pub(crate) fn zero() -> Self {
+        Self {
+            mass: T::zero(),
+            first: Vector3::zeros(),
+            second: [T::zero(); 6],
+            momentum: Vector3::zeros(),
+            swept: Matrix3::zeros(),
+        }
+    }
+
+    /// The moments of a rigid body, given in its frame, that moves as `motion`.
+    #[inline(always)]
+    pub(crate) fn of(body: &MassMoments, motion: &BodyMotion<T>) -> Self {
+        let (r, o) = (&motion.rotation, &motion.origin);
+        let mass = T::constant(body.mass);
+        let first = rotate(r, &constant(&body.first));
+        // R S R' + o h' + h o' + m o o'
+        let turned = compose(r, &body.second);
+        let shifted = first + o * mass;
+        let at = |i: usize, j: usize| {
+            turned[(i, 0)] * r[(j, 0)]
+                + turned[(i, 1)] * r[(j, 1)]
+                + turned[(i, 2)] * r[(j, 2)]
+                + o[i] * first[j]
+                + shifted[i] * o[j]
+        };
+        let second = [at(0, 0), at(1, 1), at(2, 2), at(0, 1), at(0, 2), at(1, 2)];
+        let field = motion.velocity_field();
+        let mut composite = Self {
+            mass,
+            first: shifted,
+            second,
+            momentum: field.linear * mass + cross(&field.angular, &shifted),
+            swept: Matrix3::zeros(),
+        };
+        // row a of sum m r v' is h_a v_0 + w x (row a of sum m r r')
+        for a in 0..3 {
+            let swept = field.linear * shifted[a] + cross(&field.angular, &composite.second_row(a));
+            composite.swept.set_row(a, &swept.transpose());
+        }
+        composite
+    }
+
+    fn second_row(&self, row: usize) -> Vector3<T> {
+        let [xx, yy, zz, xy, xz, yz] = self.second;
+        match row {
+            0 => Vector3::new(xx, xy, xz),
+            1 => Vector3::new(xy, yy, yz),
+            _ => Vector3::new(xz, yz, zz),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.mass += other.mass;
+        self.first += other.first;
+        for (sum, more) in self.second.iter_mut().zip(other.second) {
+            *sum += more;
+        }
+        self.momentum += other.momentum;
+        self.swept += other.swept;
+    }
+
+    /// The same bodies, of this share of the mass.
+    pub(crate) fn scaled(&self, share: T) -> Self {
+        Self {
+            mass: self.mass * share,
+            first: self.first * share,
+            second: self.second.map(|v| v * share),
+            momentum: self.momentum * share,
+            swept: self.swept * share,
+        }
+    }
+
+    /// Force and moment that give all particles the acceleration of a field:
+    /// `F = m a + alpha x h`, `M = h x a + sum m r x (alpha x r)`.
+    #[inline(always)]
+    pub(crate) fn accelerated(&self, field: &Field<T>) -> Wrench<T> {
+        let (alpha, a) = (&field.angular, &field.linear);
+        Wrench {
+            force: a * self.mass + cross(alpha, &self.first),
+            moment: cross(&self.first, a) + self.turned(alpha),
+        }
+    }
+
+    /// Force and moment of a uniform acceleration.
+    #[inline(always)]
+    pub(crate) fn uniformly_accelerated(&self, acceleration: &Vector3<T>) -> Wrench<T> {
+        Wrench {
+            force: acceleration * self.mass,
+            moment: cross(&self.first, acceleration),
+        }
+    }
+
+    /// Force and moment of the bodies turning together with w: centripetal and gyroscopic.
+    pub(crate) fn spun(&self, w: &Vector3<T>) -> Wrench<T> {
+        Wrench {
+            force: cross(w, &cross(w, &self.first)),
+            moment: cross(w, &self.turned(w)),
+        }
+    }
+
+    /// I w = tr(S) w - S w
+    #[inline(always)]
+    fn turned(&self, w: &Vector3<T>) -> Vector3<T> {
+        let [xx, yy, zz, xy, xz, yz] = self.second;
+        Vector3::new(
+            (yy + zz) * w.x - xy * w.y - xz * w.z,
+            (xx + zz) * w.y - xy * w.x - yz * w.z,
+            (xx + yy) * w.z - xz * w.x - yz * w.y,
+        )
+    }
+
+    /// Force and moment of the acceleration `2 w x v` of all particles.
+    #[inline(always)]
+    pub(crate) fn coriolis(&self, w: &Vector3<T>) -> Wrench<T> {
+        let two = T::constant(2.0);
+        let d = &self.swept;
+        let trace = d.m11 + d.m22 + d.m33;
+        let back = Vector3::new(
+            d.m11 * w.x + d.m21 * w.y + d.m31 * w.z,
+            d.m12 * w.x + d.m22 * w.y + d.m32 * w.z,
+            d.m13 * w.x + d.m23 * w.y + d.m33 * w.z,
+        );
+        Wrench {
+            force: cross(w, &self.momentum) * two,
+            moment: (w * trace - back) * two,
+        }
+    }
+}
+
+impl<T: Real> Field<T> {
+    /// The field of a turn about an axis through a point, one radian a second.
+    pub(crate) fn turning(axis: &Vector3<T>, point: &Vector3<T>) -> Self {
+        Self {
+            angular: *axis,
+            linear: cross(point, axis),
+        }
+    }
+
+    /// The field of a uniform motion.
+    pub(crate) fn sliding(direction: &Vector3<T>) -> Self {
+        Self {
+            angular: Vector3::zeros(),
+            linear: *direction,
+        }
+    }
+
+    /// Its value at a point.
+    pub(crate) fn at(&self, point: &Vector3<T>) -> Vector3<T> {
+        self.linear + cross(&self.angular, point)
+    }
+
+    /// The rate of `other` when it is carried along by this field.
+    #[inline(always)]
+    pub(crate) fn carries(&self, other: &Self) -> Self {
+        Self {
+            angular: cross(&self.angular, &other.angular),
+            linear: cross(&self.angular, &other.linear) + cross(&self.linear, &other.angular),
+        }
+    }
+
+    /// The change of a wrench that is carried along by this field.
+    #[inline(always)]
+    pub(crate) fn carries_wrench(&self, wrench: &Wrench<T>) -> Wrench<T> {
+        Wrench {
+            force: cross(&self.angular, &wrench.force),
+            moment: cross(&self.angular, &wrench.moment) + cross(&self.linear, &wrench.force),
+        }
+    }
+
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        Self {
+            angular: self.angular + other.angular,
+            linear: self.linear + other.linear,
+        }
+    }
+
+    pub(crate) fn minus(&self, other: &Self) -> Self {
+        Self {
+            angular: self.angular - other.angular,
+            linear: self.linear - other.linear,
+        }
+    }
+}
+
+impl<T: Real> BodyMotion<T> {
+    /// Velocities of the body's points, relative to the base origin.
+    #[inline(always)]
+    pub(crate) fn velocity_field(&self) -> Field<T> {
+        Field {
+            angular: self.angular_velocity,
+            linear: self.velocity - cross(&self.angular_velocity, &self.origin),
+        }
+    }
+
+    /// The field whose value at r, with `w x v(r)` added, is the specific force there (spatial
+    /// acceleration).
+    #[inline(always)]
+    pub(crate) fn acceleration_field(&self) -> Field<T> {
+        Field {
+            angular: self.angular_acceleration,
+            linear: self.specific_force
+                - cross(&self.angular_acceleration, &self.origin)
+                - cross(&self.angular_velocity, &self.velocity),
+        }
+    }
+}

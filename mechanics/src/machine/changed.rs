@@ -1,0 +1,134 @@
+//! The same machine with some parameters changed.
+
+use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
+
+use super::{Inertia, LinkGroup, Machine, MassMoments, Seat, Split, link_parts};
+use crate::sensitivity::{Axis, Parameter};
+
+impl Machine {
+    /// This machine with each parameter changed by an amount in its unit. Signals are no part of a
+    /// machine: changes of them are left out, see [`State::change`](crate::State::change).
+    ///
+    /// A change may make the machine impossible (a negative mass, say): it is not checked again.
+    #[must_use]
+    pub fn changed(&self, changes: &[(Parameter, f64)]) -> Self {
+        let mut changed = self.clone();
+        for &(parameter, amount) in changes {
+            changed.change(parameter, amount);
+        }
+        changed.gather();
+        changed
+    }
+
+    fn change(&mut self, parameter: Parameter, amount: f64) {
+        match parameter {
+            Parameter::LinkMass(link) => self.links[link].inertia.mass += amount,
+            Parameter::LinkCom(link, axis) => {
+                let link = &mut self.links[link];
+                link.inertia.com += link.body_from_link.rotation * along(axis, amount);
+            }
+            Parameter::LinkInertia(link, element) => {
+                let (j, k) = element.place();
+                let mut tensor = Matrix3::zeros();
+                (tensor[(j, k)], tensor[(k, j)]) = (amount, amount);
+                let link = &mut self.links[link];
+                let rotation = link.body_from_link.rotation.to_rotation_matrix();
+                link.inertia.about_com +=
+                    rotation.matrix() * tensor * rotation.matrix().transpose();
+            }
+            Parameter::PayloadMass(payload) => self.payloads[payload].inertia.mass += amount,
+            Parameter::WheelPosition(wheel, axis) => self.shift_wheel(wheel, axis, amount),
+            Parameter::WheelRadius(wheel) => self.wheels[wheel].radius += amount,
+            Parameter::ArmPosition(axis) => self.shift_arm(axis, amount),
+            Parameter::ImuPosition(axis) => {
+                self.imu.body_from_mount.translation.vector += along(axis, amount);
+            }
+            Parameter::ImuRotation(axis) => {
+                let turn = UnitQuaternion::from_scaled_axis(along(axis, amount));
+                self.imu.body_from_mount.rotation = turn * self.imu.body_from_mount.rotation;
+            }
+            Parameter::FrontShare => {
+                if let Split::FrontShare { share, .. } = &mut self.contact.split {
+                    *share += amount;
+                }
+            }
+            Parameter::TyreStiffness(wheel) => {
+                let wheel = &mut self.wheels[wheel];
+                wheel.stiffness = wheel.stiffness.map(|stiffness| stiffness * amount.exp());
+            }
+            Parameter::JointPosition(_)
+            | Parameter::JointRate(_)
+            | Parameter::JointAcceleration(_)
+            | Parameter::SpecificForce(_)
+            | Parameter::AngularVelocity(_)
+            | Parameter::AngularAcceleration(_)
+            | Parameter::ToolForce(_)
+            | Parameter::ToolMoment(_) => {}
+        }
+    }
+
+    fn shift_wheel(&mut self, wheel: usize, axis: Axis, amount: f64) {
+        let wheel = &mut self.wheels[wheel];
+        let shift = wheel.seat.shift(axis, amount);
+        if wheel.body == wheel.seat.carrier {
+            wheel.centre_in_body += shift;
+        } else {
+            self.bodies[wheel.body].joint_in_parent += shift;
+        }
+        wheel.centre_at_zero += shift;
+    }
+
+    fn shift_arm(&mut self, axis: Axis, amount: f64) {
+        let Some(seat) = self.arm_seat else { return };
+        let shift = seat.shift(axis, amount);
+        let is_arm = |link: &super::Link| link.group == LinkGroup::Arm;
+        for (i, body) in self.bodies.iter_mut().enumerate().skip(1) {
+            let arm = self.links.iter().any(|link| link.body == i && is_arm(link));
+            if arm && body.parent == seat.carrier {
+                body.joint_in_parent += shift;
+            }
+        }
+        for link in self.links.iter_mut().filter(|l| l.body == seat.carrier) {
+            if is_arm(link) {
+                link.inertia.com += shift;
+                let moved = Translation3::from(shift);
+                link.body_from_link = moved * link.body_from_link;
+            }
+        }
+    }
+
+    /// Makes again what follows from the parameters.
+    fn gather(&mut self) {
+        for i in 0..self.bodies.len() {
+            let links = self.links.iter().filter(|link| link.body == i);
+            self.bodies[i].inertia =
+                links.fold(Inertia::zero(), |sum, link| sum.welded(&link.inertia));
+            self.bodies[i].parts = link_parts(&self.links, i);
+        }
+        for payload in &mut self.payloads {
+            payload.moments = MassMoments::from(&payload.inertia);
+        }
+        let first = self.wheels[0].radius;
+        self.contact.radii_differ = self.wheels.iter().any(|wheel| wheel.radius != first);
+        let stiffness = |wheel: &super::Wheel| wheel.stiffness;
+        if self.wheels.iter().all(|wheel| wheel.stiffness.is_some()) {
+            let mean =
+                self.wheels.iter().filter_map(stiffness).sum::<f64>() / self.wheels.len() as f64;
+            for wheel in &mut self.wheels {
+                wheel.relative_stiffness = wheel.stiffness.unwrap_or(mean) / mean;
+            }
+        }
+    }
+}
+
+impl Seat {
+    fn shift(&self, axis: Axis, amount: f64) -> Vector3<f64> {
+        self.carrier_from_axes * along(axis, amount)
+    }
+}
+
+fn along(axis: Axis, amount: f64) -> Vector3<f64> {
+    let mut vector = Vector3::zeros();
+    vector[axis as usize] = amount;
+    vector
+}

@@ -1,0 +1,106 @@
+//! Derivatives of every wheel's load by every signal and parameter: exact, in one backward pass.
+//!
+//! The load's [`Influence`](crate::wheel_loads) says how it answers to the ground wrench and to the
+//! wheels' places. What changes those is followed from there: the joints' and the base's motion
+//! ([`motion`](self)), the links' inertial parameters in which the wrench is linear (the regressor),
+//! and the places of wheels, arm and IMU.
+
+mod chain;
+mod geometry;
+mod parameter;
+mod regressor;
+
+pub(crate) use chain::SensedMotion;
+pub use parameter::{Axis, InertiaElement, Parameter};
+
+use crate::machine::Machine;
+use crate::newton_euler_derivatives::BaseGradient;
+use crate::number::Real;
+use crate::wheel_loads::{Influence, Influences};
+use chain::Chain;
+
+/// Derivatives of the loads at one instant, or at several side by side.
+#[derive(Debug)]
+pub struct Sensitivity<T: Real> {
+    /// Of the OTF of each wheel, in the order of [`Parameter::all`].
+    otf: Vec<Vec<T>>,
+    /// Of the loads, where they are not the OTF.
+    load: Vec<Vec<T>>,
+    /// Of the OTF by the motion of the base frame.
+    base: Vec<BaseGradient<T>>,
+    lifted: bool,
+    chain: Chain<T>,
+}
+
+impl<T: Real> Sensitivity<T> {
+    pub(crate) fn new(machine: &Machine) -> Self {
+        let (wheels, size) = (machine.wheels.len(), Parameter::all(machine).len());
+        Self {
+            otf: vec![vec![T::zero(); size]; wheels],
+            load: vec![vec![T::zero(); size]; wheels],
+            base: vec![BaseGradient::zero(); wheels],
+            lifted: false,
+            chain: Chain::new(machine),
+        }
+    }
+
+    /// Derivatives of a wheel's OTF, in the order of [`Parameter::all`].
+    #[must_use]
+    pub fn otf(&self, wheel: usize) -> &[T] {
+        &self.otf[wheel]
+    }
+
+    /// Derivatives of a wheel's load: zero for a wheel in the air, NaN while the machine tips.
+    #[must_use]
+    pub fn load(&self, wheel: usize) -> &[T] {
+        if self.lifted {
+            &self.load[wheel]
+        } else {
+            &self.otf[wheel]
+        }
+    }
+
+    /// Derivatives of a wheel's OTF by specific force, angular velocity and angular acceleration of
+    /// the base frame.
+    pub(crate) fn by_base(&self, wheel: usize) -> &BaseGradient<T> {
+        &self.base[wheel]
+    }
+
+    pub(crate) fn fill(&mut self, motion: &SensedMotion<'_, T>, influences: &Influences<T>) {
+        self.chain.fill(motion);
+        for (wheel, influence) in influences.otf.iter().enumerate() {
+            self.base[wheel] = self.chain.gradient(motion, influence, &mut self.otf[wheel]);
+        }
+        self.lifted = influences.load().is_some();
+        for (wheel, influence) in influences.load().into_iter().flatten().enumerate() {
+            self.chain
+                .gradient(motion, influence, &mut self.load[wheel]);
+        }
+    }
+}
+
+impl<T: Real> Chain<T> {
+    /// Writes the derivatives of one load; gives those by the base's motion.
+    fn gradient(
+        &mut self,
+        motion: &SensedMotion<'_, T>,
+        influence: &Influence<T>,
+        out: &mut [T],
+    ) -> BaseGradient<T> {
+        let mut next = out.iter_mut();
+        let mut write = |value: T| {
+            if let Some(place) = next.next() {
+                *place = value;
+            }
+        };
+        let base = self.follow(motion, influence);
+        self.write_signals(motion, &base, &mut write);
+        geometry::write_imu(motion, &base, &mut write);
+        geometry::write_arm(motion, self, &base, &mut write);
+        self.write_links(motion, &mut write);
+        self.write_payloads(motion, &mut write);
+        geometry::write_wheels(motion, self, influence, &mut write);
+        geometry::write_contact(motion, influence, &mut write);
+        base
+    }
+}

@@ -1,0 +1,341 @@
+//! What each wheel's load takes from the ground wrench, the wheels' places and the free joints.
+//!
+//! The loads N = K A' l with A N = b change by
+//! ```text
+//!     dN = L (db - dA N) + (I - L A) K dA' l + (I - L A) dK A' l,      L = K A' (A K A')^-1      T(23)
+//! ```
+//! so a wheel's load is a linear form in dA and db, and by them in all that A and b are made of.
+
+use nalgebra::Vector3;
+
+use super::Equations;
+use super::response::Response;
+use super::unilateral::Solver;
+use crate::contact_plane::ContactPlane;
+use crate::contact_plane_derivatives::{PlaneDerivatives, PlaneGradient};
+use crate::kinematics::BodyMotion;
+use crate::machine::{MAX_WHEELS, Machine, Split};
+use crate::number::Real;
+use crate::spatial::{Wrench, cross};
+
+/// Derivatives of one wheel's load; where the load is linear and homogeneous in a wrench, its
+/// coefficients.
+#[derive(Debug, Clone)]
+pub(crate) struct Influence<T> {
+    /// Coefficients of the ground wrench about the base origin with the equations' factors held: what
+    /// a part of the wrench contributes to the load.
+    pub(crate) share: Wrench<T>,
+    /// Coefficients of what the wrench beyond each free joint contributes: of its torque.
+    pub(crate) torque_share: Vec<T>,
+    /// Derivative by the ground wrench; it differs from `share` where the wrench leans the traction
+    /// in the equations of free joints, or presses tyres.
+    pub(crate) wrench: Wrench<T>,
+    /// Derivative by the torque about each free joint.
+    pub(crate) torque: Vec<T>,
+    /// Derivative by the place of each free joint's axis: its origin, its direction.
+    pub(crate) axis: Vec<[Vector3<T>; 2]>,
+    /// Derivative by each wheel's centre.
+    pub(crate) centre: Vec<Vector3<T>>,
+    /// Derivative by the distance of each wheel's centre from the ground.
+    pub(crate) radius: Vec<T>,
+    /// Derivative by the front share D.
+    pub(crate) front_share: T,
+    /// Derivative by the logarithm of each wheel's stiffness.
+    pub(crate) stiffness: Vec<T>,
+}
+
+/// The influences on all wheels' loads.
+#[derive(Debug)]
+pub(crate) struct Influences<T> {
+    /// On the OTF.
+    pub(crate) otf: Vec<Influence<T>>,
+    /// On the loads, where they are not the OTF.
+    load: Vec<Influence<T>>,
+    /// On the loads of the first solution, by which tyres were pressed.
+    undeflected: Vec<Influence<T>>,
+    lifted: bool,
+}
+
+impl<T: Real> Influences<T> {
+    pub(crate) fn new(machine: &Machine) -> Self {
+        let blank = vec![Influence::zero(machine); machine.wheels.len()];
+        Self {
+            otf: blank.clone(),
+            load: blank.clone(),
+            undeflected: blank,
+            lifted: false,
+        }
+    }
+
+    /// On the loads; `None` where they are the OTF.
+    pub(crate) fn load(&self) -> Option<&[Influence<T>]> {
+        self.lifted.then_some(&self.load)
+    }
+
+    /// Of the loads by which tyres will be pressed.
+    pub(crate) fn fill_undeflected(
+        &mut self,
+        stance: &Stance<'_, T>,
+        solver: &Solver<T>,
+        loads: &[T],
+    ) {
+        let response = solver.load_response().unwrap_or(solver.otf_response());
+        stance.influences(response, loads, &mut self.undeflected);
+    }
+
+    /// Of OTF and loads; `pressing` are the loads by which tyres were pressed.
+    pub(crate) fn fill(
+        &mut self,
+        stance: &Stance<'_, T>,
+        solver: &Solver<T>,
+        [otf, load]: [&[T]; 2],
+        pressing: Option<&[T]>,
+    ) {
+        stance.influences(solver.otf_response(), otf, &mut self.otf);
+        self.lifted = solver.load_response().is_some();
+        if let Some(response) = solver.load_response() {
+            stance.influences(response, load, &mut self.load);
+        }
+        if let Some(pressing) = pressing {
+            let sets = [&mut self.otf, &mut self.load];
+            for set in sets.into_iter().take(if self.lifted { 2 } else { 1 }) {
+                deflect(stance.machine, &self.undeflected, pressing, set);
+            }
+        }
+    }
+}
+
+/// R = R_0 - N / k with N the load of the first solution and its influences `undeflected`.
+fn deflect<T: Real>(
+    machine: &Machine,
+    undeflected: &[Influence<T>],
+    pressing: &[T],
+    influences: &mut [Influence<T>],
+) {
+    for influence in influences {
+        let mut by_radius = [T::zero(); MAX_WHEELS];
+        by_radius[..influence.radius.len()].copy_from_slice(&influence.radius);
+        for (wheel, spec) in machine.wheels.iter().enumerate() {
+            let compliance = T::constant(spec.stiffness.map_or(0.0, |k| 1.0 / k));
+            let by_load = -by_radius[wheel] * compliance;
+            influence.stiffness[wheel] -= by_load * pressing[wheel];
+            influence.add_derivatives(by_load, &undeflected[wheel]);
+        }
+    }
+}
+
+/// One solution that influences are taken of.
+pub(crate) struct Stance<'a, T: Real> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) plane: &'a ContactPlane<T>,
+    pub(crate) ground: &'a Wrench<T>,
+    pub(crate) normal_force: T,
+    pub(crate) centres: &'a [Vector3<T>],
+    /// Distance of the wheels' centres from the ground (m).
+    pub(crate) radii: &'a [T],
+    pub(crate) motions: &'a [BodyMotion<T>],
+    /// What is beyond each free joint: its wrench about the base origin.
+    pub(crate) beyond: &'a [Wrench<T>],
+    pub(crate) equations: &'a Equations<T>,
+}
+
+impl<T: Real> Influence<T> {
+    pub(crate) fn zero(machine: &Machine) -> Self {
+        let (wheels, joints) = (machine.wheels.len(), machine.contact.free_joints.len());
+        let zero = Vector3::zeros();
+        Self {
+            share: Wrench::zero(),
+            torque_share: vec![T::zero(); joints],
+            wrench: Wrench::zero(),
+            torque: vec![T::zero(); joints],
+            axis: vec![[zero; 2]; joints],
+            centre: vec![zero; wheels],
+            radius: vec![T::zero(); wheels],
+            front_share: T::zero(),
+            stiffness: vec![T::zero(); wheels],
+        }
+    }
+
+    /// Adds `factor` times the derivatives (not the shares) of another load.
+    pub(crate) fn add_derivatives(&mut self, factor: T, other: &Self) {
+        let add = |to: &mut Vector3<T>, from: &Vector3<T>| *to += from * factor;
+        add(&mut self.wrench.force, &other.wrench.force);
+        add(&mut self.wrench.moment, &other.wrench.moment);
+        for (to, from) in self.axis.iter_mut().zip(&other.axis) {
+            add(&mut to[0], &from[0]);
+            add(&mut to[1], &from[1]);
+        }
+        for (to, from) in self.centre.iter_mut().zip(&other.centre) {
+            add(to, from);
+        }
+        let scalars = [
+            (&mut self.torque, &other.torque),
+            (&mut self.radius, &other.radius),
+            (&mut self.stiffness, &other.stiffness),
+        ];
+        for (to, from) in scalars {
+            for (to, &from) in to.iter_mut().zip(from) {
+                *to += from * factor;
+            }
+        }
+        self.front_share += other.front_share * factor;
+    }
+}
+
+impl<T: Real> Stance<'_, T> {
+    /// The influences on the loads of all wheels, `loads` being what `response` gave.
+    pub(crate) fn influences(
+        &self,
+        response: &Response<T>,
+        loads: &[T],
+        influences: &mut [Influence<T>],
+    ) {
+        let derivatives = PlaneDerivatives::new(self.plane, self.centres, self.radii);
+        for (wheel, influence) in influences.iter_mut().enumerate() {
+            let form = LinearForm {
+                stance: self,
+                response,
+                loads,
+                wheel,
+            };
+            form.fill(&derivatives, influence);
+        }
+    }
+}
+
+/// The load of one wheel as a linear form in the changes of the equations.
+struct LinearForm<'a, T: Real> {
+    stance: &'a Stance<'a, T>,
+    response: &'a Response<T>,
+    loads: &'a [T],
+    wheel: usize,
+}
+
+impl<T: Real> LinearForm<'_, T> {
+    /// Coefficient of db of an equation.
+    fn value(&self, row: usize) -> T {
+        self.response.loads[row][self.wheel]
+    }
+
+    /// Coefficient of dA of an equation and a wheel.
+    fn factor(&self, row: usize, wheel: usize) -> T {
+        let mut coefficient = -self.value(row) * self.loads[wheel];
+        if self.has_slack() {
+            coefficient += self
+                .response
+                .slack(self.stance.equations, self.wheel, wheel)
+                * self.response.multiplier[row];
+        }
+        coefficient
+    }
+
+    /// Whether the springs choose among several loads: with as many equations as wheels they do not.
+    fn has_slack(&self) -> bool {
+        self.stance.equations.value.len() < self.stance.equations.wheels
+    }
+
+    /// The gradient by the plane's axes and height, and by the wheels in a plane that is held:
+    /// ```text
+    ///     b_0 = n.F    b_1 = f.M + h l.F    b_2 = l.M - h f.F      A_1j = l.c_j    A_2j = -f.c_j
+    /// ```
+    fn fill(&self, derivatives: &PlaneDerivatives<T>, out: &mut Influence<T>) {
+        let stance = self.stance;
+        let (plane, ground) = (stance.plane, stance.ground);
+        let [b0, b1, b2] = [0, 1, 2].map(|row| self.value(row));
+        let (f, l, n, h) = (&plane.forward, &plane.left, &plane.normal, plane.height);
+        out.share = Wrench {
+            force: n * b0 + l * (b1 * h) - f * (b2 * h),
+            moment: f * b1 + l * b2,
+        };
+        out.wrench = out.share;
+        let (force, moment) = (&ground.force, &ground.moment);
+        let mut by_plane = PlaneGradient {
+            forward: moment * b1 - force * (b2 * h),
+            left: force * (b1 * h) + moment * b2,
+            normal: force * b0,
+            height: b1 * l.dot(force) - b2 * f.dot(force),
+        };
+        for (wheel, centre) in stance.centres.iter().enumerate() {
+            let (a1, a2) = (self.factor(1, wheel), self.factor(2, wheel));
+            by_plane.left += centre * a1;
+            by_plane.forward -= centre * a2;
+            out.centre[wheel] = l * a1 - f * a2;
+            out.radius[wheel] = T::zero();
+        }
+        self.fill_free_joints(&mut by_plane, out);
+        let by_slope = derivatives.gradient(&by_plane);
+        for (wheel, centre) in stance.centres.iter().enumerate() {
+            let above = derivatives.above_plane(plane, centre, stance.radii[wheel]);
+            let (by_centre, by_radius) = derivatives.by_wheel(&by_slope, centre, above);
+            out.centre[wheel] += by_centre;
+            out.radius[wheel] += by_radius;
+        }
+        self.fill_split(out);
+    }
+
+    /// Equations of free joints, with z and p their axis and q = F / F_n:
+    /// ```text
+    ///     b = z.(M_b - p x F_b)      A_j = z.((c_j - n R_j - p) x q)
+    /// ```
+    fn fill_free_joints(&self, by_plane: &mut PlaneGradient<T>, out: &mut Influence<T>) {
+        let stance = self.stance;
+        let traction = stance.ground.force / stance.normal_force;
+        let mut by_traction = Vector3::zeros();
+        for (k, joint) in stance.machine.contact.free_joints.iter().enumerate() {
+            let motion = &stance.motions[joint.body];
+            let (z, p) = (
+                Vector3::from(motion.rotation.column(2).into_owned()),
+                motion.origin,
+            );
+            let (row, beyond) = (3 + k, &stance.beyond[k]);
+            let value = self.value(row);
+            out.torque_share[k] = value;
+            out.torque[k] = value;
+            let mut by_origin = cross(&z, &beyond.force) * value;
+            let mut by_axis = beyond.about(&p).moment * value;
+            let across = cross(&traction, &z);
+            for wheel in (0..stance.centres.len()).filter(|&w| joint.carries_wheel[w]) {
+                let factor = self.factor(row, wheel);
+                let radius = stance.radii[wheel];
+                let arm = stance.centres[wheel] - stance.plane.normal * radius - p;
+                by_origin -= across * factor;
+                by_axis += cross(&arm, &traction) * factor;
+                by_traction += cross(&z, &arm) * factor;
+                by_plane.normal -= across * (factor * radius);
+                out.centre[wheel] += across * factor;
+                out.radius[wheel] -= stance.plane.normal.dot(&across) * factor;
+            }
+            out.axis[k] = [by_origin, by_axis];
+        }
+        // dq = (dF - q (dn.F + n.dF)) / F_n
+        let along = by_traction.dot(&traction);
+        out.wrench.force += (by_traction - stance.plane.normal * along) / stance.normal_force;
+        by_plane.normal -= traction * along;
+    }
+
+    /// What the rule that splits the loads does: the front share's row, or the springs' stiffness.
+    fn fill_split(&self, out: &mut Influence<T>) {
+        let equations = self.stance.equations;
+        if let Split::FrontShare {
+            wheels: [fl, fr, rl, rr],
+            ..
+        } = self.stance.machine.contact.split
+        {
+            let n = self.loads;
+            out.front_share = self.value(equations.certain) * (n[fr] - n[fl] + n[rr] - n[rl]);
+        }
+        for (wheel, by_stiffness) in out.stiffness.iter_mut().enumerate() {
+            *by_stiffness = T::zero();
+            if self.has_slack() {
+                let mut pressed = T::zero();
+                for (row, &multiplier) in self.response.multiplier[..equations.value.len()]
+                    .iter()
+                    .enumerate()
+                {
+                    pressed += equations.factor[row][wheel] * multiplier;
+                }
+                *by_stiffness = self.response.slack(equations, self.wheel, wheel) * pressed;
+            }
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! How the loads answer to the right-hand side of their equations.
+
+use super::Equations;
+use super::least_energy::LeastEnergy;
+use crate::machine::MAX_WHEELS;
+use crate::number::Real;
+
+/// The linear map from the equations' values to the loads, and what its own change needs.
+#[derive(Debug, Clone)]
+pub(crate) struct Response<T> {
+    /// Loads of a unit value, by equation.
+    pub(crate) loads: Vec<[T; MAX_WHEELS]>,
+    /// l of N = K A' l.
+    pub(crate) multiplier: [T; MAX_WHEELS],
+    /// K: relative stiffness of the wheels that carry, zero of the others.
+    pub(crate) stiffness: [T; MAX_WHEELS],
+}
+
+impl<T: Real> Response<T> {
+    pub(super) fn new(rows: usize) -> Self {
+        Self {
+            loads: vec![[T::zero(); MAX_WHEELS]; rows],
+            multiplier: [T::zero(); MAX_WHEELS],
+            stiffness: [T::zero(); MAX_WHEELS],
+        }
+    }
+
+    /// The response of the first `rows` equations as `least_energy` solved them last, with these
+    /// wheels' stiffness; later rows have none.
+    pub(super) fn read(
+        &mut self,
+        least_energy: &mut LeastEnergy<T>,
+        equations: &Equations<T>,
+        rows: usize,
+        stiffness: &[T; MAX_WHEELS],
+    ) {
+        let n = equations.wheels;
+        self.multiplier = [T::zero(); MAX_WHEELS];
+        self.multiplier[..rows].copy_from_slice(&least_energy.multiplier[..rows]);
+        self.stiffness = *stiffness;
+        for (row, loads) in self.loads.iter_mut().enumerate() {
+            *loads = [T::zero(); MAX_WHEELS];
+            if row < rows {
+                let mut unit = [T::zero(); MAX_WHEELS];
+                unit[row] = T::one();
+                least_energy.solve_again(equations, rows, &unit, &stiffness[..n], &mut loads[..n]);
+            }
+        }
+    }
+
+    /// Takes the other response where `mask` holds.
+    pub(super) fn replace_where(&mut self, mask: T::Mask, other: &Self) {
+        let pairs = self.loads.iter_mut().zip(&other.loads);
+        let rows = pairs.map(|(a, b)| (a, b));
+        for (mine, theirs) in rows
+            .chain([(&mut self.multiplier, &other.multiplier)])
+            .chain([(&mut self.stiffness, &other.stiffness)])
+        {
+            for (mine, &theirs) in mine.iter_mut().zip(theirs) {
+                *mine = T::select(mask, theirs, *mine);
+            }
+        }
+    }
+
+    /// (I - L A) K of a wheel by another: what its spring takes of the other's, equilibrium kept.
+    pub(crate) fn slack(&self, equations: &Equations<T>, wheel: usize, other: usize) -> T {
+        let mut held = T::zero();
+        for (row, loads) in self.loads.iter().enumerate() {
+            held += loads[wheel] * equations.factor[row][other];
+        }
+        let own = if wheel == other { T::one() } else { T::zero() };
+        (own - held) * self.stiffness[other]
+    }
+}

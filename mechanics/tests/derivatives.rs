@@ -1,0 +1,184 @@
+//! Sensitivities against two other ways: dual numbers through the same equations, and differences.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod support;
+
+use nalgebra::{Matrix3, Vector3};
+use support::{edited, machine, moving, six_wheels};
+use tipwatch_mechanics::{Dual, Machine, Parameter, Scope, State, Workspace, evaluate};
+
+/// Machines of every kind: rigid with tyres that deflect, an IMU on the arm, payloads and a tool force,
+/// bogies moved by actuators, six wheels on springs, free bogies.
+fn machines() -> Vec<(&'static str, Machine)> {
+    let on_boom = |text: String| {
+        text.replace("link = \"base_link\"", "link = \"lift_boom\"")
+            + "\n[[payload]]\nlink = \"tool\"\nmass = 80.0\ncom = [0.1, 0.2, -0.3]\ninertia = [4.0, 5.0, 6.0, 0.1, 0.2, 0.3]\n"
+    };
+    let welded = |text: String| text.replace("free_joints = [\"bogie_left\", \"bogie_right\"]", "");
+    vec![
+        ("rigid", machine("rigid")),
+        ("IMU on the boom", edited("rigid", on_boom).unwrap()),
+        ("bogie", machine("bogie")),
+        ("free bogies", six_wheels(|text| text)),
+        ("welded bogies", six_wheels(welded)),
+    ]
+}
+
+/// The arm in motion, the machine leaning, turning and braking: a little, and until a wheel lifts.
+fn states(machine: &Machine) -> Vec<State<f64>> {
+    [
+        (0.3, 0.9, -0.7),
+        (7.9, -0.5, 0.8),
+        (42.0, 2.2, -1.6),
+        (71.0, 1.2, 2.4),
+    ]
+    .map(|(seed, x, y)| state_of(machine, seed, Vector3::new(x, y, 9.7)))
+    .to_vec()
+}
+
+fn state_of(machine: &Machine, seed: f64, lean: Vector3<f64>) -> State<f64> {
+    let mut state = moving(
+        machine,
+        seed,
+        Vector3::zeros(),
+        Vector3::new(0.12, -0.2, 0.35),
+    );
+    state.tool_wrench.force = Vector3::new(150.0, -90.0, 220.0);
+    state.tool_wrench.moment = Vector3::new(30.0, 40.0, -20.0);
+    state.imu.specific_force = felt(
+        machine,
+        &state,
+        Vector3::new(0.9, -0.7, 9.7) * machine.mass(),
+    );
+    state
+}
+
+/// What the IMU feels where the ground's force is this one: that force is linear in it.
+fn felt(machine: &Machine, state: &State<f64>, ground: Vector3<f64>) -> Vector3<f64> {
+    let force = |felt: Vector3<f64>| {
+        let mut state = state.clone();
+        state.imu.specific_force = felt;
+        evaluate(machine, &state, &mut Workspace::new(machine))
+            .ground_wrench
+            .force
+    };
+    let still = force(Vector3::zeros());
+    let by_felt = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| force(axis) - still);
+    let rotation = Matrix3::from_columns(&by_felt);
+    rotation.try_inverse().unwrap() * (ground - still)
+}
+
+fn loads(machine: &Machine, state: &State<f64>) -> [Vec<f64>; 2] {
+    let mut workspace = Workspace::new(machine);
+    let outcome = evaluate(machine, state, &mut workspace);
+    [outcome.otf.clone(), outcome.load.clone()]
+}
+
+/// Derivatives of OTF and load of all wheels by a signal, in dual numbers.
+fn by_dual(machine: &Machine, state: &State<f64>, signal: Parameter) -> [Vec<f64>; 2] {
+    let mut workspace = Workspace::<Dual<f64>>::new(machine);
+    let mut dual = state.map(Dual::fixed);
+    dual.change(
+        signal,
+        Dual {
+            value: 0.0,
+            slope: 1.0,
+        },
+    );
+    let outcome = evaluate(machine, &dual, &mut workspace);
+    let slopes = |loads: &[Dual<f64>]| loads.iter().map(|load| load.slope).collect();
+    [slopes(&outcome.otf), slopes(&outcome.load)]
+}
+
+/// The same by central differences, of signals and parameters.
+fn by_difference(machine: &Machine, state: &State<f64>, parameter: Parameter) -> [Vec<f64>; 2] {
+    let step = 1e-5;
+    let at = |amount: f64| {
+        let mut state = state.clone();
+        state.change(parameter, amount);
+        loads(&machine.changed(&[(parameter, amount)]), &state)
+    };
+    let (ahead, behind) = (at(step), at(-step));
+    std::array::from_fn(|k| {
+        let pairs = ahead[k].iter().zip(&behind[k]);
+        pairs.map(|(a, b)| (a - b) / (2.0 * step)).collect()
+    })
+}
+
+struct Compared {
+    largest: f64,
+    identical: usize,
+    lifted: bool,
+}
+
+fn compare(
+    name: &str,
+    machine: &Machine,
+    state: &State<f64>,
+    share: f64,
+    other: impl Fn(Parameter) -> Option<[Vec<f64>; 2]>,
+) -> Compared {
+    let mut workspace = Workspace::with_scope(machine, Scope::ALL);
+    let outcome = evaluate(machine, state, &mut workspace);
+    let tips = outcome.zmp_margin < 0.0;
+    let lifted = outcome.load.iter().any(|&load| load == 0.0);
+    let sensitivity = workspace.sensitivity();
+    let mut compared = Compared {
+        largest: 0.0,
+        identical: 0,
+        lifted: lifted && !tips,
+    };
+    for (i, parameter) in Parameter::all(machine).into_iter().enumerate() {
+        let Some(others) = other(parameter) else {
+            continue;
+        };
+        for wheel in 0..machine.wheels().len() {
+            let found = [sensitivity.otf(wheel)[i], sensitivity.load(wheel)[i]];
+            let scale = others.iter().flatten().fold(1.0_f64, |s, v| s.max(v.abs()));
+            for (kind, (found, others)) in found.iter().zip(&others).enumerate() {
+                if tips && kind == 1 {
+                    assert!(found.is_nan());
+                    continue;
+                }
+                let truth = others[wheel];
+                assert!(
+                    (found - truth).abs() <= share * scale,
+                    "{name}: {} of wheel {wheel} ({kind}): {found} against {truth}",
+                    parameter.name(machine)
+                );
+                compared.largest = compared.largest.max(found.abs());
+                compared.identical += usize::from(*found == truth && truth != 0.0);
+            }
+        }
+    }
+    compared
+}
+
+#[test]
+fn derivatives_by_signals_are_those_of_dual_numbers() {
+    for (name, machine) in machines() {
+        for state in states(&machine) {
+            let compared = compare(name, &machine, &state, 1e-9, |p| {
+                p.is_signal().then(|| by_dual(&machine, &state, p))
+            });
+            assert!(compared.largest > 10.0, "{name}");
+        }
+    }
+}
+
+#[test]
+fn derivatives_by_everything_are_those_of_differences() {
+    let mut lifted = 0;
+    for (name, machine) in machines() {
+        for state in states(&machine) {
+            let compared = compare(name, &machine, &state, 2e-6, |p| {
+                Some(by_difference(&machine, &state, p))
+            });
+            assert!(compared.largest > 10.0, "{name}");
+            assert!(compared.identical < 20, "{name}: {}", compared.identical);
+            lifted += usize::from(compared.lifted);
+        }
+    }
+    assert!(lifted > 0, "no state with a wheel in the air");
+}
