@@ -30,8 +30,8 @@ fn states(machine: &Machine) -> Vec<State<f64>> {
     [
         (0.3, 0.9, -0.7),
         (7.9, -0.5, 0.8),
-        (42.0, 2.2, -1.6),
-        (71.0, 1.2, 2.4),
+        (42.0, -2.2, -1.6),
+        (42.0, -1.2, -2.0),
     ]
     .map(|(seed, x, y)| state_of(machine, seed, Vector3::new(x, y, 9.7)))
     .to_vec()
@@ -46,11 +46,7 @@ fn state_of(machine: &Machine, seed: f64, lean: Vector3<f64>) -> State<f64> {
     );
     state.tool_wrench.force = Vector3::new(150.0, -90.0, 220.0);
     state.tool_wrench.moment = Vector3::new(30.0, 40.0, -20.0);
-    state.imu.specific_force = felt(
-        machine,
-        &state,
-        Vector3::new(0.9, -0.7, 9.7) * machine.mass(),
-    );
+    state.imu.specific_force = felt(machine, &state, lean * machine.mass());
     state
 }
 
