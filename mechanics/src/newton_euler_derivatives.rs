@@ -117,3 +117,13 @@ impl<T: Real> BaseWrenches<T> {
         }
     }
 }
+
+/// Coefficients of a wrench about the base origin in its torque about a joint, times `factor`.
+pub(crate) fn torque_form<T: Real>(joint: &BodyMotion<T>, factor: T) -> Wrench<T> {
+    let axis: Vector3<T> = joint.rotation.column(2).into_owned();
+    let field = Field::turning(&axis, &joint.origin);
+    Wrench {
+        force: field.linear * factor,
+        moment: field.angular * factor,
+    }
+}

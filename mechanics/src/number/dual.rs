@@ -164,6 +164,15 @@ impl<T: Real> Real for Dual<T> {
     }
 
     #[inline]
+    fn atan2(self, x: Self) -> Self {
+        let (y_by, x_by) = (self.slope * x.value, x.slope * self.value);
+        Self {
+            value: self.value.atan2(x.value),
+            slope: (y_by - x_by) / (self.value * self.value + x.value * x.value),
+        }
+    }
+
+    #[inline]
     fn lt(self, other: Self) -> Self::Mask {
         self.value.lt(other.value)
     }

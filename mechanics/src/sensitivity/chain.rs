@@ -7,7 +7,7 @@ use crate::coordinate::Coordinate;
 use crate::groups::Groups;
 use crate::kinematics::{BodyMotion, ImuSeat, base_motion};
 use crate::machine::{Drive, JointKind, Linkage, Machine};
-use crate::newton_euler_derivatives::{BaseGradient, BaseWrenches, JointWrenches, MovingJoint};
+use crate::newton_euler_derivatives::{BaseGradient, BaseWrenches, JointWrenches, MovingJoint, torque_form};
 use crate::number::{Dual, Real};
 use crate::spatial::{Wrench, cross, rotate_back};
 use crate::state::{ImuState, State};
@@ -277,16 +277,6 @@ impl<T: Real> Chain<T> {
                     .for_each(|&value| write(value));
             }
         }
-    }
-}
-
-/// Coefficients of a wrench about the base origin in its torque about a joint, times `factor`.
-fn torque_form<T: Real>(joint: &BodyMotion<T>, factor: T) -> Wrench<T> {
-    let axis: Vector3<T> = joint.rotation.column(2).into_owned();
-    let field = Field::turning(&axis, &joint.origin);
-    Wrench {
-        force: field.linear * factor,
-        moment: field.angular * factor,
     }
 }
 

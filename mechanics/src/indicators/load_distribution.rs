@@ -1,0 +1,52 @@
+//! How the weight is spread over the wheels.
+
+use crate::machine::Machine;
+use crate::number::Real;
+use crate::outcome::Outcome;
+
+/// A wheel nearer to the middle than this share of the half track is on neither side.
+const MIDDLE_SHARE: f64 = 0.05;
+
+pub(super) fn fill<T: Real>(machine: &Machine, out: &mut Outcome<T>) {
+    let load = &out.load;
+    let mut sum = T::zero();
+    let mut right_less_left = T::zero();
+    for (&load, side) in load.iter().zip(sides(machine)) {
+        sum += load;
+        right_less_left -= load * T::constant(side);
+    }
+    out.indicators.load_transfer_ratio = right_less_left / sum;
+    // (35): each pair of wheels once
+    let mut spread = T::zero();
+    for (i, &a) in load.iter().enumerate() {
+        for &b in &load[i + 1..] {
+            spread += (a - b).abs();
+        }
+    }
+    out.indicators.spread = spread;
+    // (110): sigma = 1/2 sum (OTF_i - OTF_opt,i)^2
+    let mut sigma = T::zero();
+    for (&otf, optimal) in out.otf.iter().zip(&machine.reference.optimal_load) {
+        let off = otf - T::constant(*optimal);
+        sigma += off * off;
+    }
+    out.indicators.sigma = sigma * T::constant(0.5);
+}
+
+/// 1 for a wheel on the left, -1 on the right, 0 in the middle.
+fn sides(machine: &Machine) -> impl Iterator<Item = f64> + '_ {
+    let lateral = |w: &crate::machine::Wheel| w.centre_at_zero.y;
+    let (least, largest) = machine.wheels.iter().map(lateral).fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(least, largest), y| (least.min(y), largest.max(y)),
+    );
+    let (middle, half) = (0.5 * (least + largest), 0.5 * (largest - least));
+    machine.wheels.iter().map(move |wheel| {
+        let off = (lateral(wheel) - middle) / half;
+        if off.abs() < MIDDLE_SHARE {
+            0.0
+        } else {
+            off.signum()
+        }
+    })
+}

@@ -1,0 +1,114 @@
+//! Measures of stability beside the loads, for any support polygon.
+
+mod edge_moments;
+mod force_angle;
+mod load_distribution;
+mod velocity_gradient;
+
+use nalgebra::Vector2;
+
+pub use velocity_gradient::VelocityGradient;
+
+use crate::contact_plane::ContactPlane;
+use crate::groups::Parts;
+use crate::machine::Machine;
+use crate::number::Real;
+use crate::outcome::Outcome;
+use crate::sensitivity::Sensitivity;
+use crate::spatial::Wrench;
+use crate::state::State;
+use force_angle::Standing;
+
+/// Measures of stability at one instant; NaN where one cannot be computed.
+#[derive(Debug, Clone)]
+pub struct Indicators<T> {
+    /// Overturning moment of the arm and the tool force alone about each edge, "MHS-type" (N m);
+    /// negative = stable.
+    pub mhs: Vec<T>,
+    /// TOM: that and the weight of the chassis (N m).
+    pub tom: Vec<T>,
+    /// ITOM: that and the chassis' inertia forces, of massless wheels (N m).
+    pub itom: Vec<T>,
+    /// Force-Angle of Papadopoulos and Rey about each edge (rad); positive = stable.
+    pub force_angle: Vec<T>,
+    /// Stability angle about each edge: the Force-Angle of gravity alone (rad); positive = stable.
+    pub stability_angle: Vec<T>,
+    /// Load transfer ratio: right less left by the sum of the loads.
+    pub load_transfer_ratio: T,
+    /// Metric (35) of the second paper: differences of the loads over all pairs of wheels (N).
+    pub spread: T,
+    /// sigma (110): half the squared distance of the OTF from the optimal loads (N^2).
+    pub sigma: T,
+    /// Derivatives of sigma by the travel of the base.
+    pub sigma_gradient: VelocityGradient<T>,
+    /// Force and moment by the arm, and by the tool force through it, on what carries it, about the
+    /// arm's root, base axes: B_M F of the first paper (N, N m).
+    pub arm_wrench: Wrench<T>,
+}
+
+/// An evaluation, as the indicators need it.
+pub(crate) struct Balance<'a, T: Real> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) state: &'a State<T>,
+    pub(crate) plane: &'a ContactPlane<T>,
+    /// The contact points in the plane.
+    pub(crate) contacts: &'a [Vector2<T>],
+    pub(crate) whole: &'a Parts<T>,
+    pub(crate) motions: &'a [crate::kinematics::BodyMotion<T>],
+    /// The derivatives, if they were computed.
+    pub(crate) sensitivity: Option<&'a Sensitivity<T>>,
+}
+
+impl<T: Real> Indicators<T> {
+    pub(crate) fn blank(machine: &Machine) -> Self {
+        let unknown = T::constant(f64::NAN);
+        let edges = vec![unknown; machine.polygon.edges.len()];
+        Self {
+            mhs: edges.clone(),
+            tom: edges.clone(),
+            itom: edges.clone(),
+            force_angle: edges.clone(),
+            stability_angle: edges,
+            load_transfer_ratio: unknown,
+            spread: unknown,
+            sigma: unknown,
+            sigma_gradient: VelocityGradient::unknown(),
+            arm_wrench: Wrench::zero(),
+        }
+    }
+}
+
+/// Fills the indicators of an outcome whose loads are known.
+pub(crate) fn fill<T: Real>(balance: &Balance<'_, T>, out: &mut Outcome<T>) {
+    let machine = balance.machine;
+    let gravity = balance.state.base.up * T::constant(machine.gravity());
+    edge_moments::fill(balance, &gravity, &out.ground_wrench, &mut out.indicators);
+    let whole = balance.whole.whole();
+    let com = whole.first / whole.mass;
+    let standing = Standing::new(balance, &com);
+    let reaction = out.ground_wrench.about(&com);
+    let zero = Wrench::zero();
+    let resting = Wrench {
+        force: gravity,
+        ..zero
+    };
+    for (edge, spec) in machine.polygon.edges.iter().enumerate() {
+        out.indicators.force_angle[edge] = standing.angle(spec, &reaction);
+        out.indicators.stability_angle[edge] = standing.angle(spec, &resting);
+    }
+    load_distribution::fill(machine, out);
+    if let Some(sensitivity) = balance.sensitivity {
+        out.indicators.sigma_gradient = velocity_gradient::of(balance, sensitivity, &out.otf);
+    }
+    out.indicators.arm_wrench = arm_wrench(balance);
+}
+
+/// Minus what moves the arm, about the arm's root.
+fn arm_wrench<T: Real>(balance: &Balance<'_, T>) -> Wrench<T> {
+    let Some(root) = &balance.machine.arm_root else {
+        return Wrench::zero();
+    };
+    let origin = balance.motions[root.body].point(&root.body_from_mount.translation.vector);
+    let parts = balance.whole;
+    parts.tool.minus(&parts.arm.wrench).about(&origin)
+}

@@ -1,0 +1,75 @@
+//! Derivatives of sigma by the travel of the base: the avoidance gradient of the first paper (111), with
+//! the whole machine's dynamics and the arm carried along.
+//!
+//! With f = vdot + w x v + g up the specific force at the base origin, v and vdot as components in base
+//! axes:
+//! ```text
+//!     dN/dv_x = dN/df . (w x e_x)       dN/dw_z = dN/df . (e_z x v) + dN/dw_z|f       dN/dvdot_x = dN/df . e_x
+//! ```
+//! The first three hold the accelerations; braking shows in the last three.
+
+use nalgebra::Vector3;
+
+use super::Balance;
+use crate::number::Real;
+use crate::sensitivity::Sensitivity;
+use crate::spatial::cross;
+
+/// Derivatives of sigma.
+#[derive(Debug, Clone, Copy)]
+pub struct VelocityGradient<T> {
+    /// By the forward velocity v_x, accelerations held (N^2 s/m).
+    pub forward_velocity: T,
+    /// By the velocity to the left v_y (N^2 s/m).
+    pub left_velocity: T,
+    /// By the yaw rate (N^2 s/rad); NaN where the velocity is unknown.
+    pub yaw_rate: T,
+    /// By the rate of v_x (N^2 s^2/m).
+    pub forward_acceleration: T,
+    /// By the rate of v_y (N^2 s^2/m).
+    pub left_acceleration: T,
+    /// By the yaw acceleration (N^2 s^2/rad).
+    pub yaw_acceleration: T,
+}
+
+impl<T: Real> VelocityGradient<T> {
+    pub(crate) fn unknown() -> Self {
+        let unknown = T::constant(f64::NAN);
+        Self {
+            forward_velocity: unknown,
+            left_velocity: unknown,
+            yaw_rate: unknown,
+            forward_acceleration: unknown,
+            left_acceleration: unknown,
+            yaw_acceleration: unknown,
+        }
+    }
+}
+
+pub(super) fn of<T: Real>(
+    balance: &Balance<'_, T>,
+    sensitivity: &Sensitivity<T>,
+    otf: &[T],
+) -> VelocityGradient<T> {
+    let zero = Vector3::zeros();
+    let (mut by_force, mut by_rate, mut by_acceleration) = (zero, T::zero(), T::zero());
+    let optimal = &balance.machine.reference.optimal_load;
+    for (wheel, (&otf, optimal)) in otf.iter().zip(optimal).enumerate() {
+        let off = otf - T::constant(*optimal);
+        let by = sensitivity.by_base(wheel);
+        by_force += by.specific_force * off;
+        by_rate += by.angular_velocity.z * off;
+        by_acceleration += by.angular_acceleration.z * off;
+    }
+    let w = &balance.motions[0].angular_velocity;
+    let velocity = &balance.state.base.velocity;
+    let along = |v: &Vector3<T>| by_force.dot(v);
+    VelocityGradient {
+        forward_velocity: along(&cross(w, &Vector3::x())),
+        left_velocity: along(&cross(w, &Vector3::y())),
+        yaw_rate: along(&cross(&Vector3::z(), velocity)) + by_rate,
+        forward_acceleration: by_force.x,
+        left_acceleration: by_force.y,
+        yaw_acceleration: by_acceleration,
+    }
+}
