@@ -14,6 +14,7 @@ import numpy as np
 VERSIONS = "mujoco 4.0.0, numpy 2.4.6, polars 2.1.0, rosbags 0.11.9, mcap 1.6.0, zstandard 0.25.0"
 DEGREE = math.pi / 180
 CHUNK_BYTES = 1 << 18
+EVERY = {"/imu/data": 2, "/odom": 2, "/robot_description": 0}    # of the lab's 250, 50 Hz; the URDF is beside the log
 TRUTH_HALF_WINDOW = 25               # samples at 500 Hz to each side that smoothed truth is fitted to
 
 
@@ -183,6 +184,21 @@ def savitzky_golay(values):
 def say(path, machine, rows):
     lightest = ", ".join(f"{column[5:]} {min(row[column] for row in rows):.0f}" for column in wheel_columns(machine))
     print(f"{path.name}: {path.stat().st_size} bytes, {rows[-1]['t']:.2f} s, smallest loads [N]: {lightest}", flush=True)
+
+
+def write_fixture(scenario, mujoco_model, rows, out, every=None, edit_toml=lambda text: text, urdf=None, more=()):
+    """All four files of a fixture. `every` thins topics, `edit_toml` may change the machine file, `urdf` takes the place of the machine's
+    own, `more` are further events for the log."""
+    import machine_file
+    import model
+    types = typestore()
+    name, machine = scenario.name, scenario.machine
+    (out / f"{name}.urdf").write_text(urdf or model.urdf(machine))
+    (out / f"{name}.toml").write_text(edit_toml(machine_file.machine_toml(machine, f"{name}.urdf")))
+    write_truth(machine, rows, out / f"{name}.truth.parquet")
+    events = thinned(messages(scenario, mujoco_model, rows, types), EVERY if every is None else every)
+    write_mcap(sorted([*events, *more], key=lambda event: event[0]), types, out / f"{name}.mcap")
+    say(out / f"{name}.mcap", machine, rows)
 
 
 def lab_arguments(description, names):
