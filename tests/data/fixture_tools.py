@@ -113,18 +113,22 @@ def messages(scenario, mujoco_model, rows, types):
         return np.round(np.asarray(values) * 2.0**bits) / 2.0**bits
 
     def gridded(value, bits):
-        return dataclasses.replace(value, **{axis: float(grid(getattr(value, axis), bits)) for axis in ("x", "y", "z", "w") if hasattr(value, axis)})
+        axes = [axis for axis in ("x", "y", "z", "w") if hasattr(value, axis)]
+        return dataclasses.replace(value, **{axis: float(grid(getattr(value, axis), bits)) for axis in axes})
 
     for log_time, topic, kind, message in writelog.messages(scenario, mujoco_model, rows, types):
         if kind == "sensor_msgs/msg/Imu":
-            message = dataclasses.replace(message, orientation=gridded(message.orientation, 14), angular_velocity=gridded(message.angular_velocity, 14), linear_acceleration=gridded(message.linear_acceleration, 10))
+            message = dataclasses.replace(message, orientation=gridded(message.orientation, 14),
+                                          angular_velocity=gridded(message.angular_velocity, 14),
+                                          linear_acceleration=gridded(message.linear_acceleration, 10))
         elif kind == "sensor_msgs/msg/JointState":
             message = dataclasses.replace(message, position=grid(message.position, 14), velocity=grid(message.velocity, 12))
         elif kind == "nav_msgs/msg/Odometry":
             pose, twist = message.pose.pose, message.twist.twist
             pose = dataclasses.replace(pose, position=gridded(pose.position, 10), orientation=gridded(pose.orientation, 14))
             twist = dataclasses.replace(twist, linear=gridded(twist.linear, 10), angular=gridded(twist.angular, 14))
-            message = dataclasses.replace(message, pose=dataclasses.replace(message.pose, pose=pose), twist=dataclasses.replace(message.twist, twist=twist))
+            message = dataclasses.replace(message, pose=dataclasses.replace(message.pose, pose=pose),
+                                          twist=dataclasses.replace(message.twist, twist=twist))
         yield log_time, topic, kind, message
 
 

@@ -1,6 +1,6 @@
 """Make `coverage_00` to `coverage_23`: logs of machines that are not quite what their machine file says.
 
-    .venv/bin/python make_coverage.py LAB OUT [number...]
+    .venv/bin/python make_coverage.py LAB OUT [number...]    # the truth table holds the logs of this call
 
 LAB is the folder of the simulation lab, OUT receives `coverage.toml` and `coverage.urdf` (the nominal machine, the same for all logs),
 `coverage_NN.mcap` (noisy, 4 s, no /robot_description) and `coverage.truth.parquet`: log, t_ns, load_fl, load_fr, load_rl, load_rr [N], the
@@ -11,12 +11,12 @@ below, in the order of `true_machine` and `Sensors`. Log NN is: NN % 3 = 0 the a
 arm moves on a slope. Amplitudes come from the generator MANOEUVRE_SEED + NN. The arm points to the rear, where no wheel is light.
 """
 import copy
-import dataclasses
 import math
 
 import numpy as np
 
-from fixture_tools import DEGREE, arm_pose, lab_arguments, messages, run, savitzky_golay, say, smooth, stamp, standing, thinned, typestore, via, wheel_columns, write_mcap, TRUTH_HALF_WINDOW
+from fixture_tools import (DEGREE, TRUTH_HALF_WINDOW, arm_pose, lab_arguments, messages, run, savitzky_golay, say, smooth, stamp, standing,
+                           thinned, typestore, via, wheel_columns, write_mcap)
 
 LOGS, SECONDS = 24, 4.0
 DRAW_SEED, MANOEUVRE_SEED, NOISE_SEED = 1000, 2000, 3000
@@ -64,7 +64,8 @@ def with_wheels(xml, radii, stiffness):
         geom = f"<geom name='{link}' class='wheel' type='ellipsoid' size='0.35 0.12 0.35'/>"
         tyre = f"<joint name='tyre_{link}' type='slide' axis='0 0 1' stiffness='800000.0'"
         assert geom in xml and tyre in xml
-        xml = xml.replace(geom, geom.replace("0.35 0.12 0.35", f"{radius} 0.12 {radius}")).replace(tyre, tyre.replace("800000.0", f"{8e5 * stiffness[link]}"))
+        xml = xml.replace(geom, geom.replace("0.35 0.12 0.35", f"{radius} 0.12 {radius}"))
+        xml = xml.replace(tyre, tyre.replace("800000.0", f"{8e5 * stiffness[link]}"))
     return xml
 
 
@@ -115,7 +116,10 @@ def manoeuvre(number):
         return arm, standing, (0.0, 0.0)
     if kind == 1:
         start, top, turn = rng.uniform(0, 0.6), rng.uniform(1.4, 2.2), rng.choice([-1, 1]) * rng.uniform(0.25, 0.5)
-        return arm, lambda t: (via(t, (0, start), (1.5, top), (2.5, top), (3.8, 0)), turn * (smooth(t, 0.8, 1.6) - smooth(t, 2.2, 3.0))), (0.0, 0.0)
+
+        def drive(t):
+            return via(t, (0, start), (1.5, top), (2.5, top), (3.8, 0)), turn * (smooth(t, 0.8, 1.6) - smooth(t, 2.2, 3.0))
+        return arm, drive, (0.0, 0.0)
     roll, pitch = rng.uniform(-4, 4) * DEGREE, rng.uniform(-4, 4) * DEGREE
     # the wheel servo stands still on a slope only with a small uphill command
     return arm, lambda t: (-0.44 * math.sin(pitch), 0.0), (roll, pitch)
@@ -138,7 +142,8 @@ def write_log(scenario, mujoco_model, rows, sensors, out):
     rows = [sensors.encoders(row, mujoco_model) for row in rows[::5]]
     seen_by_imu = messages(scenario, mujoco_model, [sensors.imu(row) for row in rows], types)
     # one seed, so both lists have the same times and the same noise
-    events = [turned if turned[1] == "/imu/data" else event for event, turned in zip(messages(scenario, mujoco_model, rows, types), seen_by_imu, strict=True)]
+    others = messages(scenario, mujoco_model, rows, types)
+    events = [turned if turned[1] == "/imu/data" else event for event, turned in zip(others, seen_by_imu, strict=True)]
     path = out / f"{scenario.name}.mcap"
     write_mcap(thinned(events, EVERY), types, path)
     return path

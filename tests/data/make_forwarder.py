@@ -33,7 +33,8 @@ def forwarder(payload):
     links = [Link("base_link", None, mass=5900.0, com=(0.55, 0.0, 0.30), inertia=np.array([[2900.0, 0, 150.0], [0, 14500.0, 0], [150.0, 0, 15200.0]]))]
     for side in ("left", "right"):
         y = 0.80 if side == "left" else -0.80
-        links.append(Link(f"bogie_{side}", "base_link", (BOGIE_PIVOT, y, AXLE_HEIGHT + 0.06), np.eye(3), (f"bogie_{side}", "revolute", (0, 1, 0)), 380.0, (0, 0, -0.04), np.diag([12.0, 70.0, 72.0])))
+        links.append(Link(f"bogie_{side}", "base_link", (BOGIE_PIVOT, y, AXLE_HEIGHT + 0.06), np.eye(3), (f"bogie_{side}", "revolute", (0, 1, 0)),
+                          380.0, (0, 0, -0.04), np.diag([12.0, 70.0, 72.0])))
     wheels = {}
     for name in ("FL", "FR", "ML", "MR", "RL", "RR"):
         y = HALF_TRACK if name[1] == "L" else -HALF_TRACK
@@ -42,7 +43,8 @@ def forwarder(payload):
             bogie = "bogie_left" if name[1] == "L" else "bogie_right"
             parent, place = bogie, (BOGIE_HALF if name[0] == "M" else -BOGIE_HALF, y - math.copysign(0.80, y), -0.06)
         link = f"wheel_{name.lower()}"
-        links.append(Link(link, parent, place, np.eye(3), (link, "continuous", (0, 1, 0)), 260.0, (0, 0, 0), np.diag([38.0, 62.0, 38.0]), geom="wheel"))
+        links.append(Link(link, parent, place, np.eye(3), (link, "continuous", (0, 1, 0)),
+                          260.0, (0, 0, 0), np.diag([38.0, 62.0, 38.0]), geom="wheel"))
         wheels[name] = link, RADIUS
     arm, linkages, joints = hydraulic_arm("base_link", (0.55, 0.0, 0.65), 0.0, True, payload)
     return Machine("forwarder6", links + arm, linkages, wheels, joints, z0=RADIUS - AXLE_HEIGHT, imu=(0.3, 0.1, 0.2))

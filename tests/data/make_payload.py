@@ -70,13 +70,16 @@ def hydraulics(scenario, mujoco_model, rows, types):
 
         forces = [measured_force(machine, linkage, mujoco_model, row) for linkage in machine.linkages]
         effort = np.round([force + rng.normal(0, FORCE_NOISE) for force, _ in forces])
-        yield late(), "/actuators", "sensor_msgs/msg/JointState", joint_state(header=header, name=[linkage.rod for linkage in machine.linkages], position=none, velocity=none, effort=effort)
+        names = [linkage.rod for linkage in machine.linkages]
+        message = joint_state(header=header, name=names, position=none, velocity=none, effort=effort)
+        yield late(), "/actuators", "sensor_msgs/msg/JointState", message
         force, velocity = forces[0]    # the lift cylinder
         rod_side = ROD_PRESSURE + RETURN_THROTTLE * velocity
         piston_side = (force + rod_side * RING_AREA) / PISTON_AREA
         for side, pressure in (("piston", piston_side), ("rod", rod_side)):
             value = float(round(pressure + rng.normal(0, PRESSURE_NOISE), -2))
-            yield late(), f"/lift_cylinder/{side}_pressure", "sensor_msgs/msg/FluidPressure", fluid_pressure(header=header, fluid_pressure=value, variance=PRESSURE_NOISE**2)
+            message = fluid_pressure(header=header, fluid_pressure=value, variance=PRESSURE_NOISE**2)
+            yield late(), f"/lift_cylinder/{side}_pressure", "sensor_msgs/msg/FluidPressure", message
 
 
 def scenario():
