@@ -16,29 +16,15 @@ tiny       3 s. Level ground, standing, the arm moves a little. All wheels carry
 tiny_lift  4 s. The part of the demo around the lift, with a clock that starts at zero.
 
 The wheel loads are contact forces of MuJoCo. The seeds are fixed, so one version of the packages on one kind of processor gives the
-same files again; another version may differ in the last digits. Made with Python 3.11 and the versions in VERSIONS.
+same files again; another version may differ in the last digits.
 """
-import argparse
+import dataclasses
 import math
-import sys
-from pathlib import Path
 
-VERSIONS = "mujoco 4.0.0, numpy 2.4.6, polars 2.1.0, rosbags 0.11.9, mcap 1.6.0, zstandard 0.25.0"
-DEGREE = math.pi / 180
-CHUNK_BYTES = 1 << 18
+from fixture_tools import DEGREE, arm_pose, cut, lab_arguments, run, say, smooth, standing, thinned, typestore, write_mcap
+
 IMU_EVERY = 2                        # of the lab's 250 Hz: 125 Hz keeps the files small
 LIFT_FROM_S, LIFT_TO_S = 5.2, 9.2    # the part of the demo that tiny_lift keeps
-
-
-def smooth(t, start, end):
-    """0 before start, 1 after end, with continuous rate and acceleration between."""
-    s = min(1.0, max(0.0, (t - start) / (end - start)))
-    return s * s * s * (10 + s * (-15 + 6 * s))
-
-
-def arm_pose(lift_deg, tilt_deg, extension_m, slew_deg):
-    """Joint targets from the angles of the arm's published parameter set, whose zero is another one."""
-    return {"slew": slew_deg * DEGREE, "lift": lift_deg * DEGREE - 2.0736, "tilt": tilt_deg * DEGREE - 0.4116, "extension": extension_m}
 
 
 def demo_arm(t):
@@ -62,72 +48,28 @@ def scenarios():
     from simulate import Scenario
     return {
         "demo": Scenario("demo", model.rigid(yaw0=0.0, payload=60.0), 12.0, demo_arm, demo_drive, slope=(6 * DEGREE, 0.0), clear=3.0, seed=7),
-        "tiny": Scenario("tiny", model.rigid(yaw0=0.0), 3.0, tiny_arm, lambda t: (0.0, 0.0), clear=2.0, seed=8),
+        "tiny": Scenario("tiny", model.rigid(yaw0=0.0), 3.0, tiny_arm, standing, clear=2.0, seed=8),
     }
-
-
-def cut(rows, start_s, end_s):
-    """The rows of a time span, with the clock set back to zero at its start."""
-    return [row | {"t": row["t"] - start_s} for row in rows if start_s <= row["t"] <= end_s]
-
-
-def thinned(events, topic, every):
-    """All events, but only each `every`-th of one topic."""
-    seen = 0
-    for event in events:
-        if event[1] == topic:
-            seen += 1
-            if seen % every != 1 % every:
-                continue
-        yield event
-
-
-def write_mcap(events, types, path):
-    """An MCAP file as rosbag2 would record it: CDR messages, one channel a topic."""
-    from mcap.writer import CompressionType, Writer
-    with open(path, "wb") as file:
-        writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
-        writer.start(profile="ros2", library="tipwatch fixtures")
-        channels, counts = {}, {}
-        for log_time, topic, kind, message in events:
-            if topic not in channels:
-                definition, _ = types.generate_msgdef(kind, ros_version=2)
-                channels[topic] = writer.register_channel(topic, "cdr", writer.register_schema(kind, "ros2msg", definition.encode()))
-            counts[topic] = counts.get(topic, 0) + 1
-            data = bytes(types.serialize_cdr(message, kind))
-            writer.add_message(channels[topic], log_time, data, publish_time=log_time, sequence=counts[topic])
-        writer.finish()
 
 
 def write_fixture(scenario, mujoco_model, rows, out):
     import writelog
-    from rosbags.typesys import Stores, get_typestore
     writelog.write(scenario, mujoco_model, rows, out, formats=())    # truth, URDF and machine file
-    types = get_typestore(Stores.ROS2_HUMBLE)
+    types = typestore()
     events = writelog.messages(scenario, mujoco_model, rows, types)
     path = out / f"{scenario.name}.mcap"
-    write_mcap(thinned(events, "/imu/data", IMU_EVERY), types, path)
-    lightest = {wheel: min(row[f"load_{wheel}"] for row in rows) for wheel in ("fl", "fr", "rl", "rr")}
-    print(f"{path.name}: {path.stat().st_size} bytes, {rows[-1]['t']:.2f} s, smallest loads [N]:", ", ".join(f"{w} {f:.0f}" for w, f in lightest.items()))
+    write_mcap(thinned(events, {"/imu/data": IMU_EVERY}), types, path)
+    say(path, scenario.machine, rows)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("lab", type=Path, help="folder of the simulation lab")
-    parser.add_argument("out", type=Path, help="folder to write to")
-    parser.add_argument("names", nargs="*", default=["demo", "tiny", "tiny_lift"], help="fixtures to make; all by default")
-    arguments = parser.parse_args()
-    sys.path.insert(0, str(arguments.lab))
-    import dataclasses
-    import simulate
-
+    arguments = lab_arguments(__doc__, ["demo", "tiny", "tiny_lift"])
     known = scenarios()
     runs = {}
     for name in arguments.names:
         source = "demo" if name == "tiny_lift" else name
         if source not in runs:
-            mujoco_model, _, rows = simulate.run(known[source])
-            runs[source] = mujoco_model, rows
+            runs[source] = run(known[source])
         mujoco_model, rows = runs[source]
         scenario = known[source]
         if name == "tiny_lift":

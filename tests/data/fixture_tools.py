@@ -1,0 +1,216 @@
+"""What the scripts that make fixtures share: paths of manoeuvres, a watched run of the simulation lab, log and truth files.
+
+The lab's folder must be on sys.path (`lab_arguments` puts it there) before a function is called that imports from it.
+Made with Python 3.11 and the versions in VERSIONS.
+"""
+import argparse
+import dataclasses
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+
+VERSIONS = "mujoco 4.0.0, numpy 2.4.6, polars 2.1.0, rosbags 0.11.9, mcap 1.6.0, zstandard 0.25.0"
+DEGREE = math.pi / 180
+CHUNK_BYTES = 1 << 18
+EVERY = {"/imu/data": 2, "/odom": 2, "/robot_description": 0}    # of the lab's 250, 50 Hz; the URDF is beside the log
+TRUTH_HALF_WINDOW = 25               # samples at 500 Hz to each side that smoothed truth is fitted to
+
+
+# ---- manoeuvres
+
+def smooth(t, start, end):
+    """0 before start, 1 after end, with continuous rate and acceleration between."""
+    s = min(1.0, max(0.0, (t - start) / (end - start)))
+    return s * s * s * (10 + s * (-15 + 6 * s))
+
+
+def via(t, *points):
+    """A path that comes to rest at each of some (time, value) points."""
+    for (start, a), (end, b) in zip(points, points[1:]):
+        if t <= end:
+            return a + (b - a) * smooth(t, start, end)
+    return points[-1][1]
+
+
+def arm_pose(lift_deg, tilt_deg, extension_m, slew_deg):
+    """Joint targets from the angles of the arm's published parameter set, whose zero is another one."""
+    return {"slew": slew_deg * DEGREE, "lift": lift_deg * DEGREE - 2.0736, "tilt": tilt_deg * DEGREE - 0.4116, "extension": extension_m}
+
+
+def standing(_t):
+    return 0.0, 0.0
+
+
+# ---- the simulation
+
+class Watch:
+    """Stands in for the mujoco module inside the lab's simulation and sees what that does not record: the mean force or torque
+    of every actuator between two rows. Where the ground is not plane it also turns contact forces into their vertical share, which is
+    the wheel load where a wheel stands on a slanted face."""
+
+    def __init__(self, mujoco, uneven):
+        self._mujoco, self._uneven = mujoco, uneven
+        self.actuator_means, self._sum, self._steps = [], 0.0, 0
+
+    def __getattr__(self, name):
+        return getattr(self._mujoco, name)
+
+    def mj_step(self, model, data):
+        self._mujoco.mj_step(model, data)
+        self._sum, self._steps = self._sum + data.actuator_force, self._steps + 1
+
+    def mj_kinematics(self, model, data):    # once a recorded row
+        self._mujoco.mj_kinematics(model, data)
+        self.actuator_means.append(self._sum / self._steps)
+        self._sum, self._steps = 0.0, 0
+
+    def mj_contactForce(self, model, data, contact, force):
+        self._mujoco.mj_contactForce(model, data, contact, force)
+        if self._uneven:
+            frame = data.contact[contact].frame.reshape(3, 3)
+            force[0] = abs(float((frame.T @ force[:3])[2]))
+
+
+def run(scenario, edit_mjcf=lambda xml: xml, tyre=None):
+    """The lab's simulation of a scenario: its MuJoCo model and its rows, each with the mean force of every actuator, by name.
+    `edit_mjcf` may change the model's text first; `tyre` is another stiffness [N/m] and damping [N s/m] of the tyres."""
+    import model
+    import mujoco
+    import simulate
+    options = {"tyre": tyre} if tyre else {}
+    watch = Watch(mujoco, uneven=bool(scenario.ground))
+    simulate.mjcf = lambda *a, **k: edit_mjcf(model.mjcf(*a, **k, **options))
+    simulate.mujoco = watch
+    try:
+        mujoco_model, _, rows = simulate.run(scenario)
+    finally:
+        simulate.mjcf, simulate.mujoco = model.mjcf, mujoco
+    names = [mujoco_model.actuator(i).name for i in range(mujoco_model.nu)]
+    for row, forces in zip(rows, watch.actuator_means[1:]):    # the lab drops its first row
+        row["actuators"] = dict(zip(names, forces))
+    return mujoco_model, rows
+
+
+def cut(rows, start_s, end_s):
+    """The rows of a time span, with the clock set back to zero at its start."""
+    return [row | {"t": row["t"] - start_s} for row in rows if start_s <= row["t"] <= end_s]
+
+
+# ---- logs
+
+def typestore():
+    from rosbags.typesys import Stores, get_typestore
+    return get_typestore(Stores.ROS2_HUMBLE)
+
+
+def messages(scenario, mujoco_model, rows, types):
+    """The lab's log of a run, with the numbers on the grids of fixed-point sensors: they are smaller compressed."""
+    import writelog
+
+    def grid(values, bits):
+        return np.round(np.asarray(values) * 2.0**bits) / 2.0**bits
+
+    def gridded(value, bits):
+        axes = [axis for axis in ("x", "y", "z", "w") if hasattr(value, axis)]
+        return dataclasses.replace(value, **{axis: float(grid(getattr(value, axis), bits)) for axis in axes})
+
+    for log_time, topic, kind, message in writelog.messages(scenario, mujoco_model, rows, types):
+        if kind == "sensor_msgs/msg/Imu":
+            message = dataclasses.replace(message, orientation=gridded(message.orientation, 14),
+                                          angular_velocity=gridded(message.angular_velocity, 14),
+                                          linear_acceleration=gridded(message.linear_acceleration, 10))
+        elif kind == "sensor_msgs/msg/JointState":
+            message = dataclasses.replace(message, position=grid(message.position, 14), velocity=grid(message.velocity, 12))
+        elif kind == "nav_msgs/msg/Odometry":
+            pose, twist = message.pose.pose, message.twist.twist
+            pose = dataclasses.replace(pose, position=gridded(pose.position, 10), orientation=gridded(pose.orientation, 14))
+            twist = dataclasses.replace(twist, linear=gridded(twist.linear, 10), angular=gridded(twist.angular, 14))
+            message = dataclasses.replace(message, pose=dataclasses.replace(message.pose, pose=pose),
+                                          twist=dataclasses.replace(message.twist, twist=twist))
+        yield log_time, topic, kind, message
+
+
+def thinned(events, every):
+    """Only each n-th event of a topic, for the topics in `every`; n = 0 leaves a topic out."""
+    seen = {}
+    for event in events:
+        n = every.get(event[1], 1)
+        seen[event[1]] = seen.get(event[1], 0) + 1
+        if n and seen[event[1]] % n == 1 % n:
+            yield event
+
+
+def write_mcap(events, types, path):
+    """An MCAP file as rosbag2 would record it: CDR messages, one channel a topic."""
+    from mcap.writer import CompressionType, Writer
+    with open(path, "wb") as file:
+        writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
+        writer.start(profile="ros2", library="tipwatch fixtures")
+        channels, counts = {}, {}
+        for log_time, topic, kind, message in events:
+            if topic not in channels:
+                definition, _ = types.generate_msgdef(kind, ros_version=2)
+                channels[topic] = writer.register_channel(topic, "cdr", writer.register_schema(kind, "ros2msg", definition.encode()))
+            counts[topic] = counts.get(topic, 0) + 1
+            data = bytes(types.serialize_cdr(message, kind))
+            writer.add_message(channels[topic], log_time, data, publish_time=log_time, sequence=counts[topic])
+        writer.finish()
+
+
+# ---- truth
+
+def wheel_columns(machine):
+    return [f"load_{wheel.lower()}" for wheel in machine.wheels]
+
+
+def stamp(seconds):
+    import writelog
+    return writelog.T0 + int(seconds * 1e9)
+
+
+def write_truth(machine, rows, path):
+    """The true wheel loads at 500 Hz."""
+    import polars
+    loads = {column: np.array([row[column] for row in rows]) for column in wheel_columns(machine)}
+    polars.DataFrame({"t_ns": [stamp(row["t"]) for row in rows], **loads}).write_parquet(path)
+
+
+def savitzky_golay(values):
+    """Third-order Savitzky-Golay smoothing over 51 samples; shorter than `values` by 25 samples at each end."""
+    m = TRUTH_HALF_WINDOW
+    k = np.arange(-m, m + 1)
+    weights = (3 * m * m + 3 * m - 1 - 5 * k * k) * 3 / ((2 * m - 1) * (2 * m + 1) * (2 * m + 3))
+    return np.convolve(values, weights, mode="valid")
+
+
+def say(path, machine, rows):
+    lightest = ", ".join(f"{column[5:]} {min(row[column] for row in rows):.0f}" for column in wheel_columns(machine))
+    print(f"{path.name}: {path.stat().st_size} bytes, {rows[-1]['t']:.2f} s, smallest loads [N]: {lightest}", flush=True)
+
+
+def write_fixture(scenario, mujoco_model, rows, out, every=None, edit_toml=lambda text: text, urdf=None, more=()):
+    """All four files of a fixture. `every` thins topics, `edit_toml` may change the machine file, `urdf` takes the place of the machine's
+    own, `more` are further events for the log."""
+    import machine_file
+    import model
+    types = typestore()
+    name, machine = scenario.name, scenario.machine
+    (out / f"{name}.urdf").write_text(urdf or model.urdf(machine))
+    (out / f"{name}.toml").write_text(edit_toml(machine_file.machine_toml(machine, f"{name}.urdf")))
+    write_truth(machine, rows, out / f"{name}.truth.parquet")
+    events = thinned(messages(scenario, mujoco_model, rows, types), EVERY if every is None else every)
+    write_mcap(sorted([*events, *more], key=lambda event: event[0]), types, out / f"{name}.mcap")
+    say(out / f"{name}.mcap", machine, rows)
+
+
+def lab_arguments(description, names):
+    """The command line of a script that makes the fixtures of these names: where to write and which to make."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("lab", type=Path, help="folder of the simulation lab")
+    parser.add_argument("out", type=Path, help="folder to write to")
+    parser.add_argument("names", nargs="*", default=names, help="fixtures to make; all by default")
+    arguments = parser.parse_args()
+    sys.path.insert(0, str(arguments.lab))
+    return arguments
