@@ -167,10 +167,7 @@ impl<T: Real> Circumstances<'_, T> {
             Cause::ArmWeight,
             parts.arm.moments.uniformly_accelerated(&weight),
         );
-        set(
-            Cause::Slope,
-            whole.uniformly_accelerated(&(up - weight)),
-        );
+        set(Cause::Slope, whole.uniformly_accelerated(&(up - weight)));
         set(
             Cause::ArmMotion,
             parts.arm.wrench.minus(&self.frozen(&parts.arm.moments)),
@@ -206,7 +203,9 @@ impl<T: Real> Circumstances<'_, T> {
     fn turning_at_speed(&self) -> Vector3<T> {
         let turning = cross(&self.base.angular_velocity, &self.known.velocity);
         let zero = T::zero();
-        let known = (turning.x + turning.y + turning.z).abs().lt(T::constant(f64::INFINITY));
+        let known = (turning.x + turning.y + turning.z)
+            .abs()
+            .lt(T::constant(f64::INFINITY));
         turning.map(|component| T::select(known, component, zero))
     }
 
@@ -219,6 +218,30 @@ impl<T: Real> Circumstances<'_, T> {
         for cause in [Cause::Slope, Cause::PlatformAcceleration] {
             let alone = &mut causes[cause as usize];
             *alone = T::select(known, *alone, unknown);
+        }
+    }
+}
+
+/// What each link's wrench contributes to the OTF of each wheel; links without mass contribute nothing.
+pub(crate) fn attribute_links<T: Real>(
+    machine: &Machine,
+    motions: &[BodyMotion<T>],
+    influences: &[Influence<T>],
+    parts: &mut [Vec<T>],
+) {
+    for (link, shares) in machine.links.iter().zip(parts) {
+        let motion = &motions[link.body];
+        let moments = Composite::of(&link.moments, motion);
+        let wrench = moments.moved(motion);
+        for (share, influence) in shares.iter_mut().zip(influences) {
+            *share = wrench.contracted(&influence.share);
+            let free = machine.contact.free_joints.iter();
+            for (joint, &torque) in free.zip(&influence.torque_share) {
+                if joint.carries_body[link.body] {
+                    let form = torque_form(&motions[joint.body], torque);
+                    *share += wrench.contracted(&form);
+                }
+            }
         }
     }
 }

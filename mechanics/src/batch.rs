@@ -6,6 +6,7 @@ use crate::evaluate::evaluate;
 use crate::machine::Machine;
 use crate::number::Lanes;
 use crate::outcome::Quantity;
+use crate::scope::Scope;
 use crate::signal::{OutcomeSigns, Reasons};
 use crate::state::State;
 use crate::workspace::Workspace;
@@ -94,8 +95,8 @@ pub struct OutcomeColumns {
 impl OutcomeColumns {
     /// Columns without rows.
     #[must_use]
-    pub fn empty(machine: &Machine) -> Self {
-        let quantities = Quantity::all(machine);
+    pub fn empty(machine: &Machine, scope: Scope) -> Self {
+        let quantities = Quantity::all(machine, scope);
         Self {
             columns: vec![Vec::new(); quantities.len()],
             quantities,
@@ -151,10 +152,11 @@ pub fn evaluate_rows(
     machine: &Machine,
     states: &StateColumns,
     rows: Range<usize>,
+    scope: Scope,
 ) -> OutcomeColumns {
-    let mut workspace = Workspace::<Lanes>::new(machine);
+    let mut workspace = Workspace::<Lanes>::with_scope(machine, scope);
     let mut state = State::<Lanes>::zero(machine);
-    let mut outcomes = OutcomeColumns::empty(machine);
+    let mut outcomes = OutcomeColumns::empty(machine, scope);
     for column in &mut outcomes.columns {
         column.resize(rows.len().next_multiple_of(Lanes::COUNT), f64::NAN);
     }

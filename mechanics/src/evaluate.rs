@@ -2,7 +2,9 @@
 
 use nalgebra::Vector2;
 
+use crate::attribution::{Cause, Circumstances, attribute, attribute_links};
 use crate::contact_plane::ContactPlane;
+use crate::indicators::{self, Balance, overturning};
 use crate::kinematics::{self, BodyMotion, ImuSeat};
 use crate::machine::Machine;
 use crate::newton_euler;
@@ -12,6 +14,7 @@ use crate::scope::Scope;
 use crate::sensitivity::SensedMotion;
 use crate::spatial::Wrench;
 use crate::state::State;
+use crate::uncertainty;
 use crate::wheel_loads::{Beyond, GroundForce, Loads, Stance, beyond_free_joints};
 use crate::workspace::Workspace;
 
@@ -92,7 +95,7 @@ pub fn evaluate<'w, T: Real>(
     w.solver
         .find_envelope(machine, &w.equations, &out.itom_full, &mut loads);
     if w.scope != Scope::LOADS {
-        explain(machine, state, w, &seat, &tool_wrench);
+        explain(machine, state, w, &plane, &seat, &tool_wrench);
     }
     &w.outcome
 }
@@ -102,11 +105,13 @@ fn explain<T: Real>(
     machine: &Machine,
     state: &State<T>,
     w: &mut Workspace<T>,
+    plane: &ContactPlane<T>,
     seat: &ImuSeat<T>,
     tool_wrench: &Wrench<T>,
 ) {
     w.groups.fill(machine, state, &w.motions, tool_wrench);
-    if w.scope.sensitivities {
+    let scope = w.scope;
+    if scope.sensitivities {
         let motion = SensedMotion {
             machine,
             state,
@@ -119,6 +124,42 @@ fn explain<T: Real>(
             centres: &w.wheel_centres,
         };
         w.sensitivity.fill(&motion, &w.influences);
+        let noise = &state.noise;
+        uncertainty::fill(machine, &w.sigmas, noise, &w.sensitivity, &mut w.outcome);
+    }
+    if scope.indicators {
+        let balance = Balance {
+            machine,
+            state,
+            plane,
+            contacts: &w.contacts,
+            whole: &w.groups.sets[0],
+            motions: &w.motions,
+            sensitivity: scope.sensitivities.then_some(&w.sensitivity),
+        };
+        indicators::fill(&balance, &mut w.outcome);
+    }
+    if scope.causes {
+        let circumstances = Circumstances {
+            machine,
+            base: &w.motions[0],
+            known: &state.base,
+            normal: &plane.normal,
+        };
+        let (influences, out) = (&w.influences.otf, &mut w.outcome);
+        attribute(
+            &circumstances,
+            &w.groups,
+            &w.motions,
+            influences,
+            &mut out.causes,
+        );
+        for (wheel, causes) in out.causes.iter_mut().enumerate() {
+            causes[Cause::LiftOff as usize] = out.load[wheel] - out.otf[wheel];
+        }
+    }
+    if scope.parts {
+        attribute_links(machine, &w.motions, &w.influences.otf, &mut w.outcome.parts);
     }
 }
 
@@ -176,9 +217,6 @@ fn stand<T: Real>(
 }
 
 /// Centre of pressure and overturning moments.
-///
-/// The moment about an edge from p with unit vector e, counter-clockwise, is that of the normal force at
-/// the centre of pressure c: M = -F_n (e x (c - p)), formed without dividing by F_n.
 fn stability<T: Real>(
     machine: &Machine,
     force: &GroundForce<T>,
@@ -192,12 +230,7 @@ fn stability<T: Real>(
     out.zmp_y = T::select(pushes, pressure.y, unknown);
     let mut margin = T::constant(f64::INFINITY);
     for (edge, moment) in machine.polygon.edges.iter().zip(&mut out.itom_full) {
-        let (from, to) = (contacts[edge.from], contacts[edge.to]);
-        let along = to - from;
-        let length = along.dot(&along).sqrt();
-        let inward = along.x * (force.moment.x - force.normal * from.y)
-            + along.y * (force.moment.y + force.normal * from.x);
-        *moment = -inward / length;
+        *moment = overturning(force, edge, contacts);
         margin = (-*moment / force.normal).min(margin);
     }
     out.zmp_margin = T::select(pushes, margin, unknown);

@@ -140,7 +140,7 @@ impl<T: Real> Groups<T> {
 impl<T: Real> Composite<T> {
     /// The wrench that gives a body with these moments its motion: the acceleration field and w x v of
     /// every particle.
-    fn moved(&self, motion: &BodyMotion<T>) -> Wrench<T> {
+    pub(crate) fn moved(&self, motion: &BodyMotion<T>) -> Wrench<T> {
         let half = T::constant(0.5);
         let turning = self.coriolis(&motion.angular_velocity);
         self.accelerated(&motion.acceleration_field())

@@ -27,6 +27,7 @@
 //! ```
 
 #![forbid(unsafe_code)]
+mod attribution;
 mod batch;
 mod composite;
 mod contact_plane;
@@ -34,6 +35,7 @@ mod contact_plane_derivatives;
 mod coordinate;
 mod evaluate;
 mod groups;
+mod indicators;
 mod kinematics;
 pub mod machine;
 mod newton_euler;
@@ -46,12 +48,15 @@ pub mod signal;
 mod spatial;
 mod state;
 mod static_posture;
+mod uncertainty;
 mod wheel_loads;
 mod workspace;
 
+pub use attribution::{Cause, Causes};
 pub use batch::{OutcomeColumns, StateColumns, evaluate_rows};
 pub use coordinate::Motion;
 pub use evaluate::evaluate;
+pub use indicators::{Indicators, Travel, VelocityGradient};
 pub use machine::{Machine, MachineError, MachineSpec};
 pub use number::{Dual, Lanes, Real};
 pub use outcome::{Outcome, Quantity};
@@ -60,4 +65,5 @@ pub use sensitivity::{Axis, InertiaElement, Parameter, Sensitivity};
 pub use spatial::Wrench;
 pub use state::{BaseState, ImuState, JetCovariance, SignalNoise, State};
 pub use static_posture::static_outcome;
+pub use uncertainty::Uncertainty;
 pub use workspace::Workspace;

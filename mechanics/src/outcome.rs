@@ -1,10 +1,17 @@
 //! What one evaluation gives, and the list of its numbers by name.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
+use crate::attribution::{Cause, Causes};
+use crate::indicators::{Indicators, Travel};
 use crate::machine::Machine;
 use crate::number::Real;
+use crate::scope::Scope;
+use crate::sensitivity::{Axis, massive_links};
 use crate::spatial::Wrench;
+use crate::uncertainty::Uncertainty;
 
 /// Wheel loads and stability of one instant, or of several side by side: see [`Real`].
 ///
@@ -37,6 +44,15 @@ pub struct Outcome<T> {
     pub itom_full: Vec<T>,
     /// Smallest closure of the linkages, not below zero where all close.
     pub linkage_closure: T,
+    /// Other measures of stability; NaN where the scope leaves them out.
+    pub indicators: Indicators<T>,
+    /// What causes the load, by wheel.
+    pub causes: Vec<Causes<T>>,
+    /// What each link contributes to the OTF, by link and wheel (N); empty where the scope leaves
+    /// them out. Less what the tool wrench contributes, they add up to the OTF.
+    pub parts: Vec<Vec<T>>,
+    /// Standard deviations of the loads.
+    pub uncertainty: Uncertainty<T>,
 }
 
 /// A number of an [`Outcome`], by meaning.
@@ -62,6 +78,38 @@ pub enum Quantity {
     ItomFull(usize),
     /// [`Outcome::linkage_closure`].
     LinkageClosure,
+    /// [`Indicators::mhs`] of this edge.
+    Mhs(usize),
+    /// [`Indicators::tom`] of this edge.
+    Tom(usize),
+    /// [`Indicators::itom`] of this edge.
+    Itom(usize),
+    /// [`Indicators::force_angle`] of this edge.
+    ForceAngle(usize),
+    /// [`Indicators::stability_angle`] of this edge.
+    StabilityAngle(usize),
+    /// [`Indicators::load_transfer_ratio`].
+    LoadTransferRatio,
+    /// [`Indicators::spread`].
+    Spread,
+    /// [`Indicators::sigma`].
+    Sigma,
+    /// A component of [`Indicators::sigma_gradient`].
+    SigmaGradient(Travel),
+    /// Force of [`Indicators::arm_wrench`] along this axis.
+    ArmForce(Axis),
+    /// Moment of [`Indicators::arm_wrench`] about this axis.
+    ArmMoment(Axis),
+    /// What a cause contributes to the load of this wheel.
+    Cause(Cause, usize),
+    /// What a link, the first index, contributes to the OTF of a wheel, the second.
+    Part(usize, usize),
+    /// [`Uncertainty::load`] of this wheel.
+    LoadSigma(usize),
+    /// [`Uncertainty::otf`] of this wheel.
+    OtfSigma(usize),
+    /// [`Uncertainty::utilisation`].
+    Utilisation,
 }
 
 impl<T: Real> Outcome<T> {
@@ -80,6 +128,10 @@ impl<T: Real> Outcome<T> {
             zmp_margin: T::zero(),
             itom_full: vec![T::zero(); machine.polygon.edges.len()],
             linkage_closure: T::zero(),
+            indicators: Indicators::blank(machine),
+            causes: vec![[T::constant(f64::NAN); Cause::ALL.len()]; machine.wheels.len()],
+            parts: Vec::new(),
+            uncertainty: Uncertainty::blank(machine),
         }
     }
 
@@ -97,22 +149,50 @@ impl<T: Real> Outcome<T> {
             Quantity::ZmpMargin => self.zmp_margin,
             Quantity::ItomFull(edge) => self.itom_full[edge],
             Quantity::LinkageClosure => self.linkage_closure,
+            Quantity::Cause(cause, wheel) => self.causes[wheel][cause as usize],
+            Quantity::Part(link, wheel) => self.parts[link][wheel],
+            Quantity::LoadSigma(wheel) => self.uncertainty.load[wheel],
+            Quantity::OtfSigma(wheel) => self.uncertainty.otf[wheel],
+            Quantity::Utilisation => self.uncertainty.utilisation,
+            _ => self.indicators.get(quantity),
+        }
+    }
+}
+
+impl<T: Real> Indicators<T> {
+    /// One of its numbers; NaN where the quantity is none of them.
+    fn get(&self, quantity: Quantity) -> T {
+        match quantity {
+            Quantity::Mhs(edge) => self.mhs[edge],
+            Quantity::Tom(edge) => self.tom[edge],
+            Quantity::Itom(edge) => self.itom[edge],
+            Quantity::ForceAngle(edge) => self.force_angle[edge],
+            Quantity::StabilityAngle(edge) => self.stability_angle[edge],
+            Quantity::LoadTransferRatio => self.load_transfer_ratio,
+            Quantity::Spread => self.spread,
+            Quantity::Sigma => self.sigma,
+            Quantity::SigmaGradient(travel) => self.sigma_gradient.get(travel),
+            Quantity::ArmForce(axis) => self.arm_wrench.force[axis as usize],
+            Quantity::ArmMoment(axis) => self.arm_wrench.moment[axis as usize],
+            _ => T::constant(f64::NAN),
         }
     }
 }
 
 impl Quantity {
-    /// All numbers of an outcome of this machine, in the order of their columns.
+    /// All numbers of an outcome of this machine that the scope fills, in the order of their columns.
     #[must_use]
-    pub fn all(machine: &Machine) -> Vec<Self> {
-        let wheels = 0..machine.wheels.len();
-        let by_wheel: [fn(usize) -> Self; 4] =
-            [Self::Load, Self::Otf, Self::LoadLeast, Self::LoadLargest];
-        let mut all: Vec<Self> = by_wheel
-            .iter()
-            .flat_map(|kind| wheels.clone().map(kind))
-            .collect();
-        all.extend((0..machine.polygon.edges.len()).map(Self::ItomFull));
+    pub fn all(machine: &Machine, scope: Scope) -> Vec<Self> {
+        let (wheels, edges) = (0..machine.wheels.len(), 0..machine.polygon.edges.len());
+        let by = |indices: &Range<usize>, kinds: &[fn(usize) -> Self]| -> Vec<Self> {
+            let of = |kind: &fn(usize) -> Self| indices.clone().map(*kind).collect::<Vec<_>>();
+            kinds.iter().flat_map(of).collect()
+        };
+        let mut all = by(
+            &wheels,
+            &[Self::Load, Self::Otf, Self::LoadLeast, Self::LoadLargest],
+        );
+        all.extend(by(&edges, &[Self::ItomFull]));
         all.extend([
             Self::NormalForce,
             Self::ZmpX,
@@ -120,6 +200,38 @@ impl Quantity {
             Self::ZmpMargin,
             Self::LinkageClosure,
         ]);
+        if scope.sensitivities {
+            all.extend(by(&wheels, &[Self::LoadSigma, Self::OtfSigma]));
+            all.push(Self::Utilisation);
+        }
+        if scope.indicators {
+            all.extend(by(
+                &edges,
+                &[
+                    Self::Itom,
+                    Self::Tom,
+                    Self::Mhs,
+                    Self::ForceAngle,
+                    Self::StabilityAngle,
+                ],
+            ));
+            all.extend([Self::LoadTransferRatio, Self::Spread, Self::Sigma]);
+            if machine.arm_root.is_some() {
+                all.extend(Axis::ALL.map(Self::ArmForce));
+                all.extend(Axis::ALL.map(Self::ArmMoment));
+            }
+        }
+        if scope.indicators && scope.sensitivities {
+            all.extend(Travel::ALL.map(Self::SigmaGradient));
+        }
+        if scope.causes {
+            let causes = Cause::ALL.into_iter();
+            all.extend(causes.flat_map(|cause| wheels.clone().map(move |w| Self::Cause(cause, w))));
+        }
+        if scope.parts {
+            let links = massive_links(machine);
+            all.extend(links.flat_map(|link| wheels.clone().map(move |w| Self::Part(link, w))));
+        }
         all
     }
 }

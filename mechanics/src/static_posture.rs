@@ -31,6 +31,17 @@ pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64
 }
 
 impl Machine {
+    /// Sets the reference loads to those of a posture: its joints' positions (rad or m) in the order of
+    /// [`Machine::joints`]. Optimal loads that the machine file states stay.
+    pub fn refer_to_posture(&mut self, joint_positions: &[f64]) {
+        let loads = static_outcome(self, joint_positions).load;
+        for (optimal, &load) in self.reference.optimal_load.iter_mut().zip(&loads) {
+            let stated = self.limits.optimal_load.is_some() && optimal.is_finite();
+            *optimal = if stated { *optimal } else { load };
+        }
+        self.reference.static_load = loads;
+    }
+
     /// The same machine with its inertial measurement unit at the base frame.
     fn felt_at_base(&self) -> Self {
         let imu = Mount {

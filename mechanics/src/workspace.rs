@@ -11,6 +11,7 @@ use crate::outcome::Outcome;
 use crate::scope::Scope;
 use crate::sensitivity::Sensitivity;
 use crate::spatial::Wrench;
+use crate::uncertainty::ParameterSigmas;
 use crate::wheel_loads::{Equations, Influences, Solver};
 
 /// Reusable scratch of [`evaluate`](crate::evaluate), for one machine. A step allocates nothing.
@@ -33,6 +34,7 @@ pub struct Workspace<T: Real> {
     pub(crate) influences: Influences<T>,
     pub(crate) groups: Groups<T>,
     pub(crate) sensitivity: Sensitivity<T>,
+    pub(crate) sigmas: ParameterSigmas,
     pub(crate) outcome: Outcome<T>,
 }
 
@@ -48,6 +50,10 @@ impl<T: Real> Workspace<T> {
     pub fn with_scope(machine: &Machine, scope: Scope) -> Self {
         let zero = Vector3::zeros();
         let (bodies, wheels) = (machine.bodies.len(), machine.wheels.len());
+        let mut outcome = Outcome::blank(machine);
+        if scope.parts {
+            outcome.parts = vec![vec![T::zero(); wheels]; machine.links.len()];
+        }
         Self {
             scope,
             coordinates: vec![Coordinate::slid(T::zero(), T::zero(), T::zero()); bodies],
@@ -63,7 +69,8 @@ impl<T: Real> Workspace<T> {
             influences: Influences::new(machine),
             groups: Groups::new(machine),
             sensitivity: Sensitivity::new(machine),
-            outcome: Outcome::blank(machine),
+            sigmas: ParameterSigmas::of(machine),
+            outcome,
         }
     }
 

@@ -36,10 +36,13 @@ pub(super) fn fill<T: Real>(machine: &Machine, out: &mut Outcome<T>) {
 /// 1 for a wheel on the left, -1 on the right, 0 in the middle.
 fn sides(machine: &Machine) -> impl Iterator<Item = f64> + '_ {
     let lateral = |w: &crate::machine::Wheel| w.centre_at_zero.y;
-    let (least, largest) = machine.wheels.iter().map(lateral).fold(
-        (f64::INFINITY, f64::NEG_INFINITY),
-        |(least, largest), y| (least.min(y), largest.max(y)),
-    );
+    let (least, largest) = machine
+        .wheels
+        .iter()
+        .map(lateral)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, largest), y| {
+            (least.min(y), largest.max(y))
+        });
     let (middle, half) = (0.5 * (least + largest), 0.5 * (largest - least));
     machine.wheels.iter().map(move |wheel| {
         let off = (lateral(wheel) - middle) / half;

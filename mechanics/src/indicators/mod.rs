@@ -7,7 +7,8 @@ mod velocity_gradient;
 
 use nalgebra::Vector2;
 
-pub use velocity_gradient::VelocityGradient;
+pub(crate) use edge_moments::overturning;
+pub use velocity_gradient::{Travel, VelocityGradient};
 
 use crate::contact_plane::ContactPlane;
 use crate::groups::Parts;

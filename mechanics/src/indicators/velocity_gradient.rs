@@ -32,7 +32,47 @@ pub struct VelocityGradient<T> {
     pub yaw_acceleration: T,
 }
 
+/// What of the base's travel [`VelocityGradient`] differentiates by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Travel {
+    /// v_x
+    ForwardVelocity,
+    /// v_y
+    LeftVelocity,
+    /// Yaw rate.
+    YawRate,
+    /// Rate of v_x.
+    ForwardAcceleration,
+    /// Rate of v_y.
+    LeftAcceleration,
+    /// Yaw acceleration.
+    YawAcceleration,
+}
+
+impl Travel {
+    /// All of them, in the order of their columns.
+    pub const ALL: [Self; 6] = [
+        Self::ForwardVelocity,
+        Self::LeftVelocity,
+        Self::YawRate,
+        Self::ForwardAcceleration,
+        Self::LeftAcceleration,
+        Self::YawAcceleration,
+    ];
+}
+
 impl<T: Real> VelocityGradient<T> {
+    pub(crate) fn get(&self, travel: Travel) -> T {
+        match travel {
+            Travel::ForwardVelocity => self.forward_velocity,
+            Travel::LeftVelocity => self.left_velocity,
+            Travel::YawRate => self.yaw_rate,
+            Travel::ForwardAcceleration => self.forward_acceleration,
+            Travel::LeftAcceleration => self.left_acceleration,
+            Travel::YawAcceleration => self.yaw_acceleration,
+        }
+    }
+
     pub(crate) fn unknown() -> Self {
         let unknown = T::constant(f64::NAN);
         Self {

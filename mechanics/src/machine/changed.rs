@@ -105,6 +105,9 @@ impl Machine {
                 links.fold(Inertia::zero(), |sum, link| sum.welded(&link.inertia));
             self.bodies[i].parts = link_parts(&self.links, i);
         }
+        for link in &mut self.links {
+            link.moments = MassMoments::from(&link.inertia);
+        }
         for payload in &mut self.payloads {
             payload.moments = MassMoments::from(&payload.inertia);
         }

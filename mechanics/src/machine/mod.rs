@@ -21,7 +21,8 @@ pub use inertia::{Inertia, MassMoments};
 pub use linkage::{Linkage, LinkageInput};
 pub use spec::{
     ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,
-    OneOrMany, PayloadSpec, PointSpec, SignalsSpec, Stiffness, SuspensionSpec, WheelSpec,
+    OneOrMany, PayloadSpec, PointSpec, SignalsSpec, Stiffness, SuspensionSpec, UncertaintySpec,
+    WheelSpec,
 };
 pub use support_polygon::{Edge, SupportPolygon};
 
@@ -46,11 +47,24 @@ pub struct Machine {
     pub(crate) contact: Contact,
     pub(crate) imu: Mount,
     pub(crate) tool: Option<Mount>,
+    pub(crate) arm_root: Option<Mount>,
     pub(crate) arm_seat: Option<Seat>,
     pub(crate) payloads: Vec<Payload>,
     pub(crate) limits: LimitsSpec,
     pub(crate) signals: SignalsSpec,
     pub(crate) estimator: EstimatorSpec,
+    pub(crate) uncertainty: UncertaintySpec,
+    pub(crate) reference: Reference,
+}
+
+/// Loads that others are compared with, by wheel (N); NaN until the machine's posture is known: see
+/// [`Machine::refer_to_posture`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Level and at rest.
+    pub static_load: Vec<f64>,
+    /// Those of the machine file, else the static ones.
+    pub optimal_load: Vec<f64>,
 }
 
 /// A rigid body: links welded by fixed joints. Its frame has the z axis along the joint that carries
@@ -130,6 +144,8 @@ pub struct Link {
     pub body_from_link: Isometry3<f64>,
     /// Its inertial parameters in the body's frame, of its payloads not counted.
     pub inertia: Inertia,
+    /// The same as moments.
+    pub(crate) moments: MassMoments,
     /// The part of the machine that it belongs to.
     pub group: LinkGroup,
 }
@@ -250,6 +266,8 @@ pub struct Payload {
     pub body: usize,
     /// The part of the machine that it hangs on.
     pub group: LinkGroup,
+    /// Standard deviation of its mass (kg), where it is stated.
+    pub mass_sigma: Option<f64>,
     /// Its inertial parameters in the body's frame.
     pub inertia: Inertia,
     /// The same as moments.
@@ -329,6 +347,29 @@ impl Machine {
     #[must_use]
     pub fn tool(&self) -> Option<&Mount> {
         self.tool.as_ref()
+    }
+
+    /// How uncertain its parameters are.
+    #[must_use]
+    pub fn uncertainty(&self) -> &UncertaintySpec {
+        &self.uncertainty
+    }
+
+    /// Loads that others are compared with.
+    #[must_use]
+    pub fn reference(&self) -> &Reference {
+        &self.reference
+    }
+
+    /// Whether a measured joint slides (m), not turns (rad).
+    #[must_use]
+    pub fn joint_slides(&self, joint: usize) -> bool {
+        let measured_rod = |linkage: &Linkage| {
+            linkage.measured_joint == joint && linkage.input == LinkageInput::RodLength
+        };
+        let driven =
+            |body: &Body| body.drive == Drive::Measured(joint) && body.kind == JointKind::Prismatic;
+        self.linkages.iter().any(measured_rod) || self.bodies.iter().any(driven)
     }
 
     /// What carries the arm.

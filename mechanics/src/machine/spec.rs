@@ -43,6 +43,9 @@ pub struct MachineSpec {
     /// How signals become a state.
     #[serde(default)]
     pub estimator: EstimatorSpec,
+    /// How uncertain the machine's parameters are.
+    #[serde(default)]
+    pub uncertainty: UncertaintySpec,
     /// Active suspension.
     pub suspension: Option<SuspensionSpec>,
     /// Name of the file this was read from, for messages.
@@ -300,6 +303,101 @@ impl Default for EstimatorSpec {
             tool_force_agility: 1e5,
             settle: 0.3,
         }
+    }
+}
+
+/// `[uncertainty]`: one standard deviation of each parameter. The defaults are those of a machine whose
+/// data come from drawings, not from weighing.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct UncertaintySpec {
+    /// Mass of a link, as a share of it.
+    pub mass_share: f64,
+    /// Centre of mass of a link, along each axis (m).
+    pub com: f64,
+    /// Inertia tensor of a link, as a share of it.
+    pub inertia_share: f64,
+    /// Mass of a payload that states none of its own, as a share of it.
+    pub payload_mass_share: f64,
+    /// Where a wheel sits, along each axis (m).
+    pub wheel_position: f64,
+    /// Radius of a wheel (m).
+    pub wheel_radius: f64,
+    /// Where the arm sits, along each axis (m).
+    pub arm_position: f64,
+    /// Constant error of the position of a turning joint (rad).
+    pub joint_offset: f64,
+    /// Constant error of the position of a sliding joint (m).
+    pub joint_offset_linear: f64,
+    /// Where the IMU sits, along each axis (m).
+    pub imu_position: f64,
+    /// How the IMU is turned, about each axis (rad).
+    pub imu_rotation: f64,
+    /// Constant error of the accelerometer, along each axis (m/s^2).
+    pub accelerometer_bias: f64,
+    /// Constant error of the gyro, about each axis (rad/s).
+    pub gyro_bias: f64,
+    /// Constant error of the force on the tool, along each axis (N).
+    pub tool_force: f64,
+    /// Constant error of the moment on the tool, about each axis (N m).
+    pub tool_moment: f64,
+    /// The front share D.
+    pub front_share: f64,
+    /// Stiffness of a tyre, as a share of it.
+    pub tyre_stiffness_share: f64,
+    /// What no rigid model sees, of each load as a share of the mean load.
+    pub model_share: f64,
+}
+
+impl Default for UncertaintySpec {
+    fn default() -> Self {
+        Self {
+            mass_share: 0.02,
+            com: 0.01,
+            inertia_share: 0.1,
+            payload_mass_share: 0.05,
+            wheel_position: 0.005,
+            wheel_radius: 0.002,
+            arm_position: 0.005,
+            joint_offset: 0.005,
+            joint_offset_linear: 0.003,
+            imu_position: 0.01,
+            imu_rotation: 0.005,
+            accelerometer_bias: 0.03,
+            gyro_bias: 0.002,
+            tool_force: 50.0,
+            tool_moment: 20.0,
+            front_share: 0.0,
+            tyre_stiffness_share: 0.2,
+            model_share: 0.003,
+        }
+    }
+}
+
+impl UncertaintySpec {
+    /// Its values by key.
+    #[must_use]
+    pub fn by_key(&self) -> [(&'static str, f64); 18] {
+        [
+            ("mass_share", self.mass_share),
+            ("com", self.com),
+            ("inertia_share", self.inertia_share),
+            ("payload_mass_share", self.payload_mass_share),
+            ("wheel_position", self.wheel_position),
+            ("wheel_radius", self.wheel_radius),
+            ("arm_position", self.arm_position),
+            ("joint_offset", self.joint_offset),
+            ("joint_offset_linear", self.joint_offset_linear),
+            ("imu_position", self.imu_position),
+            ("imu_rotation", self.imu_rotation),
+            ("accelerometer_bias", self.accelerometer_bias),
+            ("gyro_bias", self.gyro_bias),
+            ("tool_force", self.tool_force),
+            ("tool_moment", self.tool_moment),
+            ("front_share", self.front_share),
+            ("tyre_stiffness_share", self.tyre_stiffness_share),
+            ("model_share", self.model_share),
+        ]
     }
 }
 

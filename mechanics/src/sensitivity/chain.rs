@@ -7,7 +7,9 @@ use crate::coordinate::Coordinate;
 use crate::groups::Groups;
 use crate::kinematics::{BodyMotion, ImuSeat, base_motion};
 use crate::machine::{Drive, JointKind, Linkage, Machine};
-use crate::newton_euler_derivatives::{BaseGradient, BaseWrenches, JointWrenches, MovingJoint, torque_form};
+use crate::newton_euler_derivatives::{
+    BaseGradient, BaseWrenches, JointWrenches, MovingJoint, torque_form,
+};
 use crate::number::{Dual, Real};
 use crate::spatial::{Wrench, cross, rotate_back};
 use crate::state::{ImuState, State};

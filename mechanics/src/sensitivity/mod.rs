@@ -11,6 +11,7 @@ mod parameter;
 mod regressor;
 
 pub(crate) use chain::SensedMotion;
+pub(crate) use parameter::massive_links;
 pub use parameter::{Axis, InertiaElement, Parameter};
 
 use crate::machine::Machine;
@@ -58,6 +59,11 @@ impl<T: Real> Sensitivity<T> {
         } else {
             &self.otf[wheel]
         }
+    }
+
+    /// Whether a wheel is in the air in any of the samples.
+    pub(crate) fn loads_differ(&self) -> bool {
+        self.lifted
     }
 
     /// Derivatives of a wheel's OTF by specific force, angular velocity and angular acceleration of

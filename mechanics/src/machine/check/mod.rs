@@ -12,7 +12,8 @@ use super::link_parts;
 use super::tree::{Tree, TreeBody, TreeJoint};
 use super::urdf::Urdf;
 use super::{
-    Body, Drive, JointKind, Link, LinkGroup, Machine, MachineError, MachineSpec, Mount, Seat, Wheel,
+    Body, Drive, JointKind, Link, LinkGroup, Machine, MachineError, MachineSpec, MassMoments,
+    Mount, Reference, Seat, Wheel,
 };
 
 /// What a log offers that a machine is checked against.
@@ -88,6 +89,10 @@ impl Checker<'_> {
             base_link: self.tree.base_link.clone(),
             bodies: machine_bodies(self.tree, &driving.drives, &links),
             arm_seat: arm_root.map(|root| self.seat(root)),
+            arm_root: arm_root.map(|root| {
+                self.mount(root, Isometry3::identity(), "arm.root of the machine file")
+            }),
+            reference: self.reference(),
             linkages: driving.linkages,
             joints: driving.joints,
             wheels,
@@ -100,6 +105,7 @@ impl Checker<'_> {
             limits: spec.limits.clone(),
             signals: spec.signals.clone(),
             estimator: spec.estimator,
+            uncertainty: spec.uncertainty,
         })
     }
 
@@ -165,6 +171,20 @@ impl Checker<'_> {
         }
     }
 
+    /// What is known of the reference loads without a posture.
+    fn reference(&self) -> Reference {
+        let unknown = vec![f64::NAN; self.spec.wheels.len()];
+        let stated = self.spec.limits.optimal_load.as_ref();
+        let optimal = |name: &String| stated.and_then(|loads| loads.get(name).copied());
+        let names = self.spec.wheels.keys();
+        Reference {
+            static_load: unknown,
+            optimal_load: names
+                .map(|name| optimal(name).unwrap_or(f64::NAN))
+                .collect(),
+        }
+    }
+
     fn machine_link(&self, index: usize, arm_root: Option<usize>, wheels: &[Wheel]) -> Link {
         let link = &self.tree.links[index];
         let in_arm = arm_root.is_some_and(|root| self.tree.link_is_below(index, root));
@@ -174,6 +194,7 @@ impl Checker<'_> {
             body: link.body,
             body_from_link: link.body_from_link,
             inertia: link.inertia,
+            moments: MassMoments::from(&link.inertia),
             group: match (in_arm, is_wheel) {
                 (true, _) => LinkGroup::Arm,
                 (false, true) => LinkGroup::Wheel,
@@ -239,6 +260,12 @@ impl Checker<'_> {
         for (place, value) in positive {
             if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
                 return Err(self.value_error(place, "a positive number", value));
+            }
+        }
+        for (key, value) in spec.uncertainty.by_key() {
+            if !(value.is_finite() && value >= 0.0) {
+                let place = format!("uncertainty.{key}");
+                return Err(self.value_error(place, "a number that is not negative", value));
             }
         }
         if limits.min_load.is_some() && limits.min_load_share.is_some() {

@@ -89,6 +89,7 @@ impl Checker<'_> {
                 Ok(Payload {
                     body: link.body,
                     group: link.group,
+                    mass_sigma: spec.mass_sigma,
                     moments: MassMoments::from(&inertia),
                     inertia,
                     window_s,

@@ -1,0 +1,215 @@
+//! How uncertain the loads are: one standard deviation, to first order, from the stated uncertainty of
+//! parameters and the noise of the signals.
+//!
+//! ```text
+//!     var N = sum over parameters (dN/dp sigma_p)^2 + sum over signals g' P g + (model share * mean load)^2
+//! ```
+//! with g the derivatives by value, rate and acceleration of a signal and P their covariance as the
+//! estimator has it. Parameters are taken as independent; the elements of one link's inertia are not:
+//! they share one factor.
+
+use crate::machine::{Machine, UncertaintySpec};
+use crate::number::Real;
+use crate::outcome::Outcome;
+use crate::sensitivity::{InertiaElement, Parameter, Sensitivity};
+use crate::state::SignalNoise;
+
+/// Standard deviations of the loads at one instant.
+#[derive(Debug, Clone)]
+pub struct Uncertainty<T> {
+    /// Of the OTF, by wheel (N).
+    pub otf: Vec<T>,
+    /// Of the load, by wheel (N). Of a wheel in the air it is that of its OTF: how sure it is that it
+    /// is in the air. NaN while the machine tips.
+    pub load: Vec<T>,
+    /// U = 1 - (OTF - 2 sigma) / static load of the worst wheel; NaN without a static load.
+    pub utilisation: T,
+}
+
+impl<T: Real> Uncertainty<T> {
+    pub(crate) fn blank(machine: &Machine) -> Self {
+        let unknown = T::constant(f64::NAN);
+        Self {
+            otf: vec![unknown; machine.wheels.len()],
+            load: vec![unknown; machine.wheels.len()],
+            utilisation: unknown,
+        }
+    }
+}
+
+/// How a parameter's derivative enters the variance.
+#[derive(Debug, Clone, Copy)]
+enum Weight {
+    /// By its own standard deviation.
+    Alone(f64),
+    /// With the others of its group, each by its share of one common factor; the flag ends the group.
+    Together(f64, bool),
+}
+
+/// The weights of all parameters, made once for a machine.
+#[derive(Debug, Clone)]
+pub(crate) struct ParameterSigmas {
+    weights: Vec<Weight>,
+    model_share: f64,
+}
+
+impl ParameterSigmas {
+    pub(crate) fn of(machine: &Machine) -> Self {
+        let spec = &machine.uncertainty;
+        let weight = |parameter| match parameter {
+            Parameter::LinkInertia(link, element) => {
+                let link = &machine.links[link];
+                let rotation = link.body_from_link.rotation.to_rotation_matrix();
+                let tensor =
+                    rotation.matrix().transpose() * link.inertia.about_com * rotation.matrix();
+                let share = spec.inertia_share * tensor[element.place()];
+                Weight::Together(share, element == InertiaElement::Yz)
+            }
+            _ => Weight::Alone(sigma(machine, spec, parameter)),
+        };
+        Self {
+            weights: Parameter::all(machine).into_iter().map(weight).collect(),
+            model_share: spec.model_share,
+        }
+    }
+
+    /// Variance of a number with these derivatives from the parameters.
+    fn variance<T: Real>(&self, derivatives: &[T]) -> T {
+        let (mut variance, mut group) = (T::zero(), T::zero());
+        for (&derivative, weight) in derivatives.iter().zip(&self.weights) {
+            match *weight {
+                Weight::Alone(sigma) => {
+                    let spread = derivative * T::constant(sigma);
+                    variance += spread * spread;
+                }
+                Weight::Together(share, last) => {
+                    group += derivative * T::constant(share);
+                    if last {
+                        variance += group * group;
+                        group = T::zero();
+                    }
+                }
+            }
+        }
+        variance
+    }
+}
+
+/// Standard deviation of a signal's constant error or of a parameter, in its unit.
+fn sigma(machine: &Machine, spec: &UncertaintySpec, parameter: Parameter) -> f64 {
+    match parameter {
+        Parameter::JointPosition(joint) if machine.joints[joint].spins_wheel.is_some() => 0.0,
+        Parameter::JointPosition(joint) if machine.joint_slides(joint) => spec.joint_offset_linear,
+        Parameter::JointPosition(_) => spec.joint_offset,
+        Parameter::SpecificForce(_) => spec.accelerometer_bias,
+        Parameter::AngularVelocity(_) => spec.gyro_bias,
+        Parameter::ToolForce(_) => spec.tool_force,
+        Parameter::ToolMoment(_) => spec.tool_moment,
+        Parameter::JointRate(_)
+        | Parameter::JointAcceleration(_)
+        | Parameter::AngularAcceleration(_)
+        | Parameter::LinkInertia(..) => 0.0,
+        Parameter::LinkMass(link) => spec.mass_share * machine.links[link].inertia.mass,
+        Parameter::LinkCom(..) => spec.com,
+        Parameter::PayloadMass(payload) => {
+            let payload = &machine.payloads[payload];
+            let default = spec.payload_mass_share * payload.inertia.mass;
+            payload.mass_sigma.unwrap_or(default)
+        }
+        Parameter::WheelPosition(..) => spec.wheel_position,
+        Parameter::WheelRadius(_) => spec.wheel_radius,
+        Parameter::ArmPosition(_) => spec.arm_position,
+        Parameter::ImuPosition(_) => spec.imu_position,
+        Parameter::ImuRotation(_) => spec.imu_rotation,
+        Parameter::FrontShare => spec.front_share,
+        Parameter::TyreStiffness(_) => spec.tyre_stiffness_share,
+    }
+}
+
+/// Fills the standard deviations of an outcome from its derivatives.
+pub(crate) fn fill<T: Real>(
+    machine: &Machine,
+    sigmas: &ParameterSigmas,
+    noise: &SignalNoise<T>,
+    sensitivity: &Sensitivity<T>,
+    out: &mut Outcome<T>,
+) {
+    let wheels = machine.wheels.len();
+    let mean_load = out.normal_force * T::constant(sigmas.model_share / wheels as f64);
+    let signals = SignalPlaces::of(machine);
+    let of = |derivatives: &[T]| {
+        let variance = sigmas.variance(derivatives)
+            + signals.variance(derivatives, noise)
+            + mean_load * mean_load;
+        variance.sqrt()
+    };
+    for wheel in 0..wheels {
+        let otf = of(sensitivity.otf(wheel));
+        out.uncertainty.otf[wheel] = otf;
+        out.uncertainty.load[wheel] = otf;
+        if sensitivity.loads_differ() {
+            let carries = T::zero().lt(out.load[wheel]);
+            let load = of(sensitivity.load(wheel));
+            let tips = load - load;
+            out.uncertainty.load[wheel] = T::select(carries, load, otf + tips);
+        }
+    }
+    out.uncertainty.utilisation = utilisation(machine, out);
+}
+
+/// U of the worst wheel.
+fn utilisation<T: Real>(machine: &Machine, out: &Outcome<T>) -> T {
+    let mut worst = T::constant(f64::NEG_INFINITY);
+    for (wheel, &static_load) in machine.reference.static_load.iter().enumerate() {
+        let sure = out.otf[wheel] - out.uncertainty.otf[wheel] * T::constant(2.0);
+        let used = T::one() - sure / T::constant(static_load);
+        // the other way round a NaN would be passed over
+        worst = T::select(used.lt(worst), worst, used);
+    }
+    worst
+}
+
+/// Where the signals stand in a gradient.
+struct SignalPlaces {
+    joints: usize,
+    tool: bool,
+}
+
+impl SignalPlaces {
+    fn of(machine: &Machine) -> Self {
+        Self {
+            joints: machine.joints.len(),
+            tool: machine.tool.is_some(),
+        }
+    }
+
+    /// Variance from the noise of the signals.
+    fn variance<T: Real>(&self, derivatives: &[T], noise: &SignalNoise<T>) -> T {
+        let two = T::constant(2.0);
+        let (joints, rest) = derivatives.split_at(3 * self.joints);
+        let mut variance = T::zero();
+        let [p00, p01, p02] = noise.joint.value;
+        let [p11, p12] = noise.joint.first;
+        for by in joints.chunks_exact(3) {
+            let (g0, g1, g2) = (by[0], by[1], by[2]);
+            variance += g0 * g0 * p00
+                + g1 * g1 * p11
+                + g2 * g2 * noise.joint.second
+                + two * (g0 * (g1 * p01 + g2 * p02) + g1 * g2 * p12);
+        }
+        let [w, w_alpha, alpha] = noise.turning;
+        for axis in 0..3 {
+            let (f, by_w, by_alpha) = (rest[axis], rest[3 + axis], rest[6 + axis]);
+            variance += f * f * noise.specific_force
+                + by_w * by_w * w
+                + by_alpha * by_alpha * alpha
+                + two * by_w * by_alpha * w_alpha;
+        }
+        if self.tool {
+            for &by in &rest[9..15] {
+                variance += by * by * noise.tool_wrench;
+            }
+        }
+        variance
+    }
+}
