@@ -5,6 +5,7 @@
 //! nothing else: no fused multiply-add, no platform `sin`. So every lane of a [`Lanes`] holds the
 //! same bits as the `f64` computed alone.
 
+mod atan2;
 mod lanes;
 mod sin_cos;
 
@@ -59,6 +60,10 @@ pub trait Real:
     /// Sine and cosine of an angle in radians.
     fn sin_cos(self) -> (Self, Self);
 
+    /// The angle of the direction (x, self) from the x axis (rad), -pi to pi; 0 for (0, 0), NaN where
+    /// either is NaN.
+    fn atan2(self, x: Self) -> Self;
+
     /// `self < other`; false where either is NaN.
     fn lt(self, other: Self) -> Self::Mask;
 
@@ -107,6 +112,11 @@ impl Real for f64 {
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
         sin_cos::sin_cos(self)
+    }
+
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        atan2::atan2(self, x)
     }
 
     #[inline]

@@ -7,7 +7,7 @@ use std::ops::{
 use num_traits::{One, Zero};
 use wide::f64x4;
 
-use super::{Mask, Real, sin_cos};
+use super::{Mask, Real, atan2, sin_cos};
 
 /// Four `f64`, each a sample of its own. Every lane has the same bits as the `f64` computed alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,6 +143,11 @@ impl Real for Lanes {
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
         sin_cos::sin_cos(self)
+    }
+
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        atan2::atan2(self, x)
     }
 
     #[inline]
