@@ -28,6 +28,7 @@
 
 #![forbid(unsafe_code)]
 mod batch;
+pub mod closed_form;
 mod contact_plane;
 mod coordinate;
 mod evaluate;
