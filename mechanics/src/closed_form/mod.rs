@@ -34,6 +34,8 @@
 //! }
 //! ```
 
+#[cfg(test)]
+mod against_newton_euler;
 mod attitude;
 mod causes;
 mod demand;
