@@ -11,7 +11,9 @@ use std::process::Command;
 use std::time::Instant;
 
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
-use tipwatch_mechanics::{Lanes, Machine, State, StateColumns, Workspace, evaluate, evaluate_rows};
+use tipwatch_mechanics::{
+    Lanes, Machine, Scope, State, StateColumns, Workspace, evaluate, evaluate_rows,
+};
 
 const STATES: usize = 1024;
 const REPEATS: usize = 400;
@@ -25,7 +27,12 @@ fn main() {
     let side_by_side = side_by_side(&machine, &one_by_one);
     let lanes = nanoseconds_a_state(|| lanes(&machine, &side_by_side));
     let rows = nanoseconds_a_state(|| {
-        black_box(evaluate_rows(&machine, black_box(&states), 0..STATES));
+        black_box(evaluate_rows(
+            &machine,
+            black_box(&states),
+            0..STATES,
+            Scope::LOADS,
+        ));
     });
     println!(
         "evaluate, f64:            {scalar:7.0} ns a sample (least of {REPEATS} runs over {STATES} states)"

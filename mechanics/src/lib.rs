@@ -29,6 +29,7 @@
 #![forbid(unsafe_code)]
 mod attribution;
 mod batch;
+pub mod closed_form;
 mod composite;
 mod contact_plane;
 mod contact_plane_derivatives;

@@ -7,7 +7,13 @@ mod support;
 use proptest::prelude::*;
 use support::machine;
 use tipwatch_mechanics::{
-    Machine, OutcomeColumns, Quantity, State, StateColumns, Workspace, evaluate, evaluate_rows,
+    Machine, OutcomeColumns, Quantity, Scope, State, StateColumns, Workspace, evaluate,
+    evaluate_rows,
+};
+
+const EVERYTHING: Scope = Scope {
+    parts: true,
+    ..Scope::ALL
 };
 
 /// Numbers as machines have them, and as only damaged logs have them.
@@ -32,8 +38,11 @@ fn states(machine: &Machine, numbers: &[f64]) -> StateColumns {
 }
 
 fn one_by_one(machine: &Machine, states: &StateColumns) -> OutcomeColumns {
-    let mut columns = OutcomeColumns::empty(machine);
-    let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
+    let mut columns = OutcomeColumns::empty(machine, EVERYTHING);
+    let (mut state, mut workspace) = (
+        State::zero(machine),
+        Workspace::with_scope(machine, EVERYTHING),
+    );
     for row in 0..states.rows() {
         states.get(row, &mut state);
         let outcome = evaluate(machine, &state, &mut workspace);
@@ -52,7 +61,7 @@ fn same(a: f64, b: f64) -> bool {
 fn assert_equal_bits(machine: &Machine, numbers: &[f64]) {
     let states = states(machine, numbers);
     let (lanes, scalar) = (
-        evaluate_rows(machine, &states, 0..states.rows()),
+        evaluate_rows(machine, &states, 0..states.rows(), EVERYTHING),
         one_by_one(machine, &states),
     );
     for ((quantity, lanes), scalar) in lanes
@@ -126,7 +135,7 @@ fn plausible_states_stay_finite_and_take_every_branch() {
             nalgebra::Vector3::new(2.0 * phase.sin(), 2.5 * (1.3 * phase).cos(), 9.8);
         let outcome = evaluate(&machine, &state, &mut workspace);
         assert!(
-            Quantity::all(&machine)
+            Quantity::all(&machine, Scope::LOADS)
                 .iter()
                 .all(|&q| outcome.get(q).is_finite()),
             "{k}: {outcome:?}"

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "every test file uses some of it")]
 
+pub(crate) mod closed_form;
+
 use std::path::Path;
 
 use nalgebra::Vector3;

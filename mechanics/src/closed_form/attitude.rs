@@ -1,0 +1,99 @@
+//! Slope angles of the platform and the direction up in its axes.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::number::Real;
+
+/// Theta, Phi and Psi of (8): rotations about y, then x, then z, from the Earth's axes to the platform's.
+///
+/// Theta and Phi are the slope of the ground plane in the direction Psi is counted from. With Psi = 0 they are
+/// the platform's own: Theta > 0 is nose down, Phi > 0 left side up, which loads the right wheels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Attitude<T> {
+    /// Theta, about y (rad).
+    pub theta: T,
+    /// Phi, about x (rad).
+    pub phi: T,
+    /// Psi, about the plane's normal (rad).
+    pub psi: T,
+}
+
+impl<T: Real> Attitude<T> {
+    /// Third row of (8): the unit vector upwards in platform axes (r31, r32, r33).
+    ///
+    /// ```text
+    ///     r31 = -cosPsi sinTheta + cosTheta sinPhi sinPsi
+    ///     r32 =  cosTheta cosPsi sinPhi + sinTheta sinPsi
+    ///     r33 =  cosTheta cosPhi
+    /// ```
+    #[must_use]
+    pub fn up(&self) -> Vector3<T> {
+        let ((st, ct), (sf, cf), (sp, cp)) = self.sines_and_cosines();
+        Vector3::new(ct * sf * sp - cp * st, ct * cp * sf + st * sp, ct * cf)
+    }
+
+    /// (8): maps platform axes to the Earth's.
+    #[must_use]
+    pub fn rotation(&self) -> Matrix3<T> {
+        let ((st, ct), (sf, cf), (sp, cp)) = self.sines_and_cosines();
+        let up = self.up();
+        Matrix3::new(
+            ct * cp + st * sf * sp,
+            cp * st * sf - ct * sp,
+            cf * st,
+            cf * sp,
+            cf * cp,
+            -sf,
+            up.x,
+            up.y,
+            up.z,
+        )
+    }
+
+    /// The angles for a direction up in platform axes, of any length, and a given Psi (rad): up fixes two
+    /// of the three. Psi = 0 is the convention where only an IMU is known.
+    ///
+    /// ```text
+    ///     q = Rz(Psi) up    Theta = atan2(-q_x, |(q_y, q_z)|)    Phi = atan2(q_y, q_z)
+    /// ```
+    /// Theta lies within a quarter turn; Phi is 0 where the platform stands on its nose or tail.
+    #[must_use]
+    pub fn of_up(up: &Vector3<T>, psi: T) -> Self {
+        let (sin, cos) = psi.sin_cos();
+        let x = cos * up.x - sin * up.y;
+        let y = sin * up.x + cos * up.y;
+        Self {
+            theta: (-x).atan2((y * y + up.z * up.z).sqrt()),
+            phi: y.atan2(up.z),
+            psi,
+        }
+    }
+
+    /// The angles of a rotation from platform axes to the Earth's.
+    ///
+    /// Theta = atan2(R13, R33), Phi = atan2(-R23, |(R21, R22)|), Psi = atan2(R21, R22)
+    #[must_use]
+    pub fn of_rotation(r: &Matrix3<T>) -> Self {
+        Self {
+            theta: r.m13.atan2(r.m33),
+            phi: (-r.m23).atan2((r.m21 * r.m21 + r.m22 * r.m22).sqrt()),
+            psi: r.m21.atan2(r.m22),
+        }
+    }
+
+    /// (10): angular velocity in platform axes (rad/s) from the angles' rates (rad/s). The model keeps
+    /// only its third component, as Psidot (11).
+    #[must_use]
+    pub fn angular_velocity(&self, rates: &Self) -> Vector3<T> {
+        let (_, (sf, cf), (sp, cp)) = self.sines_and_cosines();
+        Vector3::new(
+            rates.phi * cp + rates.theta * cf * sp,
+            rates.theta * cf * cp - rates.phi * sp,
+            rates.psi - rates.theta * sf,
+        )
+    }
+
+    fn sines_and_cosines(&self) -> ((T, T), (T, T), (T, T)) {
+        (self.theta.sin_cos(), self.phi.sin_cos(), self.psi.sin_cos())
+    }
+}

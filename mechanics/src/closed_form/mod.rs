@@ -1,0 +1,64 @@
+//! The analytic model of the first paper: four wheels, a rigid platform, the arm as a wrench on it.
+//!
+//! G. Petrović and J. Mattila, "Analytic Solutions for Wheeled Mobile Manipulator Supporting Forces",
+//! IEEE Access 10, 2022, (8)-(31), (48)-(58), (61)-(111), with its printing errors corrected. Every wheel's load is
+//! a sum of eleven terms, each with one cause; `THEORY.md` has the equations by number, C(1) to C(20).
+//!
+//! Frame {B_C}, "platform axes": origin C, the centre of mass of the platform without arm and wheels; x
+//! forward, y left, z along the contact plane's normal. Four of anything stand in the order of
+//! [`Corner`]: FL FR RR RL.
+//!
+//! ```
+//! use nalgebra::Vector3;
+//! use tipwatch_mechanics::Wrench;
+//! use tipwatch_mechanics::closed_form::{Causes, EqualWheels, PlanarMotion, Platform};
+//!
+//! let platform = Platform {
+//!     gravity: 9.8066,
+//!     mass: 2200.0,
+//!     com_height: 0.45,
+//!     to_rear: 1.15,
+//!     to_front: 1.15,
+//!     half_track_left: 0.875,
+//!     half_track_right: 0.875,
+//!     inertia_xz: 0.0,
+//!     inertia_yz: 0.0,
+//!     front_share: 0.5,
+//!     arm_base: Vector3::new(0.5, 0.0, 0.25),
+//!     ..Platform::zero()
+//! }
+//! .with_equal_wheels(EqualWheels { mass: 60.0, radius: 0.35 });
+//! let causes = Causes::of_motion(&platform, &Vector3::z(), &PlanarMotion::zero(), &Wrench::zero());
+//! for load in causes.terms(&platform).loads() {
+//!     assert!((load - 5982.026_f64).abs() < 1e-6);
+//! }
+//! ```
+
+#[cfg(test)]
+mod against_newton_euler;
+mod attitude;
+mod causes;
+mod demand;
+mod error;
+mod moments;
+mod parts;
+mod placed;
+mod planar_motion;
+mod platform;
+mod terms;
+mod velocity_gradient;
+
+pub use attitude::Attitude;
+pub use causes::{Causes, FeltMotion};
+pub use demand::Demand;
+pub use error::ClosedFormError;
+pub use moments::{Counted, EdgeMoments};
+pub use parts::PlatformParts;
+pub use placed::PlacedPlatform;
+pub use planar_motion::{
+    LEAST_SPEED, PlanarMotion, PointVelocity, Velocities, axle_heading, heading_of_spin_axis,
+    steering_angle,
+};
+pub use platform::{Corner, EqualWheels, Platform, PlatformPose};
+pub use terms::{FeltTerms, TermTable, Terms};
+pub use velocity_gradient::{LoadGradient, sigma, sigma_gradient};

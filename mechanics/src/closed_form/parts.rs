@@ -1,0 +1,107 @@
+//! Which parts of a machine are the platform, which its wheels, and where its arm stands.
+
+use nalgebra::Vector3;
+
+use super::ClosedFormError;
+use crate::machine::{Inertia, LinkGroup, Machine, Split};
+
+/// The parts of a machine as the analytic model sees it: a platform of all that is neither arm nor wheel,
+/// four wheels, and the point that the arm stands on.
+#[derive(Debug, Clone)]
+pub struct PlatformParts {
+    /// What the platform has of each body, in the body's frame; zero for wheels and arm.
+    pub(super) chassis: Vec<Inertia>,
+    /// Indices of the wheels, by [`Corner`](super::Corner).
+    pub(super) wheels: [usize; 4],
+    pub(super) front_share: f64,
+    /// Body and point in it that the arm stands on.
+    pub(super) arm_base: Option<(usize, Vector3<f64>)>,
+}
+
+impl PlatformParts {
+    /// The parts of `machine`. Bogies, their cylinders and rods, steering knuckles and payloads that
+    /// always hang on any of these belong to the platform; the body of a wheel is the wheel.
+    ///
+    /// # Errors
+    /// [`ClosedFormError`]: it is not a machine on four wheels with a front share.
+    pub fn of(machine: &Machine) -> Result<Self, ClosedFormError> {
+        let found = machine.wheels.len();
+        if found != 4 {
+            return Err(ClosedFormError::Wheels { found });
+        }
+        let found = machine.contact.free_joints.len();
+        if found != 0 {
+            return Err(ClosedFormError::FreeJoints { found });
+        }
+        let Split::FrontShare { share, wheels } = machine.contact.split else {
+            return Err(ClosedFormError::Split);
+        };
+        check_wheels_move(machine)?;
+        let chassis = chassis_by_body(machine);
+        if !(chassis.iter().map(|part| part.mass).sum::<f64>() > 0.0) {
+            return Err(ClosedFormError::NoMass);
+        }
+        let [front_left, front_right, rear_left, rear_right] = wheels;
+        Ok(Self {
+            chassis,
+            wheels: [front_left, front_right, rear_right, rear_left],
+            front_share: share,
+            arm_base: arm_base(machine),
+        })
+    }
+
+    /// Indices of the wheels in [`Machine::wheels`], by [`Corner`](super::Corner).
+    #[must_use]
+    pub fn wheels(&self) -> [usize; 4] {
+        self.wheels
+    }
+}
+
+/// A wheel that is part of the root, or of the body of another wheel, cannot be weighed by itself.
+fn check_wheels_move(machine: &Machine) -> Result<(), ClosedFormError> {
+    for wheel in &machine.wheels {
+        let sharing = machine.wheels.iter().filter(|w| w.body == wheel.body);
+        if wheel.body == 0 || sharing.count() > 1 {
+            let wheel = wheel.name.clone();
+            return Err(ClosedFormError::WeldedWheel { wheel });
+        }
+    }
+    Ok(())
+}
+
+/// What the platform has of each body: its links that are not of the arm, and payloads that always hang
+/// on a body with such links. Nothing of wheels.
+fn chassis_by_body(machine: &Machine) -> Vec<Inertia> {
+    let mut chassis = vec![Inertia::zero(); machine.bodies.len()];
+    let mut counts = vec![false; machine.bodies.len()];
+    for link in machine
+        .links
+        .iter()
+        .filter(|l| l.group == LinkGroup::Chassis)
+    {
+        chassis[link.body] = chassis[link.body].welded(&link.inertia);
+        counts[link.body] = true;
+    }
+    let always = [f64::NEG_INFINITY, f64::INFINITY];
+    for payload in machine.payloads.iter().filter(|p| p.window_s == always) {
+        if counts[payload.body] {
+            chassis[payload.body] = chassis[payload.body].welded(&payload.inertia);
+        }
+    }
+    chassis
+}
+
+/// Where the arm stands: at the joint that carries its root link, or at that link's origin where it is
+/// welded to the platform. The links stand parents first, so the root link is the arm's first.
+fn arm_base(machine: &Machine) -> Option<(usize, Vector3<f64>)> {
+    let root = machine
+        .links
+        .iter()
+        .find(|link| link.group == LinkGroup::Arm)?;
+    let body = &machine.bodies[root.body];
+    let mut mates = machine.links.iter().filter(|l| l.body == root.body);
+    if mates.any(|link| link.group != LinkGroup::Arm) || root.body == 0 {
+        return Some((root.body, root.body_from_link.translation.vector));
+    }
+    Some((body.parent, body.joint_in_parent))
+}

@@ -1,0 +1,229 @@
+//! The platform of a machine for a posture: its parameters and the pose of its frame.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::{ClosedFormError, Platform, PlatformParts, PlatformPose};
+use crate::contact_plane::ContactPlane;
+use crate::coordinate::{Coordinate, Motion};
+use crate::kinematics::{self, BodyMotion};
+use crate::machine::{Inertia, Machine};
+use crate::number::Real;
+use crate::spatial::{rotate, rotate_back};
+use crate::state::State;
+
+/// Wheels may be this share of wheelbase or track off the rectangle that the model makes of them.
+const OFF_RECTANGLE_SHARE: f64 = 0.02;
+
+/// A platform, and where it is.
+#[derive(Debug, Clone, Copy)]
+pub struct PlacedPlatform<T> {
+    /// Its parameters.
+    pub platform: Platform<T>,
+    /// Its frame in the base frame.
+    pub pose: PlatformPose<T>,
+    /// Where the wheels stand, in platform axes from C (m), by [`Corner`](super::Corner); the platform
+    /// has the means of each axle and side.
+    pub contacts: [Vector2<T>; 4],
+}
+
+impl PlatformParts {
+    /// The platform with the joints of `machine`, whose parts these are, at these positions (rad or m),
+    /// in the order of [`Machine::joints`]. Tyres have their radius without load; without an arm its
+    /// base is C.
+    ///
+    /// # Errors
+    /// [`ClosedFormError`]: no such posture, or one in which the wheels stand in no rectangle.
+    pub fn place(
+        &self,
+        machine: &Machine,
+        joint_positions: &[f64],
+    ) -> Result<PlacedPlatform<f64>, ClosedFormError> {
+        let motions = posture(machine, joint_positions)?;
+        let placed = self.placed(machine, &motions);
+        check_rectangle(&placed)?;
+        Ok(placed)
+    }
+
+    /// The platform for a pose of all bodies. It allocates nothing and checks nothing: wheels that
+    /// stand in no rectangle count at the means of their axle and side.
+    pub(crate) fn placed<T: Real>(
+        &self,
+        machine: &Machine,
+        motions: &[BodyMotion<T>],
+    ) -> PlacedPlatform<T> {
+        let (mass, centre) = self.centre_of_mass(motions);
+        let wheels = self.wheels.map(|wheel| &machine.wheels[wheel]);
+        let centres = wheels.map(|wheel| motions[wheel.body].point(&wheel.centre_in_body));
+        let radii = wheels.map(|wheel| T::constant(wheel.radius));
+        let plane = ContactPlane::through(&centres, &radii, machine.contact.radii_differ);
+        let axes = [plane.forward, plane.left, plane.normal].map(|axis| axis.transpose());
+        let pose = PlatformPose {
+            platform_from_base: Matrix3::from_rows(&axes),
+            centre,
+        };
+        let contacts = centres.map(|wheel| pose.point(&wheel).xy());
+        let com_height = plane.normal.dot(&centre) - plane.height;
+        let (wheel_mass, wheel_moment) = self.wheel_moment(machine, motions, &pose, com_height);
+        let [inertia_xz, inertia_yz] = self.inertia_to_normal(motions, &pose);
+        let rectangle = Platform {
+            gravity: T::constant(machine.gravity),
+            mass,
+            com_height,
+            wheel_mass,
+            wheel_moment,
+            inertia_xz,
+            inertia_yz,
+            front_share: T::constant(self.front_share),
+            arm_base: self.arm_base_from_centre(motions, &pose),
+            ..Platform::zero()
+        };
+        PlacedPlatform {
+            platform: on_mean_rectangle(rectangle, &contacts),
+            pose,
+            contacts,
+        }
+    }
+
+    /// Mass (kg) and centre of mass in base axes (m).
+    fn centre_of_mass<T: Real>(&self, motions: &[BodyMotion<T>]) -> (T, Vector3<T>) {
+        let (mut mass, mut moment) = (T::zero(), Vector3::zeros());
+        for (part, motion) in self.parts(motions) {
+            let part_mass = T::constant(part.mass);
+            mass += part_mass;
+            moment += motion.point(&part.com) * part_mass;
+        }
+        (mass, moment * (T::one() / mass))
+    }
+
+    /// I_xz and I_yz about C in platform axes: for each part with inertia I about its own centre of mass,
+    /// d away from C, e' I n - m (d.e)(d.n) with e along x or y and n along z.
+    fn inertia_to_normal<T: Real>(
+        &self,
+        motions: &[BodyMotion<T>],
+        pose: &PlatformPose<T>,
+    ) -> [T; 2] {
+        let [x, y, normal] =
+            [0, 1, 2].map(|row| pose.platform_from_base.row(row).transpose().into_owned());
+        let mut sums = [T::zero(); 2];
+        for (part, motion) in self.parts(motions) {
+            let tensor = part.about_com.map(T::constant);
+            let about_normal = rotate(&tensor, &rotate_back(&motion.rotation, &normal));
+            let away = motion.point(&part.com) - pose.centre;
+            let part_mass = T::constant(part.mass) * away.dot(&normal);
+            for (sum, axis) in sums.iter_mut().zip([x, y]) {
+                *sum += rotate_back(&motion.rotation, &axis).dot(&about_normal)
+                    - part_mass * away.dot(&axis);
+            }
+        }
+        sums
+    }
+
+    /// Mass of the wheels (kg) and their first moment from the point of the plane below C (kg m).
+    fn wheel_moment<T: Real>(
+        &self,
+        machine: &Machine,
+        motions: &[BodyMotion<T>],
+        pose: &PlatformPose<T>,
+        com_height: T,
+    ) -> (T, Vector3<T>) {
+        let below = Vector3::new(T::zero(), T::zero(), com_height);
+        let (mut mass, mut moment) = (T::zero(), Vector3::zeros());
+        for wheel in self.wheels {
+            let body = machine.wheels[wheel].body;
+            let inertia = &machine.bodies[body].inertia;
+            let com = pose.point(&motions[body].point(&inertia.com)) + below;
+            mass += T::constant(inertia.mass);
+            moment += com * T::constant(inertia.mass);
+        }
+        (mass, moment)
+    }
+
+    fn arm_base_from_centre<T: Real>(
+        &self,
+        motions: &[BodyMotion<T>],
+        pose: &PlatformPose<T>,
+    ) -> Vector3<T> {
+        self.arm_base.map_or(Vector3::zeros(), |(body, point)| {
+            pose.point(&motions[body].point(&point))
+        })
+    }
+
+    /// Every body that has a part of the platform.
+    fn parts<'a, T: Real>(
+        &'a self,
+        motions: &'a [BodyMotion<T>],
+    ) -> impl Iterator<Item = (&'a Inertia, &'a BodyMotion<T>)> {
+        let parts = self.chassis.iter().zip(motions);
+        parts.filter(|(part, _)| part.mass > 0.0)
+    }
+}
+
+/// The platform on the mean of the wheels of each axle and side.
+fn on_mean_rectangle<T: Real>(platform: Platform<T>, contacts: &[Vector2<T>; 4]) -> Platform<T> {
+    let [fl, fr, rr, rl] = contacts;
+    let half = T::constant(0.5);
+    Platform {
+        to_rear: -((rl.x + rr.x) * half),
+        to_front: (fl.x + fr.x) * half,
+        half_track_left: (fl.y + rl.y) * half,
+        half_track_right: -((fr.y + rr.y) * half),
+        ..platform
+    }
+}
+
+fn check_rectangle(placed: &PlacedPlatform<f64>) -> Result<(), ClosedFormError> {
+    let [fl, fr, rr, rl] = &placed.contacts;
+    let allowed = OFF_RECTANGLE_SHARE * placed.platform.wheelbase();
+    for (axle, found) in [("front", fl.x - fr.x), ("rear", rl.x - rr.x)] {
+        let found = found.abs();
+        if !(found <= allowed) {
+            return Err(ClosedFormError::Axle {
+                axle,
+                allowed,
+                found,
+            });
+        }
+    }
+    let allowed = OFF_RECTANGLE_SHARE * placed.platform.track();
+    for (side, found) in [("left", fl.y - rl.y), ("right", fr.y - rr.y)] {
+        let found = found.abs();
+        if !(found <= allowed) {
+            return Err(ClosedFormError::HalfTrack {
+                side,
+                allowed,
+                found,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Poses of all bodies with the joints at rest at these positions.
+fn posture(
+    machine: &Machine,
+    joint_positions: &[f64],
+) -> Result<Vec<BodyMotion<f64>>, ClosedFormError> {
+    let (expected, found) = (machine.joints.len(), joint_positions.len());
+    if expected != found {
+        return Err(ClosedFormError::JointPositions { expected, found });
+    }
+    let mut state = State::<f64>::zero(machine);
+    for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
+        *motion = Motion {
+            position,
+            ..Motion::zero()
+        };
+    }
+    let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()];
+    let closure = kinematics::coordinates(machine, &state, &mut coordinates);
+    let finite = joint_positions.iter().all(|position| position.is_finite());
+    if !(finite && closure >= 0.0) {
+        return Err(ClosedFormError::Posture);
+    }
+    let zero = Vector3::zeros();
+    let mut motions = vec![BodyMotion::base(zero, zero, zero); machine.bodies.len()];
+    for (i, body) in machine.bodies.iter().enumerate().skip(1) {
+        motions[i] = motions[body.parent].carry(body, &coordinates[i]);
+    }
+    Ok(motions)
+}

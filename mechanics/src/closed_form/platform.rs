@@ -1,0 +1,222 @@
+//! The platform of the analytic model: its dozen of parameters, and where its frame lies.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::{ClosedFormError, PlatformParts};
+use crate::machine::Machine;
+use crate::number::Real;
+use crate::spatial::{Wrench, constant, cross, rotate, rotate_back};
+
+/// A wheel's place; its value is its index wherever four wheels stand in a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Corner {
+    /// FL
+    FrontLeft,
+    /// FR
+    FrontRight,
+    /// RR
+    RearRight,
+    /// RL
+    RearLeft,
+}
+
+impl Corner {
+    /// The corners in their order.
+    pub const ALL: [Self; 4] = [
+        Self::FrontLeft,
+        Self::FrontRight,
+        Self::RearRight,
+        Self::RearLeft,
+    ];
+}
+
+/// The platform, of the first paper's Table 1, in platform axes.
+///
+/// The paper's four equal wheels on equal half tracks are a special case: see
+/// [`Platform::with_equal_wheels`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Platform<T> {
+    /// g, gravitational acceleration (m/s^2).
+    pub gravity: T,
+    /// m_BC, mass without arm and wheels (kg).
+    pub mass: T,
+    /// z_C, height of C above the contact plane (m).
+    pub com_height: T,
+    /// l1, distance from C back to the rear axle (m).
+    pub to_rear: T,
+    /// l2, distance from C forward to the front axle (m).
+    pub to_front: T,
+    /// w_L, distance from C to the left wheels (m).
+    pub half_track_left: T,
+    /// w_R, distance from C to the right wheels (m).
+    pub half_track_right: T,
+    /// Sum of m_w,i, the wheels' masses (kg); 4 m_w in the paper.
+    pub wheel_mass: T,
+    /// Sum of m_w,i (x_i, y_i, R_i), the wheels' centres from the point of the contact plane below C
+    /// (kg m); the paper's is (2 (l2 - l1) m_w, 2 (w_L - w_R) m_w, 4 m_w R_w).
+    pub wheel_moment: Vector3<T>,
+    /// I_xz, element of the platform's inertia tensor about C (kg m^2), of opposite sign to the
+    /// product of inertia.
+    pub inertia_xz: T,
+    /// I_yz, likewise (kg m^2).
+    pub inertia_yz: T,
+    /// D of (54), the front axle's share of the lateral load difference, 0 to 1.
+    pub front_share: T,
+    /// (x_CA, y_CA, z_CA) of (60), the base of the arm from C (m).
+    pub arm_base: Vector3<T>,
+}
+
+/// The wheels of the first paper's assumption 6.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EqualWheels<T> {
+    /// m_w (kg).
+    pub mass: T,
+    /// R_w (m).
+    pub radius: T,
+}
+
+impl<T: Real> Platform<T> {
+    /// All parameters zero: something to write a platform on.
+    #[must_use]
+    pub fn zero() -> Self {
+        let zero = T::zero();
+        Self {
+            gravity: zero,
+            mass: zero,
+            com_height: zero,
+            to_rear: zero,
+            to_front: zero,
+            half_track_left: zero,
+            half_track_right: zero,
+            wheel_mass: zero,
+            wheel_moment: Vector3::zeros(),
+            inertia_xz: zero,
+            inertia_yz: zero,
+            front_share: zero,
+            arm_base: Vector3::zeros(),
+        }
+    }
+
+    /// The same platform on four equal wheels; its axles and half tracks must be in place.
+    #[must_use]
+    pub fn with_equal_wheels(self, wheels: EqualWheels<T>) -> Self {
+        let two = T::constant(2.0);
+        let pair = two * wheels.mass;
+        Self {
+            wheel_mass: two * pair,
+            wheel_moment: Vector3::new(
+                pair * (self.to_front - self.to_rear),
+                pair * (self.half_track_left - self.half_track_right),
+                two * pair * wheels.radius,
+            ),
+            ..self
+        }
+    }
+
+    /// The same platform in every sample.
+    #[must_use]
+    pub fn constant(platform: &Platform<f64>) -> Self {
+        let c = T::constant;
+        Self {
+            gravity: c(platform.gravity),
+            mass: c(platform.mass),
+            com_height: c(platform.com_height),
+            to_rear: c(platform.to_rear),
+            to_front: c(platform.to_front),
+            half_track_left: c(platform.half_track_left),
+            half_track_right: c(platform.half_track_right),
+            wheel_mass: c(platform.wheel_mass),
+            wheel_moment: constant(&platform.wheel_moment),
+            inertia_xz: c(platform.inertia_xz),
+            inertia_yz: c(platform.inertia_yz),
+            front_share: c(platform.front_share),
+            arm_base: constant(&platform.arm_base),
+        }
+    }
+
+    /// L = l1 + l2 (m).
+    #[must_use]
+    pub fn wheelbase(&self) -> T {
+        self.to_rear + self.to_front
+    }
+
+    /// w_L + w_R (m).
+    #[must_use]
+    pub fn track(&self) -> T {
+        self.half_track_left + self.half_track_right
+    }
+
+    /// Where the wheels stand, in platform axes from C (m), by [`Corner`].
+    #[must_use]
+    pub fn contacts(&self) -> [Vector2<T>; 4] {
+        let (front, rear) = (self.to_front, -self.to_rear);
+        let (left, right) = (self.half_track_left, -self.half_track_right);
+        [(front, left), (front, right), (rear, right), (rear, left)]
+            .map(|(x, y)| Vector2::new(x, y))
+    }
+}
+
+impl Platform<f64> {
+    /// The platform of `machine` with its joints at these positions (rad or m), in the order of
+    /// [`Machine::joints`]; see [`PlatformParts::place`].
+    ///
+    /// # Errors
+    /// [`ClosedFormError`]: the machine is not of the kind that the analytic model describes.
+    pub fn of(machine: &Machine, joint_positions: &[f64]) -> Result<Self, ClosedFormError> {
+        let placed = PlatformParts::of(machine)?.place(machine, joint_positions)?;
+        Ok(placed.platform)
+    }
+}
+
+/// Where {B_C} lies in the base frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlatformPose<T> {
+    /// Maps base axes to platform axes.
+    pub platform_from_base: Matrix3<T>,
+    /// C in base axes (m).
+    pub centre: Vector3<T>,
+}
+
+impl<T: Real> PlatformPose<T> {
+    /// A direction given in base axes, in platform axes.
+    #[must_use]
+    pub fn direction(&self, in_base: &Vector3<T>) -> Vector3<T> {
+        rotate(&self.platform_from_base, in_base)
+    }
+
+    /// A point given in the base frame, in platform axes from C (m).
+    #[must_use]
+    pub fn point(&self, in_base: &Vector3<T>) -> Vector3<T> {
+        self.direction(&(in_base - self.centre))
+    }
+
+    /// The specific force at C in platform axes, from that at the base frame's origin and from the
+    /// base's angular velocity and acceleration, all in base axes (m/s^2, rad/s, rad/s^2).
+    ///
+    /// s_C = s + alpha x c + w x (w x c)
+    #[must_use]
+    pub fn specific_force_at_centre(
+        &self,
+        specific_force: &Vector3<T>,
+        angular_velocity: &Vector3<T>,
+        angular_acceleration: &Vector3<T>,
+    ) -> Vector3<T> {
+        let swept = cross(angular_velocity, &self.centre);
+        let felt = specific_force
+            + cross(angular_acceleration, &self.centre)
+            + cross(angular_velocity, &swept);
+        self.direction(&felt)
+    }
+
+    /// A wrench about the base frame's origin in base axes, about `point` (platform axes, from C) in
+    /// platform axes (N, N m).
+    #[must_use]
+    pub fn wrench_at(&self, about_base: &Wrench<T>, point: &Vector3<T>) -> Wrench<T> {
+        let point_in_base = self.centre + rotate_back(&self.platform_from_base, point);
+        let moved = about_base.about(&point_in_base);
+        Wrench {
+            force: self.direction(&moved.force),
+            moment: self.direction(&moved.moment),
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! How the loads and the tip-over avoidance function sigma change with the platform's velocities.
+
+use super::{Demand, PlanarMotion, Platform};
+use crate::number::Real;
+
+/// Partial derivatives of the loads FL FR RR RL, the arm's wrench and the attitude held.
+///
+/// By velocity the accelerations are held too, so at rest nothing changes with speed although the
+/// machine may be close to tipping. Braking is in `by_acceleration`: within a control step dt, where
+/// vdot = (xi_k - xi_(k-1)) / dt, add `by_acceleration / dt`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadGradient<T> {
+    /// By xi = (v_x, v_y, Psidot), of zeta_9 and zeta_10 (N s/m, N s/m, N s/rad).
+    pub by_velocity: [[T; 3]; 4],
+    /// By (vdot_x, vdot_y, Psiddot), of zeta_7, zeta_8 and zeta_11 (N s^2/m, N s^2/m, N s^2/rad).
+    pub by_acceleration: [[T; 3]; 4],
+}
+
+impl<T: Real> LoadGradient<T> {
+    /// The derivatives for a motion.
+    ///
+    /// ```text
+    ///     db/dv_x = (-m z_C Psidot, 0)    db/dv_y = (0, -m z_C Psidot)
+    ///     db/dPsidot  = (-m z_C v_x - 2 I_yz Psidot, -m z_C v_y + 2 I_xz Psidot)
+    ///     db/dvdot_x  = (0, m z_C)    db/dvdot_y = (-m z_C, 0)    db/dPsiddot = (I_xz, I_yz)
+    /// ```
+    #[must_use]
+    pub fn of(platform: &Platform<T>, motion: &PlanarMotion<T>) -> Self {
+        let zero = T::zero();
+        let lever = platform.mass * platform.com_height;
+        let (xz, yz) = (platform.inertia_xz, platform.inertia_yz);
+        let rate = motion.yaw_rate;
+        let by_velocity = [
+            Demand::moments(-(lever * rate), zero),
+            Demand::moments(zero, -(lever * rate)),
+            Demand::moments(
+                -(lever * motion.v_x) - (yz + yz) * rate,
+                (xz + xz) * rate - lever * motion.v_y,
+            ),
+        ];
+        let by_acceleration = [
+            Demand::moments(zero, lever),
+            Demand::moments(-lever, zero),
+            Demand::moments(xz, yz),
+        ];
+        Self {
+            by_velocity: by_wheel(&by_velocity, platform),
+            by_acceleration: by_wheel(&by_acceleration, platform),
+        }
+    }
+}
+
+fn by_wheel<T: Real>(demands: &[Demand<T>; 3], platform: &Platform<T>) -> [[T; 3]; 4] {
+    let loads = demands.each_ref().map(|demand| demand.loads(platform));
+    std::array::from_fn(|wheel| std::array::from_fn(|k| loads[k][wheel]))
+}
+
+/// sigma = 1/2 sum (OTF_i - OTF_i,opt)^2 of (110), (111): how far loads are from the optimal ones (N^2).
+#[must_use]
+pub fn sigma<T: Real>(loads: &[T; 4], optimal: &[T; 4]) -> T {
+    let half = T::constant(0.5);
+    loads
+        .iter()
+        .zip(optimal)
+        .map(|(&load, &optimal)| load - optimal)
+        .fold(T::zero(), |sum, off| sum + off * off)
+        * half
+}
+
+/// dsigma/dxi = sum (OTF_i - OTF_i,opt) dOTF_i/dxi, for the derivatives of the loads by any xi.
+#[must_use]
+pub fn sigma_gradient<T: Real>(
+    loads: &[T; 4],
+    optimal: &[T; 4],
+    load_gradient: &[[T; 3]; 4],
+) -> [T; 3] {
+    let mut gradient = [T::zero(); 3];
+    for ((&load, &optimal), by) in loads.iter().zip(optimal).zip(load_gradient) {
+        for (sum, &by) in gradient.iter_mut().zip(by) {
+            *sum += (load - optimal) * by;
+        }
+    }
+    gradient
+}

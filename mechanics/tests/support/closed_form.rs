@@ -1,0 +1,82 @@
+//! The first paper's platform, for the tests of the analytic model.
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::Wrench;
+use tipwatch_mechanics::closed_form::{EqualWheels, PlanarMotion, Platform};
+
+/// Table 1, with these elements of the inertia tensor.
+pub(crate) fn table_1(inertia_xz: f64, inertia_yz: f64) -> Platform<f64> {
+    let wheels = EqualWheels {
+        mass: 60.0,
+        radius: 0.35,
+    };
+    Platform {
+        gravity: 9.8066,
+        mass: 2200.0,
+        com_height: 0.45,
+        to_rear: 1.15,
+        to_front: 1.15,
+        half_track_left: 0.875,
+        half_track_right: 0.875,
+        inertia_xz,
+        inertia_yz,
+        front_share: 0.5,
+        arm_base: Vector3::new(0.5, 0.0, 0.25),
+        ..Platform::zero()
+    }
+    .with_equal_wheels(wheels)
+}
+
+/// A platform from numbers in -1..1.
+pub(crate) fn platform(u: &[f64]) -> Platform<f64> {
+    let wheels = EqualWheels {
+        mass: 80.0 + 40.0 * u[0],
+        radius: 0.5 + 0.2 * u[1],
+    };
+    Platform {
+        gravity: 9.81,
+        mass: 3000.0 + 2000.0 * u[2],
+        com_height: 0.8 + 0.4 * u[3],
+        to_rear: 1.4 + 0.6 * u[4],
+        to_front: 1.4 + 0.6 * u[5],
+        half_track_left: 0.9 + 0.3 * u[6],
+        half_track_right: 0.9 + 0.3 * u[7],
+        inertia_xz: 100.0 * u[8],
+        inertia_yz: 100.0 * u[9],
+        front_share: 0.5 + 0.5 * u[10],
+        arm_base: Vector3::new(u[11], 0.5 * u[12], 0.5 * u[13]),
+        ..Platform::zero()
+    }
+    .with_equal_wheels(wheels)
+}
+
+/// A motion from numbers in -1..1.
+pub(crate) fn motion(u: &[f64]) -> PlanarMotion<f64> {
+    PlanarMotion {
+        v_x: 4.0 * u[0],
+        v_y: u[1],
+        vdot_x: 3.0 * u[2],
+        vdot_y: u[3],
+        yaw_rate: u[4],
+        yaw_acceleration: u[5],
+    }
+}
+
+/// B_M F = (f_x, f_y, f_z, m_x, m_y, m_z)
+pub(crate) fn wrench(f: [f64; 6]) -> Wrench<f64> {
+    Wrench {
+        force: Vector3::new(f[0], f[1], f[2]),
+        moment: Vector3::new(f[3], f[4], f[5]),
+    }
+}
+
+pub(crate) fn assert_close(found: f64, expected: f64, allowed: f64) {
+    let error = (found - expected).abs();
+    assert!(error <= allowed, "{found} instead of {expected}");
+}
+
+pub(crate) fn assert_all_close<const N: usize>(found: [f64; N], expected: [f64; N], allowed: f64) {
+    for (found, expected) in found.into_iter().zip(expected) {
+        assert_close(found, expected, allowed);
+    }
+}
