@@ -8,11 +8,12 @@
 
 use std::hint::black_box;
 use std::process::Command;
+use std::sync::Arc;
 use std::time::Instant;
 
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{
-    Lanes, Machine, Scope, State, StateColumns, Workspace, evaluate, evaluate_rows,
+    Lanes, Machine, Model, Scope, State, StateColumns, Workspace, evaluate, evaluate_rows,
 };
 
 const STATES: usize = 1024;
@@ -26,14 +27,21 @@ fn main() {
     let scalar = nanoseconds_a_state(|| scalar(&machine, &one_by_one));
     let side_by_side = side_by_side(&machine, &one_by_one);
     let lanes = nanoseconds_a_state(|| lanes(&machine, &side_by_side));
-    let rows = nanoseconds_a_state(|| {
-        black_box(evaluate_rows(
-            &machine,
-            black_box(&states),
-            0..STATES,
-            Scope::LOADS,
-        ));
-    });
+    let by_rows = |scope| {
+        let model = Arc::new(Model::WholeBody);
+        nanoseconds_a_state(|| {
+            black_box(evaluate_rows(
+                &machine,
+                black_box(&states),
+                0..STATES,
+                scope,
+                &model,
+            ));
+        })
+    };
+    let rows = by_rows(Scope::LOADS);
+    let everything = by_rows(Scope::ALL);
+    let loads_again = by_rows(Scope::LOADS);
     println!(
         "evaluate, f64:            {scalar:7.0} ns a sample (least of {REPEATS} runs over {STATES} states)"
     );
@@ -42,6 +50,35 @@ fn main() {
         scalar / lanes
     );
     println!("evaluate_rows, lanes:     {rows:7.0} ns a sample, from columns to columns");
+    println!(
+        "with all the rest, lanes: {everything:7.0} ns a sample, {:.1} times the loads alone",
+        everything / rows.min(loads_again)
+    );
+    for (what, scope) in [
+        (
+            "indicators",
+            Scope {
+                indicators: true,
+                ..Scope::LOADS
+            },
+        ),
+        (
+            "causes",
+            Scope {
+                causes: true,
+                ..Scope::LOADS
+            },
+        ),
+        (
+            "sensitivities",
+            Scope {
+                sensitivities: true,
+                ..Scope::LOADS
+            },
+        ),
+    ] {
+        println!("  {what:23} {:7.0} ns a sample more", by_rows(scope) - rows);
+    }
     peer();
 }
 

@@ -1,9 +1,11 @@
 //! Many samples: columns of numbers in, columns out, several samples side by side between.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::evaluate::evaluate;
 use crate::machine::Machine;
+use crate::model::Model;
 use crate::number::Lanes;
 use crate::outcome::Quantity;
 use crate::scope::Scope;
@@ -153,8 +155,9 @@ pub fn evaluate_rows(
     states: &StateColumns,
     rows: Range<usize>,
     scope: Scope,
+    model: &Arc<Model>,
 ) -> OutcomeColumns {
-    let mut workspace = Workspace::<Lanes>::with_scope(machine, scope);
+    let mut workspace = Workspace::<Lanes>::with_model(machine, scope, Arc::clone(model));
     let mut state = State::<Lanes>::zero(machine);
     let mut outcomes = OutcomeColumns::empty(machine, scope);
     for column in &mut outcomes.columns {

@@ -210,13 +210,6 @@ impl<T: Real> Field<T> {
         }
     }
 
-    pub(crate) fn plus(&self, other: &Self) -> Self {
-        Self {
-            angular: self.angular + other.angular,
-            linear: self.linear + other.linear,
-        }
-    }
-
     pub(crate) fn minus(&self, other: &Self) -> Self {
         Self {
             angular: self.angular - other.angular,

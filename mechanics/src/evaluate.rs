@@ -1,20 +1,22 @@
 //! The one entry: a state in, wheel loads out.
 
-use nalgebra::Vector2;
+use std::sync::Arc;
 
-use crate::attribution::{Cause, Circumstances, attribute, attribute_links};
+use nalgebra::{Vector2, Vector3};
+
+use crate::closed_form::{Moving, PlacedPlatform};
 use crate::contact_plane::ContactPlane;
-use crate::indicators::{self, Balance, overturning};
+use crate::explain::{Explained, explain};
+use crate::indicators::overturning;
 use crate::kinematics::{self, BodyMotion, ImuSeat};
 use crate::machine::Machine;
+use crate::model::{ClosedForm, Model};
 use crate::newton_euler;
 use crate::number::Real;
 use crate::outcome::Outcome;
 use crate::scope::Scope;
-use crate::sensitivity::SensedMotion;
 use crate::spatial::Wrench;
 use crate::state::State;
-use crate::uncertainty;
 use crate::wheel_loads::{Beyond, GroundForce, Loads, Stance, beyond_free_joints};
 use crate::workspace::Workspace;
 
@@ -35,11 +37,11 @@ macro_rules! stance {
     };
 }
 
-/// Wheel loads and stability of `machine` in `state` (model `whole-body`).
+/// Wheel loads and stability of `machine` in `state`, by the workspace's model and as far as its scope.
 ///
 /// It remembers nothing and allocates nothing: the same state gives the same bits. What cannot be
 /// computed is NaN: everything where an input is NaN or a linkage cannot close, positions of the
-/// centre of pressure where the ground does not push.
+/// centre of pressure where the ground does not push, all of the analytic model without an attitude.
 pub fn evaluate<'w, T: Real>(
     machine: &Machine,
     state: &State<T>,
@@ -52,12 +54,49 @@ pub fn evaluate<'w, T: Real>(
     move_bodies(machine, w, base);
     newton_euler::add_payloads(machine, state, &w.motions, &mut w.wrenches);
     let tool_wrench = newton_euler::tool_wrench(machine, state, &w.motions);
-    let ground = newton_euler::sum(&w.wrenches, |_| true).minus(&tool_wrench);
     for (wheel, spec) in machine.wheels.iter().enumerate() {
         w.wheel_centres[wheel] = w.motions[spec.body].point(&spec.centre_in_body);
         w.radii[wheel] = T::constant(spec.radius);
     }
-    beyond_free_joints(machine, &w.wrenches, &tool_wrench, &mut w.beyond);
+    let model = Arc::clone(&w.model);
+    if w.scope.needs_groups() || !matches!(*model, Model::WholeBody) {
+        w.groups.fill(machine, state, &w.motions, &tool_wrench);
+    }
+    let plane = match &*model {
+        Model::WholeBody => whole_body(machine, w, &tool_wrench),
+        Model::ClosedForm(model) => closed_form(machine, state, w, model),
+    };
+    let out = &mut w.outcome;
+    let mut loads = Loads {
+        otf: &mut out.otf,
+        load: &mut out.load,
+        least: &mut out.load_least,
+        largest: &mut out.load_largest,
+    };
+    w.solver
+        .find_envelope(machine, &w.equations, &out.itom_full, &mut loads);
+    if w.scope != Scope::LOADS {
+        let explained = Explained {
+            machine,
+            state,
+            plane: &plane,
+            seat: &seat,
+            tool_wrench: &tool_wrench,
+        };
+        explain(&explained, w, &model);
+    }
+    &w.outcome
+}
+
+/// Newton-Euler over every body; tyres that deflect under their load are solved for twice.
+fn whole_body<T: Real>(
+    machine: &Machine,
+    w: &mut Workspace<T>,
+    tool_wrench: &Wrench<T>,
+) -> ContactPlane<T> {
+    let ground = newton_euler::sum(&w.wrenches, |_| true).minus(tool_wrench);
+    w.outcome.ground_wrench = ground;
+    beyond_free_joints(machine, &w.wrenches, tool_wrench, &mut w.beyond);
     let radii_differ = machine.contact.radii_differ;
     let mut plane = ContactPlane::through(&w.wheel_centres, &w.radii, radii_differ);
     stand(machine, w, &ground, &plane);
@@ -84,83 +123,45 @@ pub fn evaluate<'w, T: Real>(
         let loads = [&w.outcome.otf[..], &w.outcome.load[..]];
         w.influences.fill(&stance, &w.solver, loads, pressing);
     }
-    let out = &mut w.outcome;
-    out.ground_wrench = ground;
-    let mut loads = Loads {
-        otf: &mut out.otf,
-        load: &mut out.load,
-        least: &mut out.load_least,
-        largest: &mut out.load_largest,
-    };
-    w.solver
-        .find_envelope(machine, &w.equations, &out.itom_full, &mut loads);
-    if w.scope != Scope::LOADS {
-        explain(machine, state, w, &plane, &seat, &tool_wrench);
-    }
-    &w.outcome
+    plane
 }
 
-/// What the scope asks for beyond the loads.
-fn explain<T: Real>(
+/// The analytic model: the ground holds its b1, b2, b3 on the platform's own rectangle.
+fn closed_form<T: Real>(
     machine: &Machine,
     state: &State<T>,
     w: &mut Workspace<T>,
-    plane: &ContactPlane<T>,
-    seat: &ImuSeat<T>,
-    tool_wrench: &Wrench<T>,
-) {
-    w.groups.fill(machine, state, &w.motions, tool_wrench);
-    let scope = w.scope;
-    if scope.sensitivities {
-        let motion = SensedMotion {
-            machine,
-            state,
-            seat,
-            coordinates: &w.coordinates,
-            motions: &w.motions,
-            wrenches: &w.wrenches,
-            groups: &w.groups,
-            tool_wrench,
-            centres: &w.wheel_centres,
-        };
-        w.sensitivity.fill(&motion, &w.influences);
-        let noise = &state.noise;
-        uncertainty::fill(machine, &w.sigmas, noise, &w.sensitivity, &mut w.outcome);
+    model: &ClosedForm,
+) -> ContactPlane<T> {
+    let placed = PlacedPlatform::<T>::constant(&model.placed);
+    let parts = &w.groups.sets[0];
+    let moving = Moving {
+        machine,
+        motions: &w.motions,
+        known: &state.base,
+        arm: &parts.tool.minus(&parts.arm.wrench),
+    };
+    let held = w
+        .outcome
+        .closed_form
+        .fill(&model.parts, &placed, model.input, &moving);
+    let plane = placed.contact_plane();
+    let below_centre = placed.pose.direction(&placed.pose.centre).xy();
+    for (&wheel, contact) in model.parts.wheels().iter().zip(&placed.contacts) {
+        w.contacts[wheel] = contact + below_centre;
     }
-    if scope.indicators {
-        let balance = Balance {
-            machine,
-            state,
-            plane,
-            contacts: &w.contacts,
-            whole: &w.groups.sets[0],
-            motions: &w.motions,
-            sensitivity: scope.sensitivities.then_some(&w.sensitivity),
-        };
-        indicators::fill(&balance, &mut w.outcome);
-    }
-    if scope.causes {
-        let circumstances = Circumstances {
-            machine,
-            base: &w.motions[0],
-            known: &state.base,
-            normal: &plane.normal,
-        };
-        let (influences, out) = (&w.influences.otf, &mut w.outcome);
-        attribute(
-            &circumstances,
-            &w.groups,
-            &w.motions,
-            influences,
-            &mut out.causes,
-        );
-        for (wheel, causes) in out.causes.iter_mut().enumerate() {
-            causes[Cause::LiftOff as usize] = out.load[wheel] - out.otf[wheel];
-        }
-    }
-    if scope.parts {
-        attribute_links(machine, &w.motions, &w.influences.otf, &mut w.outcome.parts);
-    }
+    let force = GroundForce {
+        normal: held.normal,
+        moment: held.moment,
+    };
+    w.equations.set_equilibrium(&force, &w.contacts);
+    w.outcome.ground_wrench = Wrench {
+        force: plane.normal * held.normal,
+        moment: plane.forward * held.moment.x + plane.left * held.moment.y,
+    };
+    load_wheels(machine, w, &force, &plane.normal);
+    w.outcome.indicators.set_edge_moments(&held.edge_moments);
+    plane
 }
 
 /// Motion and wrench of every body, parents first.
@@ -197,10 +198,20 @@ fn stand<T: Real>(
         };
         w.equations.set_free_joints(machine, &beyond);
     }
+    load_wheels(machine, w, &force, &plane.normal);
+}
+
+/// Loads the wheels with the force whose equations are set.
+fn load_wheels<T: Real>(
+    machine: &Machine,
+    w: &mut Workspace<T>,
+    force: &GroundForce<T>,
+    normal: &Vector3<T>,
+) {
     let out = &mut w.outcome;
-    out.contact_normal = plane.normal;
+    out.contact_normal = *normal;
     out.normal_force = force.normal;
-    stability(machine, &force, &w.contacts, out);
+    stability(machine, force, &w.contacts, out);
     let mut loads = Loads {
         otf: &mut out.otf,
         load: &mut out.load,

@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use crate::attribution::{Cause, Causes};
+use crate::closed_form::{ClosedFormOutcome, Travelling};
 use crate::indicators::{Indicators, Travel};
 use crate::machine::Machine;
 use crate::number::Real;
@@ -53,6 +54,19 @@ pub struct Outcome<T> {
     pub parts: Vec<Vec<T>>,
     /// Standard deviations of the loads.
     pub uncertainty: Uncertainty<T>,
+    /// What the analytic model tells beside the loads; NaN of another model.
+    pub closed_form: ClosedFormOutcome<T>,
+}
+
+/// What travels over the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Place {
+    /// The wheel of this index.
+    Wheel(usize),
+    /// The middle of the front axle.
+    FrontAxle,
+    /// The middle of the rear axle.
+    RearAxle,
 }
 
 /// A number of an [`Outcome`], by meaning.
@@ -110,6 +124,14 @@ pub enum Quantity {
     OtfSigma(usize),
     /// [`Uncertainty::utilisation`].
     Utilisation,
+    /// A term of the analytic model, 0 to 10 for zeta 1 to 11, of this wheel.
+    Term(usize, usize),
+    /// Speed of a place on the ground.
+    Speed(Place),
+    /// Direction of its travel.
+    Direction(Place),
+    /// Its sideslip angle.
+    Sideslip(Place),
 }
 
 impl<T: Real> Outcome<T> {
@@ -132,6 +154,7 @@ impl<T: Real> Outcome<T> {
             causes: vec![[T::constant(f64::NAN); Cause::ALL.len()]; machine.wheels.len()],
             parts: Vec::new(),
             uncertainty: Uncertainty::blank(machine),
+            closed_form: ClosedFormOutcome::blank(machine),
         }
     }
 
@@ -154,7 +177,21 @@ impl<T: Real> Outcome<T> {
             Quantity::LoadSigma(wheel) => self.uncertainty.load[wheel],
             Quantity::OtfSigma(wheel) => self.uncertainty.otf[wheel],
             Quantity::Utilisation => self.uncertainty.utilisation,
+            Quantity::Term(term, wheel) => self.closed_form.terms[wheel][term],
+            Quantity::Speed(place) => self.closed_form.at(place).speed,
+            Quantity::Direction(place) => self.closed_form.at(place).direction,
+            Quantity::Sideslip(place) => self.closed_form.at(place).sideslip,
             _ => self.indicators.get(quantity),
+        }
+    }
+}
+
+impl<T: Real> ClosedFormOutcome<T> {
+    fn at(&self, place: Place) -> &Travelling<T> {
+        match place {
+            Place::Wheel(wheel) => &self.wheels[wheel],
+            Place::FrontAxle => &self.axles[0],
+            Place::RearAxle => &self.axles[1],
         }
     }
 }
@@ -227,6 +264,14 @@ impl Quantity {
         if scope.causes {
             let causes = Cause::ALL.into_iter();
             all.extend(causes.flat_map(|cause| wheels.clone().map(move |w| Self::Cause(cause, w))));
+        }
+        if scope.terms {
+            all.extend((0..11).flat_map(|term| wheels.clone().map(move |w| Self::Term(term, w))));
+            let axles = [Place::FrontAxle, Place::RearAxle];
+            let places: Vec<_> = wheels.clone().map(Place::Wheel).chain(axles).collect();
+            for kind in [Self::Speed, Self::Direction, Self::Sideslip] {
+                all.extend(places.iter().copied().map(kind));
+            }
         }
         if scope.parts {
             let links = massive_links(machine);

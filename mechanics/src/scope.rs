@@ -11,6 +11,8 @@ pub struct Scope {
     pub parts: bool,
     /// Derivatives by every signal and parameter, and the uncertainty that follows from them.
     pub sensitivities: bool,
+    /// Terms and wheel travel of the analytic model, where that is the model.
+    pub terms: bool,
 }
 
 impl Scope {
@@ -20,6 +22,7 @@ impl Scope {
         causes: false,
         parts: false,
         sensitivities: false,
+        terms: false,
     };
 
     /// Everything but the parts by link.
@@ -28,7 +31,12 @@ impl Scope {
         causes: true,
         parts: false,
         sensitivities: true,
+        terms: false,
     };
+
+    pub(crate) fn needs_groups(self) -> bool {
+        self.indicators || self.needs_influences()
+    }
 
     pub(crate) fn needs_influences(self) -> bool {
         self.causes || self.parts || self.sensitivities

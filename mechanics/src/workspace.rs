@@ -1,11 +1,14 @@
 //! Scratch of an evaluation: made once for a machine, used again for every step.
 
+use std::sync::Arc;
+
 use nalgebra::{Vector2, Vector3};
 
 use crate::coordinate::Coordinate;
 use crate::groups::Groups;
 use crate::kinematics::BodyMotion;
 use crate::machine::Machine;
+use crate::model::Model;
 use crate::number::Real;
 use crate::outcome::Outcome;
 use crate::scope::Scope;
@@ -18,6 +21,7 @@ use crate::wheel_loads::{Equations, Influences, Solver};
 #[derive(Debug)]
 pub struct Workspace<T: Real> {
     pub(crate) scope: Scope,
+    pub(crate) model: Arc<Model>,
     pub(crate) coordinates: Vec<Coordinate<T>>,
     pub(crate) motions: Vec<BodyMotion<T>>,
     pub(crate) wrenches: Vec<Wrench<T>>,
@@ -45,9 +49,15 @@ impl<T: Real> Workspace<T> {
         Self::with_scope(machine, Scope::LOADS)
     }
 
-    /// Scratch for as much as `scope` says.
+    /// Scratch for as much as `scope` says, by the whole-body model.
     #[must_use]
     pub fn with_scope(machine: &Machine, scope: Scope) -> Self {
+        Self::with_model(machine, scope, Arc::new(Model::WholeBody))
+    }
+
+    /// Scratch for as much as `scope` says, by this model.
+    #[must_use]
+    pub fn with_model(machine: &Machine, scope: Scope, model: Arc<Model>) -> Self {
         let zero = Vector3::zeros();
         let (bodies, wheels) = (machine.bodies.len(), machine.wheels.len());
         let mut outcome = Outcome::blank(machine);
@@ -56,6 +66,7 @@ impl<T: Real> Workspace<T> {
         }
         Self {
             scope,
+            model,
             coordinates: vec![Coordinate::slid(T::zero(), T::zero(), T::zero()); bodies],
             motions: vec![BodyMotion::base(zero, zero, zero); bodies],
             wrenches: vec![Wrench::zero(); bodies],

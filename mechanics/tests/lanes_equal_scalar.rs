@@ -4,10 +4,12 @@
 
 mod support;
 
+use std::sync::Arc;
+
 use proptest::prelude::*;
 use support::machine;
 use tipwatch_mechanics::{
-    Machine, OutcomeColumns, Quantity, Scope, State, StateColumns, Workspace, evaluate,
+    Machine, Model, OutcomeColumns, Quantity, Scope, State, StateColumns, Workspace, evaluate,
     evaluate_rows,
 };
 
@@ -61,7 +63,13 @@ fn same(a: f64, b: f64) -> bool {
 fn assert_equal_bits(machine: &Machine, numbers: &[f64]) {
     let states = states(machine, numbers);
     let (lanes, scalar) = (
-        evaluate_rows(machine, &states, 0..states.rows(), EVERYTHING),
+        evaluate_rows(
+            machine,
+            &states,
+            0..states.rows(),
+            EVERYTHING,
+            &Arc::new(Model::WholeBody),
+        ),
         one_by_one(machine, &states),
     );
     for ((quantity, lanes), scalar) in lanes

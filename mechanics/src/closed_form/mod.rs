@@ -45,6 +45,7 @@ mod parts;
 mod placed;
 mod planar_motion;
 mod platform;
+mod solution;
 mod terms;
 mod velocity_gradient;
 
@@ -60,5 +61,7 @@ pub use planar_motion::{
     steering_angle,
 };
 pub use platform::{Corner, EqualWheels, Platform, PlatformPose};
+pub(crate) use solution::Moving;
+pub use solution::{ClosedFormInput, ClosedFormOutcome, Travelling};
 pub use terms::{FeltTerms, TermTable, Terms};
 pub use velocity_gradient::{LoadGradient, sigma, sigma_gradient};

@@ -10,6 +10,7 @@ use nalgebra::Vector2;
 pub(crate) use edge_moments::overturning;
 pub use velocity_gradient::{Travel, VelocityGradient};
 
+use crate::closed_form::EdgeMoments;
 use crate::contact_plane::ContactPlane;
 use crate::groups::Parts;
 use crate::machine::Machine;
@@ -79,6 +80,35 @@ impl<T: Real> Indicators<T> {
     }
 }
 
+impl<T: Real> Indicators<T> {
+    /// Sets MHS-type, TOM and ITOM as the analytic model has them, about the edges of its rectangle.
+    pub(crate) fn set_edge_moments(&mut self, [mhs, tom, itom]: &[EdgeMoments<T>; 3]) {
+        for (edges, moments) in [
+            (&mut self.mhs, mhs),
+            (&mut self.tom, tom),
+            (&mut self.itom, itom),
+        ] {
+            edges.copy_from_slice(&[moments.front, moments.left, moments.rear, moments.right]);
+        }
+    }
+}
+
+/// Fills what follows from the loads and from gravity alone.
+pub(crate) fn fill_what_needs_no_wrench<T: Real>(balance: &Balance<'_, T>, out: &mut Outcome<T>) {
+    let whole = balance.whole.whole();
+    let standing = Standing::new(balance, &(whole.first / whole.mass));
+    let gravity = balance.state.base.up * T::constant(balance.machine.gravity());
+    let resting = Wrench {
+        force: gravity,
+        ..Wrench::zero()
+    };
+    for (edge, spec) in balance.machine.polygon.edges.iter().enumerate() {
+        out.indicators.stability_angle[edge] = standing.angle(spec, &resting);
+    }
+    load_distribution::fill(balance.machine, out);
+    out.indicators.arm_wrench = arm_wrench(balance);
+}
+
 /// Fills the indicators of an outcome whose loads are known.
 pub(crate) fn fill<T: Real>(balance: &Balance<'_, T>, out: &mut Outcome<T>) {
     let machine = balance.machine;
@@ -88,20 +118,13 @@ pub(crate) fn fill<T: Real>(balance: &Balance<'_, T>, out: &mut Outcome<T>) {
     let com = whole.first / whole.mass;
     let standing = Standing::new(balance, &com);
     let reaction = out.ground_wrench.about(&com);
-    let zero = Wrench::zero();
-    let resting = Wrench {
-        force: gravity,
-        ..zero
-    };
     for (edge, spec) in machine.polygon.edges.iter().enumerate() {
         out.indicators.force_angle[edge] = standing.angle(spec, &reaction);
-        out.indicators.stability_angle[edge] = standing.angle(spec, &resting);
     }
-    load_distribution::fill(machine, out);
+    fill_what_needs_no_wrench(balance, out);
     if let Some(sensitivity) = balance.sensitivity {
         out.indicators.sigma_gradient = velocity_gradient::of(balance, sensitivity, &out.otf);
     }
-    out.indicators.arm_wrench = arm_wrench(balance);
 }
 
 /// Minus what moves the arm, about the arm's root.

@@ -15,8 +15,6 @@ use crate::spatial::Wrench;
 pub(crate) struct GroundForce<T> {
     /// Along the normal (N).
     pub(crate) normal: T,
-    /// Forward and to the left, in the plane (N).
-    pub(crate) tangential: Vector2<T>,
     /// About the forward and the left axis (N m).
     pub(crate) moment: Vector2<T>,
 }
@@ -27,10 +25,6 @@ impl<T: Real> GroundForce<T> {
         let projected = wrench.about(&(plane.normal * plane.height));
         Self {
             normal: plane.normal.dot(&wrench.force),
-            tangential: Vector2::new(
-                plane.forward.dot(&wrench.force),
-                plane.left.dot(&wrench.force),
-            ),
             moment: Vector2::new(
                 plane.forward.dot(&projected.moment),
                 plane.left.dot(&projected.moment),

@@ -1,0 +1,217 @@
+//! The analytic model on a state: eleven terms, motion of the wheels, and the wrench for the ground.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::{
+    Causes, Counted, EdgeMoments, FeltMotion, PlacedPlatform, PlanarMotion, PlatformParts,
+    PlatformPose, PointVelocity, Terms, axle_heading, heading_of_spin_axis,
+};
+use crate::contact_plane::ContactPlane;
+use crate::kinematics::BodyMotion;
+use crate::machine::Machine;
+use crate::number::Real;
+use crate::spatial::{Wrench, cross};
+use crate::state::BaseState;
+
+/// Where the model takes the acceleration of the platform from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ClosedFormInput {
+    /// From velocities and their derivatives, as the paper does.
+    Velocity,
+    /// From the accelerometer: no velocity has to be known or differentiated. Terms 7 and 8 then hold
+    /// what the paper's 7, 8 and 9 do.
+    Accelerometer,
+}
+
+/// What the analytic model gives beside the loads.
+#[derive(Debug, Clone)]
+pub struct ClosedFormOutcome<T> {
+    /// The terms of each wheel (61)-(108), by index of the machine's wheels (N). The ninth is NaN
+    /// where the accelerometer is the input: it is in the seventh and eighth.
+    pub terms: Vec<[T; 11]>,
+    /// Travel of each wheel, by index of the machine's wheels.
+    pub wheels: Vec<Travelling<T>>,
+    /// Travel of the front and of the rear axle.
+    pub axles: [Travelling<T>; 2],
+}
+
+/// How a wheel or an axle travels, (12)-(31).
+#[derive(Debug, Clone, Copy)]
+pub struct Travelling<T> {
+    /// Speed (m/s).
+    pub speed: T,
+    /// Direction from forward, counter-clockwise (rad); NaN at standstill.
+    pub direction: T,
+    /// Angle from where it heads to where it travels, counter-clockwise (rad); NaN at standstill.
+    pub sideslip: T,
+}
+
+/// The motion of the machine as the model takes it.
+pub(crate) struct Moving<'a, T: Real> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) motions: &'a [BodyMotion<T>],
+    pub(crate) known: &'a BaseState<T>,
+    /// Minus what moves the arm, plus the tool wrench: by the arm on the platform, about the base
+    /// origin in base axes.
+    pub(crate) arm: &'a Wrench<T>,
+}
+
+/// What the ground has to hold, in platform axes, moments about the projection of the base origin.
+pub(crate) struct Held<T> {
+    /// (N)
+    pub(crate) normal: T,
+    /// (N m)
+    pub(crate) moment: Vector2<T>,
+    /// MHS-type, TOM and ITOM.
+    pub(crate) edge_moments: [EdgeMoments<T>; 3],
+}
+
+impl<T: Real> Travelling<T> {
+    fn of(velocity: &PointVelocity<T>, heading: &Vector2<T>) -> Self {
+        Self {
+            speed: velocity.speed(),
+            direction: velocity.direction(),
+            sideslip: velocity.sideslip(heading),
+        }
+    }
+
+    fn unknown() -> Self {
+        let unknown = T::constant(f64::NAN);
+        Self {
+            speed: unknown,
+            direction: unknown,
+            sideslip: unknown,
+        }
+    }
+}
+
+impl<T: Real> ClosedFormOutcome<T> {
+    pub(crate) fn blank(machine: &Machine) -> Self {
+        let wheels = machine.wheels.len();
+        Self {
+            terms: vec![[T::constant(f64::NAN); 11]; wheels],
+            wheels: vec![Travelling::unknown(); wheels],
+            axles: [Travelling::unknown(); 2],
+        }
+    }
+
+    /// Fills it; gives what the ground has to hold.
+    pub(crate) fn fill(
+        &mut self,
+        parts: &PlatformParts,
+        placed: &PlacedPlatform<T>,
+        input: ClosedFormInput,
+        moving: &Moving<'_, T>,
+    ) -> Held<T> {
+        let (platform, pose) = (&placed.platform, &placed.pose);
+        let up = pose.direction(&moving.known.up);
+        let arm = pose.wrench_at(moving.arm, &platform.arm_base);
+        let planar = planar_motion(pose, moving);
+        let causes = match input {
+            ClosedFormInput::Velocity => Causes::of_motion(platform, &up, &planar, &arm),
+            ClosedFormInput::Accelerometer => {
+                let felt = felt_motion(pose, moving);
+                Causes::of_felt(platform, &up, &felt, &arm)
+            }
+        };
+        self.fill_terms(parts, &causes.terms(platform), input);
+        self.fill_travel(parts, placed, &planar, moving);
+        let b = causes.sum();
+        // from the point below C to the projection of the base origin
+        let centre = pose.direction(&pose.centre);
+        Held {
+            normal: b.b3,
+            moment: Vector2::new(b.b1 + centre.y * b.b3, b.b2 - centre.x * b.b3),
+            edge_moments: [Counted::MHS, Counted::TOM, Counted::ITOM]
+                .map(|counted| causes.edge_moments(platform, counted)),
+        }
+    }
+
+    fn fill_terms(&mut self, parts: &PlatformParts, terms: &Terms<T>, input: ClosedFormInput) {
+        for (&wheel, terms) in parts.wheels().iter().zip(&terms.wheel) {
+            self.terms[wheel] = *terms;
+            if input == ClosedFormInput::Accelerometer {
+                self.terms[wheel][8] = T::constant(f64::NAN);
+            }
+        }
+    }
+
+    fn fill_travel(
+        &mut self,
+        parts: &PlatformParts,
+        placed: &PlacedPlatform<T>,
+        planar: &PlanarMotion<T>,
+        moving: &Moving<'_, T>,
+    ) {
+        let velocities = planar.velocities(&placed.platform);
+        let headings = parts.wheels().map(|wheel| {
+            let body = moving.machine.wheels[wheel].body;
+            let axis: Vector3<T> = moving.motions[body].rotation.column(2).into_owned();
+            heading_of_spin_axis(&placed.pose.direction(&axis))
+        });
+        for (corner, &wheel) in parts.wheels().iter().enumerate() {
+            self.wheels[wheel] = Travelling::of(&velocities.wheels[corner], &headings[corner]);
+        }
+        let [fl, fr, rr, rl] = &headings;
+        self.axles = [
+            Travelling::of(&velocities.front, &axle_heading(fl, fr)),
+            Travelling::of(&velocities.rear, &axle_heading(rl, rr)),
+        ];
+    }
+}
+
+/// Velocity of C = v + w x c, the derivative of its components vdot + alpha x c; yaw about the normal.
+fn planar_motion<T: Real>(pose: &PlatformPose<T>, moving: &Moving<'_, T>) -> PlanarMotion<T> {
+    let base = &moving.motions[0];
+    let (w, alpha) = (&base.angular_velocity, &base.angular_acceleration);
+    let velocity = pose.direction(&(moving.known.velocity + cross(w, &pose.centre)));
+    let rate = pose.direction(&(moving.known.velocity_rate + cross(alpha, &pose.centre)));
+    PlanarMotion {
+        v_x: velocity.x,
+        v_y: velocity.y,
+        vdot_x: rate.x,
+        vdot_y: rate.y,
+        yaw_rate: pose.direction(w).z,
+        yaw_acceleration: pose.direction(alpha).z,
+    }
+}
+
+fn felt_motion<T: Real>(pose: &PlatformPose<T>, moving: &Moving<'_, T>) -> FeltMotion<T> {
+    let base = &moving.motions[0];
+    let (w, alpha) = (&base.angular_velocity, &base.angular_acceleration);
+    FeltMotion {
+        specific_force: pose.specific_force_at_centre(&base.specific_force, w, alpha),
+        yaw_rate: pose.direction(w).z,
+        yaw_acceleration: pose.direction(alpha).z,
+    }
+}
+
+impl<T: Real> PlacedPlatform<T> {
+    /// The plane that it stands on.
+    pub(crate) fn contact_plane(&self) -> ContactPlane<T> {
+        let [forward, left, normal] = [0, 1, 2].map(|row| {
+            let row = self.pose.platform_from_base.row(row);
+            row.transpose().into_owned()
+        });
+        ContactPlane {
+            forward,
+            left,
+            normal,
+            height: normal.dot(&self.pose.centre) - self.platform.com_height,
+            slope: Vector2::new(-normal.x / normal.z, -normal.y / normal.z),
+        }
+    }
+
+    /// The same in every sample.
+    pub(crate) fn constant(placed: &PlacedPlatform<f64>) -> Self {
+        let c = T::constant;
+        Self {
+            platform: super::Platform::constant(&placed.platform),
+            pose: PlatformPose {
+                platform_from_base: placed.pose.platform_from_base.map(c),
+                centre: placed.pose.centre.map(c),
+            },
+            contacts: placed.contacts.map(|contact| contact.map(c)),
+        }
+    }
+}
