@@ -187,6 +187,7 @@ fn stand<T: Real>(
     }
     let force = GroundForce::in_plane(ground, plane);
     w.equations.set_equilibrium(&force, &w.contacts);
+    w.equations.set_offsets(machine, plane, &w.wheel_centres);
     if !machine.contact.free_joints.is_empty() {
         let beyond = Beyond {
             motions: &w.motions,

@@ -12,6 +12,7 @@ mod spec;
 mod support_polygon;
 mod tree;
 mod urdf;
+mod warp;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
@@ -25,6 +26,7 @@ pub use spec::{
     WheelSpec,
 };
 pub use support_polygon::{Edge, SupportPolygon};
+pub use warp::Warp;
 
 /// Most wheels a machine may have; the load envelope looks at every way to stand on some of them.
 pub const MAX_WHEELS: usize = 12;
@@ -204,6 +206,11 @@ pub struct Contact {
     pub tyres_deflect: bool,
     /// Whether the machine file declares the ground a plane.
     pub ground: Ground,
+    /// Mean stiffness of the tyres (N/m), where the ground is a plane and they are known: then heights
+    /// of the wheels off one plane press them.
+    pub mean_stiffness: Option<f64>,
+    /// What such heights do under the front share's rule.
+    pub warp: Option<Warp>,
 }
 
 /// The moments of a body's links, by group.

@@ -79,7 +79,7 @@ pub(super) fn write_wheels<T: Real>(
             by += shifted(carrier, moments, &wrench.force, &chain.form[spec.body]);
         }
         write_in_seat(motion, seat, &by, write);
-        write(influence.radius[wheel]);
+        write(influence.radius[wheel] + influence.rest_radius[wheel]);
     }
 }
 

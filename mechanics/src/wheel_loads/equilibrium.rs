@@ -46,6 +46,9 @@ pub(crate) struct Equations<T> {
     pub(crate) value: Vec<T>,
     pub(crate) wheels: usize,
     pub(crate) certain: usize,
+    /// How far each tyre is pressed in before the machine leans, in units of load by relative
+    /// stiffness: u of N = K (u + A' l). Zero but on springs on plane ground.
+    pub(crate) offset: [T; MAX_WHEELS],
 }
 
 impl<T: Real> Equations<T> {
@@ -57,6 +60,7 @@ impl<T: Real> Equations<T> {
             value: vec![T::zero(); rows],
             wheels: machine.wheels.len(),
             certain,
+            offset: [T::zero(); MAX_WHEELS],
         };
         equations.factor[0] = [T::one(); MAX_WHEELS];
         if let Split::FrontShare {
@@ -83,6 +87,33 @@ impl<T: Real> Equations<T> {
         self.value[0] = ground.normal;
         self.value[1] = ground.moment.x;
         self.value[2] = ground.moment.y;
+    }
+
+    /// Heights of the wheels off the plane, where the ground is one: u = k (R_0 + h - n.c) is how far
+    /// the ground would press a tyre of unloaded radius R_0. On springs they are offsets, under the
+    /// front share's rule the value of its equation.
+    pub(crate) fn set_offsets(
+        &mut self,
+        machine: &Machine,
+        plane: &ContactPlane<T>,
+        centres: &[Vector3<T>],
+    ) {
+        let Some(stiffness) = machine.contact.mean_stiffness else {
+            return;
+        };
+        let mut by_rule = T::zero();
+        for (wheel, centre) in centres.iter().enumerate() {
+            let radius = T::constant(machine.wheels[wheel].radius);
+            let pressed = radius + plane.height - plane.normal.dot(centre);
+            let offset = pressed * T::constant(stiffness);
+            match &machine.contact.warp {
+                Some(warp) => by_rule += offset * T::constant(warp.value_by_offset[wheel]),
+                None => self.offset[wheel] = offset,
+            }
+        }
+        if machine.contact.warp.is_some() {
+            self.value[self.certain] = by_rule;
+        }
     }
 
     /// The moment about the axis of each joint without torque, of all that is beyond it. The traction

@@ -38,6 +38,8 @@ pub(crate) struct Influence<T> {
     pub(crate) centre: Vec<Vector3<T>>,
     /// Derivative by the distance of each wheel's centre from the ground.
     pub(crate) radius: Vec<T>,
+    /// Derivative by the radius of each wheel without load, where heights press tyres.
+    pub(crate) rest_radius: Vec<T>,
     /// Derivative by the front share D.
     pub(crate) front_share: T,
     /// Derivative by the logarithm of each wheel's stiffness.
@@ -151,6 +153,7 @@ impl<T: Real> Influence<T> {
             axis: vec![[zero; 2]; joints],
             centre: vec![zero; wheels],
             radius: vec![T::zero(); wheels],
+            rest_radius: vec![T::zero(); wheels],
             front_share: T::zero(),
             stiffness: vec![T::zero(); wheels],
         }
@@ -171,6 +174,7 @@ impl<T: Real> Influence<T> {
         let scalars = [
             (&mut self.torque, &other.torque),
             (&mut self.radius, &other.radius),
+            (&mut self.rest_radius, &other.rest_radius),
             (&mut self.stiffness, &other.stiffness),
         ];
         for (to, from) in scalars {
@@ -262,6 +266,7 @@ impl<T: Real> LinearForm<'_, T> {
             out.centre[wheel] = l * a1 - f * a2;
             out.radius[wheel] = T::zero();
         }
+        self.fill_offsets(&mut by_plane, out);
         self.fill_free_joints(&mut by_plane, out);
         let by_slope = derivatives.gradient(&by_plane);
         for (wheel, centre) in stance.centres.iter().enumerate() {
@@ -271,6 +276,28 @@ impl<T: Real> LinearForm<'_, T> {
             out.radius[wheel] += by_radius;
         }
         self.fill_split(out);
+    }
+
+    /// Heights off a plane: u_j = k (R_0j + h - n.c_j), on springs by (I - L A) K, under the front
+    /// share's rule by the value of its equation.
+    fn fill_offsets(&self, by_plane: &mut PlaneGradient<T>, out: &mut Influence<T>) {
+        let (stance, contact) = (self.stance, &self.stance.machine.contact);
+        let Some(stiffness) = contact.mean_stiffness else {
+            return;
+        };
+        for (wheel, centre) in stance.centres.iter().enumerate() {
+            let by_offset = match &contact.warp {
+                Some(warp) => {
+                    self.value(stance.equations.certain) * T::constant(warp.value_by_offset[wheel])
+                }
+                None => self.response.slack(stance.equations, self.wheel, wheel),
+            };
+            let by_height = by_offset * T::constant(stiffness);
+            out.rest_radius[wheel] = by_height;
+            out.centre[wheel] -= stance.plane.normal * by_height;
+            by_plane.height += by_height;
+            by_plane.normal -= centre * by_height;
+        }
     }
 
     /// Equations of free joints, with z and p their axis and q = F / F_n:
@@ -326,8 +353,14 @@ impl<T: Real> LinearForm<'_, T> {
         }
         for (wheel, by_stiffness) in out.stiffness.iter_mut().enumerate() {
             *by_stiffness = T::zero();
+            if let Some(warp) = &self.stance.machine.contact.warp {
+                // the warp is as stiff as its softest tyres
+                let row = equations.certain;
+                let share = T::constant(warp.compliance_share[wheel]);
+                *by_stiffness = self.value(row) * equations.value[row] * share;
+            }
             if self.has_slack() {
-                let mut pressed = T::zero();
+                let mut pressed = equations.offset[wheel];
                 for (row, &multiplier) in self.response.multiplier[..equations.value.len()]
                     .iter()
                     .enumerate()

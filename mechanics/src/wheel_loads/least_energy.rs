@@ -100,6 +100,29 @@ impl<T: Real> LeastEnergy<T> {
         sum
     }
 
+    /// As [`Self::solve`] with the equations' offsets: N = K (u + A' l), (A K A') l = b - A K u.
+    pub(super) fn solve_pressed(
+        &mut self,
+        equations: &Equations<T>,
+        holds: &[T],
+        value: &[T],
+        stiffness: &[T],
+        loads: &mut [T],
+    ) {
+        let mut rest = [T::zero(); MAX_WHEELS];
+        for (row, rest) in rest[..holds.len()].iter_mut().enumerate() {
+            *rest = value[row];
+            for (wheel, &k) in stiffness.iter().enumerate() {
+                *rest -= equations.factor[row][wheel] * k * equations.offset[wheel];
+            }
+            *rest *= holds[row];
+        }
+        self.solve(equations, holds, &rest, stiffness, loads);
+        for (wheel, load) in loads.iter_mut().enumerate() {
+            *load += stiffness[wheel] * equations.offset[wheel];
+        }
+    }
+
     #[inline(always)]
     fn factorise(&mut self, equations: &Equations<T>, holds: &[T], stiffness: &[T]) {
         for j in 0..holds.len() {

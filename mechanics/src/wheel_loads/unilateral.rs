@@ -100,7 +100,9 @@ impl<T: Real> Solver<T> {
         let stiffness = self.relative_stiffness;
         let all_hold = [T::one(); MAX_WHEELS];
         let rows = equations.value.len();
-        self.least_energy.solve(
+        let solve = least_energy_of::<T>(machine);
+        solve(
+            &mut self.least_energy,
             equations,
             &all_hold[..rows],
             &equations.value,
@@ -261,7 +263,7 @@ impl<T: Real> Solver<T> {
             let in_air = self.allowed[wheel] & !self.on_ground[wheel];
             *pressed = T::select(
                 in_air,
-                self.least_energy.indentation(equations, rows, wheel),
+                self.least_energy.indentation(equations, rows, wheel) + equations.offset[wheel],
                 T::zero(),
             );
             most = pressed.max(most);
@@ -296,7 +298,9 @@ impl<T: Real> Solver<T> {
         }
         let mut loads = [T::zero(); MAX_WHEELS];
         let holds = &holds[..equations.certain];
-        self.least_energy.solve(
+        let solve = least_energy_of::<T>(machine);
+        solve(
+            &mut self.least_energy,
             equations,
             holds,
             &self.value,
@@ -346,3 +350,15 @@ impl<T: Real> Solver<T> {
         }
     }
 }
+
+/// The solution for a machine: with offsets where its tyres may be pressed by heights.
+fn least_energy_of<T: Real>(machine: &Machine) -> LeastEnergySolution<T> {
+    let contact = &machine.contact;
+    if contact.mean_stiffness.is_some() && contact.warp.is_none() {
+        LeastEnergy::solve_pressed
+    } else {
+        LeastEnergy::solve
+    }
+}
+
+type LeastEnergySolution<T> = fn(&mut LeastEnergy<T>, &Equations<T>, &[T], &[T], &[T], &mut [T]);

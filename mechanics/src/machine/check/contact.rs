@@ -35,13 +35,17 @@ impl Checker<'_> {
             let expected = format!("at most {} for {} wheels", wheels.len() - 3, wheels.len());
             return Err(self.value_error("contact.free_joints", expected, free_joints.len()));
         }
-        Ok(Contact {
+        let mut contact = Contact {
             split: self.split(wheels, polygon, &free_joints)?,
             free_joints,
             radii_differ: wheels.iter().any(|w| w.radius != wheels[0].radius),
             tyres_deflect: spec.tyre_stiffness.is_some(),
             ground: spec.ground,
-        })
+            mean_stiffness: None,
+            warp: None,
+        };
+        contact.set_warp(wheels);
+        Ok(contact)
     }
 
     fn split(
