@@ -121,7 +121,7 @@ impl Machine {
                 wheel.relative_stiffness = wheel.stiffness.unwrap_or(mean) / mean;
             }
         }
-        self.contact.set_warp(&self.wheels);
+        self.contact.renew_warp(&self.wheels);
     }
 }
 

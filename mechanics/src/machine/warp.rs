@@ -8,6 +8,8 @@ use super::{Contact, Ground, Split, Wheel};
 /// themselves, by their stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warp {
+    /// z: the loads in equilibrium with themselves, by wheel, with all joints at zero.
+    exchange: Vec<f64>,
     /// Value of the rule's equation by each wheel's offset.
     pub(crate) value_by_offset: Vec<f64>,
     /// Share of each tyre in the compliance of the warp.
@@ -19,33 +21,48 @@ impl Contact {
     /// loads in equilibrium with themselves, z, are those with all joints at zero; a height u of each
     /// wheel below the plane then gives z (z.u) / (z' K^-1 z).
     pub(super) fn set_warp(&mut self, wheels: &[Wheel]) {
-        self.mean_stiffness = None;
-        self.warp = None;
         if self.ground != Ground::Plane || !self.tyres_deflect {
             return;
         }
-        let stiffness: f64 = wheels.iter().filter_map(|wheel| wheel.stiffness).sum();
-        self.mean_stiffness = Some(stiffness / wheels.len() as f64);
+        self.mean_stiffness = Some(mean_stiffness(wheels));
         if let Split::FrontShare {
             share,
             wheels: four,
         } = self.split
         {
             let places = four.map(|wheel| wheels[wheel].centre_at_zero.xy());
-            let exchange = exchange(share, &places);
-            let mut warp = Warp {
-                value_by_offset: vec![0.0; 4],
-                compliance_share: vec![0.0; 4],
-            };
-            let soft = |k: usize| exchange[k].powi(2) / wheels[four[k]].relative_stiffness;
-            let compliance: f64 = (0..4).map(soft).sum();
-            for (k, &wheel) in four.iter().enumerate() {
-                warp.value_by_offset[wheel] = exchange[k] / compliance;
-                warp.compliance_share[wheel] = soft(k) / compliance;
+            let mut by_wheel = vec![0.0; wheels.len()];
+            for (&wheel, &load) in four.iter().zip(&exchange(share, &places)) {
+                by_wheel[wheel] = load;
             }
-            self.warp = Some(warp);
+            self.warp = Some(Warp::of(by_wheel, wheels));
         }
     }
+
+    /// Sets the same again for tyres of another stiffness; where z is stays as it was.
+    pub(super) fn renew_warp(&mut self, wheels: &[Wheel]) {
+        self.mean_stiffness = self.mean_stiffness.map(|_| mean_stiffness(wheels));
+        let exchange = self.warp.take().map(|warp| warp.exchange);
+        self.warp = exchange.map(|exchange| Warp::of(exchange, wheels));
+    }
+}
+
+impl Warp {
+    fn of(exchange: Vec<f64>, wheels: &[Wheel]) -> Self {
+        let soft = exchange.iter().zip(wheels);
+        let soft: Vec<f64> = soft.map(|(z, w)| z * z / w.relative_stiffness).collect();
+        let compliance: f64 = soft.iter().sum();
+        Self {
+            value_by_offset: exchange.iter().map(|z| z / compliance).collect(),
+            compliance_share: soft.iter().map(|s| s / compliance).collect(),
+            exchange,
+        }
+    }
+}
+
+fn mean_stiffness(wheels: &[Wheel]) -> f64 {
+    let sum: f64 = wheels.iter().filter_map(|wheel| wheel.stiffness).sum();
+    sum / wheels.len() as f64
 }
 
 /// The loads of FL FR RL RR that carry nothing and give the rule (54) the value one; zero where

@@ -265,7 +265,9 @@ impl<T: Real> LinearForm<'_, T> {
             by_plane.forward -= centre * a2;
             out.centre[wheel] = l * a1 - f * a2;
             out.radius[wheel] = T::zero();
+            out.rest_radius[wheel] = T::zero();
         }
+        out.front_share = T::zero();
         self.fill_offsets(&mut by_plane, out);
         self.fill_free_joints(&mut by_plane, out);
         let by_slope = derivatives.gradient(&by_plane);
