@@ -9,6 +9,7 @@ use crate::model::Model;
 use crate::number::Lanes;
 use crate::outcome::Quantity;
 use crate::scope::Scope;
+use crate::sensitivity::{LaneSums, SensitivitySums};
 use crate::signal::{OutcomeSigns, Reasons};
 use crate::state::State;
 use crate::workspace::Workspace;
@@ -92,6 +93,8 @@ pub struct OutcomeColumns {
     pub quantities: Vec<Quantity>,
     /// The columns, in the order of `quantities`; NaN where a number cannot be computed.
     pub columns: Vec<Vec<f64>>,
+    /// The derivatives of the rows summed up, if the scope has them.
+    pub sensitivity: SensitivitySums,
 }
 
 impl OutcomeColumns {
@@ -102,6 +105,7 @@ impl OutcomeColumns {
         Self {
             columns: vec![Vec::new(); quantities.len()],
             quantities,
+            sensitivity: SensitivitySums::none(machine),
         }
     }
 
@@ -145,6 +149,7 @@ impl OutcomeColumns {
         for (column, more) in self.columns.iter_mut().zip(&mut other.columns) {
             column.append(more);
         }
+        self.sensitivity.add(&other.sensitivity);
     }
 }
 
@@ -163,6 +168,7 @@ pub fn evaluate_rows(
     for column in &mut outcomes.columns {
         column.resize(rows.len().next_multiple_of(Lanes::COUNT), f64::NAN);
     }
+    let mut sums = scope.sensitivities.then(|| LaneSums::new(machine));
     for first in rows.clone().step_by(Lanes::COUNT) {
         states.get_lanes(first, rows.end, &mut state);
         let outcome = evaluate(machine, &state, &mut workspace);
@@ -170,6 +176,12 @@ pub fn evaluate_rows(
             let place = first - rows.start;
             column[place..place + Lanes::COUNT].copy_from_slice(&outcome.get(quantity).to_array());
         }
+        if let Some(sums) = &mut sums {
+            sums.add(workspace.sensitivity(), rows.end - first);
+        }
+    }
+    if let Some(sums) = &sums {
+        outcomes.sensitivity = sums.total();
     }
     for column in &mut outcomes.columns {
         column.truncate(rows.len());

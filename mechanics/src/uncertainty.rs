@@ -8,11 +8,12 @@
 //! estimator has it. Parameters are taken as independent; the elements of one link's inertia are not:
 //! they share one factor.
 
-use crate::machine::{Machine, UncertaintySpec};
+use crate::machine::Machine;
 use crate::number::Real;
 use crate::outcome::Outcome;
 use crate::sensitivity::{InertiaElement, Parameter, Sensitivity};
-use crate::state::SignalNoise;
+use crate::state::{SignalNoise, State};
+use crate::workspace::Workspace;
 
 /// Standard deviations of the loads at one instant.
 #[derive(Debug, Clone)]
@@ -65,7 +66,7 @@ impl ParameterSigmas {
                 let share = spec.inertia_share * tensor[element.place()];
                 Weight::Together(share, element == InertiaElement::Yz)
             }
-            _ => Weight::Alone(sigma(machine, spec, parameter)),
+            _ => Weight::Alone(stated_sigma(machine, parameter)),
         };
         Self {
             weights: Parameter::all(machine).into_iter().map(weight).collect(),
@@ -96,7 +97,8 @@ impl ParameterSigmas {
 }
 
 /// Standard deviation of a signal's constant error or of a parameter, in its unit.
-fn sigma(machine: &Machine, spec: &UncertaintySpec, parameter: Parameter) -> f64 {
+pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
+    let spec = &machine.uncertainty;
     match parameter {
         Parameter::JointPosition(joint) if machine.joints[joint].spins_wheel.is_some() => 0.0,
         Parameter::JointPosition(joint) if machine.joint_slides(joint) => spec.joint_offset_linear,
@@ -107,8 +109,10 @@ fn sigma(machine: &Machine, spec: &UncertaintySpec, parameter: Parameter) -> f64
         Parameter::ToolMoment(_) => spec.tool_moment,
         Parameter::JointRate(_)
         | Parameter::JointAcceleration(_)
-        | Parameter::AngularAcceleration(_)
-        | Parameter::LinkInertia(..) => 0.0,
+        | Parameter::AngularAcceleration(_) => 0.0,
+        Parameter::LinkInertia(..) => {
+            spec.inertia_share * parameter.nominal(machine).unwrap_or(0.0).abs()
+        }
         Parameter::LinkMass(link) => spec.mass_share * machine.links[link].inertia.mass,
         Parameter::LinkCom(..) => spec.com,
         Parameter::PayloadMass(payload) => {
@@ -155,6 +159,33 @@ pub(crate) fn fill<T: Real>(
         }
     }
     out.uncertainty.utilisation = utilisation(machine, out);
+}
+
+/// Standard deviation of a sum of the OTF, each times a factor, at the last evaluation of `workspace`,
+/// which was of `state` and had sensitivities in its scope.
+#[must_use]
+pub fn combination_sigma(
+    machine: &Machine,
+    state: &State<f64>,
+    workspace: &Workspace<f64>,
+    factors: &[f64],
+) -> f64 {
+    let sensitivity = workspace.sensitivity();
+    let mut derivatives = vec![0.0; sensitivity.otf(0).len()];
+    for (wheel, factor) in factors.iter().enumerate() {
+        for (sum, by) in derivatives.iter_mut().zip(sensitivity.otf(wheel)) {
+            *sum += factor * by;
+        }
+    }
+    let sigmas = &workspace.sigmas;
+    let wheels = machine.wheels.len() as f64;
+    let mean_load = workspace.outcome().normal_force * sigmas.model_share / wheels;
+    let model: f64 = factors
+        .iter()
+        .map(|factor| (factor * mean_load).powi(2))
+        .sum();
+    let signals = SignalPlaces::of(machine).variance(&derivatives, &state.noise);
+    (sigmas.variance(&derivatives) + signals + model).sqrt()
 }
 
 /// U of the worst wheel.

@@ -7,12 +7,16 @@
 
 mod chain;
 mod geometry;
+mod nominal;
 mod parameter;
 mod regressor;
+mod sums;
 
 pub(crate) use chain::SensedMotion;
 pub(crate) use parameter::massive_links;
 pub use parameter::{Axis, InertiaElement, Parameter};
+pub(crate) use sums::LaneSums;
+pub use sums::SensitivitySums;
 
 use crate::machine::Machine;
 use crate::newton_euler_derivatives::BaseGradient;
