@@ -4,7 +4,7 @@ use tipwatch_analyze::load::{MachineFile, load};
 use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::signal::{CausalEstimator, Reason, RowClock};
-use tipwatch_mechanics::{Quantity, Workspace, evaluate};
+use tipwatch_mechanics::{Quantity, Scope, Workspace, evaluate};
 use tipwatch_tests::{analysed, data};
 
 #[test]
@@ -24,10 +24,11 @@ fn analysis_equals_one_sample_at_a_time() {
         &mut |_| {},
     )
     .unwrap();
-    let machine = &loaded.machine;
+    // the same machine, with the reference loads that the analysis found
+    let machine = &analysis.machine;
     let mut estimator =
         CausalEstimator::new(machine, &loaded.matched.sensors, RowClock::JointStates);
-    let mut workspace = Workspace::<f64>::new(machine);
+    let mut workspace = Workspace::<f64>::with_scope(machine, Scope::ALL);
     let mut row = 0;
     for sample in loaded.arrivals() {
         let _ = estimator.push(machine, &sample, &mut |estimate| {
@@ -37,7 +38,7 @@ fn analysis_equals_one_sample_at_a_time() {
                 analysis.rows.reasons[row],
                 estimate.reasons.with_outcome(outcome)
             );
-            for quantity in Quantity::all(machine) {
+            for quantity in Quantity::all(machine, Scope::ALL) {
                 let (batch, alone) = (
                     analysis.rows.outcomes.column(quantity)[row],
                     outcome.get(quantity),

@@ -4,11 +4,13 @@ use nalgebra::Vector3;
 use tipwatch_ingest::{Losses, TopicStatistics};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::signal::{Reasons, StreamCounts};
-use tipwatch_mechanics::{OutcomeColumns, StateColumns};
+use tipwatch_mechanics::{OutcomeColumns, State, StateColumns};
 
+use crate::comparison::ModelComparison;
 use crate::events::Event;
 use crate::options::Options;
 use crate::provenance::Provenance;
+use crate::sensitivity::SensitivityTable;
 
 /// The analysis of one log.
 #[derive(Debug)]
@@ -27,12 +29,14 @@ pub struct Analysis {
     pub losses: Losses,
     /// The results, row by row.
     pub rows: Rows,
-    /// The static load of each wheel: level, at rest, posture of the first valid row (N).
-    pub static_loads_n: Vec<f64>,
     /// The load below which each wheel is light (N); `None` where the machine file sets no limit.
     pub min_loads_n: Option<Vec<f64>>,
     /// What was found.
     pub events: Vec<Event>,
+    /// Derivatives of the loads; `None` of a model that has none.
+    pub sensitivity: Option<SensitivityTable>,
+    /// How the models differ, or why only one can be computed.
+    pub comparison: Result<ModelComparison, String>,
 }
 
 /// A signal and the topic that it comes from.
@@ -67,8 +71,6 @@ pub struct Rows {
     pub states: StateColumns,
     /// Wheel loads and stability; NaN where they cannot be computed.
     pub outcomes: OutcomeColumns,
-    /// The direction up in base axes, where the log knows it.
-    pub up_in_base: Vec<Option<Vector3<f64>>>,
 }
 
 impl Rows {
@@ -82,6 +84,27 @@ impl Rows {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.times_ns.is_empty()
+    }
+
+    /// The direction up of a row in base axes, where the log knows it.
+    #[must_use]
+    pub fn up_in_base(&self, machine: &Machine, row: usize) -> Option<Vector3<f64>> {
+        let mut state = State::zero(machine);
+        self.states.get(row, &mut state);
+        Some(state.base.up).filter(|up| up.iter().all(|c| c.is_finite()))
+    }
+
+    /// Whether a row's loads are known as well as they can be.
+    #[must_use]
+    pub fn is_valid(&self, row: usize) -> bool {
+        self.reasons[row].is_empty()
+    }
+
+    /// The row at a time, or the first after it.
+    #[must_use]
+    pub fn at(&self, time_ns: i64) -> usize {
+        let row = self.times_ns.partition_point(|&t| t < time_ns);
+        row.min(self.len().saturating_sub(1))
     }
 
     /// Seconds of a row from the first one.

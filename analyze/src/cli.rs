@@ -9,7 +9,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand};
 use crate::analysis::Analysis;
 use crate::events::EventKind;
 use crate::load::MachineFile;
-use crate::options::{Estimator, Model, Options};
+use crate::options::{ClosedFormInput, ColumnGroup, Estimator, Model, MoreColumns, Options};
 use crate::output::Outputs;
 use crate::progress::Progress;
 use crate::{demo, inspect, output, report, run};
@@ -80,6 +80,13 @@ struct AnalyzeArgs {
     /// Rows up to here (s from the first sample).
     #[arg(long, value_name = "S")]
     to: Option<f64>,
+    /// Where the closed form takes the platform's acceleration from; default: velocity if the log has
+    /// odometry.
+    #[arg(long, value_enum, value_name = "SIGNAL")]
+    closed_form_input: Option<ClosedFormInput>,
+    /// Further columns of samples.parquet; may be repeated.
+    #[arg(long, value_enum, value_delimiter = ',')]
+    columns: Vec<ColumnGroup>,
     /// Which files to write.
     #[arg(long, value_enum, default_value_t = Outputs::All)]
     outputs: Outputs,
@@ -195,6 +202,11 @@ fn analyze(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
         rate_hz: args.rate,
         from_s: args.from,
         to_s: args.to,
+        closed_form_input: args.closed_form_input,
+        columns: MoreColumns {
+            parts: args.columns.contains(&ColumnGroup::Parts),
+            terms: args.columns.contains(&ColumnGroup::Terms),
+        },
     };
     let mut verdict = Verdict::Done;
     for (log, out) in args.logs.iter().zip(out_folders(&args.logs, &args.out)?) {

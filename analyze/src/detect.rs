@@ -2,10 +2,11 @@
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Quantity, State};
+use tipwatch_mechanics::{Quantity, Scope, State};
 
 use crate::analysis::Rows;
 use crate::events::{Event, EventKind};
+use crate::evidence::Evidence;
 use crate::load::LoadedLog;
 
 /// What lasts less is no event (ns).
@@ -16,7 +17,12 @@ const MERGED_NS: i64 = 200_000_000;
 const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
 /// All events, by start.
-pub(crate) fn events(loaded: &LoadedLog, rows: &Rows, min_loads_n: Option<&[f64]>) -> Vec<Event> {
+pub(crate) fn events(
+    loaded: &LoadedLog,
+    rows: &Rows,
+    min_loads_n: Option<&[f64]>,
+    scope: Scope,
+) -> Vec<Event> {
     let finder = Finder::new(&loaded.machine, rows);
     let mut events = Vec::new();
     for wheel in 0..loaded.machine.wheels().len() {
@@ -30,6 +36,10 @@ pub(crate) fn events(loaded: &LoadedLog, rows: &Rows, min_loads_n: Option<&[f64]
             events.extend(finder.tip_over(&tipping));
             events.push(tipping);
         }
+    }
+    let evidence = Evidence::new(&loaded.machine, rows, scope);
+    for event in &mut events {
+        evidence.add(event, min_loads_n);
     }
     add_leads(&mut events);
     events.extend(input_gaps(loaded, rows));
@@ -99,6 +109,7 @@ impl<'a> Finder<'a> {
             lead_s: None,
             certainty: None,
             split_dependent: None,
+            causes: None,
         }
     }
 
@@ -184,8 +195,9 @@ impl<'a> Finder<'a> {
         let mut worst = (first, 0.0);
         let mut state = State::zero(self.machine);
         let mut turned = Vector3::zeros();
+        let before = self.rows.up_in_base(self.machine, first);
         for row in first..=last {
-            let growth = match (self.rows.up_in_base[first], self.rows.up_in_base[row]) {
+            let growth = match (before, self.rows.up_in_base(self.machine, row)) {
                 (Some(before), Some(now)) => before.cross(&now).norm().atan2(before.dot(&now)),
                 _ => {
                     self.rows.states.get(row, &mut state);
@@ -301,6 +313,7 @@ fn input_gaps(loaded: &LoadedLog, rows: &Rows) -> Vec<Event> {
                 lead_s: None,
                 certainty: None,
                 split_dependent: None,
+                causes: None,
             });
         }
     }

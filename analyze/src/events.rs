@@ -1,5 +1,7 @@
 //! Events: what was found, when, how bad.
 
+use serde::Serialize;
+
 /// A finding that lasted a while.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
@@ -19,10 +21,41 @@ pub struct Event {
     pub unit: &'static str,
     /// Time from the first `wheel_light` of the same course of events to this (s); `None` without one.
     pub lead_s: Option<f64>,
-    /// Probability that the finding is true, 0 to 1; `None` where the uncertainty is not computed.
+    /// Probability that the finding is true, 0 to 1, from the standard deviation of the OTF under the
+    /// stated split; `None` where the uncertainty is not computed.
     pub certainty: Option<f64>,
     /// Whether another split of the loads, within equilibrium, would undo the finding.
     pub split_dependent: Option<bool>,
+    /// What took the load away; `None` of events without a load, and of a model without causes.
+    pub causes: Option<EventCauses>,
+}
+
+/// What took the load (OTF) of the wheels that an event is about away since the machine was steady.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EventCauses {
+    /// From when on (ns).
+    pub since_ns: i64,
+    /// Whether the machine was steady then; else it is the first valid row.
+    pub since_is_steady: bool,
+    /// Until when: the row in which the wheels carry least (ns).
+    pub at_ns: i64,
+    /// OTF of the wheels before (N).
+    pub otf_before_n: f64,
+    /// OTF of the wheels at that row (N).
+    pub otf_n: f64,
+    /// What each cause took, the largest first.
+    pub shares: Vec<CauseShare>,
+}
+
+/// What a cause took.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CauseShare {
+    /// Name of the cause, as in the columns.
+    pub cause: &'static str,
+    /// OTF that it took away (N); negative where it gave.
+    pub taken_n: f64,
+    /// The same in per cent of what was lost in all.
+    pub percent: f64,
 }
 
 /// Kinds of events.

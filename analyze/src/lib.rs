@@ -8,9 +8,12 @@
 
 pub mod analysis;
 pub mod cli;
+pub mod comparison;
 pub mod demo;
 mod detect;
+mod evaluation;
 pub mod events;
+mod evidence;
 pub mod inspect;
 pub mod load;
 mod notes;
@@ -21,5 +24,6 @@ mod progress;
 pub mod provenance;
 pub mod report;
 pub mod run;
+pub mod sensitivity;
 pub mod summary;
 pub mod table;

@@ -15,6 +15,39 @@ pub struct Options {
     pub from_s: Option<f64>,
     /// Until when (s from the first sample).
     pub to_s: Option<f64>,
+    /// Where the closed form takes the platform's acceleration from; what the log has where `None`.
+    pub closed_form_input: Option<ClosedFormInput>,
+    /// Columns beyond the usual ones.
+    pub columns: MoreColumns,
+}
+
+/// Columns that are written on request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct MoreColumns {
+    /// `part_<link>_<wheel>`: what each link contributes to each wheel's OTF.
+    pub parts: bool,
+    /// `term_<1 to 11>_<wheel>` of the closed form, and speed, direction and sideslip angle of wheels and
+    /// axles.
+    pub terms: bool,
+}
+
+/// Where the closed form takes the platform's acceleration from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClosedFormInput {
+    /// From the odometry's velocities and their derivatives, as the paper does.
+    Velocity,
+    /// From the accelerometer.
+    Accelerometer,
+}
+
+/// A group of columns that is written on request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ColumnGroup {
+    /// What each link contributes to each wheel's load.
+    Parts,
+    /// Terms of the closed form, and how wheels and axles travel; with `--model closed-form`.
+    Terms,
 }
 
 impl Default for Options {
@@ -25,6 +58,8 @@ impl Default for Options {
             rate_hz: None,
             from_s: None,
             to_s: None,
+            closed_form_input: None,
+            columns: MoreColumns::default(),
         }
     }
 }
@@ -45,4 +80,17 @@ pub enum Estimator {
 pub enum Model {
     /// Newton-Euler over every body.
     WholeBody,
+    /// The first paper's analytic model of a rigid platform on four wheels.
+    ClosedForm,
+}
+
+impl Model {
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::WholeBody => "whole-body",
+            Self::ClosedForm => "closed-form",
+        }
+    }
 }

@@ -29,7 +29,11 @@ pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<()>
         return write_samples(analysis, folder);
     }
     let (tables, documents) = rayon::join(
-        || write_samples(analysis, folder).and_then(|()| write_events(analysis, folder)),
+        || {
+            write_samples(analysis, folder)?;
+            write_events(analysis, folder)?;
+            write_sensitivity(analysis, folder)
+        },
         || write_documents(analysis, folder),
     );
     tables.and(documents)
@@ -47,6 +51,17 @@ fn write_events(analysis: &Analysis, folder: &Path) -> Result<()> {
         &analysis.provenance,
         &path,
     )
+}
+
+fn write_sensitivity(analysis: &Analysis, folder: &Path) -> Result<()> {
+    match table::sensitivity(analysis)? {
+        Some(mut table) => parquet::write(
+            &mut table,
+            &analysis.provenance,
+            &folder.join("sensitivity.parquet"),
+        ),
+        None => Ok(()),
+    }
 }
 
 fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {

@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use rayon::prelude::*;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::signal::{
     CausalEstimator, Estimate, Reason, Reasons, Recording, RowClock, Sensor, StreamCounts, smooth,
 };
-use tipwatch_mechanics::{OutcomeColumns, State, StateColumns, evaluate_rows, static_outcome};
+use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, static_outcome};
 
 use crate::analysis::{Analysis, Input, Rows};
 use crate::detect;
@@ -17,9 +16,7 @@ use crate::load::{LoadedLog, MachineFile, hash_file, load};
 use crate::notes;
 use crate::options::{Estimator, Options};
 use crate::provenance::Provenance;
-
-/// Rows evaluated in one piece of parallel work.
-const BLOCK_ROWS: usize = 1024;
+use crate::{evaluation, sensitivity};
 
 /// Share of the static load below which a wheel is light where the machine file sets no limit.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
@@ -43,13 +40,23 @@ pub fn analyse(
             path.display()
         );
     }
-    rows.outcomes = evaluate_all(&loaded.machine, &rows.states);
+    let posture = first_posture(&loaded.machine, &rows);
+    loaded.machine.refer_to_posture(&posture);
+    let machine = &loaded.machine;
+    let has_odometry = loaded.matched.sensors.odometry;
+    let model = evaluation::model(machine, options.model, &posture, has_odometry, &options)?;
+    let scope = evaluation::scope(&options);
+    rows.outcomes = evaluation::evaluate_all(machine, &rows.states, scope, &model);
     for row in 0..rows.len() {
         rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
     }
-    let static_loads_n = static_loads(&loaded.machine, &rows);
-    let min_loads_n = min_loads(&loaded.machine, &static_loads_n);
-    let events = detect::events(&loaded, &rows, min_loads_n.as_deref());
+    let comparison = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
+    let min_loads_n = min_loads(machine);
+    let events = detect::events(&loaded, &rows, min_loads_n.as_deref(), scope);
+    let sensitivity = scope
+        .sensitivities
+        .then(|| sensitivity::table(machine, &rows))
+        .flatten();
     let notes = notes::of(&loaded);
     let provenance = provenance(&log, file, &loaded)?;
     let inputs = loaded.signals.into_iter().map(|signal| Input {
@@ -76,9 +83,10 @@ pub fn analyse(
         notes,
         losses: loaded.losses,
         rows,
-        static_loads_n,
         min_loads_n,
         events,
+        sensitivity,
+        comparison,
     })
 }
 
@@ -111,8 +119,7 @@ fn smoothed(loaded: &mut LoadedLog, clock: RowClock) -> (Rows, Counts) {
         times_ns: smoothed.times_ns,
         reasons: smoothed.reasons,
         states: smoothed.states,
-        outcomes: OutcomeColumns::empty(&loaded.machine),
-        up_in_base: smoothed.up_in_base,
+        outcomes: OutcomeColumns::empty(&loaded.machine, Scope::LOADS),
     };
     (rows, smoothed.counts)
 }
@@ -134,8 +141,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Counts) {
         times_ns: estimates.iter().map(|e| e.time_ns).collect(),
         reasons: estimates.iter().map(|e| e.reasons).collect(),
         states,
-        outcomes: OutcomeColumns::empty(machine),
-        up_in_base: estimates.iter().map(|e| e.up_in_base).collect(),
+        outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
     };
     (rows, estimator.counts().to_vec())
 }
@@ -161,57 +167,39 @@ fn within(rows: Rows, machine: &Machine, options: &Options) -> Rows {
     Rows {
         times_ns: kept.iter().map(|&row| rows.times_ns[row]).collect(),
         reasons: kept.iter().map(|&row| rows.reasons[row]).collect(),
-        up_in_base: kept.iter().map(|&row| rows.up_in_base[row]).collect(),
-        outcomes: OutcomeColumns::empty(machine),
+        outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
         states,
     }
 }
 
-/// Evaluates all rows, blocks of them in parallel.
-fn evaluate_all(machine: &Machine, states: &StateColumns) -> OutcomeColumns {
-    let blocks: Vec<usize> = (0..states.rows()).step_by(BLOCK_ROWS).collect();
-    let evaluated: Vec<OutcomeColumns> = blocks
-        .into_par_iter()
-        .map(|first| {
-            evaluate_rows(
-                machine,
-                states,
-                first..(first + BLOCK_ROWS).min(states.rows()),
-            )
-        })
-        .collect();
-    let mut all = OutcomeColumns::empty(machine);
-    for block in evaluated {
-        all.append(block);
-    }
-    all
-}
-
-/// Loads level and at rest in the posture of the first valid row; NaN if there is none.
-fn static_loads(machine: &Machine, rows: &Rows) -> Vec<f64> {
+/// Positions of the joints in the first valid row, so far as the signals tell; NaN if there is none.
+fn first_posture(machine: &Machine, rows: &Rows) -> Vec<f64> {
     let usable =
         |reasons: &Reasons| reasons.is_empty() || reasons.iter().all(|r| r == Reason::Settling);
-    let Some(first) = rows.reasons.iter().position(usable) else {
-        return vec![f64::NAN; machine.wheels().len()];
-    };
     let mut state = State::zero(machine);
-    rows.states.get(first, &mut state);
-    let positions: Vec<f64> = state.joints.iter().map(|joint| joint.position).collect();
-    static_outcome(machine, &positions).load
+    for row in (0..rows.len()).filter(|&row| usable(&rows.reasons[row])) {
+        rows.states.get(row, &mut state);
+        let positions: Vec<f64> = state.joints.iter().map(|joint| joint.position).collect();
+        let loads = static_outcome(machine, &positions).load;
+        if loads.iter().all(|load| load.is_finite()) {
+            return positions;
+        }
+    }
+    vec![f64::NAN; machine.joints().len()]
 }
 
 /// The load below which each wheel is light; `None` where the static loads would set it and are
 /// unknown.
-fn min_loads(machine: &Machine, static_loads_n: &[f64]) -> Option<Vec<f64>> {
-    let limits = machine.limits();
+fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
+    let (limits, static_load) = (machine.limits(), &machine.reference().static_load);
     if let Some(load) = limits.min_load {
-        return Some(vec![load; static_loads_n.len()]);
+        return Some(vec![load; static_load.len()]);
     }
     let share = limits.min_load_share.unwrap_or(DEFAULT_MIN_LOAD_SHARE);
-    static_loads_n
+    static_load
         .iter()
         .all(|load| load.is_finite())
-        .then(|| static_loads_n.iter().map(|load| load * share).collect())
+        .then(|| static_load.iter().map(|load| load * share).collect())
 }
 
 fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Provenance> {

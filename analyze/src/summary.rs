@@ -9,11 +9,12 @@ use tipwatch_ingest::{Losses, TopicTiming};
 use tipwatch_mechanics::Quantity;
 
 use crate::analysis::{Analysis, Input};
+use crate::events::EventCauses;
 use crate::options::Options;
 use crate::provenance::Provenance;
 
 /// Version of the document.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// The document.
 #[derive(Debug, Serialize)]
@@ -38,8 +39,12 @@ pub struct Summary<'a> {
     pub notes: &'a [String],
     /// What of the log was lost.
     pub losses: &'a Losses,
-    /// Why `certainty` of events is null.
-    pub certainty_note: &'static str,
+    /// Which model the loads come from, and how the other one differs.
+    pub model: ModelSummary,
+    /// What would have changed the least load most; null of a model without derivatives.
+    pub sensitivity: Option<SensitivitySummary>,
+    /// One standard deviation of each parameter, as stated or by default.
+    pub uncertainty: BTreeMap<&'static str, f64>,
     /// What was asked for.
     pub options: Options,
     /// Where everything comes from.
@@ -60,6 +65,51 @@ pub struct EventSummary<'a> {
     lead_s: Option<f64>,
     certainty: Option<f64>,
     split_dependent: Option<bool>,
+    causes: Option<&'a EventCauses>,
+}
+
+/// The model of the ground wrench.
+#[derive(Debug, Serialize)]
+pub struct ModelSummary {
+    name: &'static str,
+    other: Option<&'static str>,
+    /// Why there is no other.
+    other_note: Option<String>,
+    rows_compared: usize,
+    /// OTF of the other model less that of this one, by wheel.
+    difference: BTreeMap<String, DifferenceSummary>,
+}
+
+/// How the models differ on a wheel.
+#[derive(Debug, Serialize)]
+pub struct DifferenceSummary {
+    mean_n: f64,
+    rms_n: f64,
+    largest_n: f64,
+    largest_ns: i64,
+}
+
+/// The wheel that came nearest to lifting, and what its load answers to.
+#[derive(Debug, Serialize)]
+pub struct SensitivitySummary {
+    wheel: String,
+    worst_ns: i64,
+    worst_otf_n: f64,
+    /// The parameters of which the smallest share of their stated uncertainty would have mattered most:
+    /// those with the largest share in the variance, first.
+    parameters: Vec<ParameterSummary>,
+}
+
+/// What a parameter does to a wheel's load.
+#[derive(Debug, Serialize)]
+pub struct ParameterSummary {
+    parameter: String,
+    unit: &'static str,
+    nominal: Option<f64>,
+    sigma: f64,
+    derivative_n_per_unit: f64,
+    change_to_zero: Option<f64>,
+    variance_share: f64,
 }
 
 /// A wheel.
@@ -72,6 +122,8 @@ pub struct WheelSummary {
     least_otf_n: Option<f64>,
     least_otf_s: Option<f64>,
     largest_load_n: Option<f64>,
+    /// Median of the load's standard deviation.
+    median_load_sigma_n: Option<f64>,
 }
 
 /// The machine.
@@ -126,6 +178,7 @@ impl<'a> Summary<'a> {
             lead_s: event.lead_s,
             certainty: event.certainty,
             split_dependent: event.split_dependent,
+            causes: event.causes.as_ref(),
         });
         let wheels = analysis.machine.wheels().iter().enumerate();
         Self {
@@ -146,7 +199,9 @@ impl<'a> Summary<'a> {
             inputs: analysis.inputs.iter().map(input_summary).collect(),
             notes: &analysis.notes,
             losses: &analysis.losses,
-            certainty_note: "certainty is null: the uncertainty of the loads is not computed",
+            model: model_summary(analysis),
+            sensitivity: sensitivity_summary(analysis),
+            uncertainty: analysis.machine.uncertainty().by_key().into(),
             options: analysis.options,
             provenance: &analysis.provenance,
         }
@@ -176,14 +231,83 @@ fn wheel_summary(analysis: &Analysis, wheel: usize) -> WheelSummary {
         .min_by(|&a, &b| otf[a].total_cmp(&otf[b]));
     let loads = || valid.iter().map(|&row| load[row]);
     WheelSummary {
-        static_load_n: finite(analysis.static_loads_n[wheel]),
+        static_load_n: finite(analysis.machine.reference().static_load[wheel]),
         min_load_limit_n: analysis.min_loads_n.as_ref().map(|loads| loads[wheel]),
         mean_load_n: finite(loads().sum::<f64>() / valid.len() as f64),
         least_load_n: loads().reduce(f64::min),
         least_otf_n: lightest.map(|row| otf[row]),
         least_otf_s: lightest.map(|row| rows.seconds(row)),
         largest_load_n: loads().reduce(f64::max),
+        median_load_sigma_n: median_sigma(analysis, wheel, &valid),
     }
+}
+
+/// Median of the standard deviation over the valid rows; `None` of a model without it.
+fn median_sigma(analysis: &Analysis, wheel: usize, valid: &[usize]) -> Option<f64> {
+    let outcomes = &analysis.rows.outcomes;
+    let quantity = Quantity::LoadSigma(wheel);
+    if !outcomes.quantities.contains(&quantity) {
+        return None;
+    }
+    let column = outcomes.column(quantity);
+    let mut sigmas: Vec<f64> = valid.iter().map(|&row| column[row]).collect();
+    sigmas.retain(|sigma| sigma.is_finite());
+    sigmas.sort_by(f64::total_cmp);
+    sigmas.get(sigmas.len() / 2).copied()
+}
+
+fn model_summary(analysis: &Analysis) -> ModelSummary {
+    let wheels = analysis.machine.wheels();
+    let name = |wheel: usize| wheels[wheel].name.to_lowercase();
+    let comparison = analysis.comparison.as_ref();
+    let differences = comparison.map_or(&[][..], |comparison| &comparison.wheels);
+    ModelSummary {
+        name: analysis.options.model.name(),
+        other: comparison.ok().map(|comparison| comparison.other.name()),
+        other_note: analysis.comparison.as_ref().err().cloned(),
+        rows_compared: comparison.map_or(0, |comparison| comparison.rows),
+        difference: differences
+            .iter()
+            .enumerate()
+            .map(|(wheel, difference)| {
+                let summary = DifferenceSummary {
+                    mean_n: difference.mean_n,
+                    rms_n: difference.rms_n,
+                    largest_n: difference.largest_n,
+                    largest_ns: difference.largest_ns,
+                };
+                (name(wheel), summary)
+            })
+            .collect(),
+    }
+}
+
+/// How many parameters the summary names.
+const NAMED_PARAMETERS: usize = 10;
+
+fn sensitivity_summary(analysis: &Analysis) -> Option<SensitivitySummary> {
+    let (machine, table) = (&analysis.machine, analysis.sensitivity.as_ref()?);
+    let mut rows: Vec<_> = (table.rows.iter())
+        .filter(|row| row.wheel == table.worst_wheel)
+        .collect();
+    rows.sort_by(|a, b| b.variance_share.total_cmp(&a.variance_share));
+    let first = rows.first()?;
+    Some(SensitivitySummary {
+        wheel: machine.wheels()[table.worst_wheel].name.to_lowercase(),
+        worst_ns: first.worst_ns,
+        worst_otf_n: first.worst_otf_n,
+        parameters: (rows.iter().take(NAMED_PARAMETERS))
+            .map(|row| ParameterSummary {
+                parameter: row.parameter.name(machine),
+                unit: row.parameter.unit(machine),
+                nominal: row.nominal,
+                sigma: row.sigma,
+                derivative_n_per_unit: row.derivative,
+                change_to_zero: row.change_to_zero,
+                variance_share: row.variance_share,
+            })
+            .collect(),
+    })
 }
 
 fn row_summary(analysis: &Analysis) -> RowSummary {

@@ -2,11 +2,12 @@
 
 use polars::prelude::{Column, DataFrame, IntoColumn, ListStringChunkedBuilder, NamedFrom, Series};
 use polars::prelude::{ListBuilderTrait, PlSmallStr, PolarsResult};
-use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{Cause, Place, Quantity, Travel};
 
 use crate::analysis::{Analysis, Rows};
 use crate::events::Event;
+use crate::sensitivity::SensitivityRow;
 
 /// A table with the unit of every column; no unit: a time, a truth value or a text.
 #[derive(Debug, Clone)]
@@ -33,7 +34,57 @@ pub fn name_and_unit(machine: &Machine, quantity: Quantity) -> Option<(String, &
         Quantity::ZmpY => ("zmp_y".into(), "m"),
         Quantity::ZmpMargin => ("zmp_margin".into(), "m"),
         Quantity::LinkageClosure => return None,
+        Quantity::LoadSigma(w) => (format!("load_{}_sigma", wheel(w)), "N"),
+        Quantity::OtfSigma(w) => (format!("otf_{}_sigma", wheel(w)), "N"),
+        Quantity::Utilisation => ("utilisation".into(), "-"),
+        Quantity::Mhs(e) => (format!("mhs_{}", edge(e)), "N m"),
+        Quantity::Tom(e) => (format!("tom_{}", edge(e)), "N m"),
+        Quantity::Itom(e) => (format!("itom_{}", edge(e)), "N m"),
+        Quantity::ForceAngle(e) => (format!("force_angle_{}", edge(e)), "rad"),
+        Quantity::StabilityAngle(e) => (format!("stability_angle_{}", edge(e)), "rad"),
+        Quantity::LoadTransferRatio => ("ltr".into(), "-"),
+        Quantity::Spread => ("spread".into(), "N"),
+        Quantity::Sigma => ("sigma".into(), "N^2"),
+        Quantity::SigmaGradient(travel) => sigma_gradient(travel),
+        Quantity::ArmForce(axis) => (format!("arm_force_{}", axis.name()), "N"),
+        Quantity::ArmMoment(axis) => (format!("arm_moment_{}", axis.name()), "N m"),
+        Quantity::Cause(cause, w) => (format!("cause_{}_{}", cause.name(), wheel(w)), "N"),
+        Quantity::Part(link, w) => {
+            let link = machine.links()[link].name.to_lowercase();
+            (format!("part_{link}_{}", wheel(w)), "N")
+        }
+        Quantity::Term(term, w) => (format!("term_{}_{}", term + 1, wheel(w)), "N"),
+        Quantity::Speed(place) => (format!("speed_{}", place_name(machine, place)), "m/s"),
+        Quantity::Direction(place) => (format!("direction_{}", place_name(machine, place)), "rad"),
+        Quantity::Sideslip(place) => (format!("sideslip_{}", place_name(machine, place)), "rad"),
     })
+}
+
+fn sigma_gradient(travel: Travel) -> (String, &'static str) {
+    let (name, unit) = match travel {
+        Travel::ForwardVelocity => ("dsigma_dvx", "N^2 s/m"),
+        Travel::LeftVelocity => ("dsigma_dvy", "N^2 s/m"),
+        Travel::YawRate => ("dsigma_dyaw_rate", "N^2 s/rad"),
+        Travel::ForwardAcceleration => ("dsigma_dvx_dot", "N^2 s^2/m"),
+        Travel::LeftAcceleration => ("dsigma_dvy_dot", "N^2 s^2/m"),
+        Travel::YawAcceleration => ("dsigma_dyaw_rate_dot", "N^2 s^2/rad"),
+    };
+    (name.into(), unit)
+}
+
+fn place_name(machine: &Machine, place: Place) -> String {
+    match place {
+        Place::Wheel(wheel) => machine.wheels()[wheel].name.to_lowercase(),
+        Place::FrontAxle => "front_axle".into(),
+        Place::RearAxle => "rear_axle".into(),
+    }
+}
+
+/// Whether a column is written though no row has a value: the specific force as a cause is only
+/// known where slope and platform acceleration are not.
+fn is_written(quantity: Quantity, values: &[f64]) -> bool {
+    !matches!(quantity, Quantity::Cause(Cause::SpecificForce, _))
+        || values.iter().any(|value| value.is_finite())
 }
 
 /// One row for each sample.
@@ -56,7 +107,9 @@ pub fn samples(analysis: &Analysis) -> PolarsResult<Table> {
     ];
     let mut units = vec![("time_ns".to_string(), "ns")];
     for (&quantity, values) in rows.outcomes.quantities.iter().zip(&rows.outcomes.columns) {
-        if let Some((name, unit)) = name_and_unit(&analysis.machine, quantity) {
+        if let Some((name, unit)) = name_and_unit(&analysis.machine, quantity)
+            && is_written(quantity, values)
+        {
             columns.push(known(&name, values));
             units.push((name, unit));
         }
@@ -127,4 +180,60 @@ pub fn events(events: &[Event]) -> PolarsResult<Table> {
         frame,
         units: units.map(|(name, unit)| (name.to_string(), unit)).to_vec(),
     })
+}
+
+/// One row for each wheel and each signal and parameter; `None` where the model has no derivatives.
+///
+/// # Errors
+/// The columns do not fit together.
+pub fn sensitivity(analysis: &Analysis) -> PolarsResult<Option<Table>> {
+    let Some(table) = &analysis.sensitivity else {
+        return Ok(None);
+    };
+    let (machine, rows) = (&analysis.machine, &table.rows);
+    let finite = |value: f64| Some(value).filter(|v| v.is_finite());
+    let wheel = |w: usize| machine.wheels()[w].name.to_lowercase();
+    let unit = |row: &SensitivityRow| row.parameter.unit(machine);
+    let kind = |row: &SensitivityRow| match row.parameter.is_signal() {
+        true => "signal",
+        false => "parameter",
+    };
+    let frame = DataFrame::new(
+        rows.len(),
+        vec![
+            column("parameter", rows.iter().map(|r| r.parameter.name(machine))),
+            column("kind", rows.iter().map(kind)),
+            column("unit", rows.iter().map(unit)),
+            column("nominal", rows.iter().map(|r| r.nominal)),
+            column("sigma", rows.iter().map(|r| r.sigma)),
+            column("wheel", rows.iter().map(|r| wheel(r.wheel))),
+            column(
+                "is_worst_wheel",
+                rows.iter().map(|r| r.wheel == table.worst_wheel),
+            ),
+            column("worst_ns", rows.iter().map(|r| r.worst_ns)),
+            column("worst_otf", rows.iter().map(|r| r.worst_otf_n)),
+            column("derivative", rows.iter().map(|r| finite(r.derivative))),
+            column("derivative_rms", rows.iter().map(|r| finite(r.rms))),
+            column("change_to_zero", rows.iter().map(|r| r.change_to_zero)),
+            column(
+                "variance_share",
+                rows.iter().map(|r| finite(r.variance_share)),
+            ),
+        ],
+    )?;
+    let units = [
+        ("nominal", "column unit"),
+        ("sigma", "column unit"),
+        ("worst_ns", "ns"),
+        ("worst_otf", "N"),
+        ("derivative", "N / column unit"),
+        ("derivative_rms", "N / column unit"),
+        ("change_to_zero", "column unit"),
+        ("variance_share", "-"),
+    ];
+    Ok(Some(Table {
+        frame,
+        units: units.map(|(name, unit)| (name.to_string(), unit)).to_vec(),
+    }))
 }

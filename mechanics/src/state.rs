@@ -164,6 +164,23 @@ impl<T: Real> State<T> {
         *place += amount;
     }
 
+    /// The value of a signal; `None` of a parameter of the machine.
+    #[must_use]
+    pub fn value(&self, signal: Parameter) -> Option<T> {
+        let (imu, tool) = (&self.imu, &self.tool_wrench);
+        Some(match signal {
+            Parameter::JointPosition(joint) => self.joints[joint].position,
+            Parameter::JointRate(joint) => self.joints[joint].rate,
+            Parameter::JointAcceleration(joint) => self.joints[joint].acceleration,
+            Parameter::SpecificForce(axis) => imu.specific_force[axis as usize],
+            Parameter::AngularVelocity(axis) => imu.angular_velocity[axis as usize],
+            Parameter::AngularAcceleration(axis) => imu.angular_acceleration[axis as usize],
+            Parameter::ToolForce(axis) => tool.force[axis as usize],
+            Parameter::ToolMoment(axis) => tool.moment[axis as usize],
+            _ => return None,
+        })
+    }
+
     /// Visits the numbers in their fixed order: joints (position, rate, acceleration each), specific force,
     /// angular velocity, angular acceleration, tool force, tool moment, payload shares, up, velocity and
     /// its rate, noise.

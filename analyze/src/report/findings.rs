@@ -64,7 +64,9 @@ impl Scene {
             .map(|(wheel, facts)| WheelFacts {
                 name: facts.name.clone(),
                 static_n: analysis
-                    .static_loads_n
+                    .machine
+                    .reference()
+                    .static_load
                     .get(wheel)
                     .copied()
                     .unwrap_or(f64::NAN),

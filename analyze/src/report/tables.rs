@@ -219,7 +219,7 @@ pub(super) fn provenance(analysis: &Analysis) -> String {
     ));
     facts.push((
         "Static loads".to_string(),
-        by_wheel(analysis, &analysis.static_loads_n),
+        by_wheel(analysis, &analysis.machine.reference().static_load),
     ));
     let limits = analysis.min_loads_n.as_ref();
     facts.push((

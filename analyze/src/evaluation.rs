@@ -1,0 +1,102 @@
+//! Evaluation of all rows by the chosen model, and by the other one beside it.
+
+use std::sync::Arc;
+
+use anyhow::{Result, anyhow};
+use rayon::prelude::*;
+use tipwatch_mechanics::closed_form::ClosedFormInput as Input;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{ClosedForm, Model, OutcomeColumns, Scope, StateColumns, evaluate_rows};
+
+use crate::analysis::Rows;
+use crate::comparison::{ModelComparison, compare};
+use crate::options::{self, Options};
+
+/// Rows evaluated in one piece of parallel work.
+const BLOCK_ROWS: usize = 1024;
+
+/// What of an evaluation a model and the options ask for.
+#[must_use]
+pub(crate) fn scope(options: &Options) -> Scope {
+    match options.model {
+        options::Model::WholeBody => Scope {
+            parts: options.columns.parts,
+            ..Scope::ALL
+        },
+        options::Model::ClosedForm => Scope {
+            indicators: true,
+            terms: options.columns.terms,
+            ..Scope::LOADS
+        },
+    }
+}
+
+/// The model that was asked for.
+///
+/// # Errors
+/// The machine is not one that the closed form describes.
+pub(crate) fn model(
+    machine: &Machine,
+    which: options::Model,
+    posture: &[f64],
+    has_odometry: bool,
+    options: &Options,
+) -> Result<Arc<Model>> {
+    if which == options::Model::WholeBody {
+        return Ok(Arc::new(Model::WholeBody));
+    }
+    let input = match (options.closed_form_input, has_odometry) {
+        (Some(options::ClosedFormInput::Velocity), _) | (None, true) => Input::Velocity,
+        (Some(options::ClosedFormInput::Accelerometer), _) | (None, false) => Input::Accelerometer,
+    };
+    let closed_form = ClosedForm::new(machine, posture, input)
+        .map_err(|error| anyhow!("model closed-form: {error}"))?;
+    Ok(Arc::new(Model::ClosedForm(Box::new(closed_form))))
+}
+
+/// Evaluates all rows, blocks of them in parallel.
+pub(crate) fn evaluate_all(
+    machine: &Machine,
+    states: &StateColumns,
+    scope: Scope,
+    model: &Arc<Model>,
+) -> OutcomeColumns {
+    let blocks: Vec<usize> = (0..states.rows()).step_by(BLOCK_ROWS).collect();
+    let evaluated: Vec<OutcomeColumns> = blocks
+        .into_par_iter()
+        .map(|first| {
+            let rows = first..(first + BLOCK_ROWS).min(states.rows());
+            evaluate_rows(machine, states, rows, scope, model)
+        })
+        .collect();
+    let mut all = OutcomeColumns::empty(machine, scope);
+    for block in evaluated {
+        all.append(block);
+    }
+    all
+}
+
+/// The other model over the same rows.
+pub(crate) fn compare_models(
+    machine: &Machine,
+    rows: &Rows,
+    posture: &[f64],
+    has_odometry: bool,
+    options: &Options,
+) -> Result<ModelComparison, String> {
+    let other = match options.model {
+        options::Model::WholeBody => options::Model::ClosedForm,
+        options::Model::ClosedForm => options::Model::WholeBody,
+    };
+    let model =
+        model(machine, other, posture, has_odometry, options).map_err(|error| error.to_string())?;
+    let others = evaluate_all(machine, &rows.states, Scope::LOADS, &model);
+    let comparison = compare(rows, other, &others);
+    if comparison.rows == 0 {
+        return Err(format!(
+            "model {}: no row has the attitude and motion that it needs",
+            other.name()
+        ));
+    }
+    Ok(comparison)
+}
