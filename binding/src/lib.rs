@@ -114,9 +114,12 @@ pub fn bind(
         lacks_imu: topics.imu.is_none(),
         imu_frame: topics.imu_frame.as_deref(),
     };
-    let machine = spec.check(urdf_text, urdf_name, facts)?;
+    let mut machine = spec.check(urdf_text, urdf_name, facts)?;
     let matched = match_sensors(log, &machine, &topics)?;
     let sensors = bound_sensors(&machine, &matched, &topics);
+    if !matched.sensors.tool_wrench {
+        machine.leave_out_tool();
+    }
     Ok(BoundLog {
         machine,
         matched,

@@ -166,7 +166,9 @@ def main():
     writelog.NOISE |= {"acc_bias": 0.0, "gyro_bias": 0.0}    # the drawn biases take their place
     nominal = model.rigid(yaw0=0.0)
     (arguments.out / "coverage.urdf").write_text(model.urdf(nominal))
-    (arguments.out / "coverage.toml").write_text(machine_file.machine_toml(nominal, "coverage.urdf"))
+    # the simulated ground is a plane: then the tyres' springs split the load, and heights count
+    text = machine_file.machine_toml(nominal, "coverage.urdf").replace("front_share = 0.5", 'ground = "plane"')
+    (arguments.out / "coverage.toml").write_text(text)
     tables = []
     for number in map(int, arguments.names):
         scenario, mujoco_model, rows, sensors = simulated(nominal, number)

@@ -36,7 +36,16 @@ pub fn beside(name: &str) -> Option<PathBuf> {
 /// If the analysis fails.
 #[must_use]
 pub fn analysed(log: &Path, options: Options) -> Analysis {
-    let file = MachineFile::read(&log.with_extension("toml")).expect("a machine file");
+    analysed_with(log, &log.with_extension("toml"), options)
+}
+
+/// The analysis of a log with a machine file.
+///
+/// # Panics
+/// If the analysis fails.
+#[must_use]
+pub fn analysed_with(log: &Path, machine: &Path, options: Options) -> Analysis {
+    let file = MachineFile::read(machine).expect("a machine file");
     analyse(log, &file, options, &mut |_| {}).expect("an analysis")
 }
 
@@ -84,6 +93,50 @@ impl Truth {
         let share = (time_ns - a) as f64 / (b - a) as f64;
         let loads = &self.loads[wheel];
         loads[next - 1] + share * (loads[next] - loads[next - 1])
+    }
+
+    /// Mean over a time span (s from the start) of the errors of the wheels' OTF, each times a factor (N).
+    #[must_use]
+    pub fn mean_error(&self, analysis: &Analysis, span_s: [f64; 2], factors: [f64; 4]) -> f64 {
+        let from_start = |time: i64| (time - self.times_ns[0]) as f64 * 1e-9;
+        let rows: Vec<usize> = (0..analysis.rows.len())
+            .filter(|&row| {
+                let t = from_start(analysis.rows.times_ns[row]);
+                span_s[0] < t && t < span_s[1]
+            })
+            .collect();
+        let error = |row: usize| -> f64 {
+            let of = |wheel: usize| {
+                let otf = analysis.rows.outcomes.column(Quantity::Otf(wheel))[row];
+                otf - self.at(wheel, analysis.rows.times_ns[row])
+            };
+            (0..4).map(|wheel| factors[wheel] * of(wheel)).sum()
+        };
+        rows.iter().map(|&row| error(row)).sum::<f64>() / rows.len() as f64
+    }
+
+    /// Share of the loads that the envelope holds, give or take `slack_n` (N), half a second at each end
+    /// left out.
+    #[must_use]
+    pub fn share_within_envelope(&self, analysis: &Analysis, slack_n: f64) -> f64 {
+        let (first, last) = (
+            self.times_ns[0] + 500_000_000,
+            self.times_ns[self.times_ns.len() - 1] - 500_000_000,
+        );
+        let (mut inside, mut all) = (0.0, 0.0);
+        for wheel in 0..self.loads.len() {
+            let least = analysis.rows.outcomes.column(Quantity::LoadLeast(wheel));
+            let largest = analysis.rows.outcomes.column(Quantity::LoadLargest(wheel));
+            for (row, &time) in analysis.rows.times_ns.iter().enumerate() {
+                if time > first && time < last {
+                    let truth = self.at(wheel, time);
+                    let holds = least[row] - slack_n <= truth && truth <= largest[row] + slack_n;
+                    inside += f64::from(u8::from(holds));
+                    all += 1.0;
+                }
+            }
+        }
+        inside / all
     }
 
     /// Root mean square error of all wheels' loads as a share of the mean load, half a second at each

@@ -379,6 +379,11 @@ impl Machine {
         self.linkages.iter().any(measured_rod) || self.bodies.iter().any(driven)
     }
 
+    /// Takes the force on the tool out of the machine: for logs that do not measure it.
+    pub fn leave_out_tool(&mut self) {
+        self.tool = None;
+    }
+
     /// What carries the arm.
     #[must_use]
     pub fn arm_seat(&self) -> Option<&Seat> {

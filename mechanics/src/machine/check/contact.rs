@@ -2,7 +2,7 @@
 
 use super::Checker;
 use crate::machine::spec::Stiffness;
-use crate::machine::{Contact, FreeJoint, MachineError, Split, SupportPolygon, Wheel};
+use crate::machine::{Contact, FreeJoint, Ground, MachineError, Split, SupportPolygon, Wheel};
 
 impl Checker<'_> {
     pub(super) fn contact(
@@ -60,7 +60,10 @@ impl Checker<'_> {
                 return Err(self.value_error("contact.front_share", "0 to 1", share));
             }
             Some(share) => share,
-            None if matches!(spec.tyre_stiffness, Some(Stiffness::PerWheel(_))) => {
+            // springs of known stiffness on a plane decide by themselves
+            None if matches!(spec.tyre_stiffness, Some(Stiffness::PerWheel(_)))
+                || (spec.tyre_stiffness.is_some() && spec.ground == Ground::Plane) =>
+            {
                 return Ok(Split::Springs);
             }
             None => 0.5,

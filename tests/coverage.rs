@@ -1,0 +1,156 @@
+//! Whether the standard deviations are true: 24 logs of machines drawn from the stated uncertainty.
+
+use polars::prelude::{DataFrame, ParquetReader, SerReader};
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::load::MachineFile;
+use tipwatch_analyze::options::Options;
+use tipwatch_analyze::run::analyse;
+use tipwatch_mechanics::{Quantity, Scope, State, Workspace, combination_sigma, evaluate};
+use tipwatch_tests::data;
+
+const LOGS: i32 = 24;
+const WHEELS: [&str; 4] = ["fl", "fr", "rl", "rr"];
+/// Truth is left out so near to its ends (ns), where the estimator has no neighbours either.
+const MARGIN_NS: i64 = 150_000_000;
+
+/// How often the truth is within two standard deviations.
+#[derive(Default)]
+struct Tally {
+    inside: f64,
+    all: f64,
+    sigmas: Vec<f64>,
+}
+
+impl Tally {
+    fn count(&mut self, error: f64, sigma: f64) {
+        self.inside += f64::from(u8::from(error.abs() < 2.0 * sigma));
+        self.all += 1.0;
+        self.sigmas.push(sigma);
+    }
+
+    fn share(&self) -> f64 {
+        self.inside / self.all
+    }
+
+    fn median_sigma(&mut self) -> f64 {
+        self.sigmas.sort_by(f64::total_cmp);
+        self.sigmas[self.sigmas.len() / 2]
+    }
+}
+
+#[test]
+fn val_bands_of_two_sigma_hold_the_truth() {
+    let truth = {
+        let file = std::fs::File::open(data("coverage.truth.parquet")).unwrap();
+        ParquetReader::new(file).finish().unwrap()
+    };
+    let machine = MachineFile::read(&data("coverage.toml")).unwrap();
+    let (mut loads, mut sums) = (Tally::default(), Tally::default());
+    for log in 0..LOGS {
+        let path = data(&format!("coverage_{log:02}.mcap"));
+        let analysis = analyse(&path, &machine, Options::default(), &mut |_| {}).unwrap();
+        let truth = TrueLoads::of(&truth, log);
+        tally_loads(&analysis, &truth, &mut loads);
+        tally_sums(&analysis, &truth, &mut sums);
+    }
+    let (load_share, sum_share) = (loads.share(), sums.share());
+    let (load_sigma, sum_sigma) = (loads.median_sigma(), sums.median_sigma());
+    println!(
+        "inside: loads {load_share:.3} (median sigma {load_sigma:.0} N), axle and side sums {sum_share:.3} ({sum_sigma:.0} N)"
+    );
+    assert!((0.90..=0.99).contains(&load_share), "{load_share}");
+    // sums do not depend on how stiff tyres split the load: there the band is narrow
+    assert!((0.85..=0.995).contains(&sum_share), "{sum_share}");
+    assert!(
+        load_sigma < 2600.0 && sum_sigma < 500.0,
+        "{load_sigma} {sum_sigma}"
+    );
+}
+
+fn tally_loads(analysis: &Analysis, truth: &TrueLoads, tally: &mut Tally) {
+    let rows = &analysis.rows;
+    for wheel in 0..WHEELS.len() {
+        let load = rows.outcomes.column(Quantity::Load(wheel));
+        let sigma = rows.outcomes.column(Quantity::LoadSigma(wheel));
+        for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
+            if let Some(truth) = truth.at(rows.times_ns[row]) {
+                tally.count(load[row] - truth[wheel], sigma[row]);
+            }
+        }
+    }
+}
+
+/// Every tenth row: front, rear, left and right, as long as all wheels stand.
+fn tally_sums(analysis: &Analysis, truth: &TrueLoads, tally: &mut Tally) {
+    let (machine, rows) = (&analysis.machine, &analysis.rows);
+    let mut workspace = Workspace::with_scope(machine, Scope::ALL);
+    let mut state = State::zero(machine);
+    for row in (0..rows.len())
+        .step_by(10)
+        .filter(|&row| rows.is_valid(row))
+    {
+        let Some(truth) = truth.at(rows.times_ns[row]) else {
+            continue;
+        };
+        rows.states.get(row, &mut state);
+        let otf = evaluate(machine, &state, &mut workspace).otf.clone();
+        if truth.iter().any(|&load| load < 100.0) {
+            continue;
+        }
+        for factors in [
+            [1.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0, 1.0],
+            [1.0, 0.0, 1.0, 0.0],
+            [0.0, 1.0, 0.0, 1.0],
+        ] {
+            let error: f64 = (0..4).map(|w| factors[w] * (otf[w] - truth[w])).sum();
+            tally.count(
+                error,
+                combination_sigma(machine, &state, &workspace, &factors),
+            );
+        }
+    }
+}
+
+/// True loads of one log.
+struct TrueLoads {
+    times_ns: Vec<i64>,
+    loads: Vec<Vec<f64>>,
+}
+
+impl TrueLoads {
+    fn of(all: &DataFrame, log: i32) -> Self {
+        let logs = all.column("log").unwrap().i32().unwrap();
+        let this: Vec<bool> = logs.into_no_null_iter().map(|l| l == log).collect();
+        let times = all.column("t_ns").unwrap().i64().unwrap();
+        let kept = |values: Vec<f64>| {
+            let pairs = values.into_iter().zip(&this);
+            pairs.filter(|(_, this)| **this).map(|(v, _)| v).collect()
+        };
+        let column = |wheel: &&str| {
+            let column = all.column(&format!("load_{wheel}")).unwrap();
+            let floats = column.cast(&polars::prelude::DataType::Float64).unwrap();
+            kept(floats.f64().unwrap().into_no_null_iter().collect())
+        };
+        let times = times.into_no_null_iter().zip(&this);
+        Self {
+            times_ns: times.filter(|(_, this)| **this).map(|(t, _)| t).collect(),
+            loads: WHEELS.iter().map(column).collect(),
+        }
+    }
+
+    /// The loads at a time, between samples in a straight line; `None` near and beyond the ends.
+    fn at(&self, time_ns: i64) -> Option<[f64; 4]> {
+        let (first, last) = (self.times_ns.first()?, self.times_ns.last()?);
+        if time_ns < first + MARGIN_NS || time_ns > last - MARGIN_NS {
+            return None;
+        }
+        let next = self.times_ns.partition_point(|&t| t < time_ns).max(1);
+        let (a, b) = (self.times_ns[next - 1], self.times_ns[next]);
+        let share = (time_ns - a) as f64 / (b - a) as f64;
+        Some(std::array::from_fn(|wheel| {
+            let loads = &self.loads[wheel];
+            loads[next - 1] + share * (loads[next] - loads[next - 1])
+        }))
+    }
+}

@@ -1,0 +1,184 @@
+//! What the first paper shows, and what its steps cost, on simulated logs.
+
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::events::EventKind;
+use tipwatch_analyze::options::{ClosedFormInput, Model, Options};
+use tipwatch_mechanics::{Cause, Quantity};
+use tipwatch_tests::{Truth, analysed, data};
+
+const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
+
+fn largest(analysis: &Analysis, quantity: Quantity) -> f64 {
+    let column = analysis.rows.outcomes.column(quantity);
+    column.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Figs. 10 and 11: the arm is swung over the front left wheel until the rear right one lifts. OTF says
+/// so; no overturning moment comes near zero.
+#[test]
+fn val_otf_sees_the_lift_that_no_edge_moment_sees() {
+    let analysis = analysed(&data("swing_lift.mcap"), Options::default());
+    let lift = analysis
+        .events
+        .iter()
+        .find(|e| e.kind == EventKind::WheelLift)
+        .unwrap();
+    assert_eq!(lift.subject, "rr");
+    assert!(
+        lift.worst < -1000.0 && lift.certainty.unwrap() > 0.99,
+        "{lift:?}"
+    );
+    let weight = analysis.machine.mass() * analysis.machine.gravity();
+    for edge in 0..4 {
+        for quantity in [Quantity::Itom(edge), Quantity::ItomFull(edge)] {
+            let worst = largest(&analysis, quantity);
+            // the nearest edge keeps more than a fifth of the weight at half the track
+            assert!(worst < -0.2 * weight, "{quantity:?}: {worst}");
+        }
+    }
+    assert!(
+        !analysis
+            .events
+            .iter()
+            .any(|e| e.kind >= EventKind::EdgeTipping)
+    );
+    let causes = lift.causes.as_ref().unwrap();
+    assert_eq!(causes.shares[0].cause, "arm_weight");
+    assert_eq!(causes.shares[1].cause, "arm_motion");
+    let percent: f64 = causes.shares.iter().map(|share| share.percent).sum();
+    assert!((percent - 100.0).abs() < 1e-6, "{percent}");
+}
+
+/// The closed form leaves out the wheels' dynamics (32)-(44) by its assumption 5: on hard braking that
+/// moves load between the axles.
+#[test]
+fn val_dropping_the_wheel_dynamics_costs_load_on_hard_braking() {
+    let path = data("hard_brake.mcap");
+    let truth = Truth::of(&path, &WHEELS);
+    let shift = |options| {
+        let analysis = analysed(&path, options);
+        // mean error of front less rear while it brakes
+        truth.mean_error(&analysis, [3.05, 3.55], [0.5, 0.5, -0.5, -0.5])
+    };
+    let whole_body = shift(Options::default());
+    let closed_form = shift(Options {
+        model: Model::ClosedForm,
+        closed_form_input: Some(ClosedFormInput::Accelerometer),
+        ..Options::default()
+    });
+    assert!(whole_body.abs() < 150.0, "{whole_body}");
+    assert!(
+        closed_form < whole_body - 150.0,
+        "{closed_form} {whole_body}"
+    );
+}
+
+#[test]
+fn the_two_models_are_compared_wheel_by_wheel() {
+    let chosen = analysed(&data("tiny.mcap"), Options::default());
+    let other = analysed(
+        &data("tiny.mcap"),
+        Options {
+            model: Model::ClosedForm,
+            ..Options::default()
+        },
+    );
+    let (a, b) = (chosen.comparison.unwrap(), other.comparison.unwrap());
+    assert_eq!((a.other, b.other), (Model::ClosedForm, Model::WholeBody));
+    for (a, b) in a.wheels.iter().zip(&b.wheels) {
+        assert!((a.mean_n + b.mean_n).abs() < 1e-9 && (a.rms_n - b.rms_n).abs() < 1e-9);
+        assert!(
+            a.rms_n > 1.0 && a.rms_n < 130.0,
+            "the paper's worst error is 130 N: {a:?}"
+        );
+    }
+    let six = analysed(&data("forwarder6.mcap"), Options::default());
+    assert!(six.comparison.unwrap_err().contains("wheels"));
+}
+
+/// The identities of the edge moments and of the causes, on every log of the repository.
+#[test]
+fn identities_hold_on_every_log() {
+    for name in [
+        "tiny",
+        "tiny_lift",
+        "swing_lift",
+        "hard_brake",
+        "forwarder6",
+        "forwarder6_bump",
+        "lift_payload",
+        "coverage_01",
+        "coverage_13",
+    ] {
+        let path = data(&format!("{name}.mcap"));
+        let analysis = if name.starts_with("coverage") {
+            tipwatch_tests::analysed_with(&path, &data("coverage.toml"), Options::default())
+        } else {
+            analysed(&path, Options::default())
+        };
+        let weight = analysis.machine.mass() * analysis.machine.gravity();
+        edge_moments_are_the_loads_beyond(name, &analysis, weight);
+        causes_add_up(name, &analysis, weight);
+    }
+}
+
+/// ITOM with wheel weights = -F_n * distance of the centre of pressure from the edge; their least is
+/// the margin, and the loads' sum is F_n.
+fn edge_moments_are_the_loads_beyond(name: &str, analysis: &Analysis, weight: f64) {
+    let (rows, edges) = (&analysis.rows, analysis.machine.polygon().edges().len());
+    let column = |quantity| rows.outcomes.column(quantity);
+    for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
+        let normal = column(Quantity::NormalForce)[row];
+        let moments = (0..edges).map(|edge| column(Quantity::ItomFull(edge))[row]);
+        let worst = moments.fold(f64::NEG_INFINITY, f64::max);
+        let margin = column(Quantity::ZmpMargin)[row];
+        assert!(
+            (worst + normal * margin).abs() < 1e-9 * weight,
+            "{name}, row {row}"
+        );
+        let wheels = 0..analysis.machine.wheels().len();
+        let sum: f64 = wheels.map(|wheel| column(Quantity::Otf(wheel))[row]).sum();
+        assert!((sum - normal).abs() < 1e-9 * weight, "{name}, row {row}");
+    }
+}
+
+fn causes_add_up(name: &str, analysis: &Analysis, weight: f64) {
+    let rows = &analysis.rows;
+    for wheel in 0..analysis.machine.wheels().len() {
+        let causes = Cause::ALL.map(|c| rows.outcomes.column(Quantity::Cause(c, wheel)));
+        let (otf, load) = (
+            rows.outcomes.column(Quantity::Otf(wheel)),
+            rows.outcomes.column(Quantity::Load(wheel)),
+        );
+        for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
+            let lift_off = causes[Cause::LiftOff as usize][row];
+            let known = causes
+                .iter()
+                .map(|cause| cause[row])
+                .filter(|c| c.is_finite());
+            let sum: f64 = known.sum();
+            assert!(
+                (sum - load[row]).abs() < 1e-9 * weight,
+                "{name}, row {row}: {sum}"
+            );
+            assert!(
+                (sum - lift_off - otf[row]).abs() < 1e-9 * weight,
+                "{name}, row {row}"
+            );
+        }
+    }
+}
+
+#[test]
+fn val_a_forwarder_on_free_bogies() {
+    let path = data("forwarder6.mcap");
+    let analysis = analysed(&path, Options::default());
+    let truth = Truth::of(&path, &["FL", "FR", "ML", "MR", "RL", "RR"]);
+    let share = truth.error_share(&analysis);
+    assert!(share < 0.012, "{share}");
+    // on the ridge the frame twists, which no rigid-body equation sees: the envelope does
+    let path = data("forwarder6_bump.mcap");
+    let analysis = analysed(&path, Options::default());
+    let truth = Truth::of(&path, &["FL", "FR", "ML", "MR", "RL", "RR"]);
+    assert!(truth.share_within_envelope(&analysis, 20.0) > 0.99);
+}
