@@ -6,7 +6,7 @@ mod support;
 
 use nalgebra::Vector3;
 use support::{machine, set_joint, wheel};
-use tipwatch_mechanics::{Machine, State, Workspace, evaluate};
+use tipwatch_mechanics::{Cause, Machine, Outcome, Scope, State, Workspace, evaluate};
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
@@ -18,8 +18,8 @@ fn arm_offsets() -> (f64, f64) {
     (-std::f64::consts::FRAC_PI_2 - b1 - b2, -b3 - b4)
 }
 
-/// Loads FL FR RR RL at rest on level ground with the arm moving, gamma = 45 degrees.
-fn loads(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) -> [f64; 4] {
+/// Everything at rest on level ground with the arm moving, gamma = 45 degrees.
+fn outcome(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) -> Outcome<f64> {
     let (q1, q2) = arm_offsets();
     let mut state = State::<f64>::zero(machine);
     set_joint(machine, &mut state, "slew", [45.0 * DEGREE, 0.0, 0.0]);
@@ -46,8 +46,15 @@ fn loads(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) ->
     set_joint(machine, &mut state, "extension", x3);
     // at rest the sensor feels gravity, wherever it sits
     state.imu.specific_force = Vector3::z() * machine.gravity();
-    let mut workspace = Workspace::new(machine);
-    let load = &evaluate(machine, &state, &mut workspace).otf;
+    state.base.up = Vector3::z();
+    state.base.velocity = Vector3::zeros();
+    let mut workspace = Workspace::with_scope(machine, Scope::ALL);
+    evaluate(machine, &state, &mut workspace).clone()
+}
+
+/// Loads FL FR RR RL of the same.
+fn loads(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) -> [f64; 4] {
+    let load = outcome(machine, theta1, theta2, x3).otf;
     ["FL", "FR", "RR", "RL"].map(|name| load[wheel(machine, name)])
 }
 
@@ -70,6 +77,63 @@ fn val_example_s_arm_at_rest() {
         [0.3, 0.0, 0.0],
     );
     assert_loads(found, [15790.936, 8881.726, 1385.004, 8294.214], 1e-6);
+}
+
+/// Example S by every other measure: edges front, left, rear, right.
+#[test]
+fn val_example_s_indicators() {
+    let machine = machine("petrovic_mattila");
+    let found = outcome(
+        &machine,
+        [20.0, 0.0, 0.0],
+        [-70.0, 0.0, 0.0],
+        [0.3, 0.0, 0.0],
+    );
+    let near = |found: f64, expected: f64, relative: f64| {
+        assert!(
+            (found - expected).abs() <= relative * expected.abs(),
+            "{found} instead of {expected}"
+        );
+    };
+    near(found.zmp_x, 0.501_936, 2e-6);
+    near(found.zmp_y, 0.351_978, 2e-6);
+    near(found.zmp_margin, 0.523_022, 2e-6);
+    let it = &found.indicators;
+    let edges = [
+        (&it.mhs, [5255.12, 2970.31, -29229.80, -21211.92]),
+        (&it.tom, [-19555.58, -15907.39, -54040.50, -40089.63]),
+        (&it.itom, [-19555.58, -15907.39, -54040.50, -40089.63]),
+        (
+            &found.itom_full,
+            [-22262.20, -17966.78, -56747.12, -42149.01],
+        ),
+    ];
+    for (found, expected) in edges {
+        found
+            .iter()
+            .zip(expected)
+            .for_each(|(&found, expected)| near(found, expected, 3e-6));
+    }
+    for angles in [&it.force_angle, &it.stability_angle] {
+        for (&angle, degrees) in angles.iter().zip([44.8869, 38.7948, 68.5026, 62.0644]) {
+            near(angle / DEGREE, degrees, 2e-6);
+        }
+    }
+    near(it.load_transfer_ratio, -0.402_26, 1e-5);
+    let arm = &it.arm_wrench;
+    for (found, expected) in [
+        (arm.force.z, -10423.7773),
+        (arm.moment.x, -12091.1179),
+        (arm.moment.y, 12030.5718),
+    ] {
+        near(found, expected, 1e-6);
+    }
+    assert!(arm.force.xy().norm() < 1e-6 && arm.moment.z.abs() < 1e-6);
+    // zeta_1 of Table 1: chassis and wheel weights
+    for causes in &found.causes {
+        let weights = causes[Cause::ChassisWeight as usize] + causes[Cause::WheelWeight as usize];
+        near(weights, 5982.026, 1e-6);
+    }
 }
 
 #[test]
