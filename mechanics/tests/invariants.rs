@@ -8,7 +8,9 @@ use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use support::{edited, machine, moving, set_joint, six_wheels, upright, wheel};
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
-use tipwatch_mechanics::{Machine, Outcome, State, Workspace, evaluate, static_outcome};
+use tipwatch_mechanics::{
+    Cause, Machine, Outcome, Scope, State, Workspace, evaluate, static_outcome,
+};
 
 fn outcome(machine: &Machine, state: &State<f64>) -> Outcome<f64> {
     let mut workspace = Workspace::new(machine);
@@ -202,4 +204,53 @@ fn tipping_puts_all_load_on_the_edge_it_tips_about() {
     assert!(
         (found.load.iter().sum::<f64>() - found.normal_force).abs() < 1e-6 * found.normal_force
     );
+}
+
+/// A machine on three wheels: the rear right one taken off.
+fn three_wheels() -> Machine {
+    let off = |text: String| {
+        let at = text.find("[wheels.RR]").unwrap();
+        let end = at + text[at..].find("[arm]").unwrap();
+        format!("{}{}", &text[..at], &text[end..]).replace("front_share = 0.5", "")
+    };
+    edited("rigid", off).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
+
+    /// At rest Force-Angle, stability angle, overturning moments and the centre of pressure agree on
+    /// whether and how the machine stands, on any polygon, with a wheel in the air or without.
+    #[test]
+    fn at_rest_all_measures_agree_on_any_polygon(
+        slew in -3.1..3.1_f64, lift in -1.6..-0.9_f64, tilt in -1.6..-0.6_f64, lean in vector(0.35)
+    ) {
+        for machine in [machine("rigid"), three_wheels(), six_wheels(|text| text)] {
+            let mut state = State::zero(&machine);
+            set_joint(&machine, &mut state, "slew", [slew, 0.0, 0.0]);
+            set_joint(&machine, &mut state, "lift", [lift, 0.0, 0.0]);
+            set_joint(&machine, &mut state, "tilt", [tilt, 0.0, 0.0]);
+            let up = Vector3::new(lean.x, lean.y, 1.0).normalize();
+            state.base.up = up;
+            state.base.velocity = Vector3::zeros();
+            state.imu.specific_force = upright(&machine, up * machine.gravity());
+            let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
+            let found = evaluate(&machine, &state, &mut workspace);
+            let it = &found.indicators;
+            for edge in 0..machine.polygon().edges().len() {
+                let (force, still) = (it.force_angle[edge], it.stability_angle[edge]);
+                prop_assert!((force - still).abs() < 1e-9, "{force} {still}");
+                prop_assert_eq!(force > 0.0, found.itom_full[edge] < 0.0);
+            }
+            let worst = found.itom_full.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            prop_assert!((worst + found.normal_force * found.zmp_margin).abs() < 1e-6 * found.normal_force);
+            prop_assert!(it.load_transfer_ratio.abs() <= 1.0 + 1e-9 && it.spread >= 0.0);
+            // nothing moves: no cause but weights, slope and what lifted wheels give
+            for causes in &found.causes {
+                for cause in [Cause::ArmMotion, Cause::PlatformAcceleration, Cause::Cornering, Cause::ToolForce] {
+                    prop_assert!(causes[cause as usize].abs() < 1e-6 * found.normal_force);
+                }
+            }
+        }
+    }
 }
