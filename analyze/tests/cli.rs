@@ -88,6 +88,7 @@ fn analyze_writes_every_output_and_says_the_findings() {
     for file in [
         "samples.parquet",
         "events.parquet",
+        "sensitivity.parquet",
         "summary.json",
         "report.html",
     ] {
@@ -99,7 +100,9 @@ fn analyze_writes_every_output_and_says_the_findings() {
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.path().join("summary.json")).unwrap())
             .unwrap();
-    assert_eq!(summary["schema"], 1);
+    assert_eq!(summary["schema"], 2);
+    assert_eq!(summary["model"]["other"], "closed-form");
+    assert_eq!(summary["sensitivity"]["wheel"], "rl");
     let kinds: Vec<_> = summary["events"]
         .as_array()
         .unwrap()
@@ -110,6 +113,13 @@ fn analyze_writes_every_output_and_says_the_findings() {
         kinds.contains(&"wheel_light") && kinds.contains(&"wheel_lift"),
         "{kinds:?}"
     );
+    for event in summary["events"].as_array().unwrap() {
+        let certainty = event["certainty"].as_f64().unwrap();
+        assert!((0.5..=1.0).contains(&certainty), "{event}");
+        let shares = event["causes"]["shares"].as_array().unwrap();
+        let percent: f64 = shares.iter().map(|s| s["percent"].as_f64().unwrap()).sum();
+        assert!((percent - 100.0).abs() < 1e-6, "{event}");
+    }
     assert_eq!(
         summary["provenance"]["log"][0]["sha256"]
             .as_str()
@@ -118,6 +128,27 @@ fn analyze_writes_every_output_and_says_the_findings() {
         64
     );
     assert!(said.to_lowercase().contains("rl"), "{said}");
+}
+
+#[test]
+fn the_closed_form_writes_its_terms_and_refuses_machines_that_it_does_not_describe() {
+    let asked = ["--model", "closed-form", "--columns", "terms"];
+    let (code, said, out) = analyze(&data("tiny.mcap"), &data("tiny.toml"), &asked);
+    assert_eq!(code, 0, "{said}");
+    assert!(!out.path().join("sensitivity.parquet").exists());
+    let table = fs::read(out.path().join("samples.parquet")).unwrap();
+    let has = |name: &str| {
+        table
+            .windows(name.len())
+            .any(|bytes| bytes == name.as_bytes())
+    };
+    assert!(has("term_11_fl") && has("sideslip_rear_axle") && !has("cause_slope_fl"));
+    let (code, said, _) = analyze(&data("forwarder6.mcap"), &data("forwarder6.toml"), &asked);
+    assert_eq!(code, 1);
+    assert!(
+        said.contains("closed-form") && said.contains("wheels"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -315,6 +315,7 @@ mod tests {
             lead_s: None,
             certainty: None,
             split_dependent: None,
+            causes: None,
         }
     }
 
