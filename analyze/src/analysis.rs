@@ -8,6 +8,7 @@ use tipwatch_mechanics::{OutcomeColumns, State, StateColumns};
 
 use crate::comparison::ModelComparison;
 use crate::events::Event;
+use crate::monte_carlo::MonteCarlo;
 use crate::options::Options;
 use crate::provenance::Provenance;
 use crate::sensitivity::SensitivityTable;
@@ -35,6 +36,8 @@ pub struct Analysis {
     pub events: Vec<Event>,
     /// Derivatives of the loads; `None` of a model that has none.
     pub sensitivity: Option<SensitivityTable>,
+    /// The study of parametric uncertainty, if it was asked for.
+    pub monte_carlo: Option<MonteCarlo>,
     /// How the models differ, or why only one can be computed.
     pub comparison: Result<ModelComparison, String>,
 }

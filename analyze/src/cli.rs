@@ -84,6 +84,10 @@ struct AnalyzeArgs {
     /// odometry.
     #[arg(long, value_enum, value_name = "SIGNAL")]
     closed_form_input: Option<ClosedFormInput>,
+    /// Draw N machines with all lengths, angles, masses and inertias up to 10 % off, and write the bands
+    /// that the loads spread over.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    monte_carlo: Option<u32>,
     /// Further columns of samples.parquet; may be repeated.
     #[arg(long, value_enum, value_delimiter = ',')]
     columns: Vec<ColumnGroup>,
@@ -203,6 +207,7 @@ fn analyze(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
         from_s: args.from,
         to_s: args.to,
         closed_form_input: args.closed_form_input,
+        monte_carlo: args.monte_carlo.map(|draws| draws as usize),
         columns: MoreColumns {
             parts: args.columns.contains(&ColumnGroup::Parts),
             terms: args.columns.contains(&ColumnGroup::Terms),

@@ -16,6 +16,7 @@ pub mod events;
 mod evidence;
 pub mod inspect;
 pub mod load;
+pub mod monte_carlo;
 mod notes;
 pub mod options;
 pub mod output;

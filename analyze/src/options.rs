@@ -19,6 +19,8 @@ pub struct Options {
     pub closed_form_input: Option<ClosedFormInput>,
     /// Columns beyond the usual ones.
     pub columns: MoreColumns,
+    /// How many machines the study of parametric uncertainty draws; none where `None`.
+    pub monte_carlo: Option<usize>,
 }
 
 /// Columns that are written on request.
@@ -60,6 +62,7 @@ impl Default for Options {
             to_s: None,
             closed_form_input: None,
             columns: MoreColumns::default(),
+            monte_carlo: None,
         }
     }
 }

@@ -32,7 +32,7 @@ pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<()>
         || {
             write_samples(analysis, folder)?;
             write_events(analysis, folder)?;
-            write_sensitivity(analysis, folder)
+            write_further_tables(analysis, folder)
         },
         || write_documents(analysis, folder),
     );
@@ -53,15 +53,17 @@ fn write_events(analysis: &Analysis, folder: &Path) -> Result<()> {
     )
 }
 
-fn write_sensitivity(analysis: &Analysis, folder: &Path) -> Result<()> {
-    match table::sensitivity(analysis)? {
-        Some(mut table) => parquet::write(
-            &mut table,
-            &analysis.provenance,
-            &folder.join("sensitivity.parquet"),
-        ),
-        None => Ok(()),
+/// The tables that not every analysis has.
+fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<()> {
+    for (name, table) in [
+        ("sensitivity.parquet", table::sensitivity(analysis)?),
+        ("monte_carlo.parquet", table::monte_carlo(analysis)?),
+    ] {
+        if let Some(mut table) = table {
+            parquet::write(&mut table, &analysis.provenance, &folder.join(name))?;
+        }
     }
+    Ok(())
 }
 
 fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {

@@ -16,7 +16,7 @@ use crate::load::{LoadedLog, MachineFile, hash_file, load};
 use crate::notes;
 use crate::options::{Estimator, Options};
 use crate::provenance::Provenance;
-use crate::{evaluation, sensitivity};
+use crate::{evaluation, monte_carlo, sensitivity};
 
 /// Share of the static load below which a wheel is light where the machine file sets no limit.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
@@ -57,6 +57,8 @@ pub fn analyse(
         .sensitivities
         .then(|| sensitivity::table(machine, &rows))
         .flatten();
+    let draws = options.monte_carlo;
+    let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
     let notes = notes::of(&loaded);
     let provenance = provenance(&log, file, &loaded)?;
     let inputs = loaded.signals.into_iter().map(|signal| Input {
@@ -86,6 +88,7 @@ pub fn analyse(
         min_loads_n,
         events,
         sensitivity,
+        monte_carlo,
         comparison,
     })
 }

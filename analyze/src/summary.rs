@@ -7,11 +7,13 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use tipwatch_ingest::{Losses, TopicTiming};
 use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::monte_carlo::Band;
 
 use crate::analysis::{Analysis, Input};
 use crate::events::EventCauses;
 use crate::options::Options;
 use crate::provenance::Provenance;
+use crate::table::name_and_unit;
 
 /// Version of the document.
 pub const SCHEMA: u32 = 2;
@@ -43,6 +45,8 @@ pub struct Summary<'a> {
     pub model: ModelSummary,
     /// What would have changed the least load most; null of a model without derivatives.
     pub sensitivity: Option<SensitivitySummary>,
+    /// The study of parametric uncertainty; null where it was not asked for.
+    pub monte_carlo: Option<MonteCarloSummary>,
     /// One standard deviation of each parameter, as stated or by default.
     pub uncertainty: BTreeMap<&'static str, f64>,
     /// What was asked for.
@@ -78,6 +82,20 @@ pub struct ModelSummary {
     rows_compared: usize,
     /// OTF of the other model less that of this one, by wheel.
     difference: BTreeMap<String, DifferenceSummary>,
+}
+
+/// The study of parametric uncertainty.
+#[derive(Debug, Serialize)]
+pub struct MonteCarloSummary {
+    draws: usize,
+    /// Largest relative deviation of lengths, angles, masses and inertias.
+    spread: f64,
+    seed: u64,
+    /// Mean over the rows of half the band that 95 % of the draws are in, by column of samples.parquet
+    /// (N or N m).
+    mean_half_band: BTreeMap<String, Option<f64>>,
+    /// Draws times rows that could not be evaluated, the most of all quantities.
+    left_out: u64,
 }
 
 /// How the models differ on a wheel.
@@ -201,6 +219,7 @@ impl<'a> Summary<'a> {
             losses: &analysis.losses,
             model: model_summary(analysis),
             sensitivity: sensitivity_summary(analysis),
+            monte_carlo: monte_carlo_summary(analysis),
             uncertainty: analysis.machine.uncertainty().by_key().into(),
             options: analysis.options,
             provenance: &analysis.provenance,
@@ -280,6 +299,30 @@ fn model_summary(analysis: &Analysis) -> ModelSummary {
             })
             .collect(),
     }
+}
+
+fn monte_carlo_summary(analysis: &Analysis) -> Option<MonteCarloSummary> {
+    let found = analysis.monte_carlo.as_ref()?;
+    let half_band = |band: &Band| {
+        let widths = band
+            .low
+            .iter()
+            .zip(&band.high)
+            .map(|(low, high)| 0.5 * (high - low));
+        let known: Vec<f64> = widths.filter(|width| width.is_finite()).collect();
+        Some(known.iter().sum::<f64>() / known.len() as f64).filter(|mean| mean.is_finite())
+    };
+    let name = |band: &Band| name_and_unit(&analysis.machine, band.quantity).map(|(name, _)| name);
+    let left_out = |band: &Band| band.left_out.iter().map(|&n| u64::from(n)).sum();
+    Some(MonteCarloSummary {
+        draws: found.study.draws,
+        spread: found.study.spread,
+        seed: found.study.seed,
+        mean_half_band: (found.bands.iter())
+            .filter_map(|band| Some((name(band)?, half_band(band))))
+            .collect(),
+        left_out: found.bands.iter().map(left_out).max().unwrap_or(0),
+    })
 }
 
 /// How many parameters the summary names.

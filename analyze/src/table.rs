@@ -237,3 +237,36 @@ pub fn sensitivity(analysis: &Analysis) -> PolarsResult<Option<Table>> {
         units: units.map(|(name, unit)| (name.to_string(), unit)).to_vec(),
     }))
 }
+
+/// One row for each sample: the bands of the study of parametric uncertainty, `_low` and `_high` with
+/// 2.5 % of the draws beyond each; `None` where there was none.
+///
+/// # Errors
+/// The columns do not fit together.
+pub fn monte_carlo(analysis: &Analysis) -> PolarsResult<Option<Table>> {
+    let Some(study) = &analysis.monte_carlo else {
+        return Ok(None);
+    };
+    let rows = &analysis.rows;
+    let mut columns = vec![Series::new("time_ns".into(), rows.times_ns.as_slice()).into_column()];
+    let mut units = vec![("time_ns".to_string(), "ns")];
+    for band in &study.bands {
+        let Some((name, unit)) = name_and_unit(&analysis.machine, band.quantity) else {
+            continue;
+        };
+        for (part, values) in [
+            ("low", &band.low),
+            ("high", &band.high),
+            ("sigma", &band.sigma),
+        ] {
+            let name = format!("{name}_{part}");
+            columns.push(known(&name, values));
+            units.push((name, unit));
+        }
+        let left_out = format!("{name}_left_out");
+        columns.push(Series::new(left_out.as_str().into(), &band.left_out[..]).into_column());
+        units.push((left_out, "draws"));
+    }
+    let frame = DataFrame::new(rows.len(), columns)?;
+    Ok(Some(Table { frame, units }))
+}

@@ -70,7 +70,7 @@ impl StateColumns {
     }
 
     /// Reads rows from `first` on side by side; beyond `end` the last one again.
-    fn get_lanes(&self, first: usize, end: usize, state: &mut State<Lanes>) {
+    pub(crate) fn get_lanes(&self, first: usize, end: usize, state: &mut State<Lanes>) {
         let mut columns = self.columns.iter();
         state.for_each_value(|value| {
             let Some(column) = columns.next() else { return };
@@ -177,7 +177,8 @@ pub fn evaluate_rows(
             column[place..place + Lanes::COUNT].copy_from_slice(&outcome.get(quantity).to_array());
         }
         if let Some(sums) = &mut sums {
-            sums.add(workspace.sensitivity(), rows.end - first);
+            let uncertainty = &workspace.outcome().uncertainty;
+            sums.add(workspace.sensitivity(), uncertainty, rows.end - first);
         }
     }
     if let Some(sums) = &sums {

@@ -60,7 +60,8 @@ pub fn evaluate<'w, T: Real>(
     }
     let model = Arc::clone(&w.model);
     if w.scope.needs_groups() || !matches!(*model, Model::WholeBody) {
-        w.groups.fill(machine, state, &w.motions, &tool_wrench);
+        w.groups
+            .fill(machine, state, &w.motions, &w.wrenches, &tool_wrench);
     }
     let plane = match &*model {
         Model::WholeBody => whole_body(machine, w, &tool_wrench),

@@ -88,19 +88,22 @@ impl<T: Real> Groups<T> {
         machine: &Machine,
         state: &State<T>,
         motions: &[BodyMotion<T>],
+        wrenches: &[Wrench<T>],
         tool_wrench: &Wrench<T>,
     ) {
         self.sets.fill(Parts::zero());
         for (i, body) in machine.bodies.iter().enumerate() {
+            let laden = machine.payloads.iter().any(|payload| payload.body == i);
+            if let ([(group, moments)], false) = (&body.parts[..], laden) {
+                // a body of one part moves by the wrench that is known already
+                self.bodies[i] = Composite::of(moments, &motions[i]);
+                self.count(machine, i, *group, &wrenches[i]);
+                continue;
+            }
             self.bodies[i] = Composite::zero();
             for (group, moments) in &body.parts {
-                self.add(
-                    machine,
-                    i,
-                    *group,
-                    Composite::of(moments, &motions[i]),
-                    &motions[i],
-                );
+                let moments = Composite::of(moments, &motions[i]);
+                self.add(machine, i, *group, moments, &motions[i]);
             }
         }
         for (payload, &share) in machine.payloads.iter().zip(&state.payload_share) {
@@ -118,6 +121,18 @@ impl<T: Real> Groups<T> {
         }
     }
 
+    /// Counts a body of one group to that group.
+    fn count(&mut self, machine: &Machine, body: usize, group: LinkGroup, wrench: &Wrench<T>) {
+        let moments = &self.bodies[body];
+        self.sets[0].of(group).add(moments, wrench);
+        for (set, joint) in self.sets[1..].iter_mut().zip(&machine.contact.free_joints) {
+            if joint.carries_body[body] {
+                set.of(group).add(moments, wrench);
+            }
+        }
+    }
+
+    /// Counts a part of a body.
     fn add(
         &mut self,
         machine: &Machine,

@@ -41,6 +41,7 @@ mod indicators;
 mod kinematics;
 pub mod machine;
 mod model;
+pub mod monte_carlo;
 mod newton_euler;
 mod newton_euler_derivatives;
 pub mod number;

@@ -28,6 +28,23 @@ pub(crate) struct JointWrenches<T> {
     pub(crate) acceleration: Wrench<T>,
 }
 
+/// Fields of velocity and acceleration of a body.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MotionFields<T> {
+    velocity: Field<T>,
+    acceleration: Field<T>,
+}
+
+impl<T: Real> MotionFields<T> {
+    #[inline(always)]
+    pub(crate) fn of(body: &BodyMotion<T>) -> Self {
+        Self {
+            velocity: body.velocity_field(),
+            acceleration: body.acceleration_field(),
+        }
+    }
+}
+
 /// A joint's field and what its parent's motion makes of it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MovingJoint<T> {
@@ -42,18 +59,18 @@ pub(crate) struct MovingJoint<T> {
 impl<T: Real> MovingJoint<T> {
     /// The joint that carries `body` on `parent`; its axis is z of the body.
     #[inline(always)]
-    pub(crate) fn new(kind: JointKind, body: &BodyMotion<T>, parent: &BodyMotion<T>) -> Self {
+    pub(crate) fn new(kind: JointKind, body: &BodyMotion<T>, parent: &MotionFields<T>) -> Self {
         let z: Vector3<T> = body.rotation.column(2).into_owned();
         let field = match kind {
             JointKind::Revolute => Field::turning(&z, &body.origin),
             JointKind::Prismatic => Field::sliding(&z),
         };
-        let (velocity, acceleration) = (parent.velocity_field(), parent.acceleration_field());
+        let (velocity, acceleration) = (&parent.velocity, &parent.acceleration);
         let rate = velocity.carries(&field);
         Self {
             field,
             rate,
-            pull: acceleration.carries(&field).minus(&rate.carries(&velocity)),
+            pull: acceleration.carries(&field).minus(&rate.carries(velocity)),
         }
     }
 

@@ -16,10 +16,13 @@ pub struct Wrench<T> {
 impl<T: Real> Wrench<T> {
     /// No force, no moment.
     #[must_use]
+    #[inline]
     pub fn zero() -> Self {
+        let o = T::zero();
+        let none = Vector3::new(o, o, o);
         Self {
-            force: Vector3::zeros(),
-            moment: Vector3::zeros(),
+            force: none,
+            moment: none,
         }
     }
 

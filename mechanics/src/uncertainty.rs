@@ -38,59 +38,52 @@ impl<T: Real> Uncertainty<T> {
     }
 }
 
-/// How a parameter's derivative enters the variance.
-#[derive(Debug, Clone, Copy)]
-enum Weight {
-    /// By its own standard deviation.
-    Alone(f64),
-    /// With the others of its group, each by its share of one common factor; the flag ends the group.
-    Together(f64, bool),
-}
-
-/// The weights of all parameters, made once for a machine.
+/// How the parameters' derivatives enter the variance, made once for a machine.
 #[derive(Debug, Clone)]
 pub(crate) struct ParameterSigmas {
-    weights: Vec<Weight>,
+    /// Variance of each parameter by itself, in the order of [`Parameter::all`]; zero of inertias.
+    variances: Vec<f64>,
+    /// Where the inertia of each link starts, and the standard deviations of its elements, which share
+    /// one factor.
+    inertias: Vec<(usize, [f64; 6])>,
     model_share: f64,
 }
 
 impl ParameterSigmas {
     pub(crate) fn of(machine: &Machine) -> Self {
-        let spec = &machine.uncertainty;
-        let weight = |parameter| match parameter {
-            Parameter::LinkInertia(link, element) => {
-                let link = &machine.links[link];
-                let rotation = link.body_from_link.rotation.to_rotation_matrix();
-                let tensor =
-                    rotation.matrix().transpose() * link.inertia.about_com * rotation.matrix();
-                let share = spec.inertia_share * tensor[element.place()];
-                Weight::Together(share, element == InertiaElement::Yz)
+        let parameters = Parameter::all(machine);
+        let share = machine.uncertainty.inertia_share;
+        let mut inertias = Vec::new();
+        for (i, &parameter) in parameters.iter().enumerate() {
+            if let Parameter::LinkInertia(link, InertiaElement::Xx) = parameter {
+                let element = |e| Parameter::LinkInertia(link, e).nominal(machine);
+                let sigmas = InertiaElement::ALL.map(|e| share * element(e).unwrap_or(0.0));
+                inertias.push((i, sigmas));
             }
-            _ => Weight::Alone(stated_sigma(machine, parameter)),
+        }
+        let alone = |&parameter: &Parameter| match parameter {
+            Parameter::LinkInertia(..) => 0.0,
+            _ => stated_sigma(machine, parameter).powi(2),
         };
         Self {
-            weights: Parameter::all(machine).into_iter().map(weight).collect(),
-            model_share: spec.model_share,
+            variances: parameters.iter().map(alone).collect(),
+            inertias,
+            model_share: machine.uncertainty.model_share,
         }
     }
 
     /// Variance of a number with these derivatives from the parameters.
     fn variance<T: Real>(&self, derivatives: &[T]) -> T {
-        let (mut variance, mut group) = (T::zero(), T::zero());
-        for (&derivative, weight) in derivatives.iter().zip(&self.weights) {
-            match *weight {
-                Weight::Alone(sigma) => {
-                    let spread = derivative * T::constant(sigma);
-                    variance += spread * spread;
-                }
-                Weight::Together(share, last) => {
-                    group += derivative * T::constant(share);
-                    if last {
-                        variance += group * group;
-                        group = T::zero();
-                    }
-                }
+        let mut variance = T::zero();
+        for (&by, &own) in derivatives.iter().zip(&self.variances) {
+            variance += by * by * T::constant(own);
+        }
+        for (first, sigmas) in &self.inertias {
+            let mut together = T::zero();
+            for (&by, &sigma) in derivatives[*first..].iter().zip(sigmas) {
+                together += by * T::constant(sigma);
             }
+            variance += together * together;
         }
         variance
     }
@@ -154,8 +147,9 @@ pub(crate) fn fill<T: Real>(
         if sensitivity.loads_differ() {
             let carries = T::zero().lt(out.load[wheel]);
             let load = of(sensitivity.load(wheel));
-            let tips = load - load;
-            out.uncertainty.load[wheel] = T::select(carries, load, otf + tips);
+            // unknown of one is unknown of the other
+            let unknown = load * T::zero();
+            out.uncertainty.load[wheel] = T::select(carries, load, otf + unknown);
         }
     }
     out.uncertainty.utilisation = utilisation(machine, out);

@@ -13,6 +13,7 @@ pub use velocity_gradient::{Travel, VelocityGradient};
 use crate::closed_form::EdgeMoments;
 use crate::contact_plane::ContactPlane;
 use crate::groups::Parts;
+use crate::kinematics::BodyMotion;
 use crate::machine::Machine;
 use crate::number::Real;
 use crate::outcome::Outcome;
@@ -56,7 +57,7 @@ pub(crate) struct Balance<'a, T: Real> {
     /// The contact points in the plane.
     pub(crate) contacts: &'a [Vector2<T>],
     pub(crate) whole: &'a Parts<T>,
-    pub(crate) motions: &'a [crate::kinematics::BodyMotion<T>],
+    pub(crate) motions: &'a [BodyMotion<T>],
     /// The derivatives, if they were computed.
     pub(crate) sensitivity: Option<&'a Sensitivity<T>>,
 }
@@ -129,10 +130,20 @@ pub(crate) fn fill<T: Real>(balance: &Balance<'_, T>, out: &mut Outcome<T>) {
 
 /// Minus what moves the arm, about the arm's root.
 fn arm_wrench<T: Real>(balance: &Balance<'_, T>) -> Wrench<T> {
-    let Some(root) = &balance.machine.arm_root else {
+    let parts = balance.whole;
+    let by_arm = parts.tool.minus(&parts.arm.wrench);
+    arm_wrench_of(balance.machine, balance.motions, &by_arm)
+}
+
+/// A wrench about the base origin, about the arm's root; nothing without an arm.
+pub(crate) fn arm_wrench_of<T: Real>(
+    machine: &Machine,
+    motions: &[BodyMotion<T>],
+    by_arm: &Wrench<T>,
+) -> Wrench<T> {
+    let Some(root) = &machine.arm_root else {
         return Wrench::zero();
     };
-    let origin = balance.motions[root.body].point(&root.body_from_mount.translation.vector);
-    let parts = balance.whole;
-    parts.tool.minus(&parts.arm.wrench).about(&origin)
+    let origin = motions[root.body].point(&root.body_from_mount.translation.vector);
+    by_arm.about(&origin)
 }

@@ -98,7 +98,7 @@ impl Machine {
     }
 
     /// Makes again what follows from the parameters.
-    fn gather(&mut self) {
+    pub(super) fn gather(&mut self) {
         for i in 0..self.bodies.len() {
             let links = self.links.iter().filter(|link| link.body == i);
             self.bodies[i].inertia =

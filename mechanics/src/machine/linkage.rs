@@ -88,6 +88,16 @@ struct Triangle {
 }
 
 impl Linkage {
+    /// Multiplies the lengths from hinge to pivot and from pivot to eye.
+    pub(super) fn scale_sides(&mut self, hinge_to_pivot: f64, pivot_to_eye: f64) {
+        let t = &mut self.geometry;
+        t.d *= hinge_to_pivot;
+        t.e0 *= pivot_to_eye;
+        t.k = t.d.norm_squared() + t.e0.norm_squared();
+        t.p *= hinge_to_pivot * pivot_to_eye;
+        t.q *= hinge_to_pivot * pivot_to_eye;
+    }
+
     /// The motion of the three joints from that of the measured one.
     pub(crate) fn solve<T: Real>(&self, measured: &Motion<T>) -> LinkageMotion<T> {
         match self.input {

@@ -5,6 +5,7 @@
 
 mod changed;
 mod check;
+mod drawn;
 mod error;
 mod inertia;
 mod linkage;
@@ -17,6 +18,7 @@ mod warp;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 pub use check::LogFacts;
+pub(crate) use drawn::Draws;
 pub use error::MachineError;
 pub use inertia::{Inertia, MassMoments};
 pub use linkage::{Linkage, LinkageInput};

@@ -2,13 +2,16 @@
 
 use nalgebra::Vector3;
 
+use super::Writer;
+use super::parameter::massive_links;
+use super::regressor::FeltLink;
 use crate::composite::{Composite, Field};
 use crate::coordinate::Coordinate;
 use crate::groups::Groups;
 use crate::kinematics::{BodyMotion, ImuSeat, base_motion};
 use crate::machine::{Drive, JointKind, Linkage, Machine};
 use crate::newton_euler_derivatives::{
-    BaseGradient, BaseWrenches, JointWrenches, MovingJoint, torque_form,
+    BaseGradient, BaseWrenches, JointWrenches, MotionFields, MovingJoint, torque_form,
 };
 use crate::number::{Dual, Real};
 use crate::spatial::{Wrench, cross, rotate_back};
@@ -47,6 +50,9 @@ pub(super) struct Chain<T: Real> {
     pub(super) beyond: Vec<Composite<T>>,
     /// Wrench of every body and all beyond it, less that on the tool.
     pub(super) wrench_beyond: Vec<Wrench<T>>,
+    /// Every link with mass.
+    pub(super) links: Vec<FeltLink<T>>,
+    fields: Vec<MotionFields<T>>,
     joints: Vec<MovingJoint<T>>,
     wrenches: Vec<JointWrenches<T>>,
     following: Vec<Following<T>>,
@@ -64,13 +70,16 @@ impl<T: Real> Chain<T> {
     pub(super) fn new(machine: &Machine) -> Self {
         let (n, zero) = (machine.bodies.len(), T::zero());
         let still = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-        let joint = MovingJoint::new(JointKind::Revolute, &still, &still);
+        let fields = MotionFields::of(&still);
+        let joint = MovingJoint::new(JointKind::Revolute, &still, &fields);
         let nothing = Composite::zero();
         let base = BaseWrenches::of(&nothing, &Vector3::zeros());
         let dual = Dual::constant(0.0);
         Self {
             beyond: vec![nothing; n],
             wrench_beyond: vec![Wrench::zero(); n],
+            links: massive_links(machine).map(FeltLink::still).collect(),
+            fields: vec![fields; n],
             joints: vec![joint; n],
             wrenches: vec![joint.wrenches(&nothing, &Wrench::zero()); n],
             following: vec![
@@ -102,14 +111,22 @@ impl<T: Real> Chain<T> {
             let (beyond, wrench) = (self.beyond[i], self.wrench_beyond[i]);
             self.beyond[body.parent].add(&beyond);
             self.wrench_beyond[body.parent] = self.wrench_beyond[body.parent].plus(&wrench);
-            let parent = &motion.motions[body.parent];
+        }
+        for (fields, body) in self.fields.iter_mut().zip(motion.motions) {
+            *fields = MotionFields::of(body);
+        }
+        for (i, body) in machine.bodies.iter().enumerate().skip(1) {
+            let parent = &self.fields[body.parent];
             self.joints[i] = MovingJoint::new(body.kind, &motion.motions[i], parent);
-            self.wrenches[i] = self.joints[i].wrenches(&beyond, &wrench);
+            self.wrenches[i] = self.joints[i].wrenches(&self.beyond[i], &self.wrench_beyond[i]);
         }
         let w = &motion.motions[0].angular_velocity;
         self.base = BaseWrenches::of(&self.beyond[0], w);
         for (k, joint) in machine.contact.free_joints.iter().enumerate() {
             self.base_beyond[k] = BaseWrenches::of(&self.beyond[joint.body], w);
+        }
+        for link in &mut self.links {
+            link.feel(motion);
         }
         self.follow_measured(motion);
     }
@@ -251,10 +268,10 @@ impl<T: Real> Chain<T> {
         &self,
         motion: &SensedMotion<'_, T>,
         base: &BaseGradient<T>,
-        write: &mut impl FnMut(T),
+        write: &mut Writer<'_, T>,
     ) {
-        for by in &self.by_joint {
-            by.iter().for_each(|&value| write(value));
+        for &by in &self.by_joint {
+            write.write(by);
         }
         let sensed = base.by_sensor(motion);
         for by in [
@@ -262,9 +279,7 @@ impl<T: Real> Chain<T> {
             sensed.angular_velocity,
             sensed.angular_acceleration,
         ] {
-            rotate_back(&motion.seat.rotation, &by)
-                .iter()
-                .for_each(|&value| write(value));
+            write.vector(&rotate_back(&motion.seat.rotation, &by));
         }
         if let Some(tool) = &motion.machine.tool {
             let carrier = &motion.motions[tool.body];
@@ -274,9 +289,7 @@ impl<T: Real> Chain<T> {
             let form = &self.form[tool.body];
             let by_force = -(form.force + cross(&form.moment, &origin));
             for by in [by_force, -form.moment] {
-                rotate_back(&rotation, &by)
-                    .iter()
-                    .for_each(|&value| write(value));
+                write.vector(&rotate_back(&rotation, &by));
             }
         }
     }

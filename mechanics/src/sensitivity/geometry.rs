@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::Writer;
 use super::chain::{Chain, SensedMotion};
 use crate::composite::Composite;
 use crate::kinematics::BodyMotion;
@@ -15,7 +16,7 @@ use crate::wheel_loads::Influence;
 pub(super) fn write_imu<T: Real>(
     motion: &SensedMotion<'_, T>,
     base: &BaseGradient<T>,
-    write: &mut impl FnMut(T),
+    write: &mut Writer<'_, T>,
 ) {
     let (machine, seat) = (motion.machine, motion.seat);
     let carrier = &motion.motions[machine.imu.body];
@@ -32,9 +33,7 @@ pub(super) fn write_imu<T: Real>(
             &sensed.angular_acceleration,
         );
     for by in [by_place, by_turn] {
-        rotate_back(&carrier.rotation, &by)
-            .iter()
-            .for_each(|&value| write(value));
+        write.vector(&rotate_back(&carrier.rotation, &by));
     }
 }
 
@@ -43,7 +42,7 @@ pub(super) fn write_arm<T: Real>(
     motion: &SensedMotion<'_, T>,
     chain: &Chain<T>,
     base: &BaseGradient<T>,
-    write: &mut impl FnMut(T),
+    write: &mut Writer<'_, T>,
 ) {
     let Some(seat) = &motion.machine.arm_seat else {
         return;
@@ -68,7 +67,7 @@ pub(super) fn write_wheels<T: Real>(
     motion: &SensedMotion<'_, T>,
     chain: &Chain<T>,
     influence: &Influence<T>,
-    write: &mut impl FnMut(T),
+    write: &mut Writer<'_, T>,
 ) {
     for (wheel, spec) in motion.machine.wheels.iter().enumerate() {
         let seat = &spec.seat;
@@ -79,7 +78,7 @@ pub(super) fn write_wheels<T: Real>(
             by += shifted(carrier, moments, &wrench.force, &chain.form[spec.body]);
         }
         write_in_seat(motion, seat, &by, write);
-        write(influence.radius[wheel] + influence.rest_radius[wheel]);
+        write.write([influence.radius[wheel] + influence.rest_radius[wheel]]);
     }
 }
 
@@ -87,14 +86,14 @@ pub(super) fn write_wheels<T: Real>(
 pub(super) fn write_contact<T: Real>(
     motion: &SensedMotion<'_, T>,
     influence: &Influence<T>,
-    write: &mut impl FnMut(T),
+    write: &mut Writer<'_, T>,
 ) {
     let contact = &motion.machine.contact;
     if matches!(contact.split, Split::FrontShare { .. }) {
-        write(influence.front_share);
+        write.write([influence.front_share]);
     }
     if contact.tyres_deflect {
-        influence.stiffness.iter().for_each(|&value| write(value));
+        influence.stiffness.iter().for_each(|&by| write.write([by]));
     }
 }
 
@@ -123,11 +122,9 @@ fn write_in_seat<T: Real>(
     motion: &SensedMotion<'_, T>,
     seat: &Seat,
     by: &Vector3<T>,
-    write: &mut impl FnMut(T),
+    write: &mut Writer<'_, T>,
 ) {
     let in_carrier = rotate_back(&motion.motions[seat.carrier].rotation, by);
     let axes = seat.carrier_from_axes.map(T::constant);
-    rotate_back(&axes, &in_carrier)
-        .iter()
-        .for_each(|&value| write(value));
+    write.vector(&rotate_back(&axes, &in_carrier));
 }

@@ -22,6 +22,8 @@ use crate::machine::Machine;
 use crate::newton_euler_derivatives::BaseGradient;
 use crate::number::Real;
 use crate::wheel_loads::{Influence, Influences};
+use nalgebra::Vector3;
+
 use chain::Chain;
 
 /// Derivatives of the loads at one instant, or at several side by side.
@@ -97,12 +99,7 @@ impl<T: Real> Chain<T> {
         influence: &Influence<T>,
         out: &mut [T],
     ) -> BaseGradient<T> {
-        let mut next = out.iter_mut();
-        let mut write = |value: T| {
-            if let Some(place) = next.next() {
-                *place = value;
-            }
-        };
+        let mut write = Writer { rest: out };
         let base = self.follow(motion, influence);
         self.write_signals(motion, &base, &mut write);
         geometry::write_imu(motion, &base, &mut write);
@@ -112,5 +109,25 @@ impl<T: Real> Chain<T> {
         geometry::write_wheels(motion, self, influence, &mut write);
         geometry::write_contact(motion, influence, &mut write);
         base
+    }
+}
+
+/// Writes derivatives one after the other, in the order of [`Parameter::all`].
+struct Writer<'a, T> {
+    rest: &'a mut [T],
+}
+
+impl<T: Real> Writer<'_, T> {
+    #[inline(always)]
+    fn write<const N: usize>(&mut self, values: [T; N]) {
+        if let Some((places, rest)) = std::mem::take(&mut self.rest).split_first_chunk_mut() {
+            *places = values;
+            self.rest = rest;
+        }
+    }
+
+    #[inline(always)]
+    fn vector(&mut self, vector: &Vector3<T>) {
+        self.write([vector.x, vector.y, vector.z]);
     }
 }

@@ -10,67 +10,95 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::Writer;
 use super::chain::{Chain, SensedMotion};
 use super::geometry::pulled;
-use super::parameter::{InertiaElement, massive_links};
 use crate::kinematics::BodyMotion;
 use crate::machine::Inertia;
 use crate::number::Real;
 use crate::spatial::{Wrench, compose, constant, cross, rotate, rotate_back};
 
+/// A link with mass and the motion that it feels; the same for all wheels.
+#[derive(Debug, Clone)]
+pub(super) struct FeltLink<T: Real> {
+    /// Index of the link.
+    link: usize,
+    /// Orientation: base from link.
+    rotation: Matrix3<T>,
+    /// Centre of mass in base axes (m).
+    place: Vector3<T>,
+    /// Specific force there (m/s^2).
+    felt: Vector3<T>,
+    /// Angular velocity and acceleration in the link's axes.
+    turning: [Vector3<T>; 2],
+}
+
+impl<T: Real> FeltLink<T> {
+    pub(super) fn still(link: usize) -> Self {
+        let zero = Vector3::zeros();
+        Self {
+            link,
+            rotation: Matrix3::identity(),
+            place: zero,
+            felt: zero,
+            turning: [zero; 2],
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn feel(&mut self, motion: &SensedMotion<'_, T>) {
+        let link = &motion.machine.links[self.link];
+        let body = &motion.motions[link.body];
+        let in_body = link.body_from_link.rotation.to_rotation_matrix();
+        self.rotation = compose(&body.rotation, in_body.matrix());
+        (self.place, self.felt) = at_com(&link.inertia, body);
+        self.turning = [body.angular_velocity, body.angular_acceleration]
+            .map(|v| rotate_back(&self.rotation, &v));
+    }
+
+    /// Mass, centre of mass and inertia, `form` being the coefficients of its body's wrench.
+    #[inline(always)]
+    fn write(&self, mass: f64, body: &BodyMotion<T>, form: &Wrench<T>, write: &mut Writer<'_, T>) {
+        let s = lever(form, &self.place);
+        let by_com = pulled(body, &s) + cross(&self.felt, &form.moment);
+        let by_com = rotate_back(&self.rotation, &by_com) * T::constant(mass);
+        let t = rotate_back(&self.rotation, &form.moment);
+        let [w, alpha] = &self.turning;
+        let twisted = cross(&t, w);
+        let by = |j: usize, k: usize| t[j] * alpha[k] + twisted[j] * w[k];
+        write.write([
+            s.dot(&self.felt),
+            by_com.x,
+            by_com.y,
+            by_com.z,
+            by(0, 0),
+            by(1, 1),
+            by(2, 2),
+            by(0, 1) + by(1, 0),
+            by(0, 2) + by(2, 0),
+            by(1, 2) + by(2, 1),
+        ]);
+    }
+}
+
 impl<T: Real> Chain<T> {
     /// Mass, centre of mass and inertia of every link with mass.
-    pub(super) fn write_links(&self, motion: &SensedMotion<'_, T>, write: &mut impl FnMut(T)) {
-        for link in massive_links(motion.machine) {
-            let link = &motion.machine.links[link];
+    pub(super) fn write_links(&self, motion: &SensedMotion<'_, T>, write: &mut Writer<'_, T>) {
+        for felt in &self.links {
+            let link = &motion.machine.links[felt.link];
             let body = &motion.motions[link.body];
-            let rotation = compose(
-                &body.rotation,
-                link.body_from_link.rotation.to_rotation_matrix().matrix(),
-            );
-            write_link(&link.inertia, body, &rotation, &self.form[link.body], write);
+            felt.write(link.inertia.mass, body, &self.form[link.body], write);
         }
     }
 
     /// Mass of every payload.
-    pub(super) fn write_payloads(&self, motion: &SensedMotion<'_, T>, write: &mut impl FnMut(T)) {
+    pub(super) fn write_payloads(&self, motion: &SensedMotion<'_, T>, write: &mut Writer<'_, T>) {
         let payloads = motion.machine.payloads.iter();
         for (payload, &share) in payloads.zip(&motion.state.payload_share) {
             let body = &motion.motions[payload.body];
             let (place, felt) = at_com(&payload.inertia, body);
-            write(lever(&self.form[payload.body], &place).dot(&felt) * share);
+            write.write([lever(&self.form[payload.body], &place).dot(&felt) * share]);
         }
-    }
-}
-
-fn write_link<T: Real>(
-    inertia: &Inertia,
-    body: &BodyMotion<T>,
-    rotation: &Matrix3<T>,
-    form: &Wrench<T>,
-    write: &mut impl FnMut(T),
-) {
-    let (place, felt) = at_com(inertia, body);
-    let s = lever(form, &place);
-    write(s.dot(&felt));
-    let by_com = (pulled(body, &s) + cross(&felt, &form.moment)) * T::constant(inertia.mass);
-    rotate_back(rotation, &by_com)
-        .iter()
-        .for_each(|&value| write(value));
-    let in_link = |v: &Vector3<T>| rotate_back(rotation, v);
-    let (t, w, alpha) = (
-        in_link(&form.moment),
-        in_link(&body.angular_velocity),
-        in_link(&body.angular_acceleration),
-    );
-    let twisted = cross(&t, &w);
-    for element in InertiaElement::ALL {
-        let (j, k) = element.place();
-        let mut by = t[j] * alpha[k] + twisted[j] * w[k];
-        if j != k {
-            by += t[k] * alpha[j] + twisted[k] * w[j];
-        }
-        write(by);
     }
 }
 

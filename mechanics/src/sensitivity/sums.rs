@@ -2,7 +2,8 @@
 
 use super::{Parameter, Sensitivity};
 use crate::machine::Machine;
-use crate::number::{Lanes, Real};
+use crate::number::{Lanes, Mask, Real};
+use crate::uncertainty::Uncertainty;
 
 /// Sums of squared derivatives of the loads over rows; rows of which one is unknown are left out.
 #[derive(Debug, Clone)]
@@ -60,19 +61,26 @@ impl LaneSums {
         }
     }
 
-    /// Adds the first `count` of the rows that stand side by side.
-    pub(crate) fn add(&mut self, sensitivity: &Sensitivity<Lanes>, count: usize) {
+    /// Adds the first `count` of the rows that stand side by side. A derivative that is unknown makes
+    /// the standard deviation unknown.
+    pub(crate) fn add(
+        &mut self,
+        sensitivity: &Sensitivity<Lanes>,
+        uncertainty: &Uncertainty<Lanes>,
+        count: usize,
+    ) {
         let place: [f64; Lanes::COUNT] = std::array::from_fn(|lane| lane as f64);
         let inside = Lanes::from_array(place).lt(Lanes::constant(count as f64));
         let (zero, one) = (Lanes::constant(0.0), Lanes::constant(1.0));
         for (wheel, squares) in self.squares.iter_mut().enumerate() {
-            let derivatives = sensitivity.load(wheel);
-            // one that is unknown makes the sum unknown
-            let sum = derivatives.iter().fold(zero, |sum, &by| sum + by * by);
-            let counted = inside & sum.lt(Lanes::constant(f64::INFINITY));
+            let known = uncertainty.load[wheel].lt(Lanes::constant(f64::INFINITY));
+            let counted = inside & known;
             self.rows[wheel] += Lanes::select(counted, one, zero);
-            for (square, &by) in squares.iter_mut().zip(derivatives) {
-                *square += Lanes::select(counted, by * by, zero);
+            let pairs = squares.iter_mut().zip(sensitivity.load(wheel));
+            if (!counted).any() {
+                pairs.for_each(|(sum, &by)| *sum += Lanes::select(counted, by * by, zero));
+            } else {
+                pairs.for_each(|(sum, &by)| *sum += by * by);
             }
         }
     }

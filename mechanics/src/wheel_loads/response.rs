@@ -50,8 +50,7 @@ impl<T: Real> Response<T> {
 
     /// Takes the other response where `mask` holds.
     pub(super) fn replace_where(&mut self, mask: T::Mask, other: &Self) {
-        let pairs = self.loads.iter_mut().zip(&other.loads);
-        let rows = pairs.map(|(a, b)| (a, b));
+        let rows = self.loads.iter_mut().zip(&other.loads);
         for (mine, theirs) in rows
             .chain([(&mut self.multiplier, &other.multiplier)])
             .chain([(&mut self.stiffness, &other.stiffness)])

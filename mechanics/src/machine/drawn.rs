@@ -1,0 +1,87 @@
+//! Machines drawn at random around this one: the first paper's study of parametric uncertainty.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::{Inertia, Machine};
+
+/// A stream of random numbers: SplitMix64 (Steele, Lea and Flood). Written out, because a study must draw
+/// the same machines with every version of every library.
+#[derive(Debug, Clone)]
+pub(crate) struct Draws {
+    state: u64,
+    /// Largest relative deviation.
+    spread: f64,
+}
+
+impl Draws {
+    pub(crate) fn new(seed: u64, spread: f64) -> Self {
+        Self {
+            state: seed,
+            spread,
+        }
+    }
+
+    fn next(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// 1 + delta, delta uniform between minus and plus the spread.
+    pub(crate) fn factor(&mut self) -> f64 {
+        let uniform = (self.next() >> 11) as f64 / (1_u64 << 53) as f64;
+        1.0 + self.spread * (2.0 * uniform - 1.0)
+    }
+
+    fn length(&mut self, vector: &mut Vector3<f64>) {
+        vector
+            .iter_mut()
+            .for_each(|component| *component *= self.factor());
+    }
+
+    /// A turn about the same axis by another angle.
+    fn angle(&mut self, rotation: &mut UnitQuaternion<f64>) {
+        *rotation = UnitQuaternion::from_scaled_axis(rotation.scaled_axis() * self.factor());
+    }
+
+    fn inertia(&mut self, inertia: &mut Inertia) {
+        inertia.mass *= self.factor();
+        self.length(&mut inertia.com);
+        inertia.about_com *= self.factor();
+    }
+}
+
+impl Machine {
+    /// This machine with every length, fixed angle, mass and inertia multiplied by a factor of its own.
+    /// The tensor of a link has one factor, so that it stays one of a body; the sides of a closed
+    /// triangle have theirs beside those of the tree, so that it may fail to close in some posture.
+    pub(crate) fn drawn(&self, draws: &mut Draws) -> Self {
+        let mut drawn = self.clone();
+        for body in &mut drawn.bodies[1..] {
+            draws.length(&mut body.joint_in_parent);
+            let rotation = nalgebra::Rotation3::from_matrix_unchecked(body.parent_from_joint);
+            let mut rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+            draws.angle(&mut rotation);
+            body.parent_from_joint = *rotation.to_rotation_matrix().matrix();
+        }
+        for link in drawn.links.iter_mut().filter(|l| l.inertia.mass > 0.0) {
+            draws.inertia(&mut link.inertia);
+        }
+        for payload in &mut drawn.payloads {
+            draws.inertia(&mut payload.inertia);
+        }
+        for wheel in &mut drawn.wheels {
+            wheel.radius *= draws.factor();
+            draws.length(&mut wheel.centre_in_body);
+        }
+        for linkage in &mut drawn.linkages {
+            linkage.scale_sides(draws.factor(), draws.factor());
+        }
+        draws.length(&mut drawn.imu.body_from_mount.translation.vector);
+        draws.angle(&mut drawn.imu.body_from_mount.rotation);
+        drawn.gather();
+        drawn
+    }
+}
