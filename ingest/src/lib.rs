@@ -39,9 +39,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod binary;
 mod binding;
 mod builtin;
-mod cdr;
 mod clock;
 mod definition;
 mod error;
@@ -65,8 +65,8 @@ mod timing;
 mod topic;
 
 pub use crate::{
+    binary::DecodeError,
     binding::{Binding, BindingError, Wanted, bind, bind_joint_states},
-    cdr::DecodeError,
     clock::{StampDecision, StampSource},
     definition::SchemaError,
     error::Error,

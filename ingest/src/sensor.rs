@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use crate::{
+    binary::DecodeError,
     binding::BindingError,
-    cdr::DecodeError,
-    definition::normal_type_name,
+    definition::{Dialect, normal_type_name},
     field_path::FieldPath,
     fields::Fields,
     layout::Layout,
@@ -310,10 +310,12 @@ pub(crate) fn layout_of(topic: &Topic, paths: &[&str]) -> Result<Layout, Binding
         topic: topic.name.clone(),
         encoding: encoding.to_owned(),
     };
-    if topic.encoding != "cdr" {
-        return Err(not_read_yet(&topic.encoding));
-    }
-    if topic.definition_source != DefinitionSource::Missing && topic.schema_encoding != "ros2msg" {
+    let (dialect, language) = match topic.encoding.as_str() {
+        "cdr" => (Dialect::Ros2, "ros2msg"),
+        "ros1" => (Dialect::Ros1, "ros1msg"),
+        other => return Err(not_read_yet(other)),
+    };
+    if topic.definition_source != DefinitionSource::Missing && topic.schema_encoding != language {
         return Err(not_read_yet(&topic.schema_encoding));
     }
     let Some(definition) = &topic.definition else {
@@ -324,5 +326,5 @@ pub(crate) fn layout_of(topic: &Topic, paths: &[&str]) -> Result<Layout, Binding
     };
     let paths: Result<Vec<FieldPath>, _> = paths.iter().map(|path| path.parse()).collect();
     let paths = paths.map_err(schema)?;
-    Layout::compile(definition, &topic.type_name, &paths).map_err(schema)
+    Layout::compile_dialect(definition, &topic.type_name, dialect, &paths).map_err(schema)
 }

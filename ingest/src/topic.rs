@@ -2,7 +2,10 @@
 
 use serde::Serialize;
 
-use crate::{builtin, definition};
+use crate::{
+    builtin,
+    definition::{self, Dialect},
+};
 
 /// Names one topic of one log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -92,8 +95,9 @@ impl TopicTable {
         let embedded = description
             .definition
             .filter(|text| !text.trim().is_empty());
-        let assumed = match embedded {
-            None if description.encoding == "cdr" => builtin::definition(description.type_name),
+        let dialect = dialect_of(description.encoding);
+        let assumed = match (embedded, dialect) {
+            (None, Some(dialect)) => builtin::definition(description.type_name, dialect),
             _ => None,
         };
         let source = match (embedded, &assumed) {
@@ -101,8 +105,9 @@ impl TopicTable {
             (None, Some(_)) => DefinitionSource::BuiltIn,
             (None, None) => DefinitionSource::Missing,
         };
-        let schema_encoding = match source {
-            DefinitionSource::BuiltIn => "ros2msg",
+        let schema_encoding = match (source, dialect) {
+            (DefinitionSource::BuiltIn, Some(Dialect::Ros1)) => "ros1msg",
+            (DefinitionSource::BuiltIn, _) => "ros2msg",
             _ => description.schema_encoding,
         };
         Topic {
@@ -115,6 +120,15 @@ impl TopicTable {
             definition_source: source,
             message_count: Some(0),
         }
+    }
+}
+
+/// The definitions that an encoding of ROS goes with.
+pub(crate) fn dialect_of(encoding: &str) -> Option<Dialect> {
+    match encoding {
+        "cdr" => Some(Dialect::Ros2),
+        "ros1" => Some(Dialect::Ros1),
+        _ => None,
     }
 }
 
