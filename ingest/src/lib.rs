@@ -56,6 +56,7 @@ mod mcap;
 mod message;
 mod reader;
 mod recognise;
+mod records;
 mod rosbag2_folder;
 mod rosbag2_sqlite;
 mod sensor;

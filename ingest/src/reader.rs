@@ -9,8 +9,9 @@ use crate::{
     error::Error,
     log::Format,
     losses::Losses,
-    mcap::McapReader,
+    mcap::Mcap,
     message::Message,
+    records::RecordReader,
     rosbag2_sqlite::SqliteReader,
     topic::{TopicId, TopicTable},
 };
@@ -29,7 +30,7 @@ pub(crate) fn open(
     losses: &mut Losses,
 ) -> Result<Box<dyn Reader>, Error> {
     Ok(match format {
-        Format::Mcap => Box::new(McapReader::open(path, topics, losses)?),
+        Format::Mcap => Box::new(RecordReader::<Mcap>::open(path, topics, losses)?),
         Format::Rosbag2Sqlite => Box::new(SqliteReader::open(path, topics, losses)?),
     })
 }

@@ -51,7 +51,7 @@ impl SqliteReader {
                 type_name: &row.type_name,
                 encoding: &row.encoding,
                 schema_encoding: definition.map_or("", |definition| &definition.encoding),
-                definition: definition.map(|definition| definition.text.as_str()),
+                definition: definition.map(|definition| definition.text.as_bytes()),
             });
             let count = counts
                 .as_ref()

@@ -1,5 +1,7 @@
 //! The topics of a log.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use crate::{
@@ -57,7 +59,7 @@ pub(crate) struct TopicDescription<'a> {
     pub(crate) type_name: &'a str,
     pub(crate) encoding: &'a str,
     pub(crate) schema_encoding: &'a str,
-    pub(crate) definition: Option<&'a str>,
+    pub(crate) definition: Option<&'a [u8]>,
 }
 
 /// Collects the topics of all files of a log.
@@ -94,13 +96,14 @@ impl TopicTable {
     fn topic(&self, description: &TopicDescription<'_>) -> Topic {
         let embedded = description
             .definition
+            .map(String::from_utf8_lossy)
             .filter(|text| !text.trim().is_empty());
         let dialect = dialect_of(description.encoding);
-        let assumed = match (embedded, dialect) {
+        let assumed = match (&embedded, dialect) {
             (None, Some(dialect)) => builtin::definition(description.type_name, dialect),
             _ => None,
         };
-        let source = match (embedded, &assumed) {
+        let source = match (&embedded, &assumed) {
             (Some(_), _) => DefinitionSource::Embedded,
             (None, Some(_)) => DefinitionSource::BuiltIn,
             (None, None) => DefinitionSource::Missing,
@@ -116,7 +119,7 @@ impl TopicTable {
             type_name: description.type_name.to_owned(),
             encoding: description.encoding.to_owned(),
             schema_encoding: schema_encoding.to_owned(),
-            definition: embedded.map(str::to_owned).or(assumed),
+            definition: embedded.map(Cow::into_owned).or(assumed),
             definition_source: source,
             message_count: Some(0),
         }
