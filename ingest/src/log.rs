@@ -24,6 +24,8 @@ use crate::{
 pub enum Format {
     /// MCAP, with or without chunks, compression and summary.
     Mcap,
+    /// The bag of ROS 1, version 2.0.
+    Ros1Bag,
     /// The SQLite database of rosbag2.
     Rosbag2Sqlite,
 }
@@ -32,6 +34,7 @@ impl fmt::Display for Format {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Format::Mcap => "MCAP",
+            Format::Ros1Bag => "ROS 1 bag",
             Format::Rosbag2Sqlite => "rosbag2 SQLite",
         })
     }

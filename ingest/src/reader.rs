@@ -6,6 +6,7 @@
 use std::{ops::ControlFlow, path::Path};
 
 use crate::{
+    bag::Bag,
     error::Error,
     log::Format,
     losses::Losses,
@@ -31,6 +32,7 @@ pub(crate) fn open(
 ) -> Result<Box<dyn Reader>, Error> {
     Ok(match format {
         Format::Mcap => Box::new(RecordReader::<Mcap>::open(path, topics, losses)?),
+        Format::Ros1Bag => Box::new(RecordReader::<Bag>::open(path, topics, losses)?),
         Format::Rosbag2Sqlite => Box::new(SqliteReader::open(path, topics, losses)?),
     })
 }

@@ -6,10 +6,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{error::Error, log::Format, losses::Losses, rosbag2_folder};
+use crate::{bag, error::Error, log::Format, losses::Losses, rosbag2_folder};
 
 const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
-const ROS1_BAG_MAGIC: &[u8] = b"#ROSBAG V";
+const OTHER_BAG_MAGIC: &[u8] = b"#ROS";
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 const LONGEST_MAGIC_BYTES: u64 = 16;
 
@@ -71,8 +71,10 @@ fn classify(first_bytes: &[u8]) -> Content {
         Content::Log(Format::Mcap)
     } else if first_bytes.starts_with(SQLITE_MAGIC) {
         Content::Log(Format::Rosbag2Sqlite)
-    } else if first_bytes.starts_with(ROS1_BAG_MAGIC) {
-        Content::NotReadYet("ROS 1 bag")
+    } else if first_bytes.starts_with(bag::MAGIC) {
+        Content::Log(Format::Ros1Bag)
+    } else if first_bytes.starts_with(OTHER_BAG_MAGIC) {
+        Content::NotReadYet("ROS bag of a version other than 2.0")
     } else if first_bytes.starts_with(ZSTD_MAGIC) {
         Content::NotReadYet("file compressed as a whole with zstd")
     } else if first_bytes.is_empty() {

@@ -5,6 +5,7 @@
 
 mod support; // CDR messages and logs made in memory
 
+mod bags; // bags of ROS 1
 mod binding; // which topic carries a signal
 mod damage; // nothing panics, everything intact comes out
 mod layout; // fields out of CDR messages

@@ -75,7 +75,7 @@ impl Grammar for Mcap {
     }
 
     fn chunk(record: &[u8]) -> Option<PackedChunk<'_>> {
-        ChunkRecord::parse(record.get(RECORD_HEADER_BYTES..)?).map(|chunk| chunk.packed())
+        ChunkRecord::parse(record.get(RECORD_HEADER_BYTES..)?).map(ChunkRecord::packed)
     }
 
     fn index(record: &[u8]) -> Option<(u32, u64)> {

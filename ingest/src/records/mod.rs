@@ -165,7 +165,13 @@ impl<G: Grammar> RecordReader<G> {
         let file = FileBytes::open(path)?;
         let mut contents = match G::contents(&file)? {
             Some(contents) => contents,
-            None => scan::read::<G>(&file, losses)?,
+            None => {
+                losses.note(format!(
+                    "{}: no intact index at its end: the whole file was read to find its topics",
+                    path.display()
+                ));
+                scan::read::<G>(&file, losses)?
+            }
         };
         contents.drop_wrong_places::<G>(&file, losses)?;
         let channels = delivery::ChannelTable::register(&contents, topics);

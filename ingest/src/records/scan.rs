@@ -31,9 +31,11 @@ struct Scan {
 impl Scan {
     fn end_chunk(&mut self) {
         if let Some((offset, channels)) = self.chunk.take() {
-            let mut entry = super::ChunkEntry::default();
             // A chunk without messages was damaged: reading has to report it again.
-            entry.channels = (!channels.is_empty()).then_some(channels);
+            let entry = super::ChunkEntry {
+                channels: (!channels.is_empty()).then_some(channels),
+                ..Default::default()
+            };
             self.contents.chunks.insert(offset, entry);
         }
     }
