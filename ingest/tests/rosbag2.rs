@@ -7,7 +7,7 @@ use crate::support::{
     FIRST_NS, JOINT_STATE, PERIOD_NS, Style, TempLog, joint_log, joint_samples, joint_state,
 };
 
-const JOINTS: (&str, &str) = ("/joint_states", "sensor_msgs/msg/JointState");
+pub(crate) const JOINTS: (&str, &str) = ("/joint_states", "sensor_msgs/msg/JointState");
 
 /// A database with these topics and messages (place of the topic, time, data).
 pub(crate) fn database(
@@ -62,7 +62,7 @@ fn write_database(
     transaction.commit().unwrap();
 }
 
-fn joint_messages(from: usize, to: usize) -> Vec<(i64, Vec<u8>)> {
+pub(crate) fn joint_messages(from: usize, to: usize) -> Vec<(i64, Vec<u8>)> {
     let message = |index: usize| {
         let stamp_ns = FIRST_NS + index as i64 * PERIOD_NS;
         let value = index as f64;
@@ -74,7 +74,7 @@ fn joint_messages(from: usize, to: usize) -> Vec<(i64, Vec<u8>)> {
     (from..to).map(message).collect()
 }
 
-fn rows(messages: &[(i64, Vec<u8>)]) -> Vec<(usize, i64, &[u8])> {
+pub(crate) fn rows(messages: &[(i64, Vec<u8>)]) -> Vec<(usize, i64, &[u8])> {
     messages
         .iter()
         .map(|(time_ns, data)| (0, *time_ns, data.as_slice()))

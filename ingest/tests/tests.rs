@@ -8,6 +8,7 @@ mod support; // CDR messages and logs made in memory
 mod bags; // bags of ROS 1
 mod binding; // which topic carries a signal
 mod damage; // nothing panics, everything intact comes out
+mod databases; // databases as crashes leave them, and of every version
 mod layout; // fields out of CDR messages
 mod mcap_files; // the same samples however an MCAP file is written
 mod real_logs; // logs of real and simulated robots, where they are at hand
