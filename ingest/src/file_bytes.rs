@@ -18,11 +18,12 @@ pub(crate) struct FileBytes {
 }
 
 impl FileBytes {
-    pub(crate) fn open(path: &Path) -> Result<Self, Error> {
-        let file = File::open(path).map_err(Error::io(path))?;
-        let len = file.metadata().map_err(Error::io(path))?.len();
+    /// Opens the content of a file; errors name it as it was named.
+    pub(crate) fn open(data: &Path, named: &Path) -> Result<Self, Error> {
+        let file = File::open(data).map_err(Error::io(named))?;
+        let len = file.metadata().map_err(Error::io(named))?.len();
         Ok(Self {
-            path: path.to_path_buf(),
+            path: named.to_path_buf(),
             file,
             len,
         })

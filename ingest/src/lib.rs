@@ -52,6 +52,7 @@ mod file_bytes;
 mod first_messages;
 mod layout;
 mod log;
+mod log_file;
 mod losses;
 mod mcap;
 mod message;

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::{
     error::Error,
+    log_file::LogFile,
     losses::Losses,
     message::Message,
     reader::{self, Reader, Request},
@@ -47,6 +48,8 @@ pub struct Log {
     files: Vec<PathBuf>,
     file_bytes: Vec<u64>,
     readers: Vec<Box<dyn Reader>>,
+    /// Keeps what was unpacked as long as it is read.
+    _unpacked: Vec<LogFile>,
     topics: Vec<Topic>,
     losses: Losses,
 }
@@ -62,9 +65,13 @@ impl Log {
         let mut topics = TopicTable::default();
         let mut readers = Vec::with_capacity(files.len());
         let mut file_bytes = Vec::with_capacity(files.len());
-        for file in &files {
-            readers.push(reader::open(format, file, &mut topics, &mut losses)?);
-            file_bytes.push(std::fs::metadata(file).map_err(Error::io(file))?.len());
+        let mut unpacked = Vec::with_capacity(files.len());
+        for path in &files {
+            let file = LogFile::open(path, &mut losses)?;
+            readers.push(reader::open(format, &file, &mut topics, &mut losses)?);
+            let metadata = std::fs::metadata(file.data()).map_err(Error::io(path))?;
+            file_bytes.push(metadata.len());
+            unpacked.push(file);
         }
         let topics = topics.into_topics();
         Ok(Log {
@@ -73,6 +80,7 @@ impl Log {
             files,
             file_bytes,
             readers,
+            _unpacked: unpacked,
             topics,
             losses,
         })
@@ -93,7 +101,7 @@ impl Log {
         &self.files
     }
 
-    /// The size of all files.
+    /// The size of all files, unpacked.
     pub fn bytes(&self) -> u64 {
         self.file_bytes.iter().sum()
     }

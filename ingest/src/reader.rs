@@ -3,12 +3,13 @@
 //! A new format is one file with one implementation of [`Reader`], one line in
 //! [`Format`](crate::Format) and one in [`recognise`](crate::recognise).
 
-use std::{ops::ControlFlow, path::Path};
+use std::ops::ControlFlow;
 
 use crate::{
     bag::Bag,
     error::Error,
     log::Format,
+    log_file::LogFile,
     losses::Losses,
     mcap::Mcap,
     message::Message,
@@ -26,14 +27,14 @@ pub(crate) trait Reader: Send + Sync {
 /// Opens one file of a log.
 pub(crate) fn open(
     format: Format,
-    path: &Path,
+    file: &LogFile,
     topics: &mut TopicTable,
     losses: &mut Losses,
 ) -> Result<Box<dyn Reader>, Error> {
     Ok(match format {
-        Format::Mcap => Box::new(RecordReader::<Mcap>::open(path, topics, losses)?),
-        Format::Ros1Bag => Box::new(RecordReader::<Bag>::open(path, topics, losses)?),
-        Format::Rosbag2Sqlite => Box::new(SqliteReader::open(path, topics, losses)?),
+        Format::Mcap => Box::new(RecordReader::<Mcap>::open(file, topics, losses)?),
+        Format::Ros1Bag => Box::new(RecordReader::<Bag>::open(file, topics, losses)?),
+        Format::Rosbag2Sqlite => Box::new(SqliteReader::open(file, topics, losses)?),
     })
 }
 

@@ -23,6 +23,8 @@ pub(crate) struct Recording {
 /// What the first bytes of a file say.
 pub(crate) enum Content {
     Log(Format),
+    /// A log that is compressed as a whole.
+    Packed(Format),
     NotReadYet(&'static str),
     Unknown(String),
 }
@@ -44,7 +46,7 @@ pub(crate) fn recognise(path: &Path) -> Result<Recording, Error> {
 /// The format of one file; an error if there is no reader for it.
 pub(crate) fn format_of(path: &Path) -> Result<Format, Error> {
     match content_of(path)? {
-        Content::Log(format) => Ok(format),
+        Content::Log(format) | Content::Packed(format) => Ok(format),
         Content::NotReadYet(format) => Err(Error::NotReadYet {
             path: path.to_path_buf(),
             format: format.to_owned(),
@@ -59,11 +61,26 @@ pub(crate) fn format_of(path: &Path) -> Result<Format, Error> {
 /// What the first bytes of a file say.
 pub(crate) fn content_of(path: &Path) -> Result<Content, Error> {
     let file = File::open(path).map_err(Error::io(path))?;
+    let first_bytes = first_bytes_of(file).map_err(Error::io(path))?;
+    if !first_bytes.starts_with(ZSTD_MAGIC) {
+        return Ok(classify(&first_bytes));
+    }
+    let file = File::open(path).map_err(Error::io(path))?;
+    let unpacked = zstd::stream::read::Decoder::new(file).and_then(first_bytes_of);
+    Ok(match unpacked.map(|first_bytes| classify(&first_bytes)) {
+        Ok(Content::Log(format)) => Content::Packed(format),
+        Ok(Content::Unknown(found)) => Content::Unknown(format!("within zstd {found}")),
+        Ok(other) => other,
+        Err(error) => Content::Unknown(format!("damaged zstd: {error}")),
+    })
+}
+
+fn first_bytes_of(source: impl Read) -> std::io::Result<Vec<u8>> {
     let mut first_bytes = Vec::new();
-    file.take(LONGEST_MAGIC_BYTES)
-        .read_to_end(&mut first_bytes)
-        .map_err(Error::io(path))?;
-    Ok(classify(&first_bytes))
+    source
+        .take(LONGEST_MAGIC_BYTES)
+        .read_to_end(&mut first_bytes)?;
+    Ok(first_bytes)
 }
 
 fn classify(first_bytes: &[u8]) -> Content {
@@ -75,8 +92,6 @@ fn classify(first_bytes: &[u8]) -> Content {
         Content::Log(Format::Ros1Bag)
     } else if first_bytes.starts_with(OTHER_BAG_MAGIC) {
         Content::NotReadYet("ROS bag of a version other than 2.0")
-    } else if first_bytes.starts_with(ZSTD_MAGIC) {
-        Content::NotReadYet("file compressed as a whole with zstd")
     } else if first_bytes.is_empty() {
         Content::Unknown("an empty file".to_owned())
     } else {

@@ -14,6 +14,8 @@ use crate::{
 };
 
 const METADATA_NAME: &str = "metadata.yaml";
+/// Split files may lie in folders within folders, but not deeper.
+const MOST_NESTED_FOLDERS: usize = 3;
 /// Far above any real one, which takes a few hundred bytes a topic.
 const METADATA_LIMIT_BYTES: u64 = 64 << 20;
 
@@ -22,14 +24,14 @@ pub(crate) fn recognise(folder: &Path) -> Result<Recording, Error> {
     let mut losses = Losses::default();
     let found = log_files_in(folder)?;
     let listed = listed_files(folder, &mut losses)?;
-    let files = if listed.is_empty() {
+    let mut files = if listed.is_empty() {
         refuse_several_logs(folder, &found)?;
         found
     } else {
         note_unlisted(&found, &listed, &mut losses);
         listed
     };
-    let format = common_format(folder, &files)?;
+    let format = common_format(folder, &mut files, &mut losses)?;
     Ok(Recording {
         format,
         files,
@@ -57,7 +59,7 @@ fn listed_files(folder: &Path, losses: &mut Losses) -> Result<Vec<PathBuf>, Erro
     let (present, missing): (Vec<_>, Vec<_>) = metadata
         .files
         .iter()
-        .map(|name| folder.join(name))
+        .map(|name| present_file(folder, name))
         .partition(|file| file.is_file());
     for file in missing {
         let reason = format!("listed in {METADATA_NAME}, but there is no such file");
@@ -66,8 +68,20 @@ fn listed_files(folder: &Path, losses: &mut Losses) -> Result<Vec<PathBuf>, Erro
     Ok(present)
 }
 
+/// A listed file; it may have been compressed after it was listed.
+fn present_file(folder: &Path, name: &str) -> PathBuf {
+    let listed = folder.join(name);
+    let packed = folder.join(format!("{name}.zstd"));
+    if !listed.is_file() && packed.is_file() {
+        packed
+    } else {
+        listed
+    }
+}
+
 fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {
-    if metadata.compression_format.is_empty() {
+    let is_per_message = metadata.compression_mode.eq_ignore_ascii_case("message");
+    if metadata.compression_format.is_empty() || !is_per_message && is_zstd(metadata) {
         return Ok(());
     }
     let Metadata {
@@ -77,21 +91,45 @@ fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {
     } = metadata;
     Err(Error::NotReadYet {
         path: folder.to_path_buf(),
-        format: format!("rosbag2 compression {compression_format} of mode {compression_mode}"),
+        format: format!(
+            "rosbag2 compression {compression_format} of mode {compression_mode} \
+             (only zstd of whole files is read)"
+        ),
     })
 }
 
-/// All files of a known log format, in natural order of name.
+fn is_zstd(metadata: &Metadata) -> bool {
+    metadata.compression_format.eq_ignore_ascii_case("zstd")
+}
+
+/// All files of a known log format, in natural order of path; those of the folders within only if
+/// the folder itself has none.
 fn log_files_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    log_files_below(folder, MOST_NESTED_FOLDERS)
+}
+
+fn log_files_below(folder: &Path, levels: usize) -> Result<Vec<PathBuf>, Error> {
     let mut files = Vec::new();
+    let mut folders = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
         let path = entry.map_err(Error::io(folder))?.path();
-        let is_log = path.is_file() && matches!(recognise::content_of(&path), Ok(Content::Log(_)));
-        if is_log {
+        let is_log = |path: &Path| {
+            let content = recognise::content_of(path);
+            matches!(content, Ok(Content::Log(_) | Content::Packed(_)))
+        };
+        if path.is_dir() {
+            folders.push(path);
+        } else if path.is_file() && is_log(&path) {
             files.push(path);
         }
     }
-    files.sort_by(|left, right| natural_order(&name_of(left), &name_of(right)));
+    if files.is_empty() && levels > 0 {
+        for folder in folders {
+            files.extend(log_files_below(&folder, levels - 1)?);
+        }
+    }
+    let text = |path: &Path| path.to_string_lossy().into_owned();
+    files.sort_by(|left, right| natural_order(&text(left), &text(right)));
     Ok(files)
 }
 
@@ -101,7 +139,11 @@ fn refuse_several_logs(folder: &Path, files: &[PathBuf]) -> Result<(), Error> {
     if stems.len() < 2 {
         return Ok(());
     }
-    let names = files.iter().map(|file| name_of(file)).collect();
+    let below = |file: &PathBuf| {
+        let path = file.strip_prefix(folder).unwrap_or(file);
+        path.to_string_lossy().into_owned()
+    };
+    let names = files.iter().map(below).collect();
     Err(Error::SeveralLogs {
         path: folder.to_path_buf(),
         names,
@@ -117,23 +159,41 @@ fn note_unlisted(found: &[PathBuf], listed: &[PathBuf], losses: &mut Losses) {
     }
 }
 
-fn common_format(folder: &Path, files: &[PathBuf]) -> Result<Format, Error> {
-    let Some(first) = files.first() else {
-        let found = "a folder without any such file".to_owned();
-        return Err(Error::NotALog {
-            path: folder.to_path_buf(),
-            found,
-        });
-    };
-    let format = recognise::format_of(first)?;
-    for file in files {
-        if recognise::format_of(file)? != format {
-            let names = files.iter().map(|file| name_of(file)).collect();
-            return Err(Error::SeveralLogs {
-                path: folder.to_path_buf(),
-                names,
-            });
+/// The format of all files; those that are no logs at all are lost, as long as one is left.
+fn common_format(
+    folder: &Path,
+    files: &mut Vec<PathBuf>,
+    losses: &mut Losses,
+) -> Result<Format, Error> {
+    let mut formats = Vec::new();
+    let mut unreadable = Vec::new();
+    for file in std::mem::take(files) {
+        match recognise::format_of(&file) {
+            Ok(format) => {
+                formats.push(format);
+                files.push(file);
+            }
+            Err(error) => unreadable.push((file, error)),
         }
+    }
+    let Some(&format) = formats.first() else {
+        let nothing = Error::NotALog {
+            path: folder.to_path_buf(),
+            found: "a folder without any such file".to_owned(),
+        };
+        let first = unreadable.into_iter().next();
+        return Err(first.map_or(nothing, |(_, error)| error));
+    };
+    for (file, error) in unreadable {
+        let bytes = std::fs::metadata(&file).map_or(0, |metadata| metadata.len());
+        losses.lose(LostPart::File, &file, 0..bytes, error.to_string());
+    }
+    if formats.iter().any(|other| *other != format) {
+        let names = files.iter().map(|file| name_of(file)).collect();
+        return Err(Error::SeveralLogs {
+            path: folder.to_path_buf(),
+            names,
+        });
     }
     Ok(format)
 }
@@ -147,7 +207,9 @@ fn name_of(path: &Path) -> String {
 
 /// `drive_12.mcap` and `drive_3.mcap` are parts of `drive`.
 fn stem_without_number(path: &Path) -> String {
-    let stem = path
+    let name = name_of(path);
+    let name = name.strip_suffix(".zstd").unwrap_or(&name);
+    let stem = Path::new(name)
         .file_stem()
         .unwrap_or_default()
         .to_string_lossy()

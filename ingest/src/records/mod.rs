@@ -15,7 +15,7 @@ mod row;
 mod scan;
 mod walk;
 
-use std::{ops::ControlFlow, path::Path};
+use std::ops::ControlFlow;
 
 pub(crate) use self::{
     contents::{Channel, ChunkDirectory, ChunkEntry, Contents, Schema},
@@ -25,6 +25,7 @@ pub(crate) use self::{
 use crate::{
     error::Error,
     file_bytes::FileBytes,
+    log_file::LogFile,
     losses::Losses,
     reader::{Reader, Request},
     topic::TopicTable,
@@ -158,17 +159,17 @@ pub(crate) struct RecordReader<G> {
 
 impl<G: Grammar> RecordReader<G> {
     pub(crate) fn open(
-        path: &Path,
+        named: &LogFile,
         topics: &mut TopicTable,
         losses: &mut Losses,
     ) -> Result<Self, Error> {
-        let file = FileBytes::open(path)?;
+        let file = FileBytes::open(named.data(), named.path())?;
         let mut contents = match G::contents(&file)? {
             Some(contents) => contents,
             None => {
                 losses.note(format!(
                     "{}: no intact index at its end: the whole file was read to find its topics",
-                    path.display()
+                    named.path().display()
                 ));
                 scan::read::<G>(&file, losses)?
             }

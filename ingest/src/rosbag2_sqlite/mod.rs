@@ -28,6 +28,7 @@ use self::{
 use crate::{
     error::Error,
     file_bytes::FileBytes,
+    log_file::LogFile,
     losses::{Losses, LostPart, LostRange},
     message::Message,
     reader::{Reader, Request},
@@ -42,7 +43,8 @@ pub(crate) struct SqliteReader {
     /// As it was named; what is read may be a copy of it.
     path: PathBuf,
     file: FileBytes,
-    copy: Option<PrivateCopy>,
+    data: PathBuf,
+    _copy: Option<PrivateCopy>,
     cut: Option<Cut>,
     /// By the number that the database gives a topic.
     topics: HashMap<i64, TopicId>,
@@ -50,17 +52,20 @@ pub(crate) struct SqliteReader {
 
 impl SqliteReader {
     pub(crate) fn open(
-        path: &Path,
+        named: &LogFile,
         topics: &mut TopicTable,
         losses: &mut Losses,
     ) -> Result<Self, Error> {
+        let path = named.path();
         let copy = private_copy::with_journal(path, losses);
-        let file = FileBytes::open(copy.as_ref().map_or(path, |copy| &copy.path))?;
+        let data = copy.as_ref().map_or(named.data(), |copy| &copy.path);
+        let file = FileBytes::open(data, path)?;
         let mut reader = Self {
             path: path.to_path_buf(),
+            data: data.to_path_buf(),
             cut: Cut::find(&file, path, losses)?,
             file,
-            copy,
+            _copy: copy,
             topics: HashMap::new(),
         };
         reader.register(topics, losses)?;
@@ -68,7 +73,7 @@ impl SqliteReader {
     }
 
     fn connect(&self) -> Result<Connection, Error> {
-        connect(self.copy.as_ref().map_or(&self.path, |copy| &copy.path))
+        connect(&self.data, &self.path)
     }
 
     fn register(&mut self, topics: &mut TopicTable, losses: &mut Losses) -> Result<(), Error> {
@@ -124,12 +129,12 @@ impl SqliteReader {
 }
 
 /// Opens without any right to write, and without the files that SQLite makes beside a database.
-fn connect(path: &Path) -> Result<Connection, Error> {
+fn connect(data: &Path, path: &Path) -> Result<Connection, Error> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY
         | OpenFlags::SQLITE_OPEN_URI
         | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection =
-        Connection::open_with_flags(uri(path), flags).map_err(Error::sqlite(path, "opening"))?;
+        Connection::open_with_flags(uri(data), flags).map_err(Error::sqlite(path, "opening"))?;
     // A database cut short is refused as a whole unless its schema counts as writable. Nothing
     // can be written: the file is open for reading only.
     connection
@@ -313,11 +318,10 @@ impl Pass<'_, '_> {
         }
         let (first_ns, last_ns) = gaps.span_ns.unzip();
         let file_bytes = self.reader.file.len();
-        let unknown_place = [file_bytes..file_bytes];
-        let ranges = if ranges.is_empty() {
-            &unknown_place
-        } else {
-            ranges
+        let unknown_place = file_bytes..file_bytes;
+        let ranges = match ranges.is_empty() {
+            true => std::slice::from_ref(&unknown_place),
+            false => ranges,
         };
         for bytes in ranges {
             self.request.losses.push(LostRange {
