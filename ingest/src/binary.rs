@@ -45,6 +45,22 @@ pub enum DecodeError {
         /// What they stand for.
         name: &'static str,
     },
+    /// A message that is no JSON object.
+    #[error("line {line}, column {column}: {problem}")]
+    Json {
+        /// Counted from 1.
+        line: usize,
+        /// Counted from 1.
+        column: usize,
+        /// What is wrong there.
+        problem: &'static str,
+    },
+    /// A message that is no protobuf of its type.
+    #[error("protobuf: {problem}")]
+    Protobuf {
+        /// What is wrong.
+        problem: &'static str,
+    },
 }
 
 /// How many elements an array has.
@@ -143,6 +159,8 @@ fn encapsulation_name(encapsulation: u16) -> &'static str {
         0x0002 | 0x0003 => "PL_CDR",
         0x0006..=0x0009 => "XCDR2",
         0x000a | 0x000b => "PL_CDR2",
+        // The first bytes of a zstd frame.
+        0x28b5 => "a message compressed with zstd",
         _ => "unknown",
     }
 }

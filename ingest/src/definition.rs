@@ -75,6 +75,14 @@ pub enum SchemaError {
         /// The field.
         field: String,
     },
+    /// A message type that its set of protobuf descriptors does not define.
+    #[error("expected a set of protobuf descriptors with {type_name}, found {found}")]
+    Descriptor {
+        /// The type that was asked for.
+        type_name: String,
+        /// What is there instead.
+        found: String,
+    },
     /// A type that contains itself, or is nested beyond reason.
     #[error("definition of {type_name}: nested too deeply or too large")]
     TooLarge {
@@ -269,9 +277,9 @@ pub(crate) fn significant_lines(text: &str) -> impl Iterator<Item = &str> {
         .filter(|line| !line.is_empty())
 }
 
-/// `sensor_msgs/msg/Imu` and `sensor_msgs/Imu` are one type.
+/// `sensor_msgs/msg/Imu`, `sensor_msgs/Imu` and the `sensor_msgs.Imu` of protobuf are one type.
 pub(crate) fn normal_type_name(name: &str) -> String {
-    name.replacen("/msg/", "/", 1)
+    name.replace('.', "/").replacen("/msg/", "/", 1)
 }
 
 fn is_separator(line: &str) -> bool {

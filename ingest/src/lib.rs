@@ -5,7 +5,7 @@
 //! - [`bind`] finds the topic that carries a signal; [`SensorDecoder`] turns its messages into
 //!   [`SensorSample`]s.
 //! - [`TopicStatistics`] tells which clock to trust, and where the gaps are.
-//! - [`Layout`] reads single fields out of any CDR message by its recorded definition.
+//! - [`Layout`] reads single fields out of any message by its recorded definition.
 //!
 //! It knows no machine: what the numbers mean for one is told by its callers.
 //!
@@ -50,12 +50,15 @@ mod field_path;
 mod fields;
 mod file_bytes;
 mod first_messages;
+mod json;
 mod layout;
 mod log;
 mod log_file;
 mod losses;
 mod mcap;
 mod message;
+mod path_tree;
+mod protobuf;
 mod reader;
 mod recognise;
 mod records;

@@ -47,6 +47,9 @@ pub struct Topic {
     pub schema_encoding: String,
     /// The definition of the message type, with those of its parts.
     pub definition: Option<String>,
+    /// The set of descriptors that defines a protobuf message.
+    #[serde(skip)]
+    pub descriptors: Option<Vec<u8>>,
     /// Where the definition comes from.
     pub definition_source: DefinitionSource,
     /// How many messages there are; `None` when only reading the whole log would tell.
@@ -94,8 +97,13 @@ impl TopicTable {
     }
 
     fn topic(&self, description: &TopicDescription<'_>) -> Topic {
+        let is_text = description.schema_encoding != "protobuf";
+        let descriptors = description
+            .definition
+            .filter(|bytes| !is_text && !bytes.is_empty());
         let embedded = description
             .definition
+            .filter(|_| is_text)
             .map(String::from_utf8_lossy)
             .filter(|text| !text.trim().is_empty());
         let dialect = dialect_of(description.encoding);
@@ -104,6 +112,7 @@ impl TopicTable {
             _ => None,
         };
         let source = match (&embedded, &assumed) {
+            _ if descriptors.is_some() => DefinitionSource::Embedded,
             (Some(_), _) => DefinitionSource::Embedded,
             (None, Some(_)) => DefinitionSource::BuiltIn,
             (None, None) => DefinitionSource::Missing,
@@ -120,6 +129,7 @@ impl TopicTable {
             encoding: description.encoding.to_owned(),
             schema_encoding: schema_encoding.to_owned(),
             definition: embedded.map(Cow::into_owned).or(assumed),
+            descriptors: descriptors.map(<[u8]>::to_vec),
             definition_source: source,
             message_count: Some(0),
         }
@@ -140,6 +150,7 @@ fn is_same(left: &Topic, right: &Topic) -> bool {
         && left.type_name == right.type_name
         && left.encoding == right.encoding
         && left.schema_encoding == right.schema_encoding
+        && left.descriptors == right.descriptors
         && same_definition(left.definition.as_deref(), right.definition.as_deref())
 }
 

@@ -14,4 +14,5 @@ mod mcap_files; // the same samples however an MCAP file is written
 mod real_logs; // logs of real and simulated robots, where they are at hand
 mod rosbag2; // databases and folders
 mod sensors; // messages as numbers
+mod telling; // messages that tell their own fields: JSON, protobuf
 mod timing; // clocks, gaps, offsets

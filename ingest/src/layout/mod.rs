@@ -2,12 +2,16 @@
 
 mod block;
 mod compiler;
+mod of_topic;
 
 use crate::{
     binary::{self, DecodeError, Step as Op},
     definition::{Definitions, Dialect, SchemaError},
     field_path::FieldPath,
     fields::Fields,
+    json,
+    path_tree::PathTree,
+    protobuf,
 };
 
 /// The steps that read the wanted fields of one message type, and pass over the others.
@@ -30,11 +34,22 @@ use crate::{
 /// ```
 #[derive(Debug, Clone)]
 pub struct Layout {
-    steps: Vec<Op>,
-    dialect: Dialect,
+    plan: Plan,
     path_count: usize,
-    /// Slots that collect one value from each element of an array of messages.
-    collecting: Vec<usize>,
+}
+
+/// How the fields are found, which depends on the encoding.
+#[derive(Debug, Clone)]
+enum Plan {
+    /// CDR or the encoding of ROS 1.
+    Binary {
+        steps: Vec<Op>,
+        dialect: Dialect,
+        /// Slots that collect one value from each element of an array of messages.
+        collecting: Vec<usize>,
+    },
+    Json(PathTree),
+    Protobuf(protobuf::Plan),
 }
 
 impl Layout {
@@ -57,25 +72,77 @@ impl Layout {
         refuse_repeated(paths)?;
         let definitions = Definitions::parse(definition, type_name, dialect)?;
         let (steps, collecting) = compiler::compile(&definitions, paths)?;
-        Ok(Layout {
+        let plan = Plan::Binary {
             steps,
             dialect,
-            path_count: paths.len(),
             collecting,
-        })
+        };
+        Ok(Layout::new(plan, paths))
+    }
+
+    /// For JSON. It has no definition that would have to be followed; a field that a message does
+    /// not have is NaN or empty.
+    pub(crate) fn json(paths: &[FieldPath]) -> Result<Layout, SchemaError> {
+        refuse_repeated(paths)?;
+        Ok(Layout::new(Plan::Json(PathTree::new(paths)), paths))
+    }
+
+    /// For protobuf, by the set of descriptors that a log carries.
+    pub(crate) fn protobuf(
+        descriptors: &[u8],
+        type_name: &str,
+        paths: &[FieldPath],
+    ) -> Result<Layout, SchemaError> {
+        refuse_repeated(paths)?;
+        let plan = protobuf::Plan::compile(descriptors, type_name, &PathTree::new(paths))?;
+        Ok(Layout::new(Plan::Protobuf(plan), paths))
+    }
+
+    fn new(plan: Plan, paths: &[FieldPath]) -> Self {
+        Self {
+            plan,
+            path_count: paths.len(),
+        }
     }
 
     /// Reads the wanted fields of one message. After an error the values are those of no message.
     pub fn decode(&self, message: &[u8], values: &mut Fields) -> Result<(), DecodeError> {
+        let (steps, dialect, collecting) = match &self.plan {
+            Plan::Binary {
+                steps,
+                dialect,
+                collecting,
+            } => (steps, *dialect, collecting),
+            plan => return plan.decode_telling(message, values, self.path_count),
+        };
         values.prepare(self.path_count);
-        for &slot in &self.collecting {
+        for &slot in collecting {
             values.slots[slot].numbers.clear();
             values.slots[slot].texts.clear();
         }
-        match self.dialect {
-            Dialect::Ros2 => binary::run_cdr(&self.steps, message, values),
-            Dialect::Ros1 => binary::run_ros1(&self.steps, message, values),
+        match dialect {
+            Dialect::Ros2 => binary::run_cdr(steps, message, values),
+            Dialect::Ros1 => binary::run_ros1(steps, message, values),
         }
+    }
+}
+
+impl Plan {
+    /// Reads a message that tells which fields it has.
+    fn decode_telling(
+        &self,
+        message: &[u8],
+        values: &mut Fields,
+        path_count: usize,
+    ) -> Result<(), DecodeError> {
+        values.begin(path_count);
+        let result = match self {
+            Plan::Json(tree) => json::run(tree, message, values),
+            Plan::Protobuf(plan) => plan.run(message, values, false),
+            Plan::Binary { .. } => Ok(()),
+        };
+        values.end();
+        result
     }
 }
 
