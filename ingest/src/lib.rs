@@ -6,6 +6,7 @@
 //!   [`SensorSample`]s.
 //! - [`TopicStatistics`] tells which clock to trust, and where the gaps are.
 //! - [`Layout`] reads single fields out of any message by its recorded definition.
+//! - [`recover`] writes the intact part of a log as a clean MCAP file.
 //!
 //! It knows no machine: what the numbers mean for one is told by its callers.
 //!
@@ -46,6 +47,7 @@ mod builtin;
 mod clock;
 mod definition;
 mod error;
+mod extra;
 mod field_path;
 mod fields;
 mod file_bytes;
@@ -62,6 +64,7 @@ mod protobuf;
 mod reader;
 mod recognise;
 mod records;
+mod recover;
 mod rosbag2_folder;
 mod rosbag2_sqlite;
 mod sensor;
@@ -83,6 +86,7 @@ pub use crate::{
     log::{Format, Log},
     losses::{Integrity, Losses, LostPart, LostRange},
     message::Message,
+    recover::{RecoverError, RecoveryReport, recover},
     sensor::{SensorDecoder, SensorKind, SensorSample},
     sensor_recording::{SensorRecording, SensorRequest, arrival_order, record_sensors},
     sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::{
     error::Error,
+    extra::Extra,
     log_file::LogFile,
     losses::Losses,
     message::Message,
@@ -165,6 +166,13 @@ impl Log {
             progress(bytes_before);
         }
         Ok(losses)
+    }
+
+    /// Hands over what the log holds besides messages.
+    pub(crate) fn extras(&self, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+        self.readers
+            .iter()
+            .try_for_each(|reader| reader.extras(take))
     }
 
     fn wanted_flags(&self, wanted: &[TopicId]) -> Result<Vec<bool>, Error> {

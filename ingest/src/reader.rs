@@ -8,6 +8,7 @@ use std::ops::ControlFlow;
 use crate::{
     bag::Bag,
     error::Error,
+    extra::Extra,
     log::Format,
     log_file::LogFile,
     losses::Losses,
@@ -22,6 +23,11 @@ use crate::{
 pub(crate) trait Reader: Send + Sync {
     /// Hands every intact message of the wanted topics to the request, in file order.
     fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error>;
+
+    /// Hands over what the file holds besides messages.
+    fn extras(&self, _take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+        Ok(())
+    }
 }
 
 /// Opens one file of a log.

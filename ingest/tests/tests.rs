@@ -12,6 +12,7 @@ mod databases; // databases as crashes leave them, and of every version
 mod layout; // fields out of CDR messages
 mod mcap_files; // the same samples however an MCAP file is written
 mod real_logs; // logs of real and simulated robots, where they are at hand
+mod recover; // the intact part as a clean file
 mod rosbag2; // databases and folders
 mod sensors; // messages as numbers
 mod telling; // messages that tell their own fields: JSON, protobuf

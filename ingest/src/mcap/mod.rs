@@ -9,6 +9,7 @@ use mcap::records::op;
 use self::record::{ChunkRecord, RECORD_HEADER_BYTES};
 use crate::{
     error::Error,
+    extra::{self, Extra},
     file_bytes::FileBytes,
     records::{Contents, Definition, Frame, Grammar, Kind, MessageRecord, PackedChunk},
 };
@@ -80,6 +81,10 @@ impl Grammar for Mcap {
 
     fn index(record: &[u8]) -> Option<(u32, u64)> {
         record::index(record.get(RECORD_HEADER_BYTES..)?)
+    }
+
+    fn extra(record: &[u8]) -> Option<Extra<'_>> {
+        extra::of_mcap_record(record)
     }
 
     fn contents(file: &FileBytes) -> Result<Option<Contents>, Error> {

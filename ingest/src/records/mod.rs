@@ -8,6 +8,7 @@
 mod contents;
 mod decompress;
 mod delivery;
+mod extras;
 mod head;
 mod loss_log;
 mod read_ahead;
@@ -24,6 +25,7 @@ pub(crate) use self::{
 };
 use crate::{
     error::Error,
+    extra::Extra,
     file_bytes::FileBytes,
     log_file::LogFile,
     losses::Losses,
@@ -88,6 +90,11 @@ pub(crate) trait Grammar: Send + Sync + Sized + 'static {
     /// A channel and how many messages of it the chunk before has.
     fn index(record: &[u8]) -> Option<(u32, u64)>;
 
+    /// What a record holds that is neither a message nor about messages.
+    fn extra(_record: &[u8]) -> Option<Extra<'_>> {
+        None
+    }
+
     /// What the index at the end of a file tells; `None` if it is absent, incomplete or damaged.
     fn contents(file: &FileBytes) -> Result<Option<Contents>, Error>;
 }
@@ -146,6 +153,8 @@ pub(crate) trait Visitor {
     fn message(&mut self, record: &MessageRecord<'_>) -> Next;
     /// The topic of a channel, for the report of losses.
     fn topic_name(&self, channel_id: u32) -> Option<&str>;
+    /// A record outside chunks that bears on no message.
+    fn other(&mut self, _bytes: &std::ops::Range<u64>) {}
     fn progress(&mut self, _offset: u64) {}
 }
 
@@ -196,5 +205,23 @@ impl<G: Grammar> Reader for RecordReader<G> {
         }
         request.losses.merge(&losses);
         Ok(flow)
+    }
+
+    fn extras(&self, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+        let mut places = extras::Places::default();
+        // What is damaged, reading has told.
+        let _ = walk::walk::<G, _>(
+            &self.file,
+            &self.chunks,
+            &mut places,
+            &mut Losses::default(),
+        )?;
+        for bytes in places.0 {
+            let record = self.file.read_vec(bytes.start, bytes.end - bytes.start)?;
+            if let Some(extra) = G::extra(&record) {
+                take(extra);
+            }
+        }
+        Ok(())
     }
 }

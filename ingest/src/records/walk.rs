@@ -187,7 +187,8 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                 let reason = "a record of a kind that the format does not define";
                 self.lose(LostPart::Records, bytes, reason.to_owned());
             }
-            Kind::End | Kind::Other => {}
+            Kind::Other => self.visitor.other(&bytes),
+            Kind::End => {}
         }
         Ok(ControlFlow::Continue(()))
     }
