@@ -17,3 +17,4 @@ mod rosbag2; // databases and folders
 mod sensors; // messages as numbers
 mod telling; // messages that tell their own fields: JSON, protobuf
 mod timing; // clocks, gaps, offsets
+mod variants; // two hundred damaged variants of each format

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, ops::ControlFlow};
 
-use super::{ChunkDirectory, Contents, MessageRecord, Next, Visitor};
+use super::{ChunkDirectory, Contents, Definition, MessageRecord, Next, Visitor};
 use crate::{
     losses::Losses,
     message::Message,
@@ -125,6 +125,17 @@ impl Visitor for Delivery<'_, '_> {
                 .iter()
                 .any(|&channel| matches!(self.channel_use(channel), Use::Wanted(_))),
             _ => true,
+        }
+    }
+
+    fn definition(&mut self, definition: &Definition<'_>) -> bool {
+        // What the index told first, counts; the data may contradict it.
+        match definition {
+            Definition::Schema { .. } => true,
+            Definition::Channel { id, channel } => {
+                let known = self.channels.by_id.get(id);
+                known.is_none_or(|known| known.name == channel.topic)
+            }
         }
     }
 

@@ -153,6 +153,10 @@ pub(crate) trait Visitor {
     fn message(&mut self, record: &MessageRecord<'_>) -> Next;
     /// The topic of a channel, for the report of losses.
     fn topic_name(&self, channel_id: u32) -> Option<&str>;
+    /// Whether to go on where the messages end, because definitions are repeated there.
+    fn wants_repetitions(&self) -> bool {
+        false
+    }
     /// A record outside chunks that bears on no message.
     fn other(&mut self, _bytes: &std::ops::Range<u64>) {}
     fn progress(&mut self, _offset: u64) {}

@@ -42,6 +42,10 @@ impl Scan {
 }
 
 impl Visitor for Scan {
+    fn wants_repetitions(&self) -> bool {
+        true
+    }
+
     fn begin_chunk(&mut self, offset: u64, _end: u64) {
         self.end_chunk();
         self.chunk = Some((offset, Vec::new()));

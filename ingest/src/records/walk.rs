@@ -45,6 +45,7 @@ pub(super) fn walk<G: Grammar, V: Visitor>(
             loose_range: 0..0,
             loose_problems: 0,
             checksums: (false, false),
+            is_past_messages: false,
             grammar: PhantomData,
         }
         .run(losses)
@@ -64,6 +65,8 @@ struct Walk<'w, G, V> {
     loose_problems: u64,
     /// Whether one was present, whether one was absent.
     checksums: (bool, bool),
+    /// Whether only repetitions follow: their damage costs no message.
+    is_past_messages: bool,
     grammar: PhantomData<G>,
 }
 
@@ -74,6 +77,21 @@ enum Place {
     /// Nothing follows, not even an end mark.
     Unclosed,
     Damaged(String),
+}
+
+/// Where a record is searched.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Within {
+    Anything,
+    /// Behind the header of a chunk whose checksum decides over all that is in it. Its messages are
+    /// not to be found one by one.
+    CheckedChunk,
+}
+
+impl Within {
+    fn may_hold(self, kind: Kind) -> bool {
+        self == Self::Anything || !matches!(kind, Kind::Message | Kind::Definition)
+    }
 }
 
 /// How to go on after damage.
@@ -100,7 +118,11 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         loop {
             match self.place_at(offset)? {
                 Place::Record(frame) if frame.kind == Kind::End => {
-                    return Ok(ControlFlow::Continue(()));
+                    if !self.visitor.wants_repetitions() {
+                        return Ok(ControlFlow::Continue(()));
+                    }
+                    self.is_past_messages = true;
+                    offset += frame.length_bytes;
                 }
                 Place::Record(frame) => {
                     let end = offset + frame.length_bytes;
@@ -151,11 +173,25 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             let reason = format!("a record of {length_bytes} bytes runs into a chunk");
             return Ok(Place::Damaged(reason));
         }
-        if !frame.is_certain && !self.is_place(end)? && self.search(offset + 1, end)?.is_some() {
-            let reason = format!("another record begins within one of {length_bytes} bytes");
-            return Ok(Place::Damaged(reason));
+        if !self.is_place(end)? {
+            let within = self.within(offset)?;
+            if self.search(offset + 1, end, within)?.is_some() {
+                let reason = format!("another record begins within one of {length_bytes} bytes");
+                return Ok(Place::Damaged(reason));
+            }
         }
         Ok(Place::Record(frame))
+    }
+
+    /// What may be searched behind the first byte of the record at `offset`.
+    fn within(&mut self, offset: u64) -> Result<Within, Error> {
+        let head = self.window.bytes(offset, G::HEAD_BYTES as u64)?;
+        let is_chunk = G::frame(head).is_some_and(|frame| frame.kind == Kind::Chunk);
+        let is_checked = is_chunk && G::chunk(head).is_some_and(|chunk| chunk.has_checksum());
+        Ok(match is_checked {
+            true => Within::CheckedChunk,
+            false => Within::Anything,
+        })
     }
 
     fn next_known_chunk(&self, offset: u64) -> Option<u64> {
@@ -254,6 +290,8 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             let found = count::<G>(content);
             let lost = lost_place(unpacked, bytes, &tally);
             let reason = reasons.join("; ");
+            // Nobody knows how long a recording would have gone on.
+            let span_ns = span_ns.filter(|_| part != LostPart::Tail);
             self.log
                 .lose(part, lost, reason, span_ns, found, self.visitor);
         }
@@ -295,7 +333,8 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             return self.tail(offset, reason).map(After::Stop);
         }
         let known = self.next_known_chunk(offset);
-        let found = self.search(offset + 1, known.unwrap_or(file_bytes))?;
+        let within = self.within(offset)?;
+        let found = self.search(offset + 1, known.unwrap_or(file_bytes), within)?;
         let next = found.or(known);
         if let Some(after) = self.mended_chunk(offset, next, &reason)? {
             return Ok(after);
@@ -373,7 +412,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
     }
 
     /// The first place from `from` on, before `until`, where a record certainly begins.
-    fn search(&mut self, from: u64, until: u64) -> Result<Option<u64>, Error> {
+    fn search(&mut self, from: u64, until: u64, within: Within) -> Result<Option<u64>, Error> {
         let mut block = Vec::new();
         let mut start = from;
         while start < until {
@@ -388,7 +427,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                     continue;
                 };
                 let offset = start + at as u64;
-                if self.is_beginning(offset, &frame)? {
+                if within.may_hold(frame.kind) && self.is_beginning(offset, &frame)? {
                     return Ok(Some(offset));
                 }
             }
@@ -411,6 +450,9 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
     }
 
     fn lose(&mut self, part: LostPart, bytes: Range<u64>, reason: String) {
+        if self.is_past_messages {
+            return;
+        }
         let nothing = BTreeMap::new();
         self.log
             .lose(part, bytes, reason, None, nothing, self.visitor);
