@@ -32,6 +32,7 @@ impl Grammar for Bag {
             length_bytes: header_bytes + u64::from(data_bytes),
             // Nothing confirms the length of the data.
             is_certain: false,
+            is_unmistakable: true,
         })
     }
 
@@ -85,7 +86,6 @@ impl Grammar for Bag {
             crc: None,
             declared_bytes: u64::from(declared_bytes),
             data: data.get(..taken)?,
-            span_ns: None,
         })
     }
 

@@ -31,6 +31,7 @@ impl Grammar for Mcap {
             kind,
             length_bytes: body_bytes.saturating_add(RECORD_HEADER_BYTES as u64),
             is_certain,
+            is_unmistakable: is_certain,
         })
     }
 

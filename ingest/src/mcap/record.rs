@@ -129,7 +129,6 @@ pub(super) fn index(body: &[u8]) -> Option<(u32, u64)> {
 
 /// A chunk, still compressed.
 pub(super) struct ChunkRecord<'a> {
-    span_ns: (i64, i64),
     uncompressed_bytes: u64,
     crc: u32,
     compression: &'a str,
@@ -140,7 +139,7 @@ pub(super) struct ChunkRecord<'a> {
 impl<'a> ChunkRecord<'a> {
     pub(super) fn parse(body: &'a [u8]) -> Option<Self> {
         let mut fields = Fields::new(body);
-        let span_ns = (fields.time_ns()?, fields.time_ns()?);
+        let (_first_time, _last_time) = (fields.u64()?, fields.u64()?);
         let uncompressed_bytes = fields.u64()?;
         let crc = fields.u32()?;
         let compression = fields.text()?;
@@ -151,7 +150,6 @@ impl<'a> ChunkRecord<'a> {
             .min(available);
         let data = fields.rest.get(..taken)?;
         Some(Self {
-            span_ns,
             uncompressed_bytes,
             crc,
             compression,
@@ -161,7 +159,6 @@ impl<'a> ChunkRecord<'a> {
     }
 
     pub(super) fn packed(self) -> PackedChunk<'a> {
-        let (first_ns, last_ns) = self.span_ns;
         PackedChunk {
             compression: match self.compression {
                 "" => Compression::None,
@@ -174,7 +171,6 @@ impl<'a> ChunkRecord<'a> {
             crc: (self.crc != 0).then_some(self.crc),
             declared_bytes: self.compressed_bytes,
             data: self.data,
-            span_ns: (first_ns <= last_ns && last_ns != 0).then_some((first_ns, last_ns)),
         }
     }
 }

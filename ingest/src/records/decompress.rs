@@ -30,8 +30,6 @@ pub(crate) struct PackedChunk<'a> {
     /// As the header says; `data` has fewer bytes when the file ends before.
     pub(crate) declared_bytes: u64,
     pub(crate) data: &'a [u8],
-    /// The log times of its first and last message.
-    pub(crate) span_ns: Option<(i64, i64)>,
 }
 
 impl PackedChunk<'_> {

@@ -36,6 +36,11 @@ impl<'l> LossLog<'l> {
         }
     }
 
+    /// The log time of the last intact message.
+    pub(super) fn last_time_ns(&self) -> Option<i64> {
+        self.last_time_ns
+    }
+
     /// Intact messages went by.
     pub(super) fn pass(&mut self, first_ns: i64, last_ns: i64) {
         for range in self.ranges.get_mut(self.first_open..).unwrap_or_default() {
@@ -45,18 +50,21 @@ impl<'l> LossLog<'l> {
         self.last_time_ns = Some(last_ns);
     }
 
-    /// Notes a loss. `span_ns` is what the record itself tells; `found` what came out of it.
+    /// Notes a loss; `found` is what came out of the record all the same.
+    ///
+    /// Its times are those that an index tells, else those of the messages before and after. The
+    /// header of a damaged chunk is not believed: no checksum covers it.
     pub(super) fn lose<V: Visitor>(
         &mut self,
         part: LostPart,
         bytes: Range<u64>,
         reason: String,
-        span_ns: Option<(i64, i64)>,
         found: BTreeMap<u32, u64>,
         visitor: &V,
     ) {
         let known = self.known_chunks(&bytes);
-        let span_ns = span_ns.or_else(|| spanned(&known));
+        // Nobody knows how long a recording would have gone on.
+        let span_ns = spanned(&known).filter(|_| part != LostPart::Tail);
         let messages = counted(&known, &found, visitor);
         let counts_follow = messages.is_empty();
         self.ranges.push(LostRange {

@@ -57,6 +57,8 @@ pub(crate) struct Frame {
     pub(crate) length_bytes: u64,
     /// Whether the length was confirmed by a second one within.
     pub(crate) is_certain: bool,
+    /// Whether what stands there cannot look like a record by chance.
+    pub(crate) is_unmistakable: bool,
 }
 
 /// How a format writes its records. A record is given with the bytes that tell its length.
@@ -151,6 +153,13 @@ pub(crate) trait Visitor {
         true
     }
     fn message(&mut self, record: &MessageRecord<'_>) -> Next;
+    /// Whether a message that stands behind damage is one of this log: its channel is known, and its
+    /// time is near that of another.
+    fn is_likely(&self, record: &MessageRecord<'_>, near_ns: Option<i64>) -> bool {
+        const NEAR_NS: u64 = 3_600_000_000_000;
+        let is_near = |time_ns: i64| time_ns.abs_diff(record.log_time_ns) < NEAR_NS;
+        near_ns.is_some_and(is_near) && self.topic_name(record.channel_id).is_some()
+    }
     /// The topic of a channel, for the report of losses.
     fn topic_name(&self, channel_id: u32) -> Option<&str>;
     /// Whether to go on where the messages end, because definitions are repeated there.

@@ -42,7 +42,6 @@ pub(super) struct Unpacked {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Header {
     pub(super) has_checksum: bool,
-    pub(super) span_ns: Option<(i64, i64)>,
 }
 
 impl Unpacked {
@@ -81,7 +80,6 @@ impl Unpacked {
         self.data = start..start + chunk.data.len();
         self.header = Some(Header {
             has_checksum: chunk.has_checksum(),
-            span_ns: chunk.span_ns,
         });
         if how == How::Partial {
             self.content = Some(Decompressor::partial_content(&chunk, &mut self.buffer));

@@ -47,7 +47,7 @@ impl Tally {
         let mut frame = frame_at::<G>(content, at);
         while at < content.len() {
             let Some(current) = frame else {
-                let next = next_record::<G>(content, at + 1, content.len());
+                let next = self.next_record::<G, V>(content, at + 1..content.len(), visitor);
                 (at, frame) = self.resume::<G>(content, at, next.unwrap_or(content.len()));
                 continue;
             };
@@ -57,7 +57,7 @@ impl Tally {
             let is_followed = following.is_some() || end == content.len();
             if !is_followed
                 && !current.is_certain
-                && let Some(inner) = next_record::<G>(content, at + 1, end)
+                && let Some(inner) = self.next_record::<G, V>(content, at + 1..end, visitor)
             {
                 // Its length is wrong: another record begins within it.
                 (at, frame) = self.resume::<G>(content, at, inner);
@@ -79,6 +79,30 @@ impl Tally {
     ) -> (usize, Option<Frame>) {
         self.gaps.push(from..to);
         (to, frame_at::<G>(content, to))
+    }
+
+    /// The first of these places where a record stands that is certain, that another one follows, or
+    /// that is a likely message.
+    fn next_record<G: Grammar, V: Visitor>(
+        &self,
+        content: &[u8],
+        mut places: Range<usize>,
+        visitor: &V,
+    ) -> Option<usize> {
+        let near_ns = self.span_ns.map(|(_, last_ns)| last_ns);
+        places.find(|&at| {
+            frame_at::<G>(content, at).is_some_and(|frame| {
+                let end = at + frame.length_bytes as usize;
+                let likely = || {
+                    let message = G::message(content.get(at..end)?)?;
+                    Some(visitor.is_likely(&message, near_ns))
+                };
+                frame.is_unmistakable
+                    || end == content.len()
+                    || frame_at::<G>(content, end).is_some()
+                    || frame.kind == Kind::Message && likely() == Some(true)
+            })
+        })
     }
 
     pub(super) fn record<G: Grammar, V: Visitor>(
@@ -166,15 +190,4 @@ fn fitting_frame<G: Grammar>(bytes: &[u8]) -> Option<Frame> {
 
 fn frame_at<G: Grammar>(content: &[u8], at: usize) -> Option<Frame> {
     content.get(at..).and_then(fitting_frame::<G>)
-}
-
-/// The first place from `from` on, before `until`, where a record stands that is certain or that
-/// another one follows.
-fn next_record<G: Grammar>(content: &[u8], from: usize, until: usize) -> Option<usize> {
-    (from..until).find(|&at| {
-        frame_at::<G>(content, at).is_some_and(|frame| {
-            let end = at + frame.length_bytes as usize;
-            frame.is_certain || end == content.len() || frame_at::<G>(content, end).is_some()
-        })
-    })
 }

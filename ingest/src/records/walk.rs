@@ -10,7 +10,8 @@ use std::{
 };
 
 use super::{
-    ChunkDirectory, Definition, Frame, Grammar, HeadWindow, Kind, MessageRecord, Next, Visitor,
+    ChunkDirectory, Compression, Definition, Frame, Grammar, HeadWindow, Kind, MessageRecord, Next,
+    Visitor,
     loss_log::LossLog,
     read_ahead::{Chunks, How, Unpacked, with_chunks},
     row::Tally,
@@ -257,12 +258,9 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         part: LostPart,
         beforehand: Option<String>,
     ) -> ControlFlow<()> {
-        let span_ns = unpacked.header.and_then(|header| header.span_ns);
         if let Some(reason) = &unpacked.failure {
             let reason = reason.clone();
-            let nothing = BTreeMap::new();
-            self.log
-                .lose(part, bytes.clone(), reason, span_ns, nothing, self.visitor);
+            self.lose(part, bytes.clone(), reason);
             return ControlFlow::Continue(());
         }
         let content = unpacked.content();
@@ -290,10 +288,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             let found = count::<G>(content);
             let lost = lost_place(unpacked, bytes, &tally);
             let reason = reasons.join("; ");
-            // Nobody knows how long a recording would have gone on.
-            let span_ns = span_ns.filter(|_| part != LostPart::Tail);
-            self.log
-                .lose(part, lost, reason, span_ns, found, self.visitor);
+            self.log.lose(part, lost, reason, found, self.visitor);
         }
         flow
     }
@@ -359,7 +354,12 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             return Ok(None);
         };
         if !chunk.has_checksum() {
-            return Ok(None);
+            let is_plain = chunk.compression == Compression::None;
+            let is_chunk = G::frame(head).is_some_and(|frame| frame.kind == Kind::Chunk);
+            return match is_plain && is_chunk {
+                true => self.plain_chunk(offset, reason).map(Some),
+                false => Ok(None),
+            };
         }
         let header_bytes = head.len() as u64 - chunk.data.len() as u64;
         let declared_end = offset
@@ -389,6 +389,27 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             self.unpacking.give_back(unpacked);
         }
         Ok(None)
+    }
+
+    /// A chunk that is not compressed and has no checksum: its records are found one by one.
+    fn plain_chunk(&mut self, offset: u64, reason: &str) -> Result<After, Error> {
+        let limit = offset
+            .saturating_add(RECORD_LIMIT_BYTES)
+            .min(self.file.len());
+        let next = self.search(offset + 1, limit, Within::CheckedChunk)?;
+        let bytes = offset..next.unwrap_or(limit);
+        if !self.visitor.wants_chunk(offset) {
+            self.lose(LostPart::Records, bytes.clone(), reason.to_owned());
+            return Ok(After::Resume(bytes.end));
+        }
+        self.visitor.begin_chunk(offset, bytes.end);
+        let unpacked = self.unpacking.load(&bytes, How::Partial)?;
+        let flow = self.content(&unpacked, &bytes, LostPart::Chunk, Some(reason.to_owned()));
+        self.unpacking.give_back(unpacked);
+        Ok(match flow {
+            ControlFlow::Break(()) => After::Stop(ControlFlow::Break(())),
+            ControlFlow::Continue(()) => After::Resume(bytes.end),
+        })
     }
 
     /// The rest of the file, which no record spans. A chunk that the end of the file cuts still
@@ -444,9 +465,21 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         }
         if frame.length_bytes > remaining {
             // A chunk that is cut may be the last thing in a file.
-            return Ok(frame.kind == Kind::Chunk && frame.is_certain);
+            return Ok(frame.kind == Kind::Chunk && frame.is_unmistakable);
         }
-        Ok(frame.is_certain || self.is_place(offset + frame.length_bytes)?)
+        // Compressed data may begin with what were whole messages or definitions.
+        let may_be_packed = matches!(frame.kind, Kind::Message | Kind::Definition);
+        if frame.is_unmistakable && !may_be_packed || self.is_place(offset + frame.length_bytes)? {
+            return Ok(true);
+        }
+        let has_loose_messages = self.loose.messages > 0;
+        if frame.kind != Kind::Message || !has_loose_messages || frame.length_bytes > SEARCH_BYTES {
+            return Ok(false);
+        }
+        let record = self.window.bytes(offset, frame.length_bytes)?;
+        let near_ns = self.log.last_time_ns();
+        let message = G::message(record);
+        Ok(message.is_some_and(|message| self.visitor.is_likely(&message, near_ns)))
     }
 
     fn lose(&mut self, part: LostPart, bytes: Range<u64>, reason: String) {
@@ -454,8 +487,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             return;
         }
         let nothing = BTreeMap::new();
-        self.log
-            .lose(part, bytes, reason, None, nothing, self.visitor);
+        self.log.lose(part, bytes, reason, nothing, self.visitor);
     }
 }
 

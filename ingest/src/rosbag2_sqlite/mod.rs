@@ -4,6 +4,7 @@
 //! directly.
 
 mod cut;
+mod id_set;
 mod page;
 mod private_copy;
 mod salvage;
@@ -21,6 +22,7 @@ use rusqlite::{Connection, OpenFlags, Row, types::ValueRef};
 
 use self::{
     cut::Cut,
+    id_set::IdSet,
     private_copy::PrivateCopy,
     salvage::{MessageRow, Salvage},
     tables::Counts,
@@ -167,6 +169,7 @@ impl Reader for SqliteReader {
             reader: self,
             request,
             rows: 0,
+            seen: IdSet::new(self.file.len()),
             last_id: None,
             malformed: 0,
         };
@@ -184,6 +187,8 @@ struct Pass<'p, 'r> {
     reader: &'p SqliteReader,
     request: &'p mut Request<'r>,
     rows: u64,
+    /// The numbers of the messages that were handed over, but for the last one.
+    seen: IdSet,
     last_id: Option<i64>,
     malformed: u64,
 }
@@ -220,7 +225,9 @@ impl Pass<'_, '_> {
     }
 
     fn row(&mut self, row: &Row<'_>) -> Result<ControlFlow<()>, rusqlite::Error> {
-        self.last_id = row.get_ref(0)?.as_i64().ok();
+        if let Ok(id) = row.get_ref(0)?.as_i64() {
+            self.note_seen(id);
+        }
         self.rows += 1;
         if self.rows.is_multiple_of(ROWS_PER_PROGRESS) {
             self.request.advance(self.estimated_bytes());
@@ -271,12 +278,16 @@ impl Pass<'_, '_> {
             return Ok(ControlFlow::Continue(()));
         };
         let mut gaps = Gaps::default();
-        let read_so_far = self.last_id;
+        self.note_seen(i64::MAX);
         let mut salvaged = 0;
         let flow = salvage.messages(&mut |row| {
-            gaps.pass(row);
-            if read_so_far.is_some_and(|last| row.id <= last) {
-                return ControlFlow::Continue(());
+            if row.is_in_order {
+                gaps.pass(row);
+                // What was handed over before, or stands on a second page that is no longer used.
+                if self.seen.contains(row.id) {
+                    return ControlFlow::Continue(());
+                }
+                self.seen.insert(row.id);
             }
             salvaged += 1;
             self.salvaged(row)
@@ -287,6 +298,15 @@ impl Pass<'_, '_> {
         let reason = format!("{source}; {salvaged} later messages were found in single pages");
         self.report_gaps(&gaps, &salvage.unknown_ranges(), &reason);
         Ok(flow)
+    }
+
+    /// Notes the number before this one. A number that is larger than the one after it is damaged,
+    /// and that of another message.
+    fn note_seen(&mut self, id: i64) {
+        if let Some(last) = self.last_id.filter(|last| *last < id) {
+            self.seen.insert(last);
+        }
+        self.last_id = Some(id);
     }
 
     fn salvaged(&mut self, row: &MessageRow<'_>) -> ControlFlow<()> {

@@ -16,6 +16,8 @@ pub(super) struct MessageRow<'s> {
     pub(super) topic: i64,
     pub(super) time_ns: i64,
     pub(super) data: &'s [u8],
+    /// Whether the number fits between those beside it.
+    pub(super) is_in_order: bool,
 }
 
 /// A row of the table of topics.
@@ -80,11 +82,11 @@ impl<'f> Salvage<'f> {
     ) -> Result<ControlFlow<()>, Error> {
         let mut leaves = self.message_leaves()?;
         leaves.sort_unstable();
-        let mut last_id = i64::MIN;
-        for (_, number) in leaves {
+        for (place, &(_, number)) in leaves.iter().enumerate() {
             self.load(number)?;
             let leaf = std::mem::take(&mut self.page);
-            let flow = self.leaf(&leaf, number, &mut last_id, visit)?;
+            let next_id = leaves.get(place + 1).map_or(i64::MAX, |(first, _)| *first);
+            let flow = self.leaf(&leaf, number, next_id, visit)?;
             self.page = leaf;
             if flow.is_break() {
                 return Ok(ControlFlow::Break(()));
@@ -137,11 +139,18 @@ impl<'f> Salvage<'f> {
         &mut self,
         leaf: &[u8],
         number: u32,
-        last_id: &mut i64,
+        id_of_next_leaf: i64,
         visit: &mut dyn FnMut(&MessageRow<'_>) -> ControlFlow<()>,
     ) -> Result<ControlFlow<()>, Error> {
-        for cell in page::cells(leaf, number == 0, self.size) {
-            let Some(columns) = message_columns(&cell).filter(|_| cell.row_id > *last_id) else {
+        let mut cells = page::cells(leaf, number == 0, self.size).peekable();
+        let mut last_id = i64::MIN;
+        while let Some(cell) = cells.next() {
+            let next_id = cells.peek().map_or(id_of_next_leaf, |next| next.row_id);
+            let is_in_order = last_id < cell.row_id && cell.row_id < next_id;
+            if is_in_order {
+                last_id = cell.row_id;
+            }
+            let Some(columns) = message_columns(&cell) else {
                 continue;
             };
             if !self.load_payload(&cell)? {
@@ -158,12 +167,12 @@ impl<'f> Salvage<'f> {
                 Some(Value::Blob(data)),
             ) = (value(1), value(2), value(3))
             {
-                *last_id = cell.row_id;
                 let row = MessageRow {
                     id: cell.row_id,
                     topic,
                     time_ns,
                     data,
+                    is_in_order,
                 };
                 if visit(&row).is_break() {
                     return Ok(ControlFlow::Break(()));
