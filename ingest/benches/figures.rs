@@ -21,7 +21,9 @@ use std::{
 };
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
-use tipwatch_ingest::{Log, SensorKind, SensorRequest, TopicId, record_sensors};
+use tipwatch_ingest::{
+    Log, SensorDecoder, SensorKind, SensorRequest, SensorSample, Topic, TopicId, record_sensors,
+};
 
 const JOINTS: usize = 6;
 const ROUNDS: usize = 3;
@@ -79,16 +81,18 @@ fn size(path: &Path) -> String {
 
 fn measure(path: &Path) {
     let payload = wanted_payload(path);
-    let readers: [(&str, fn(&Path) -> u64); 6] = [
+    let readers: [(&str, fn(&Path) -> u64); 8] = [
         ("the decompressor alone, one thread", decompress),
         ("mcap crate, MessageStream, no CRC", crate_stream),
         ("mcap crate, MessageStream, CRC", crate_stream_checked),
         ("Log::read, CRC", walk),
         ("Log::read, CRC, one topic", walk_one),
-        ("record_sensors to columns, CRC", columns),
+        ("Log::read, decoded, CRC", decoded),
+        ("Log::read to columns, CRC", plain_columns),
+        ("record_sensors, CRC", columns),
     ];
-    let mut best = [f64::INFINITY; 6];
-    let mut counts = [0; 6];
+    let mut best = [f64::INFINITY; 8];
+    let mut counts = [0; 8];
     for _ in 0..ROUNDS {
         for (index, (_, read)) in readers.iter().enumerate() {
             let start = Instant::now();
@@ -158,6 +162,51 @@ fn walk_one(path: &Path) -> u64 {
     })
     .expect("readable");
     count
+}
+
+fn decoders(log: &Log) -> Vec<SensorDecoder> {
+    let decoder = |topic: &Topic| {
+        SensorDecoder::new(topic, SensorKind::JointStates, &joint_names()).expect("decodable")
+    };
+    let topics = log.topics().iter();
+    let joints = topics.filter(|topic| SensorKind::JointStates.is_type(&topic.type_name));
+    joints.map(decoder).collect()
+}
+
+fn decoded(path: &Path) -> u64 {
+    let log = Log::open(path).expect("a log");
+    let mut decoders = decoders(&log);
+    let mut sample = SensorSample::default();
+    let mut count = 0;
+    log.read(&joint_ids(&log), &mut |message| {
+        let decoder = &mut decoders[message.topic.index()];
+        decoder.decode(message, &mut sample).expect("decodable");
+        count += black_box(sample.values.len()) as u64 / (2 * JOINTS) as u64;
+        ControlFlow::Continue(())
+    })
+    .expect("readable");
+    count
+}
+
+/// Stamps and values of each topic, and nothing else.
+fn plain_columns(path: &Path) -> u64 {
+    let log = Log::open(path).expect("a log");
+    let mut decoders = decoders(&log);
+    let mut stamps: Vec<Vec<i64>> = vec![Vec::new(); decoders.len()];
+    let mut values: Vec<Vec<f64>> = vec![Vec::new(); decoders.len()];
+    let mut sample = SensorSample::default();
+    log.read(&joint_ids(&log), &mut |message| {
+        let topic = message.topic.index();
+        decoders[topic]
+            .decode(message, &mut sample)
+            .expect("decodable");
+        stamps[topic].push(sample.header_stamp_ns.unwrap_or(0));
+        values[topic].extend_from_slice(&sample.values);
+        ControlFlow::Continue(())
+    })
+    .expect("readable");
+    black_box(&values);
+    stamps.iter().map(|stamps| stamps.len() as u64).sum()
 }
 
 fn columns(path: &Path) -> u64 {
