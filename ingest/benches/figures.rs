@@ -59,7 +59,7 @@ fn main() {
         for (packing, compression) in [("lz4", Some(Compression::Lz4)), ("none", None)] {
             let path = folder.join(format!("images_{is_apart}_{packing}.mcap"));
             make(&path, |path| {
-                write_images(path, compression, is_apart, messages / 15)
+                write_images(path, compression, is_apart, messages / 15);
             });
             println!("\n(b) {name}, {packing}: {}", size(&path));
             measure(&path);
@@ -79,9 +79,12 @@ fn size(path: &Path) -> String {
     format!("{:.3} GB", bytes as f64 * 1e-9)
 }
 
+/// Reads a file and counts what it handed out.
+type Reader = fn(&Path) -> u64;
+
 fn measure(path: &Path) {
     let payload = wanted_payload(path);
-    let readers: [(&str, fn(&Path) -> u64); 8] = [
+    let readers: [(&str, Reader); 8] = [
         ("the decompressor alone, one thread", decompress),
         ("mcap crate, MessageStream, no CRC", crate_stream),
         ("mcap crate, MessageStream, CRC", crate_stream_checked),

@@ -371,7 +371,7 @@ fn main() {
             LARGEST.store(0, Ordering::Relaxed);
             let start = Instant::now();
             let attempt = catch_unwind(AssertUnwindSafe(|| {
-                parse(folder.path(), &mut random, &mut fed)
+                parse(folder.path(), &mut random, &mut fed);
             }));
             let took = start.elapsed();
             slowest = slowest.max(took);
