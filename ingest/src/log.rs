@@ -63,6 +63,7 @@ impl Log {
             files,
             mut losses,
         } = recognise::recognise(path)?;
+        let has_damaged_beginning = !losses.is_empty();
         let mut topics = TopicTable::default();
         let mut readers = Vec::with_capacity(files.len());
         let mut file_bytes = Vec::with_capacity(files.len());
@@ -75,6 +76,10 @@ impl Log {
             unpacked.push(file);
         }
         let topics = topics.into_topics();
+        if topics.is_empty() && has_damaged_beginning {
+            // Only its name made it look like a log.
+            recognise::format_of(path)?;
+        }
         Ok(Log {
             path: path.to_path_buf(),
             format,

@@ -6,7 +6,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{bag, error::Error, log::Format, losses::Losses, rosbag2_folder};
+use crate::{
+    bag,
+    error::Error,
+    log::Format,
+    losses::{Losses, LostPart},
+    rosbag2_folder,
+};
 
 const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 const OTHER_BAG_MAGIC: &[u8] = b"#ROS";
@@ -35,12 +41,29 @@ pub(crate) fn recognise(path: &Path) -> Result<Recording, Error> {
     if metadata.is_dir() {
         return rosbag2_folder::recognise(path);
     }
-    let format = format_of(path)?;
+    let mut losses = Losses::default();
+    let format = match (format_of(path), format_by_name(path)) {
+        (Err(Error::NotALog { found, .. }), Some(format)) if metadata.len() > 0 => {
+            losses.lose(LostPart::Records, path, 0..LONGEST_MAGIC_BYTES, found);
+            format
+        }
+        (format, _) => format?,
+    };
     Ok(Recording {
         format,
         files: vec![path.to_path_buf()],
-        losses: Losses::default(),
+        losses,
     })
+}
+
+/// What the name says, for a file whose first bytes are damaged. A database without its first bytes
+/// is not opened by SQLite.
+fn format_by_name(path: &Path) -> Option<Format> {
+    match path.extension()?.to_str()? {
+        "mcap" => Some(Format::Mcap),
+        "bag" => Some(Format::Ros1Bag),
+        _ => None,
+    }
 }
 
 /// The format of one file; an error if there is no reader for it.

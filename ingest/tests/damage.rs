@@ -215,6 +215,18 @@ fn an_absurd_size_of_content_is_refused_before_any_memory_is_taken() {
 }
 
 #[test]
+fn a_damaged_beginning_costs_only_itself() {
+    let mut bytes = joint_log(&Style::chunked(Some(mcap::Compression::Zstd)), 200);
+    bytes[..30].fill(0);
+    let file = TempLog::new("log.mcap", &bytes);
+    let (samples, losses) = joint_samples(&file.path);
+    assert_eq!(samples.len(), 200);
+    assert_eq!(losses.ranges[0].start_byte, 0, "{losses:?}");
+    let nameless = TempLog::new("log.dat", &bytes);
+    assert!(Log::open(&nameless.path).is_err());
+}
+
+#[test]
 fn absent_checksums_are_a_finding_and_no_loss() {
     let style = Style {
         crc: false,
