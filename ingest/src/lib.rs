@@ -66,6 +66,7 @@ mod recognise;
 mod records;
 mod recover;
 mod rosbag2_folder;
+mod rosbag2_metadata;
 mod rosbag2_sqlite;
 mod sensor;
 mod sensor_recording;

@@ -1,6 +1,7 @@
 //! A recording, opened for reading.
 
 use std::{
+    collections::BTreeMap,
     fmt,
     ops::ControlFlow,
     path::{Path, PathBuf},
@@ -53,6 +54,8 @@ pub struct Log {
     _unpacked: Vec<LogFile>,
     topics: Vec<Topic>,
     losses: Losses,
+    /// How many messages the recorder says it wrote, for each topic; empty where it does not say.
+    promised: BTreeMap<String, u64>,
 }
 
 impl Log {
@@ -62,6 +65,7 @@ impl Log {
             format,
             files,
             mut losses,
+            promised,
         } = recognise::recognise(path)?;
         let has_damaged_beginning = !losses.is_empty();
         let mut topics = TopicTable::default();
@@ -89,6 +93,7 @@ impl Log {
             _unpacked: unpacked,
             topics,
             losses,
+            promised,
         })
     }
 
@@ -154,23 +159,58 @@ impl Log {
         progress: &mut dyn FnMut(u64),
     ) -> Result<Losses, Error> {
         let wanted = self.wanted_flags(wanted)?;
+        if self.promised.is_empty() {
+            return Ok(self.read_files(&wanted, visit, progress)?.0);
+        }
+        let mut seen = vec![0; self.topics.len()];
+        let mut count_and_visit = |message: &Message<'_>| {
+            seen[message.topic.0] += 1;
+            visit(message)
+        };
+        let (mut losses, flow) = self.read_files(&wanted, &mut count_and_visit, progress)?;
+        if flow.is_continue() {
+            self.report_missing(&wanted, &seen, &mut losses);
+        }
+        Ok(losses)
+    }
+
+    fn read_files(
+        &self,
+        wanted: &[bool],
+        visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<(Losses, ControlFlow<()>), Error> {
         let mut losses = self.losses.clone();
         let mut bytes_before = 0;
         for (reader, bytes) in self.readers.iter().zip(&self.file_bytes) {
             let mut request = Request {
-                wanted: &wanted,
+                wanted,
                 visit: &mut *visit,
                 progress: &mut *progress,
                 bytes_before,
                 losses: &mut losses,
             };
             if reader.read(&mut request)?.is_break() {
-                return Ok(losses);
+                return Ok((losses, ControlFlow::Break(())));
             }
             bytes_before += bytes;
             progress(bytes_before);
         }
-        Ok(losses)
+        Ok((losses, ControlFlow::Continue(())))
+    }
+
+    /// Compares what came with what the recorder says it wrote.
+    fn report_missing(&self, wanted: &[bool], seen: &[u64], losses: &mut Losses) {
+        for (name, &promised) in &self.promised {
+            let of_name = || self.topics.iter().filter(|topic| topic.name == *name);
+            if !of_name().all(|topic| wanted[topic.id.0]) || of_name().next().is_none() {
+                continue;
+            }
+            let came: u64 = of_name().map(|topic| seen[topic.id.0]).sum();
+            if promised > came {
+                losses.miss(name, promised - came);
+            }
+        }
     }
 
     /// Hands over what the log holds besides messages.

@@ -1,6 +1,7 @@
 //! Which format a path holds, told by content, and which files form one log.
 
 use std::{
+    collections::BTreeMap,
     fs::File,
     io::Read,
     path::{Path, PathBuf},
@@ -24,6 +25,8 @@ pub(crate) struct Recording {
     pub(crate) format: Format,
     pub(crate) files: Vec<PathBuf>,
     pub(crate) losses: Losses,
+    /// How many messages the recorder says it wrote, for each topic.
+    pub(crate) promised: BTreeMap<String, u64>,
 }
 
 /// What the first bytes of a file say.
@@ -53,6 +56,7 @@ pub(crate) fn recognise(path: &Path) -> Result<Recording, Error> {
         format,
         files: vec![path.to_path_buf()],
         losses,
+        promised: BTreeMap::new(),
     })
 }
 

@@ -11,6 +11,7 @@ use crate::{
     log::Format,
     losses::{Losses, LostPart},
     recognise::{self, Content, Recording},
+    rosbag2_metadata::Metadata,
 };
 
 const METADATA_NAME: &str = "metadata.yaml";
@@ -23,7 +24,8 @@ const METADATA_LIMIT_BYTES: u64 = 64 << 20;
 pub(crate) fn recognise(folder: &Path) -> Result<Recording, Error> {
     let mut losses = Losses::default();
     let found = log_files_in(folder)?;
-    let listed = listed_files(folder, &mut losses)?;
+    let metadata = read_metadata(folder, &mut losses)?;
+    let listed = listed_files(folder, &metadata, &mut losses)?;
     let mut files = if listed.is_empty() {
         refuse_several_logs(folder, &found)?;
         found
@@ -36,26 +38,36 @@ pub(crate) fn recognise(folder: &Path) -> Result<Recording, Error> {
         format,
         files,
         losses,
+        promised: metadata.message_counts,
     })
 }
 
-/// The existing files that the metadata names, in its order; none without metadata.
-fn listed_files(folder: &Path, losses: &mut Losses) -> Result<Vec<PathBuf>, Error> {
+/// An empty one if there is none.
+fn read_metadata(folder: &Path, losses: &mut Losses) -> Result<Metadata, Error> {
     let path = folder.join(METADATA_NAME);
     if !path.is_file() {
         losses.note(format!(
             "{METADATA_NAME} is missing: the files are read in order of name"
         ));
-        return Ok(Vec::new());
+        return Ok(Metadata::default());
     }
     let size = std::fs::metadata(&path).map_err(Error::io(&path))?.len();
     if size > METADATA_LIMIT_BYTES {
         losses.note(format!("{METADATA_NAME} has {size} bytes: ignored"));
-        return Ok(Vec::new());
+        return Ok(Metadata::default());
     }
     let bytes = std::fs::read(&path).map_err(Error::io(&path))?;
     let metadata = Metadata::parse(&String::from_utf8_lossy(&bytes));
     refuse_compression(folder, &metadata)?;
+    Ok(metadata)
+}
+
+/// The existing files that the metadata names, in its order; none without metadata.
+fn listed_files(
+    folder: &Path,
+    metadata: &Metadata,
+    losses: &mut Losses,
+) -> Result<Vec<PathBuf>, Error> {
     let (present, missing): (Vec<_>, Vec<_>) = metadata
         .files
         .iter()
@@ -261,51 +273,6 @@ fn compare_numbers(left: &str, right: &str) -> Ordering {
         .then_with(|| short_left.cmp(short_right))
 }
 
-/// The few entries of `metadata.yaml` that matter here. They are flat text of a fixed shape, so
-/// a YAML parser is not needed.
-#[derive(Default)]
-struct Metadata {
-    files: Vec<String>,
-    compression_format: String,
-    compression_mode: String,
-}
-
-impl Metadata {
-    fn parse(text: &str) -> Self {
-        let mut metadata = Self::default();
-        let mut in_files = false;
-        for line in text.lines().map(str::trim) {
-            if let Some(item) = line.strip_prefix("- ").filter(|_| in_files) {
-                metadata.files.push(unquote(item).to_owned());
-                continue;
-            }
-            in_files = false;
-            if let Some(inline) = line.strip_prefix("relative_file_paths:") {
-                in_files = true;
-                metadata.files.extend(inline_list(inline));
-            } else if let Some(value) = line.strip_prefix("compression_format:") {
-                metadata.compression_format = unquote(value).to_owned();
-            } else if let Some(value) = line.strip_prefix("compression_mode:") {
-                metadata.compression_mode = unquote(value).to_owned();
-            }
-        }
-        metadata
-    }
-}
-
-fn inline_list(text: &str) -> impl Iterator<Item = String> {
-    let inner = text.trim().trim_start_matches('[').trim_end_matches(']');
-    inner
-        .split(',')
-        .map(unquote)
-        .filter(|item| !item.is_empty())
-        .map(str::to_owned)
-}
-
-fn unquote(text: &str) -> &str {
-    text.trim().trim_matches(['"', '\''])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -325,15 +292,5 @@ mod tests {
         assert_eq!(stem_without_number(Path::new("a/drive_12.mcap")), "drive");
         assert_eq!(stem_without_number(Path::new("a/drive12.mcap")), "drive12");
         assert_eq!(stem_without_number(Path::new("_7.mcap")), "");
-    }
-
-    #[test]
-    fn metadata_lists_its_files() {
-        let text = "a:\n  relative_file_paths:\n    - one_0.db3\n    - 'two.db3'\n  x: 1\n  - no";
-        assert_eq!(Metadata::parse(text).files, ["one_0.db3", "two.db3"]);
-        let inline = "relative_file_paths: [\"a.mcap\", b.mcap]\ncompression_format: \"\"";
-        let metadata = Metadata::parse(inline);
-        assert_eq!(metadata.files, ["a.mcap", "b.mcap"]);
-        assert!(metadata.compression_format.is_empty());
     }
 }

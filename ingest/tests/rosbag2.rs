@@ -268,3 +268,25 @@ fn split_files_in_folders_within_folders_are_one_log() {
     assert!(log.files()[10].ends_with("part_10/log_10.mcap"));
     assert_eq!(joint_samples(folder.path()).0.len(), 110);
 }
+
+#[test]
+fn the_recorder_says_how_many_messages_there_should_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive_0.db3");
+    write_database(&path, &[JOINTS], &rows(&joint_messages(0, 2000)), true);
+    let metadata = "info:\n  relative_file_paths:\n    - drive_0.db3\n\
+        \x20 topics_with_message_count:\n    - topic_metadata:\n        name: /joint_states\n\
+        \x20     message_count: 2000\n  version: 5\n";
+    std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(samples.len(), 2000);
+    assert!(losses.is_empty(), "{losses:?}");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let middle = bytes.len() / 2 / 4096 * 4096;
+    bytes[middle..middle + 4096].fill(0);
+    std::fs::write(&path, bytes).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    let lost = 2000 - samples.len() as u64;
+    assert!(lost > 0);
+    assert_eq!(losses.missing_messages["/joint_states"], lost);
+}
