@@ -29,7 +29,9 @@ const JOINTS: usize = 6;
 const ROUNDS: usize = 3;
 const IMAGE_BYTES: usize = 900_000;
 const DEFINITION: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\n\
-    float64[] velocity\nfloat64[] effort\n";
+    float64[] velocity\nfloat64[] effort\n====\nMSG: std_msgs/Header\n\
+    builtin_interfaces/Time stamp\nstring frame_id\n====\nMSG: builtin_interfaces/Time\n\
+    int32 sec\nuint32 nanosec\n";
 
 fn main() {
     let mut arguments = std::env::args()

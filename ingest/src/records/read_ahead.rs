@@ -8,6 +8,7 @@ use std::{
     collections::VecDeque,
     marker::PhantomData,
     ops::Range,
+    panic::{AssertUnwindSafe, catch_unwind},
     sync::{Condvar, Mutex, MutexGuard, PoisonError},
 };
 
@@ -88,9 +89,17 @@ impl Unpacked {
         if how == How::AnyLength {
             chunk.declared_bytes = chunk.data.len() as u64;
         }
-        match decompressor.content(&chunk, &mut self.buffer) {
-            Ok(content) => self.content = Some(content),
-            Err(reason) => self.failure = Some(reason),
+        // A decompressor that panics on damaged data must not take the program with it, nor leave the
+        // walk waiting for this chunk.
+        let buffer = &mut self.buffer;
+        let unpacked = catch_unwind(AssertUnwindSafe(|| decompressor.content(&chunk, buffer)));
+        match unpacked {
+            Ok(Ok(content)) => self.content = Some(content),
+            Ok(Err(reason)) => self.failure = Some(reason),
+            Err(_) => {
+                *decompressor = Decompressor::default();
+                self.failure = Some("decompression: an error within the decompressor".to_owned());
+            }
         }
         Ok(())
     }
