@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::definition::normal_type_name;
+use crate::definition::{Dialect, normal_type_name};
 
 /// Type names with their fields, one a line.
 const DEFINITIONS: &[(&str, &str)] = &[
@@ -90,14 +90,25 @@ const DEFINITIONS: &[(&str, &str)] = &[
     ),
 ];
 
+/// What ROS 1 defines otherwise. Its times are no messages but read as if they were those of ROS 2,
+/// so that the same paths lead to them.
+const ROS1_DEFINITIONS: &[(&str, &str)] = &[
+    ("builtin_interfaces/Duration", "int32 sec\nint32 nanosec\n"),
+    ("builtin_interfaces/Time", "uint32 sec\nuint32 nanosec\n"),
+    (
+        "std_msgs/Header",
+        "uint32 seq\nbuiltin_interfaces/Time stamp\nstring frame_id\n",
+    ),
+];
+
 /// The definition of a common type with those of its parts, as a recorder would embed it.
-pub(crate) fn definition(type_name: &str) -> Option<String> {
+pub(crate) fn definition(type_name: &str, dialect: Dialect) -> Option<String> {
     let type_name = normal_type_name(type_name);
-    let mut text = fields(&type_name)?.to_owned();
+    let mut text = fields(&type_name, dialect)?.to_owned();
     let mut parts = Vec::new();
     collect_parts(&text, &mut parts);
     for part in parts {
-        let part_fields = fields(part)?;
+        let part_fields = fields(part, dialect)?;
         let separator = "=".repeat(80);
         // Writing to a string cannot fail.
         let _ = write!(text, "{separator}\nMSG: {part}\n{part_fields}");
@@ -106,7 +117,15 @@ pub(crate) fn definition(type_name: &str) -> Option<String> {
 }
 
 /// The fields of one type, without those of its parts.
-pub(crate) fn fields(normal_type_name: &str) -> Option<&'static str> {
+pub(crate) fn fields(normal_type_name: &str, dialect: Dialect) -> Option<&'static str> {
+    if dialect == Dialect::Ros1 {
+        let special = ROS1_DEFINITIONS
+            .iter()
+            .find(|(name, _)| *name == normal_type_name);
+        if let Some((_, fields)) = special {
+            return Some(fields);
+        }
+    }
     let known = DEFINITIONS
         .binary_search_by_key(&normal_type_name, |(name, _)| name)
         .ok()?;
@@ -135,8 +154,10 @@ mod tests {
     fn the_table_is_sorted_and_every_type_is_complete() {
         assert!(DEFINITIONS.is_sorted_by_key(|(name, _)| name));
         for (name, _) in DEFINITIONS {
-            let text = definition(name).unwrap();
-            Definitions::parse(&text, name).unwrap();
+            for dialect in [Dialect::Ros2, Dialect::Ros1] {
+                let text = definition(name, dialect).unwrap();
+                Definitions::parse(&text, name, dialect).unwrap();
+            }
         }
     }
 }

@@ -75,12 +75,29 @@ pub enum SchemaError {
         /// The field.
         field: String,
     },
+    /// A message type that its set of protobuf descriptors does not define.
+    #[error("expected a set of protobuf descriptors with {type_name}, found {found}")]
+    Descriptor {
+        /// The type that was asked for.
+        type_name: String,
+        /// What is there instead.
+        found: String,
+    },
     /// A type that contains itself, or is nested beyond reason.
     #[error("definition of {type_name}: nested too deeply or too large")]
     TooLarge {
         /// The type that was asked for.
         type_name: String,
     },
+}
+
+/// Whose definitions these are. The languages are nearly the same, the encodings are not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Dialect {
+    /// `ros2msg`, encoded as CDR.
+    Ros2,
+    /// `ros1msg`, encoded without padding.
+    Ros1,
 }
 
 /// A number of fixed width.
@@ -100,8 +117,9 @@ pub(crate) enum NumberType {
 }
 
 impl NumberType {
-    pub(crate) fn from_name(name: &str) -> Option<Self> {
+    pub(crate) fn from_name(name: &str, dialect: Dialect) -> Option<Self> {
         Some(match name {
+            "byte" if dialect == Dialect::Ros1 => Self::I8,
             "bool" => Self::Bool,
             "int8" => Self::I8,
             "uint8" | "byte" | "char" => Self::U8,
@@ -156,11 +174,16 @@ pub(crate) struct Field {
 #[derive(Debug)]
 pub(crate) struct Definitions {
     pub(crate) root: String,
+    pub(crate) dialect: Dialect,
     types: HashMap<String, Vec<Field>>,
 }
 
 impl Definitions {
-    pub(crate) fn parse(text: &str, type_name: &str) -> Result<Self, SchemaError> {
+    pub(crate) fn parse(
+        text: &str,
+        type_name: &str,
+        dialect: Dialect,
+    ) -> Result<Self, SchemaError> {
         let root = normal_type_name(type_name);
         let mut types: HashMap<String, Vec<Field>> = HashMap::new();
         let mut current = root.clone();
@@ -174,7 +197,7 @@ impl Definitions {
                 types.insert(current.clone(), Vec::new());
                 continue;
             }
-            let parsed = parse_line(line, &current).ok_or_else(|| SchemaError::Line {
+            let parsed = parse_line(line, &current, dialect).ok_or_else(|| SchemaError::Line {
                 type_name: type_name.to_owned(),
                 line: index + 1,
                 found: line.chars().take(80).collect(),
@@ -183,7 +206,11 @@ impl Definitions {
                 types.entry(current.clone()).or_default().push(field);
             }
         }
-        let mut definitions = Self { root, types };
+        let mut definitions = Self {
+            root,
+            dialect,
+            types,
+        };
         definitions.add_common_parts();
         definitions.check_parts()?;
         Ok(definitions)
@@ -207,16 +234,18 @@ impl Definitions {
                     FieldType::Message(name) if !self.types.contains_key(name) => Some(name),
                     _ => None,
                 })
-                .filter(|name| builtin::fields(name).is_some())
+                .filter(|name| builtin::fields(name, self.dialect).is_some())
                 .cloned()
                 .collect();
             if missing.is_empty() {
                 return;
             }
             for name in missing {
-                let lines = builtin::fields(&name).unwrap_or_default().lines();
+                let lines = builtin::fields(&name, self.dialect)
+                    .unwrap_or_default()
+                    .lines();
                 let fields = lines
-                    .filter_map(|line| parse_line(line, &name).flatten())
+                    .filter_map(|line| parse_line(line, &name, self.dialect).flatten())
                     .collect();
                 self.types.insert(name, fields);
             }
@@ -248,9 +277,9 @@ pub(crate) fn significant_lines(text: &str) -> impl Iterator<Item = &str> {
         .filter(|line| !line.is_empty())
 }
 
-/// `sensor_msgs/msg/Imu` and `sensor_msgs/Imu` are one type.
+/// `sensor_msgs/msg/Imu`, `sensor_msgs/Imu` and the `sensor_msgs.Imu` of protobuf are one type.
 pub(crate) fn normal_type_name(name: &str) -> String {
-    name.replacen("/msg/", "/", 1)
+    name.replace('.', "/").replacen("/msg/", "/", 1)
 }
 
 fn is_separator(line: &str) -> bool {
@@ -275,7 +304,7 @@ fn without_comment(line: &str) -> &str {
 }
 
 /// `Some(None)` for a line without a field, `None` for one that cannot be understood.
-fn parse_line(line: &str, current: &str) -> Option<Option<Field>> {
+fn parse_line(line: &str, current: &str, dialect: Dialect) -> Option<Option<Field>> {
     let line = without_comment(line).trim();
     if line.is_empty() {
         return Some(None);
@@ -295,7 +324,7 @@ fn parse_line(line: &str, current: &str) -> Option<Option<Field>> {
         return None;
     }
     let (element, repetition) = parse_repetition(type_text)?;
-    let field_type = parse_type(element, current)?;
+    let field_type = parse_type(element, current, dialect)?;
     Some(Some(Field {
         name: name.to_owned(),
         field_type,
@@ -320,7 +349,7 @@ fn parse_repetition(type_text: &str) -> Option<(&str, Repetition)> {
     Some((element, Repetition::Fixed(count)))
 }
 
-fn parse_type(element: &str, current: &str) -> Option<FieldType> {
+fn parse_type(element: &str, current: &str, dialect: Dialect) -> Option<FieldType> {
     // A bound on a string changes nothing of its encoding.
     let bare = element.split_once("<=").map_or(element, |(bare, _)| bare);
     Some(match bare {
@@ -328,7 +357,7 @@ fn parse_type(element: &str, current: &str) -> Option<FieldType> {
         "wstring" => FieldType::WideText,
         "time" => FieldType::Message("builtin_interfaces/Time".to_owned()),
         "duration" => FieldType::Message("builtin_interfaces/Duration".to_owned()),
-        _ => match NumberType::from_name(bare) {
+        _ => match NumberType::from_name(bare, dialect) {
             Some(number) => FieldType::Number(number),
             None => FieldType::Message(full_type_name(bare, current)?),
         },
@@ -364,7 +393,7 @@ mod tests {
             string<=5 a \"x # y\" # c\nfloat64[<=3] b\nuint8 MAX=5\nstring NAME = a # b\n\
             int32[2] c [1, 2]\nPart[] d\nother/msg/Thing e\nHeader f\nbyte g\n\
             ==========\nMSG: pkg/Part\nwstring h\n===\nMSG: other/Thing\nbool i\n";
-        let definitions = Definitions::parse(text, "pkg/msg/Root").unwrap();
+        let definitions = Definitions::parse(text, "pkg/msg/Root", Dialect::Ros2).unwrap();
         let names: Vec<_> = definitions
             .fields("pkg/Root")
             .iter()
@@ -384,9 +413,10 @@ mod tests {
 
     #[test]
     fn a_line_that_is_no_field_is_named() {
-        let error = Definitions::parse("float64 x\nfloat64[] \n", "a/B").unwrap_err();
+        let error =
+            Definitions::parse("float64 x\nfloat64[] \n", "a/B", Dialect::Ros2).unwrap_err();
         assert!(error.to_string().contains("line 2"), "{error}");
-        let error = Definitions::parse("Nothing x", "a/B").unwrap_err();
+        let error = Definitions::parse("Nothing x", "a/B", Dialect::Ros2).unwrap_err();
         assert_eq!(
             error.to_string(),
             "a/B.x: its type a/Nothing is not defined"

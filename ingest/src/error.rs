@@ -21,7 +21,8 @@ pub enum Error {
     },
     /// The content is of no kind that is known here.
     #[error(
-        "{}: no log: expected MCAP, a rosbag2 SQLite database or a rosbag2 folder, found {found}",
+        "{}: no log: expected MCAP, a bag of ROS 1, a rosbag2 SQLite database or a rosbag2 folder, \
+         found {found}",
         path.display()
     )]
     NotALog {

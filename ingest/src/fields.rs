@@ -20,6 +20,8 @@ pub(crate) struct Slot {
     pub(crate) numbers: Vec<f64>,
     pub(crate) text: Vec<u8>,
     pub(crate) texts: Texts,
+    /// Strings of the message that is being read, until they are compared with those before.
+    incoming: Texts,
 }
 
 /// A list of strings, kept as it was encoded, because it mostly equals that of the message before.
@@ -93,6 +95,56 @@ impl Fields {
         self.slots
             .get(path_index)
             .map_or(0, |slot| slot.texts.revision)
+    }
+
+    /// Forgets the message before, in an encoding that may leave fields out.
+    pub(crate) fn begin(&mut self, path_count: usize) {
+        self.prepare(path_count);
+        self.singles.fill(f64::NAN);
+        for slot in &mut self.slots {
+            slot.numbers.clear();
+            slot.text.clear();
+            slot.incoming.clear();
+        }
+    }
+
+    /// Ends a message after [`begin`](Self::begin).
+    pub(crate) fn end(&mut self) {
+        for Slot {
+            texts, incoming, ..
+        } in &mut self.slots
+        {
+            if (&texts.encoded, &texts.items) != (&incoming.encoded, &incoming.items) {
+                std::mem::swap(&mut texts.encoded, &mut incoming.encoded);
+                std::mem::swap(&mut texts.items, &mut incoming.items);
+                texts.is_whole = false;
+                texts.revision += 1;
+            }
+        }
+    }
+
+    /// Takes the number at a path, or one of those in an array.
+    pub(crate) fn take_number(&mut self, path_index: usize, number: f64, is_in_array: bool) {
+        if is_in_array {
+            if let Some(slot) = self.slots.get_mut(path_index) {
+                slot.numbers.push(number);
+            }
+        } else if let Some(single) = self.singles.get_mut(path_index) {
+            *single = number;
+        }
+    }
+
+    /// Takes the string at a path, or one of those in an array.
+    pub(crate) fn take_text(&mut self, path_index: usize, text: &[u8], is_in_array: bool) {
+        let Some(slot) = self.slots.get_mut(path_index) else {
+            return;
+        };
+        if is_in_array {
+            slot.incoming.collect(text);
+        } else {
+            slot.text.clear();
+            slot.text.extend_from_slice(text);
+        }
     }
 
     /// The numbers of paths that follow each other.

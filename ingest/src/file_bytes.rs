@@ -9,9 +9,6 @@ use std::{
 
 use crate::error::Error;
 
-/// How much is read ahead for small records.
-const WINDOW_BYTES: u64 = 256 * 1024;
-
 /// A file that is open for reading.
 #[derive(Debug)]
 pub(crate) struct FileBytes {
@@ -21,11 +18,12 @@ pub(crate) struct FileBytes {
 }
 
 impl FileBytes {
-    pub(crate) fn open(path: &Path) -> Result<Self, Error> {
-        let file = File::open(path).map_err(Error::io(path))?;
-        let len = file.metadata().map_err(Error::io(path))?.len();
+    /// Opens the content of a file; errors name it as it was named.
+    pub(crate) fn open(data: &Path, named: &Path) -> Result<Self, Error> {
+        let file = File::open(data).map_err(Error::io(named))?;
+        let len = file.metadata().map_err(Error::io(named))?.len();
         Ok(Self {
-            path: path.to_path_buf(),
+            path: named.to_path_buf(),
             file,
             len,
         })
@@ -54,8 +52,21 @@ impl FileBytes {
         Ok(bytes)
     }
 
+    /// As [`read_vec`](Self::read_vec), into a buffer that is used again; as many bytes are taken from
+    /// its front.
+    pub(crate) fn read_into(
+        &self,
+        bytes: &mut Vec<u8>,
+        offset: u64,
+        count: u64,
+    ) -> Result<(), Error> {
+        self.grow(bytes, offset, count)?;
+        bytes.truncate(count as usize);
+        self.read_at(offset, bytes)
+    }
+
     /// Makes `bytes` hold at least `count` bytes, if there is so much memory.
-    fn grow(&self, bytes: &mut Vec<u8>, offset: u64, count: u64) -> Result<(), Error> {
+    pub(crate) fn grow(&self, bytes: &mut Vec<u8>, offset: u64, count: u64) -> Result<(), Error> {
         let too_large = || Error::OutOfMemory {
             path: self.path.clone(),
             offset,
@@ -68,56 +79,6 @@ impl FileBytes {
                 .map_err(|_| too_large())?;
             bytes.resize(wanted, 0);
         }
-        Ok(())
-    }
-}
-
-/// A buffer that moves along a file, so that small records do not cost a system call each.
-pub(crate) struct Window<'f> {
-    file: &'f FileBytes,
-    buffer: Vec<u8>,
-    start: u64,
-    filled: u64,
-}
-
-impl<'f> Window<'f> {
-    pub(crate) fn new(file: &'f FileBytes) -> Self {
-        Self {
-            file,
-            buffer: Vec::new(),
-            start: 0,
-            filled: 0,
-        }
-    }
-
-    /// `count` bytes from `offset` on; fewer where the file ends.
-    pub(crate) fn bytes(&mut self, offset: u64, count: u64) -> Result<&[u8], Error> {
-        let count = count.min(self.file.len().saturating_sub(offset));
-        let held = offset.checked_sub(self.start).is_some_and(|skipped| {
-            skipped
-                .checked_add(count)
-                .is_some_and(|needed| needed <= self.filled)
-        });
-        if !held {
-            self.refill(offset, count)?;
-        }
-        // Both fit into usize: they lie within the buffer.
-        let first = (offset - self.start) as usize;
-        Ok(self
-            .buffer
-            .get(first..first + count as usize)
-            .unwrap_or_default())
-    }
-
-    fn refill(&mut self, offset: u64, count: u64) -> Result<(), Error> {
-        let available = self.file.len().saturating_sub(offset);
-        let wanted = count.max(WINDOW_BYTES).min(available);
-        self.filled = 0;
-        self.file.grow(&mut self.buffer, offset, wanted)?;
-        let target = self.buffer.get_mut(..wanted as usize).unwrap_or_default();
-        self.file.read_at(offset, target)?;
-        self.start = offset;
-        self.filled = wanted;
         Ok(())
     }
 }

@@ -5,7 +5,8 @@
 //! - [`bind`] finds the topic that carries a signal; [`SensorDecoder`] turns its messages into
 //!   [`SensorSample`]s.
 //! - [`TopicStatistics`] tells which clock to trust, and where the gaps are.
-//! - [`Layout`] reads single fields out of any CDR message by its recorded definition.
+//! - [`Layout`] reads single fields out of any message by its recorded definition.
+//! - [`recover`] writes the intact part of a log as a clean MCAP file.
 //!
 //! It knows no machine: what the numbers mean for one is told by its callers.
 //!
@@ -39,24 +40,33 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bag;
+mod binary;
 mod binding;
 mod builtin;
-mod cdr;
 mod clock;
 mod definition;
 mod error;
+mod extra;
 mod field_path;
 mod fields;
 mod file_bytes;
 mod first_messages;
+mod json;
 mod layout;
 mod log;
+mod log_file;
 mod losses;
 mod mcap;
 mod message;
+mod path_tree;
+mod protobuf;
 mod reader;
 mod recognise;
+mod records;
+mod recover;
 mod rosbag2_folder;
+mod rosbag2_metadata;
 mod rosbag2_sqlite;
 mod sensor;
 mod sensor_recording;
@@ -65,8 +75,8 @@ mod timing;
 mod topic;
 
 pub use crate::{
+    binary::DecodeError,
     binding::{Binding, BindingError, Wanted, bind, bind_joint_states},
-    cdr::DecodeError,
     clock::{StampDecision, StampSource},
     definition::SchemaError,
     error::Error,
@@ -77,6 +87,7 @@ pub use crate::{
     log::{Format, Log},
     losses::{Integrity, Losses, LostPart, LostRange},
     message::Message,
+    recover::{RecoverError, RecoveryReport, recover},
     sensor::{SensorDecoder, SensorKind, SensorSample},
     sensor_recording::{SensorRecording, SensorRequest, arrival_order, record_sensors},
     sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},

@@ -1,6 +1,7 @@
 //! A recording, opened for reading.
 
 use std::{
+    collections::BTreeMap,
     fmt,
     ops::ControlFlow,
     path::{Path, PathBuf},
@@ -10,6 +11,8 @@ use serde::Serialize;
 
 use crate::{
     error::Error,
+    extra::Extra,
+    log_file::LogFile,
     losses::Losses,
     message::Message,
     reader::{self, Reader, Request},
@@ -24,6 +27,8 @@ use crate::{
 pub enum Format {
     /// MCAP, with or without chunks, compression and summary.
     Mcap,
+    /// The bag of ROS 1, version 2.0.
+    Ros1Bag,
     /// The SQLite database of rosbag2.
     Rosbag2Sqlite,
 }
@@ -32,6 +37,7 @@ impl fmt::Display for Format {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Format::Mcap => "MCAP",
+            Format::Ros1Bag => "ROS 1 bag",
             Format::Rosbag2Sqlite => "rosbag2 SQLite",
         })
     }
@@ -44,8 +50,12 @@ pub struct Log {
     files: Vec<PathBuf>,
     file_bytes: Vec<u64>,
     readers: Vec<Box<dyn Reader>>,
+    /// Keeps what was unpacked as long as it is read.
+    _unpacked: Vec<LogFile>,
     topics: Vec<Topic>,
     losses: Losses,
+    /// How many messages the recorder says it wrote, for each topic; empty where it does not say.
+    promised: BTreeMap<String, u64>,
 }
 
 impl Log {
@@ -55,23 +65,35 @@ impl Log {
             format,
             files,
             mut losses,
+            promised,
         } = recognise::recognise(path)?;
+        let has_damaged_beginning = !losses.is_empty();
         let mut topics = TopicTable::default();
         let mut readers = Vec::with_capacity(files.len());
         let mut file_bytes = Vec::with_capacity(files.len());
-        for file in &files {
-            readers.push(reader::open(format, file, &mut topics, &mut losses)?);
-            file_bytes.push(std::fs::metadata(file).map_err(Error::io(file))?.len());
+        let mut unpacked = Vec::with_capacity(files.len());
+        for path in &files {
+            let file = LogFile::open(path, &mut losses)?;
+            readers.push(reader::open(format, &file, &mut topics, &mut losses)?);
+            let metadata = std::fs::metadata(file.data()).map_err(Error::io(path))?;
+            file_bytes.push(metadata.len());
+            unpacked.push(file);
         }
         let topics = topics.into_topics();
+        if topics.is_empty() && has_damaged_beginning {
+            // Only its name made it look like a log.
+            recognise::format_of(path)?;
+        }
         Ok(Log {
             path: path.to_path_buf(),
             format,
             files,
             file_bytes,
             readers,
+            _unpacked: unpacked,
             topics,
             losses,
+            promised,
         })
     }
 
@@ -90,7 +112,7 @@ impl Log {
         &self.files
     }
 
-    /// The size of all files.
+    /// The size of all files, unpacked.
     pub fn bytes(&self) -> u64 {
         self.file_bytes.iter().sum()
     }
@@ -137,23 +159,65 @@ impl Log {
         progress: &mut dyn FnMut(u64),
     ) -> Result<Losses, Error> {
         let wanted = self.wanted_flags(wanted)?;
+        if self.promised.is_empty() {
+            return Ok(self.read_files(&wanted, visit, progress)?.0);
+        }
+        let mut seen = vec![0; self.topics.len()];
+        let mut count_and_visit = |message: &Message<'_>| {
+            seen[message.topic.0] += 1;
+            visit(message)
+        };
+        let (mut losses, flow) = self.read_files(&wanted, &mut count_and_visit, progress)?;
+        if flow.is_continue() {
+            self.report_missing(&wanted, &seen, &mut losses);
+        }
+        Ok(losses)
+    }
+
+    fn read_files(
+        &self,
+        wanted: &[bool],
+        visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<(Losses, ControlFlow<()>), Error> {
         let mut losses = self.losses.clone();
         let mut bytes_before = 0;
         for (reader, bytes) in self.readers.iter().zip(&self.file_bytes) {
             let mut request = Request {
-                wanted: &wanted,
+                wanted,
                 visit: &mut *visit,
                 progress: &mut *progress,
                 bytes_before,
                 losses: &mut losses,
             };
             if reader.read(&mut request)?.is_break() {
-                return Ok(losses);
+                return Ok((losses, ControlFlow::Break(())));
             }
             bytes_before += bytes;
             progress(bytes_before);
         }
-        Ok(losses)
+        Ok((losses, ControlFlow::Continue(())))
+    }
+
+    /// Compares what came with what the recorder says it wrote.
+    fn report_missing(&self, wanted: &[bool], seen: &[u64], losses: &mut Losses) {
+        for (name, &promised) in &self.promised {
+            let of_name = || self.topics.iter().filter(|topic| topic.name == *name);
+            if !of_name().all(|topic| wanted[topic.id.0]) || of_name().next().is_none() {
+                continue;
+            }
+            let came: u64 = of_name().map(|topic| seen[topic.id.0]).sum();
+            if promised > came {
+                losses.miss(name, promised - came);
+            }
+        }
+    }
+
+    /// Hands over what the log holds besides messages.
+    pub(crate) fn extras(&self, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+        self.readers
+            .iter()
+            .try_for_each(|reader| reader.extras(take))
     }
 
     fn wanted_flags(&self, wanted: &[TopicId]) -> Result<Vec<bool>, Error> {

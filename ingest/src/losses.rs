@@ -36,6 +36,13 @@ pub struct LostRange {
     pub part: LostPart,
     /// What was expected and what was found.
     pub reason: String,
+    /// The log time from which on messages may be missing, in nanoseconds: that of the chunk if it
+    /// is known, else of the last intact message before. `None` where the log begins.
+    pub first_time_ns: Option<i64>,
+    /// The log time up to which messages may be missing; `None` up to the end of the log.
+    pub last_time_ns: Option<i64>,
+    /// How many messages of which topics are lost, where an index tells; empty where none does.
+    pub messages: BTreeMap<String, u64>,
 }
 
 impl fmt::Display for LostRange {
@@ -45,13 +52,23 @@ impl fmt::Display for LostRange {
             start_byte,
             end_byte,
             reason,
+            first_time_ns,
+            last_time_ns,
+            messages,
             ..
         } = self;
         write!(
             formatter,
             "{}: bytes {start_byte} to {end_byte}: {reason}",
             file.display()
-        )
+        )?;
+        if let (Some(first), Some(last)) = (first_time_ns, last_time_ns) {
+            write!(formatter, "; log times {first} to {last} ns")?;
+        }
+        for (topic, count) in messages {
+            write!(formatter, "; {count} messages of {topic}")?;
+        }
+        Ok(())
     }
 }
 
@@ -89,6 +106,9 @@ pub struct Losses {
     pub ranges: Vec<LostRange>,
     /// Messages that were read but could not be decoded, for each topic name.
     pub undecodable_messages: BTreeMap<String, u64>,
+    /// Messages that the log's own index counts and that did not come, for each topic name, of the
+    /// topics that were read. Those of [`LostRange::messages`] are among them.
+    pub missing_messages: BTreeMap<String, u64>,
     /// What could be verified.
     pub integrity: Integrity,
     /// Findings that are no loss.
@@ -98,7 +118,9 @@ pub struct Losses {
 impl Losses {
     /// Whether nothing was lost.
     pub fn is_empty(&self) -> bool {
-        self.ranges.is_empty() && self.undecodable_messages.is_empty()
+        self.ranges.is_empty()
+            && self.undecodable_messages.is_empty()
+            && self.missing_messages.is_empty()
     }
 
     /// How many chunks are lost, in whole or in part.
@@ -133,11 +155,23 @@ impl Losses {
         for (topic, count) in &other.undecodable_messages {
             *self.undecodable_messages.entry(topic.clone()).or_default() += count;
         }
+        for (topic, count) in &other.missing_messages {
+            self.miss(topic, *count);
+        }
         for note in &other.notes {
             self.note(note.clone());
         }
         self.integrity.checksums_present |= other.integrity.checksums_present;
         self.integrity.checksums_absent |= other.integrity.checksums_absent;
+    }
+
+    /// Notes messages that should be there; the same finding twice counts once.
+    pub(crate) fn miss(&mut self, topic_name: &str, count: u64) {
+        let known = self
+            .missing_messages
+            .entry(topic_name.to_owned())
+            .or_default();
+        *known = count.max(*known);
     }
 
     pub(crate) fn note(&mut self, note: String) {
@@ -160,6 +194,9 @@ impl Losses {
             end_byte: bytes.end,
             part,
             reason,
+            first_time_ns: None,
+            last_time_ns: None,
+            messages: BTreeMap::new(),
         });
     }
 
@@ -168,14 +205,21 @@ impl Losses {
         self.integrity.checksums_absent |= !present;
     }
 
-    fn push(&mut self, range: LostRange) {
-        let same_bytes = |known: &LostRange| {
+    pub(crate) fn push(&mut self, range: LostRange) {
+        let same_bytes = |known: &&mut LostRange| {
             (known.start_byte, known.end_byte, known.part)
                 == (range.start_byte, range.end_byte, range.part)
                 && known.file == range.file
         };
-        if !self.ranges.iter().any(same_bytes) {
+        let Some(known) = self.ranges.iter_mut().find(same_bytes) else {
             self.ranges.push(range);
+            return;
+        };
+        // The same damage, met again with more knowledge.
+        known.first_time_ns = known.first_time_ns.or(range.first_time_ns);
+        known.last_time_ns = known.last_time_ns.or(range.last_time_ns);
+        if known.messages.is_empty() {
+            known.messages = range.messages;
         }
     }
 }

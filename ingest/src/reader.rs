@@ -3,14 +3,18 @@
 //! A new format is one file with one implementation of [`Reader`], one line in
 //! [`Format`](crate::Format) and one in [`recognise`](crate::recognise).
 
-use std::{ops::ControlFlow, path::Path};
+use std::ops::ControlFlow;
 
 use crate::{
+    bag::Bag,
     error::Error,
+    extra::Extra,
     log::Format,
+    log_file::LogFile,
     losses::Losses,
-    mcap::McapReader,
+    mcap::Mcap,
     message::Message,
+    records::RecordReader,
     rosbag2_sqlite::SqliteReader,
     topic::{TopicId, TopicTable},
 };
@@ -19,18 +23,24 @@ use crate::{
 pub(crate) trait Reader: Send + Sync {
     /// Hands every intact message of the wanted topics to the request, in file order.
     fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error>;
+
+    /// Hands over what the file holds besides messages.
+    fn extras(&self, _take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+        Ok(())
+    }
 }
 
 /// Opens one file of a log.
 pub(crate) fn open(
     format: Format,
-    path: &Path,
+    file: &LogFile,
     topics: &mut TopicTable,
     losses: &mut Losses,
 ) -> Result<Box<dyn Reader>, Error> {
     Ok(match format {
-        Format::Mcap => Box::new(McapReader::open(path, topics, losses)?),
-        Format::Rosbag2Sqlite => Box::new(SqliteReader::open(path, topics, losses)?),
+        Format::Mcap => Box::new(RecordReader::<Mcap>::open(file, topics, losses)?),
+        Format::Ros1Bag => Box::new(RecordReader::<Bag>::open(file, topics, losses)?),
+        Format::Rosbag2Sqlite => Box::new(SqliteReader::open(file, topics, losses)?),
     })
 }
 

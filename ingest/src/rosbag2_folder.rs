@@ -11,9 +11,12 @@ use crate::{
     log::Format,
     losses::{Losses, LostPart},
     recognise::{self, Content, Recording},
+    rosbag2_metadata::Metadata,
 };
 
 const METADATA_NAME: &str = "metadata.yaml";
+/// Split files may lie in folders within folders, but not deeper.
+const MOST_NESTED_FOLDERS: usize = 3;
 /// Far above any real one, which takes a few hundred bytes a topic.
 const METADATA_LIMIT_BYTES: u64 = 64 << 20;
 
@@ -21,43 +24,54 @@ const METADATA_LIMIT_BYTES: u64 = 64 << 20;
 pub(crate) fn recognise(folder: &Path) -> Result<Recording, Error> {
     let mut losses = Losses::default();
     let found = log_files_in(folder)?;
-    let listed = listed_files(folder, &mut losses)?;
-    let files = if listed.is_empty() {
+    let metadata = read_metadata(folder, &mut losses)?;
+    let listed = listed_files(folder, &metadata, &mut losses)?;
+    let mut files = if listed.is_empty() {
         refuse_several_logs(folder, &found)?;
         found
     } else {
         note_unlisted(&found, &listed, &mut losses);
         listed
     };
-    let format = common_format(folder, &files)?;
+    let format = common_format(folder, &mut files, &mut losses)?;
     Ok(Recording {
         format,
         files,
         losses,
+        promised: metadata.message_counts,
     })
 }
 
-/// The existing files that the metadata names, in its order; none without metadata.
-fn listed_files(folder: &Path, losses: &mut Losses) -> Result<Vec<PathBuf>, Error> {
+/// An empty one if there is none.
+fn read_metadata(folder: &Path, losses: &mut Losses) -> Result<Metadata, Error> {
     let path = folder.join(METADATA_NAME);
     if !path.is_file() {
         losses.note(format!(
             "{METADATA_NAME} is missing: the files are read in order of name"
         ));
-        return Ok(Vec::new());
+        return Ok(Metadata::default());
     }
     let size = std::fs::metadata(&path).map_err(Error::io(&path))?.len();
     if size > METADATA_LIMIT_BYTES {
         losses.note(format!("{METADATA_NAME} has {size} bytes: ignored"));
-        return Ok(Vec::new());
+        return Ok(Metadata::default());
     }
     let bytes = std::fs::read(&path).map_err(Error::io(&path))?;
     let metadata = Metadata::parse(&String::from_utf8_lossy(&bytes));
     refuse_compression(folder, &metadata)?;
+    Ok(metadata)
+}
+
+/// The existing files that the metadata names, in its order; none without metadata.
+fn listed_files(
+    folder: &Path,
+    metadata: &Metadata,
+    losses: &mut Losses,
+) -> Result<Vec<PathBuf>, Error> {
     let (present, missing): (Vec<_>, Vec<_>) = metadata
         .files
         .iter()
-        .map(|name| folder.join(name))
+        .map(|name| present_file(folder, name))
         .partition(|file| file.is_file());
     for file in missing {
         let reason = format!("listed in {METADATA_NAME}, but there is no such file");
@@ -66,8 +80,20 @@ fn listed_files(folder: &Path, losses: &mut Losses) -> Result<Vec<PathBuf>, Erro
     Ok(present)
 }
 
+/// A listed file; it may have been compressed after it was listed.
+fn present_file(folder: &Path, name: &str) -> PathBuf {
+    let listed = folder.join(name);
+    let packed = folder.join(format!("{name}.zstd"));
+    if !listed.is_file() && packed.is_file() {
+        packed
+    } else {
+        listed
+    }
+}
+
 fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {
-    if metadata.compression_format.is_empty() {
+    let is_per_message = metadata.compression_mode.eq_ignore_ascii_case("message");
+    if metadata.compression_format.is_empty() || !is_per_message && is_zstd(metadata) {
         return Ok(());
     }
     let Metadata {
@@ -77,21 +103,45 @@ fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {
     } = metadata;
     Err(Error::NotReadYet {
         path: folder.to_path_buf(),
-        format: format!("rosbag2 compression {compression_format} of mode {compression_mode}"),
+        format: format!(
+            "rosbag2 compression {compression_format} of mode {compression_mode} \
+             (only zstd of whole files is read)"
+        ),
     })
 }
 
-/// All files of a known log format, in natural order of name.
+fn is_zstd(metadata: &Metadata) -> bool {
+    metadata.compression_format.eq_ignore_ascii_case("zstd")
+}
+
+/// All files of a known log format, in natural order of path; those of the folders within only if
+/// the folder itself has none.
 fn log_files_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    log_files_below(folder, MOST_NESTED_FOLDERS)
+}
+
+fn log_files_below(folder: &Path, levels: usize) -> Result<Vec<PathBuf>, Error> {
     let mut files = Vec::new();
+    let mut folders = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
         let path = entry.map_err(Error::io(folder))?.path();
-        let is_log = path.is_file() && matches!(recognise::content_of(&path), Ok(Content::Log(_)));
-        if is_log {
+        let is_log = |path: &Path| {
+            let content = recognise::content_of(path);
+            matches!(content, Ok(Content::Log(_) | Content::Packed(_)))
+        };
+        if path.is_dir() {
+            folders.push(path);
+        } else if path.is_file() && is_log(&path) {
             files.push(path);
         }
     }
-    files.sort_by(|left, right| natural_order(&name_of(left), &name_of(right)));
+    if files.is_empty() && levels > 0 {
+        for folder in folders {
+            files.extend(log_files_below(&folder, levels - 1)?);
+        }
+    }
+    let text = |path: &Path| path.to_string_lossy().into_owned();
+    files.sort_by(|left, right| natural_order(&text(left), &text(right)));
     Ok(files)
 }
 
@@ -101,7 +151,11 @@ fn refuse_several_logs(folder: &Path, files: &[PathBuf]) -> Result<(), Error> {
     if stems.len() < 2 {
         return Ok(());
     }
-    let names = files.iter().map(|file| name_of(file)).collect();
+    let below = |file: &PathBuf| {
+        let path = file.strip_prefix(folder).unwrap_or(file);
+        path.to_string_lossy().into_owned()
+    };
+    let names = files.iter().map(below).collect();
     Err(Error::SeveralLogs {
         path: folder.to_path_buf(),
         names,
@@ -117,23 +171,41 @@ fn note_unlisted(found: &[PathBuf], listed: &[PathBuf], losses: &mut Losses) {
     }
 }
 
-fn common_format(folder: &Path, files: &[PathBuf]) -> Result<Format, Error> {
-    let Some(first) = files.first() else {
-        let found = "a folder without any such file".to_owned();
-        return Err(Error::NotALog {
-            path: folder.to_path_buf(),
-            found,
-        });
-    };
-    let format = recognise::format_of(first)?;
-    for file in files {
-        if recognise::format_of(file)? != format {
-            let names = files.iter().map(|file| name_of(file)).collect();
-            return Err(Error::SeveralLogs {
-                path: folder.to_path_buf(),
-                names,
-            });
+/// The format of all files; those that are no logs at all are lost, as long as one is left.
+fn common_format(
+    folder: &Path,
+    files: &mut Vec<PathBuf>,
+    losses: &mut Losses,
+) -> Result<Format, Error> {
+    let mut formats = Vec::new();
+    let mut unreadable = Vec::new();
+    for file in std::mem::take(files) {
+        match recognise::format_of(&file) {
+            Ok(format) => {
+                formats.push(format);
+                files.push(file);
+            }
+            Err(error) => unreadable.push((file, error)),
         }
+    }
+    let Some(&format) = formats.first() else {
+        let nothing = Error::NotALog {
+            path: folder.to_path_buf(),
+            found: "a folder without any such file".to_owned(),
+        };
+        let first = unreadable.into_iter().next();
+        return Err(first.map_or(nothing, |(_, error)| error));
+    };
+    for (file, error) in unreadable {
+        let bytes = std::fs::metadata(&file).map_or(0, |metadata| metadata.len());
+        losses.lose(LostPart::File, &file, 0..bytes, error.to_string());
+    }
+    if formats.iter().any(|other| *other != format) {
+        let names = files.iter().map(|file| name_of(file)).collect();
+        return Err(Error::SeveralLogs {
+            path: folder.to_path_buf(),
+            names,
+        });
     }
     Ok(format)
 }
@@ -147,7 +219,9 @@ fn name_of(path: &Path) -> String {
 
 /// `drive_12.mcap` and `drive_3.mcap` are parts of `drive`.
 fn stem_without_number(path: &Path) -> String {
-    let stem = path
+    let name = name_of(path);
+    let name = name.strip_suffix(".zstd").unwrap_or(&name);
+    let stem = Path::new(name)
         .file_stem()
         .unwrap_or_default()
         .to_string_lossy()
@@ -199,51 +273,6 @@ fn compare_numbers(left: &str, right: &str) -> Ordering {
         .then_with(|| short_left.cmp(short_right))
 }
 
-/// The few entries of `metadata.yaml` that matter here. They are flat text of a fixed shape, so
-/// a YAML parser is not needed.
-#[derive(Default)]
-struct Metadata {
-    files: Vec<String>,
-    compression_format: String,
-    compression_mode: String,
-}
-
-impl Metadata {
-    fn parse(text: &str) -> Self {
-        let mut metadata = Self::default();
-        let mut in_files = false;
-        for line in text.lines().map(str::trim) {
-            if let Some(item) = line.strip_prefix("- ").filter(|_| in_files) {
-                metadata.files.push(unquote(item).to_owned());
-                continue;
-            }
-            in_files = false;
-            if let Some(inline) = line.strip_prefix("relative_file_paths:") {
-                in_files = true;
-                metadata.files.extend(inline_list(inline));
-            } else if let Some(value) = line.strip_prefix("compression_format:") {
-                metadata.compression_format = unquote(value).to_owned();
-            } else if let Some(value) = line.strip_prefix("compression_mode:") {
-                metadata.compression_mode = unquote(value).to_owned();
-            }
-        }
-        metadata
-    }
-}
-
-fn inline_list(text: &str) -> impl Iterator<Item = String> {
-    let inner = text.trim().trim_start_matches('[').trim_end_matches(']');
-    inner
-        .split(',')
-        .map(unquote)
-        .filter(|item| !item.is_empty())
-        .map(str::to_owned)
-}
-
-fn unquote(text: &str) -> &str {
-    text.trim().trim_matches(['"', '\''])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -263,15 +292,5 @@ mod tests {
         assert_eq!(stem_without_number(Path::new("a/drive_12.mcap")), "drive");
         assert_eq!(stem_without_number(Path::new("a/drive12.mcap")), "drive12");
         assert_eq!(stem_without_number(Path::new("_7.mcap")), "");
-    }
-
-    #[test]
-    fn metadata_lists_its_files() {
-        let text = "a:\n  relative_file_paths:\n    - one_0.db3\n    - 'two.db3'\n  x: 1\n  - no";
-        assert_eq!(Metadata::parse(text).files, ["one_0.db3", "two.db3"]);
-        let inline = "relative_file_paths: [\"a.mcap\", b.mcap]\ncompression_format: \"\"";
-        let metadata = Metadata::parse(inline);
-        assert_eq!(metadata.files, ["a.mcap", "b.mcap"]);
-        assert!(metadata.compression_format.is_empty());
     }
 }

@@ -3,14 +3,8 @@
 use serde::Serialize;
 
 use crate::{
-    binding::BindingError,
-    cdr::DecodeError,
-    definition::normal_type_name,
-    field_path::FieldPath,
-    fields::Fields,
-    layout::Layout,
-    message::Message,
-    topic::{DefinitionSource, Topic},
+    binary::DecodeError, binding::BindingError, definition::normal_type_name,
+    field_path::FieldPath, fields::Fields, layout::Layout, message::Message, topic::Topic,
 };
 
 /// A quaternion whose norm is farther from one than this is no attitude.
@@ -302,27 +296,10 @@ impl SensorDecoder {
 
 /// The steps that read some fields of a topic's messages; an error if they cannot be read at all.
 pub(crate) fn layout_of(topic: &Topic, paths: &[&str]) -> Result<Layout, BindingError> {
-    let schema = |source| BindingError::Schema {
+    let paths: Result<Vec<FieldPath>, _> = paths.iter().map(|path| path.parse()).collect();
+    let paths = paths.map_err(|source| BindingError::Schema {
         topic: topic.name.clone(),
         source,
-    };
-    let not_read_yet = |encoding: &str| BindingError::NotReadYet {
-        topic: topic.name.clone(),
-        encoding: encoding.to_owned(),
-    };
-    if topic.encoding != "cdr" {
-        return Err(not_read_yet(&topic.encoding));
-    }
-    if topic.definition_source != DefinitionSource::Missing && topic.schema_encoding != "ros2msg" {
-        return Err(not_read_yet(&topic.schema_encoding));
-    }
-    let Some(definition) = &topic.definition else {
-        return Err(BindingError::NoDefinition {
-            topic: topic.name.clone(),
-            type_name: topic.type_name.clone(),
-        });
-    };
-    let paths: Result<Vec<FieldPath>, _> = paths.iter().map(|path| path.parse()).collect();
-    let paths = paths.map_err(schema)?;
-    Layout::compile(definition, &topic.type_name, &paths).map_err(schema)
+    })?;
+    Layout::of_topic(topic, &paths)
 }

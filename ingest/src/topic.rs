@@ -1,8 +1,13 @@
 //! The topics of a log.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
-use crate::{builtin, definition};
+use crate::{
+    builtin,
+    definition::{self, Dialect},
+};
 
 /// Names one topic of one log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -42,6 +47,9 @@ pub struct Topic {
     pub schema_encoding: String,
     /// The definition of the message type, with those of its parts.
     pub definition: Option<String>,
+    /// The set of descriptors that defines a protobuf message.
+    #[serde(skip)]
+    pub descriptors: Option<Vec<u8>>,
     /// Where the definition comes from.
     pub definition_source: DefinitionSource,
     /// How many messages there are; `None` when only reading the whole log would tell.
@@ -54,7 +62,7 @@ pub(crate) struct TopicDescription<'a> {
     pub(crate) type_name: &'a str,
     pub(crate) encoding: &'a str,
     pub(crate) schema_encoding: &'a str,
-    pub(crate) definition: Option<&'a str>,
+    pub(crate) definition: Option<&'a [u8]>,
 }
 
 /// Collects the topics of all files of a log.
@@ -89,20 +97,29 @@ impl TopicTable {
     }
 
     fn topic(&self, description: &TopicDescription<'_>) -> Topic {
+        let is_text = description.schema_encoding != "protobuf";
+        let descriptors = description
+            .definition
+            .filter(|bytes| !is_text && !bytes.is_empty());
         let embedded = description
             .definition
+            .filter(|_| is_text)
+            .map(String::from_utf8_lossy)
             .filter(|text| !text.trim().is_empty());
-        let assumed = match embedded {
-            None if description.encoding == "cdr" => builtin::definition(description.type_name),
+        let dialect = dialect_of(description.encoding);
+        let assumed = match (&embedded, dialect) {
+            (None, Some(dialect)) => builtin::definition(description.type_name, dialect),
             _ => None,
         };
-        let source = match (embedded, &assumed) {
+        let source = match (&embedded, &assumed) {
+            _ if descriptors.is_some() => DefinitionSource::Embedded,
             (Some(_), _) => DefinitionSource::Embedded,
             (None, Some(_)) => DefinitionSource::BuiltIn,
             (None, None) => DefinitionSource::Missing,
         };
-        let schema_encoding = match source {
-            DefinitionSource::BuiltIn => "ros2msg",
+        let schema_encoding = match (source, dialect) {
+            (DefinitionSource::BuiltIn, Some(Dialect::Ros1)) => "ros1msg",
+            (DefinitionSource::BuiltIn, _) => "ros2msg",
             _ => description.schema_encoding,
         };
         Topic {
@@ -111,10 +128,20 @@ impl TopicTable {
             type_name: description.type_name.to_owned(),
             encoding: description.encoding.to_owned(),
             schema_encoding: schema_encoding.to_owned(),
-            definition: embedded.map(str::to_owned).or(assumed),
+            definition: embedded.map(Cow::into_owned).or(assumed),
+            descriptors: descriptors.map(<[u8]>::to_vec),
             definition_source: source,
             message_count: Some(0),
         }
+    }
+}
+
+/// The definitions that an encoding of ROS goes with.
+pub(crate) fn dialect_of(encoding: &str) -> Option<Dialect> {
+    match encoding {
+        "cdr" => Some(Dialect::Ros2),
+        "ros1" => Some(Dialect::Ros1),
+        _ => None,
     }
 }
 
@@ -123,6 +150,7 @@ fn is_same(left: &Topic, right: &Topic) -> bool {
         && left.type_name == right.type_name
         && left.encoding == right.encoding
         && left.schema_encoding == right.schema_encoding
+        && left.descriptors == right.descriptors
         && same_definition(left.definition.as_deref(), right.definition.as_deref())
 }
 

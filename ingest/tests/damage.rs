@@ -3,7 +3,7 @@ use std::ops::ControlFlow;
 use proptest::prelude::*;
 use tipwatch_ingest::{Log, LostPart, SensorDecoder, SensorKind, SensorSample};
 
-use crate::support::{COMPRESSIONS, Style, TempLog, joint_log, joint_samples};
+use crate::support::{COMPRESSIONS, FIRST_NS, PERIOD_NS, Style, TempLog, joint_log, joint_samples};
 
 /// Reads everything there is of a possibly damaged file.
 fn read_all(bytes: &[u8]) -> Vec<SensorSample> {
@@ -121,19 +121,81 @@ fn a_chunk_with_a_wrong_checksum_is_lost_alone() {
 }
 
 #[test]
-fn an_unwalkable_record_costs_the_way_to_the_next_indexed_chunk() {
-    let mut bytes = joint_log(&Style::chunked(None), 200);
-    let (offset, _) = chunks(&bytes)[1];
-    let (next, _) = chunks(&bytes)[2];
-    bytes[offset + 1..offset + 9].fill(0x7f);
+fn a_chunk_with_a_wrong_length_is_read_if_its_checksum_vouches_for_it() {
+    for compression in COMPRESSIONS {
+        for summary in [true, false] {
+            let style = Style {
+                summary,
+                ..Style::chunked(compression)
+            };
+            let indexed = joint_log(&Style::chunked(compression), 200);
+            let mut bytes = joint_log(&style, 200);
+            let (offset, _) = chunks(&indexed)[1];
+            bytes[offset + 1..offset + 9].fill(0x7f);
+            let file = TempLog::new("log.mcap", &bytes);
+            let (samples, losses) = joint_samples(&file.path);
+            assert_eq!(samples.len(), 200, "{losses:?}");
+            let [range] = losses.ranges.as_slice() else {
+                panic!("{losses:?}")
+            };
+            assert_eq!(range.start_byte, offset as u64);
+            assert!(range.reason.contains("content is intact"), "{range}");
+        }
+    }
+}
+
+#[test]
+fn after_damage_the_next_record_is_found_without_an_index() {
+    let style = Style {
+        summary: false,
+        ..Style::chunked(Some(mcap::Compression::Lz4))
+    };
+    let mut bytes = joint_log(&style, 200);
+    let (offset, length) = chunks(&joint_log(&Style::chunked(style.compression), 200))[1];
+    bytes[offset..offset + 60].fill(0);
     let file = TempLog::new("log.mcap", &bytes);
     let (samples, losses) = joint_samples(&file.path);
-    assert_eq!(samples.last().unwrap().values[1], 199.0);
-    assert_eq!(losses.ranges.len(), 1, "{losses:?}");
+    let [range] = losses.ranges.as_slice() else {
+        panic!("{losses:?}")
+    };
+    let expected = (offset as u64, (offset + length) as u64);
+    assert_eq!((range.start_byte, range.end_byte), expected);
+    let lost = range.messages["/joint_states"];
     assert_eq!(
-        (losses.ranges[0].start_byte, losses.ranges[0].end_byte),
-        (offset as u64, next as u64)
+        samples.len() as u64 + lost,
+        200,
+        "the index beside it counts"
     );
+    let (first, last) = (range.first_time_ns.unwrap(), range.last_time_ns.unwrap());
+    for index in 0..200 {
+        let log_time_ns = FIRST_NS + index * PERIOD_NS + 5;
+        let is_there = samples.iter().any(|s| s.log_time_ns == log_time_ns);
+        assert!(is_there || (first..=last).contains(&log_time_ns), "{index}");
+    }
+}
+
+#[test]
+fn an_index_that_leads_nowhere_costs_nothing() {
+    let good = joint_log(&Style::chunked(None), 200);
+    let summary_at = chunks(&good)
+        .iter()
+        .map(|(offset, length)| offset + length)
+        .max()
+        .unwrap();
+    let mut bytes = good.clone();
+    let first = chunks(&good)[1].0 as u64;
+    // The same offset stands in the index of the chunk; without its checksum nobody would notice.
+    let place = (summary_at..bytes.len() - 8)
+        .find(|&at| bytes[at..at + 8] == first.to_le_bytes())
+        .unwrap();
+    bytes[place..place + 8].copy_from_slice(&(first + 300).to_le_bytes());
+    let crc_at = bytes.len() - 8 - 4;
+    bytes[crc_at..crc_at + 4].fill(0);
+    let file = TempLog::new("log.mcap", &bytes);
+    let (samples, losses) = joint_samples(&file.path);
+    assert_eq!(samples.len(), 200);
+    assert!(losses.is_empty(), "{losses:?}");
+    assert!(losses.notes[0].contains("where no chunk is"), "{losses:?}");
 }
 
 #[test]
@@ -150,6 +212,18 @@ fn an_absurd_size_of_content_is_refused_before_any_memory_is_taken() {
             assert!(samples.len() > 100);
         }
     }
+}
+
+#[test]
+fn a_damaged_beginning_costs_only_itself() {
+    let mut bytes = joint_log(&Style::chunked(Some(mcap::Compression::Zstd)), 200);
+    bytes[..30].fill(0);
+    let file = TempLog::new("log.mcap", &bytes);
+    let (samples, losses) = joint_samples(&file.path);
+    assert_eq!(samples.len(), 200);
+    assert_eq!(losses.ranges[0].start_byte, 0, "{losses:?}");
+    let nameless = TempLog::new("log.dat", &bytes);
+    assert!(Log::open(&nameless.path).is_err());
 }
 
 #[test]

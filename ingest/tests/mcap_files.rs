@@ -104,7 +104,7 @@ fn what_is_no_log_is_refused_by_name() {
         text.contains("no log") && text.contains("first bytes \"hello\\x01\""),
         "{text}"
     );
-    assert!(refused(b"#ROSBAG V2.0\n").contains("ROS 1 bag: not read yet"));
+    assert!(refused(b"#ROSBAG V1.2\n").contains("other than 2.0: not read yet"));
     let missing = Log::open(std::path::Path::new("/nowhere/x.mcap")).unwrap_err();
     assert!(matches!(missing, Error::Io { .. }));
 }

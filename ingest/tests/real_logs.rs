@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use tipwatch_ingest::{
-    DefinitionSource, Log, SensorKind, StampSource, TopicStatistics, bind, first_string,
+    DefinitionSource, Format, Log, SensorKind, StampSource, TopicStatistics, bind, first_string,
     joint_names_in,
 };
 
@@ -62,9 +62,12 @@ fn a_simulated_arm() {
 }
 
 #[test]
-fn the_same_drive_as_mcap_and_database() {
-    let (Some(mcap), Some(db3)) = (open("sim/drive_brake.mcap"), open("sim/drive_brake_db3"))
-    else {
+fn the_same_drive_as_mcap_database_and_bag() {
+    let logs = ["mcap", "db3", "bag"].map(|format| match format {
+        "db3" => open("sim/drive_brake_db3"),
+        other => open(&format!("sim/drive_brake.{other}")),
+    });
+    let [Some(mcap), Some(db3), Some(bag)] = logs else {
         return;
     };
     for kind in [
@@ -72,7 +75,7 @@ fn the_same_drive_as_mcap_and_database() {
         SensorKind::Imu,
         SensorKind::Odometry,
     ] {
-        let both = [&mcap, &db3].map(|log| {
+        let all = [&mcap, &db3, &bag].map(|log| {
             let topic = bind(log.topics(), kind, None).unwrap().unwrap().topic;
             let joints = match kind {
                 SensorKind::JointStates => joint_names_in(log, topic).unwrap(),
@@ -81,11 +84,14 @@ fn the_same_drive_as_mcap_and_database() {
             let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
             samples(log, topic, kind, &joints).0
         });
-        assert_eq!(both[0].len(), both[1].len());
-        for (left, right) in both[0].iter().zip(&both[1]) {
-            assert_eq!(left.header_stamp_ns, right.header_stamp_ns);
-            let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-            assert_eq!(bits(&left.values), bits(&right.values));
+        for other in &all[1..] {
+            assert_eq!(all[0].len(), other.len());
+            for (left, right) in all[0].iter().zip(other) {
+                assert_eq!(left.header_stamp_ns, right.header_stamp_ns);
+                assert_eq!(left.log_time_ns, right.log_time_ns);
+                let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&left.values), bits(&right.values));
+            }
         }
     }
 }
@@ -129,15 +135,15 @@ fn turtlebot3_needs_built_in_definitions() {
 }
 
 #[test]
-fn a_bag_of_ros_1_is_named() {
-    let folder = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../shared/logs/real/jackal/test2.bag"
-    );
-    if !PathBuf::from(folder).exists() {
-        skipped(folder.as_ref());
+fn jackal_is_a_bag_of_ros_1() {
+    let Some(log) = open("real/jackal/test2.bag") else {
         return;
-    }
-    let error = Log::open(folder.as_ref()).unwrap_err().to_string();
-    assert!(error.ends_with("ROS 1 bag: not read yet"), "{error}");
+    };
+    assert_eq!(log.format(), Format::Ros1Bag);
+    assert_eq!(count(&log, SensorKind::Imu), 3061);
+    assert_eq!(count(&log, SensorKind::Odometry), 3060);
+    assert!(log.losses().is_empty());
+    assert_eq!(log.losses().integrity.note(), None, "bz2 has checksums");
+    let timing = timing(&log, SensorKind::Imu);
+    assert_eq!(timing.clock.source, StampSource::Header);
 }

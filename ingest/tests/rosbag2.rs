@@ -7,7 +7,7 @@ use crate::support::{
     FIRST_NS, JOINT_STATE, PERIOD_NS, Style, TempLog, joint_log, joint_samples, joint_state,
 };
 
-const JOINTS: (&str, &str) = ("/joint_states", "sensor_msgs/msg/JointState");
+pub(crate) const JOINTS: (&str, &str) = ("/joint_states", "sensor_msgs/msg/JointState");
 
 /// A database with these topics and messages (place of the topic, time, data).
 pub(crate) fn database(
@@ -62,7 +62,7 @@ fn write_database(
     transaction.commit().unwrap();
 }
 
-fn joint_messages(from: usize, to: usize) -> Vec<(i64, Vec<u8>)> {
+pub(crate) fn joint_messages(from: usize, to: usize) -> Vec<(i64, Vec<u8>)> {
     let message = |index: usize| {
         let stamp_ns = FIRST_NS + index as i64 * PERIOD_NS;
         let value = index as f64;
@@ -74,7 +74,7 @@ fn joint_messages(from: usize, to: usize) -> Vec<(i64, Vec<u8>)> {
     (from..to).map(message).collect()
 }
 
-fn rows(messages: &[(i64, Vec<u8>)]) -> Vec<(usize, i64, &[u8])> {
+pub(crate) fn rows(messages: &[(i64, Vec<u8>)]) -> Vec<(usize, i64, &[u8])> {
     messages
         .iter()
         .map(|(time_ns, data)| (0, *time_ns, data.as_slice()))
@@ -173,7 +173,7 @@ fn split_files_of_a_folder_are_one_log() {
     assert_eq!(losses.ranges[0].part, LostPart::File);
     assert_eq!(losses.notes.len(), 10, "{:?}", losses.notes);
 
-    let compressed = "info:\n  compression_format: zstd\n  compression_mode: FILE\n";
+    let compressed = "info:\n  compression_format: zstd\n  compression_mode: MESSAGE\n";
     std::fs::write(folder.path().join("metadata.yaml"), compressed).unwrap();
     assert!(
         Log::open(folder.path())
@@ -209,4 +209,84 @@ fn a_folder_that_is_no_log_is_refused() {
         .unwrap();
     }
     assert!(refused(folder.path()).contains("several logs (one.mcap, other.mcap)"));
+}
+
+#[test]
+fn files_compressed_as_a_whole_are_unpacked_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut names = Vec::new();
+    for part in 0..3_usize {
+        let messages = joint_messages(part * 10, part * 10 + 10);
+        let path = folder.path().join(format!("drive_{part}.db3"));
+        write_database(&path, &[JOINTS], &rows(&messages), false);
+        let packed = zstd::encode_all(&*std::fs::read(&path).unwrap(), 3).unwrap();
+        std::fs::write(path.with_extension("db3.zstd"), packed).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        names.push(format!("    - drive_{part}.db3.zstd\n"));
+    }
+    assert_eq!(joint_samples(folder.path()).0.len(), 30);
+    let metadata = format!(
+        "info:\n  relative_file_paths:\n{}  compression_format: zstd\n  compression_mode: FILE\n",
+        names.concat()
+    );
+    std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(samples.len(), 30);
+    assert!(losses.is_empty(), "{losses:?}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
+
+    let first = folder.path().join("drive_0.db3.zstd");
+    let bytes = std::fs::read(&first).unwrap();
+    std::fs::write(&first, &bytes[..bytes.len() / 2]).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(samples.len(), 20, "the other files are read");
+    assert_eq!(losses.ranges[0].part, LostPart::File);
+}
+
+#[test]
+fn a_compressed_file_that_is_cut_yields_its_beginning() {
+    let bytes = joint_log(&Style::chunked(None), 3000);
+    let packed = zstd::encode_all(&*bytes, 1).unwrap();
+    let file = TempLog::new("log.mcap.zstd", &packed[..packed.len() * 2 / 3]);
+    let (samples, losses) = joint_samples(&file.path);
+    assert!(samples.len() > 1000, "{}", samples.len());
+    assert!(losses.ranges[0].reason.contains("unpacked bytes"));
+    assert!(losses.ranges.len() > 1, "{losses:?}");
+}
+
+#[test]
+fn split_files_in_folders_within_folders_are_one_log() {
+    let folder = tempfile::tempdir().unwrap();
+    for part in 0..11 {
+        let below = folder.path().join(format!("part_{part}"));
+        std::fs::create_dir(&below).unwrap();
+        let bytes = joint_log(&Style::chunked(None), 10);
+        std::fs::write(below.join(format!("log_{part}.mcap")), bytes).unwrap();
+    }
+    let log = Log::open(folder.path()).unwrap();
+    assert_eq!(log.files().len(), 11);
+    assert!(log.files()[10].ends_with("part_10/log_10.mcap"));
+    assert_eq!(joint_samples(folder.path()).0.len(), 110);
+}
+
+#[test]
+fn the_recorder_says_how_many_messages_there_should_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive_0.db3");
+    write_database(&path, &[JOINTS], &rows(&joint_messages(0, 2000)), true);
+    let metadata = "info:\n  relative_file_paths:\n    - drive_0.db3\n\
+        \x20 topics_with_message_count:\n    - topic_metadata:\n        name: /joint_states\n\
+        \x20     message_count: 2000\n  version: 5\n";
+    std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(samples.len(), 2000);
+    assert!(losses.is_empty(), "{losses:?}");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let middle = bytes.len() / 2 / 4096 * 4096;
+    bytes[middle..middle + 4096].fill(0);
+    std::fs::write(&path, bytes).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    let lost = 2000 - samples.len() as u64;
+    assert!(lost > 0);
+    assert_eq!(losses.missing_messages["/joint_states"], lost);
 }

@@ -158,11 +158,11 @@ fn what_cannot_be_decoded_is_refused_when_bound() {
         "topic /joint_states: expected messages of type sensor_msgs/msg/Imu, found \
          sensor_msgs/msg/JointState"
     );
-    let json = Topic {
-        encoding: "json".to_owned(),
+    let flat = Topic {
+        encoding: "flatbuffer".to_owned(),
         ..joints.clone()
     };
-    assert!(refused(&json, SensorKind::JointStates).ends_with("not read yet: encoding json"));
+    assert!(refused(&flat, SensorKind::JointStates).ends_with("not read yet: encoding flatbuffer"));
     let idl = Topic {
         schema_encoding: "ros2idl".to_owned(),
         ..joints.clone()

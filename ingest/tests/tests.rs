@@ -5,11 +5,16 @@
 
 mod support; // CDR messages and logs made in memory
 
+mod bags; // bags of ROS 1
 mod binding; // which topic carries a signal
 mod damage; // nothing panics, everything intact comes out
+mod databases; // databases as crashes leave them, and of every version
 mod layout; // fields out of CDR messages
 mod mcap_files; // the same samples however an MCAP file is written
 mod real_logs; // logs of real and simulated robots, where they are at hand
+mod recover; // the intact part as a clean file
 mod rosbag2; // databases and folders
 mod sensors; // messages as numbers
+mod telling; // messages that tell their own fields: JSON, protobuf
 mod timing; // clocks, gaps, offsets
+mod variants; // two hundred damaged variants of each format

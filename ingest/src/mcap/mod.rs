@@ -1,231 +1,108 @@
-//! MCAP files: topics from the summary, or from a scan where there is no intact one; messages by
-//! a checked walk of the records.
+//! MCAP files: how their records are written, and what their summary tells.
 
-mod chunk;
 mod record;
-mod scan;
+mod shape;
 mod summary;
-mod walk;
 
-use std::{
-    collections::{BTreeMap, HashMap},
-    ops::ControlFlow,
-    path::Path,
-};
+use mcap::records::op;
 
-use self::{
-    record::{ChannelRecord, MessageRecord, SchemaRecord},
-    walk::{Next, Visitor},
-};
+use self::record::{ChunkRecord, RECORD_HEADER_BYTES};
 use crate::{
     error::Error,
+    extra::{self, Extra},
     file_bytes::FileBytes,
-    losses::Losses,
-    message::Message,
-    reader::{Reader, Request},
-    topic::{TopicDescription, TopicId, TopicTable},
+    records::{Contents, Definition, Frame, Grammar, Kind, MessageRecord, PackedChunk},
 };
 
-/// Which channels each chunk holds, by the chunk's offset; `None` when it is not known.
-type ChunkDirectory = BTreeMap<u64, Option<Vec<u16>>>;
+/// The records of an MCAP file.
+pub(crate) struct Mcap;
 
-/// What has to be known about a file before its messages can be read.
-#[derive(Default)]
-struct Contents {
-    schemas: HashMap<u16, Schema>,
-    channels: BTreeMap<u16, Channel>,
-    /// `None` when the file does not tell.
-    message_counts: Option<BTreeMap<u16, u64>>,
-    chunks: ChunkDirectory,
-}
+impl Grammar for Mcap {
+    const FIRST_RECORD: u64 = mcap::MAGIC.len() as u64;
+    const HEAD_BYTES: usize = 512;
 
-struct Schema {
-    name: String,
-    encoding: String,
-    text: String,
-}
-
-#[derive(PartialEq)]
-struct Channel {
-    schema_id: u16,
-    topic: String,
-    encoding: String,
-}
-
-impl Schema {
-    fn from_record(record: &SchemaRecord<'_>) -> Self {
-        Self {
-            name: record.name.to_owned(),
-            encoding: record.encoding.to_owned(),
-            text: String::from_utf8_lossy(record.data).into_owned(),
-        }
-    }
-}
-
-impl Channel {
-    fn from_record(record: &ChannelRecord<'_>) -> Self {
-        Self {
-            schema_id: record.schema_id,
-            topic: record.topic.to_owned(),
-            encoding: record.message_encoding.to_owned(),
-        }
-    }
-}
-
-/// One MCAP file.
-pub(crate) struct McapReader {
-    file: FileBytes,
-    chunks: ChunkDirectory,
-    topics: HashMap<u16, TopicId>,
-}
-
-impl McapReader {
-    pub(crate) fn open(
-        path: &Path,
-        topics: &mut TopicTable,
-        losses: &mut Losses,
-    ) -> Result<Self, Error> {
-        let file = FileBytes::open(path)?;
-        let contents = match summary::read(&file)? {
-            Some(contents) => {
-                note_checksum_of_first_chunk(&file, &contents, losses)?;
-                contents
-            }
-            None => scan::read(&file, losses)?,
-        };
-        let topics = register_topics(&contents, topics);
-        Ok(Self {
-            file,
-            chunks: contents.chunks,
-            topics,
+    #[inline]
+    fn frame(head: &[u8]) -> Option<Frame> {
+        let (opcode, body_bytes) = record::record_header(head)?;
+        let kind = kind_of(opcode)?;
+        let body = head.get(RECORD_HEADER_BYTES..).unwrap_or_default();
+        let is_certain = shape::fits(opcode, body, body_bytes)?;
+        Some(Frame {
+            kind,
+            length_bytes: body_bytes.saturating_add(RECORD_HEADER_BYTES as u64),
+            is_certain,
+            is_unmistakable: is_certain,
         })
     }
-}
 
-/// The summary does not tell whether chunks carry checksums; one chunk does.
-fn note_checksum_of_first_chunk(
-    file: &FileBytes,
-    contents: &Contents,
-    losses: &mut Losses,
-) -> Result<(), Error> {
-    let Some((&offset, _)) = contents.chunks.first_key_value() else {
-        return Ok(());
-    };
-    let mut window = crate::file_bytes::Window::new(file);
-    if let Some(crc) = walk::chunk_crc_at(&mut window, offset)? {
-        losses.saw_checksum(crc != 0);
-    }
-    Ok(())
-}
-
-fn register_topics(contents: &Contents, topics: &mut TopicTable) -> HashMap<u16, TopicId> {
-    let mut ids = HashMap::new();
-    for (&channel_id, channel) in &contents.channels {
-        let schema = contents.schemas.get(&channel.schema_id);
-        let id = topics.register(&TopicDescription {
-            name: &channel.topic,
-            type_name: schema.map_or("", |schema| &schema.name),
-            encoding: &channel.encoding,
-            schema_encoding: schema.map_or("", |schema| &schema.encoding),
-            definition: schema.map(|schema| schema.text.as_str()),
-        });
-        let counts = contents.message_counts.as_ref();
-        let count = counts.map(|counts| counts.get(&channel_id).copied().unwrap_or(0));
-        topics.add_messages(id, count);
-        ids.insert(channel_id, id);
-    }
-    ids
-}
-
-impl Reader for McapReader {
-    fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error> {
-        let channels = self.channel_table(request);
-        // The walk and the visitor both need to report; the walk's losses are taken over after.
-        let mut losses = Losses::default();
-        let mut delivery = Delivery {
-            channels,
-            chunks: &self.chunks,
-            request,
-        };
-        let flow = walk::walk(&self.file, &self.chunks, &mut delivery, &mut losses);
-        request.losses.merge(&losses);
-        flow
-    }
-}
-
-impl McapReader {
-    fn channel_table(&self, request: &Request<'_>) -> Vec<ChannelUse> {
-        let channel_count = self
-            .topics
-            .keys()
-            .max()
-            .map_or(0, |&id| usize::from(id) + 1);
-        let mut table = vec![ChannelUse::Undefined; channel_count];
-        for (&channel, &topic) in &self.topics {
-            table[usize::from(channel)] = if request.wants(topic) {
-                ChannelUse::Wanted(topic)
-            } else {
-                ChannelUse::Unwanted
-            };
+    fn complaint(head: &[u8]) -> String {
+        match record::record_header(head) {
+            None => format!("expected a record, found only {} more bytes", head.len()),
+            Some((0, _)) => "expected a record, found opcode 0".to_owned(),
+            Some((opcode, bytes)) => format!(
+                "expected a record, found opcode {opcode} with a length of {bytes} bytes, which \
+                 is not that of what it holds"
+            ),
         }
-        table
     }
-}
 
-#[derive(Clone, Copy)]
-enum ChannelUse {
-    Undefined,
-    Unwanted,
-    Wanted(TopicId),
-}
-
-/// Hands the wanted messages of a walk to the caller of [`Log::read`](crate::Log::read).
-struct Delivery<'d, 'r> {
-    channels: Vec<ChannelUse>,
-    chunks: &'d ChunkDirectory,
-    request: &'d mut Request<'r>,
-}
-
-impl Delivery<'_, '_> {
-    fn channel_use(&self, channel_id: u16) -> ChannelUse {
-        self.channels
-            .get(usize::from(channel_id))
-            .copied()
-            .unwrap_or(ChannelUse::Undefined)
-    }
-}
-
-impl Visitor for Delivery<'_, '_> {
-    fn wants_chunk(&mut self, offset: u64) -> bool {
-        match self.chunks.get(&offset) {
-            Some(Some(channels)) => channels
-                .iter()
-                .any(|&channel| matches!(self.channel_use(channel), ChannelUse::Wanted(_))),
-            _ => true,
-        }
+    fn is_closing(rest: &[u8]) -> bool {
+        rest == mcap::MAGIC
     }
 
     #[inline]
-    fn message(&mut self, record: &MessageRecord<'_>) -> Next {
-        let topic = match self.channel_use(record.channel_id) {
-            ChannelUse::Wanted(topic) => topic,
-            ChannelUse::Unwanted => return Next::Continue,
-            ChannelUse::Undefined => return Next::UndefinedChannel,
-        };
-        let message = Message {
-            topic,
-            log_time_ns: record.log_time_ns,
-            publish_time_ns: record.publish_time_ns,
-            sequence: record.sequence,
-            data: record.data,
-        };
-        match (self.request.visit)(&message) {
-            ControlFlow::Continue(()) => Next::Continue,
-            ControlFlow::Break(()) => Next::Stop,
-        }
+    fn split(bytes: &[u8]) -> Option<(Kind, &[u8], &[u8])> {
+        let (opcode, body_bytes) = record::record_header(bytes)?;
+        let length = usize::try_from(body_bytes)
+            .ok()?
+            .checked_add(RECORD_HEADER_BYTES)?;
+        let (record, rest) = bytes.split_at_checked(length)?;
+        Some((kind_of(opcode).unwrap_or(Kind::Unknown), record, rest))
     }
 
-    fn progress(&mut self, offset: u64) {
-        self.request.advance(offset);
+    #[inline]
+    fn message(record: &[u8]) -> Option<MessageRecord<'_>> {
+        record::message(record.get(RECORD_HEADER_BYTES..)?)
     }
+
+    fn definition(record: &[u8], take: &mut dyn FnMut(Definition<'_>)) -> bool {
+        let Some((opcode, body, _)) = record::split_record(record) else {
+            return false;
+        };
+        let definition = match opcode {
+            op::SCHEMA => record::schema(body),
+            _ => record::channel(body),
+        };
+        definition.map(take).is_some()
+    }
+
+    fn chunk(record: &[u8]) -> Option<PackedChunk<'_>> {
+        ChunkRecord::parse(record.get(RECORD_HEADER_BYTES..)?).map(ChunkRecord::packed)
+    }
+
+    fn index(record: &[u8]) -> Option<(u32, u64)> {
+        record::index(record.get(RECORD_HEADER_BYTES..)?)
+    }
+
+    fn extra(record: &[u8]) -> Option<Extra<'_>> {
+        extra::of_mcap_record(record)
+    }
+
+    fn contents(file: &FileBytes) -> Result<Option<Contents>, Error> {
+        summary::read(file)
+    }
+}
+
+/// `None` for the one opcode that no record has.
+fn kind_of(opcode: u8) -> Option<Kind> {
+    Some(match opcode {
+        0 => return None,
+        op::MESSAGE => Kind::Message,
+        op::CHUNK => Kind::Chunk,
+        op::SCHEMA | op::CHANNEL => Kind::Definition,
+        op::MESSAGE_INDEX => Kind::Index,
+        op::DATA_END | op::FOOTER => Kind::End,
+        op::HEADER..=op::METADATA_INDEX | op::SUMMARY_OFFSET => Kind::Other,
+        _ => Kind::Unknown,
+    })
 }

@@ -3,6 +3,10 @@
 //! Records borrow from the bytes they are read from; a length that exceeds them makes the record
 //! unreadable, it never makes anything allocate.
 
+use crate::records::{
+    ChannelRecord, Compression, Definition, MessageRecord, PackedChunk, SchemaRecord,
+};
+
 /// Opcode and length, before every record.
 pub(super) const RECORD_HEADER_BYTES: usize = 9;
 
@@ -77,83 +81,65 @@ impl<'a> Fields<'a> {
 }
 
 /// A message type.
-pub(super) struct SchemaRecord<'a> {
-    pub(super) id: u16,
-    pub(super) name: &'a str,
-    pub(super) encoding: &'a str,
-    pub(super) data: &'a [u8],
-}
-
-impl<'a> SchemaRecord<'a> {
-    pub(super) fn parse(body: &'a [u8]) -> Option<Self> {
-        let mut fields = Fields::new(body);
-        Some(Self {
-            id: fields.u16()?,
-            name: fields.text()?,
-            encoding: fields.text()?,
-            data: fields.sized_bytes()?,
-        })
-    }
+pub(super) fn schema(body: &[u8]) -> Option<Definition<'_>> {
+    let mut fields = Fields::new(body);
+    let id = u32::from(fields.u16()?);
+    let schema = SchemaRecord {
+        name: fields.text()?,
+        encoding: fields.text()?,
+        data: fields.sized_bytes()?,
+    };
+    Some(Definition::Schema { id, schema })
 }
 
 /// A topic as one writer sees it.
-pub(super) struct ChannelRecord<'a> {
-    pub(super) id: u16,
-    pub(super) schema_id: u16,
-    pub(super) topic: &'a str,
-    pub(super) message_encoding: &'a str,
-}
-
-impl<'a> ChannelRecord<'a> {
-    pub(super) fn parse(body: &'a [u8]) -> Option<Self> {
-        let mut fields = Fields::new(body);
-        Some(Self {
-            id: fields.u16()?,
-            schema_id: fields.u16()?,
-            topic: fields.text()?,
-            message_encoding: fields.text()?,
-        })
-    }
+pub(super) fn channel(body: &[u8]) -> Option<Definition<'_>> {
+    let mut fields = Fields::new(body);
+    let id = u32::from(fields.u16()?);
+    let schema_id = u32::from(fields.u16()?);
+    let channel = ChannelRecord {
+        // Zero stands for none.
+        schema_id: (schema_id != 0).then_some(schema_id),
+        topic: fields.text()?,
+        encoding: fields.text()?,
+    };
+    Some(Definition::Channel { id, channel })
 }
 
 /// A message.
-pub(super) struct MessageRecord<'a> {
-    pub(super) channel_id: u16,
-    pub(super) sequence: u32,
-    pub(super) log_time_ns: i64,
-    pub(super) publish_time_ns: i64,
-    pub(super) data: &'a [u8],
+#[inline]
+pub(super) fn message(body: &[u8]) -> Option<MessageRecord<'_>> {
+    let mut fields = Fields::new(body);
+    Some(MessageRecord {
+        channel_id: u32::from(fields.u16()?),
+        sequence: fields.u32()?,
+        log_time_ns: fields.time_ns()?,
+        publish_time_ns: fields.time_ns()?,
+        data: fields.rest,
+    })
 }
 
-impl<'a> MessageRecord<'a> {
-    #[inline]
-    pub(super) fn parse(body: &'a [u8]) -> Option<Self> {
-        let mut fields = Fields::new(body);
-        Some(Self {
-            channel_id: fields.u16()?,
-            sequence: fields.u32()?,
-            log_time_ns: fields.time_ns()?,
-            publish_time_ns: fields.time_ns()?,
-            data: fields.rest,
-        })
-    }
+/// A channel, and how many messages of it the chunk before has.
+pub(super) fn index(body: &[u8]) -> Option<(u32, u64)> {
+    const ENTRY_BYTES: u32 = 16;
+    let mut fields = Fields::new(body);
+    let channel = u32::from(fields.u16()?);
+    Some((channel, u64::from(fields.u32()? / ENTRY_BYTES)))
 }
 
 /// A chunk, still compressed.
 pub(super) struct ChunkRecord<'a> {
-    pub(super) uncompressed_bytes: u64,
-    /// Zero when the writer computed none.
-    pub(super) crc: u32,
-    pub(super) compression: &'a str,
-    /// As the header says; `data` has fewer bytes when the file ends before.
-    pub(super) compressed_bytes: u64,
-    pub(super) data: &'a [u8],
+    uncompressed_bytes: u64,
+    crc: u32,
+    compression: &'a str,
+    compressed_bytes: u64,
+    data: &'a [u8],
 }
 
 impl<'a> ChunkRecord<'a> {
     pub(super) fn parse(body: &'a [u8]) -> Option<Self> {
         let mut fields = Fields::new(body);
-        let (_start_time, _end_time) = (fields.u64()?, fields.u64()?);
+        let (_first_time, _last_time) = (fields.u64()?, fields.u64()?);
         let uncompressed_bytes = fields.u64()?;
         let crc = fields.u32()?;
         let compression = fields.text()?;
@@ -171,37 +157,55 @@ impl<'a> ChunkRecord<'a> {
             data,
         })
     }
+
+    pub(super) fn packed(self) -> PackedChunk<'a> {
+        PackedChunk {
+            compression: match self.compression {
+                "" => Compression::None,
+                "lz4" => Compression::Lz4,
+                "zstd" => Compression::Zstd,
+                other => Compression::Other(other),
+            },
+            uncompressed_bytes: self.uncompressed_bytes,
+            // Zero when the writer computed none.
+            crc: (self.crc != 0).then_some(self.crc),
+            declared_bytes: self.compressed_bytes,
+            data: self.data,
+        }
+    }
 }
 
 /// Where a chunk lies and which channels it holds.
 pub(super) struct ChunkIndexRecord {
     pub(super) offset: u64,
     pub(super) length_bytes: u64,
-    pub(super) channels: Vec<u16>,
+    pub(super) span_ns: (i64, i64),
+    pub(super) channels: Vec<u32>,
 }
 
 impl ChunkIndexRecord {
     pub(super) fn parse(body: &[u8]) -> Option<Self> {
         let mut fields = Fields::new(body);
-        let (_start_time, _end_time) = (fields.u64()?, fields.u64()?);
+        let span_ns = (fields.time_ns()?, fields.time_ns()?);
         let offset = fields.u64()?;
         let length_bytes = fields.u64()?;
         let mut entries = Fields::new(fields.sized_bytes()?);
         let mut channels = Vec::new();
         while !entries.rest.is_empty() {
-            channels.push(entries.u16()?);
+            channels.push(u32::from(entries.u16()?));
             entries.u64()?;
         }
         Some(Self {
             offset,
             length_bytes,
+            span_ns,
             channels,
         })
     }
 }
 
 /// How many messages each channel has.
-pub(super) fn message_counts(statistics_body: &[u8]) -> Option<(u64, Vec<(u16, u64)>)> {
+pub(super) fn message_counts(statistics_body: &[u8]) -> Option<(u64, Vec<(u32, u64)>)> {
     let mut fields = Fields::new(statistics_body);
     let message_count = fields.u64()?;
     let (_schemas, _channels) = (fields.u16()?, fields.u32()?);
@@ -210,7 +214,7 @@ pub(super) fn message_counts(statistics_body: &[u8]) -> Option<(u64, Vec<(u16, u
     let mut entries = Fields::new(fields.sized_bytes()?);
     let mut counts = Vec::new();
     while !entries.rest.is_empty() {
-        counts.push((entries.u16()?, entries.u64()?));
+        counts.push((u32::from(entries.u16()?), entries.u64()?));
     }
     Some((message_count, counts))
 }

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use mcap::records::op;
 
-use super::{
-    Channel, Contents, Schema,
-    record::{self, ChannelRecord, ChunkIndexRecord, Fields, RECORD_HEADER_BYTES, SchemaRecord},
+use super::record::{self, ChunkIndexRecord, Fields, RECORD_HEADER_BYTES};
+use crate::{
+    error::Error,
+    file_bytes::FileBytes,
+    records::{Channel, ChunkEntry, Contents, Definition, Schema},
 };
-use crate::{error::Error, file_bytes::FileBytes};
 
 const MAGIC_BYTES: usize = mcap::MAGIC.len();
 const FOOTER_BODY_BYTES: usize = 20;
@@ -78,28 +79,30 @@ fn parse(mut records: &[u8], data_end: u64) -> Option<Contents> {
         let (opcode, body, rest) = record::split_record(records)?;
         records = rest;
         match opcode {
-            op::SCHEMA => {
-                let schema = SchemaRecord::parse(body)?;
-                contents
-                    .schemas
-                    .insert(schema.id, Schema::from_record(&schema));
-            }
-            op::CHANNEL => {
-                let channel = ChannelRecord::parse(body)?;
-                contents
-                    .channels
-                    .insert(channel.id, Channel::from_record(&channel));
-            }
+            op::SCHEMA => define(&mut contents, record::schema(body)?),
+            op::CHANNEL => define(&mut contents, record::channel(body)?),
             op::CHUNK_INDEX => add_chunk(&mut contents, body, data_end)?,
             op::STATISTICS => {
                 let (count, by_channel) = record::message_counts(body)?;
                 message_count = Some(count);
                 contents.message_counts = Some(by_channel.into_iter().collect::<BTreeMap<_, _>>());
+                contents.counts_are_promised = true;
             }
             _ => {}
         }
     }
     is_complete(&contents, message_count).then_some(contents)
+}
+
+fn define(contents: &mut Contents, definition: Definition<'_>) {
+    match definition {
+        Definition::Schema { id, schema } => {
+            contents.schemas.insert(id, Schema::from_record(&schema));
+        }
+        Definition::Channel { id, channel } => {
+            contents.channels.insert(id, Channel::from_record(&channel));
+        }
+    }
 }
 
 fn add_chunk(contents: &mut Contents, body: &[u8], data_end: u64) -> Option<()> {
@@ -110,7 +113,13 @@ fn add_chunk(contents: &mut Contents, body: &[u8], data_end: u64) -> Option<()> 
     }
     // An index without channels may stand for a chunk whose messages were not indexed.
     let channels = (!index.channels.is_empty()).then_some(index.channels);
-    contents.chunks.insert(index.offset, channels);
+    let (first_ns, last_ns) = index.span_ns;
+    let entry = ChunkEntry {
+        channels,
+        counts: Vec::new(),
+        span_ns: (first_ns <= last_ns && last_ns != 0).then_some((first_ns, last_ns)),
+    };
+    contents.chunks.insert(index.offset, entry);
     Some(())
 }
 
@@ -121,6 +130,7 @@ fn is_complete(contents: &Contents, message_count: Option<u64>) -> bool {
         channels,
         message_counts,
         chunks,
+        ..
     } = contents;
     let counted = message_counts
         .iter()
@@ -133,12 +143,12 @@ fn is_complete(contents: &Contents, message_count: Option<u64>) -> bool {
     let sum_agrees = message_count.is_none_or(|count| count == counted_sum);
     let mut named = counted
         .map(|(id, _)| id)
-        .chain(chunks.values().flatten().flatten());
+        .chain(chunks.values().flat_map(|entry| &entry.channels).flatten());
     let something_told = message_count == Some(0) || !channels.is_empty();
     something_told
         && sum_agrees
         && named.all(|id| channels.contains_key(id))
         && channels
             .values()
-            .all(|channel| channel.schema_id == 0 || schemas.contains_key(&channel.schema_id))
+            .all(|channel| channel.schema_id.is_none_or(|id| schemas.contains_key(&id)))
 }

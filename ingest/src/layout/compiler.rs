@@ -1,10 +1,10 @@
-//! From the definition of a message type to the steps that read a few of its fields.
+//! Works out the steps that lead to the wanted fields of a message type.
 
+use super::block::Block;
 use crate::{
-    cdr::{self, Count, DecodeError, Element, Step as Op},
-    definition::{Definitions, Field, FieldType, NumberType, Repetition, SchemaError},
+    binary::{Count, Element, Step as Op},
+    definition::{Definitions, Dialect, Field, FieldType, NumberType, Repetition, SchemaError},
     field_path::{Elements, FieldPath, Step},
-    fields::Fields,
 };
 
 /// Types nested deeper than this contain themselves.
@@ -12,78 +12,26 @@ const MAX_DEPTH: usize = 32;
 /// Steps of the largest type that is taken for a real one.
 const MAX_STEPS: usize = 100_000;
 
-/// The steps that read the wanted fields of one message type, and pass over the others.
-///
-/// ```
-/// use tipwatch_ingest::{FieldPath, Fields, Layout};
-///
-/// let paths: Vec<FieldPath> = vec!["force.z".parse()?];
-/// let definition = "Vector force\n===\nMSG: pkg/Vector\nfloat64 x\nfloat64 y\nfloat64 z\n";
-/// let layout = Layout::compile(definition, "pkg/msg/Load", &paths)?;
-///
-/// let mut message = vec![0, 1, 0, 0];
-/// for value in [1.0_f64, 2.0, 3.0] {
-///     message.extend(value.to_le_bytes());
-/// }
-/// let mut fields = Fields::new();
-/// layout.decode(&message, &mut fields)?;
-/// assert_eq!(fields.number(0), 3.0);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Debug, Clone)]
-pub struct Layout {
-    steps: Vec<Op>,
-    path_count: usize,
-    /// Slots that collect one value from each element of an array of messages.
-    collecting: Vec<usize>,
-}
-
-impl Layout {
-    /// Works out the steps for `paths`, in a definition as recorders embed it.
-    pub fn compile(
-        definition: &str,
-        type_name: &str,
-        paths: &[FieldPath],
-    ) -> Result<Layout, SchemaError> {
-        for (index, path) in paths.iter().enumerate() {
-            if paths[..index].contains(path) {
-                return Err(SchemaError::RepeatedPath {
-                    path: path.to_string(),
-                });
-            }
-        }
-        let definitions = Definitions::parse(definition, type_name)?;
-        let mut compiler = Compiler {
-            definitions: &definitions,
-            paths,
-            collecting: Vec::new(),
-            budget: MAX_STEPS,
-        };
-        let wants = paths.iter().enumerate().map(|(slot, path)| Want {
-            slot,
-            rest: &path.steps,
-        });
-        let wants: Vec<Want<'_>> = wants.collect();
-        let mut block = Block::default();
-        compiler.message(&definitions.root, &wants, Place::Once, 0, &mut block)?;
-        let steps = block.up_to_last_read()?;
-        Ok(Layout {
-            steps,
-            path_count: paths.len(),
-            collecting: compiler.collecting,
-        })
-    }
-
-    /// Reads the wanted fields of one CDR message. After an error the values are those of no
-    /// message.
-    pub fn decode(&self, cdr: &[u8], values: &mut Fields) -> Result<(), DecodeError> {
-        values.prepare(self.path_count);
-        for &slot in &self.collecting {
-            values.slots[slot].numbers.clear();
-            values.slots[slot].texts.clear();
-        }
-        cdr::run(&self.steps, cdr, values)
-    }
+/// The steps, and the slots that collect one value from each element of an array of messages.
+pub(super) fn compile(
+    definitions: &Definitions,
+    paths: &[FieldPath],
+) -> Result<(Vec<Op>, Vec<usize>), SchemaError> {
+    let mut compiler = Compiler {
+        definitions,
+        paths,
+        collecting: Vec::new(),
+        budget: MAX_STEPS,
+    };
+    let wants = paths.iter().enumerate().map(|(slot, path)| Want {
+        slot,
+        rest: &path.steps,
+    });
+    let wants: Vec<Want<'_>> = wants.collect();
+    let mut block = Block::default();
+    compiler.message(&definitions.root, &wants, Place::Once, 0, &mut block)?;
+    let steps = block.up_to_last_read()?;
+    Ok((steps, compiler.collecting))
 }
 
 /// A path and how much of it is still to go.
@@ -100,77 +48,6 @@ enum Place {
     InArray,
 }
 
-/// Steps in the making.
-#[derive(Default)]
-struct Block {
-    steps: Vec<Op>,
-    /// Those after the last reading step need not be taken.
-    read_up_to: usize,
-    /// The first field that cannot be passed over, and its place among the steps.
-    barrier: Option<(usize, String)>,
-}
-
-impl Block {
-    fn skip(&mut self, number: NumberType, count: u32) {
-        let size = number.bytes();
-        let bytes = size.saturating_mul(count as usize);
-        // A run that began at a multiple of its alignment knows the padding of what follows. A
-        // step that reads must stay apart.
-        if self.steps.len() > self.read_up_to
-            && let Some(Op::Skip {
-                alignment,
-                bytes: run,
-            }) = self.steps.last_mut()
-            && size <= *alignment
-        {
-            let padded = run.checked_next_multiple_of(size).unwrap_or(usize::MAX);
-            *run = padded.saturating_add(bytes);
-            return;
-        }
-        self.steps.push(Op::Skip {
-            alignment: size,
-            bytes,
-        });
-    }
-
-    fn read(&mut self, step: Op) {
-        self.steps.push(step);
-        self.read_up_to = self.steps.len();
-    }
-
-    /// Numbers of one width that follow each other, into slots that follow each other, are one
-    /// step.
-    fn read_number(&mut self, number: NumberType, slot: usize) {
-        if self.steps.len() == self.read_up_to
-            && let Some(Op::Numbers {
-                number: before,
-                slot: first,
-                count,
-            }) = self.steps.last_mut()
-            && *before == number
-            && *first + *count == slot
-        {
-            *count += 1;
-            return;
-        }
-        self.read(Op::Numbers {
-            number,
-            slot,
-            count: 1,
-        });
-    }
-
-    fn up_to_last_read(mut self) -> Result<Vec<Op>, SchemaError> {
-        match self.barrier {
-            Some((at, field)) if at < self.read_up_to => Err(SchemaError::WideString { field }),
-            _ => {
-                self.steps.truncate(self.read_up_to);
-                Ok(self.steps)
-            }
-        }
-    }
-}
-
 struct Compiler<'c> {
     definitions: &'c Definitions,
     paths: &'c [FieldPath],
@@ -179,6 +56,10 @@ struct Compiler<'c> {
 }
 
 impl<'c> Compiler<'c> {
+    fn dialect(&self) -> Dialect {
+        self.definitions.dialect
+    }
+
     fn message(
         &mut self,
         type_name: &str,
@@ -194,9 +75,9 @@ impl<'c> Compiler<'c> {
         let definitions = self.definitions;
         let fields = definitions.fields(type_name);
         self.check_names(type_name, fields, wants)?;
-        if fields.is_empty() {
+        if fields.is_empty() && self.dialect() == Dialect::Ros2 {
             // A message without fields is sent as one byte.
-            block.skip(NumberType::U8, 1);
+            block.skip(NumberType::U8, 1, Dialect::Ros2);
         }
         for field in fields {
             self.budget = self.budget.checked_sub(1).ok_or_else(|| self.too_large())?;
@@ -242,8 +123,8 @@ impl<'c> Compiler<'c> {
     ) -> Result<(), SchemaError> {
         if wants.is_empty() {
             match field.repetition {
-                Repetition::Once => block.skip(number, 1),
-                Repetition::Fixed(count) => block.skip(number, count),
+                Repetition::Once => block.skip(number, 1, self.dialect()),
+                Repetition::Fixed(count) => block.skip(number, count, self.dialect()),
                 Repetition::Sequence => block.steps.push(Op::SkipSequence { number }),
             }
             return Ok(());
@@ -384,6 +265,13 @@ impl<'c> Compiler<'c> {
         self.message(part, &inner_wants, Place::InArray, depth + 1, &mut body)?;
         if let Some((_, name)) = body.barrier {
             block.barrier.get_or_insert((block.steps.len(), name));
+        }
+        if body.steps.is_empty() {
+            // Messages without fields take no room in ROS 1; only their number is sent.
+            if field.repetition == Repetition::Sequence {
+                block.skip(NumberType::U32, 1, self.dialect());
+            }
+            return Ok(());
         }
         let step = Op::Repeat {
             count: count_of(field),

@@ -1,7 +1,8 @@
-//! Reads the steps of a layout through one CDR message, of either byte order.
+//! Reads the steps of a layout through one binary message: CDR of either byte order, or ROS 1.
 //!
-//! Values stand at multiples of their size, counted from the end of the four bytes that tell the
-//! encoding. Nothing is followed or allocated before it is known to lie within the message.
+//! In CDR values stand at multiples of their size, counted from the end of the four bytes that
+//! tell the encoding, and a zero closes a string. In ROS 1 value follows value without either.
+//! Nothing is followed or allocated before it is known to lie within the message.
 
 use std::ops::Range;
 
@@ -43,6 +44,22 @@ pub enum DecodeError {
         found: u16,
         /// What they stand for.
         name: &'static str,
+    },
+    /// A message that is no JSON object.
+    #[error("line {line}, column {column}: {problem}")]
+    Json {
+        /// Counted from 1.
+        line: usize,
+        /// Counted from 1.
+        column: usize,
+        /// What is wrong there.
+        problem: &'static str,
+    },
+    /// A message that is no protobuf of its type.
+    #[error("protobuf: {problem}")]
+    Protobuf {
+        /// What is wrong.
+        problem: &'static str,
     },
 }
 
@@ -107,9 +124,19 @@ pub(crate) enum Step {
     },
 }
 
-/// Takes all steps through one message.
+/// Takes all steps through one message of ROS 1.
 #[inline]
-pub(crate) fn run(steps: &[Step], cdr: &[u8], fields: &mut Fields) -> Result<(), DecodeError> {
+pub(crate) fn run_ros1(
+    steps: &[Step],
+    data: &[u8],
+    fields: &mut Fields,
+) -> Result<(), DecodeError> {
+    Cursor::<false, false> { data, position: 0 }.steps(steps, fields)
+}
+
+/// Takes all steps through one message of CDR.
+#[inline]
+pub(crate) fn run_cdr(steps: &[Step], cdr: &[u8], fields: &mut Fields) -> Result<(), DecodeError> {
     let Some((encapsulation, data)) = cdr.split_first_chunk::<ENCAPSULATION_BYTES>() else {
         return Err(DecodeError::TooShort {
             offset: 0,
@@ -118,8 +145,8 @@ pub(crate) fn run(steps: &[Step], cdr: &[u8], fields: &mut Fields) -> Result<(),
         });
     };
     match u16::from_be_bytes([encapsulation[0], encapsulation[1]]) {
-        0x0000 => Cursor::<true> { data, position: 0 }.steps(steps, fields),
-        0x0001 => Cursor::<false> { data, position: 0 }.steps(steps, fields),
+        0x0000 => Cursor::<true, true> { data, position: 0 }.steps(steps, fields),
+        0x0001 => Cursor::<false, true> { data, position: 0 }.steps(steps, fields),
         found => Err(DecodeError::Encapsulation {
             found,
             name: encapsulation_name(found),
@@ -132,18 +159,23 @@ fn encapsulation_name(encapsulation: u16) -> &'static str {
         0x0002 | 0x0003 => "PL_CDR",
         0x0006..=0x0009 => "XCDR2",
         0x000a | 0x000b => "PL_CDR2",
+        // The first bytes of a zstd frame.
+        0x28b5 => "a message compressed with zstd",
         _ => "unknown",
     }
 }
 
-/// A position in the data after the encapsulation. It may lie behind the end, where nothing can
+/// A position in the data, in CDR after the encapsulation. It may lie behind the end, where nothing can
 /// be taken.
-struct Cursor<'a, const BIG_ENDIAN: bool> {
+struct Cursor<'a, const BIG_ENDIAN: bool, const CDR: bool> {
     data: &'a [u8],
     position: usize,
 }
 
-impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
+impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
+    /// Where the data begins within the message.
+    const START: usize = if CDR { ENCAPSULATION_BYTES } else { 0 };
+
     fn steps(&mut self, steps: &[Step], fields: &mut Fields) -> Result<(), DecodeError> {
         for step in steps {
             match step {
@@ -215,6 +247,9 @@ impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
 
     #[inline]
     fn align(&mut self, alignment: usize) {
+        if !CDR {
+            return;
+        }
         // A power of two of at most eight; the position is at most a little behind the data.
         self.position = (self.position + alignment - 1) & !(alignment - 1);
     }
@@ -237,7 +272,7 @@ impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
     #[cold]
     fn too_short(&self, needed_bytes: usize) -> DecodeError {
         DecodeError::TooShort {
-            offset: self.position + ENCAPSULATION_BYTES,
+            offset: self.position + Self::START,
             needed_bytes,
             available_bytes: self.data.len().saturating_sub(self.position),
         }
@@ -270,7 +305,7 @@ impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
         };
         let available_bytes = self.data.len().saturating_sub(self.position);
         if count > available_bytes / element_bytes {
-            let offset = (self.position + ENCAPSULATION_BYTES).saturating_sub(4);
+            let offset = (self.position + Self::START).saturating_sub(4);
             return Err(DecodeError::ImpossibleCount {
                 offset,
                 count,
@@ -296,12 +331,12 @@ impl<'a, const BIG_ENDIAN: bool> Cursor<'a, BIG_ENDIAN> {
         Ok(self.data.get(place).unwrap_or_default())
     }
 
-    /// Where a string stands, without the zero that closes it.
+    /// Where a string stands, without the zero that closes it in CDR.
     #[inline]
     fn text_place(&mut self) -> Result<Range<usize>, DecodeError> {
         let bytes = self.count(Count::InMessage, 1)?;
         let start = self.position;
-        let closing = usize::from(self.take(bytes)?.ends_with(&[0]));
+        let closing = usize::from(self.take(bytes)?.ends_with(&[0]) && CDR);
         Ok(start..start + bytes - closing)
     }
 

@@ -1,0 +1,394 @@
+//! Chunks, unpacked ahead of the walk by as many threads as there are processors.
+//!
+//! The walk asks for chunk after chunk. What comes after is read and decompressed meanwhile; a walk
+//! that would have to wait takes part. Whether a chunk was unpacked ahead makes no difference to
+//! what comes out of it.
+
+use std::{
+    collections::VecDeque,
+    marker::PhantomData,
+    ops::Range,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{Condvar, Mutex, MutexGuard, PoisonError},
+};
+
+use super::{
+    Grammar, HeadWindow, Kind, Visitor,
+    decompress::{Content, Decompressor},
+};
+use crate::{error::Error, file_bytes::FileBytes};
+
+/// Packed bytes of the chunks that are unpacked ahead; one that is larger is read alone.
+const AHEAD_LIMIT_BYTES: u64 = 24 << 20;
+/// Buffers that grew beyond this are not kept.
+const KEPT_BUFFER_BYTES: usize = 32 << 20;
+/// Below this a second thread is not worth its start.
+const SMALLEST_FILE_BYTES: u64 = 4 << 20;
+const MOST_THREADS: usize = 8;
+
+/// One chunk and its content. Made once and used again.
+#[derive(Default)]
+pub(super) struct Unpacked {
+    packed: Vec<u8>,
+    buffer: Vec<u8>,
+    /// Where in `packed` the data begins and ends.
+    data: Range<usize>,
+    content: Option<Content>,
+    pub(super) header: Option<Header>,
+    /// Why there is no content.
+    pub(super) failure: Option<String>,
+}
+
+/// What the header of a chunk tells.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Header {
+    pub(super) has_checksum: bool,
+}
+
+impl Unpacked {
+    pub(super) fn content(&self) -> &[u8] {
+        match self.content {
+            Some(Content::AsPacked) => self.packed.get(self.data.clone()),
+            Some(Content::Buffer(filled)) => self.buffer.get(..filled),
+            None => None,
+        }
+        .unwrap_or_default()
+    }
+
+    /// Whether the content is nothing but bytes of the file, and where it begins there.
+    pub(super) fn place_in_record(&self) -> Option<usize> {
+        (self.content == Some(Content::AsPacked)).then_some(self.data.start)
+    }
+
+    /// Reads and unpacks the chunk that stands in these bytes of the file.
+    pub(super) fn load<G: Grammar>(
+        &mut self,
+        file: &FileBytes,
+        bytes: &Range<u64>,
+        how: How,
+        decompressor: &mut Decompressor,
+    ) -> Result<(), Error> {
+        file.read_into(&mut self.packed, bytes.start, bytes.end - bytes.start)?;
+        self.content = None;
+        self.header = None;
+        self.failure = None;
+        let Some(mut chunk) = G::chunk(&self.packed) else {
+            self.failure = Some("unreadable chunk header".to_owned());
+            return Ok(());
+        };
+        // The data is a part of what was read, up to where it was cut.
+        let start = chunk.data.as_ptr() as usize - self.packed.as_ptr() as usize;
+        self.data = start..start + chunk.data.len();
+        self.header = Some(Header {
+            has_checksum: chunk.has_checksum(),
+        });
+        if how == How::Partial {
+            self.content = Some(Decompressor::partial_content(&chunk, &mut self.buffer));
+            return Ok(());
+        }
+        if how == How::AnyLength {
+            chunk.declared_bytes = chunk.data.len() as u64;
+        }
+        // A decompressor that panics on damaged data must not take the program with it, nor leave the
+        // walk waiting for this chunk.
+        let buffer = &mut self.buffer;
+        let unpacked = catch_unwind(AssertUnwindSafe(|| decompressor.content(&chunk, buffer)));
+        match unpacked {
+            Ok(Ok(content)) => self.content = Some(content),
+            Ok(Err(reason)) => self.failure = Some(reason),
+            Err(_) => {
+                *decompressor = Decompressor::default();
+                self.failure = Some("decompression: an error within the decompressor".to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    fn forget_large(&mut self) {
+        for buffer in [&mut self.packed, &mut self.buffer] {
+            if buffer.capacity() > KEPT_BUFFER_BYTES {
+                *buffer = Vec::new();
+            }
+        }
+    }
+}
+
+/// How much of a chunk is expected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum How {
+    Whole,
+    /// Whatever its header says of the length of its data.
+    AnyLength,
+    /// As much as the end of the file left.
+    Partial,
+}
+
+enum Job {
+    Waiting(Unpacked),
+    Running,
+    Done(Result<Unpacked, Error>),
+}
+
+struct State {
+    jobs: VecDeque<(Range<u64>, Job)>,
+    spare: Vec<Unpacked>,
+    is_over: bool,
+}
+
+/// What the threads share.
+pub(super) struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // No thread panics while it holds the lock; if one did, the state is still whole.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn end(&self) {
+        self.lock().is_over = true;
+        self.changed.notify_all();
+    }
+
+    /// Unpacks one waiting chunk, if there is one.
+    fn help<'s, G: Grammar>(
+        &'s self,
+        mut state: MutexGuard<'s, State>,
+        file: &FileBytes,
+        decompressor: &mut Decompressor,
+    ) -> Result<MutexGuard<'s, State>, MutexGuard<'s, State>> {
+        let waiting = state
+            .jobs
+            .iter_mut()
+            .find(|(_, job)| matches!(job, Job::Waiting(_)));
+        let Some((bytes, job)) = waiting else {
+            return Err(state);
+        };
+        let bytes = bytes.clone();
+        let Job::Waiting(mut unpacked) = std::mem::replace(job, Job::Running) else {
+            return Err(state);
+        };
+        drop(state);
+        let done = unpacked
+            .load::<G>(file, &bytes, How::Whole, decompressor)
+            .map(|()| unpacked);
+        let mut state = self.lock();
+        if let Some((_, job)) = state.jobs.iter_mut().find(|(known, _)| *known == bytes) {
+            *job = Job::Done(done);
+        }
+        self.changed.notify_all();
+        Ok(state)
+    }
+
+    fn work<G: Grammar>(&self, file: &FileBytes) {
+        let mut decompressor = Decompressor::default();
+        let mut state = self.lock();
+        while !state.is_over {
+            state = match self.help::<G>(state, file, &mut decompressor) {
+                Ok(state) => state,
+                Err(state) => self
+                    .changed
+                    .wait(state)
+                    .unwrap_or_else(PoisonError::into_inner),
+            };
+        }
+    }
+}
+
+/// Hands out chunks in the order of the walk.
+pub(super) struct Chunks<'s, G> {
+    file: &'s FileBytes,
+    shared: Option<&'s Shared>,
+    decompressor: Decompressor,
+    spare: Unpacked,
+    /// Looks for the next chunks without unpacking them.
+    scout: HeadWindow<'s>,
+    scouted: u64,
+    most_jobs: usize,
+    grammar: PhantomData<G>,
+}
+
+/// Runs `walk` with chunks that are unpacked ahead where that pays.
+pub(super) fn with_chunks<G: Grammar, R>(
+    file: &FileBytes,
+    walk: impl FnOnce(Chunks<'_, G>) -> R,
+) -> R {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = match file.len() {
+        ..SMALLEST_FILE_BYTES => 1,
+        _ => processors.min(MOST_THREADS),
+    };
+    if threads < 2 {
+        return walk(Chunks::new(file, None, 0));
+    }
+    let shared = Shared {
+        state: Mutex::new(State {
+            jobs: VecDeque::new(),
+            spare: Vec::new(),
+            is_over: false,
+        }),
+        changed: Condvar::new(),
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(|| shared.work::<G>(file));
+        }
+        // Also when the walk panics in the caller's code: the threads must not wait forever.
+        let _end = End(&shared);
+        walk(Chunks::new(file, Some(&shared), 2 * threads))
+    })
+}
+
+struct End<'s>(&'s Shared);
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        self.0.end();
+    }
+}
+
+impl<'s, G: Grammar> Chunks<'s, G> {
+    fn new(file: &'s FileBytes, shared: Option<&'s Shared>, most_jobs: usize) -> Self {
+        Self {
+            file,
+            shared,
+            decompressor: Decompressor::default(),
+            spare: Unpacked::default(),
+            scout: HeadWindow::new(file),
+            scouted: 0,
+            most_jobs,
+            grammar: PhantomData,
+        }
+    }
+
+    /// The chunk of these bytes. The visitor tells which of those that follow will be wanted.
+    pub(super) fn take<V: Visitor>(
+        &mut self,
+        bytes: &Range<u64>,
+        visitor: &V,
+    ) -> Result<Unpacked, Error> {
+        let Some(shared) = self.shared else {
+            return self.load(bytes, How::Whole);
+        };
+        self.send_ahead(shared, bytes, visitor)?;
+        let mut state = shared.lock();
+        loop {
+            match state.jobs.front_mut() {
+                Some((known, job)) if known == bytes => {
+                    match std::mem::replace(job, Job::Running) {
+                        Job::Done(done) => {
+                            state.jobs.pop_front();
+                            return done;
+                        }
+                        Job::Waiting(mut unpacked) => {
+                            state.jobs.pop_front();
+                            drop(state);
+                            unpacked.load::<G>(
+                                self.file,
+                                bytes,
+                                How::Whole,
+                                &mut self.decompressor,
+                            )?;
+                            return Ok(unpacked);
+                        }
+                        Job::Running => {}
+                    }
+                }
+                _ => {
+                    drop(state);
+                    return self.load(bytes, How::Whole);
+                }
+            }
+            state = match shared.help::<G>(state, self.file, &mut self.decompressor) {
+                Ok(state) => state,
+                Err(state) => shared
+                    .changed
+                    .wait(state)
+                    .unwrap_or_else(PoisonError::into_inner),
+            };
+        }
+    }
+
+    /// Reads a chunk now.
+    pub(super) fn load(&mut self, bytes: &Range<u64>, how: How) -> Result<Unpacked, Error> {
+        let mut unpacked = std::mem::take(&mut self.spare);
+        unpacked.load::<G>(self.file, bytes, how, &mut self.decompressor)?;
+        Ok(unpacked)
+    }
+
+    /// Takes a chunk back, for its buffers.
+    pub(super) fn give_back(&mut self, mut unpacked: Unpacked) {
+        unpacked.forget_large();
+        match self.shared {
+            Some(shared) => {
+                let mut state = shared.lock();
+                if state.spare.len() < self.most_jobs {
+                    state.spare.push(unpacked);
+                }
+            }
+            None => self.spare = unpacked,
+        }
+    }
+
+    /// Finds the wanted chunks that follow and hands them to the threads.
+    fn send_ahead<V: Visitor>(
+        &mut self,
+        shared: &Shared,
+        bytes: &Range<u64>,
+        visitor: &V,
+    ) -> Result<(), Error> {
+        let mut state = shared.lock();
+        // What the walk passed by, it does not want any more.
+        while state
+            .jobs
+            .front()
+            .is_some_and(|(known, _)| known.start < bytes.start)
+        {
+            state.jobs.pop_front();
+        }
+        let mut count = state.jobs.len();
+        let sizes = state.jobs.iter().map(|(known, _)| known.end - known.start);
+        let mut sum: u64 = sizes.sum();
+        drop(state);
+        self.scouted = self.scouted.max(bytes.start);
+        while count < self.most_jobs {
+            let Some((next, is_wanted)) = self.scout_one(visitor)? else {
+                break;
+            };
+            let size = next.end - next.start;
+            if is_wanted && count > 0 && sum + size > AHEAD_LIMIT_BYTES {
+                break;
+            }
+            self.scouted = next.end;
+            if !is_wanted {
+                continue;
+            }
+            let mut state = shared.lock();
+            let unpacked = state.spare.pop().unwrap_or_default();
+            state.jobs.push_back((next, Job::Waiting(unpacked)));
+            drop(state);
+            shared.changed.notify_one();
+            count += 1;
+            sum += size;
+        }
+        Ok(())
+    }
+
+    /// The next record, and whether it is a wanted chunk; `None` where only the walk can go on.
+    fn scout_one<V: Visitor>(&mut self, visitor: &V) -> Result<Option<(Range<u64>, bool)>, Error> {
+        let offset = self.scouted;
+        let head = self.scout.bytes(offset, G::HEAD_BYTES as u64)?;
+        let Some(frame) = G::frame(head) else {
+            return Ok(None);
+        };
+        let end = offset.saturating_add(frame.length_bytes);
+        let is_chunk = match frame.kind {
+            Kind::Chunk => visitor.wants_chunk(offset),
+            Kind::Index => false,
+            _ => return Ok(None),
+        };
+        Ok((end <= self.file.len()).then_some((offset..end, is_chunk)))
+    }
+}

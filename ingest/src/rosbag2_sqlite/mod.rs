@@ -1,0 +1,395 @@
+//! The SQLite database of rosbag2: a table of topics and one row for each message.
+//!
+//! An intact database is read by the SQLite library. Where that gives up, the pages are read
+//! directly.
+
+mod cut;
+mod id_set;
+mod page;
+mod private_copy;
+mod salvage;
+mod tables;
+
+use std::{
+    collections::{BTreeMap, HashMap},
+    fmt::Write as _,
+    ops::{ControlFlow, Range},
+    os::unix::ffi::OsStrExt,
+    path::{Path, PathBuf},
+};
+
+use rusqlite::{Connection, OpenFlags, Row, types::ValueRef};
+
+use self::{
+    cut::Cut,
+    id_set::IdSet,
+    private_copy::PrivateCopy,
+    salvage::{MessageRow, Salvage},
+    tables::Counts,
+};
+use crate::{
+    error::Error,
+    file_bytes::FileBytes,
+    log_file::LogFile,
+    losses::{Losses, LostPart, LostRange},
+    message::Message,
+    reader::{Reader, Request},
+    topic::{TopicDescription, TopicId, TopicTable},
+};
+
+/// Rows between two calls for progress.
+const ROWS_PER_PROGRESS: u64 = 1024;
+
+/// One database.
+pub(crate) struct SqliteReader {
+    /// As it was named; what is read may be a copy of it.
+    path: PathBuf,
+    file: FileBytes,
+    data: PathBuf,
+    _copy: Option<PrivateCopy>,
+    cut: Option<Cut>,
+    /// By the number that the database gives a topic.
+    topics: HashMap<i64, TopicId>,
+}
+
+impl SqliteReader {
+    pub(crate) fn open(
+        named: &LogFile,
+        topics: &mut TopicTable,
+        losses: &mut Losses,
+    ) -> Result<Self, Error> {
+        let path = named.path();
+        let copy = private_copy::with_journal(path, losses);
+        let data = copy.as_ref().map_or(named.data(), |copy| &copy.path);
+        let file = FileBytes::open(data, path)?;
+        let mut reader = Self {
+            path: path.to_path_buf(),
+            data: data.to_path_buf(),
+            cut: Cut::find(&file, path, losses)?,
+            file,
+            _copy: copy,
+            topics: HashMap::new(),
+        };
+        reader.register(topics, losses)?;
+        Ok(reader)
+    }
+
+    fn connect(&self) -> Result<Connection, Error> {
+        connect(&self.data, &self.path)
+    }
+
+    fn register(&mut self, topics: &mut TopicTable, losses: &mut Losses) -> Result<(), Error> {
+        let connection = self.connect()?;
+        let definitions = tables::definitions(&connection);
+        let counts = Counts::read(&connection);
+        let rows = match tables::topic_rows(&connection, &self.path) {
+            Ok(rows) => rows,
+            Err(error) => self.salvaged_topics(error, losses)?,
+        };
+        for row in rows {
+            let definition = definitions.get(&row.type_name);
+            let id = topics.register(&TopicDescription {
+                name: &row.name,
+                type_name: &row.type_name,
+                encoding: &row.encoding,
+                schema_encoding: definition.map_or("", |definition| &definition.encoding),
+                definition: definition.map(|definition| definition.text.as_bytes()),
+            });
+            topics.add_messages(id, counts.as_ref().map(|counts| counts.of_topic(row.id)));
+            self.topics.insert(row.id, id);
+        }
+        let path = self.path.display();
+        match counts.map(|counts| counts.missing()) {
+            None => losses.note(format!("{path}: the messages cannot be counted")),
+            Some(0) => {}
+            Some(missing) => losses.note(format!(
+                "{path}: {missing} of the numbers that the recorder gave its messages are missing"
+            )),
+        }
+        Ok(())
+    }
+
+    /// The topics as far as they stand somewhere; the error if there are none.
+    fn salvaged_topics(
+        &self,
+        error: Error,
+        losses: &mut Losses,
+    ) -> Result<Vec<salvage::TopicRow>, Error> {
+        let topics = match Salvage::open(&self.file)? {
+            Some(mut salvage) => salvage.topics()?,
+            None => Vec::new(),
+        };
+        if topics.is_empty() {
+            return Err(error);
+        }
+        losses.note(format!(
+            "{error}; {} topics were found in single pages",
+            topics.len()
+        ));
+        Ok(topics)
+    }
+}
+
+/// Opens without any right to write, and without the files that SQLite makes beside a database.
+fn connect(data: &Path, path: &Path) -> Result<Connection, Error> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY
+        | OpenFlags::SQLITE_OPEN_URI
+        | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection =
+        Connection::open_with_flags(uri(data), flags).map_err(Error::sqlite(path, "opening"))?;
+    // A database cut short is refused as a whole unless its schema counts as writable. Nothing
+    // can be written: the file is open for reading only.
+    connection
+        .execute_batch(
+            "PRAGMA writable_schema=ON; PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON;",
+        )
+        .map_err(Error::sqlite(path, "opening"))?;
+    Ok(connection)
+}
+
+/// SQLite takes options in an address only, in which every unusual byte has to be escaped.
+fn uri(path: &Path) -> String {
+    let mut uri = String::from("file:");
+    for &byte in path.as_os_str().as_bytes() {
+        if byte.is_ascii_alphanumeric() || b"/-_.~".contains(&byte) {
+            uri.push(char::from(byte));
+        } else {
+            // Writing to a string cannot fail.
+            let _ = write!(uri, "%{byte:02X}");
+        }
+    }
+    uri.push_str("?mode=ro&immutable=1");
+    uri
+}
+
+impl Reader for SqliteReader {
+    fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error> {
+        request.losses.integrity.checksums_absent = true;
+        let mut pass = Pass {
+            reader: self,
+            request,
+            rows: 0,
+            seen: IdSet::new(self.file.len()),
+            last_id: None,
+            malformed: 0,
+        };
+        let flow = match pass.run() {
+            Ok(flow) => flow,
+            Err(source) => pass.salvage(&source)?,
+        };
+        pass.report_malformed();
+        Ok(flow)
+    }
+}
+
+/// One reading of all wanted rows.
+struct Pass<'p, 'r> {
+    reader: &'p SqliteReader,
+    request: &'p mut Request<'r>,
+    rows: u64,
+    /// The numbers of the messages that were handed over, but for the last one.
+    seen: IdSet,
+    last_id: Option<i64>,
+    malformed: u64,
+}
+
+impl Pass<'_, '_> {
+    fn run(&mut self) -> Result<ControlFlow<()>, Error> {
+        let Some(query) = self.query() else {
+            return Ok(ControlFlow::Continue(()));
+        };
+        let connection = self.reader.connect()?;
+        let failed = || Error::sqlite(&self.reader.path, "the messages");
+        let mut statement = connection.prepare(&query).map_err(failed())?;
+        let mut rows = statement.query([]).map_err(failed())?;
+        while let Some(row) = rows.next().map_err(failed())? {
+            if self.row(row).map_err(failed())?.is_break() {
+                return Ok(ControlFlow::Break(()));
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// `None` when no topic of this file is wanted.
+    fn query(&self) -> Option<String> {
+        let topics = self.reader.topics.iter();
+        let wanted = topics.filter(|(_, topic)| self.request.wants(**topic));
+        let numbers: Vec<String> = wanted.map(|(id, _)| id.to_string()).collect();
+        let list = numbers.join(", ");
+        (!numbers.is_empty()).then(|| {
+            format!(
+                "SELECT id, topic_id, timestamp, data FROM messages \
+                 WHERE topic_id IN ({list}) ORDER BY id"
+            )
+        })
+    }
+
+    fn row(&mut self, row: &Row<'_>) -> Result<ControlFlow<()>, rusqlite::Error> {
+        if let Ok(id) = row.get_ref(0)?.as_i64() {
+            self.note_seen(id);
+        }
+        self.rows += 1;
+        if self.rows.is_multiple_of(ROWS_PER_PROGRESS) {
+            self.request.advance(self.estimated_bytes());
+        }
+        let topic = row
+            .get_ref(1)?
+            .as_i64()
+            .ok()
+            .and_then(|id| self.reader.topics.get(&id));
+        let time_ns = row.get_ref(2)?.as_i64();
+        let (Some(&topic), Ok(time_ns), ValueRef::Blob(data)) = (topic, time_ns, row.get_ref(3)?)
+        else {
+            self.malformed += 1;
+            return Ok(ControlFlow::Continue(()));
+        };
+        if self
+            .reader
+            .cut
+            .as_ref()
+            .is_some_and(|cut| cut.may_run_through(data))
+        {
+            self.malformed += 1;
+            return Ok(ControlFlow::Continue(()));
+        }
+        Ok((self.request.visit)(&Message {
+            topic,
+            log_time_ns: time_ns,
+            publish_time_ns: time_ns,
+            sequence: 0,
+            data,
+        }))
+    }
+
+    /// SQLite does not tell positions. Rows come evenly enough for a progress bar.
+    fn estimated_bytes(&self) -> u64 {
+        const TYPICAL_ROW_BYTES: u64 = 400;
+        (self.rows * TYPICAL_ROW_BYTES).min(self.reader.file.len())
+    }
+
+    /// Reads on page by page where SQLite gave up.
+    fn salvage(&mut self, source: &Error) -> Result<ControlFlow<()>, Error> {
+        let Some(mut salvage) = Salvage::open(&self.reader.file)? else {
+            self.lose(
+                LostPart::Tail,
+                0..self.reader.file.len(),
+                source.to_string(),
+            );
+            return Ok(ControlFlow::Continue(()));
+        };
+        let mut gaps = Gaps::default();
+        self.note_seen(i64::MAX);
+        let mut salvaged = 0;
+        let flow = salvage.messages(&mut |row| {
+            if row.is_in_order {
+                gaps.pass(row);
+                // What was handed over before, or stands on a second page that is no longer used.
+                if self.seen.contains(row.id) {
+                    return ControlFlow::Continue(());
+                }
+                self.seen.insert(row.id);
+            }
+            salvaged += 1;
+            self.salvaged(row)
+        })?;
+        if flow.is_break() {
+            return Ok(flow);
+        }
+        let reason = format!("{source}; {salvaged} later messages were found in single pages");
+        self.report_gaps(&gaps, &salvage.unknown_ranges(), &reason);
+        Ok(flow)
+    }
+
+    /// Notes the number before this one. A number that is larger than the one after it is damaged,
+    /// and that of another message.
+    fn note_seen(&mut self, id: i64) {
+        if let Some(last) = self.last_id.filter(|last| *last < id) {
+            self.seen.insert(last);
+        }
+        self.last_id = Some(id);
+    }
+
+    fn salvaged(&mut self, row: &MessageRow<'_>) -> ControlFlow<()> {
+        let Some(&topic) = self.reader.topics.get(&row.topic) else {
+            self.malformed += 1;
+            return ControlFlow::Continue(());
+        };
+        if !self.request.wants(topic) {
+            return ControlFlow::Continue(());
+        }
+        (self.request.visit)(&Message {
+            topic,
+            log_time_ns: row.time_ns,
+            publish_time_ns: row.time_ns,
+            sequence: 0,
+            data: row.data,
+        })
+    }
+
+    /// Tells which pages are unreadable, and how many messages are missing between which times.
+    fn report_gaps(&mut self, gaps: &Gaps, ranges: &[Range<u64>], reason: &str) {
+        let mut reason = reason.to_owned();
+        if gaps.missing > 0 {
+            let missing = gaps.missing;
+            let _ = write!(
+                reason,
+                "; {missing} messages are missing, of topics not known"
+            );
+        }
+        let (first_ns, last_ns) = gaps.span_ns.unzip();
+        let file_bytes = self.reader.file.len();
+        let unknown_place = file_bytes..file_bytes;
+        let ranges = match ranges.is_empty() {
+            true => std::slice::from_ref(&unknown_place),
+            false => ranges,
+        };
+        for bytes in ranges {
+            self.request.losses.push(LostRange {
+                file: self.reader.path.clone(),
+                start_byte: bytes.start,
+                end_byte: bytes.end,
+                part: LostPart::Records,
+                reason: reason.clone(),
+                first_time_ns: first_ns,
+                last_time_ns: last_ns,
+                messages: BTreeMap::new(),
+            });
+        }
+    }
+
+    fn lose(&mut self, part: LostPart, bytes: Range<u64>, reason: String) {
+        self.request
+            .losses
+            .lose(part, &self.reader.path, bytes, reason);
+    }
+
+    fn report_malformed(&mut self) {
+        if self.malformed > 0 {
+            let reason = format!("{} rows are no whole messages", self.malformed);
+            let bytes = self.reader.file.len();
+            self.lose(LostPart::Records, bytes..bytes, reason);
+        }
+    }
+}
+
+/// Messages whose numbers are missing among those that were found.
+#[derive(Default)]
+struct Gaps {
+    last: Option<(i64, i64)>,
+    missing: u64,
+    /// The times before the first and after the last gap.
+    span_ns: Option<(i64, i64)>,
+}
+
+impl Gaps {
+    fn pass(&mut self, row: &MessageRow<'_>) {
+        let (last_id, last_ns) = self.last.unwrap_or((0, row.time_ns));
+        let missing = row.id.saturating_sub(last_id).saturating_sub(1);
+        if let Ok(missing @ 1..) = u64::try_from(missing) {
+            self.missing = self.missing.saturating_add(missing);
+            let start = self.span_ns.map_or(last_ns, |span| span.0);
+            self.span_ns = Some((start, row.time_ns));
+        }
+        self.last = Some((row.id, row.time_ns));
+    }
+}

@@ -1,0 +1,127 @@
+use std::{borrow::Cow, collections::BTreeMap, ops::ControlFlow, path::Path};
+
+use tipwatch_ingest::{Format, Log, RecoverError, recover};
+
+use crate::{
+    bags::bag,
+    rosbag2::{JOINTS, database, joint_messages, rows},
+    support::{Style, TempLog, joint_log, joint_samples},
+};
+
+type RawMessage = (String, i64, i64, u32, Vec<u8>);
+
+fn messages(path: &Path) -> Vec<RawMessage> {
+    let log = Log::open(path).unwrap();
+    let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
+    let mut found = Vec::new();
+    log.read(&ids, &mut |message| {
+        found.push((
+            log.topic(message.topic).unwrap().name.clone(),
+            message.log_time_ns,
+            message.publish_time_ns,
+            message.sequence,
+            message.data.to_vec(),
+        ));
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    found
+}
+
+#[test]
+fn every_format_comes_out_as_the_same_messages() {
+    let recorded = joint_messages(0, 200);
+    let logs = [
+        TempLog::new(
+            "a.mcap",
+            &joint_log(&Style::chunked(Some(mcap::Compression::Lz4)), 200),
+        ),
+        TempLog::new("a.bag", &bag("bz2", true, 200)),
+        database(&[JOINTS, ("/own", "own/msg/Type")], &rows(&recorded), false),
+    ];
+    for file in logs {
+        let log = Log::open(&file.path).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out.mcap");
+        let report = recover(&log, &out).unwrap();
+        assert_eq!(report.messages["/joint_states"], 200);
+        assert!(report.losses.is_empty());
+        assert_eq!(report.bytes_written, std::fs::metadata(&out).unwrap().len());
+        assert!(messages(&file.path) == messages(&out));
+        assert_eq!(joint_samples(&out).0.len(), 200);
+        let clean = Log::open(&out).unwrap();
+        assert_eq!(clean.format(), Format::Mcap);
+        assert_eq!(clean.losses().integrity.note(), None);
+        assert!(clean.losses().is_empty() && clean.losses().notes.is_empty());
+        for (topic, original) in clean.topics().iter().zip(log.topics()) {
+            assert_eq!(topic.type_name, original.type_name);
+            assert_eq!(topic.message_count, original.message_count);
+        }
+        // Also for the crate that wrote it.
+        let bytes = std::fs::read(&out).unwrap();
+        let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+        assert_eq!(summary.stats.unwrap().message_count, report.message_count());
+    }
+}
+
+#[test]
+fn the_intact_part_of_a_damaged_log_is_clean() {
+    let mut bytes = joint_log(&Style::chunked(Some(mcap::Compression::Zstd)), 400);
+    let third = bytes.len() / 3;
+    bytes[third..third + 500].fill(0);
+    bytes.truncate(third * 2);
+    let file = TempLog::new("a.mcap", &bytes);
+    let before = joint_samples(&file.path).0;
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.mcap");
+    let report = recover(&Log::open(&file.path).unwrap(), &out).unwrap();
+    assert!(report.losses.ranges.len() >= 2, "{:?}", report.losses);
+    let (after, losses) = joint_samples(&out);
+    assert_eq!(before, after);
+    assert!(losses.is_empty() && losses.notes.is_empty(), "{losses:?}");
+    assert_eq!(
+        std::fs::read(&file.path).unwrap(),
+        bytes,
+        "the log is never modified"
+    );
+}
+
+#[test]
+fn attachments_and_metadata_are_kept() {
+    let mut writer = mcap::WriteOptions::new()
+        .create(std::io::Cursor::new(Vec::new()))
+        .unwrap();
+    let attachment = mcap::Attachment {
+        log_time: 1,
+        create_time: 2,
+        name: "robot.urdf".to_owned(),
+        media_type: "text/xml".to_owned(),
+        data: Cow::Borrowed(b"<robot/>"),
+    };
+    writer.attach(&attachment).unwrap();
+    let metadata = mcap::records::Metadata {
+        name: "machine".to_owned(),
+        metadata: BTreeMap::from([("serial".to_owned(), "7".to_owned())]),
+    };
+    writer.write_metadata(&metadata).unwrap();
+    writer.finish().unwrap();
+    let file = TempLog::new("a.mcap", &writer.into_inner().into_inner());
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.mcap");
+    let report = recover(&Log::open(&file.path).unwrap(), &out).unwrap();
+    assert_eq!(report.extras, 2);
+    let bytes = std::fs::read(&out).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    assert_eq!(summary.attachment_indexes.len(), 1);
+    assert_eq!(summary.metadata_indexes[0].name, "machine");
+}
+
+#[test]
+fn nothing_is_overwritten() {
+    let file = TempLog::new("a.mcap", &joint_log(&Style::chunked(None), 5));
+    let log = Log::open(&file.path).unwrap();
+    let before = std::fs::read(&file.path).unwrap();
+    let error = recover(&log, &file.path).unwrap_err();
+    assert!(matches!(error, RecoverError::Create { .. }));
+    assert_eq!(std::fs::read(&file.path).unwrap(), before);
+}
