@@ -191,6 +191,14 @@ impl<T: Real> Field<T> {
         }
     }
 
+    /// The same motion, faster.
+    pub(crate) fn scaled(&self, factor: T) -> Self {
+        Self {
+            angular: self.angular * factor,
+            linear: self.linear * factor,
+        }
+    }
+
     /// Its value at a point.
     pub(crate) fn at(&self, point: &Vector3<T>) -> Vector3<T> {
         self.linear + cross(&self.angular, point)

@@ -27,6 +27,7 @@
 //! ```
 
 #![forbid(unsafe_code)]
+mod actuator_force;
 mod attribution;
 mod batch;
 pub mod closed_form;
@@ -46,6 +47,7 @@ mod newton_euler;
 mod newton_euler_derivatives;
 pub mod number;
 mod outcome;
+mod payload_estimate;
 mod scope;
 mod sensitivity;
 pub mod signal;
@@ -56,6 +58,7 @@ mod uncertainty;
 mod wheel_loads;
 mod workspace;
 
+pub use actuator_force::{actuator_force, carries_payload};
 pub use attribution::{Cause, Causes};
 pub use batch::{OutcomeColumns, StateColumns, evaluate_rows};
 pub use coordinate::Motion;
@@ -65,6 +68,7 @@ pub use machine::{Machine, MachineError, MachineSpec};
 pub use model::{ClosedForm, Model};
 pub use number::{Dual, Lanes, Real};
 pub use outcome::{Outcome, Place, Quantity};
+pub use payload_estimate::{ForceQuality, MeasuredForce, PayloadEstimate, estimate_payload};
 pub use scope::Scope;
 pub use sensitivity::{Axis, InertiaElement, Parameter, Sensitivity, SensitivitySums};
 pub use spatial::Wrench;

@@ -6,7 +6,9 @@ mod support;
 
 use nalgebra::Vector3;
 use support::{machine, set_joint, wheel};
-use tipwatch_mechanics::{Cause, Machine, Outcome, Scope, State, Workspace, evaluate};
+use tipwatch_mechanics::{
+    Cause, Machine, Outcome, Scope, State, Workspace, actuator_force, evaluate,
+};
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
@@ -133,6 +135,38 @@ fn val_example_s_indicators() {
     for causes in &found.causes {
         let weights = causes[Cause::ChassisWeight as usize] + causes[Cause::WheelWeight as usize];
         near(weights, 5982.026, 1e-6);
+    }
+}
+
+/// Cylinder forces of example S, from the pivots' virtual work.
+#[test]
+fn val_cylinder_forces() {
+    let machine = machine("petrovic_mattila");
+    let mut state = State::<f64>::zero(&machine);
+    let (q1, q2) = arm_offsets();
+    set_joint(&machine, &mut state, "slew", [45.0 * DEGREE, 0.0, 0.0]);
+    set_joint(&machine, &mut state, "lift", [20.0 * DEGREE + q1, 0.0, 0.0]);
+    set_joint(
+        &machine,
+        &mut state,
+        "tilt",
+        [-70.0 * DEGREE + q2, 0.0, 0.0],
+    );
+    set_joint(&machine, &mut state, "extension", [0.3, 0.0, 0.0]);
+    state.imu.specific_force = Vector3::z() * machine.gravity();
+    let mut workspace = Workspace::new(&machine);
+    evaluate(&machine, &state, &mut workspace);
+    for (name, expected) in [("lift", 50288.14), ("tilt", 28809.81)] {
+        let linkages = machine.linkages().iter();
+        let linkage = linkages
+            .map(|l| l.name.as_str())
+            .position(|n| n == name)
+            .unwrap();
+        let force = actuator_force(&machine, &state, &workspace, linkage);
+        assert!(
+            (force - expected).abs() < 1e-6 * expected,
+            "{name}: {force}"
+        );
     }
 }
 

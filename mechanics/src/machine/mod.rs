@@ -23,9 +23,9 @@ pub use error::MachineError;
 pub use inertia::{Inertia, MassMoments};
 pub use linkage::{Linkage, LinkageInput};
 pub use spec::{
-    ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,
-    OneOrMany, PayloadSpec, PointSpec, SignalsSpec, Stiffness, SuspensionSpec, UncertaintySpec,
-    WheelSpec,
+    ArmSpec, ContactSpec, EstimatorSpec, FieldSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec,
+    MachineSpec, OneOrMany, PayloadMass, PayloadSpec, PointSpec, PressureSpec, SignalsSpec,
+    Stiffness, SuspensionSpec, UncertaintySpec, WheelSpec,
 };
 pub use support_polygon::{Edge, SupportPolygon};
 pub use warp::Warp;
@@ -277,6 +277,8 @@ pub struct Payload {
     pub group: LinkGroup,
     /// Standard deviation of its mass (kg), where it is stated.
     pub mass_sigma: Option<f64>,
+    /// Whether its mass is to be estimated; until then it is zero.
+    pub is_estimated: bool,
     /// Its inertial parameters in the body's frame.
     pub inertia: Inertia,
     /// The same as moments.

@@ -107,9 +107,27 @@ pub struct LinkageSpec {
     pub rod_end: PointSpec,
     /// The pin that the eye sits on, on the turned side.
     pub anchor: PointSpec,
+    /// Where its force is logged (N), positive where it pushes the rod out.
+    pub force: Option<FieldSpec>,
+    /// Where its pressures are logged.
+    pub pressure: Option<PressureSpec>,
+    /// Standard deviation of one sample of the force (N).
+    #[serde(default = "actuator_force_sigma")]
+    pub force_sigma: f64,
+    /// Standard deviation of its friction, as a share of the force.
+    #[serde(default = "actuator_friction")]
+    pub friction_share: f64,
     /// An angle of the pivot (rad) on the branch that the machine uses; needed only where the rod is
     /// measured. Default: the middle of the pivot's URDF limits if they span less than a turn, else 0.
     pub pivot_near: Option<f64>,
+}
+
+fn actuator_force_sigma() -> f64 {
+    500.0
+}
+
+fn actuator_friction() -> f64 {
+    0.03
 }
 
 /// A point fixed in a link.
@@ -196,8 +214,8 @@ impl Default for LimitsSpec {
 pub struct PayloadSpec {
     /// The link.
     pub link: String,
-    /// Mass (kg).
-    pub mass: f64,
+    /// Mass (kg), or "estimate".
+    pub mass: PayloadMass,
     /// Standard deviation of the mass (kg).
     pub mass_sigma: Option<f64>,
     /// Centre of mass in the link (m).
@@ -210,6 +228,53 @@ pub struct PayloadSpec {
     pub from: Option<f64>,
     /// Until when (s from the first sample).
     pub to: Option<f64>,
+}
+
+/// The mass of a payload: stated, or to be estimated from the force of a cylinder.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum PayloadMass {
+    /// (kg)
+    Known(f64),
+    /// The word "estimate".
+    Word(String),
+}
+
+/// Where a number in a log stands.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FieldSpec {
+    /// The topic, of any type.
+    pub topic: String,
+    /// Path of the number in its messages, like `fluid_pressure` or `forces[2].x`; with `joint` a list beside
+    /// `name`, by default `effort`.
+    pub field: Option<String>,
+    /// The joint whose place in `name` the number has in its list.
+    pub joint: Option<String>,
+    /// What the number is multiplied by.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// What is added then.
+    #[serde(default)]
+    pub offset: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Pressures in a cylinder's chambers: force = p_piston A_piston - p_rod A_rod.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PressureSpec {
+    /// Pressure on the piston's side (Pa).
+    pub piston: FieldSpec,
+    /// Pressure on the rod's side (Pa).
+    pub rod: FieldSpec,
+    /// Area of the piston (m^2).
+    pub piston_area: f64,
+    /// Area of the ring around the rod (m^2).
+    pub rod_area: f64,
 }
 
 /// `[signals]`: topics by name.

@@ -34,9 +34,9 @@ pub(crate) struct SensedMotion<'a, T: Real> {
 
 /// Derivatives of a joint's coordinate by the measured joint that it follows.
 #[derive(Debug, Clone, Copy)]
-struct Following<T> {
+pub(crate) struct Following<T> {
     /// Of the coordinate by the position; also of rate by rate, of acceleration by acceleration.
-    coordinate: T,
+    pub(crate) coordinate: T,
     /// Of the rate by the position; half of acceleration by rate.
     rate: T,
     /// Of the acceleration by the position.
@@ -333,7 +333,7 @@ fn measured_by(machine: &Machine, body: usize) -> Option<usize> {
 }
 
 /// How pivot, cylinder and rod follow the measured side.
-fn followed_by<T: Real>(linkage: &Linkage, state: &State<T>) -> [Following<T>; 3] {
+pub(crate) fn followed_by<T: Real>(linkage: &Linkage, state: &State<T>) -> [Following<T>; 3] {
     let mut measured = state.joints[linkage.measured_joint].map(Dual::fixed);
     measured.position.slope = T::one();
     let solved = linkage.solve(&measured);

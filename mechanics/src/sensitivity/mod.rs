@@ -12,7 +12,7 @@ mod parameter;
 mod regressor;
 mod sums;
 
-pub(crate) use chain::SensedMotion;
+pub(crate) use chain::{SensedMotion, followed_by};
 pub(crate) use parameter::massive_links;
 pub use parameter::{Axis, InertiaElement, Parameter};
 pub(crate) use sums::LaneSums;

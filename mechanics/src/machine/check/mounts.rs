@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use super::Checker;
+use crate::machine::spec::{PayloadMass, PayloadSpec};
 use crate::machine::{Inertia, Link, MachineError, MassMoments, Mount, Payload};
 
 impl Checker<'_> {
@@ -64,10 +65,11 @@ impl Checker<'_> {
             .map(|(i, spec)| {
                 let place = format!("payload {}", i + 1);
                 let link = &links[self.link(&format!("{place}: link"), &spec.link)?];
+                let (mass, is_estimated) = self.payload_mass(&place, spec)?;
                 let [xx, yy, zz, xy, xz, yz] = spec.inertia;
                 let about_com = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
                 let inertia = Inertia {
-                    mass: spec.mass,
+                    mass,
                     com: spec.com.into(),
                     about_com,
                 };
@@ -90,11 +92,32 @@ impl Checker<'_> {
                     body: link.body,
                     group: link.group,
                     mass_sigma: spec.mass_sigma,
+                    is_estimated,
                     moments: MassMoments::from(&inertia),
                     inertia,
                     window_s,
                 })
             })
             .collect()
+    }
+
+    /// The mass as stated, or zero where it is to be estimated.
+    fn payload_mass(&self, place: &str, spec: &PayloadSpec) -> Result<(f64, bool), MachineError> {
+        match &spec.mass {
+            PayloadMass::Known(mass) => Ok((*mass, false)),
+            PayloadMass::Word(word) if word == "estimate" && spec.inertia == [0.0; 6] => {
+                Ok((0.0, true))
+            }
+            PayloadMass::Word(word) if word == "estimate" => Err(self.value_error(
+                place,
+                "no inertia beside mass = \"estimate\": a payload of unknown mass counts as a point",
+                format!("{:?}", spec.inertia),
+            )),
+            PayloadMass::Word(word) => Err(self.value_error(
+                place,
+                "a mass [kg] or \"estimate\"",
+                format!("\"{word}\""),
+            )),
+        }
     }
 }
