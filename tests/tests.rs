@@ -7,4 +7,5 @@ mod causal; // one by one equals four side by side, through the whole analysis
 mod coverage; // standard deviations against the spread of the truth
 mod first_paper; // what the first paper shows
 mod gaps; // what is missing is said, never filled in
+mod payload; // masses that the log can tell
 mod real_logs; // logs of real robots, where they are there

@@ -10,6 +10,7 @@ use crate::comparison::ModelComparison;
 use crate::events::Event;
 use crate::monte_carlo::MonteCarlo;
 use crate::options::Options;
+use crate::payload::EstimatedPayload;
 use crate::provenance::Provenance;
 use crate::sensitivity::SensitivityTable;
 
@@ -38,6 +39,8 @@ pub struct Analysis {
     pub sensitivity: Option<SensitivityTable>,
     /// The study of parametric uncertainty, if it was asked for.
     pub monte_carlo: Option<MonteCarlo>,
+    /// Payloads whose mass was estimated from the force of a cylinder.
+    pub payloads: Vec<EstimatedPayload>,
     /// How the models differ, or why only one can be computed.
     pub comparison: Result<ModelComparison, String>,
 }

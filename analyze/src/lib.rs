@@ -21,6 +21,7 @@ mod notes;
 pub mod options;
 pub mod output;
 mod parquet;
+pub mod payload;
 mod progress;
 pub mod provenance;
 pub mod report;

@@ -3,10 +3,11 @@
 use tipwatch_mechanics::signal::Sensor;
 
 use crate::load::LoadedLog;
+use crate::payload::EstimatedPayload;
 
 /// Assumptions, substitutes and oddities, in plain sentences.
 #[must_use]
-pub(crate) fn of(loaded: &LoadedLog) -> Vec<String> {
+pub(crate) fn of(loaded: &LoadedLog, payloads: &[EstimatedPayload]) -> Vec<String> {
     let mut notes = Vec::new();
     let sensors = &loaded.matched.sensors;
     if !sensors.imu && sensors.odometry {
@@ -45,6 +46,15 @@ pub(crate) fn of(loaded: &LoadedLog) -> Vec<String> {
             notes.push(format!("{}: no readable message.", signal.topic));
         }
     }
+    notes.extend(payloads.iter().map(|found| {
+        format!(
+            "Payload {}: its mass was estimated from the force of linkage {}: {:.0} kg, standard deviation {:.0} kg.",
+            found.payload + 1,
+            found.linkage,
+            found.estimate.mass,
+            found.estimate.sigma
+        )
+    }));
     notes.extend(loaded.losses.notes.iter().cloned());
     notes.extend(
         loaded

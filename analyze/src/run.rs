@@ -16,7 +16,7 @@ use crate::load::{LoadedLog, MachineFile, hash_file, load};
 use crate::notes;
 use crate::options::{Estimator, Options};
 use crate::provenance::Provenance;
-use crate::{evaluation, monte_carlo, sensitivity};
+use crate::{evaluation, monte_carlo, payload, sensitivity};
 
 /// Share of the static load below which a wheel is light where the machine file sets no limit.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
@@ -40,6 +40,7 @@ pub fn analyse(
             path.display()
         );
     }
+    let payloads = payload::estimate_all(&log, file, &mut loaded.machine, &rows)?;
     let posture = first_posture(&loaded.machine, &rows);
     loaded.machine.refer_to_posture(&posture);
     let machine = &loaded.machine;
@@ -59,7 +60,7 @@ pub fn analyse(
         .flatten();
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
-    let notes = notes::of(&loaded);
+    let notes = notes::of(&loaded, &payloads);
     let provenance = provenance(&log, file, &loaded)?;
     let inputs = loaded.signals.into_iter().map(|signal| Input {
         signal: signal.name,
@@ -89,6 +90,7 @@ pub fn analyse(
         events,
         sensitivity,
         monte_carlo,
+        payloads,
         comparison,
     })
 }

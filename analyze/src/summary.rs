@@ -12,6 +12,7 @@ use tipwatch_mechanics::monte_carlo::Band;
 use crate::analysis::{Analysis, Input};
 use crate::events::EventCauses;
 use crate::options::Options;
+use crate::payload::EstimatedPayload;
 use crate::provenance::Provenance;
 use crate::table::name_and_unit;
 
@@ -45,6 +46,8 @@ pub struct Summary<'a> {
     pub model: ModelSummary,
     /// What would have changed the least load most; null of a model without derivatives.
     pub sensitivity: Option<SensitivitySummary>,
+    /// Payloads whose mass was estimated from the force of a cylinder.
+    pub estimated_payloads: Vec<PayloadSummary<'a>>,
     /// The study of parametric uncertainty; null where it was not asked for.
     pub monte_carlo: Option<MonteCarloSummary>,
     /// One standard deviation of each parameter, as stated or by default.
@@ -82,6 +85,19 @@ pub struct ModelSummary {
     rows_compared: usize,
     /// OTF of the other model less that of this one, by wheel.
     difference: BTreeMap<String, DifferenceSummary>,
+}
+
+/// A payload whose mass was estimated.
+#[derive(Debug, Serialize)]
+pub struct PayloadSummary<'a> {
+    /// Place among the [[payload]] tables, from 1.
+    payload: usize,
+    linkage: &'a str,
+    mass_kg: f64,
+    sigma_kg: f64,
+    friction_share: f64,
+    residual_n: f64,
+    samples: usize,
 }
 
 /// The study of parametric uncertainty.
@@ -219,6 +235,7 @@ impl<'a> Summary<'a> {
             losses: &analysis.losses,
             model: model_summary(analysis),
             sensitivity: sensitivity_summary(analysis),
+            estimated_payloads: analysis.payloads.iter().map(payload_summary).collect(),
             monte_carlo: monte_carlo_summary(analysis),
             uncertainty: analysis.machine.uncertainty().by_key().into(),
             options: analysis.options,
@@ -298,6 +315,18 @@ fn model_summary(analysis: &Analysis) -> ModelSummary {
                 (name(wheel), summary)
             })
             .collect(),
+    }
+}
+
+fn payload_summary(found: &EstimatedPayload) -> PayloadSummary<'_> {
+    PayloadSummary {
+        payload: found.payload + 1,
+        linkage: &found.linkage,
+        mass_kg: found.estimate.mass,
+        sigma_kg: found.estimate.sigma,
+        friction_share: found.estimate.friction_share,
+        residual_n: found.estimate.residual,
+        samples: found.estimate.samples,
     }
 }
 

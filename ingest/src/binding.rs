@@ -44,6 +44,27 @@ pub enum BindingError {
         /// What is wrong.
         source: SchemaError,
     },
+    /// The topic of a field that the machine file names is not in the log.
+    #[error(
+        "topic {named}, named by the machine file for field {field}: not in the log, which has: {}",
+        available.join(", ")
+    )]
+    NoTopicOfField {
+        /// The name in the machine file.
+        named: String,
+        /// The field.
+        field: String,
+        /// Every topic of the log.
+        available: Vec<String>,
+    },
+    /// A field that the machine file names is no path.
+    #[error("topic {topic}: expected the path of a number, like wrench.force.z, found \"{field}\"")]
+    NoFieldPath {
+        /// The topic.
+        topic: String,
+        /// What the machine file says.
+        field: String,
+    },
     /// A topic that the machine file names is not in the log.
     #[error(
         "topic {named}, named by the machine file as {}: not in the log, which has: {}",

@@ -49,6 +49,7 @@ mod definition;
 mod error;
 mod extra;
 mod field_path;
+mod field_recording;
 mod fields;
 mod file_bytes;
 mod first_messages;
@@ -81,6 +82,7 @@ pub use crate::{
     definition::SchemaError,
     error::Error,
     field_path::FieldPath,
+    field_recording::{FieldRecording, FieldRequest, record_fields},
     fields::Fields,
     first_messages::{first_string, joint_names_in},
     layout::Layout,

@@ -1,0 +1,167 @@
+//! Masses that the log can tell: payloads by the force of the cylinder that lifts them.
+
+use anyhow::{Context, Result, bail};
+use tipwatch_ingest::{FieldRecording, FieldRequest, Log, Losses, record_fields};
+use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine};
+use tipwatch_mechanics::{
+    ForceQuality, MeasuredForce, PayloadEstimate, State, carries_payload, estimate_payload,
+};
+
+use crate::analysis::Rows;
+use crate::load::MachineFile;
+
+/// Most rows that an estimate looks at: they are thinned out evenly.
+const MOST_ROWS: usize = 2000;
+/// Samples further apart than this (ns) are not joined by a straight line.
+const LONGEST_GAP_NS: i64 = 100_000_000;
+
+/// A payload whose mass was estimated.
+#[derive(Debug, Clone)]
+pub struct EstimatedPayload {
+    /// Index of the payload.
+    pub payload: usize,
+    /// Name of the linkage whose force told it.
+    pub linkage: String,
+    /// What was found.
+    pub estimate: PayloadEstimate,
+}
+
+/// Estimates every payload of unknown mass and puts it into the machine.
+///
+/// # Errors
+/// No linkage that carries the payload has its force bound, or the log does not have the fields.
+pub(crate) fn estimate_all(
+    log: &Log,
+    file: &MachineFile,
+    machine: &mut Machine,
+    rows: &Rows,
+) -> Result<Vec<EstimatedPayload>> {
+    let mut found = Vec::new();
+    for payload in 0..machine.payloads().len() {
+        if !machine.payloads()[payload].is_estimated {
+            continue;
+        }
+        let place = format!("{}: payload {}", file.path.display(), payload + 1);
+        let (linkage, spec) = bound_linkage(file, machine, payload).with_context(|| {
+            format!("{place}: mass = \"estimate\": expected force or pressure on a [[linkage]] that carries it, found none")
+        })?;
+        let force = measured_force(log, spec)?;
+        let samples = samples(machine, rows, &force);
+        let quality = ForceQuality {
+            sigma: spec.force_sigma,
+            friction_share: spec.friction_share,
+            interval_s: interval_s(rows) * thinning(rows) as f64,
+        };
+        let Some(estimate) = estimate_payload(machine, linkage, payload, &samples, quality) else {
+            bail!(
+                "{place}: the log has no row with the force of linkage {} in its time",
+                spec.name
+            );
+        };
+        *machine = machine.with_payload_mass(payload, estimate.mass, estimate.sigma);
+        found.push(EstimatedPayload {
+            payload,
+            linkage: spec.name.clone(),
+            estimate,
+        });
+    }
+    Ok(found)
+}
+
+/// The first linkage with a bound force that carries the payload.
+fn bound_linkage<'a>(
+    file: &'a MachineFile,
+    machine: &Machine,
+    payload: usize,
+) -> Option<(usize, &'a LinkageSpec)> {
+    let linkages = file.spec.linkage.iter().enumerate();
+    linkages
+        .filter(|(_, spec)| spec.force.is_some() || spec.pressure.is_some())
+        .find(|(linkage, _)| carries_payload(machine, *linkage, payload))
+}
+
+/// A force over time: stamps (ns) and values (N).
+type Series = (Vec<i64>, Vec<f64>);
+
+fn measured_force(log: &Log, spec: &LinkageSpec) -> Result<Series> {
+    if let Some(field) = &spec.force {
+        let (mut recordings, _) = read(log, &[field])?;
+        return Ok(series(&recordings.remove(0), field));
+    }
+    let Some(pressure) = &spec.pressure else {
+        bail!("linkage {}: no force is bound", spec.name);
+    };
+    let (recordings, _) = read(log, &[&pressure.piston, &pressure.rod])?;
+    let (stamps, piston) = series(&recordings[0], &pressure.piston);
+    let rod = series(&recordings[1], &pressure.rod);
+    let force = stamps.iter().zip(piston).filter_map(|(&stamp, piston)| {
+        let rod = at(&rod, stamp)?;
+        Some((
+            stamp,
+            piston * pressure.piston_area - rod * pressure.rod_area,
+        ))
+    });
+    Ok(force.unzip())
+}
+
+fn read(log: &Log, fields: &[&FieldSpec]) -> Result<(Vec<FieldRecording>, Losses)> {
+    let requests: Vec<FieldRequest> = fields
+        .iter()
+        .map(|spec| FieldRequest {
+            topic: spec.topic.clone(),
+            field: spec.field.clone().unwrap_or_else(|| "effort".into()),
+            joint: spec.joint.clone(),
+        })
+        .collect();
+    Ok(record_fields(log, &requests)?)
+}
+
+/// Sorted by time, scaled as the machine file says.
+fn series(recording: &FieldRecording, spec: &FieldSpec) -> Series {
+    let mut pairs: Vec<(i64, f64)> = (recording.stamps_ns.iter().copied())
+        .zip(
+            recording
+                .values
+                .iter()
+                .map(|value| value * spec.scale + spec.offset),
+        )
+        .collect();
+    pairs.sort_by_key(|(stamp, _)| *stamp);
+    pairs.into_iter().unzip()
+}
+
+/// The value at a time, between samples in a straight line; `None` in gaps and beyond the ends.
+fn at((stamps, values): &Series, stamp: i64) -> Option<f64> {
+    let next = stamps.partition_point(|&s| s < stamp);
+    if stamps.get(next) == Some(&stamp) {
+        return values.get(next).copied();
+    }
+    let before = next.checked_sub(1)?;
+    let (a, b) = (stamps[before], *stamps.get(next)?);
+    let share = (stamp - a) as f64 / (b - a) as f64;
+    (b - a <= LONGEST_GAP_NS).then(|| values[before] + share * (values[next] - values[before]))
+}
+
+/// The valid rows, thinned out, with the force measured at their time.
+fn samples(machine: &Machine, rows: &Rows, force: &Series) -> Vec<MeasuredForce> {
+    let usable = (0..rows.len())
+        .step_by(thinning(rows))
+        .filter(|&row| rows.is_valid(row));
+    usable
+        .filter_map(|row| {
+            let force = at(force, rows.times_ns[row])?;
+            let mut state = State::zero(machine);
+            rows.states.get(row, &mut state);
+            Some(MeasuredForce { state, force })
+        })
+        .collect()
+}
+
+fn thinning(rows: &Rows) -> usize {
+    rows.len().div_ceil(MOST_ROWS).max(1)
+}
+
+/// Mean time between two rows (s).
+fn interval_s(rows: &Rows) -> f64 {
+    rows.seconds(rows.len() - 1) / (rows.len() - 1).max(1) as f64
+}
