@@ -6,7 +6,12 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::signal::Reason;
 
 use crate::analysis::Analysis;
-use crate::events::{Event, EventKind};
+use crate::events::{Event, EventCauses, EventKind};
+
+/// Causes with less of the lost load are not named (%).
+const LEAST_PERCENT: f64 = 2.0;
+/// Most causes that a sentence names.
+const MOST_CAUSES: usize = 3;
 
 /// What was found, in plain sentences, the most important first. Times are seconds from the first row.
 ///
@@ -128,7 +133,34 @@ impl Scene {
             sentence.push_str("; depends on how the loads split between the wheels");
         }
         sentence.push('.');
+        if let Some(causes) = &event.causes {
+            sentence.push_str(&self.why(causes));
+        }
         sentence
+    }
+
+    /// What took the load away: the largest causes, as computed.
+    fn why(&self, causes: &EventCauses) -> String {
+        let lost_n = causes.otf_before_n - causes.otf_n;
+        if !(lost_n > 0.0) {
+            return String::new();
+        }
+        let since = match causes.since_is_steady {
+            true => "Since the machine was last steady",
+            false => "Since the first valid row",
+        };
+        let named: Vec<String> = (causes.shares.iter())
+            .filter(|share| share.percent >= LEAST_PERCENT)
+            .take(MOST_CAUSES)
+            .map(|share| format!("{} {:.0} %", share.cause.replace('_', " "), share.percent))
+            .collect();
+        format!(
+            " {since}, at t = {:.2} s, the OTF fell by {} N to {} N; computed shares: {}.",
+            self.seconds(causes.since_ns),
+            number(lost_n),
+            number(causes.otf_n),
+            named.join(", ")
+        )
     }
 
     fn what(&self, event: &Event) -> String {

@@ -1,6 +1,7 @@
 //! The report: one page for people, complete in itself, that opens without a network.
 
 mod decimate;
+mod explanations;
 mod findings;
 mod html;
 mod plots;
@@ -33,7 +34,16 @@ pub fn render(analysis: &Analysis) -> String {
     page.push_str(&head(analysis));
     page.push_str(&section("Findings", &top_findings(analysis)));
     page.push_str(&section("Events", &tables::events(analysis)));
+    page.push_str(&section("Causes", &explanations::causes(analysis)));
     page.push_str(&section("Curves", &curves(analysis, &figures)));
+    page.push_str(&section(
+        "Sensitivity",
+        &explanations::sensitivity(analysis),
+    ));
+    page.push_str(&section(
+        "Model and uncertainty",
+        &explanations::models(analysis),
+    ));
     page.push_str(&section("Inputs", &tables::inputs(analysis)));
     page.push_str(&section("Data limitations", &tables::limitations(analysis)));
     page.push_str(&section("Provenance", &tables::provenance(analysis)));

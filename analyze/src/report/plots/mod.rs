@@ -1,15 +1,19 @@
-//! The figures of the page: loads, stability and inputs over time.
+//! The figures of the page, all on one time axis: loads, indicators, causes, inputs.
+
+mod causes;
+mod indicators;
+mod inputs;
+mod loads;
 
 use plotly::color::Rgba;
-use plotly::common::{Anchor, DashType, Fill, Font, HoverInfo, Line, Mode, Orientation, Visible};
+use plotly::common::{Anchor, DashType, Fill, Font, HoverInfo, Line, Mode, Orientation};
 use plotly::configuration::DisplayModeBar;
 use plotly::layout::{
     Annotation, Axis, HoverMode, Legend, Margin, Shape, ShapeLayer, ShapeLine, ShapeType,
 };
-use plotly::{Configuration, Layout, Scatter, Trace, Traces};
+use plotly::{Configuration, Layout, Scatter, Traces};
 use serde::Serialize;
-use tipwatch_mechanics::machine::{Body, Drive, JointKind, Linkage, LinkageInput};
-use tipwatch_mechanics::{Quantity, State};
+use tipwatch_mechanics::Quantity;
 
 use super::decimate::rows_to_draw;
 use super::findings::{Scene, rank};
@@ -59,16 +63,10 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<Figure> {
         seconds: seconds(analysis),
     };
     let mut figures = vec![plotter.loads(), plotter.stability()];
+    figures.extend(plotter.edges());
+    figures.extend(plotter.causes());
     figures.extend(plotter.inputs());
     figures
-}
-
-/// A curve: its name and its value in each row, NaN where there is none.
-struct Curve {
-    name: String,
-    /// Whether it is shown only on request: a wheel's turns would dwarf every other joint.
-    hidden: bool,
-    values: Vec<f64>,
 }
 
 struct Plotter<'a> {
@@ -77,127 +75,6 @@ struct Plotter<'a> {
 }
 
 impl Plotter<'_> {
-    fn loads(&self) -> Figure {
-        let mut traces = Traces::new();
-        let names: Vec<String> = self
-            .analysis
-            .machine
-            .wheels()
-            .iter()
-            .map(|wheel| plain(&wheel.name))
-            .collect();
-        for (wheel, name) in names.iter().enumerate() {
-            traces.push(self.curve(wheel, name, &self.valid(Quantity::Load(wheel))));
-        }
-        self.add_limits(&mut traces, &names);
-        for (wheel, name) in names.iter().enumerate() {
-            let otf = self.curve(
-                wheel,
-                &format!("{name} OTF"),
-                &self.valid(Quantity::Otf(wheel)),
-            );
-            traces.push(otf.visible(Visible::LegendOnly));
-        }
-        for (wheel, name) in names.iter().enumerate() {
-            traces.push(self.envelope(wheel, name));
-        }
-        self.figure("Wheel loads", "Load [N]", 480, traces, true)
-    }
-
-    fn stability(&self) -> Figure {
-        let mut traces = Traces::new();
-        traces.push(self.curve(0, "ZMP margin", &self.valid(Quantity::ZmpMargin)));
-        let title = "Stability: distance of the centre of pressure (ZMP) from the nearest edge, inside positive";
-        self.figure(title, "Margin [m]", 300, traces, false)
-    }
-
-    fn inputs(&self) -> Vec<Figure> {
-        let [turning, sliding, force, rate] = self.input_curves();
-        [
-            ("Joint positions, turning joints", "Position [rad]", turning),
-            ("Joint positions, sliding joints", "Position [m]", sliding),
-            (
-                "IMU specific force, in its own frame",
-                "Specific force [m/s²]",
-                force,
-            ),
-            (
-                "IMU angular velocity, in its own frame",
-                "Angular velocity [rad/s]",
-                rate,
-            ),
-        ]
-        .into_iter()
-        .filter(|(_, _, curves)| !curves.is_empty())
-        .map(|(title, unit, curves)| {
-            let mut traces = Traces::new();
-            for (index, curve) in curves.iter().enumerate() {
-                let trace = self.curve(index, &plain(&curve.name), &curve.values);
-                traces.push(if curve.hidden {
-                    trace.visible(Visible::LegendOnly)
-                } else {
-                    trace
-                });
-            }
-            self.figure(title, unit, 300, traces, false)
-        })
-        .collect()
-    }
-
-    /// Turning joints, sliding joints, specific force, angular velocity.
-    fn input_curves(&self) -> [Vec<Curve>; 4] {
-        let machine = &self.analysis.machine;
-        let rows = self.analysis.rows.len();
-        let curve = |name: &str| Curve {
-            name: name.into(),
-            hidden: false,
-            values: Vec::with_capacity(rows),
-        };
-        let mut joints: Vec<Curve> = machine
-            .joints()
-            .iter()
-            .map(|joint| curve(&joint.name))
-            .collect();
-        let mut force = ["x", "y", "z"].map(curve);
-        let mut rate = ["x", "y", "z"].map(curve);
-        let mut state = State::zero(machine);
-        for row in 0..rows {
-            self.analysis.rows.states.get(row, &mut state);
-            for (curve, joint) in joints.iter_mut().zip(&state.joints) {
-                curve.values.push(joint.position);
-            }
-            for axis in 0..3 {
-                force[axis].values.push(state.imu.specific_force[axis]);
-                rate[axis].values.push(state.imu.angular_velocity[axis]);
-            }
-        }
-        let (mut turning, mut sliding) = (Vec::new(), Vec::new());
-        for (index, mut curve) in joints
-            .into_iter()
-            .enumerate()
-            .filter(|(index, _)| machine.joints()[*index].logged)
-        {
-            curve.hidden = machine.joints()[index].spins_wheel.is_some();
-            if self.slides(index) {
-                sliding.push(curve);
-            } else {
-                turning.push(curve);
-            }
-        }
-        [turning, sliding, force.into(), rate.into()]
-    }
-
-    /// Whether a joint's position is a length.
-    fn slides(&self, joint: usize) -> bool {
-        let machine = &self.analysis.machine;
-        let is_rod = |linkage: &Linkage| {
-            linkage.measured_joint == joint && linkage.input == LinkageInput::RodLength
-        };
-        let is_slider =
-            |body: &Body| body.drive == Drive::Measured(joint) && body.kind == JointKind::Prismatic;
-        machine.linkages().iter().any(is_rod) || machine.bodies().iter().any(is_slider)
-    }
-
     /// A result where the row's loads mean something, else NaN.
     fn valid(&self, quantity: Quantity) -> Vec<f64> {
         let rows = &self.analysis.rows;
@@ -228,68 +105,49 @@ impl Plotter<'_> {
             )
     }
 
-    /// The limit of each wheel; one line where all have the same.
-    fn add_limits(&self, traces: &mut Traces, names: &[String]) {
-        let Some(limits) = &self.analysis.min_loads_n else {
-            return;
-        };
-        let same = limits.windows(2).all(|pair| pair[0] == pair[1]);
-        for (wheel, &limit) in limits
-            .iter()
-            .enumerate()
-            .take(if same { 1 } else { limits.len() })
-        {
-            let name = if same {
-                "limit".to_string()
-            } else {
-                format!("{} limit", names[wheel])
-            };
-            let tint = if same {
-                Rgba::new(170, 0, 0, 1.0)
-            } else {
-                colour(wheel, 0.7)
-            };
-            let ends = vec![0.0, self.seconds.last().copied().unwrap_or(0.0)];
-            let line = Line::new().width(1.2).color(tint).dash(DashType::LongDash);
-            traces.push(
-                Scatter::new(ends, vec![drawn(limit); 2])
-                    .name(name)
-                    .mode(Mode::Lines)
-                    .line(line),
-            );
-        }
-    }
-
-    /// The smallest and the largest load that equilibrium allows, as a band.
-    fn envelope(&self, wheel: usize, name: &str) -> Box<dyn Trace> {
-        let least = self.valid(Quantity::LoadLeast(wheel));
-        let largest = self.valid(Quantity::LoadLargest(wheel));
-        let mut rows = rows_to_draw(&least, MOST_POINTS / 2);
-        rows.extend(rows_to_draw(&largest, MOST_POINTS / 2));
+    /// What lies between two curves, as a filled shape.
+    fn between(
+        &self,
+        name: &str,
+        low: &[f64],
+        high: &[f64],
+        fill: Rgba,
+    ) -> Box<Scatter<f64, Option<f64>>> {
+        let mut rows = rows_to_draw(low, MOST_POINTS / 2);
+        rows.extend(rows_to_draw(high, MOST_POINTS / 2));
         rows.sort_unstable();
         rows.dedup();
-        let (mut times, mut loads) = (Vec::new(), Vec::new());
+        let (mut times, mut values) = (Vec::new(), Vec::new());
         for run in rows
-            .split(|&row| !(least[row].is_finite() && largest[row].is_finite()))
+            .split(|&row| !(low[row].is_finite() && high[row].is_finite()))
             .filter(|run| !run.is_empty())
         {
-            let there = run.iter().map(|&row| (row, largest[row]));
-            let back = run.iter().rev().map(|&row| (row, least[row]));
-            for (row, load) in there.chain(back) {
+            let there = run.iter().map(|&row| (row, high[row]));
+            let back = run.iter().rev().map(|&row| (row, low[row]));
+            for (row, value) in there.chain(back) {
                 times.push(self.seconds[row]);
-                loads.push(drawn(load));
+                values.push(drawn(value));
             }
             times.push(self.seconds[run[run.len() - 1]]);
-            loads.push(None);
+            values.push(None);
         }
-        Scatter::new(times, loads)
-            .name(format!("{name} envelope"))
+        Scatter::new(times, values)
+            .name(name)
             .mode(Mode::Lines)
             .fill(Fill::ToSelf)
-            .fill_color(colour(wheel, 0.2))
-            .line(Line::new().width(0.5).color(colour(wheel, 0.4)))
+            .fill_color(fill)
+            .line(Line::new().width(0.0))
             .hover_info(HoverInfo::Skip)
-            .visible(Visible::LegendOnly)
+    }
+
+    /// Whether the model that was chosen has a quantity.
+    fn has(&self, quantity: Quantity) -> bool {
+        self.analysis.rows.outcomes.quantities.contains(&quantity)
+    }
+
+    fn wheel_names(&self) -> Vec<String> {
+        let wheels = self.analysis.machine.wheels().iter();
+        wheels.map(|wheel| plain(&wheel.name)).collect()
     }
 
     fn figure(

@@ -1,0 +1,63 @@
+//! What causes each wheel's load, over time.
+
+use plotly::Traces;
+use tipwatch_mechanics::{Cause, Quantity};
+
+use super::{Figure, Plotter};
+
+impl Plotter<'_> {
+    /// For each wheel the causes stacked on each other, those that take load below zero; the OTF is
+    /// their sum.
+    pub(super) fn causes(&self) -> Vec<Figure> {
+        let names = self.wheel_names();
+        let known = |wheel: &usize| self.has(Quantity::Cause(Cause::ArmWeight, *wheel));
+        (0..names.len())
+            .filter(known)
+            .map(|wheel| self.causes_of(wheel, &names[wheel]))
+            .collect()
+    }
+
+    fn causes_of(&self, wheel: usize, name: &str) -> Figure {
+        let rows = self.seconds.len();
+        let (mut above, mut below) = (vec![0.0; rows], vec![0.0; rows]);
+        let mut traces = Traces::new();
+        for (index, cause) in Cause::ALL.into_iter().enumerate() {
+            let values = self.valid(Quantity::Cause(cause, wheel));
+            let matters = |value: &f64| value.abs() > 1.0;
+            if cause == Cause::LiftOff || !values.iter().any(matters) {
+                continue;
+            }
+            let stacked = |base: &mut [f64], part: fn(f64) -> f64| {
+                let from = base.to_vec();
+                for (base, &value) in base.iter_mut().zip(&values) {
+                    *base += part(value);
+                }
+                (from, base.to_vec())
+            };
+            let label = cause.name().replace('_', " ");
+            let fill = super::colour(index, 0.55);
+            let (from, to) = stacked(&mut above, positive);
+            traces.push(
+                self.between(&label, &from, &to, fill.clone())
+                    .legend_group(&label),
+            );
+            let (from, to) = stacked(&mut below, negative);
+            let lower = self.between(&label, &to, &from, fill);
+            traces.push(lower.legend_group(&label).show_legend(false));
+        }
+        // black: the sum
+        traces.push(self.curve(4, "OTF", &self.valid(Quantity::Otf(wheel))));
+        let title = format!("Wheel {name}: what its load (OTF) is made of");
+        self.figure(&title, "Contribution [N]", 340, traces, false)
+    }
+}
+
+/// The value where it is positive, else zero; NaN stays.
+fn positive(value: f64) -> f64 {
+    if value < 0.0 { 0.0 } else { value }
+}
+
+/// The value where it is negative, else zero; NaN stays.
+fn negative(value: f64) -> f64 {
+    if value > 0.0 { 0.0 } else { value }
+}
