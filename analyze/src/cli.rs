@@ -56,7 +56,7 @@ enum Command {
 
 #[derive(Debug, Args)]
 struct AnalyzeArgs {
-    /// The logs: .mcap, .db3 or rosbag2 folders.
+    /// The logs: .mcap, .bag, .db3 or rosbag2 folders.
     #[arg(required = true)]
     logs: Vec<PathBuf>,
     /// The machine file.

@@ -129,7 +129,7 @@ fn compare(
             .otf
             .iter()
             .fold(0.0_f64, |s, load| s.max(load.abs()));
-    let lifted = outcome.load.iter().any(|&load| load == 0.0);
+    let lifted = outcome.load.contains(&0.0);
     let sensitivity = workspace.sensitivity();
     let mut compared = Compared {
         largest: 0.0,

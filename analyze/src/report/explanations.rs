@@ -66,7 +66,7 @@ pub(super) fn sensitivity(analysis: &Analysis) -> String {
         super::html::escape(name),
         number(first.worst_otf_n)
     );
-    let optional = |value: Option<f64>| value.map_or("-".into(), |value| short(value));
+    let optional = |value: Option<f64>| value.map_or("-".into(), short);
     let cells: Vec<Vec<String>> = (rows.iter().take(MOST_PARAMETERS))
         .map(|row| {
             vec![

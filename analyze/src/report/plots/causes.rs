@@ -37,10 +37,7 @@ impl Plotter<'_> {
             let label = cause.name().replace('_', " ");
             let fill = super::colour(index, 0.55);
             let (from, to) = stacked(&mut above, positive);
-            traces.push(
-                self.between(&label, &from, &to, fill.clone())
-                    .legend_group(&label),
-            );
+            traces.push(self.between(&label, &from, &to, fill).legend_group(&label));
             let (from, to) = stacked(&mut below, negative);
             let lower = self.between(&label, &to, &from, fill);
             traces.push(lower.legend_group(&label).show_legend(false));

@@ -6,6 +6,9 @@ use tipwatch_mechanics::Quantity;
 
 use super::{Figure, Plotter, plain};
 
+/// The name of an indicator, and its quantity by edge.
+type Kind = (&'static str, fn(usize) -> Quantity);
+
 impl Plotter<'_> {
     pub(super) fn stability(&self) -> Figure {
         let mut traces = Traces::new();
@@ -16,13 +19,13 @@ impl Plotter<'_> {
 
     /// Overturning moments and angles about each edge.
     pub(super) fn edges(&self) -> Vec<Figure> {
-        let moments: [(&str, fn(usize) -> Quantity); 4] = [
+        let moments: [Kind; 4] = [
             ("ITOM with wheels", Quantity::ItomFull),
             ("ITOM", Quantity::Itom),
             ("TOM", Quantity::Tom),
             ("MHS-type", Quantity::Mhs),
         ];
-        let angles: [(&str, fn(usize) -> Quantity); 2] = [
+        let angles: [Kind; 2] = [
             ("Force-Angle", Quantity::ForceAngle),
             ("stability angle", Quantity::StabilityAngle),
         ];
@@ -41,7 +44,7 @@ impl Plotter<'_> {
     }
 
     /// The first kind is shown, the others on request.
-    fn by_edge(&self, title: &str, unit: &str, kinds: &[(&str, fn(usize) -> Quantity)]) -> Figure {
+    fn by_edge(&self, title: &str, unit: &str, kinds: &[Kind]) -> Figure {
         let mut traces = Traces::new();
         for (place, (name, kind)) in kinds.iter().enumerate() {
             for (index, edge) in self.analysis.machine.polygon().edges().iter().enumerate() {

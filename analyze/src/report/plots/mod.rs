@@ -4,6 +4,7 @@ mod causes;
 mod indicators;
 mod inputs;
 mod loads;
+mod uncertainty;
 
 use plotly::color::Rgba;
 use plotly::common::{Anchor, DashType, Fill, Font, HoverInfo, Line, Mode, Orientation};
@@ -65,6 +66,7 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<Figure> {
     let mut figures = vec![plotter.loads(), plotter.stability()];
     figures.extend(plotter.edges());
     figures.extend(plotter.causes());
+    figures.extend(plotter.drawn_machines());
     figures.extend(plotter.inputs());
     figures
 }
