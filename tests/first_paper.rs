@@ -2,9 +2,9 @@
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::events::EventKind;
-use tipwatch_analyze::options::{ClosedFormInput, Model, Options};
+use tipwatch_analyze::options::{ClosedFormInput, Model, MoreColumns, Options};
 use tipwatch_mechanics::{Cause, Quantity};
-use tipwatch_tests::{Truth, analysed, data};
+use tipwatch_tests::{Truth, analysed, beside, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
@@ -116,9 +116,50 @@ fn identities_hold_on_every_log() {
         } else {
             analysed(&path, Options::default())
         };
-        let weight = analysis.machine.mass() * analysis.machine.gravity();
-        edge_moments_are_the_loads_beyond(name, &analysis, weight);
-        causes_add_up(name, &analysis, weight);
+        identities(name, &analysis);
+    }
+    for name in ["flat_arm", "drive_brake", "drive_brake_clean"] {
+        if let Some(path) = beside(&format!("sim/{name}.mcap")) {
+            identities(name, &analysed(&path, Options::default()));
+        }
+    }
+}
+
+fn identities(name: &str, analysis: &Analysis) {
+    let weight = analysis.machine.mass() * analysis.machine.gravity();
+    edge_moments_are_the_loads_beyond(name, analysis, weight);
+    causes_add_up(name, analysis, weight);
+}
+
+#[test]
+fn the_parts_of_the_links_add_up_to_the_signed_load() {
+    let columns = MoreColumns {
+        parts: true,
+        terms: false,
+    };
+    for name in ["tiny_lift.mcap", "forwarder6_bump.mcap"] {
+        let analysis = analysed(
+            &data(name),
+            Options {
+                columns,
+                ..Options::default()
+            },
+        );
+        let rows = &analysis.rows;
+        for wheel in 0..analysis.machine.wheels().len() {
+            let quantities = rows.outcomes.quantities.iter();
+            let parts = quantities.filter(|q| matches!(q, Quantity::Part(_, w) if *w == wheel));
+            let parts: Vec<_> = parts.map(|&part| rows.outcomes.column(part)).collect();
+            let otf = rows.outcomes.column(Quantity::Otf(wheel));
+            for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
+                let sum: f64 = parts.iter().map(|part| part[row]).sum();
+                assert!(
+                    (sum - otf[row]).abs() < 1e-4,
+                    "{name}, row {row}: {sum} {}",
+                    otf[row]
+                );
+            }
+        }
     }
 }
 

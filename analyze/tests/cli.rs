@@ -152,6 +152,30 @@ fn the_closed_form_writes_its_terms_and_refuses_machines_that_it_does_not_descri
 }
 
 #[test]
+fn the_study_of_drawn_machines_writes_its_bands() {
+    let (code, said, out) = analyze(
+        &data("tiny.mcap"),
+        &data("tiny.toml"),
+        &["--monte-carlo", "50"],
+    );
+    assert_eq!(code, 0, "{said}");
+    let table = fs::read(out.path().join("monte_carlo.parquet")).unwrap();
+    let has = |name: &str| {
+        table
+            .windows(name.len())
+            .any(|bytes| bytes == name.as_bytes())
+    };
+    assert!(has("load_fl_low") && has("arm_moment_z_high"));
+    let text = fs::read_to_string(out.path().join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(summary["monte_carlo"]["draws"], 50);
+    let half_band = summary["monte_carlo"]["mean_half_band"]["load_fl"]
+        .as_f64()
+        .unwrap();
+    assert!((300.0..5000.0).contains(&half_band), "{half_band}");
+}
+
+#[test]
 fn fail_on_gives_exit_code_four_only_where_the_event_happened() {
     let lift = analyze(
         &data("tiny_lift.mcap"),

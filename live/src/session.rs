@@ -50,6 +50,16 @@ impl Session {
             imu_frame: self.imu_frame.as_deref(),
         };
         let machine = file.spec.check(&urdf.text, &urdf.name, facts)?;
+        if machine
+            .payloads()
+            .iter()
+            .any(|payload| payload.is_estimated)
+        {
+            bail!(
+                "{}: payload with mass = \"estimate\": a mass is estimated from a whole log; expected a number for live use",
+                file.spec.file
+            );
+        }
         let sensors = self.sensors(&machine)?;
         Ok((machine, sensors))
     }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::coordinate::Motion;
+use crate::indicators::Travel;
 use crate::machine::Machine;
 use crate::number::Real;
 use crate::sensitivity::Parameter;
@@ -177,6 +178,10 @@ impl<T: Real> State<T> {
             Parameter::AngularAcceleration(axis) => imu.angular_acceleration[axis as usize],
             Parameter::ToolForce(axis) => tool.force[axis as usize],
             Parameter::ToolMoment(axis) => tool.moment[axis as usize],
+            Parameter::Travel(Travel::ForwardVelocity) => self.base.velocity.x,
+            Parameter::Travel(Travel::LeftVelocity) => self.base.velocity.y,
+            Parameter::Travel(Travel::ForwardAcceleration) => self.base.velocity_rate.x,
+            Parameter::Travel(Travel::LeftAcceleration) => self.base.velocity_rate.y,
             _ => return None,
         })
     }

@@ -41,8 +41,9 @@ impl<T: Real> Uncertainty<T> {
 /// How the parameters' derivatives enter the variance, made once for a machine.
 #[derive(Debug, Clone)]
 pub(crate) struct ParameterSigmas {
-    /// Variance of each parameter by itself, in the order of [`Parameter::all`]; zero of inertias.
-    variances: Vec<f64>,
+    /// Place of each parameter that is uncertain by itself, in the order of [`Parameter::all`], and its
+    /// variance.
+    variances: Vec<(usize, f64)>,
     /// Where the inertia of each link starts, and the standard deviations of its elements, which share
     /// one factor.
     inertias: Vec<(usize, [f64; 6])>,
@@ -66,7 +67,9 @@ impl ParameterSigmas {
             _ => stated_sigma(machine, parameter).powi(2),
         };
         Self {
-            variances: parameters.iter().map(alone).collect(),
+            variances: (parameters.iter().map(alone).enumerate())
+                .filter(|(_, variance)| *variance > 0.0)
+                .collect(),
             inertias,
             model_share: machine.uncertainty.model_share,
         }
@@ -75,7 +78,8 @@ impl ParameterSigmas {
     /// Variance of a number with these derivatives from the parameters.
     fn variance<T: Real>(&self, derivatives: &[T]) -> T {
         let mut variance = T::zero();
-        for (&by, &own) in derivatives.iter().zip(&self.variances) {
+        for &(place, own) in &self.variances {
+            let by = derivatives[place];
             variance += by * by * T::constant(own);
         }
         for (first, sigmas) in &self.inertias {
@@ -102,7 +106,8 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::ToolMoment(_) => spec.tool_moment,
         Parameter::JointRate(_)
         | Parameter::JointAcceleration(_)
-        | Parameter::AngularAcceleration(_) => 0.0,
+        | Parameter::AngularAcceleration(_)
+        | Parameter::Travel(_) => 0.0,
         Parameter::LinkInertia(..) => {
             spec.inertia_share * parameter.nominal(machine).unwrap_or(0.0).abs()
         }

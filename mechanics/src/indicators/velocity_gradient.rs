@@ -11,6 +11,7 @@
 use nalgebra::Vector3;
 
 use super::Balance;
+use crate::newton_euler_derivatives::BaseGradient;
 use crate::number::Real;
 use crate::sensitivity::Sensitivity;
 use crate::spatial::cross;
@@ -59,6 +60,30 @@ impl Travel {
         Self::LeftAcceleration,
         Self::YawAcceleration,
     ];
+
+    /// Its name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ForwardVelocity => "v_x",
+            Self::LeftVelocity => "v_y",
+            Self::YawRate => "yaw_rate",
+            Self::ForwardAcceleration => "v_x_dot",
+            Self::LeftAcceleration => "v_y_dot",
+            Self::YawAcceleration => "yaw_rate_dot",
+        }
+    }
+
+    /// Its unit.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::ForwardVelocity | Self::LeftVelocity => "m/s",
+            Self::YawRate => "rad/s",
+            Self::ForwardAcceleration | Self::LeftAcceleration => "m/s^2",
+            Self::YawAcceleration => "rad/s^2",
+        }
+    }
 }
 
 impl<T: Real> VelocityGradient<T> {
@@ -86,30 +111,47 @@ impl<T: Real> VelocityGradient<T> {
     }
 }
 
+/// Derivatives of a load by travel, from those by the base's motion.
+pub(crate) fn by_travel<T: Real>(
+    by: &BaseGradient<T>,
+    w: &Vector3<T>,
+    velocity: &Vector3<T>,
+) -> [T; Travel::ALL.len()] {
+    let force = &by.specific_force;
+    [
+        force.dot(&cross(w, &Vector3::x())),
+        force.dot(&cross(w, &Vector3::y())),
+        force.dot(&cross(&Vector3::z(), velocity)) + by.angular_velocity.z,
+        force.x,
+        force.y,
+        by.angular_acceleration.z,
+    ]
+}
+
 pub(super) fn of<T: Real>(
     balance: &Balance<'_, T>,
     sensitivity: &Sensitivity<T>,
     otf: &[T],
 ) -> VelocityGradient<T> {
-    let zero = Vector3::zeros();
-    let (mut by_force, mut by_rate, mut by_acceleration) = (zero, T::zero(), T::zero());
+    let (w, velocity) = (
+        &balance.motions[0].angular_velocity,
+        &balance.state.base.velocity,
+    );
+    let mut sums = [T::zero(); Travel::ALL.len()];
     let optimal = &balance.machine.reference.optimal_load;
     for (wheel, (&otf, optimal)) in otf.iter().zip(optimal).enumerate() {
         let off = otf - T::constant(*optimal);
-        let by = sensitivity.by_base(wheel);
-        by_force += by.specific_force * off;
-        by_rate += by.angular_velocity.z * off;
-        by_acceleration += by.angular_acceleration.z * off;
+        let by = by_travel(sensitivity.by_base(wheel), w, velocity);
+        for (sum, by) in sums.iter_mut().zip(by) {
+            *sum += by * off;
+        }
     }
-    let w = &balance.motions[0].angular_velocity;
-    let velocity = &balance.state.base.velocity;
-    let along = |v: &Vector3<T>| by_force.dot(v);
     VelocityGradient {
-        forward_velocity: along(&cross(w, &Vector3::x())),
-        left_velocity: along(&cross(w, &Vector3::y())),
-        yaw_rate: along(&cross(&Vector3::z(), velocity)) + by_rate,
-        forward_acceleration: by_force.x,
-        left_acceleration: by_force.y,
-        yaw_acceleration: by_acceleration,
+        forward_velocity: sums[0],
+        left_velocity: sums[1],
+        yaw_rate: sums[2],
+        forward_acceleration: sums[3],
+        left_acceleration: sums[4],
+        yaw_acceleration: sums[5],
     }
 }

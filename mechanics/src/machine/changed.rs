@@ -63,7 +63,8 @@ impl Machine {
             | Parameter::AngularVelocity(_)
             | Parameter::AngularAcceleration(_)
             | Parameter::ToolForce(_)
-            | Parameter::ToolMoment(_) => {}
+            | Parameter::ToolMoment(_)
+            | Parameter::Travel(_) => {}
         }
     }
 

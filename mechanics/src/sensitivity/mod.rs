@@ -18,6 +18,7 @@ pub use parameter::{Axis, InertiaElement, Parameter};
 pub(crate) use sums::LaneSums;
 pub use sums::SensitivitySums;
 
+use crate::indicators::by_travel;
 use crate::machine::Machine;
 use crate::newton_euler_derivatives::BaseGradient;
 use crate::number::Real;
@@ -108,6 +109,8 @@ impl<T: Real> Chain<T> {
         self.write_payloads(motion, &mut write);
         geometry::write_wheels(motion, self, influence, &mut write);
         geometry::write_contact(motion, influence, &mut write);
+        let w = &motion.motions[0].angular_velocity;
+        write.write(by_travel(&base, w, &motion.state.base.velocity));
         base
     }
 }

@@ -33,6 +33,7 @@ impl Parameter {
             | Self::ImuPosition(_) => "m",
             Self::ImuRotation(_) => "rad",
             Self::FrontShare | Self::TyreStiffness(_) => "-",
+            Self::Travel(travel) => travel.unit(),
         }
     }
 
@@ -89,7 +90,8 @@ impl Parameter {
             | Self::AngularVelocity(_)
             | Self::AngularAcceleration(_)
             | Self::ToolForce(_)
-            | Self::ToolMoment(_) => None,
+            | Self::ToolMoment(_)
+            | Self::Travel(_) => None,
         }
     }
 

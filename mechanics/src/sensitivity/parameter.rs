@@ -1,5 +1,6 @@
 //! What the loads may be differentiated by: signals and parameters, by name, unit and nominal value.
 
+use crate::indicators::Travel;
 use crate::machine::{Machine, Split};
 
 /// An axis of a frame.
@@ -71,6 +72,9 @@ pub enum Parameter {
     FrontShare,
     /// Logarithm of a tyre's stiffness: its relative change (no unit).
     TyreStiffness(usize),
+    /// Travel of the base: a velocity with the accelerations held, or an acceleration, through the
+    /// specific force that it makes.
+    Travel(Travel),
 }
 
 impl Axis {
@@ -142,6 +146,7 @@ impl Parameter {
         if machine.contact.tyres_deflect {
             all.extend((0..machine.wheels.len()).map(Self::TyreStiffness));
         }
+        all.extend(Travel::ALL.map(Self::Travel));
         all
     }
 
@@ -158,6 +163,7 @@ impl Parameter {
                 | Self::AngularAcceleration(_)
                 | Self::ToolForce(_)
                 | Self::ToolMoment(_)
+                | Self::Travel(_)
         )
     }
 
@@ -187,6 +193,7 @@ impl Parameter {
             Self::ImuRotation(axis) => format!("imu.rotation_{}", axis.name()),
             Self::FrontShare => "contact.front_share".into(),
             Self::TyreStiffness(w) => format!("wheel_{}.stiffness_share", wheel(w)),
+            Self::Travel(travel) => format!("base.{}", travel.name()),
         }
     }
 }
