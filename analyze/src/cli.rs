@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use tipwatch_ingest::{Log, recover};
 
 use crate::analysis::Analysis;
 use crate::events::EventKind;
@@ -41,6 +42,14 @@ enum Command {
     Analyze(AnalyzeArgs),
     /// What a log holds: topics, clocks, gaps, damage, and what would be bound to which signal.
     Inspect(InspectArgs),
+    /// Write the intact part of a damaged log, of any format, as a clean, indexed MCAP file.
+    Recover {
+        /// The log.
+        log: PathBuf,
+        /// The new file; one that exists is never overwritten.
+        #[arg(short, long, value_name = "FILE")]
+        out: PathBuf,
+    },
     /// Analyse a small log that comes with the program.
     Demo {
         /// Where the results go.
@@ -150,6 +159,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
         Command::Analyze(args) => analyze(args, voice),
         Command::Inspect(args) => inspect_log(args),
+        Command::Recover { log, out } => recover_log(log, out, voice),
         Command::Demo { out } => run_demo(out, voice),
         Command::Completions { shell } => {
             clap_complete::generate(
@@ -294,6 +304,23 @@ fn inspect_log(args: &InspectArgs) -> Result<Verdict> {
     } else {
         Verdict::Lost
     })
+}
+
+fn recover_log(log: &Path, out: &Path, voice: Voice) -> Result<Verdict> {
+    let report = recover(&Log::open(log)?, out)?;
+    voice.say(&format!(
+        "{} messages of {} topics written to {}",
+        report.message_count(),
+        report.messages.len(),
+        out.display()
+    ));
+    if report.losses.is_empty() {
+        return Ok(Verdict::Done);
+    }
+    for range in &report.losses.ranges {
+        voice.say(&format!("lost: {range}"));
+    }
+    Ok(Verdict::Lost)
 }
 
 fn run_demo(out: &Path, voice: Voice) -> Result<Verdict> {

@@ -211,6 +211,38 @@ fn a_truncated_log_gives_what_is_intact_and_exit_code_three() {
 }
 
 #[test]
+fn a_recovered_log_gives_the_rows_of_the_damaged_one_and_is_whole() {
+    let folder = TempDir::new().unwrap();
+    let bytes = fs::read(data("tiny_lift.mcap")).unwrap();
+    let (log, whole) = (
+        folder.path().join("cut.mcap"),
+        folder.path().join("whole.mcap"),
+    );
+    fs::write(&log, &bytes[..bytes.len() * 3 / 4]).unwrap();
+    let recovered = tipwatch(&["recover", text(&log), "-o", text(&whole)]);
+    let said = String::from_utf8_lossy(&recovered.stderr).into_owned();
+    assert_eq!(recovered.status.code(), Some(3), "{said}");
+    assert!(
+        said.contains("messages of") && said.contains("lost:"),
+        "{said}"
+    );
+    let again = tipwatch(&["recover", text(&log), "-o", text(&whole)]);
+    assert_eq!(
+        again.status.code(),
+        Some(1),
+        "an existing file is never overwritten"
+    );
+    let rows = |log: &Path, code: i32| {
+        let (found, said, out) = analyze(log, &data("tiny_lift.toml"), &[]);
+        assert_eq!(found, code, "{said}");
+        let text = fs::read_to_string(out.path().join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        (summary["rows"].clone(), summary["wheels"].clone())
+    };
+    assert_eq!(rows(&log, 3), rows(&whole, 0));
+}
+
+#[test]
 fn nothing_is_written_beside_the_evidence() {
     let folder = TempDir::new().unwrap();
     for name in ["tiny.mcap", "tiny.toml", "tiny.urdf"] {
