@@ -24,13 +24,22 @@ pub(super) fn fill<T: Real>(machine: &Machine, out: &mut Outcome<T>) {
         }
     }
     out.indicators.spread = spread;
-    // (110): sigma = 1/2 sum (OTF_i - OTF_opt,i)^2
-    let mut sigma = T::zero();
-    for (&otf, optimal) in out.otf.iter().zip(&machine.reference.optimal_load) {
-        let off = otf - T::constant(*optimal);
-        sigma += off * off;
+    let optimal = machine
+        .reference
+        .optimal_load
+        .iter()
+        .map(|&load| T::constant(load));
+    out.indicators.sigma = sigma(out.otf.iter().copied(), optimal);
+}
+
+/// (110): sigma = 1/2 sum (OTF_i - OTF_opt,i)^2 (N^2)
+pub(crate) fn sigma<T: Real>(otf: impl Iterator<Item = T>, optimal: impl Iterator<Item = T>) -> T {
+    let mut sum = T::zero();
+    for (otf, optimal) in otf.zip(optimal) {
+        let off = otf - optimal;
+        sum += off * off;
     }
-    out.indicators.sigma = sigma * T::constant(0.5);
+    sum * T::constant(0.5)
 }
 
 /// 1 for a wheel on the left, -1 on the right, 0 in the middle.

@@ -8,6 +8,7 @@ mod velocity_gradient;
 use nalgebra::Vector2;
 
 pub(crate) use edge_moments::overturning;
+pub(crate) use load_distribution::sigma;
 pub(crate) use velocity_gradient::by_travel;
 pub use velocity_gradient::{Travel, VelocityGradient};
 
