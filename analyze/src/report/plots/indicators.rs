@@ -4,7 +4,7 @@ use plotly::Traces;
 use plotly::common::Visible;
 use tipwatch_mechanics::Quantity;
 
-use super::{Figure, Plotter, plain};
+use super::{FEWER_POINTS, Figure, Plotter, plain};
 
 /// The name of an indicator, and its quantity by edge.
 type Kind = (&'static str, fn(usize) -> Quantity);
@@ -52,10 +52,11 @@ impl Plotter<'_> {
                 if !values.iter().any(|value| value.is_finite()) {
                     continue;
                 }
-                let curve = self.curve(index, &format!("{name} {}", plain(&edge.name)), &values);
+                let name = format!("{name} {}", plain(&edge.name));
                 traces.push(if place == 0 {
-                    curve
+                    self.curve(index, &name, &values)
                 } else {
+                    let curve = self.curve_of(index, &name, &values, FEWER_POINTS);
                     curve.visible(Visible::LegendOnly)
                 });
             }

@@ -23,6 +23,8 @@ use crate::events::{Event, EventKind};
 
 /// Points of a curve; a screen has fewer columns.
 pub(super) const MOST_POINTS: usize = 4000;
+/// Points of a filled shape's edge, and of a curve that is shown only on request: the page stays small.
+const FEWER_POINTS: usize = 1000;
 /// Most events shown in a figure, the most important ones.
 pub(super) const MOST_EVENTS: usize = 100;
 /// Colours that people of any colour vision tell apart on white (Okabe and Ito), as red, green, blue.
@@ -93,7 +95,17 @@ impl Plotter<'_> {
     }
 
     fn curve(&self, index: usize, name: &str, values: &[f64]) -> Box<Scatter<f64, Option<f64>>> {
-        let rows = rows_to_draw(values, MOST_POINTS);
+        self.curve_of(index, name, values, MOST_POINTS)
+    }
+
+    fn curve_of(
+        &self,
+        index: usize,
+        name: &str,
+        values: &[f64],
+        points: usize,
+    ) -> Box<Scatter<f64, Option<f64>>> {
+        let rows = rows_to_draw(values, points);
         let times = rows.iter().map(|&row| self.seconds[row]).collect();
         Scatter::new(times, rows.iter().map(|&row| drawn(values[row])).collect())
             .name(name)
@@ -115,8 +127,8 @@ impl Plotter<'_> {
         high: &[f64],
         fill: Rgba,
     ) -> Box<Scatter<f64, Option<f64>>> {
-        let mut rows = rows_to_draw(low, MOST_POINTS / 2);
-        rows.extend(rows_to_draw(high, MOST_POINTS / 2));
+        let mut rows = rows_to_draw(low, FEWER_POINTS);
+        rows.extend(rows_to_draw(high, FEWER_POINTS));
         rows.sort_unstable();
         rows.dedup();
         let (mut times, mut values) = (Vec::new(), Vec::new());
