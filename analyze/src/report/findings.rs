@@ -125,8 +125,8 @@ impl Scene {
         }
         if let Some(certainty) = event.certainty {
             sentence.push_str(&format!(
-                "; probability that it is true {:.0} %",
-                certainty * 100.0
+                "; probability that it is true {}",
+                probability(certainty)
             ));
         }
         if event.split_dependent == Some(true) {
@@ -308,6 +308,15 @@ fn share(load_n: f64, static_n: f64) -> String {
     }
 }
 
+/// A probability in per cent: nothing is ever quite certain.
+pub(super) fn probability(value: f64) -> String {
+    match 100.0 * value {
+        percent if percent > 99.9 => "above 99.9 %".into(),
+        percent if percent < 0.1 => "below 0.1 %".into(),
+        percent => format!("{percent:.0} %"),
+    }
+}
+
 /// A number with as many digits as a reader can use.
 pub(super) fn number(value: f64) -> String {
     match value.abs() {
@@ -390,6 +399,13 @@ mod tests {
     fn what_cannot_be_computed_is_said() {
         let sentence = scene().sentence(&event(EventKind::WheelLift, "fl", f64::NAN, "N"));
         assert!(sentence.contains("not computable") && !sentence.contains("NaN"));
+    }
+
+    #[test]
+    fn nothing_is_certain() {
+        assert_eq!(probability(1.0), "above 99.9 %");
+        assert_eq!(probability(0.974), "97 %");
+        assert_eq!(probability(0.0), "below 0.1 %");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use tipwatch_ingest::TopicTiming;
 
-use super::findings::{Scene, number, reason_counts};
+use super::findings::{Scene, number, probability, reason_counts};
 use super::html;
 use crate::analysis::{Analysis, Input};
 use crate::events::{Event, EventKind};
@@ -56,9 +56,7 @@ fn event_row(scene: &Scene, event: &Event) -> Vec<String> {
         event.lead_s.map_or(dash(), |lead_s| format!("{lead_s:.2}")),
         event
             .certainty
-            .map_or("not computed".to_string(), |certainty| {
-                format!("{:.0} %", certainty * 100.0)
-            }),
+            .map_or("not computed".to_string(), probability),
         event.split_dependent.map_or(dash(), |depends| {
             if depends { "yes" } else { "no" }.to_string()
         }),
