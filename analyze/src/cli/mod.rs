@@ -1,0 +1,134 @@
+//! The command line: what may be asked, and asking it. A command is a file.
+
+mod analyze;
+mod demo;
+mod inspect;
+mod recover;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+use crate::analysis::Analysis;
+use crate::events::EventKind;
+
+/// Exit code: a file's content, the machine or the disk is at fault.
+const FAILED: u8 = 1;
+/// Exit code: done, but bytes or messages of a log were lost.
+const LOST: u8 = 3;
+/// Exit code: the condition of `--fail-on` was met.
+const CONDITION_MET: u8 = 4;
+
+/// How close a wheeled machine came to tipping over, from the logs that it keeps.
+#[derive(Debug, Parser)]
+#[command(name = "tipwatch", version, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Say nothing but errors.
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    /// Say more.
+    #[arg(short, long, global = true)]
+    verbose: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Wheel loads, stability and events of logs.
+    Analyze(analyze::AnalyzeArgs),
+    /// What a log holds: topics, clocks, gaps, damage, and what would be bound to which signal.
+    Inspect(inspect::InspectArgs),
+    /// Write the intact part of a damaged log, of any format, as a clean, indexed MCAP file.
+    Recover(recover::RecoverArgs),
+    /// Analyse a small log that comes with the program.
+    Demo(demo::DemoArgs),
+    /// Print the completion script of a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+/// What a command ends with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Verdict {
+    Done,
+    Lost,
+    ConditionMet,
+    Failed,
+}
+
+impl From<Verdict> for ExitCode {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Done => Self::SUCCESS,
+            Verdict::Lost => Self::from(LOST),
+            Verdict::ConditionMet => Self::from(CONDITION_MET),
+            Verdict::Failed => Self::from(FAILED),
+        }
+    }
+}
+
+/// Does what the command line asks.
+#[must_use]
+pub fn run(cli: &Cli) -> ExitCode {
+    let voice = Voice {
+        quiet: cli.quiet,
+        verbose: cli.verbose,
+    };
+    let result = match &cli.command {
+        Command::Analyze(args) => analyze::run(args, voice),
+        Command::Inspect(args) => inspect::run(args),
+        Command::Recover(args) => recover::run(args, voice),
+        Command::Demo(args) => demo::run(args, voice),
+        Command::Completions { shell } => {
+            clap_complete::generate(
+                *shell,
+                &mut Cli::command(),
+                "tipwatch",
+                &mut std::io::stdout(),
+            );
+            Ok(Verdict::Done)
+        }
+    };
+    result
+        .unwrap_or_else(|error| {
+            voice.error(&error);
+            Verdict::Failed
+        })
+        .into()
+}
+
+/// What is said, to stderr.
+#[derive(Debug, Clone, Copy)]
+struct Voice {
+    quiet: bool,
+    verbose: bool,
+}
+
+impl Voice {
+    fn say(self, text: &str) {
+        if !self.quiet {
+            eprintln!("{text}");
+        }
+    }
+
+    fn error(self, error: &anyhow::Error) {
+        eprintln!("error: {error:#}");
+    }
+}
+
+fn verdict(analysis: &Analysis, fail_on: &[EventKind]) -> Verdict {
+    if analysis
+        .events
+        .iter()
+        .any(|event| fail_on.contains(&event.kind))
+    {
+        Verdict::ConditionMet
+    } else if !analysis.losses.is_empty() {
+        Verdict::Lost
+    } else {
+        Verdict::Done
+    }
+}

@@ -1,0 +1,35 @@
+//! `tipwatch recover`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use tipwatch_ingest::{Log, recover};
+
+use super::{Verdict, Voice};
+
+#[derive(Debug, Args)]
+pub(super) struct RecoverArgs {
+    /// The log.
+    log: PathBuf,
+    /// The new file; one that exists is never overwritten.
+    #[arg(short, long, value_name = "FILE")]
+    out: PathBuf,
+}
+
+pub(super) fn run(args: &RecoverArgs, voice: Voice) -> Result<Verdict> {
+    let report = recover(&Log::open(&args.log)?, &args.out)?;
+    voice.say(&format!(
+        "{} messages of {} topics written to {}",
+        report.message_count(),
+        report.messages.len(),
+        args.out.display()
+    ));
+    if report.losses.is_empty() {
+        return Ok(Verdict::Done);
+    }
+    for range in &report.losses.ranges {
+        voice.say(&format!("lost: {range}"));
+    }
+    Ok(Verdict::Lost)
+}
