@@ -1,7 +1,8 @@
 //! The causal estimator through the whole analysis gives the bits of one sample at a time.
 
-use tipwatch_analyze::load::{MachineFile, load};
+use tipwatch_analyze::load::load;
 use tipwatch_analyze::options::{Estimator, Options};
+use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::signal::{CausalEstimator, Reason, RowClock};
 use tipwatch_mechanics::{Quantity, Scope, Workspace, evaluate};

@@ -1,6 +1,7 @@
 //! What is missing is said, never filled in: gaps, disorder, duplicates.
 
-use tipwatch_analyze::load::{MachineFile, load};
+use tipwatch_analyze::load::load;
+use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::signal::{Reason, Recording, RowClock, Sensor, SmoothedRows, smooth};
 use tipwatch_tests::data;

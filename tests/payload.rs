@@ -1,9 +1,9 @@
 //! The mass that nobody logged, from the force of the cylinder that lifts it.
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::load::MachineFile;
 use tipwatch_analyze::options::Options;
 use tipwatch_analyze::run::analyse;
+use tipwatch_binding::MachineFile;
 use tipwatch_tests::{Truth, data};
 
 const TRUE_MASS_KG: f64 = 320.0;

@@ -1,9 +1,9 @@
 //! Logs of real robots: no true loads, but every kind of dirt. They are not part of the repository.
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::load::MachineFile;
 use tipwatch_analyze::options::Options;
 use tipwatch_analyze::run::analyse;
+use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 use tipwatch_tests::{beside, data};
 

@@ -8,9 +8,9 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use tipwatch_binding::MachineFile;
 
 use crate::analysis::Analysis;
-use crate::load::MachineFile;
 use crate::options::Options;
 use crate::{report, run};
 

@@ -5,13 +5,11 @@ use std::path::Path;
 
 use anyhow::Result;
 use serde::Serialize;
-use tipwatch_binding::named_topics;
+use tipwatch_binding::{MachineFile, named_topics};
 use tipwatch_ingest::{
     Log, Losses, NamedTopics, SensorKind, SensorRequest, SensorTopics, Topic, TopicId, TopicTiming,
     record_sensors, robot_description,
 };
-
-use crate::load::MachineFile;
 
 /// Version of the JSON document.
 const SCHEMA: u32 = 1;

@@ -1,105 +1,16 @@
 //! From a log and a machine file to a checked machine and its sensors' samples.
 
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
-use tipwatch_binding::{arrivals, bind};
-use tipwatch_ingest::{
-    Log, Losses, SensorRecording, SensorRequest, record_sensors, robot_description,
-};
-use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
+use tipwatch_binding::{MachineFile, arrivals, bind};
+use tipwatch_ingest::{Log, Losses, SensorRecording, SensorRequest, record_sensors};
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::signal::{MatchedSensors, Sample, Sensor};
 
 use crate::provenance::FileHash;
-
-/// A machine file as read.
-#[derive(Debug, Clone)]
-pub struct MachineFile {
-    /// Where it is.
-    pub path: PathBuf,
-    /// What it says.
-    pub spec: MachineSpec,
-    /// Its hash.
-    pub hash: FileHash,
-}
-
-impl MachineFile {
-    /// Reads a machine file.
-    ///
-    /// # Errors
-    /// The file cannot be read, or is no machine file.
-    pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path)
-            .with_context(|| format!("{}: cannot be read", path.display()))?;
-        Self::from_text(path, &text)
-    }
-
-    /// A machine file from its text; `path` tells where its URDF is looked for.
-    ///
-    /// # Errors
-    /// The text is no machine file.
-    pub fn from_text(path: &Path, text: &str) -> Result<Self> {
-        let name = path.display().to_string();
-        let spec = MachineSpec::from_toml(text, &name)?;
-        Ok(Self {
-            path: path.into(),
-            spec,
-            hash: hash_of(name, text.as_bytes()),
-        })
-    }
-
-    /// The URDF beside the machine file, else the one in the log.
-    fn urdf(&self, log: Option<&Log>) -> Result<Urdf> {
-        if let Some(name) = &self.spec.urdf {
-            let path = self.path.parent().unwrap_or(Path::new("")).join(name);
-            let text = std::fs::read_to_string(&path).with_context(|| {
-                format!(
-                    "{}: urdf = \"{name}\": {} cannot be read",
-                    self.path.display(),
-                    path.display()
-                )
-            })?;
-            let name = path.display().to_string();
-            return Ok(Urdf {
-                hash: hash_of(name.clone(), text.as_bytes()),
-                name,
-                text,
-            });
-        }
-        let described = log.map(robot_description).transpose()?.flatten();
-        let Some((text, topic)) = described else {
-            bail!(
-                "{}: expected urdf = \"...\" in the machine file or a topic /robot_description in the log, found neither",
-                self.path.display()
-            );
-        };
-        let name = format!("topic {topic}");
-        Ok(Urdf {
-            hash: hash_of(name.clone(), text.as_bytes()),
-            name,
-            text,
-        })
-    }
-
-    /// The machine without a log: every joint counts as measured that no linkage moves.
-    ///
-    /// # Errors
-    /// The machine file or its URDF does not describe a machine.
-    pub fn check_alone(&self) -> Result<Machine> {
-        let urdf = self.urdf(None)?;
-        Ok(self
-            .spec
-            .check(&urdf.text, &urdf.name, LogFacts::default())?)
-    }
-}
-
-struct Urdf {
-    name: String,
-    text: String,
-    hash: FileHash,
-}
 
 /// A machine and the samples of its sensors in a log.
 #[derive(Debug)]
@@ -150,7 +61,7 @@ pub struct Signal {
 /// # Errors
 /// The machine does not fit the log, a signal is missing or ambiguous, or the log cannot be read.
 pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Result<LoadedLog> {
-    let urdf = file.urdf(Some(log))?;
+    let urdf = file.urdf(None, Some(log))?;
     let bound = bind(log, &file.spec, &urdf.text, &urdf.name)?;
     let requests: Vec<SensorRequest> = bound.sensors.iter().map(|b| b.request.clone()).collect();
     let (recordings, losses) = record_sensors(log, &requests, progress)?;
@@ -175,7 +86,7 @@ pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Res
     }
     Ok(LoadedLog {
         machine: bound.machine,
-        urdf: urdf.hash,
+        urdf: hash_of(urdf.name, urdf.text.as_bytes()),
         matched: bound.matched,
         signals,
         losses,

@@ -1,6 +1,7 @@
 //! Masses that the log can tell: payloads by the force of the cylinder that lifts them.
 
 use anyhow::{Context, Result, bail};
+use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldRecording, FieldRequest, Log, Losses, record_fields};
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine};
 use tipwatch_mechanics::{
@@ -8,7 +9,6 @@ use tipwatch_mechanics::{
 };
 
 use crate::analysis::Rows;
-use crate::load::MachineFile;
 
 /// Most rows that an estimate looks at: they are thinned out evenly.
 const MOST_ROWS: usize = 2000;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
+use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::signal::{
@@ -12,7 +13,7 @@ use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, static_outc
 
 use crate::analysis::{Analysis, Input, Rows};
 use crate::detect;
-use crate::load::{LoadedLog, MachineFile, hash_file, load};
+use crate::load::{LoadedLog, hash_file, hash_of, load};
 use crate::notes;
 use crate::options::{Estimator, Options};
 use crate::provenance::Provenance;
@@ -219,7 +220,7 @@ fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Prove
             .map(|f| hash_file(f))
             .collect::<Result<_>>()?,
         log_format: log.format().to_string(),
-        machine_file: file.hash.clone(),
+        machine_file: hash_of(file.path.display().to_string(), file.text.as_bytes()),
         urdf: loaded.urdf.clone(),
         imu_mounting: loaded.machine.imu().source.clone(),
     })

@@ -1,11 +1,14 @@
 //! A machine and a log put together: which topic carries which sensor of which machine.
 //!
 //! [`tipwatch_ingest`] knows no machine and [`tipwatch_mechanics`] opens no file; offline and live
-//! analysis both need this one step between them. [`bind`] finds the topics, checks the machine
+//! analysis both need this one step between them. [`MachineFile`] is read from disk; [`bind`] finds the topics, checks the machine
 //! against what the log has, and says what to read; [`tipwatch_ingest::record_sensors`] then reads it.
 
 #![forbid(unsafe_code)]
 
+mod machine_file;
+
+pub use machine_file::{MachineFile, MachineFileError, Urdf};
 use tipwatch_ingest::{
     Binding, JointTopic, Log, NamedTopics, SensorKind, SensorRecording, SensorRequest,
     SensorTopics, Topic, arrival_order,

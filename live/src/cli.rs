@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
+use tipwatch_binding::MachineFile;
 
 use crate::follow::follow;
-use crate::machine_file::MachineFile;
 use crate::node::{Place, Reader, Writer};
 use crate::output::Format;
 use crate::recording::Recording;
@@ -152,12 +152,7 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
 
 fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     let file = MachineFile::read(&args.common.machine)?;
-    let urdf = file.urdf(args.common.urdf.as_deref())?.with_context(|| {
-        format!(
-            "{}: expected urdf = \"...\" or --urdf, found neither",
-            file.path.display()
-        )
-    })?;
+    let urdf = file.urdf(args.common.urdf.as_deref(), None)?;
     let reader = Reader::open(&args.common.place())?;
     let format = if args.json {
         Format::Json

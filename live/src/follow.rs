@@ -4,8 +4,8 @@ use std::io::ErrorKind;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
+use tipwatch_binding::{MachineFile, Urdf};
 
-use crate::machine_file::{MachineFile, Urdf};
 use crate::monitor::{Counts, Monitor, Progress};
 use crate::node::Reader;
 use crate::output::{Format, Printer};

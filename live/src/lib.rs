@@ -9,7 +9,6 @@
 pub mod cli;
 pub mod fnv;
 pub mod follow;
-pub mod machine_file;
 pub mod monitor;
 pub mod node;
 pub mod output;

@@ -2,16 +2,13 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
-use tipwatch_binding::{arrivals, bind};
-use tipwatch_ingest::{
-    Log, Losses, SensorRecording, SensorRequest, record_sensors, robot_description,
-};
+use anyhow::Result;
+use tipwatch_binding::{MachineFile, arrivals, bind};
+use tipwatch_ingest::{Log, Losses, SensorRecording, SensorRequest, record_sensors};
 use tipwatch_mechanics::signal::{Sample, Sensor};
 
 use crate::fnv::Fnv;
-use crate::machine_file::{MachineFile, Urdf};
-use crate::session::Session;
+use crate::session::{Session, machine_hash};
 
 /// The samples of a machine's sensors in a log.
 #[derive(Debug)]
@@ -31,10 +28,7 @@ impl Recording {
     /// The log cannot be read, a signal is missing or ambiguous, or the machine does not fit.
     pub fn read(path: &Path, file: &MachineFile, urdf: Option<&Path>) -> Result<Self> {
         let log = Log::open(path)?;
-        let urdf = match file.urdf(urdf)? {
-            Some(urdf) => urdf,
-            None => urdf_of(&log, file)?,
-        };
+        let urdf = file.urdf(urdf, Some(&log))?;
         let bound = bind(&log, &file.spec, &urdf.text, &urdf.name)?;
         let (machine, matched) = (&bound.machine, &bound.matched);
         let requests: Vec<SensorRequest> =
@@ -44,7 +38,7 @@ impl Recording {
         let joints = 0..matched.streams.len();
         let session = Session {
             id: 0,
-            machine_hash: file.hash(&urdf),
+            machine_hash: machine_hash(file, &urdf),
             total_samples: columns.iter().map(|c| c.stamps_ns.len() as u64).sum(),
             streams: joints
                 .map(|stream| matched.joint_names(machine, stream))
@@ -79,17 +73,4 @@ impl Recording {
             .number(nanoseconds);
         self.session.id = hash.number(std::process::id().into()).finish();
     }
-}
-
-fn urdf_of(log: &Log, file: &MachineFile) -> Result<Urdf> {
-    let described = robot_description(log)?.with_context(|| {
-        format!(
-            "{}: expected urdf = \"...\", --urdf or a topic /robot_description in the log, found none",
-            file.path.display()
-        )
-    });
-    described.map(|(text, topic)| Urdf {
-        name: format!("topic {topic}"),
-        text,
-    })
 }

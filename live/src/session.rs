@@ -1,11 +1,12 @@
 //! What both ends agree on before the first sample: the machine, and which sensors there are.
 
 use anyhow::{Context, Result, bail, ensure};
+use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::machine::LogFacts;
 use tipwatch_mechanics::signal::{MatchedSensors, OtherSensors, Sensors};
 
-use crate::machine_file::{MachineFile, Urdf};
+use crate::fnv::Fnv;
 use crate::topics::{MAX_JOINTS, NAME_BYTES, WireSession};
 
 /// A session as its reader and its writer use it.
@@ -35,7 +36,7 @@ impl Session {
     /// # Errors
     /// The session is of another machine, or the machine does not fit its sensors.
     pub fn machine(&self, file: &MachineFile, urdf: &Urdf) -> Result<(Machine, Sensors)> {
-        let hash = file.hash(urdf);
+        let hash = machine_hash(file, urdf);
         ensure!(
             hash == self.machine_hash,
             "{}: expected the machine of the session, hash {:016x}, found hash {hash:016x} with URDF {}",
@@ -87,6 +88,15 @@ impl Session {
         );
         Ok(matched.sensors)
     }
+}
+
+/// The hash of a machine file's text and its URDF's, by which both ends know that they mean one machine.
+#[must_use]
+pub fn machine_hash(file: &MachineFile, urdf: &Urdf) -> u64 {
+    Fnv::new()
+        .bytes(file.text.as_bytes())
+        .bytes(urdf.text.as_bytes())
+        .finish()
 }
 
 fn listed(streams: &[Vec<String>]) -> String {

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::options::{Estimator, Options};
-use tipwatch_analyze::{load, run};
-use tipwatch_live::machine_file::MachineFile;
+use tipwatch_analyze::run;
+use tipwatch_binding::MachineFile;
 use tipwatch_live::recording::Recording;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::signal::Reason;
@@ -146,7 +146,7 @@ fn reader_of(mut pipe: impl Read + Send + 'static) -> Text {
 
 /// What `tipwatch analyze --estimator causal` computes from the same log.
 fn expected() -> Analysis {
-    let file = load::MachineFile::read(&data("tiny.toml")).unwrap();
+    let file = MachineFile::read(&data("tiny.toml")).unwrap();
     let options = Options {
         estimator: Estimator::Causal,
         ..Options::default()
@@ -367,7 +367,7 @@ fn a_lossless_replay_whose_reader_is_killed_ends_with_an_error() {
 #[test]
 fn a_session_of_another_hash_is_refused() {
     let file = MachineFile::read(&data("tiny.toml")).unwrap();
-    let urdf = file.urdf(None).unwrap().unwrap();
+    let urdf = file.urdf(None, None).unwrap();
     let mut session = Recording::read(&data("tiny.mcap"), &file, None)
         .unwrap()
         .session;

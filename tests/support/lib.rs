@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use polars::prelude::{DataFrame, ParquetReader, SerReader};
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::load::MachineFile;
 use tipwatch_analyze::options::Options;
 use tipwatch_analyze::run::analyse;
+use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 
 /// A file in `data/`.

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, CommandFactory};
+use tipwatch_binding::MachineFile;
 
 use super::{Cli, Verdict, Voice, verdict};
 use crate::analysis::Analysis;
 use crate::events::EventKind;
-use crate::load::MachineFile;
 use crate::options::{ClosedFormInput, ColumnGroup, Estimator, Model, MoreColumns, Options};
 use crate::output::Outputs;
 use crate::progress::Progress;

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use tipwatch_binding::MachineFile;
 
 use super::Verdict;
 use crate::inspect;
-use crate::load::MachineFile;
 
 #[derive(Debug, Args)]
 pub(super) struct InspectArgs {

@@ -1,0 +1,134 @@
+//! A machine file as it lies on disk, and the URDF that belongs to it.
+
+use std::path::{Path, PathBuf};
+
+use tipwatch_ingest::{Log, robot_description};
+use tipwatch_mechanics::MachineError;
+use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
+
+/// A machine file as read.
+#[derive(Debug, Clone)]
+pub struct MachineFile {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What it says.
+    pub spec: MachineSpec,
+    /// Its text, for hashes.
+    pub text: String,
+}
+
+/// The text of a URDF and where it is from, for messages.
+#[derive(Debug, Clone)]
+pub struct Urdf {
+    /// The file or topic.
+    pub name: String,
+    /// The text.
+    pub text: String,
+}
+
+/// Why there is no machine.
+#[derive(Debug, thiserror::Error)]
+pub enum MachineFileError {
+    /// The machine file cannot be read.
+    #[error("{}: cannot be read", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// Its URDF cannot be read.
+    #[error("{}: its URDF {} cannot be read", file.display(), path.display())]
+    ReadUrdf {
+        /// The machine file.
+        file: PathBuf,
+        /// The URDF.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// There is no URDF.
+    #[error("{}: expected urdf = \"...\" in the machine file or {elsewhere}, found neither", file.display())]
+    NoUrdf {
+        /// The machine file.
+        file: PathBuf,
+        /// Where else it may be.
+        elsewhere: &'static str,
+    },
+    /// The log that may have it cannot be read.
+    #[error(transparent)]
+    Log(#[from] tipwatch_ingest::Error),
+    /// The text is no machine file, or it describes no machine.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+}
+
+impl MachineFile {
+    /// Reads a machine file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no machine file.
+    pub fn read(path: &Path) -> Result<Self, MachineFileError> {
+        let text = std::fs::read_to_string(path).map_err(|source| MachineFileError::Read {
+            path: path.into(),
+            source,
+        })?;
+        Self::from_text(path, &text)
+    }
+
+    /// A machine file from its text; `path` tells where its URDF is looked for.
+    ///
+    /// # Errors
+    /// The text is no machine file.
+    pub fn from_text(path: &Path, text: &str) -> Result<Self, MachineFileError> {
+        Ok(Self {
+            path: path.into(),
+            spec: MachineSpec::from_toml(text, &path.display().to_string())?,
+            text: text.into(),
+        })
+    }
+
+    /// The URDF beside the machine file that it names, else the file `other`, else the one in the log.
+    ///
+    /// # Errors
+    /// It cannot be read, or there is none.
+    pub fn urdf(&self, other: Option<&Path>, log: Option<&Log>) -> Result<Urdf, MachineFileError> {
+        let named = |name: &String| self.path.parent().unwrap_or(Path::new("")).join(name);
+        let beside = self.spec.urdf.as_ref().map(named);
+        if let Some(path) = beside.or_else(|| other.map(Path::to_path_buf)) {
+            let name = path.display().to_string();
+            let text = std::fs::read_to_string(&path);
+            let text = text.map_err(|source| MachineFileError::ReadUrdf {
+                file: self.path.clone(),
+                path,
+                source,
+            })?;
+            return Ok(Urdf { name, text });
+        }
+        let described = log.map(robot_description).transpose()?.flatten();
+        let Some((text, topic)) = described else {
+            return Err(MachineFileError::NoUrdf {
+                file: self.path.clone(),
+                elsewhere: match log {
+                    Some(_) => "a topic /robot_description in the log",
+                    None => "--urdf",
+                },
+            });
+        };
+        Ok(Urdf {
+            name: format!("topic {topic}"),
+            text,
+        })
+    }
+
+    /// The machine without a log: every joint counts as measured that no linkage moves.
+    ///
+    /// # Errors
+    /// The machine file or its URDF does not describe a machine.
+    pub fn check_alone(&self) -> Result<Machine, MachineFileError> {
+        let urdf = self.urdf(None, None)?;
+        Ok(self
+            .spec
+            .check(&urdf.text, &urdf.name, LogFacts::default())?)
+    }
+}
