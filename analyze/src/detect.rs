@@ -2,23 +2,26 @@
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::plausibility::FaultSpan;
 use tipwatch_mechanics::{Quantity, Scope, State};
 
 use crate::analysis::Rows;
 use crate::events::{Event, EventKind};
 use crate::evidence::Evidence;
+use crate::input_events;
 use crate::load::LoadedLog;
 
 /// What lasts less is no event (ns).
 const SHORTEST_NS: i64 = 50_000_000;
 /// Episodes closer than this are one (ns).
-const MERGED_NS: i64 = 200_000_000;
+pub(crate) const MERGED_NS: i64 = 200_000_000;
 /// An edge tipping during which the tilt grows by more is a tip-over (rad).
 const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
 /// All events, by start.
 pub(crate) fn events(
     loaded: &LoadedLog,
+    faults: &[FaultSpan],
     rows: &Rows,
     min_loads_n: Option<&[f64]>,
     scope: Scope,
@@ -42,7 +45,8 @@ pub(crate) fn events(
         evidence.add(event, min_loads_n);
     }
     add_leads(&mut events);
-    events.extend(input_gaps(loaded, rows));
+    events.extend(input_events::gaps(loaded, rows));
+    events.extend(input_events::faults(loaded, faults, rows));
     events.sort_by(|a, b| {
         a.start_ns
             .cmp(&b.start_ns)
@@ -110,6 +114,7 @@ impl<'a> Finder<'a> {
             certainty: None,
             split_dependent: None,
             causes: None,
+            fault: None,
         }
     }
 
@@ -285,39 +290,6 @@ fn add_leads(events: &mut [Event]) {
             .map(|(start, _)| (event.start_ns - start) as f64 * 1e-9)
             .reduce(f64::max);
     }
-}
-
-/// Times without samples that are longer than the estimator bridges, from the first to the last row.
-fn input_gaps(loaded: &LoadedLog, rows: &Rows) -> Vec<Event> {
-    let max_gap_ns = (loaded.machine.estimator().max_gap * 1e9) as i64;
-    let (first, last) = (rows.times_ns[0], rows.times_ns[rows.len() - 1]);
-    let mut gaps = Vec::new();
-    for signal in &loaded.signals {
-        let mut stamps = signal.recording.stamps_ns.clone();
-        stamps.retain(|stamp| (first..=last).contains(stamp));
-        stamps.push(first);
-        stamps.push(last);
-        stamps.sort_unstable();
-        for pair in stamps
-            .windows(2)
-            .filter(|pair| pair[1] - pair[0] > max_gap_ns)
-        {
-            gaps.push(Event {
-                kind: EventKind::InputGap,
-                start_ns: pair[0],
-                end_ns: (pair[1] < last).then_some(pair[1]),
-                subject: signal.name.into(),
-                worst: (pair[1] - pair[0]) as f64 * 1e-9,
-                worst_ns: pair[0],
-                unit: "s",
-                lead_s: None,
-                certainty: None,
-                split_dependent: None,
-                causes: None,
-            });
-        }
-    }
-    gaps
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! Events: what was found, when, how bad.
 
 use serde::Serialize;
+use tipwatch_mechanics::machine::Policy;
+use tipwatch_mechanics::plausibility::FaultKind;
 
 /// A finding that lasted a while.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +30,21 @@ pub struct Event {
     pub split_dependent: Option<bool>,
     /// What took the load away; `None` of events without a load, and of a model without causes.
     pub causes: Option<EventCauses>,
+    /// What is wrong with the input; `None` of events of other kinds.
+    pub fault: Option<InputFault>,
+}
+
+/// What is wrong with an input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InputFault {
+    /// What is wrong.
+    pub kind: FaultKind,
+    /// What becomes of the rows that rest on it.
+    pub policy: Policy,
+    /// What the worst value was held against, in its unit; `None` where nothing was.
+    pub limit: Option<f64>,
+    /// How many samples.
+    pub samples: u64,
 }
 
 /// What took the load (OTF) of the wheels that an event is about away since the machine was steady.
@@ -73,6 +90,9 @@ pub enum EventKind {
     TipOver,
     /// A signal is missing for longer than the estimator bridges; `worst` is how long (s).
     InputGap,
+    /// What a signal says cannot be true; `worst` is told by the kind of the fault. Unlike the others
+    /// it is listed however short it is.
+    InputFault,
 }
 
 impl EventKind {
@@ -85,6 +105,7 @@ impl EventKind {
             Self::EdgeTipping => "edge_tipping",
             Self::TipOver => "tip_over",
             Self::InputGap => "input_gap",
+            Self::InputFault => "input_fault",
         }
     }
 }

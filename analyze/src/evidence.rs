@@ -73,7 +73,7 @@ impl<'a> Evidence<'a> {
                     limit_n: 0.0,
                 })
             }
-            EventKind::InputGap => None,
+            EventKind::InputGap | EventKind::InputFault => None,
         }
     }
 

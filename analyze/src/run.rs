@@ -6,8 +6,10 @@ use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::signal::{
-    CausalEstimator, Estimate, Reason, Reasons, Recording, RowClock, Sensor, StreamCounts, smooth,
+    CausalEstimator, Estimate, Reason, Reasons, Recording, RowClock, SampleError, Sensor,
+    StreamCounts, smooth,
 };
 use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, static_outcome};
 
@@ -34,7 +36,7 @@ pub fn analyse(
 ) -> Result<Analysis> {
     let log = Log::open(path)?;
     let mut loaded = load(&log, file, progress)?;
-    let (mut rows, counts) = estimate(&mut loaded, &options);
+    let (mut rows, heard) = estimate(&mut loaded, &options);
     if rows.is_empty() {
         bail!(
             "{}: expected joint states that can be used, found none within the asked time",
@@ -54,7 +56,7 @@ pub fn analyse(
     }
     let comparison = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
     let min_loads_n = min_loads(machine);
-    let events = detect::events(&loaded, &rows, min_loads_n.as_deref(), scope);
+    let events = detect::events(&loaded, &heard.faults, &rows, min_loads_n.as_deref(), scope);
     let sensitivity = scope
         .sensitivities
         .then(|| sensitivity::table(machine, &rows))
@@ -69,7 +71,8 @@ pub fn analyse(
             "{}: {}",
             signal.recording.clock.source, signal.recording.clock.reason
         ),
-        counts: counts
+        counts: heard
+            .counts
             .iter()
             .find(|(sensor, _)| *sensor == signal.sensor)
             .map_or(StreamCounts::default(), |(_, c)| *c),
@@ -96,21 +99,25 @@ pub fn analyse(
     })
 }
 
-type Counts = Vec<(Sensor, StreamCounts)>;
+/// How the signals were, beside the rows.
+struct Heard {
+    counts: Vec<(Sensor, StreamCounts)>,
+    faults: Vec<FaultSpan>,
+}
 
 /// The states of all rows within the asked time.
-fn estimate(loaded: &mut LoadedLog, options: &Options) -> (Rows, Counts) {
+fn estimate(loaded: &mut LoadedLog, options: &Options) -> (Rows, Heard) {
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
-    let (rows, counts) = match options.estimator {
+    let (rows, heard) = match options.estimator {
         Estimator::Smoother => smoothed(loaded, clock),
         Estimator::Causal => causal(loaded, clock),
     };
-    (within(rows, &loaded.machine, options), counts)
+    (within(rows, &loaded.machine, options), heard)
 }
 
-fn smoothed(loaded: &mut LoadedLog, clock: RowClock) -> (Rows, Counts) {
+fn smoothed(loaded: &mut LoadedLog, clock: RowClock) -> (Rows, Heard) {
     let recordings: Vec<Recording> = loaded
         .signals
         .iter_mut()
@@ -127,17 +134,25 @@ fn smoothed(loaded: &mut LoadedLog, clock: RowClock) -> (Rows, Counts) {
         states: smoothed.states,
         outcomes: OutcomeColumns::empty(&loaded.machine, Scope::LOADS),
     };
-    (rows, smoothed.counts)
+    let heard = Heard {
+        counts: smoothed.counts,
+        faults: smoothed.faults,
+    };
+    (rows, heard)
 }
 
 /// As live: sample by sample in the order in which the recorder received them.
-fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Counts) {
+fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Heard) {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let mut estimates: Vec<Estimate> = Vec::new();
+    let mut faults = FaultSpans::default();
     for sample in loaded.arrivals() {
         // a sample that is not used is counted by the estimator
-        let _ = estimator.push(machine, &sample, &mut |row| estimates.push(row.clone()));
+        let pushed = estimator.push(machine, &sample, &mut |row| estimates.push(row.clone()));
+        if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {
+            faults.take(sample.sensor, sample.stamp_ns, estimator.findings());
+        }
     }
     let mut states = StateColumns::unknown(machine, estimates.len());
     for (row, estimate) in estimates.iter_mut().enumerate() {
@@ -149,7 +164,11 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Counts) {
         states,
         outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
     };
-    (rows, estimator.counts().to_vec())
+    let heard = Heard {
+        counts: estimator.counts().to_vec(),
+        faults: faults.finish(),
+    };
+    (rows, heard)
 }
 
 /// Keeps the rows between `from_s` and `to_s`.

@@ -73,6 +73,18 @@ pub struct EventSummary<'a> {
     certainty: Option<f64>,
     split_dependent: Option<bool>,
     causes: Option<&'a EventCauses>,
+    /// What is wrong with an input; null of events of other kinds.
+    fault: Option<FaultSummary>,
+}
+
+/// What is wrong with an input.
+#[derive(Debug, Serialize)]
+pub struct FaultSummary {
+    kind: &'static str,
+    policy: &'static str,
+    /// What `worst` was held against, in its unit.
+    limit: Option<f64>,
+    samples: u64,
 }
 
 /// The model of the ground wrench.
@@ -190,6 +202,8 @@ pub struct InputSummary<'a> {
     samples_used: u64,
     samples_not_later: u64,
     samples_not_finite: u64,
+    /// Left out in part, or counted less, because they are implausible.
+    samples_implausible: u64,
     messages_undecodable: u64,
     timing: TopicTiming,
 }
@@ -213,6 +227,12 @@ impl<'a> Summary<'a> {
             certainty: event.certainty,
             split_dependent: event.split_dependent,
             causes: event.causes.as_ref(),
+            fault: event.fault.map(|fault| FaultSummary {
+                kind: fault.kind.name(),
+                policy: fault.policy.name(),
+                limit: fault.limit,
+                samples: fault.samples,
+            }),
         });
         let wheels = analysis.machine.wheels().iter().enumerate();
         Self {
@@ -411,6 +431,7 @@ fn input_summary(input: &Input) -> InputSummary<'_> {
         samples_used: input.counts.used,
         samples_not_later: input.counts.not_later,
         samples_not_finite: input.counts.not_finite,
+        samples_implausible: input.counts.implausible,
         messages_undecodable: input.undecodable,
         timing: input.statistics.timing(),
     }

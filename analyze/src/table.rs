@@ -166,6 +166,19 @@ pub fn events(events: &[Event]) -> PolarsResult<Table> {
             column("lead_s", events.iter().map(|e| e.lead_s)),
             column("certainty", events.iter().map(|e| e.certainty)),
             column("split_dependent", events.iter().map(|e| e.split_dependent)),
+            column(
+                "fault",
+                events.iter().map(|e| e.fault.map(|f| f.kind.name())),
+            ),
+            column(
+                "policy",
+                events.iter().map(|e| e.fault.map(|f| f.policy.name())),
+            ),
+            column(
+                "limit",
+                events.iter().map(|e| e.fault.and_then(|f| f.limit)),
+            ),
+            column("samples", events.iter().map(|e| e.fault.map(|f| f.samples))),
         ],
     )?;
     let units = [
@@ -175,6 +188,8 @@ pub fn events(events: &[Event]) -> PolarsResult<Table> {
         ("worst_ns", "ns"),
         ("lead_s", "s"),
         ("certainty", "-"),
+        ("limit", "column unit"),
+        ("samples", "-"),
     ];
     Ok(Table {
         frame,

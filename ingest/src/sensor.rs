@@ -7,9 +7,6 @@ use crate::{
     field_path::FieldPath, fields::Fields, layout::Layout, message::Message, topic::Topic,
 };
 
-/// A quaternion whose norm is farther from one than this is no attitude.
-const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
-
 /// What a topic measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -130,7 +127,8 @@ const HEADER_PATHS: [&str; FIRST] = [
 /// | odometry | velocity x y z (m/s), angular velocity x y z (rad/s), attitude x y z w |
 /// | tool wrench | force x y z (N), moment x y z (N m) |
 ///
-/// A value that the message does not have is NaN.
+/// A value that the message does not have is NaN. Values are as recorded: whether they are plausible is
+/// for others to judge.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SensorSample {
     /// When it was measured, by the sensor's own clock; `None` when the message leaves it at zero.
@@ -280,13 +278,8 @@ impl SensorDecoder {
     #[inline]
     fn extend_attitude(&self, values: &mut Vec<f64>, first: usize, is_given: bool) {
         let quaternion = [0, 1, 2, 3].map(|part| self.fields.number(first + part));
-        let norm = quaternion
-            .iter()
-            .map(|part| part * part)
-            .sum::<f64>()
-            .sqrt();
-        let is_unit = (norm - 1.0).abs() <= QUATERNION_NORM_TOLERANCE;
-        values.extend(if is_given && is_unit {
+        // all zeros: never filled in
+        values.extend(if is_given && quaternion != [0.0; 4] {
             quaternion
         } else {
             [f64::NAN; 4]

@@ -48,6 +48,7 @@ mod newton_euler_derivatives;
 pub mod number;
 mod outcome;
 mod payload_estimate;
+pub mod plausibility;
 mod scope;
 mod sensitivity;
 pub mod signal;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::signal::Reason;
 
+use super::faults;
 use crate::analysis::Analysis;
 use crate::events::{Event, EventCauses, EventKind};
 
@@ -21,7 +22,7 @@ pub fn findings(analysis: &Analysis) -> Vec<String> {
     let scene = Scene::of(analysis);
     let mut events: Vec<&Event> = analysis.events.iter().collect();
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
-    let wheel_event = events.iter().any(|event| event.kind != EventKind::InputGap);
+    let wheel_event = events.iter().any(|event| !is_of_input(event.kind));
     let lowest = (!wheel_event).then(|| scene.without_event(lowest_load(analysis), analysis));
     lowest
         .into_iter()
@@ -37,7 +38,13 @@ pub(super) fn rank(kind: EventKind) -> usize {
         EventKind::WheelLift => 2,
         EventKind::WheelLight => 3,
         EventKind::InputGap => 4,
+        EventKind::InputFault => 5,
     }
+}
+
+/// Whether an event is about a signal, not about the machine.
+fn is_of_input(kind: EventKind) -> bool {
+    matches!(kind, EventKind::InputGap | EventKind::InputFault)
 }
 
 /// What sentences need to know beside the event.
@@ -115,7 +122,7 @@ impl Scene {
             duration(event)
         );
         let mut sentence = format!("{} {when}: {}", self.what(event), self.how_bad(event));
-        if event.kind != EventKind::InputGap {
+        if !is_of_input(event.kind) {
             sentence.push_str(&format!(", at t = {:.2} s", self.seconds(event.worst_ns)));
         }
         if let Some(lead_s) = event.lead_s {
@@ -171,10 +178,14 @@ impl Scene {
             EventKind::WheelLift => format!("Wheel {subject} lifted: it carried nothing"),
             EventKind::WheelLight => format!("Wheel {subject} was light"),
             EventKind::InputGap => format!("Input {subject} was missing"),
+            EventKind::InputFault => format!("Input {subject} was implausible"),
         }
     }
 
     fn how_bad(&self, event: &Event) -> String {
+        if let Some(fault) = &event.fault {
+            return faults::how_bad(event, fault);
+        }
         if !event.worst.is_finite() {
             return "the worst value is not computable".to_string();
         }
@@ -188,7 +199,7 @@ impl Scene {
                 format!("lowest load with all wheels held to the ground (OTF) {worst}")
             }
             EventKind::WheelLight => format!("lowest load {worst}{}", self.shares(event)),
-            EventKind::InputGap => format!(
+            EventKind::InputGap | EventKind::InputFault => format!(
                 "no value for {:.2} s; nothing is computed there",
                 event.worst
             ),
@@ -357,6 +368,7 @@ mod tests {
             certainty: None,
             split_dependent: None,
             causes: None,
+            fault: None,
         }
     }
 

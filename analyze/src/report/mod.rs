@@ -2,6 +2,7 @@
 
 mod decimate;
 mod explanations;
+mod faults;
 mod findings;
 mod html;
 mod plots;

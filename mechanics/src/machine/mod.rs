@@ -9,6 +9,7 @@ mod drawn;
 mod error;
 mod inertia;
 mod linkage;
+mod plausibility_spec;
 mod spec;
 mod support_polygon;
 mod tree;
@@ -22,6 +23,7 @@ pub(crate) use drawn::Draws;
 pub use error::MachineError;
 pub use inertia::{Inertia, MassMoments};
 pub use linkage::{Linkage, LinkageInput};
+pub use plausibility_spec::{PlausibilitySpec, Policy};
 pub use spec::{
     ArmSpec, ContactSpec, EstimatorSpec, FieldSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec,
     MachineSpec, OneOrMany, PayloadMass, PayloadSpec, PointSpec, PressureSpec, SignalsSpec,
@@ -58,6 +60,7 @@ pub struct Machine {
     pub(crate) signals: SignalsSpec,
     pub(crate) estimator: EstimatorSpec,
     pub(crate) uncertainty: UncertaintySpec,
+    pub(crate) plausibility: PlausibilitySpec,
     pub(crate) reference: Reference,
 }
 
@@ -155,7 +158,7 @@ pub struct Link {
 }
 
 /// A joint whose position a log tells.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredJoint {
     /// Name in the URDF and in the log.
     pub name: String,
@@ -163,6 +166,10 @@ pub struct MeasuredJoint {
     pub logged: bool,
     /// The wheel that it spins.
     pub spins_wheel: Option<usize>,
+    /// Least and greatest position (rad or m), where the URDF has them.
+    pub limits: Option<[f64; 2]>,
+    /// Largest rate (rad/s or m/s), where the URDF has it.
+    pub max_rate: Option<f64>,
 }
 
 /// A wheel.
@@ -364,6 +371,12 @@ impl Machine {
     #[must_use]
     pub fn uncertainty(&self) -> &UncertaintySpec {
         &self.uncertainty
+    }
+
+    /// What counts as an implausible signal.
+    #[must_use]
+    pub fn plausibility(&self) -> &PlausibilitySpec {
+        &self.plausibility
     }
 
     /// Loads that others are compared with.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::MachineError;
+use super::{MachineError, PlausibilitySpec};
 
 /// The machine file: see the machine-file reference of the project for every key.
 #[derive(Debug, Clone, Deserialize)]
@@ -46,6 +46,9 @@ pub struct MachineSpec {
     /// How uncertain the machine's parameters are.
     #[serde(default)]
     pub uncertainty: UncertaintySpec,
+    /// What counts as an implausible signal, and what becomes of it.
+    #[serde(default)]
+    pub plausibility: PlausibilitySpec,
     /// Active suspension.
     pub suspension: Option<SuspensionSpec>,
     /// Name of the file this was read from, for messages.

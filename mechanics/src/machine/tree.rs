@@ -34,6 +34,7 @@ pub(super) struct TreeJoint {
     pub(super) name: String,
     pub(super) kind: JointKind,
     pub(super) limits: Option<[f64; 2]>,
+    pub(super) max_rate: Option<f64>,
     pub(super) mimic: Option<Mimic>,
 }
 
@@ -269,6 +270,7 @@ impl Grower<'_> {
                 name: joint.name.clone(),
                 kind,
                 limits: joint.limits,
+                max_rate: joint.max_rate,
                 mimic: joint.mimic.clone(),
             }),
             parent_from_joint,

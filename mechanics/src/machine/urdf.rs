@@ -40,6 +40,8 @@ pub(super) struct UrdfJoint {
     pub(super) axis: Vector3<f64>,
     /// Lower and upper limit (rad or m); `None` for continuous joints.
     pub(super) limits: Option<[f64; 2]>,
+    /// Largest rate (rad/s or m/s), where a positive one is stated.
+    pub(super) max_rate: Option<f64>,
     pub(super) mimic: Option<Mimic>,
 }
 
@@ -197,6 +199,11 @@ impl Reader<'_> {
             ]),
             _ => None,
         };
+        // of no use to the mechanics: one that cannot be read is none
+        let max_rate = child(node, "limit")
+            .and_then(|limit| limit.attribute("velocity"))
+            .and_then(|text| text.trim().parse::<f64>().ok())
+            .filter(|rate| rate.is_finite() && *rate > 0.0);
         let mimic = match child(node, "mimic") {
             Some(n) => Some(Mimic {
                 joint: self.text(n, "joint")?.to_string(),
@@ -212,6 +219,7 @@ impl Reader<'_> {
             parent_from_joint: self.origin(node)?,
             axis: self.axis(node, &name)?,
             limits,
+            max_rate,
             mimic,
             name,
         })

@@ -4,11 +4,15 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::reason::{Reason, Reasons};
 use super::sample::{Sample, SampleError, Sensor, Sensors};
-use super::track::{Jet, Matrix, Model, Track};
+use super::track::{Doubt, Jet, Matrix, Model, Track};
 use crate::coordinate::Motion;
 use crate::kinematics::rotation_in_body;
 use crate::machine::Machine;
+use crate::plausibility::{Judgement, RowEffect, Treatment};
 use crate::state::{BaseState, JetCovariance, SignalNoise, State};
+
+/// A quaternion whose length is farther from one than this is no orientation at all.
+const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
 
 /// What a track follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -121,7 +125,16 @@ impl Tracks {
         stamp_ns: i64,
         values: &[f64],
         rates: Option<&[f64]>,
+        treatment: &Treatment,
     ) -> Result<(), SampleError> {
+        if treatment.left_out {
+            return Ok(());
+        }
+        let rates = rates.filter(|_| !treatment.rates_left_out);
+        let doubt = Doubt {
+            value_variance: treatment.value_variance,
+            rate_variance: treatment.rate_variance,
+        };
         let track = self
             .list
             .iter_mut()
@@ -129,50 +142,53 @@ impl Tracks {
             .map(|(_, track)| track);
         track
             .ok_or(SampleError::UnknownSensor)?
-            .push(stamp_ns, values, rates)
+            .push(stamp_ns, values, rates, doubt)
     }
 
-    /// Takes a sample apart into the tracks that follow its parts.
-    pub(super) fn push(&mut self, sample: &Sample<'_>) -> Result<(), SampleError> {
+    /// Takes a sample apart into the tracks that follow its parts, as it was judged.
+    pub(super) fn push(
+        &mut self,
+        sample: &Sample<'_>,
+        judgement: &Judgement,
+    ) -> Result<(), SampleError> {
         if self.sensors.value_count(sample.sensor) != Some(sample.values.len()) {
             return Err(SampleError::UnknownSensor);
         }
-        let (t, values) = (sample.stamp_ns, sample.values);
+        let (t, values, [first, second, third]) =
+            (sample.stamp_ns, sample.values, &judgement.parts);
         match sample.sensor {
             Sensor::Joints(stream) => {
                 let (positions, rates) = values.split_at(values.len() / 2);
-                self.push_to(Followed::Joints(stream), t, positions, Some(rates))
+                self.push_to(Followed::Joints(stream), t, positions, Some(rates), first)
             }
             Sensor::Imu => {
-                if !values[..6].iter().all(|v| v.is_finite()) {
-                    return Err(SampleError::NotFinite);
-                }
-                self.push_to(Followed::SpecificForce, t, &values[..3], None)?;
-                self.push_to(Followed::AngularVelocity, t, &values[3..6], None)?;
-                self.push_up(t, &values[6..]);
+                self.push_to(Followed::SpecificForce, t, &values[..3], None, first)?;
+                self.push_to(Followed::AngularVelocity, t, &values[3..6], None, second)?;
+                self.push_up(t, &values[6..], third);
                 Ok(())
             }
             Sensor::Odometry => {
-                self.push_to(Followed::Velocity, t, &values[..3], None)?;
+                self.push_to(Followed::Velocity, t, &values[..3], None, first)?;
                 if !self.sensors.imu {
-                    self.push_to(Followed::AngularVelocity, t, &values[3..6], None)?;
-                    self.push_up(t, &values[6..]);
+                    self.push_to(Followed::AngularVelocity, t, &values[3..6], None, second)?;
+                    self.push_up(t, &values[6..], third);
                 }
                 Ok(())
             }
-            Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None),
+            Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None, first),
         }
     }
 
     /// The direction up in the sensor's frame from its orientation; nothing where that is unknown.
-    fn push_up(&mut self, stamp_ns: i64, xyzw: &[f64]) {
-        if let [x, y, z, w] = *xyzw
-            && xyzw.iter().all(|v| v.is_finite())
-        {
-            let orientation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    fn push_up(&mut self, stamp_ns: i64, xyzw: &[f64], treatment: &Treatment) {
+        let &[x, y, z, w] = xyzw else { return };
+        let quaternion = Quaternion::new(w, x, y, z);
+        // NaN is not within
+        if (quaternion.norm() - 1.0).abs() <= QUATERNION_NORM_TOLERANCE {
+            let orientation = UnitQuaternion::from_quaternion(quaternion);
             let up = orientation.inverse_transform_vector(&Vector3::z());
             // an orientation that is no use leaves a gap in a track that rows do without
-            let _ = self.push_to(Followed::Up, stamp_ns, up.as_slice(), None);
+            let _ = self.push_to(Followed::Up, stamp_ns, up.as_slice(), None, treatment);
         }
     }
 }
@@ -221,11 +237,13 @@ impl Assembler {
     }
 
     /// Fills `state` from `read`, which writes a track's jets and says whether they mean anything;
-    /// `elapsed_s` is the time since the first row. Gives the reasons for which the row is not valid.
+    /// `elapsed_s` is the time since the first row, `effect` what implausible samples do to it. Gives
+    /// the reasons for which the row is not valid.
     pub(super) fn assemble(
         &mut self,
         machine: &Machine,
         elapsed_s: f64,
+        effect: &RowEffect,
         read: &mut dyn FnMut(Followed, &mut [Jet]) -> Reading,
         state: &mut State<f64>,
     ) -> Reasons {
@@ -316,7 +334,9 @@ impl Assembler {
                 0.0
             };
         }
-        if reasons.has_gap() {
+        reasons.add_all(effect.reasons);
+        effect.enlarge(&mut state.noise);
+        if reasons.leave_state_unknown() {
             state.for_each_value(|value| *value = f64::NAN);
         }
         reasons

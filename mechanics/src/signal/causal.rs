@@ -2,9 +2,10 @@
 
 use super::assembly::{Assembler, Followed, Reading, Standing, Tracks};
 use super::rows::{Estimate, RowClock, regular_stamp};
-use super::sample::{Sample, SampleError, Sensor, Sensors, StreamCounts};
+use super::sample::{Credible, Sample, SampleError, Sensor, Sensors, StreamCounts};
 use super::track::{Jet, seconds};
 use crate::machine::Machine;
+use crate::plausibility::{Finding, Plausibility, RowEffect};
 
 /// Takes samples in the order in which they arrive; gives a row at each sample of the first stream of
 /// joint states, or at a regular rate.
@@ -15,6 +16,9 @@ pub struct CausalEstimator {
     tracks: Tracks,
     assembler: Assembler,
     sensors: Sensors,
+    plausibility: Plausibility,
+    /// What the last sample of each sensor does to rows.
+    standing: Vec<(Sensor, RowEffect)>,
     counts: Vec<(Sensor, StreamCounts)>,
     clock: RowClock,
     first_row_ns: Option<i64>,
@@ -32,6 +36,11 @@ impl CausalEstimator {
             tracks: Tracks::new(machine, sensors, false),
             assembler: Assembler::new(machine, sensors),
             sensors: sensors.clone(),
+            plausibility: Plausibility::new(machine, sensors),
+            standing: sensors
+                .iter()
+                .map(|sensor| (sensor, RowEffect::default()))
+                .collect(),
             counts: sensors
                 .iter()
                 .map(|sensor| (sensor, StreamCounts::default()))
@@ -57,17 +66,24 @@ impl CausalEstimator {
         &self.counts
     }
 
+    /// What is implausible about the last sample.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        self.plausibility.findings()
+    }
+
     /// Takes a sample; `row` is called with each row that it completes.
     ///
     /// # Errors
-    /// [`SampleError`] where the sample is not used; it is counted, and the estimator goes on.
+    /// [`SampleError`] where the sample is not used; it is counted, and the estimator goes on. A sample of
+    /// joint states that is not finite still has its row, which says so.
     pub fn push(
         &mut self,
         machine: &Machine,
         sample: &Sample<'_>,
         row: &mut dyn FnMut(&Estimate),
     ) -> Result<(), SampleError> {
-        let result = self.tracks.push(sample);
+        let result = self.take(machine, sample);
         if let Some((_, counts)) = self
             .counts
             .iter_mut()
@@ -75,9 +91,11 @@ impl CausalEstimator {
         {
             counts.count(result);
         }
-        result?;
+        if !matches!(result, Ok(_) | Err(SampleError::NotFinite)) {
+            return result.map(|_| ());
+        }
         if sample.sensor != Sensor::Joints(0) {
-            return Ok(());
+            return result.map(|_| ());
         }
         let first = *self.first_row_ns.get_or_insert(sample.stamp_ns);
         match self.clock {
@@ -97,7 +115,24 @@ impl CausalEstimator {
                 }
             }
         }
-        Ok(())
+        result.map(|_| ())
+    }
+
+    /// Judges a sample and gives it to the tracks.
+    fn take(&mut self, machine: &Machine, sample: &Sample<'_>) -> Result<Credible, SampleError> {
+        let judgement = self.plausibility.step(sample)?;
+        if let Some((_, standing)) = self
+            .standing
+            .iter_mut()
+            .find(|(sensor, _)| *sensor == sample.sensor)
+        {
+            *standing = self.plausibility.row_effect(machine);
+        }
+        self.tracks.push(sample, &judgement)?;
+        if self.plausibility.lacks_a_value() {
+            return Err(SampleError::NotFinite);
+        }
+        Ok(Credible(judgement.is_clean()))
     }
 
     fn give_row(&mut self, machine: &Machine, time_ns: i64, row: &mut dyn FnMut(&Estimate)) {
@@ -126,10 +161,18 @@ impl CausalEstimator {
             }
         };
         let elapsed_s = seconds(time_ns.saturating_sub(self.first_row_ns.unwrap_or(time_ns)));
+        let mut effect = RowEffect::default();
+        for (_, standing) in &self.standing {
+            effect.merge(standing);
+        }
         self.estimate.time_ns = time_ns;
-        self.estimate.reasons =
-            self.assembler
-                .assemble(machine, elapsed_s, &mut read, &mut self.estimate.state);
+        self.estimate.reasons = self.assembler.assemble(
+            machine,
+            elapsed_s,
+            &effect,
+            &mut read,
+            &mut self.estimate.state,
+        );
         row(&self.estimate);
     }
 }

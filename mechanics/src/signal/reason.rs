@@ -14,6 +14,14 @@ pub enum Reason {
     OdometryGap,
     /// No tool wrench near enough in time.
     ToolWrenchGap,
+    /// The joint states are implausible.
+    JointsFault,
+    /// What the IMU says is implausible.
+    ImuFault,
+    /// The odometry is implausible, where it stands in for another sensor.
+    OdometryFault,
+    /// The tool wrench is implausible.
+    ToolWrenchFault,
     /// The estimator has only just started, or started again after a gap.
     Settling,
     /// A linkage cannot close at the measured position.
@@ -28,11 +36,15 @@ pub enum Reason {
 
 impl Reason {
     /// All reasons, in their order.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 13] = [
         Self::JointsGap,
         Self::ImuGap,
         Self::OdometryGap,
         Self::ToolWrenchGap,
+        Self::JointsFault,
+        Self::ImuFault,
+        Self::OdometryFault,
+        Self::ToolWrenchFault,
         Self::Settling,
         Self::LinkageOpen,
         Self::NoGroundContact,
@@ -48,6 +60,10 @@ impl Reason {
             Self::ImuGap => "imu_gap",
             Self::OdometryGap => "odometry_gap",
             Self::ToolWrenchGap => "tool_wrench_gap",
+            Self::JointsFault => "joints_fault",
+            Self::ImuFault => "imu_fault",
+            Self::OdometryFault => "odometry_fault",
+            Self::ToolWrenchFault => "tool_wrench_fault",
             Self::Settling => "settling",
             Self::LinkageOpen => "linkage_open",
             Self::NoGroundContact => "no_ground_contact",
@@ -70,6 +86,11 @@ impl Reasons {
         self.0 |= 1 << reason as u8;
     }
 
+    /// Adds all reasons of another set.
+    pub fn add_all(&mut self, others: Self) {
+        self.0 |= others.0;
+    }
+
     /// Whether the set has `reason`.
     #[must_use]
     pub fn has(self, reason: Reason) -> bool {
@@ -89,14 +110,18 @@ impl Reasons {
         self.iter().all(|reason| reason == Reason::Tipping)
     }
 
-    /// Whether a gap leaves the state unknown.
+    /// Whether a gap or an implausible signal leaves the state unknown.
     #[must_use]
-    pub fn has_gap(self) -> bool {
+    pub fn leave_state_unknown(self) -> bool {
         [
             Reason::JointsGap,
             Reason::ImuGap,
             Reason::OdometryGap,
             Reason::ToolWrenchGap,
+            Reason::JointsFault,
+            Reason::ImuFault,
+            Reason::OdometryFault,
+            Reason::ToolWrenchFault,
         ]
         .iter()
         .any(|&r| self.has(r))

@@ -69,6 +69,10 @@ pub enum SampleError {
     UnknownSensor,
 }
 
+/// Whether a sample was used as it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Credible(pub(super) bool);
+
 /// How many samples of a stream were used and how many were not.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StreamCounts {
@@ -78,12 +82,18 @@ pub struct StreamCounts {
     pub not_later: u64,
     /// Samples with values that were not finite.
     pub not_finite: u64,
+    /// Samples that were left out in part or counted less because they are implausible; those used in
+    /// part are among the used ones.
+    pub implausible: u64,
 }
 
 impl StreamCounts {
-    pub(super) fn count(&mut self, result: Result<(), SampleError>) {
+    pub(super) fn count(&mut self, result: Result<Credible, SampleError>) {
         match result {
-            Ok(()) => self.used += 1,
+            Ok(Credible(credible)) => {
+                self.used += 1;
+                self.implausible += u64::from(!credible);
+            }
             Err(SampleError::NotLater) => self.not_later += 1,
             Err(SampleError::NotFinite | SampleError::UnknownSensor) => self.not_finite += 1,
         }

@@ -3,10 +3,11 @@
 use super::assembly::{Assembler, Followed, Reading, Standing, Tracks};
 use super::reason::Reasons;
 use super::rows::{RowClock, regular_stamp};
-use super::sample::{Sample, Sensor, Sensors, StreamCounts};
+use super::sample::{Credible, Sample, SampleError, Sensor, Sensors, StreamCounts};
 use super::track::{History, Jet, Matrix, seconds, step};
 use crate::batch::StateColumns;
 use crate::machine::Machine;
+use crate::plausibility::{FaultSpan, FaultSpans, Plausibility, SpanWalk};
 use crate::state::State;
 
 /// All samples of one sensor.
@@ -31,6 +32,8 @@ pub struct SmoothedRows {
     pub reasons: Vec<Reasons>,
     /// How many samples of each sensor were used.
     pub counts: Vec<(Sensor, StreamCounts)>,
+    /// What of the signals is implausible, by start.
+    pub faults: Vec<FaultSpan>,
 }
 
 /// Smooths a whole recording: a sensor's samples are sorted by stamp, those of equal stamp taken once.
@@ -43,45 +46,115 @@ pub fn smooth(
     recordings: &[Recording],
     clock: RowClock,
 ) -> SmoothedRows {
+    let ordered: Vec<Ordered<'_>> = (recordings.iter())
+        .filter_map(|recording| Ordered::new(recording, sensors))
+        .collect();
+    let faults = find_faults(machine, sensors, &ordered);
     let mut tracks = Tracks::new(machine, sensors, true);
-    let counts = recordings
-        .iter()
-        .map(|recording| (recording.sensor, feed(&mut tracks, sensors, recording)))
+    let counts = (ordered.iter())
+        .map(|recording| (recording.sensor(), feed(&mut tracks, recording, &faults)))
         .collect();
     let histories: Vec<(Followed, History)> = tracks
         .list
         .into_iter()
         .map(|(f, track)| (f, track.smoothed()))
         .collect();
-    let joints = histories
-        .iter()
-        .find(|(f, _)| *f == Followed::Joints(0))
-        .map_or(&[][..], |(_, h)| &h.stamps_ns);
-    let times_ns = row_times(joints, clock, (machine.estimator().max_gap * 1e9) as i64);
+    let joints = ordered.iter().find(|o| o.sensor() == Sensor::Joints(0));
+    let joints = joints.map_or(Vec::new(), Ordered::distinct_stamps_ns);
+    let times_ns = row_times(&joints, clock, (machine.estimator().max_gap * 1e9) as i64);
     let mut rows = SmoothedRows {
         states: StateColumns::unknown(machine, times_ns.len()),
         reasons: Vec::with_capacity(times_ns.len()),
         times_ns,
         counts,
+        faults,
     };
     fill(machine, sensors, &histories, &mut rows);
     rows
 }
 
-fn feed(tracks: &mut Tracks, sensors: &Sensors, recording: &Recording) -> StreamCounts {
+/// The samples of a recording, sorted by stamp.
+struct Ordered<'r> {
+    recording: &'r Recording,
+    width: usize,
+    order: Vec<usize>,
+}
+
+impl<'r> Ordered<'r> {
+    /// `None` where there is no such sensor.
+    fn new(recording: &'r Recording, sensors: &Sensors) -> Option<Self> {
+        let mut order: Vec<usize> = (0..recording.stamps_ns.len()).collect();
+        order.sort_by_key(|&i| recording.stamps_ns[i]);
+        Some(Self {
+            recording,
+            width: sensors.value_count(recording.sensor)?,
+            order,
+        })
+    }
+
+    fn sensor(&self) -> Sensor {
+        self.recording.sensor
+    }
+
+    /// The k-th sample by time.
+    fn sample(&self, k: usize) -> Option<Sample<'r>> {
+        let &i = self.order.get(k)?;
+        Some(Sample {
+            sensor: self.recording.sensor,
+            stamp_ns: self.recording.stamps_ns[i],
+            values: &self.recording.values[i * self.width..(i + 1) * self.width],
+        })
+    }
+
+    fn distinct_stamps_ns(&self) -> Vec<i64> {
+        let stamps = self.order.iter().map(|&i| self.recording.stamps_ns[i]);
+        let mut stamps: Vec<i64> = stamps.collect();
+        stamps.dedup();
+        stamps
+    }
+}
+
+/// What is implausible: all sensors looked at together, in the order of the stamps.
+fn find_faults(machine: &Machine, sensors: &Sensors, ordered: &[Ordered<'_>]) -> Vec<FaultSpan> {
+    let mut plausibility = Plausibility::new(machine, sensors);
+    let mut spans = FaultSpans::default();
+    let mut next = vec![0; ordered.len()];
+    loop {
+        let heads = ordered.iter().zip(&next).enumerate();
+        let heads =
+            heads.filter_map(|(which, (recording, &k))| Some((which, recording.sample(k)?)));
+        let Some((which, sample)) = heads.min_by_key(|(_, sample)| sample.stamp_ns) else {
+            break;
+        };
+        next[which] += 1;
+        // what is not later than the sample before is counted where it is refused
+        if plausibility.step(&sample).is_ok() {
+            spans.take(sample.sensor, sample.stamp_ns, plausibility.findings());
+        }
+    }
+    spans.finish()
+}
+
+/// Gives a sensor's samples to the tracks, those within faults as the faults want it.
+fn feed(tracks: &mut Tracks, recording: &Ordered<'_>, faults: &[FaultSpan]) -> StreamCounts {
     let mut counts = StreamCounts::default();
-    let Some(width) = sensors.value_count(recording.sensor) else {
-        return counts;
-    };
-    let mut order: Vec<usize> = (0..recording.stamps_ns.len()).collect();
-    order.sort_by_key(|&i| recording.stamps_ns[i]);
-    for i in order {
-        let values = &recording.values[i * width..(i + 1) * width];
-        counts.count(tracks.push(&Sample {
-            sensor: recording.sensor,
-            stamp_ns: recording.stamps_ns[i],
-            values,
-        }));
+    let own = faults
+        .iter()
+        .filter(|span| span.worst.sensor == recording.sensor());
+    let mut walk = SpanWalk::new(own);
+    let mut last_ns = None;
+    for sample in (0..).map_while(|k| recording.sample(k)) {
+        let is_later = last_ns.replace(sample.stamp_ns) != Some(sample.stamp_ns);
+        let judgement = walk.judgement(sample.stamp_ns);
+        let taken = match is_later {
+            true => tracks.push(&sample, &judgement),
+            false => Err(SampleError::NotLater),
+        };
+        let lacks_a_value = walk.lacks_a_value();
+        counts.count(match taken {
+            Ok(()) if lacks_a_value => Err(SampleError::NotFinite),
+            taken => taken.map(|()| Credible(judgement.is_clean())),
+        });
     }
     counts
 }
@@ -122,6 +195,8 @@ fn fill(
         .iter()
         .map(|(followed, history)| (*followed, Reader::new(history, max_gap_ns)))
         .collect();
+    let faults = std::mem::take(&mut rows.faults);
+    let mut walk = SpanWalk::new(faults.iter());
     let mut assembler = Assembler::new(machine, sensors);
     let mut state = State::zero(machine);
     let first_ns = rows.times_ns.first().copied().unwrap_or(0);
@@ -134,11 +209,14 @@ fn fill(
             Some((_, reader)) => reader.read(time_ns, jets),
             None => Reading::NOTHING,
         };
-        let reasons =
-            assembler.assemble(machine, seconds(time_ns - first_ns), &mut read, &mut state);
+        let effect = walk.row_effect(time_ns, machine, sensors.imu);
+        let elapsed_s = seconds(time_ns - first_ns);
+        let reasons = assembler.assemble(machine, elapsed_s, &effect, &mut read, &mut state);
         rows.states.set(row, &mut state);
         rows.reasons.push(reasons);
     }
+    drop(walk);
+    rows.faults = faults;
 }
 
 /// Reads a smoothed history at times that increase.

@@ -20,6 +20,13 @@ pub(super) type Matrix = [[f64; 3]; 3];
 /// How uncertain a channel's derivatives are at first, as multiples of its agility.
 const INITIAL_SPREAD: f64 = 10.0;
 
+/// What is added to the variances of one sample, because it is less credible than others.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Doubt {
+    pub(super) value_variance: f64,
+    pub(super) rate_variance: f64,
+}
+
 /// What is assumed of a group of channels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Model {
@@ -88,12 +95,14 @@ impl Track {
         self.started_ns
     }
 
-    /// Takes a sample. `rates` are used if all of them are finite.
+    /// Takes a sample, with what is to be added to the variances of its values and rates. `rates` are
+    /// used if all of them are finite.
     pub(super) fn push(
         &mut self,
         stamp_ns: i64,
         values: &[f64],
         rates: Option<&[f64]>,
+        doubt: Doubt,
     ) -> Result<(), SampleError> {
         if self.last_ns.is_some_and(|last| stamp_ns <= last) {
             return Err(SampleError::NotLater);
@@ -107,8 +116,8 @@ impl Track {
             .map(|last| stamp_ns.saturating_sub(last))
             .filter(|&step| step <= self.model.max_gap_ns)
         {
-            Some(step_ns) => self.follow(step_ns, values, rates),
-            None => self.start(stamp_ns, values, rates),
+            Some(step_ns) => self.follow(step_ns, values, rates, doubt),
+            None => self.start(stamp_ns, values, rates, doubt),
         }
         self.last_ns = Some(stamp_ns);
         if let Some(history) = &mut self.history {
@@ -132,16 +141,16 @@ impl Track {
         step(&self.jets[channel], seconds(stamp_ns.saturating_sub(last)))
     }
 
-    fn start(&mut self, stamp_ns: i64, values: &[f64], rates: Option<&[f64]>) {
+    fn start(&mut self, stamp_ns: i64, values: &[f64], rates: Option<&[f64]>, doubt: Doubt) {
         self.started_ns = stamp_ns;
         let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.model.density;
         let rate_variance = if rates.is_some() {
-            self.model.rate_variance
+            self.model.rate_variance + doubt.rate_variance
         } else {
             spread
         };
         self.covariance = [
-            [self.model.value_variance, 0.0, 0.0],
+            [self.model.value_variance + doubt.value_variance, 0.0, 0.0],
             [0.0, rate_variance, 0.0],
             [0.0, 0.0, spread],
         ];
@@ -154,7 +163,7 @@ impl Track {
         }
     }
 
-    fn follow(&mut self, step_ns: i64, values: &[f64], rates: Option<&[f64]>) {
+    fn follow(&mut self, step_ns: i64, values: &[f64], rates: Option<&[f64]>, doubt: Doubt) {
         let dt = seconds(step_ns);
         let filtered = self.covariance;
         self.covariance = predicted(&filtered, dt, self.model.density);
@@ -166,9 +175,9 @@ impl Track {
         for jet in &mut self.jets {
             *jet = step(jet, dt);
         }
-        self.update(0, self.model.value_variance, values);
+        self.update(0, self.model.value_variance + doubt.value_variance, values);
         if let Some(rates) = rates {
-            self.update(1, self.model.rate_variance, rates);
+            self.update(1, self.model.rate_variance + doubt.rate_variance, rates);
         }
     }
 
@@ -325,7 +334,12 @@ mod tests {
         for k in 0..400_i64 {
             let stamp = k * 10_000_000 + (k * 7919 % 13) * 200_000;
             track
-                .push(stamp, &[parabola(seconds(stamp))[0]], None)
+                .push(
+                    stamp,
+                    &[parabola(seconds(stamp))[0]],
+                    None,
+                    Doubt::default(),
+                )
                 .unwrap();
         }
         track
@@ -358,11 +372,16 @@ mod tests {
     #[test]
     fn measured_rates_are_used_only_if_all_are_finite() {
         let mut track = Track::new(MODEL, 2, false);
-        track.push(0, &[0.0, 0.0], Some(&[1.0, f64::NAN])).unwrap();
+        track
+            .push(0, &[0.0, 0.0], Some(&[1.0, f64::NAN]), Doubt::default())
+            .unwrap();
         assert_eq!(track.jets[0][1], 0.0);
-        assert_eq!(track.push(0, &[0.0, 0.0], None), Err(SampleError::NotLater));
         assert_eq!(
-            track.push(1, &[0.0, f64::INFINITY], None),
+            track.push(0, &[0.0, 0.0], None, Doubt::default()),
+            Err(SampleError::NotLater)
+        );
+        assert_eq!(
+            track.push(1, &[0.0, f64::INFINITY], None, Doubt::default()),
             Err(SampleError::NotFinite)
         );
     }
@@ -371,11 +390,18 @@ mod tests {
     fn a_gap_starts_anew_and_is_not_smoothed_across() {
         let mut track = Track::new(MODEL, 1, true);
         for k in 0..20 {
-            track.push(k * 10_000_000, &[0.0], None).unwrap();
+            track
+                .push(k * 10_000_000, &[0.0], None, Doubt::default())
+                .unwrap();
         }
         for k in 0..20 {
             track
-                .push(1_000_000_000 + k * 10_000_000, &[5.0], None)
+                .push(
+                    1_000_000_000 + k * 10_000_000,
+                    &[5.0],
+                    None,
+                    Doubt::default(),
+                )
                 .unwrap();
         }
         assert_eq!(track.started_ns(), 1_000_000_000);

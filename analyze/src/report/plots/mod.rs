@@ -334,6 +334,7 @@ fn tint(kind: EventKind) -> [u8; 3] {
         EventKind::WheelLift => [230, 159, 0],
         EventKind::WheelLight => [240, 200, 60],
         EventKind::InputGap => [120, 120, 120],
+        EventKind::InputFault => [120, 60, 160],
     }
 }
 

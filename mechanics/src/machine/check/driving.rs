@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::Checker;
 use crate::machine::linkage::{self, LinkageBodies, LinkageInput};
 use crate::machine::spec::LinkageSpec;
+use crate::machine::tree::TreeJoint;
 use crate::machine::{Drive, JointKind, Linkage, MachineError, MeasuredJoint, Wheel};
 
 /// What moves each body, and the measured joints and closed chains that follow from it.
@@ -12,6 +13,17 @@ pub(super) struct Driving {
     pub(super) drives: Vec<Option<Drive>>,
     pub(super) joints: Vec<MeasuredJoint>,
     pub(super) linkages: Vec<Linkage>,
+}
+
+fn measured_joint(joint: &TreeJoint, logged: bool, spins_wheel: Option<usize>) -> MeasuredJoint {
+    MeasuredJoint {
+        name: joint.name.clone(),
+        logged,
+        spins_wheel,
+        // equal limits are those of a URDF that states none
+        limits: joint.limits.filter(|[least, greatest]| least < greatest),
+        max_rate: joint.max_rate,
+    }
 }
 
 impl Checker<'_> {
@@ -38,11 +50,9 @@ impl Checker<'_> {
             let logged = self.is_logged(&joint.name);
             if logged || spins_wheel.is_some() {
                 driving.drives[i] = Some(Drive::Measured(driving.joints.len()));
-                driving.joints.push(MeasuredJoint {
-                    name: joint.name.clone(),
-                    logged,
-                    spins_wheel,
-                });
+                driving
+                    .joints
+                    .push(measured_joint(joint, logged, spins_wheel));
             } else {
                 missing.push(format!("\"{}\"", joint.name));
             }
@@ -103,11 +113,11 @@ impl Checker<'_> {
             return Err(self.unmeasured(&[format!("\"{}\" (or \"{}\")", spec.pivot, spec.rod)]));
         };
         let measured = driving.joints.len();
-        let name = if input == LinkageInput::PivotAngle {
-            &spec.pivot
-        } else {
-            &spec.rod
+        let body = match input {
+            LinkageInput::PivotAngle => bodies.pivot,
+            LinkageInput::RodLength => bodies.rod,
         };
+        let joint = self.tree.bodies[body].joint.as_ref();
         driving.linkages.push(linkage::build(
             spec,
             bodies,
@@ -116,11 +126,9 @@ impl Checker<'_> {
             self.tree,
             &self.spec.file,
         )?);
-        driving.joints.push(MeasuredJoint {
-            name: name.clone(),
-            logged: true,
-            spins_wheel: None,
-        });
+        driving
+            .joints
+            .extend(joint.map(|joint| measured_joint(joint, true, None)));
         driving.drives[bodies.pivot] = Some(Drive::Pivot(index));
         driving.drives[bodies.cylinder] = Some(Drive::Cylinder(index));
         driving.drives[bodies.rod] = Some(Drive::Rod(index));

@@ -106,6 +106,7 @@ impl Checker<'_> {
             signals: spec.signals.clone(),
             estimator: spec.estimator,
             uncertainty: spec.uncertainty,
+            plausibility: spec.plausibility,
         })
     }
 
@@ -267,6 +268,19 @@ impl Checker<'_> {
                 let place = format!("uncertainty.{key}");
                 return Err(self.value_error(place, "a number that is not negative", value));
             }
+        }
+        for (key, value) in spec.plausibility.limits_by_key() {
+            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+                let place = format!("plausibility.{key}");
+                return Err(self.value_error(place, "a positive number", value));
+            }
+        }
+        if spec.plausibility.frozen_samples < 2 {
+            return Err(self.value_error(
+                "plausibility.frozen_samples",
+                "two or more",
+                spec.plausibility.frozen_samples,
+            ));
         }
         if limits.min_load.is_some() && limits.min_load_share.is_some() {
             return Err(self.value_error("limits", "min_load or min_load_share", "both"));

@@ -1,0 +1,171 @@
+//! `[plausibility]` of the machine file: what no sensor of such a machine can truly say, and what to do
+//! about rows that rest on it.
+
+use serde::Deserialize;
+
+use crate::plausibility::FaultKind;
+
+/// What becomes of rows that rest on an implausible sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Policy {
+    /// The sample is left out and the rows are invalid.
+    Invalid,
+    /// The sample counts less, and the rows' standard deviations grow by the disagreement.
+    Widen,
+    /// The finding is reported; the sample is used as it is.
+    Report,
+}
+
+impl Policy {
+    /// Its name in the machine file and in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Invalid => "invalid",
+            Self::Widen => "widen",
+            Self::Report => "report",
+        }
+    }
+}
+
+/// `[plausibility]`: limits in SI units. The defaults are those of machines of a tonne and more.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlausibilitySpec {
+    /// Policy of every check that states none of its own.
+    pub policy: Option<Policy>,
+    /// Policy for NaN and infinite values; they are never used.
+    pub not_finite: Option<Policy>,
+    /// Policy for values that no such sensor can truly have.
+    pub range: Option<Policy>,
+    /// Policy for joint positions beyond the limits of the URDF.
+    pub joint_limit: Option<Policy>,
+    /// Policy for changes that are too fast.
+    pub rate: Option<Policy>,
+    /// Policy for values that stand still where they cannot.
+    pub frozen: Option<Policy>,
+    /// Policy for quaternions that are not of length one.
+    pub quaternion: Option<Policy>,
+    /// Policy for joint rates that are not the derivative of the position.
+    pub disagreement: Option<Policy>,
+    /// Largest specific force (m/s^2).
+    pub specific_force_max: f64,
+    /// Largest angular velocity (rad/s).
+    pub angular_velocity_max: f64,
+    /// Fastest change of an angular velocity (rad/s^2).
+    pub angular_acceleration_max: f64,
+    /// Largest speed of the odometry (m/s).
+    pub speed_max: f64,
+    /// Fastest change of the odometry's velocity (m/s^2).
+    pub acceleration_max: f64,
+    /// Largest force on the tool (N); default: ten times the weight.
+    pub tool_force_max: Option<f64>,
+    /// Largest moment on the tool (N m); default: ten times the weight at an arm of one metre.
+    pub tool_moment_max: Option<f64>,
+    /// How far a turning joint may be beyond a limit of the URDF (rad).
+    pub joint_margin: f64,
+    /// The same for a sliding joint (m).
+    pub joint_margin_linear: f64,
+    /// How many times as fast as the velocity limit of the URDF a joint may be.
+    pub joint_rate_margin: f64,
+    /// Largest rate of a turning joint without such a limit (rad/s).
+    pub joint_rate_max: f64,
+    /// The same of a sliding joint (m/s).
+    pub joint_rate_max_linear: f64,
+    /// The same of a wheel (rad/s).
+    pub wheel_rate_max: f64,
+    /// Fastest change of a measured joint rate (rad/s^2 or m/s^2); of no wheel, brakes lock them.
+    pub joint_acceleration_max: f64,
+    /// So many identical samples are a frozen signal, where noise is expected or motion is seen.
+    pub frozen_samples: u32,
+    /// How far the length of a quaternion may be from one.
+    pub quaternion_tolerance: f64,
+    /// How far a turning joint's rate may be from the derivative of its position (rad/s).
+    pub rate_tolerance: f64,
+    /// The same of a sliding joint (m/s).
+    pub rate_tolerance_linear: f64,
+    /// The same as a share of the rate, added to it.
+    pub rate_tolerance_share: f64,
+}
+
+impl Default for PlausibilitySpec {
+    fn default() -> Self {
+        Self {
+            policy: None,
+            not_finite: None,
+            range: None,
+            joint_limit: None,
+            rate: None,
+            frozen: None,
+            quaternion: None,
+            disagreement: None,
+            specific_force_max: 39.2,
+            angular_velocity_max: 10.0,
+            angular_acceleration_max: 200.0,
+            speed_max: 40.0,
+            acceleration_max: 50.0,
+            tool_force_max: None,
+            tool_moment_max: None,
+            joint_margin: 0.05,
+            joint_margin_linear: 0.02,
+            joint_rate_margin: 2.0,
+            joint_rate_max: 10.0,
+            joint_rate_max_linear: 5.0,
+            wheel_rate_max: 200.0,
+            joint_acceleration_max: 200.0,
+            frozen_samples: 100,
+            quaternion_tolerance: 0.01,
+            rate_tolerance: 0.1,
+            rate_tolerance_linear: 0.05,
+            rate_tolerance_share: 0.2,
+        }
+    }
+}
+
+impl PlausibilitySpec {
+    /// The policy of a check: its own, else the common one, else its default.
+    ///
+    /// Positions beyond a limit and rates that disagree often come from a sloppy URDF or driver while
+    /// the positions are sound: by default those rows are widened, all others are invalid.
+    #[must_use]
+    pub fn policy_of(&self, kind: FaultKind) -> Policy {
+        let (own, default) = match kind {
+            FaultKind::NotFinite => (self.not_finite, Policy::Invalid),
+            FaultKind::OutOfRange => (self.range, Policy::Invalid),
+            FaultKind::JointLimit => (self.joint_limit, Policy::Widen),
+            FaultKind::ImpossibleRate => (self.rate, Policy::Invalid),
+            FaultKind::Frozen => (self.frozen, Policy::Invalid),
+            FaultKind::NotUnit => (self.quaternion, Policy::Invalid),
+            FaultKind::Disagreement => (self.disagreement, Policy::Widen),
+        };
+        own.or(self.policy).unwrap_or(default)
+    }
+
+    /// The limits by key, those that are stated or have a default.
+    pub(super) fn limits_by_key(&self) -> [(&'static str, Option<f64>); 18] {
+        [
+            ("specific_force_max", Some(self.specific_force_max)),
+            ("angular_velocity_max", Some(self.angular_velocity_max)),
+            (
+                "angular_acceleration_max",
+                Some(self.angular_acceleration_max),
+            ),
+            ("speed_max", Some(self.speed_max)),
+            ("acceleration_max", Some(self.acceleration_max)),
+            ("tool_force_max", self.tool_force_max),
+            ("tool_moment_max", self.tool_moment_max),
+            ("joint_margin", Some(self.joint_margin)),
+            ("joint_margin_linear", Some(self.joint_margin_linear)),
+            ("joint_rate_margin", Some(self.joint_rate_margin)),
+            ("joint_rate_max", Some(self.joint_rate_max)),
+            ("joint_rate_max_linear", Some(self.joint_rate_max_linear)),
+            ("wheel_rate_max", Some(self.wheel_rate_max)),
+            ("joint_acceleration_max", Some(self.joint_acceleration_max)),
+            ("quaternion_tolerance", Some(self.quaternion_tolerance)),
+            ("rate_tolerance", Some(self.rate_tolerance)),
+            ("rate_tolerance_linear", Some(self.rate_tolerance_linear)),
+            ("rate_tolerance_share", Some(self.rate_tolerance_share)),
+        ]
+    }
+}
