@@ -1,30 +1,54 @@
 //! The causal estimator through the whole analysis gives the bits of one sample at a time.
 
+use std::path::Path;
+
 use tipwatch_analyze::load::load;
 use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::signal::{CausalEstimator, Reason, RowClock};
+use tipwatch_mechanics::signal::{CausalEstimator, Reason, Reasons, RowClock};
 use tipwatch_mechanics::{Quantity, Scope, Workspace, evaluate};
-use tipwatch_tests::{analysed, data};
+use tipwatch_tests::{analysed, analysed_with, data, write_edited};
 
 #[test]
 fn analysis_equals_one_sample_at_a_time() {
     let path = data("tiny_lift.mcap");
-    let analysis = analysed(
-        &path,
+    assert_equals_one_sample_at_a_time(&path, &path.with_extension("toml"));
+}
+
+#[test]
+fn it_does_so_with_signals_that_cannot_be_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, path) = (data("tiny_lift.mcap"), folder.path().join("faulty.mcap"));
+    let mut samples = 0;
+    write_edited(&source, &path, &mut |topic, values| {
+        samples += 1;
+        match (topic, samples % 97) {
+            ("/imu/data", 0..7) => values.set("force.x", f64::NAN),
+            ("/imu/data", 50..55) => values.set("turning.z", 8.0),
+            ("/joint_states", 10..20) => values.set("velocity.slew", 3.0),
+            ("/joint_states", 40) => values.set("position.lift", 2.0),
+            ("/joint_states", 60..63) => values.set("position.lift", f64::INFINITY),
+            _ => {}
+        }
+    });
+    let rows = assert_equals_one_sample_at_a_time(&path, &source.with_extension("toml"));
+    for reason in [Reason::ImuFault, Reason::JointsFault] {
+        assert!(rows.iter().any(|reasons| reasons.has(reason)), "{reason:?}");
+    }
+}
+
+fn assert_equals_one_sample_at_a_time(path: &Path, machine: &Path) -> Vec<Reasons> {
+    let analysis = analysed_with(
+        path,
+        machine,
         Options {
             estimator: Estimator::Causal,
             ..Options::default()
         },
     );
-    let log = Log::open(&path).unwrap();
-    let loaded = load(
-        &log,
-        &MachineFile::read(&path.with_extension("toml")).unwrap(),
-        &mut |_| {},
-    )
-    .unwrap();
+    let log = Log::open(path).unwrap();
+    let loaded = load(&log, &MachineFile::read(machine).unwrap(), &mut |_| {}).unwrap();
     // the same machine, with the reference loads that the analysis found
     let machine = &analysis.machine;
     let mut estimator =
@@ -54,6 +78,7 @@ fn analysis_equals_one_sample_at_a_time() {
     }
     assert_eq!(row, analysis.rows.len());
     assert!(row > 300);
+    analysis.rows.reasons
 }
 
 #[test]

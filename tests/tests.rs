@@ -8,4 +8,5 @@ mod coverage; // standard deviations against the spread of the truth
 mod first_paper; // what the first paper shows
 mod gaps; // what is missing is said, never filled in
 mod payload; // masses that the log can tell
+mod plausibility; // signals that cannot be true
 mod real_logs; // logs of real robots, where they are there

@@ -1,5 +1,7 @@
 //! What the tests share: fixtures, truth, and analyses of them.
 
+mod edited_log;
+
 use std::path::{Path, PathBuf};
 
 use polars::prelude::{DataFrame, ParquetReader, SerReader};
@@ -8,6 +10,8 @@ use tipwatch_analyze::options::Options;
 use tipwatch_analyze::run::analyse;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
+
+pub use edited_log::{Values, write_edited};
 
 /// A file in `data/`.
 #[must_use]

@@ -273,7 +273,8 @@ impl JointWatch {
         it.apart = (it.apart * kept + step - mean * dt).clamp(-2.0 * allowed, 2.0 * allowed);
         let newer = dt / (DIFFERENCE_MEMORY_S + dt);
         it.difference += newer * (step / dt - mean - it.difference);
-        if it.apart.abs() <= allowed {
+        // the sum forgets slowly that a fault is over, the difference at once
+        if it.apart.abs() <= allowed || it.difference.abs() <= tolerance {
             it.since_quiet = it.apart;
             if it.apart.abs() <= 0.25 * allowed {
                 it.quiet_ns = stamp_ns;

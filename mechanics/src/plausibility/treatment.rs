@@ -40,6 +40,11 @@ impl Judgement {
         if finding.policy == Policy::Report && !is_unusable {
             return;
         }
+        // its rows are invalid; the estimate before and after them goes on through a position that is
+        // continuous, wherever the limits are
+        if finding.kind == FaultKind::JointLimit && finding.policy == Policy::Invalid {
+            return;
+        }
         if finding.component == Component::Rate {
             treatment.rates_left_out = true;
             if finding.policy == Policy::Widen {

@@ -1,0 +1,475 @@
+//! Signals that cannot be true: every fault put into a small log, under every policy.
+
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::events::{Event, EventKind};
+use tipwatch_analyze::options::{Estimator, Options};
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::signal::Reason;
+use tipwatch_tests::{Values, analysed_with, data, write_edited};
+
+/// A fault and what is to be found of it.
+struct Case {
+    name: &'static str,
+    topic: &'static str,
+    /// From when to when it is put in (s from the first sample of the log).
+    span_s: [f64; 2],
+    edit: fn(&mut Values<'_>, &Memory),
+    subject: &'static str,
+    kind: &'static str,
+    unit: &'static str,
+    /// Smallest and largest worst value.
+    worst: [f64; 2],
+    /// How far off start and end may be found (s).
+    slack_s: f64,
+    /// Why rows are invalid under the policy `invalid`; `None` where loads do not rest on the signal.
+    reason: Option<Reason>,
+}
+
+/// Numbers of the last message before the fault.
+#[derive(Default)]
+struct Memory(std::collections::BTreeMap<&'static str, f64>);
+
+const KEPT: [&str; 8] = [
+    "force.x",
+    "force.y",
+    "force.z",
+    "turning.x",
+    "turning.y",
+    "turning.z",
+    "position.slew",
+    "velocity.x",
+];
+
+const IMU: Option<Reason> = Some(Reason::ImuFault);
+const JOINTS: Option<Reason> = Some(Reason::JointsFault);
+const CASES: [Case; 13] = [
+    Case {
+        name: "NaN in the specific force",
+        topic: "/imu/data",
+        span_s: [1.0, 1.1],
+        edit: |values, _| values.set("force.y", f64::NAN),
+        subject: "imu.specific_force",
+        kind: "not_finite",
+        unit: "samples",
+        worst: [12.0, 13.0],
+        slack_s: 0.01,
+        reason: IMU,
+    },
+    Case {
+        name: "one infinite angular velocity",
+        topic: "/imu/data",
+        span_s: [1.5, 1.507],
+        edit: |values, _| values.set("turning.x", f64::INFINITY),
+        subject: "imu.angular_velocity",
+        kind: "not_finite",
+        unit: "samples",
+        worst: [1.0, 1.0],
+        slack_s: 0.01,
+        reason: IMU,
+    },
+    Case {
+        name: "a specific force of six g",
+        topic: "/imu/data",
+        span_s: [1.5, 1.6],
+        edit: |values, _| values.set("force.x", 58.8),
+        subject: "imu.specific_force",
+        kind: "out_of_range",
+        unit: "m/s^2",
+        worst: [58.8, 60.0],
+        slack_s: 0.01,
+        reason: IMU,
+    },
+    Case {
+        name: "a spike of the gyro",
+        topic: "/imu/data",
+        span_s: [1.5, 1.52],
+        edit: |values, _| values.set("turning.z", 6.0),
+        subject: "imu.angular_velocity",
+        kind: "impossible_rate",
+        unit: "rad/s^2",
+        worst: [300.0, 800.0],
+        slack_s: 0.01,
+        reason: IMU,
+    },
+    Case {
+        name: "a frozen specific force",
+        topic: "/imu/data",
+        span_s: [1.0, 2.2],
+        edit: |values, memory| {
+            for axis in ["force.x", "force.y", "force.z"] {
+                values.set(axis, memory.0[axis]);
+            }
+        },
+        subject: "imu.specific_force",
+        kind: "frozen",
+        unit: "s",
+        worst: [1.15, 1.22],
+        slack_s: 0.02,
+        reason: IMU,
+    },
+    Case {
+        name: "a frozen gyro",
+        topic: "/imu/data",
+        span_s: [1.0, 2.2],
+        edit: |values, memory| {
+            for axis in ["turning.x", "turning.y", "turning.z"] {
+                values.set(axis, memory.0[axis]);
+            }
+        },
+        subject: "imu.angular_velocity",
+        kind: "frozen",
+        unit: "s",
+        worst: [1.15, 1.22],
+        slack_s: 0.02,
+        reason: IMU,
+    },
+    Case {
+        name: "a quaternion that is not unit",
+        topic: "/imu/data",
+        span_s: [1.0, 1.5],
+        edit: |values, _| {
+            for axis in ["attitude.x", "attitude.y", "attitude.z", "attitude.w"] {
+                values.set(axis, 1.05 * values.get(axis));
+            }
+        },
+        subject: "imu.attitude",
+        kind: "not_unit",
+        unit: "-",
+        worst: [1.0499, 1.0501],
+        slack_s: 0.01,
+        reason: None,
+    },
+    Case {
+        name: "a position that jumps",
+        topic: "/joint_states",
+        span_s: [1.5, 1.535],
+        edit: |values, _| values.set("position.lift", values.get("position.lift") + 3.0),
+        subject: "joint_states.lift",
+        kind: "impossible_rate",
+        unit: "rad/s",
+        worst: [60.0, 400.0],
+        slack_s: 0.015,
+        reason: JOINTS,
+    },
+    Case {
+        name: "a position beyond the joint's limit",
+        topic: "/joint_states",
+        // nothing is put in: the machine of this case has a limit of 0.15 rad, which the arm passes
+        span_s: [0.68, 1.26],
+        edit: |_, _| {},
+        subject: "joint_states.slew",
+        kind: "joint_limit",
+        unit: "rad",
+        worst: [0.279, 0.280],
+        slack_s: 0.015,
+        reason: JOINTS,
+    },
+    Case {
+        name: "a rate that no joint has",
+        topic: "/joint_states",
+        span_s: [1.5, 1.6],
+        edit: |values, _| values.set("velocity.slew", -30.0),
+        subject: "joint_states.slew",
+        kind: "impossible_rate",
+        unit: "rad/s",
+        worst: [30.0, 30.0],
+        slack_s: 0.015,
+        reason: JOINTS,
+    },
+    Case {
+        name: "a frozen joint that says it moves",
+        topic: "/joint_states",
+        span_s: [1.4, 2.2],
+        edit: |values, memory| values.set("position.slew", memory.0["position.slew"]),
+        subject: "joint_states.slew",
+        kind: "frozen",
+        unit: "s",
+        worst: [0.5, 0.82],
+        slack_s: 0.25,
+        reason: JOINTS,
+    },
+    Case {
+        name: "a rate with the wrong sign",
+        topic: "/joint_states",
+        span_s: [1.4, 2.2],
+        edit: |values, _| values.set("velocity.slew", -values.get("velocity.slew")),
+        subject: "joint_states.slew",
+        kind: "disagreement",
+        unit: "rad/s",
+        worst: [0.6, 1.2],
+        slack_s: 0.3,
+        reason: JOINTS,
+    },
+    Case {
+        name: "odometry faster than any such machine",
+        topic: "/odom",
+        span_s: [1.0, 1.3],
+        edit: |values, _| values.set("velocity.x", 90.0),
+        subject: "odometry.velocity",
+        kind: "out_of_range",
+        unit: "m/s",
+        worst: [90.0, 90.1],
+        slack_s: 0.03,
+        reason: None,
+    },
+];
+
+/// The small log with a fault, and its machine under a policy.
+struct Scene {
+    folder: TempDir,
+}
+
+impl Scene {
+    fn new(case: &Case, policy: &str) -> Self {
+        let scene = Self {
+            folder: tempfile::tempdir().unwrap(),
+        };
+        let mut memory = Memory::default();
+        let mut first_ns = None;
+        write_edited(&data("tiny.mcap"), &scene.log(), &mut |topic, values| {
+            let first = *first_ns.get_or_insert(values.stamp_ns);
+            let t = (values.stamp_ns - first) as f64 * 1e-9;
+            if topic != case.topic {
+                return;
+            }
+            if (case.span_s[0]..=case.span_s[1]).contains(&t) {
+                (case.edit)(values, &memory);
+            } else {
+                let has = |name: &&str| match case.topic {
+                    "/imu/data" => name.starts_with("force") || name.starts_with("turning"),
+                    "/joint_states" => name.starts_with("position"),
+                    _ => name.starts_with("velocity"),
+                };
+                for name in KEPT.into_iter().filter(has) {
+                    memory.0.insert(name, values.get(name));
+                }
+            }
+        });
+        if case.kind == "joint_limit" {
+            limit_slew(&scene.folder.path().join("tiny.urdf"), 0.15);
+        } else {
+            std::fs::copy(data("tiny.urdf"), scene.folder.path().join("tiny.urdf")).unwrap();
+        }
+        let machine = std::fs::read_to_string(data("tiny.toml")).unwrap();
+        let machine = format!("{machine}\n[plausibility]\n{policy}\n");
+        std::fs::write(scene.machine(), machine).unwrap();
+        scene
+    }
+
+    fn log(&self) -> PathBuf {
+        self.folder.path().join("faulty.mcap")
+    }
+
+    fn machine(&self) -> PathBuf {
+        self.folder.path().join("tiny.toml")
+    }
+
+    fn analysed(&self, estimator: Estimator) -> Analysis {
+        let options = Options {
+            estimator,
+            ..Options::default()
+        };
+        analysed_with(&self.log(), &self.machine(), options)
+    }
+}
+
+/// The machine's URDF with an upper limit of its slew joint.
+fn limit_slew(to: &Path, upper: f64) {
+    let urdf = std::fs::read_to_string(data("tiny.urdf")).unwrap();
+    let lines = urdf.lines().map(|line| match line.contains("name='slew'") {
+        true => line.replace("upper='10'", &format!("upper='{upper}'")),
+        false => line.to_string(),
+    });
+    let lines: Vec<String> = lines.collect();
+    assert_ne!(lines.join("\n"), urdf.trim_end());
+    std::fs::write(to, lines.join("\n")).unwrap();
+}
+
+fn faults(analysis: &Analysis) -> Vec<&Event> {
+    let is_fault = |event: &&Event| event.kind == EventKind::InputFault;
+    analysis.events.iter().filter(is_fault).collect()
+}
+
+/// The rows by whether they are in the span of a fault, `slack_s` around its ends left out.
+fn rows_of(analysis: &Analysis, case: &Case, slack_s: f64) -> (Vec<usize>, Vec<usize>) {
+    let [from, to] = case.span_s;
+    let (mut inside, mut outside) = (Vec::new(), Vec::new());
+    for row in 0..analysis.rows.len() {
+        let t = analysis.rows.seconds(row);
+        if (from + slack_s..=to - slack_s).contains(&t) {
+            inside.push(row);
+        } else if !(from - slack_s..=to + slack_s).contains(&t) {
+            outside.push(row);
+        }
+    }
+    (inside, outside)
+}
+
+fn clean(estimator: Estimator) -> Analysis {
+    let options = Options {
+        estimator,
+        ..Options::default()
+    };
+    analysed_with(&data("tiny.mcap"), &data("tiny.toml"), options)
+}
+
+fn loads(analysis: &Analysis, row: usize) -> Vec<f64> {
+    let of = |wheel| analysis.rows.outcomes.column(Quantity::Load(wheel))[row];
+    (0..4).map(of).collect()
+}
+
+fn worst_sigma(analysis: &Analysis, row: usize) -> f64 {
+    let of = |wheel| analysis.rows.outcomes.column(Quantity::LoadSigma(wheel))[row];
+    (0..4).map(of).fold(0.0, f64::max)
+}
+
+/// Largest difference of the loads from those of the log without fault, over rows.
+fn largest_error(analysis: &Analysis, clean: &Analysis, rows: &[usize]) -> f64 {
+    let error = |&row: &usize| {
+        let at = clean.rows.at(analysis.rows.times_ns[row]);
+        let pairs = loads(analysis, row).into_iter().zip(loads(clean, at));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    rows.iter().map(error).fold(0.0, f64::max)
+}
+
+/// Rows away from the fault are as they were: nearer to it the estimator begins anew.
+fn assert_harmless_elsewhere(analysis: &Analysis, clean: &Analysis, case: &Case) {
+    let (_, away) = rows_of(analysis, case, case.slack_s + 0.15);
+    assert!(away.len() > 50);
+    let error = largest_error(analysis, clean, &away);
+    assert!(error < 60.0, "{}: {error} N elsewhere", case.name);
+}
+
+#[test]
+fn every_fault_is_found_where_it_is_and_its_rows_are_invalid() {
+    let clean = clean(Estimator::Smoother);
+    assert!(faults(&clean).is_empty());
+    for case in &CASES {
+        let analysis = Scene::new(case, "policy = \"invalid\"").analysed(Estimator::Smoother);
+        let found = faults(&analysis);
+        let event = found
+            .iter()
+            .find(|event| event.subject == case.subject)
+            .unwrap_or_else(|| panic!("{}: not found in {found:?}", case.name));
+        assert!(
+            found.iter().all(|e| e.subject == case.subject),
+            "{}: {found:?}",
+            case.name
+        );
+        let fault = event.fault.unwrap();
+        assert_eq!(fault.kind.name(), case.kind, "{}", case.name);
+        assert_eq!(event.unit, case.unit, "{}", case.name);
+        let [least, largest] = case.worst;
+        assert!(
+            (least..=largest).contains(&event.worst),
+            "{}: {}",
+            case.name,
+            event.worst
+        );
+        let first_ns = analysis.rows.times_ns[0];
+        let seconds = |time_ns: i64| (time_ns - first_ns) as f64 * 1e-9;
+        let end_s = seconds(found.iter().filter_map(|e| e.end_ns).max().unwrap());
+        let apart = [
+            seconds(event.start_ns) - case.span_s[0],
+            end_s - case.span_s[1],
+        ];
+        assert!(
+            apart.iter().all(|s| s.abs() < case.slack_s),
+            "{}: {apart:?}",
+            case.name
+        );
+        let (inside, outside) = rows_of(&analysis, case, case.slack_s);
+        for row in inside {
+            let reasons = analysis.rows.reasons[row];
+            match case.reason {
+                Some(reason) => {
+                    assert!(reasons.has(reason), "{}: {reasons:?}", case.name);
+                    assert!(loads(&analysis, row).iter().all(|load| load.is_nan()));
+                }
+                None => assert!(reasons.is_empty(), "{}: {reasons:?}", case.name),
+            }
+        }
+        for &row in &outside {
+            let reasons = analysis.rows.reasons[row];
+            assert!(reasons.is_empty(), "{}: {reasons:?}", case.name);
+        }
+        assert_harmless_elsewhere(&analysis, &clean, case);
+    }
+}
+
+#[test]
+fn widened_rows_stay_valid_and_allow_for_the_error() {
+    let clean = clean(Estimator::Smoother);
+    for case in CASES.iter().filter(|case| case.reason.is_some()) {
+        let analysis = Scene::new(case, "policy = \"widen\"").analysed(Estimator::Smoother);
+        assert_eq!(faults(&analysis)[0].subject, case.subject, "{}", case.name);
+        let (inside, _) = rows_of(&analysis, case, case.slack_s);
+        for row in inside {
+            let reasons = analysis.rows.reasons[row];
+            assert!(reasons.is_empty(), "{}: {reasons:?}", case.name);
+            let (wide, usual) = (worst_sigma(&analysis, row), worst_sigma(&clean, row));
+            assert!(wide >= usual, "{}: {wide} {usual}", case.name);
+            let error = largest_error(&analysis, &clean, &[row]);
+            assert!(
+                error < 3.0 * wide,
+                "{}: {error} N, sigma {wide} N",
+                case.name
+            );
+        }
+        assert_harmless_elsewhere(&analysis, &clean, case);
+    }
+}
+
+#[test]
+fn reported_faults_change_no_row_that_can_be_computed() {
+    for case in CASES.iter().filter(|case| case.kind != "not_finite") {
+        let analysis = Scene::new(case, "policy = \"report\"").analysed(Estimator::Smoother);
+        assert_eq!(faults(&analysis)[0].subject, case.subject, "{}", case.name);
+        let with_fault = analysis.rows.reasons.iter().filter(|reasons| {
+            [Reason::ImuFault, Reason::JointsFault, Reason::OdometryFault]
+                .iter()
+                .any(|&reason| reasons.has(reason))
+        });
+        assert_eq!(with_fault.count(), 0, "{}", case.name);
+        assert!(analysis.inputs.iter().all(|i| i.counts.implausible == 0));
+    }
+}
+
+#[test]
+fn what_is_used_live_finds_the_same_faults() {
+    assert!(faults(&clean(Estimator::Causal)).is_empty());
+    for case in &CASES {
+        let analysis = Scene::new(case, "policy = \"invalid\"").analysed(Estimator::Causal);
+        let found = faults(&analysis);
+        assert!(
+            found
+                .iter()
+                .any(|e| e.subject == case.subject && e.fault.unwrap().kind.name() == case.kind),
+            "{}: {found:?}",
+            case.name
+        );
+        let Some(reason) = case.reason else { continue };
+        let invalid = analysis.rows.reasons.iter().filter(|r| r.has(reason));
+        assert!(invalid.count() > 0, "{}", case.name);
+    }
+}
+
+#[test]
+fn a_check_has_a_policy_of_its_own() {
+    let case = &CASES[2];
+    let scene = Scene::new(case, "policy = \"invalid\"\nrange = \"report\"");
+    let analysis = scene.analysed(Estimator::Smoother);
+    let fault = faults(&analysis)[0].fault.unwrap();
+    assert_eq!(fault.policy.name(), "report");
+    assert!(
+        analysis
+            .rows
+            .reasons
+            .iter()
+            .all(|r| !r.has(Reason::ImuFault))
+    );
+}

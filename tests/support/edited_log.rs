@@ -1,0 +1,178 @@
+//! Logs with faults put in: every message of a log written anew, some of them changed.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use mcap::records::MessageHeader;
+use mcap::{WriteOptions, Writer};
+use tipwatch_ingest::{Log, TopicId};
+
+/// A message in the encoding of ROS 2 whose numbers can be changed in place.
+#[derive(Debug)]
+struct Cdr<'m> {
+    bytes: &'m mut [u8],
+    at: usize,
+}
+
+impl<'m> Cdr<'m> {
+    fn new(bytes: &'m mut [u8]) -> Self {
+        Self { bytes, at: 4 }
+    }
+
+    fn align(&mut self, to: usize) {
+        self.at = 4 + (self.at - 4).next_multiple_of(to);
+    }
+
+    fn count(&mut self) -> usize {
+        self.align(4);
+        let bytes = self.bytes[self.at..self.at + 4].try_into();
+        self.at += 4;
+        u32::from_le_bytes(bytes.expect("four bytes")) as usize
+    }
+
+    fn text(&mut self) -> String {
+        let length = self.count();
+        let text = String::from_utf8_lossy(&self.bytes[self.at..self.at + length - 1]).into();
+        self.at += length;
+        text
+    }
+
+    /// Passes over the header; gives the stamp (ns).
+    fn header(&mut self) -> i64 {
+        let (seconds, nanoseconds) = (self.count() as i64, self.count() as i64);
+        self.text();
+        seconds * 1_000_000_000 + nanoseconds
+    }
+
+    fn number(&self, at: usize) -> f64 {
+        f64::from_le_bytes(self.bytes[at..at + 8].try_into().expect("eight bytes"))
+    }
+
+    fn set(&mut self, at: usize, value: f64) {
+        self.bytes[at..at + 8].copy_from_slice(&value.to_le_bytes());
+    }
+}
+
+/// The numbers of a sensor's message.
+#[derive(Debug)]
+pub struct Values<'m> {
+    cdr: Cdr<'m>,
+    /// Byte of each number, by name: `position.slew`, `velocity.slew`, `force.x`, `turning.x`,
+    /// `attitude.w`, `velocity.x`.
+    places: BTreeMap<String, usize>,
+    /// Stamp of the message (ns).
+    pub stamp_ns: i64,
+}
+
+impl Values<'_> {
+    /// A number by its name.
+    ///
+    /// # Panics
+    /// If the message has none of the name.
+    #[must_use]
+    pub fn get(&self, name: &str) -> f64 {
+        self.cdr.number(self.places[name])
+    }
+
+    /// Sets a number.
+    ///
+    /// # Panics
+    /// If the message has none of the name.
+    pub fn set(&mut self, name: &str, value: f64) {
+        self.cdr.set(self.places[name], value);
+    }
+}
+
+fn values<'m>(type_name: &str, bytes: &'m mut [u8]) -> Option<Values<'m>> {
+    let mut cdr = Cdr::new(bytes);
+    let mut places = BTreeMap::new();
+    let stamp_ns = match type_name {
+        "sensor_msgs/msg/JointState" => {
+            let stamp_ns = cdr.header();
+            let names: Vec<String> = (0..cdr.count()).map(|_| cdr.text()).collect();
+            for list in ["position", "velocity"] {
+                let count = cdr.count();
+                cdr.align(8);
+                for name in names.iter().take(count) {
+                    places.insert(format!("{list}.{name}"), cdr.at);
+                    cdr.at += 8;
+                }
+            }
+            stamp_ns
+        }
+        "sensor_msgs/msg/Imu" => {
+            let stamp_ns = cdr.header();
+            cdr.align(8);
+            let start = cdr.at;
+            for (i, axis) in ["x", "y", "z", "w"].into_iter().enumerate() {
+                places.insert(format!("attitude.{axis}"), start + 8 * i);
+                if axis != "w" {
+                    places.insert(format!("turning.{axis}"), start + 8 * (13 + i));
+                    places.insert(format!("force.{axis}"), start + 8 * (25 + i));
+                }
+            }
+            stamp_ns
+        }
+        "nav_msgs/msg/Odometry" => {
+            let stamp_ns = cdr.header();
+            cdr.text();
+            cdr.align(8);
+            for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
+                places.insert(format!("velocity.{axis}"), cdr.at + 8 * (43 + i));
+            }
+            stamp_ns
+        }
+        _ => return None,
+    };
+    Some(Values {
+        cdr,
+        places,
+        stamp_ns,
+    })
+}
+
+/// Writes a log anew as MCAP; `edit` gets the name of each topic of sensors with the message's numbers.
+///
+/// # Panics
+/// If the log cannot be read or the new one not be written.
+pub fn write_edited(from: &Path, to: &Path, edit: &mut dyn FnMut(&str, &mut Values<'_>)) {
+    let log = Log::open(from).expect("a log");
+    let file = std::io::BufWriter::new(std::fs::File::create(to).expect("a new file"));
+    let mut writer: Writer<_> = WriteOptions::new().create(file).expect("a writer");
+    let channels: Vec<u16> = (log.topics().iter())
+        .map(|topic| {
+            let definition = topic.definition.as_deref().unwrap_or_default();
+            let schema = writer
+                .add_schema(
+                    &topic.type_name,
+                    &topic.schema_encoding,
+                    definition.as_bytes(),
+                )
+                .expect("a schema");
+            writer
+                .add_channel(schema, &topic.name, &topic.encoding, &BTreeMap::new())
+                .expect("a channel")
+        })
+        .collect();
+    let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
+    log.read(&ids, &mut |message| {
+        let topic = &log.topics()[message.topic.index()];
+        let mut data = message.data.to_vec();
+        if let Some(mut values) = values(&topic.type_name, &mut data) {
+            edit(&topic.name, &mut values);
+        }
+        let header = MessageHeader {
+            channel_id: channels[message.topic.index()],
+            sequence: message.sequence,
+            log_time: message.log_time_ns as u64,
+            publish_time: message.publish_time_ns as u64,
+        };
+        writer
+            .write_to_known_channel(&header, &data)
+            .expect("written");
+        ControlFlow::Continue(())
+    })
+    .expect("a log that can be read");
+    writer.finish().expect("a finished file");
+}
