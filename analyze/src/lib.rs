@@ -14,6 +14,7 @@ mod detect;
 mod evaluation;
 pub mod events;
 mod evidence;
+pub mod imu_check;
 pub mod inspect;
 pub mod load;
 pub mod monte_carlo;

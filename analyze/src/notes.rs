@@ -25,6 +25,7 @@ pub(crate) fn of(loaded: &LoadedLog, payloads: &[EstimatedPayload]) -> Vec<Strin
             loaded.machine.imu().source
         ));
     }
+    notes.extend(loaded.machine.notes().iter().cloned());
     notes.extend(missing_wheel_joints(loaded));
     for signal in &loaded.signals {
         notes.extend(

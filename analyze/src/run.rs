@@ -16,7 +16,7 @@ use crate::load::{LoadedLog, MachineFile, hash_file, load};
 use crate::notes;
 use crate::options::{Estimator, Options};
 use crate::provenance::Provenance;
-use crate::{evaluation, monte_carlo, payload, sensitivity};
+use crate::{evaluation, imu_check, monte_carlo, payload, sensitivity};
 
 /// Share of the static load below which a wheel is light where the machine file sets no limit.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
@@ -60,7 +60,10 @@ pub fn analyse(
         .flatten();
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
-    let notes = notes::of(&loaded, &payloads);
+    let mut notes = notes::of(&loaded, &payloads);
+    if loaded.matched.sensors.imu {
+        notes.splice(0..0, imu_check::note(machine, &rows));
+    }
     let provenance = provenance(&log, file, &loaded)?;
     let inputs = loaded.signals.into_iter().map(|signal| Input {
         signal: signal.name,

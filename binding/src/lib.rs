@@ -8,10 +8,10 @@
 
 use tipwatch_ingest::{
     Binding, JointTopic, Log, NamedTopics, SensorKind, SensorRecording, SensorRequest,
-    SensorTopics, Topic, arrival_order,
+    SensorTopics, Topic, arrival_order, static_frames,
 };
 use tipwatch_mechanics::MachineError;
-use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany};
+use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany, StaticTransform};
 use tipwatch_mechanics::signal::{JointTwice, MatchedSensors, OtherSensors, Sample, Sensor};
 
 /// A machine bound to a log.
@@ -109,10 +109,12 @@ pub fn bind(
         return Err(no_joint_states(log));
     }
     let joint_names = topics.joint_names();
+    let static_transforms = static_transforms(log)?;
     let facts = LogFacts {
         joint_names: Some(&joint_names),
         lacks_imu: topics.imu.is_none(),
         imu_frame: topics.imu_frame.as_deref(),
+        static_transforms: &static_transforms,
     };
     let mut machine = spec.check(urdf_text, urdf_name, facts)?;
     let matched = match_sensors(log, &machine, &topics)?;
@@ -126,6 +128,18 @@ pub fn bind(
         sensors,
         topics,
     })
+}
+
+/// The frames that a log's `/tf_static` places.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn static_transforms(log: &Log) -> Result<Vec<StaticTransform>, BindError> {
+    let frames = static_frames(log)?.into_iter();
+    let transform = |f: tipwatch_ingest::StaticFrame| {
+        StaticTransform::new(&f.parent, &f.child, f.translation_m, f.rotation_xyzw)
+    };
+    Ok(frames.map(transform).collect())
 }
 
 fn no_joint_states(log: &Log) -> BindError {

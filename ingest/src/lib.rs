@@ -72,6 +72,7 @@ mod rosbag2_sqlite;
 mod sensor;
 mod sensor_recording;
 mod sensor_topics;
+mod static_frames;
 mod timing;
 mod topic;
 
@@ -93,6 +94,7 @@ pub use crate::{
     sensor::{SensorDecoder, SensorKind, SensorSample},
     sensor_recording::{SensorRecording, SensorRequest, arrival_order, record_sensors},
     sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},
+    static_frames::{StaticFrame, static_frames},
     timing::{Gap, StampOffset, TopicStatistics, TopicTiming},
     topic::{DefinitionSource, Topic, TopicId},
 };

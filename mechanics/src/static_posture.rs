@@ -15,6 +15,11 @@ use crate::workspace::Workspace;
 /// Level means gravity along the normal of the contact plane, wherever the base frame points.
 #[must_use]
 pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64> {
+    at_rest(machine, joint_positions).outcome
+}
+
+/// The evaluation of the machine at rest on level ground.
+pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64]) -> Workspace<f64> {
     let resting = machine.felt_at_base();
     let mut state = State::<f64>::zero(&resting);
     for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
@@ -27,7 +32,8 @@ pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64
     state.imu.specific_force = Vector3::z() * resting.gravity();
     let up = evaluate(&resting, &state, &mut workspace).contact_normal;
     state.imu.specific_force = up * resting.gravity();
-    evaluate(&resting, &state, &mut workspace).clone()
+    evaluate(&resting, &state, &mut workspace);
+    workspace
 }
 
 impl Machine {

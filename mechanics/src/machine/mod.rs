@@ -9,11 +9,14 @@ mod drawn;
 mod error;
 mod inertia;
 mod linkage;
+mod outline;
 mod spec;
+mod static_transform;
 mod support_polygon;
 mod tree;
 mod urdf;
 mod warp;
+mod weighed;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
@@ -22,13 +25,16 @@ pub(crate) use drawn::Draws;
 pub use error::MachineError;
 pub use inertia::{Inertia, MassMoments};
 pub use linkage::{Linkage, LinkageInput};
+pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
 pub use spec::{
     ArmSpec, ContactSpec, EstimatorSpec, FieldSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec,
     MachineSpec, OneOrMany, PayloadMass, PayloadSpec, PointSpec, PressureSpec, SignalsSpec,
     Stiffness, SuspensionSpec, UncertaintySpec, WheelSpec,
 };
+pub use static_transform::StaticTransform;
 pub use support_polygon::{Edge, SupportPolygon};
 pub use warp::Warp;
+pub use weighed::{WeighedSpec, WeighedSum, WeighedUnit};
 
 /// Most wheels a machine may have; the load envelope looks at every way to stand on some of them.
 pub const MAX_WHEELS: usize = 12;
@@ -50,6 +56,7 @@ pub struct Machine {
     pub(crate) polygon: SupportPolygon,
     pub(crate) contact: Contact,
     pub(crate) imu: Mount,
+    pub(crate) notes: Vec<String>,
     pub(crate) tool: Option<Mount>,
     pub(crate) arm_root: Option<Mount>,
     pub(crate) arm_seat: Option<Seat>,
@@ -352,6 +359,12 @@ impl Machine {
     #[must_use]
     pub fn imu(&self) -> &Mount {
         &self.imu
+    }
+
+    /// What is odd about it and yet no error, in plain sentences.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Where the tool wrench acts.

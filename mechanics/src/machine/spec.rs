@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::MachineError;
+use super::{MachineError, WeighedSpec};
 
 /// The machine file: see the machine-file reference of the project for every key.
 #[derive(Debug, Clone, Deserialize)]
@@ -46,6 +46,8 @@ pub struct MachineSpec {
     /// How uncertain the machine's parameters are.
     #[serde(default)]
     pub uncertainty: UncertaintySpec,
+    /// What scales said of the real machine.
+    pub weighed: Option<WeighedSpec>,
     /// Active suspension.
     pub suspension: Option<SuspensionSpec>,
     /// Name of the file this was read from, for messages.
