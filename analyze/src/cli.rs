@@ -14,7 +14,7 @@ use crate::load::MachineFile;
 use crate::options::{ClosedFormInput, ColumnGroup, Estimator, Model, MoreColumns, Options};
 use crate::output::Outputs;
 use crate::progress::Progress;
-use crate::{demo, inspect, output, report, run};
+use crate::{check_machine, demo, inspect, output, report, run};
 
 /// Exit code: a file's content, the machine or the disk is at fault.
 const FAILED: u8 = 1;
@@ -43,6 +43,8 @@ enum Command {
     Analyze(AnalyzeArgs),
     /// What a log holds: topics, clocks, gaps, damage, and what would be bound to which signal.
     Inspect(InspectArgs),
+    /// Mass, centre of mass and static loads of a machine, beside weighed loads if its file has them.
+    CheckMachine(CheckMachineArgs),
     /// Write the intact part of a damaged log, of any format, as a clean, indexed MCAP file.
     Recover {
         /// The log.
@@ -121,6 +123,18 @@ struct InspectArgs {
     json: bool,
 }
 
+#[derive(Debug, Args)]
+struct CheckMachineArgs {
+    /// The machine file.
+    machine: PathBuf,
+    /// A log: loads in the posture of its first valid row, instead of with all joints at zero.
+    #[arg(long)]
+    log: Option<PathBuf>,
+    /// As JSON.
+    #[arg(long)]
+    json: bool,
+}
+
 fn positive(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
     if value.is_finite() && value > 0.0 {
@@ -160,6 +174,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
         Command::Analyze(args) => analyze(args, voice),
         Command::Inspect(args) => inspect_log(args),
+        Command::CheckMachine(args) => check_one_machine(args),
         Command::Recover { log, out } => recover_log(log, out, voice),
         Command::Demo { out } => run_demo(out, voice),
         Command::Completions { shell } => {
@@ -307,6 +322,13 @@ fn inspect_log(args: &InspectArgs) -> Result<Verdict> {
     } else {
         Verdict::Lost
     })
+}
+
+fn check_one_machine(args: &CheckMachineArgs) -> Result<Verdict> {
+    let file = MachineFile::read(&args.machine)?;
+    let check = check_machine::check(&file, args.log.as_deref())?;
+    check_machine::print(&check, args.json)?;
+    Ok(Verdict::Done)
 }
 
 fn recover_log(log: &Path, out: &Path, voice: Voice) -> Result<Verdict> {

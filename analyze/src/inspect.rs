@@ -1,6 +1,7 @@
 //! What a log holds, before anything is computed: topics, clocks, gaps, damage, and what would be
 //! bound to which signal and why.
 
+use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::Result;
@@ -12,6 +13,7 @@ use tipwatch_ingest::{
 };
 
 use crate::load::MachineFile;
+use crate::stdout::to_stdout;
 
 /// Version of the JSON document.
 const SCHEMA: u32 = 1;
@@ -192,65 +194,73 @@ fn signals(log: &Log, found: &SensorTopics) -> Vec<SignalInspection> {
 ///
 /// # Errors
 /// Standard output is closed.
-#[expect(
-    clippy::print_stdout,
-    reason = "the data of `inspect` goes to stdout, here alone"
-)]
 pub fn print(inspection: &Inspection, as_json: bool) -> Result<()> {
-    if as_json {
-        println!("{}", serde_json::to_string_pretty(inspection)?);
-        return Ok(());
+    match as_json {
+        true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(inspection)?)),
+        false => to_stdout(&table(inspection)?),
     }
-    println!(
+}
+
+fn table(inspection: &Inspection) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
+    let out = &mut text;
+    writeln!(
+        out,
         "{}: {}, {} bytes, {} file(s)",
         inspection.path,
         inspection.format,
         inspection.bytes,
         inspection.files.len()
-    );
-    println!("\ntopics");
+    )?;
+    writeln!(out, "\ntopics")?;
     for topic in &inspection.topics {
-        print!("{}", describe_topic(topic));
+        write!(out, "{}", describe_topic(topic))?;
     }
-    println!("\nsignals");
+    writeln!(out, "\nsignals")?;
     for signal in &inspection.signals {
-        println!(
+        writeln!(
+            out,
             "  {:<13} {} ({})",
             signal.signal,
             signal.topic.as_deref().unwrap_or("-"),
             signal.why
-        );
+        )?;
     }
     if let Some(error) = &inspection.binding_error {
-        println!("  not bound: {error}");
+        writeln!(out, "  not bound: {error}")?;
     }
-    println!(
+    writeln!(
+        out,
         "  {:<13} {}",
         "description",
         inspection.robot_description.as_deref().unwrap_or("-")
-    );
-    println!("\nintegrity");
-    println!("  {}", inspection.integrity.unwrap_or("checksums present"));
+    )?;
+    writeln!(out, "\nintegrity")?;
+    writeln!(
+        out,
+        "  {}",
+        inspection.integrity.unwrap_or("checksums present")
+    )?;
     for range in &inspection.losses.ranges {
-        println!(
+        writeln!(
+            out,
             "  lost: {} bytes {}..{}: {}",
             range.file.display(),
             range.start_byte,
             range.end_byte,
             range.reason
-        );
+        )?;
     }
     for (topic, count) in &inspection.losses.undecodable_messages {
-        println!("  not decodable: {count} messages of {topic}");
+        writeln!(out, "  not decodable: {count} messages of {topic}")?;
     }
     for note in &inspection.losses.notes {
-        println!("  {note}");
+        writeln!(out, "  {note}")?;
     }
-    Ok(())
+    Ok(text)
 }
 
 fn describe_topic(topic: &TopicInspection) -> String {
-    use std::fmt::Write;
     let count = topic
         .message_count
         .map_or("?".into(), |count| count.to_string());

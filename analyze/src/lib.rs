@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod analysis;
+pub mod check_machine;
 pub mod cli;
 pub mod comparison;
 pub mod demo;
@@ -28,5 +29,6 @@ pub mod provenance;
 pub mod report;
 pub mod run;
 pub mod sensitivity;
+mod stdout;
 pub mod summary;
 pub mod table;

@@ -98,6 +98,14 @@ pub fn analyse(
     })
 }
 
+/// A log's machine and the positions of its joints in the log's first valid row; NaN if there is none.
+pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine, Vec<f64>)> {
+    let mut loaded = load(&Log::open(path)?, file, &mut |_| {})?;
+    let (rows, _) = estimate(&mut loaded, &Options::default());
+    let posture = first_posture(&loaded.machine, &rows);
+    Ok((loaded.machine, posture))
+}
+
 type Counts = Vec<(Sensor, StreamCounts)>;
 
 /// The states of all rows within the asked time.

@@ -4,14 +4,15 @@ use nalgebra::Vector3;
 
 use crate::machine::{LinkGroup, Machine};
 use crate::outcome::Outcome;
+use crate::scope::Scope;
 use crate::spatial::rotate;
-use crate::static_posture::at_rest;
+use crate::static_posture::{AtRest, at_rest};
+use crate::uncertainty::combination_sigma;
 
 /// A machine at rest in one posture.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Standing {
-    /// Loads and stability.
-    pub outcome: Outcome<f64>,
+    at_rest: AtRest,
     /// Centres of the wheels in the base frame (m).
     pub wheel_centres: Vec<Vector3<f64>>,
     /// Platform: neither wheels nor arm.
@@ -50,7 +51,12 @@ impl Standing {
     /// [`Machine::joints`]. What cannot be computed, because a linkage cannot close there, is NaN.
     #[must_use]
     pub fn new(machine: &Machine, joint_positions: &[f64]) -> Self {
-        let workspace = at_rest(machine, joint_positions);
+        let scope = Scope {
+            sensitivities: true,
+            ..Scope::LOADS
+        };
+        let at_rest = at_rest(machine, joint_positions, scope);
+        let workspace = &at_rest.workspace;
         let place = |body: usize, com: &Vector3<f64>| {
             let motion = &workspace.motions[body];
             motion.origin + rotate(&motion.rotation, com)
@@ -71,8 +77,35 @@ impl Standing {
                 payloads.map(|p| (p.inertia.mass, place(p.body, &p.inertia.com))),
             ),
             wheel_centres: workspace.wheel_centres.clone(),
-            outcome: workspace.outcome,
+            at_rest,
         }
+    }
+
+    /// Loads and stability.
+    #[must_use]
+    pub fn outcome(&self) -> &Outcome<f64> {
+        self.at_rest.workspace.outcome()
+    }
+
+    /// Load of wheels together (N), and its standard deviation (N) by the stated uncertainty of the
+    /// machine's parameters. Sensors do not count: gravity and level ground are given. The standard
+    /// deviation is NaN where a wheel carries nothing.
+    #[must_use]
+    pub fn load_of(&self, wheels: &[usize]) -> (f64, f64) {
+        let loads = &self.outcome().load;
+        let load = wheels.iter().map(|&wheel| loads[wheel]).sum();
+        if !loads.iter().all(|load| *load > 0.0) {
+            return (load, f64::NAN);
+        }
+        let AtRest {
+            machine,
+            state,
+            workspace,
+        } = &self.at_rest;
+        let factors: Vec<f64> = (0..loads.len())
+            .map(|wheel| f64::from(u8::from(wheels.contains(&wheel))))
+            .collect();
+        (load, combination_sigma(machine, state, workspace, &factors))
     }
 
     /// The whole machine.

@@ -18,6 +18,10 @@ pub struct WeighedSpec {
     /// Loads that several wheels had together on one scale: axles, sides, the whole machine.
     #[serde(default)]
     pub sums: Vec<WeighedSum>,
+    /// Standard deviation of every reading that states none of its own, in the unit; absent: the
+    /// readings count as exact.
+    #[serde(default)]
+    pub sigma: f64,
     /// Positions of joints while it was weighed (rad or m); absent: the posture that is looked at, a
     /// joint left out of a stated posture is at zero.
     #[serde(default)]
@@ -34,6 +38,8 @@ pub struct WeighedSum {
     pub wheels: Vec<String>,
     /// What it said.
     pub load: f64,
+    /// Standard deviation of what it said, in the unit.
+    pub sigma: Option<f64>,
 }
 
 /// In what scales were read.
@@ -83,6 +89,13 @@ impl MachineSpec {
             let place = format!("weighed.sums \"{}\"", sum.label());
             (place, sum.wheels.as_slice(), sum.load)
         });
+        let of_sums = weighed.sums.iter().filter_map(|sum| sum.sigma);
+        for sigma in of_sums.chain([weighed.sigma]) {
+            if !(sigma.is_finite() && sigma >= 0.0) {
+                let expected = "a standard deviation that is not negative";
+                return fault("weighed.sigma".into(), expected, sigma.to_string());
+            }
+        }
         for (place, wheels, load) in readings.chain(sums) {
             if !(load.is_finite() && load >= 0.0) {
                 return fault(place, "a load that is not negative", load.to_string());
