@@ -17,6 +17,8 @@ use crate::stdout::to_stdout;
 
 /// Version of the JSON document.
 const SCHEMA: u32 = 1;
+/// Why a signal has no topic of its own.
+const BY_NUMBERS: &str = "numbers named by the machine file";
 
 /// What a log holds.
 #[derive(Debug, Serialize)]
@@ -80,7 +82,7 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
         .map(|topic| topic_inspection(topic, &found, &timings))
         .collect();
     let signals = if binding_error.is_none() {
-        signals(&log, &found)
+        signals(&log, &found, &named, file)
     } else {
         Vec::new()
     };
@@ -123,6 +125,7 @@ fn timings(log: &Log) -> Result<(Timings, Losses)> {
                 topic: topic.id,
                 kind: kind_of(topic)?,
                 joint_names: Vec::new(),
+                numbers: None,
             })
         })
         .filter(|request| {
@@ -163,7 +166,12 @@ fn topic_inspection(topic: &Topic, found: &SensorTopics, timings: &Timings) -> T
     }
 }
 
-fn signals(log: &Log, found: &SensorTopics) -> Vec<SignalInspection> {
+fn signals(
+    log: &Log,
+    found: &SensorTopics,
+    named: &NamedTopics,
+    file: Option<&MachineFile>,
+) -> Vec<SignalInspection> {
     let name = |id: TopicId| log.topic(id).ok().map(|topic| topic.name.clone());
     let mut signals: Vec<SignalInspection> = Vec::new();
     for joint in &found.joint_states {
@@ -174,13 +182,23 @@ fn signals(log: &Log, found: &SensorTopics) -> Vec<SignalInspection> {
             why: binding.why.clone(),
         });
     }
+    for joint in file.iter().flat_map(|file| file.spec.signals.joints.keys()) {
+        signals.push(SignalInspection {
+            signal: "joint_states",
+            topic: None,
+            why: format!("{joint}: {BY_NUMBERS}"),
+        });
+    }
     let others = [
         (SensorKind::Imu, &found.imu),
         (SensorKind::Odometry, &found.odometry),
         (SensorKind::ToolWrench, &found.tool_wrench),
     ];
     for (kind, binding) in others {
-        let missing = format!("no {} topic with messages", kind.type_name());
+        let missing = match named.bound_otherwise.contains(&kind) {
+            true => BY_NUMBERS.into(),
+            false => format!("no {} topic with messages", kind.type_name()),
+        };
         signals.push(SignalInspection {
             signal: kind.signal_key(),
             topic: binding.as_ref().and_then(|b| name(b.topic)),

@@ -43,6 +43,12 @@ pub(crate) fn of(loaded: &LoadedLog, payloads: &[EstimatedPayload]) -> Vec<Strin
                 signal.topic, signal.recording.unstamped
             ));
         }
+        if signal.recording.without_value > 0 {
+            notes.push(format!(
+                "{}: {} messages without any of the numbers named for {} were left out.",
+                signal.topic, signal.recording.without_value, signal.name
+            ));
+        }
         if signal.recording.stamps_ns.is_empty() && !matches!(signal.sensor, Sensor::Joints(_)) {
             notes.push(format!("{}: no readable message.", signal.topic));
         }

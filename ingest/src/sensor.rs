@@ -280,18 +280,22 @@ impl SensorDecoder {
     #[inline]
     fn extend_attitude(&self, values: &mut Vec<f64>, first: usize, is_given: bool) {
         let quaternion = [0, 1, 2, 3].map(|part| self.fields.number(first + part));
-        let norm = quaternion
-            .iter()
-            .map(|part| part * part)
-            .sum::<f64>()
-            .sqrt();
-        let is_unit = (norm - 1.0).abs() <= QUATERNION_NORM_TOLERANCE;
-        values.extend(if is_given && is_unit {
+        values.extend(if is_given && is_attitude(&quaternion) {
             quaternion
         } else {
             [f64::NAN; 4]
         });
     }
+}
+
+/// Whether a quaternion is an attitude: its norm is one, give or take.
+pub(crate) fn is_attitude(quaternion: &[f64]) -> bool {
+    let norm = quaternion
+        .iter()
+        .map(|part| part * part)
+        .sum::<f64>()
+        .sqrt();
+    (norm - 1.0).abs() <= QUATERNION_NORM_TOLERANCE
 }
 
 /// The steps that read some fields of a topic's messages; an error if they cannot be read at all.

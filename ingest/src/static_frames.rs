@@ -3,12 +3,14 @@
 use std::ops::ControlFlow;
 
 use crate::{
-    definition::normal_type_name, error::Error, fields::Fields, log::Log, sensor::layout_of,
+    definition::normal_type_name,
+    error::Error,
+    fields::Fields,
+    log::Log,
+    sensor::{is_attitude, layout_of},
     topic::Topic,
 };
 
-/// A quaternion whose norm is farther from one than this is no attitude.
-const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
 const TYPES: [&str; 2] = ["tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"];
 /// The names of both frames, then seven numbers.
 const PATHS: [&str; 9] = [
@@ -86,8 +88,6 @@ fn frames_in(fields: &Fields) -> Vec<StaticFrame> {
 
 impl StaticFrame {
     fn is_pose(&self) -> bool {
-        let norm = self.rotation_xyzw.iter().map(|q| q * q).sum::<f64>().sqrt();
-        self.translation_m.iter().all(|t| t.is_finite())
-            && (norm - 1.0).abs() < QUATERNION_NORM_TOLERANCE
+        self.translation_m.iter().all(|t| t.is_finite()) && is_attitude(&self.rotation_xyzw)
     }
 }

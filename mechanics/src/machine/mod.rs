@@ -10,6 +10,7 @@ mod error;
 mod inertia;
 mod linkage;
 mod outline;
+mod signals;
 mod spec;
 mod static_transform;
 mod support_polygon;
@@ -26,10 +27,14 @@ pub use error::MachineError;
 pub use inertia::{Inertia, MassMoments};
 pub use linkage::{Linkage, LinkageInput};
 pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
+pub use signals::{
+    FieldSpec, ImuFields, JointFields, NumberSpec, OdometryFields, OneOrMany, SignalSpec,
+    SignalsSpec, WrenchFields,
+};
 pub use spec::{
-    ArmSpec, ContactSpec, EstimatorSpec, FieldSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec,
-    MachineSpec, OneOrMany, PayloadMass, PayloadSpec, PointSpec, PressureSpec, SignalsSpec,
-    Stiffness, SuspensionSpec, UncertaintySpec, WheelSpec,
+    ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,
+    PayloadMass, PayloadSpec, PointSpec, PressureSpec, Stiffness, SuspensionSpec, UncertaintySpec,
+    WheelSpec,
 };
 pub use static_transform::StaticTransform;
 pub use support_polygon::{Edge, SupportPolygon};

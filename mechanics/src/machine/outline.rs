@@ -43,6 +43,8 @@ pub struct OutlineJoint {
     pub name: String,
     /// How it moves.
     pub motion: JointMotion,
+    /// Its axis in the link that it carries.
+    pub axis_in_link: Vector3<f64>,
     /// Its axis in the base frame with all joints at zero.
     pub axis_in_base: Vector3<f64>,
     /// Whether it follows another joint (`<mimic>`).
@@ -83,6 +85,8 @@ pub enum Shape {
     Mesh {
         /// Its name.
         file: String,
+        /// What its coordinates are multiplied by, along the link's axes.
+        scale_in_link: [f64; 3],
     },
 }
 
@@ -145,6 +149,7 @@ fn outline_joint(joint: &UrdfJoint, base_from_link: &Isometry3<f64>) -> OutlineJ
             (UrdfJointKind::Revolute, None) => JointMotion::Continuous,
             (UrdfJointKind::Revolute, Some(_)) => JointMotion::Revolute,
         },
+        axis_in_link: joint.axis,
         axis_in_base: base_from_link.rotation * joint.axis,
         mimics: joint.mimic.is_some(),
     }
@@ -173,28 +178,36 @@ fn shape(holder: Node<'_, '_>) -> Option<Shape> {
     let geometry = node(child(holder, "geometry")?)?;
     let kind = geometry.children().find(Node::is_element)?;
     let radius = || kind.attribute("radius")?.trim().parse::<f64>().ok();
+    let turn = child(holder, "origin").and_then(node).and_then(rotation);
+    let turn = turn.unwrap_or_else(UnitQuaternion::identity);
     Some(match kind.tag_name().name() {
         "cylinder" => Shape::Cylinder {
             radius: radius()?,
-            axis_in_link: child(holder, "origin")
-                .and_then(node)
-                .and_then(rotation)
-                .unwrap_or_else(UnitQuaternion::identity)
-                * Vector3::z(),
+            axis_in_link: turn * Vector3::z(),
         },
         "sphere" => Shape::Sphere { radius: radius()? },
         "mesh" => Shape::Mesh {
             file: kind.attribute("filename").unwrap_or_default().into(),
+            scale_in_link: scale_in_link(kind.attribute("scale"), &turn),
         },
         _ => Shape::Other,
     })
 }
 
 fn rotation(origin: Node<'_, '_>) -> Option<UnitQuaternion<f64>> {
-    let numbers = origin.attribute("rpy")?.split_whitespace();
-    let numbers: Result<Vec<f64>, _> = numbers.map(str::parse).collect();
-    match numbers.ok()?[..] {
-        [roll, pitch, yaw] => Some(UnitQuaternion::from_euler_angles(roll, pitch, yaw)),
-        _ => None,
-    }
+    let [roll, pitch, yaw] = triple(origin.attribute("rpy")?)?;
+    Some(UnitQuaternion::from_euler_angles(roll, pitch, yaw))
+}
+
+/// The scale along the axis of the mesh that is nearest to each of the link's.
+fn scale_in_link(scale: Option<&str>, turn: &UnitQuaternion<f64>) -> [f64; 3] {
+    let scale = scale.and_then(triple).unwrap_or([1.0; 3]);
+    let of_axis = |axis: Vector3<f64>| scale[turn.inverse_transform_vector(&axis).iamax()];
+    [Vector3::x(), Vector3::y(), Vector3::z()].map(of_axis)
+}
+
+fn triple(text: &str) -> Option<[f64; 3]> {
+    let numbers = text.split_whitespace().map(str::parse);
+    let numbers: Result<Vec<f64>, _> = numbers.collect();
+    numbers.ok()?.try_into().ok()
 }

@@ -144,24 +144,47 @@ impl Tracks {
                 self.push_to(Followed::Joints(stream), t, positions, Some(rates))
             }
             Sensor::Imu => {
-                if !values[..6].iter().all(|v| v.is_finite()) {
-                    return Err(SampleError::NotFinite);
-                }
-                self.push_to(Followed::SpecificForce, t, &values[..3], None)?;
-                self.push_to(Followed::AngularVelocity, t, &values[3..6], None)?;
-                self.push_up(t, &values[6..]);
-                Ok(())
+                let parts = [
+                    (Followed::SpecificForce, &values[..3]),
+                    (Followed::AngularVelocity, &values[3..6]),
+                ];
+                self.push_parts(t, &parts, &values[6..])
+            }
+            Sensor::Odometry if self.sensors.imu => {
+                self.push_parts(t, &[(Followed::Velocity, &values[..3])], &[])
             }
             Sensor::Odometry => {
-                self.push_to(Followed::Velocity, t, &values[..3], None)?;
-                if !self.sensors.imu {
-                    self.push_to(Followed::AngularVelocity, t, &values[3..6], None)?;
-                    self.push_up(t, &values[6..]);
-                }
-                Ok(())
+                let parts = [
+                    (Followed::Velocity, &values[..3]),
+                    (Followed::AngularVelocity, &values[3..6]),
+                ];
+                self.push_parts(t, &parts, &values[6..])
             }
             Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None),
         }
+    }
+
+    /// The parts of a sample. One that is not there at all is left out, because sensors may send their
+    /// parts in messages of their own; one of which some is there is refused with the whole sample.
+    fn push_parts(
+        &mut self,
+        stamp_ns: i64,
+        parts: &[(Followed, &[f64])],
+        xyzw: &[f64],
+    ) -> Result<(), SampleError> {
+        let is_whole = |part: &[f64]| part.iter().all(|v| v.is_finite());
+        let is_absent = |part: &[f64]| part.iter().all(|v| v.is_nan());
+        let some_is_there = parts.iter().any(|(_, part)| is_whole(part));
+        let is_attitude_alone = !xyzw.is_empty() && is_whole(xyzw);
+        let is_usable = parts.iter().all(|(_, p)| is_whole(p) || is_absent(p));
+        if !(is_usable && (some_is_there || is_attitude_alone)) {
+            return Err(SampleError::NotFinite);
+        }
+        for &(followed, part) in parts.iter().filter(|(_, part)| is_whole(part)) {
+            self.push_to(followed, stamp_ns, part, None)?;
+        }
+        self.push_up(stamp_ns, xyzw);
+        Ok(())
     }
 
     /// The direction up in the sensor's frame from its orientation; nothing where that is unknown.

@@ -5,6 +5,7 @@ mod contact;
 mod driving;
 mod imu_mount;
 mod payloads;
+mod signals;
 mod wheels;
 
 use nalgebra::Isometry3;
@@ -65,6 +66,7 @@ impl Checker<'_> {
     fn machine(&self) -> Result<Machine, MachineError> {
         let spec = self.spec;
         self.check_numbers()?;
+        self.check_signals()?;
         let wheels = self.wheels()?;
         let polygon = self.polygon(&wheels)?;
         let driving = self.driving(&wheels)?;
