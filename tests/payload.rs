@@ -74,5 +74,8 @@ fn what_is_missing_for_an_estimate_is_said() {
     ));
     assert!(no_field.contains("flow"), "{no_field}");
     let no_joint = message(&machine_file(&FORCE.replace("lift_rod", "no_rod")));
-    assert!(no_joint.contains("no row with the force"), "{no_joint}");
+    assert!(
+        no_joint.contains("\"no_rod\"") && no_joint.contains("lift_rod"),
+        "{no_joint}"
+    );
 }

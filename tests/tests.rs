@@ -7,6 +7,7 @@ mod causal; // one by one equals four side by side, through the whole analysis
 mod coverage; // standard deviations against the spread of the truth
 mod first_paper; // what the first paper shows
 mod gaps; // what is missing is said, never filled in
+mod number_signals; // any number of any message as a signal
 mod payload; // masses that the log can tell
 mod plausibility; // signals that cannot be true
 mod real_logs; // logs of real robots, where they are there

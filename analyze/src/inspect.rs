@@ -1,6 +1,7 @@
 //! What a log holds, before anything is computed: topics, clocks, gaps, damage, and what would be
 //! bound to which signal and why.
 
+use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::Result;
@@ -11,8 +12,12 @@ use tipwatch_ingest::{
     record_sensors, robot_description,
 };
 
+use crate::stdout::to_stdout;
+
 /// Version of the JSON document.
 const SCHEMA: u32 = 1;
+/// Why a signal has no topic of its own.
+const BY_NUMBERS: &str = "numbers named by the machine file";
 
 /// What a log holds.
 #[derive(Debug, Serialize)]
@@ -76,7 +81,7 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
         .map(|topic| topic_inspection(topic, &found, &timings))
         .collect();
     let signals = if binding_error.is_none() {
-        signals(&log, &found)
+        signals(&log, &found, &named, file)
     } else {
         Vec::new()
     };
@@ -119,6 +124,7 @@ fn timings(log: &Log) -> Result<(Timings, Losses)> {
                 topic: topic.id,
                 kind: kind_of(topic)?,
                 joint_names: Vec::new(),
+                numbers: None,
             })
         })
         .filter(|request| {
@@ -159,7 +165,12 @@ fn topic_inspection(topic: &Topic, found: &SensorTopics, timings: &Timings) -> T
     }
 }
 
-fn signals(log: &Log, found: &SensorTopics) -> Vec<SignalInspection> {
+fn signals(
+    log: &Log,
+    found: &SensorTopics,
+    named: &NamedTopics,
+    file: Option<&MachineFile>,
+) -> Vec<SignalInspection> {
     let name = |id: TopicId| log.topic(id).ok().map(|topic| topic.name.clone());
     let mut signals: Vec<SignalInspection> = Vec::new();
     for joint in &found.joint_states {
@@ -170,13 +181,23 @@ fn signals(log: &Log, found: &SensorTopics) -> Vec<SignalInspection> {
             why: binding.why.clone(),
         });
     }
+    for joint in file.iter().flat_map(|file| file.spec.signals.joints.keys()) {
+        signals.push(SignalInspection {
+            signal: "joint_states",
+            topic: None,
+            why: format!("{joint}: {BY_NUMBERS}"),
+        });
+    }
     let others = [
         (SensorKind::Imu, &found.imu),
         (SensorKind::Odometry, &found.odometry),
         (SensorKind::ToolWrench, &found.tool_wrench),
     ];
     for (kind, binding) in others {
-        let missing = format!("no {} topic with messages", kind.type_name());
+        let missing = match named.bound_otherwise.contains(&kind) {
+            true => BY_NUMBERS.into(),
+            false => format!("no {} topic with messages", kind.type_name()),
+        };
         signals.push(SignalInspection {
             signal: kind.signal_key(),
             topic: binding.as_ref().and_then(|b| name(b.topic)),
@@ -190,65 +211,73 @@ fn signals(log: &Log, found: &SensorTopics) -> Vec<SignalInspection> {
 ///
 /// # Errors
 /// Standard output is closed.
-#[expect(
-    clippy::print_stdout,
-    reason = "the data of `inspect` goes to stdout, here alone"
-)]
 pub fn print(inspection: &Inspection, as_json: bool) -> Result<()> {
-    if as_json {
-        println!("{}", serde_json::to_string_pretty(inspection)?);
-        return Ok(());
+    match as_json {
+        true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(inspection)?)),
+        false => to_stdout(&table(inspection)?),
     }
-    println!(
+}
+
+fn table(inspection: &Inspection) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
+    let out = &mut text;
+    writeln!(
+        out,
         "{}: {}, {} bytes, {} file(s)",
         inspection.path,
         inspection.format,
         inspection.bytes,
         inspection.files.len()
-    );
-    println!("\ntopics");
+    )?;
+    writeln!(out, "\ntopics")?;
     for topic in &inspection.topics {
-        print!("{}", describe_topic(topic));
+        write!(out, "{}", describe_topic(topic))?;
     }
-    println!("\nsignals");
+    writeln!(out, "\nsignals")?;
     for signal in &inspection.signals {
-        println!(
+        writeln!(
+            out,
             "  {:<13} {} ({})",
             signal.signal,
             signal.topic.as_deref().unwrap_or("-"),
             signal.why
-        );
+        )?;
     }
     if let Some(error) = &inspection.binding_error {
-        println!("  not bound: {error}");
+        writeln!(out, "  not bound: {error}")?;
     }
-    println!(
+    writeln!(
+        out,
         "  {:<13} {}",
         "description",
         inspection.robot_description.as_deref().unwrap_or("-")
-    );
-    println!("\nintegrity");
-    println!("  {}", inspection.integrity.unwrap_or("checksums present"));
+    )?;
+    writeln!(out, "\nintegrity")?;
+    writeln!(
+        out,
+        "  {}",
+        inspection.integrity.unwrap_or("checksums present")
+    )?;
     for range in &inspection.losses.ranges {
-        println!(
+        writeln!(
+            out,
             "  lost: {} bytes {}..{}: {}",
             range.file.display(),
             range.start_byte,
             range.end_byte,
             range.reason
-        );
+        )?;
     }
     for (topic, count) in &inspection.losses.undecodable_messages {
-        println!("  not decodable: {count} messages of {topic}");
+        writeln!(out, "  not decodable: {count} messages of {topic}")?;
     }
     for note in &inspection.losses.notes {
-        println!("  {note}");
+        writeln!(out, "  {note}")?;
     }
-    Ok(())
+    Ok(text)
 }
 
 fn describe_topic(topic: &TopicInspection) -> String {
-    use std::fmt::Write;
     let count = topic
         .message_count
         .map_or("?".into(), |count| count.to_string());

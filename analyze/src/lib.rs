@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod analysis;
+pub mod check_machine;
 pub mod cli;
 pub mod comparison;
 pub mod demo;
@@ -14,6 +15,7 @@ mod detect;
 mod evaluation;
 pub mod events;
 mod evidence;
+pub mod imu_check;
 mod input_events;
 pub mod inspect;
 pub mod load;
@@ -28,5 +30,6 @@ pub mod provenance;
 pub mod report;
 pub mod run;
 pub mod sensitivity;
+mod stdout;
 pub mod summary;
 pub mod table;

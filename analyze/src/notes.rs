@@ -25,6 +25,7 @@ pub(crate) fn of(loaded: &LoadedLog, payloads: &[EstimatedPayload]) -> Vec<Strin
             loaded.machine.imu().source
         ));
     }
+    notes.extend(loaded.machine.notes().iter().cloned());
     notes.extend(missing_wheel_joints(loaded));
     for signal in &loaded.signals {
         notes.extend(
@@ -40,6 +41,12 @@ pub(crate) fn of(loaded: &LoadedLog, payloads: &[EstimatedPayload]) -> Vec<Strin
             notes.push(format!(
                 "{}: {} messages without a stamp were left out.",
                 signal.topic, signal.recording.unstamped
+            ));
+        }
+        if signal.recording.without_value > 0 {
+            notes.push(format!(
+                "{}: {} messages without any of the numbers named for {} were left out.",
+                signal.topic, signal.recording.without_value, signal.name
             ));
         }
         if signal.recording.stamps_ns.is_empty() && !matches!(signal.sensor, Sensor::Joints(_)) {

@@ -1,7 +1,7 @@
 //! Masses that the log can tell: payloads by the force of the cylinder that lifts them.
 
 use anyhow::{Context, Result, bail};
-use tipwatch_binding::MachineFile;
+use tipwatch_binding::{MachineFile, number_field};
 use tipwatch_ingest::{FieldRecording, FieldRequest, Log, Losses, record_fields};
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine};
 use tipwatch_mechanics::{
@@ -43,9 +43,9 @@ pub(crate) fn estimate_all(
         }
         let place = format!("{}: payload {}", file.path.display(), payload + 1);
         let (linkage, spec) = bound_linkage(file, machine, payload).with_context(|| {
-            format!("{place}: mass = \"estimate\": expected force or pressure on a [[linkage]] that carries it, found none")
+            format!("{place}: mass = \"estimate\": expected force or pressure on a [[linkage]] that carries it, or the effort of its rod in [signals.joints], found none")
         })?;
-        let force = measured_force(log, spec)?;
+        let force = measured_force(log, file, spec)?;
         let samples = samples(machine, rows, &force);
         let quality = ForceQuality {
             sigma: spec.force_sigma,
@@ -76,24 +76,24 @@ fn bound_linkage<'a>(
 ) -> Option<(usize, &'a LinkageSpec)> {
     let linkages = file.spec.linkage.iter().enumerate();
     linkages
-        .filter(|(_, spec)| spec.force.is_some() || spec.pressure.is_some())
+        .filter(|(_, spec)| file.spec.force_of(spec).is_some() || spec.pressure.is_some())
         .find(|(linkage, _)| carries_payload(machine, *linkage, payload))
 }
 
 /// A force over time: stamps (ns) and values (N).
 type Series = (Vec<i64>, Vec<f64>);
 
-fn measured_force(log: &Log, spec: &LinkageSpec) -> Result<Series> {
-    if let Some(field) = &spec.force {
-        let (mut recordings, _) = read(log, &[field])?;
-        return Ok(series(&recordings.remove(0), field));
+fn measured_force(log: &Log, file: &MachineFile, spec: &LinkageSpec) -> Result<Series> {
+    if let Some(field) = file.spec.force_of(spec) {
+        let (recordings, _) = read(log, &[field])?;
+        return Ok(series(&recordings[0]));
     }
     let Some(pressure) = &spec.pressure else {
         bail!("linkage {}: no force is bound", spec.name);
     };
     let (recordings, _) = read(log, &[&pressure.piston, &pressure.rod])?;
-    let (stamps, piston) = series(&recordings[0], &pressure.piston);
-    let rod = series(&recordings[1], &pressure.rod);
+    let (stamps, piston) = series(&recordings[0]);
+    let rod = series(&recordings[1]);
     let force = stamps.iter().zip(piston).filter_map(|(&stamp, piston)| {
         let rod = at(&rod, stamp)?;
         Some((
@@ -105,27 +105,18 @@ fn measured_force(log: &Log, spec: &LinkageSpec) -> Result<Series> {
 }
 
 fn read(log: &Log, fields: &[&FieldSpec]) -> Result<(Vec<FieldRecording>, Losses)> {
-    let requests: Vec<FieldRequest> = fields
-        .iter()
-        .map(|spec| FieldRequest {
-            topic: spec.topic.clone(),
-            field: spec.field.clone().unwrap_or_else(|| "effort".into()),
-            joint: spec.joint.clone(),
-        })
-        .collect();
+    let request = |spec: &&FieldSpec| FieldRequest {
+        topic: spec.topic.clone(),
+        number: number_field(spec, "effort"),
+    };
+    let requests: Vec<FieldRequest> = fields.iter().map(request).collect();
     Ok(record_fields(log, &requests)?)
 }
 
-/// Sorted by time, scaled as the machine file says.
-fn series(recording: &FieldRecording, spec: &FieldSpec) -> Series {
-    let mut pairs: Vec<(i64, f64)> = (recording.stamps_ns.iter().copied())
-        .zip(
-            recording
-                .values
-                .iter()
-                .map(|value| value * spec.scale + spec.offset),
-        )
-        .collect();
+/// Sorted by time.
+fn series(recording: &FieldRecording) -> Series {
+    let stamps = recording.stamps_ns.iter().copied();
+    let mut pairs: Vec<(i64, f64)> = stamps.zip(recording.values.iter().copied()).collect();
     pairs.sort_by_key(|(stamp, _)| *stamp);
     pairs.into_iter().unzip()
 }

@@ -19,7 +19,7 @@ use crate::load::{LoadedLog, hash_file, hash_of, load};
 use crate::notes;
 use crate::options::{Estimator, Options};
 use crate::provenance::Provenance;
-use crate::{evaluation, monte_carlo, payload, sensitivity};
+use crate::{evaluation, imu_check, monte_carlo, payload, sensitivity};
 
 /// Share of the static load below which a wheel is light where the machine file sets no limit.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
@@ -63,7 +63,10 @@ pub fn analyse(
         .flatten();
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
-    let notes = notes::of(&loaded, &payloads);
+    let mut notes = notes::of(&loaded, &payloads);
+    if loaded.matched.sensors.imu {
+        notes.splice(0..0, imu_check::note(machine, &rows));
+    }
     let provenance = provenance(&log, file, &loaded)?;
     let inputs = loaded.signals.into_iter().map(|signal| Input {
         signal: signal.name,
@@ -103,6 +106,13 @@ pub fn analyse(
 struct Heard {
     counts: Vec<(Sensor, StreamCounts)>,
     faults: Vec<FaultSpan>,
+}
+/// A log's machine and the positions of its joints in the log's first valid row; NaN if there is none.
+pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine, Vec<f64>)> {
+    let mut loaded = load(&Log::open(path)?, file, &mut |_| {})?;
+    let (rows, _) = estimate(&mut loaded, &Options::default());
+    let posture = first_posture(&loaded.machine, &rows);
+    Ok((loaded.machine, posture))
 }
 
 /// The states of all rows within the asked time.

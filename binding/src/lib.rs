@@ -9,13 +9,21 @@
 mod machine_file;
 
 pub use machine_file::{MachineFile, MachineFileError, Urdf};
+mod number_signals;
+
 use tipwatch_ingest::{
     Binding, JointTopic, Log, NamedTopics, SensorKind, SensorRecording, SensorRequest,
-    SensorTopics, Topic, arrival_order,
+    SensorTopics, Topic, arrival_order, static_frames,
 };
 use tipwatch_mechanics::MachineError;
-use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany};
+use tipwatch_mechanics::machine::{
+    LogFacts, Machine, MachineSpec, OneOrMany, SignalSpec, StaticTransform,
+};
 use tipwatch_mechanics::signal::{JointTwice, MatchedSensors, OtherSensors, Sample, Sensor};
+
+pub use number_signals::number_field;
+
+use number_signals::NumberSignals;
 
 /// A machine bound to a log.
 #[derive(Debug)]
@@ -25,14 +33,14 @@ pub struct BoundLog {
     /// Its sensors, as the estimators want them.
     pub matched: MatchedSensors,
     /// What to read for each sensor, in the order of
-    /// [`Sensors::iter`](tipwatch_mechanics::signal::Sensors::iter).
+    /// [`Sensors::iter`](tipwatch_mechanics::signal::Sensors::iter); more than once where topics share it.
     pub sensors: Vec<BoundSensor>,
     /// The topics found, used or not.
     pub topics: SensorTopics,
 }
 
 /// A sensor and the topic that carries it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct BoundSensor {
     /// Its place among the machine's sensors.
     pub sensor: Sensor,
@@ -82,9 +90,14 @@ pub fn named_topics(spec: &MachineSpec) -> NamedTopics {
             .as_ref()
             .map_or(&[][..], OneOrMany::names)
             .to_vec(),
-        imu: signals.imu.clone(),
-        odometry: signals.odometry.clone(),
-        tool_wrench: signals.tool_wrench.clone(),
+        imu: signals.imu.as_ref().and_then(SignalSpec::topic).cloned(),
+        odometry: (signals.odometry.as_ref())
+            .and_then(SignalSpec::topic)
+            .cloned(),
+        tool_wrench: (signals.tool_wrench.as_ref())
+            .and_then(SignalSpec::topic)
+            .cloned(),
+        bound_otherwise: number_signals::kinds(signals),
         has_tool: spec.arm.as_ref().is_some_and(|arm| arm.tool.is_some()),
     }
 }
@@ -100,26 +113,34 @@ pub fn bind(
     urdf_name: &str,
 ) -> Result<BoundLog, BindError> {
     let named = named_topics(spec);
+    let numbers = NumberSignals::find(log, &spec.signals)?;
     let may_carry_joints = |topic: &Topic| {
         SensorKind::JointStates.is_type(&topic.type_name)
             || named.joint_states.contains(&topic.name)
     };
-    if !log.topics().iter().any(may_carry_joints) {
+    if numbers.joints.is_empty() && !log.topics().iter().any(may_carry_joints) {
         return Err(no_joint_states(log));
     }
-    let topics = SensorTopics::find(log, &named)?;
-    if topics.joint_states.is_empty() {
+    let mut topics = SensorTopics::find(log, &named)?;
+    if numbers.joints.is_empty() && topics.joint_states.is_empty() {
         return Err(no_joint_states(log));
     }
-    let joint_names = topics.joint_names();
+    if numbers.imu_frame.is_some() {
+        topics.imu_frame.clone_from(&numbers.imu_frame);
+    }
+    let found = Found { topics, numbers };
+    let streams = found.joint_streams(log);
+    let joint_names: Vec<String> = streams.iter().flat_map(|s| s.joints.clone()).collect();
+    let static_transforms = static_transforms(log)?;
     let facts = LogFacts {
         joint_names: Some(&joint_names),
-        lacks_imu: topics.imu.is_none(),
-        imu_frame: topics.imu_frame.as_deref(),
+        lacks_imu: !found.has_imu(),
+        imu_frame: found.topics.imu_frame.as_deref(),
+        static_transforms: &static_transforms,
     };
     let mut machine = spec.check(urdf_text, urdf_name, facts)?;
-    let matched = match_sensors(log, &machine, &topics)?;
-    let sensors = bound_sensors(&machine, &matched, &topics);
+    let matched = match_sensors(log, &machine, &found, &streams)?;
+    let sensors = bound_sensors(&machine, &matched, &found, &streams);
     if !matched.sensors.tool_wrench {
         machine.leave_out_tool();
     }
@@ -127,8 +148,75 @@ pub fn bind(
         machine,
         matched,
         sensors,
-        topics,
+        topics: found.topics,
     })
+}
+
+/// Everything that carries signals: topics of the usual types, and single numbers.
+struct Found {
+    topics: SensorTopics,
+    numbers: NumberSignals,
+}
+
+/// Joints that messages of one topic tell together.
+struct FoundJoints<'f> {
+    topic: &'f Topic,
+    joints: Vec<String>,
+    source: JointSource<'f>,
+}
+
+/// From where joints come.
+enum JointSource<'f> {
+    Typed(&'f JointTopic),
+    Numbers(&'f SensorRequest),
+}
+
+impl Found {
+    fn has_imu(&self) -> bool {
+        self.topics.imu.is_some() || !self.numbers.imu.is_empty()
+    }
+
+    fn has_odometry(&self) -> bool {
+        self.topics.odometry.is_some() || !self.numbers.odometry.is_empty()
+    }
+
+    fn has_tool_wrench(&self) -> bool {
+        self.topics.tool_wrench.is_some() || !self.numbers.tool_wrench.is_empty()
+    }
+
+    /// The streams of joints, the one of most messages first. A joint that the machine file binds number by
+    /// number is taken out of the others.
+    fn joint_streams<'f>(&'f self, log: &'f Log) -> Vec<FoundJoints<'f>> {
+        let is_numbered = |name: &String| self.numbers.joints.iter().any(|j| j.joint == *name);
+        let typed = self.topics.joint_states.iter().map(|found| FoundJoints {
+            topic: &log.topics()[found.binding.topic.index()],
+            joints: (found.joint_names.iter())
+                .filter(|name| !is_numbered(name))
+                .cloned()
+                .collect(),
+            source: JointSource::Typed(found),
+        });
+        let numbered = self.numbers.joints.iter().map(|found| FoundJoints {
+            topic: &log.topics()[found.request.topic.index()],
+            joints: vec![found.joint.clone()],
+            source: JointSource::Numbers(&found.request),
+        });
+        let mut streams: Vec<FoundJoints<'_>> = typed.chain(numbered).collect();
+        streams.sort_by_key(|stream| std::cmp::Reverse(stream.topic.message_count));
+        streams
+    }
+}
+
+/// The frames that a log's `/tf_static` places.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn static_transforms(log: &Log) -> Result<Vec<StaticTransform>, BindError> {
+    let frames = static_frames(log)?.into_iter();
+    let transform = |f: tipwatch_ingest::StaticFrame| {
+        StaticTransform::new(&f.parent, &f.child, f.translation_m, f.rotation_xyzw)
+    };
+    Ok(frames.map(transform).collect())
 }
 
 fn no_joint_states(log: &Log) -> BindError {
@@ -151,27 +239,25 @@ fn no_joint_states(log: &Log) -> BindError {
 fn match_sensors(
     log: &Log,
     machine: &Machine,
-    topics: &SensorTopics,
+    found: &Found,
+    streams: &[FoundJoints<'_>],
 ) -> Result<MatchedSensors, BindError> {
-    let name = |t: &JointTopic| log.topic(t.binding.topic).map(|topic| topic.name.clone());
-    let names = topics
-        .joint_states
-        .iter()
-        .map(name)
-        .collect::<Result<Vec<_>, _>>()?;
-    let joints = topics.joint_states.iter().map(|t| t.joint_names.as_slice());
-    let streams: Vec<(&str, &[String])> = names.iter().map(String::as_str).zip(joints).collect();
+    let streams: Vec<(&str, &[String])> = (streams.iter())
+        .map(|stream| (stream.topic.name.as_str(), stream.joints.as_slice()))
+        .collect();
     let others = OtherSensors {
-        imu: topics.imu.is_some(),
-        odometry: topics.odometry.is_some(),
-        tool_wrench: topics.tool_wrench.is_some(),
+        imu: found.has_imu(),
+        odometry: found.has_odometry(),
+        tool_wrench: found.has_tool_wrench(),
     };
     let matched = MatchedSensors::new(machine, &streams, others)?;
     if matched.sensors.joints.is_empty() {
-        let joints = topics.joint_names().join(", ");
+        let joints: Vec<&str> = (streams.iter())
+            .flat_map(|(_, joints)| joints.iter().map(String::as_str))
+            .collect();
         return Err(BindError::NoJointOfTheMachine {
             log: log.path().display().to_string(),
-            joints,
+            joints: joints.join(", "),
         });
     }
     Ok(matched)
@@ -180,27 +266,46 @@ fn match_sensors(
 fn bound_sensors(
     machine: &Machine,
     matched: &MatchedSensors,
-    topics: &SensorTopics,
+    found: &Found,
+    streams: &[FoundJoints<'_>],
 ) -> Vec<BoundSensor> {
-    let bound = |sensor: Sensor, binding: &Binding, joint_names: Vec<String>| BoundSensor {
+    let typed = |sensor: Sensor, binding: &Binding, joint_names: Vec<String>| BoundSensor {
         sensor,
         request: SensorRequest {
             topic: binding.topic,
             kind: binding.kind,
             joint_names,
+            numbers: None,
         },
         why: binding.why.clone(),
     };
-    let used = matched.sensors.iter().filter_map(|sensor| match sensor {
-        Sensor::Joints(stream) => {
-            let binding = &topics.joint_states[matched.streams[stream]].binding;
-            Some(bound(sensor, binding, matched.joint_names(machine, stream)))
-        }
-        Sensor::Imu => Some(bound(sensor, topics.imu.as_ref()?, Vec::new())),
-        Sensor::Odometry => Some(bound(sensor, topics.odometry.as_ref()?, Vec::new())),
-        Sensor::ToolWrench => Some(bound(sensor, topics.tool_wrench.as_ref()?, Vec::new())),
-    });
-    used.collect()
+    let numbered = |sensor: Sensor, request: &SensorRequest| BoundSensor {
+        sensor,
+        request: request.clone(),
+        why: number_signals::WHY.into(),
+    };
+    let (topics, numbers) = (&found.topics, &found.numbers);
+    let mut bound = Vec::new();
+    for sensor in matched.sensors.iter() {
+        let (binding, requests) = match sensor {
+            Sensor::Joints(stream) => {
+                bound.push(match streams[matched.streams[stream]].source {
+                    JointSource::Typed(found) => {
+                        let names = matched.joint_names(machine, stream);
+                        typed(sensor, &found.binding, names)
+                    }
+                    JointSource::Numbers(request) => numbered(sensor, request),
+                });
+                continue;
+            }
+            Sensor::Imu => (&topics.imu, &numbers.imu),
+            Sensor::Odometry => (&topics.odometry, &numbers.odometry),
+            Sensor::ToolWrench => (&topics.tool_wrench, &numbers.tool_wrench),
+        };
+        bound.extend(binding.iter().map(|b| typed(sensor, b, Vec::new())));
+        bound.extend(requests.iter().map(|request| numbered(sensor, request)));
+    }
+    bound
 }
 
 /// All samples of the sensors and their log times (ns), in the order in which the recorder received

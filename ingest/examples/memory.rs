@@ -66,6 +66,7 @@ fn read(path: &Path) {
             topic: topic.id,
             kind: SensorKind::JointStates,
             joint_names: joint_names_in(&log, topic.id).unwrap(),
+            numbers: None,
         })
         .collect();
     let (start, mut most) = (Instant::now(), 0.0_f64);

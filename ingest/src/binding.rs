@@ -58,12 +58,32 @@ pub enum BindingError {
         available: Vec<String>,
     },
     /// A field that the machine file names is no path.
-    #[error("topic {topic}: expected the path of a number, like wrench.force.z, found \"{field}\"")]
+    #[error(
+        "topic {topic}: expected the path of one number, like wrench.force.z or forces[2].x, or a list of numbers and a joint, found \"{field}\""
+    )]
     NoFieldPath {
         /// The topic.
         topic: String,
         /// What the machine file says.
         field: String,
+    },
+    /// No message has a number that the machine file names.
+    #[error(
+        "topic {topic}: expected a number in field {field}{}, found none in {messages} messages{}",
+        joint.as_ref().map_or(String::new(), |joint| format!(" of \"{joint}\"")),
+        if names.is_empty() { String::new() } else { format!("; the last one names: {}", names.join(", ")) }
+    )]
+    NoNumber {
+        /// The topic.
+        topic: String,
+        /// The path.
+        field: String,
+        /// The name looked for beside it.
+        joint: Option<String>,
+        /// How many messages were looked at.
+        messages: u64,
+        /// The names in the last message.
+        names: Vec<String>,
     },
     /// A topic that the machine file names is not in the log.
     #[error(

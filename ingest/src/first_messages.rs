@@ -65,6 +65,28 @@ pub fn first_string(log: &Log, topic: TopicId) -> Result<Option<String>, Error> 
     Ok(first)
 }
 
+/// The frame that the first readable message of a topic names in its header, without a leading slash;
+/// `None` where there is none.
+pub fn first_frame(log: &Log, topic: TopicId) -> Result<Option<String>, Error> {
+    let Ok(layout) = layout_of(log.topic(topic)?, &["header.frame_id"]) else {
+        return Ok(None);
+    };
+    let mut fields = Fields::new();
+    let mut frame = None;
+    log.read(
+        &[topic],
+        &mut |message| match layout.decode(message.data, &mut fields) {
+            Ok(()) => {
+                frame = Some(String::from_utf8_lossy(fields.text(0)).into_owned());
+                ControlFlow::Break(())
+            }
+            Err(_) => ControlFlow::Continue(()),
+        },
+    )?;
+    let frame = frame.map(|frame| frame.trim_start_matches('/').to_owned());
+    Ok(frame.filter(|frame| !frame.is_empty()))
+}
+
 fn expect_type(log: &Log, topic: TopicId, expected: &'static str) -> Result<(), Error> {
     use crate::definition::normal_type_name;
     let topic = log.topic(topic)?;

@@ -60,6 +60,8 @@ mod log_file;
 mod losses;
 mod mcap;
 mod message;
+mod number_decoder;
+mod number_fields;
 mod path_tree;
 mod protobuf;
 mod reader;
@@ -72,6 +74,7 @@ mod rosbag2_sqlite;
 mod sensor;
 mod sensor_recording;
 mod sensor_topics;
+mod static_frames;
 mod timing;
 mod topic;
 
@@ -82,17 +85,20 @@ pub use crate::{
     definition::SchemaError,
     error::Error,
     field_path::FieldPath,
-    field_recording::{FieldRecording, FieldRequest, record_fields},
+    field_recording::{FieldRecording, FieldRequest, record_fields, topic_of_field},
     fields::Fields,
-    first_messages::{first_string, joint_names_in},
+    first_messages::{first_frame, first_string, joint_names_in},
     layout::Layout,
     log::{Format, Log},
     losses::{Integrity, Losses, LostPart, LostRange},
     message::Message,
+    number_decoder::{NumberField, NumberSample, SampleValue},
+    number_fields::number_fields,
     recover::{RecoverError, RecoveryReport, recover},
     sensor::{SensorDecoder, SensorKind, SensorSample},
     sensor_recording::{SensorRecording, SensorRequest, arrival_order, record_sensors},
     sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},
+    static_frames::{StaticFrame, static_frames},
     timing::{Gap, StampOffset, TopicStatistics, TopicTiming},
     topic::{DefinitionSource, Topic, TopicId},
 };

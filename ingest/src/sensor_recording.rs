@@ -3,17 +3,21 @@
 use std::ops::ControlFlow;
 
 use crate::{
+    binary::DecodeError,
+    binding::BindingError,
     clock::{StampDecision, StampSource},
     error::Error,
     log::Log,
     losses::Losses,
+    message::Message,
+    number_decoder::{NumberDecoder, NumberSample},
     sensor::{SensorDecoder, SensorKind, SensorSample},
     timing::TopicStatistics,
-    topic::TopicId,
+    topic::{Topic, TopicId},
 };
 
 /// A sensor whose samples are wanted.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SensorRequest {
     /// Its topic.
     pub topic: TopicId,
@@ -21,6 +25,8 @@ pub struct SensorRequest {
     pub kind: SensorKind,
     /// For joint states the joints wanted, in order.
     pub joint_names: Vec<String>,
+    /// The numbers that make up a sample, where the messages are not of the usual type.
+    pub numbers: Option<NumberSample>,
 }
 
 /// All samples of one sensor, in the order in which the file has them.
@@ -44,6 +50,8 @@ pub struct SensorRecording {
     pub undecodable: u64,
     /// Messages without a stamp of that clock: left out.
     pub unstamped: u64,
+    /// Messages that have none of the numbers that make up a sample: left out.
+    pub without_value: u64,
     /// Place of each sample among all samples of all sensors in the file.
     order: Vec<u32>,
 }
@@ -61,29 +69,50 @@ pub fn record_sensors(
 ) -> Result<(Vec<SensorRecording>, Losses), Error> {
     let mut collectors = Vec::with_capacity(requests.len());
     for request in requests {
-        collectors.push(Collector::new(log, request)?);
+        let topic = log.topic(request.topic)?;
+        let (kind, joints) = (request.kind, &request.joint_names);
+        let decoder = match &request.numbers {
+            Some(numbers) => Decoder::numbers(topic, numbers)?,
+            None => Decoder::Typed(SensorDecoder::new(topic, kind, joints)?),
+        };
+        let width = kind.value_count(joints.len());
+        collectors.push(Collector::new(request.topic, decoder, width));
     }
-    let topics: Vec<TopicId> = requests.iter().map(|request| request.topic).collect();
+    record(log, collectors, progress)
+}
+
+/// Reads a log once for all collectors; several may want the same topic.
+pub(crate) fn record(
+    log: &Log,
+    mut collectors: Vec<Collector>,
+    progress: &mut dyn FnMut(u64),
+) -> Result<(Vec<SensorRecording>, Losses), Error> {
+    let topics: Vec<TopicId> = collectors.iter().map(|collector| collector.topic).collect();
     let mut sample = SensorSample::default();
     let mut order = 0;
     let mut losses = log.read_with_progress(
         &topics,
         &mut |message| {
-            if let Some(place) = topics.iter().position(|&topic| topic == message.topic) {
-                let collector = &mut collectors[place];
+            let wanting = collectors.iter_mut().filter(|c| c.topic == message.topic);
+            for collector in wanting {
                 match collector.decoder.decode(message, &mut sample) {
-                    Ok(()) => collector.take(&sample, order),
+                    Ok(true) => collector.take(&sample, order),
+                    Ok(false) => collector.without_value += 1,
                     Err(_) => collector.undecodable += 1,
                 }
-                order += 1;
             }
+            order += 1;
             ControlFlow::Continue(())
         },
         progress,
     )?;
-    for collector in &collectors {
-        for _ in 0..collector.undecodable {
-            losses.count_undecodable(&log.topic(collector.topic)?.name);
+    for (place, collector) in collectors.iter().enumerate() {
+        collector.decoder.check_found()?;
+        // a message that two collectors cannot decode is lost once
+        if !topics[..place].contains(&collector.topic) {
+            for _ in 0..collector.undecodable {
+                losses.count_undecodable(&log.topic(collector.topic)?.name);
+            }
         }
     }
     Ok((
@@ -93,15 +122,21 @@ pub fn record_sensors(
 }
 
 /// Which sample of which recording arrived when: pairs of indices, sorted by log time, in file order
-/// where log times are equal.
+/// where log times are equal. Of samples from one message that of the first recording is the last, because
+/// rows are at its samples and should know what came with them.
 pub fn arrival_order(recordings: &[&SensorRecording]) -> Vec<(usize, usize)> {
     let indices = |(recording, of): (usize, &&SensorRecording)| {
         (0..of.stamps_ns.len()).map(move |i| (recording, i))
     };
     let mut order: Vec<(usize, usize)> = recordings.iter().enumerate().flat_map(indices).collect();
-    order.sort_by_key(|&(recording, sample)| {
-        let recording = &recordings[recording];
-        (recording.log_times_ns[sample], recording.order[sample])
+    order.sort_by_key(|&(place, sample)| {
+        let recording = &recordings[place];
+        let within_message = std::cmp::Reverse(place);
+        (
+            recording.log_times_ns[sample],
+            recording.order[sample],
+            within_message,
+        )
     });
     order
 }
@@ -113,9 +148,41 @@ impl SensorRecording {
     }
 }
 
-struct Collector {
+/// Turns messages into samples, by their type or number by number.
+pub(crate) enum Decoder {
+    Typed(SensorDecoder),
+    Numbers(Box<NumberDecoder>),
+}
+
+impl Decoder {
+    pub(crate) fn numbers(topic: &Topic, sample: &NumberSample) -> Result<Self, BindingError> {
+        Ok(Self::Numbers(Box::new(NumberDecoder::new(topic, sample)?)))
+    }
+
+    /// Decodes one message; whether it has anything of the sample.
+    fn decode(
+        &mut self,
+        message: &Message<'_>,
+        sample: &mut SensorSample,
+    ) -> Result<bool, DecodeError> {
+        match self {
+            Self::Typed(decoder) => decoder.decode(message, sample).map(|()| true),
+            Self::Numbers(decoder) => decoder.decode(message, sample),
+        }
+    }
+
+    fn check_found(&self) -> Result<(), BindingError> {
+        match self {
+            Self::Typed(_) => Ok(()),
+            Self::Numbers(decoder) => decoder.check_found(),
+        }
+    }
+}
+
+/// Collects the samples of one sensor.
+pub(crate) struct Collector {
     topic: TopicId,
-    decoder: SensorDecoder,
+    decoder: Decoder,
     header_stamps_ns: Vec<Option<i64>>,
     publish_times_ns: Vec<i64>,
     log_times_ns: Vec<i64>,
@@ -124,18 +191,13 @@ struct Collector {
     width: usize,
     statistics: TopicStatistics,
     undecodable: u64,
+    without_value: u64,
 }
 
 impl Collector {
-    fn new(log: &Log, request: &SensorRequest) -> Result<Self, Error> {
-        let decoder = SensorDecoder::new(
-            log.topic(request.topic)?,
-            request.kind,
-            &request.joint_names,
-        )?;
-        let width = request.kind.value_count(request.joint_names.len());
-        Ok(Self {
-            topic: request.topic,
+    pub(crate) fn new(topic: TopicId, decoder: Decoder, width: usize) -> Self {
+        Self {
+            topic,
             decoder,
             header_stamps_ns: Vec::new(),
             publish_times_ns: Vec::new(),
@@ -145,7 +207,8 @@ impl Collector {
             width,
             statistics: TopicStatistics::default(),
             undecodable: 0,
-        })
+            without_value: 0,
+        }
     }
 
     fn take(&mut self, sample: &SensorSample, order: u32) {
@@ -191,6 +254,7 @@ impl Collector {
             statistics: self.statistics,
             undecodable: self.undecodable,
             unstamped: unstamped as u64,
+            without_value: self.without_value,
             order: self.order,
         }
     }

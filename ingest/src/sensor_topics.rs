@@ -1,13 +1,11 @@
 //! Which topics of a log carry a machine's sensors.
 
-use std::ops::ControlFlow;
-
 use crate::{
     binding::{Binding, bind, bind_joint_states},
     error::Error,
-    first_messages::{first_string, joint_names_in},
+    first_messages::{first_frame, first_string, joint_names_in},
     log::Log,
-    sensor::{SensorDecoder, SensorKind, SensorSample},
+    sensor::SensorKind,
     topic::TopicId,
 };
 
@@ -22,6 +20,8 @@ pub struct NamedTopics {
     pub odometry: Option<String>,
     /// The topic of the tool wrench.
     pub tool_wrench: Option<String>,
+    /// Kinds that the machine file binds number by number: not looked for.
+    pub bound_otherwise: Vec<SensorKind>,
     /// Whether a tool wrench is looked for at all: only machines with a tool have one.
     pub has_tool: bool,
 }
@@ -58,10 +58,13 @@ impl SensorTopics {
     /// be read.
     pub fn find(log: &Log, named: &NamedTopics) -> Result<Self, Error> {
         let joint_states = joint_topics(log, &named.joint_states)?;
-        let single = |kind, name: &Option<String>| bind(log.topics(), kind, name.as_deref());
+        let single = |kind, name: &Option<String>| match named.bound_otherwise.contains(&kind) {
+            true => Ok(None),
+            false => bind(log.topics(), kind, name.as_deref()),
+        };
         let imu = single(SensorKind::Imu, &named.imu)?;
         let imu_frame = match &imu {
-            Some(binding) => first_frame(log, binding)?,
+            Some(binding) => first_frame(log, binding.topic)?,
             None => None,
         };
         let odometry = single(SensorKind::Odometry, &named.odometry)?;
@@ -124,20 +127,4 @@ fn joint_topics(log: &Log, named: &[String]) -> Result<Vec<JointTopic>, Error> {
     let count = |topic: TopicId| log.topic(topic).ok().and_then(|topic| topic.message_count);
     topics.sort_by_key(|topic| std::cmp::Reverse(count(topic.binding.topic)));
     Ok(topics)
-}
-
-fn first_frame(log: &Log, binding: &Binding) -> Result<Option<String>, Error> {
-    let mut decoder = SensorDecoder::new(log.topic(binding.topic)?, binding.kind, &[])?;
-    let mut sample = SensorSample::default();
-    log.read(
-        &[binding.topic],
-        &mut |message| match decoder.decode(message, &mut sample) {
-            Ok(()) => ControlFlow::Break(()),
-            Err(_) => ControlFlow::Continue(()),
-        },
-    )?;
-    Ok(decoder
-        .frame_id()
-        .filter(|frame| !frame.is_empty())
-        .map(str::to_owned))
 }

@@ -11,10 +11,12 @@ mod damage; // nothing panics, everything intact comes out
 mod databases; // databases as crashes leave them, and of every version
 mod layout; // fields out of CDR messages
 mod mcap_files; // the same samples however an MCAP file is written
+mod number_fields; // single numbers of any messages
 mod real_logs; // logs of real and simulated robots, where they are at hand
 mod recover; // the intact part as a clean file
 mod rosbag2; // databases and folders
 mod sensors; // messages as numbers
+mod static_frames; // where /tf_static puts frames
 mod telling; // messages that tell their own fields: JSON, protobuf
 mod timing; // clocks, gaps, offsets
 mod variants; // two hundred damaged variants of each format

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use tipwatch_binding::{MachineFile, arrivals, bind};
 use tipwatch_ingest::{Log, Losses, SensorRecording, SensorRequest, record_sensors};
 use tipwatch_mechanics::signal::{Sample, Sensor};
@@ -31,6 +31,13 @@ impl Recording {
         let urdf = file.urdf(urdf, Some(&log))?;
         let bound = bind(&log, &file.spec, &urdf.text, &urdf.name)?;
         let (machine, matched) = (&bound.machine, &bound.matched);
+        // a monitor sees no /tf_static: it would compute with another mounting
+        ensure!(
+            !machine.imu().source.starts_with("/tf_static"),
+            "{}: the IMU's mounting is known from {} alone: expected [imu] in the machine file for live use",
+            file.path.display(),
+            machine.imu().source
+        );
         let requests: Vec<SensorRequest> =
             bound.sensors.iter().map(|b| b.request.clone()).collect();
         let sensors = bound.sensors.iter().map(|b| b.sensor).collect();

@@ -49,6 +49,7 @@ impl Session {
             joint_names: Some(&names),
             lacks_imu: !self.imu,
             imu_frame: self.imu_frame.as_deref(),
+            static_transforms: &[],
         };
         let machine = file.spec.check(&urdf.text, &urdf.name, facts)?;
         if machine

@@ -53,6 +53,7 @@ mod scope;
 mod sensitivity;
 pub mod signal;
 mod spatial;
+mod standing;
 mod state;
 mod static_posture;
 mod uncertainty;
@@ -73,6 +74,7 @@ pub use payload_estimate::{ForceQuality, MeasuredForce, PayloadEstimate, estimat
 pub use scope::Scope;
 pub use sensitivity::{Axis, InertiaElement, Parameter, Sensitivity, SensitivitySums};
 pub use spatial::Wrench;
+pub use standing::{MassShare, Standing};
 pub use state::{BaseState, ImuState, JetCovariance, SignalNoise, State};
 pub use static_posture::static_outcome;
 pub use uncertainty::{Uncertainty, combination_sigma};

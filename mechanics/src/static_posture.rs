@@ -4,8 +4,9 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::coordinate::Motion;
 use crate::evaluate::evaluate;
-use crate::machine::{Machine, Mount};
+use crate::machine::{Machine, Mount, UncertaintySpec};
 use crate::outcome::Outcome;
+use crate::scope::Scope;
 use crate::state::State;
 use crate::workspace::Workspace;
 
@@ -15,6 +16,22 @@ use crate::workspace::Workspace;
 /// Level means gravity along the normal of the contact plane, wherever the base frame points.
 #[must_use]
 pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64> {
+    at_rest(machine, joint_positions, Scope::LOADS)
+        .workspace
+        .outcome
+}
+
+/// A machine at rest on level ground, evaluated.
+#[derive(Debug)]
+pub(crate) struct AtRest {
+    /// The machine, feeling gravity at its base frame.
+    pub(crate) machine: Machine,
+    pub(crate) state: State<f64>,
+    pub(crate) workspace: Workspace<f64>,
+}
+
+/// The evaluation of the machine at rest on level ground.
+pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64], scope: Scope) -> AtRest {
     let resting = machine.felt_at_base();
     let mut state = State::<f64>::zero(&resting);
     for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
@@ -23,11 +40,16 @@ pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64
             ..Motion::zero()
         };
     }
-    let mut workspace = Workspace::new(&resting);
+    let mut workspace = Workspace::with_scope(&resting, scope);
     state.imu.specific_force = Vector3::z() * resting.gravity();
     let up = evaluate(&resting, &state, &mut workspace).contact_normal;
     state.imu.specific_force = up * resting.gravity();
-    evaluate(&resting, &state, &mut workspace).clone()
+    evaluate(&resting, &state, &mut workspace);
+    AtRest {
+        machine: resting,
+        state,
+        workspace,
+    }
 }
 
 impl Machine {
@@ -42,15 +64,26 @@ impl Machine {
         self.reference.static_load = loads;
     }
 
-    /// The same machine with its inertial measurement unit at the base frame.
+    /// The same machine with an inertial measurement unit at the base frame that is no source of error:
+    /// what a machine at rest on level ground feels is given.
     fn felt_at_base(&self) -> Self {
         let imu = Mount {
             body: 0,
             body_from_mount: Isometry3::identity(),
             source: "base frame".into(),
         };
+        let uncertainty = UncertaintySpec {
+            imu_position: 0.0,
+            imu_rotation: 0.0,
+            accelerometer_bias: 0.0,
+            gyro_bias: 0.0,
+            tool_force: 0.0,
+            tool_moment: 0.0,
+            ..self.uncertainty
+        };
         Self {
             imu,
+            uncertainty,
             ..self.clone()
         }
     }

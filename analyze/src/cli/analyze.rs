@@ -9,6 +9,7 @@ use tipwatch_binding::MachineFile;
 use super::{Cli, Verdict, Voice, verdict};
 use crate::analysis::Analysis;
 use crate::events::EventKind;
+use crate::imu_check::FAULT;
 use crate::options::{ClosedFormInput, ColumnGroup, Estimator, Model, MoreColumns, Options};
 use crate::output::Outputs;
 use crate::progress::Progress;
@@ -125,6 +126,8 @@ fn report_findings(analysis: &Analysis, out: &Path, voice: Voice) {
     for finding in report::findings(analysis).iter().take(shown) {
         voice.say(&format!("- {finding}"));
     }
+    let faults = analysis.notes.iter().filter(|n| n.starts_with(FAULT));
+    faults.for_each(|fault| voice.say(&format!("- {fault}")));
     voice.say(&format!("results: {}", out.display()));
 }
 

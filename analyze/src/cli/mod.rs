@@ -1,6 +1,7 @@
 //! The command line: what may be asked, and asking it. A command is a file.
 
 mod analyze;
+mod check_machine;
 mod demo;
 mod inspect;
 mod recover;
@@ -39,6 +40,8 @@ enum Command {
     Analyze(analyze::AnalyzeArgs),
     /// What a log holds: topics, clocks, gaps, damage, and what would be bound to which signal.
     Inspect(inspect::InspectArgs),
+    /// Mass, centre of mass and static loads of a machine, beside weighed loads if its file has them.
+    CheckMachine(check_machine::CheckMachineArgs),
     /// Write the intact part of a damaged log, of any format, as a clean, indexed MCAP file.
     Recover(recover::RecoverArgs),
     /// Analyse a small log that comes with the program.
@@ -80,6 +83,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
         Command::Analyze(args) => analyze::run(args, voice),
         Command::Inspect(args) => inspect::run(args),
+        Command::CheckMachine(args) => check_machine::run(args),
         Command::Recover(args) => recover::run(args, voice),
         Command::Demo(args) => demo::run(args, voice),
         Command::Completions { shell } => {

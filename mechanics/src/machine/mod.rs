@@ -9,12 +9,16 @@ mod drawn;
 mod error;
 mod inertia;
 mod linkage;
+mod outline;
 mod plausibility_spec;
+mod signals;
 mod spec;
+mod static_transform;
 mod support_polygon;
 mod tree;
 mod urdf;
 mod warp;
+mod weighed;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
@@ -23,14 +27,21 @@ pub(crate) use drawn::Draws;
 pub use error::MachineError;
 pub use inertia::{Inertia, MassMoments};
 pub use linkage::{Linkage, LinkageInput};
+pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
 pub use plausibility_spec::{PlausibilitySpec, Policy};
-pub use spec::{
-    ArmSpec, ContactSpec, EstimatorSpec, FieldSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec,
-    MachineSpec, OneOrMany, PayloadMass, PayloadSpec, PointSpec, PressureSpec, SignalsSpec,
-    Stiffness, SuspensionSpec, UncertaintySpec, WheelSpec,
+pub use signals::{
+    FieldSpec, ImuFields, JointFields, NumberSpec, OdometryFields, OneOrMany, SignalSpec,
+    SignalsSpec, WrenchFields,
 };
+pub use spec::{
+    ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,
+    PayloadMass, PayloadSpec, PointSpec, PressureSpec, Stiffness, SuspensionSpec, UncertaintySpec,
+    WheelSpec,
+};
+pub use static_transform::StaticTransform;
 pub use support_polygon::{Edge, SupportPolygon};
 pub use warp::Warp;
+pub use weighed::{WeighedSpec, WeighedSum, WeighedUnit};
 
 /// Most wheels a machine may have; the load envelope looks at every way to stand on some of them.
 pub const MAX_WHEELS: usize = 12;
@@ -52,6 +63,7 @@ pub struct Machine {
     pub(crate) polygon: SupportPolygon,
     pub(crate) contact: Contact,
     pub(crate) imu: Mount,
+    pub(crate) notes: Vec<String>,
     pub(crate) tool: Option<Mount>,
     pub(crate) arm_root: Option<Mount>,
     pub(crate) arm_seat: Option<Seat>,
@@ -359,6 +371,12 @@ impl Machine {
     #[must_use]
     pub fn imu(&self) -> &Mount {
         &self.imu
+    }
+
+    /// What is odd about it and yet no error, in plain sentences.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Where the tool wrench acts.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{MachineError, PlausibilitySpec};
+use super::{FieldSpec, MachineError, PlausibilitySpec, SignalsSpec, WeighedSpec};
 
 /// The machine file: see the machine-file reference of the project for every key.
 #[derive(Debug, Clone, Deserialize)]
@@ -37,7 +37,7 @@ pub struct MachineSpec {
     /// What hangs on a link.
     #[serde(default)]
     pub payload: Vec<PayloadSpec>,
-    /// Topics of the signals; absent ones are found by message type.
+    /// Where the signals are; absent ones are found by message type.
     #[serde(default)]
     pub signals: SignalsSpec,
     /// How signals become a state.
@@ -49,6 +49,8 @@ pub struct MachineSpec {
     /// What counts as an implausible signal, and what becomes of it.
     #[serde(default)]
     pub plausibility: PlausibilitySpec,
+    /// What scales said of the real machine.
+    pub weighed: Option<WeighedSpec>,
     /// Active suspension.
     pub suspension: Option<SuspensionSpec>,
     /// Name of the file this was read from, for messages.
@@ -243,29 +245,6 @@ pub enum PayloadMass {
     Word(String),
 }
 
-/// Where a number in a log stands.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FieldSpec {
-    /// The topic, of any type.
-    pub topic: String,
-    /// Path of the number in its messages, like `fluid_pressure` or `forces[2].x`; with `joint` a list beside
-    /// `name`, by default `effort`.
-    pub field: Option<String>,
-    /// The joint whose place in `name` the number has in its list.
-    pub joint: Option<String>,
-    /// What the number is multiplied by.
-    #[serde(default = "one")]
-    pub scale: f64,
-    /// What is added then.
-    #[serde(default)]
-    pub offset: f64,
-}
-
-fn one() -> f64 {
-    1.0
-}
-
 /// Pressures in a cylinder's chambers: force = p_piston A_piston - p_rod A_rod.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -278,41 +257,6 @@ pub struct PressureSpec {
     pub piston_area: f64,
     /// Area of the ring around the rod (m^2).
     pub rod_area: f64,
-}
-
-/// `[signals]`: topics by name.
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SignalsSpec {
-    /// `sensor_msgs/JointState`, one topic or several.
-    pub joint_states: Option<OneOrMany>,
-    /// `sensor_msgs/Imu`.
-    pub imu: Option<String>,
-    /// `nav_msgs/Odometry`.
-    pub odometry: Option<String>,
-    /// `geometry_msgs/WrenchStamped`: force and moment by the surroundings on the tool.
-    pub tool_wrench: Option<String>,
-}
-
-/// One name, or several.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(untagged)]
-pub enum OneOrMany {
-    /// One name.
-    One(String),
-    /// Several names.
-    Many(Vec<String>),
-}
-
-impl OneOrMany {
-    /// The names in the order written.
-    #[must_use]
-    pub fn names(&self) -> &[String] {
-        match self {
-            Self::One(name) => std::slice::from_ref(name),
-            Self::Many(names) => names,
-        }
-    }
 }
 
 /// `[estimator]`: how noisy signals become a state. One set of values serves machines of a tonne and
@@ -484,6 +428,13 @@ pub struct SuspensionSpec {
 }
 
 impl MachineSpec {
+    /// Where the force of a linkage's actuator is logged: by its own key, else as the effort of its rod.
+    #[must_use]
+    pub fn force_of<'a>(&'a self, linkage: &'a LinkageSpec) -> Option<&'a FieldSpec> {
+        let of_rod = || self.signals.joints.get(&linkage.rod)?.effort.as_ref();
+        linkage.force.as_ref().or_else(of_rod)
+    }
+
     /// Reads a machine file's text; `file` is its name for messages.
     ///
     /// # Errors

@@ -3,7 +3,9 @@
 
 mod contact;
 mod driving;
-mod mounts;
+mod imu_mount;
+mod payloads;
+mod signals;
 mod wheels;
 
 use nalgebra::Isometry3;
@@ -13,7 +15,7 @@ use super::tree::{Tree, TreeBody, TreeJoint};
 use super::urdf::Urdf;
 use super::{
     Body, Drive, JointKind, Link, LinkGroup, Machine, MachineError, MachineSpec, MassMoments,
-    Mount, Reference, Seat, Wheel,
+    Mount, Reference, Seat, StaticTransform, Wheel,
 };
 
 /// What a log offers that a machine is checked against.
@@ -26,6 +28,8 @@ pub struct LogFacts<'a> {
     pub lacks_imu: bool,
     /// The frame that its IMU messages name.
     pub imu_frame: Option<&'a str>,
+    /// Frames that it places once and for all (`/tf_static`).
+    pub static_transforms: &'a [StaticTransform],
 }
 
 impl MachineSpec {
@@ -62,10 +66,13 @@ impl Checker<'_> {
     fn machine(&self) -> Result<Machine, MachineError> {
         let spec = self.spec;
         self.check_numbers()?;
+        self.check_signals()?;
         let wheels = self.wheels()?;
         let polygon = self.polygon(&wheels)?;
         let driving = self.driving(&wheels)?;
+        spec.check_weighed(&driving.joints)?;
         let contact = self.contact(&wheels, &polygon)?;
+        let (imu, notes) = self.imu()?;
         let arm_root = spec
             .arm
             .as_ref()
@@ -98,7 +105,8 @@ impl Checker<'_> {
             wheels,
             polygon,
             contact,
-            imu: self.imu()?,
+            imu,
+            notes,
             tool,
             payloads: self.payloads(&links)?,
             links,

@@ -1,62 +1,12 @@
-//! What is fixed to the bodies: the IMU and payloads.
+//! What hangs on the bodies: payloads.
 
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Matrix3;
 
 use super::Checker;
 use crate::machine::spec::{PayloadMass, PayloadSpec};
-use crate::machine::{Inertia, Link, MachineError, MassMoments, Mount, Payload};
+use crate::machine::{Inertia, Link, MachineError, MassMoments, Payload};
 
 impl Checker<'_> {
-    pub(super) fn imu(&self) -> Result<Mount, MachineError> {
-        let base = self
-            .tree
-            .links
-            .iter()
-            .position(|l| l.name == self.tree.base_link)
-            .unwrap_or(0);
-        if self.log.lacks_imu {
-            return Ok(self.mount(
-                base,
-                Isometry3::identity(),
-                "no IMU: reckoned at the base origin from odometry",
-            ));
-        }
-        if let Some(imu) = &self.spec.imu {
-            let link = imu
-                .link
-                .as_ref()
-                .map_or(Ok(base), |name| self.link("imu.link", name))?;
-            let [roll, pitch, yaw] = imu.rpy;
-            let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
-            let pose = Isometry3::from_parts(Translation3::from(Vector3::from(imu.xyz)), rotation);
-            return Ok(self.mount(link, pose, "[imu] of the machine file"));
-        }
-        let named = self
-            .log
-            .imu_frame
-            .map(|f| f.trim_start_matches('/'))
-            .filter(|f| !f.is_empty());
-        Ok(match named.map(|frame| (frame, self.tree.link(frame))) {
-            Some((frame, Some(link))) => self.mount(
-                link,
-                Isometry3::identity(),
-                format!("link \"{frame}\" of the URDF, which the IMU's messages name"),
-            ),
-            Some((frame, None)) => {
-                let source = format!(
-                    "assumed at {}: the URDF has no link \"{frame}\", which the IMU's messages name",
-                    self.tree.base_link
-                );
-                self.mount(base, Isometry3::identity(), source)
-            }
-            None => self.mount(
-                base,
-                Isometry3::identity(),
-                format!("assumed at {}", self.tree.base_link),
-            ),
-        })
-    }
-
     pub(super) fn payloads(&self, links: &[Link]) -> Result<Vec<Payload>, MachineError> {
         self.spec
             .payload

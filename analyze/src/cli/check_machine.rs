@@ -1,0 +1,29 @@
+//! `tipwatch check-machine`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use tipwatch_binding::MachineFile;
+
+use super::Verdict;
+use crate::check_machine;
+
+#[derive(Debug, Args)]
+pub(super) struct CheckMachineArgs {
+    /// The machine file.
+    machine: PathBuf,
+    /// A log: loads in the posture of its first valid row, instead of with all joints at zero.
+    #[arg(long)]
+    log: Option<PathBuf>,
+    /// As JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &CheckMachineArgs) -> Result<Verdict> {
+    let file = MachineFile::read(&args.machine)?;
+    let check = check_machine::check(&file, args.log.as_deref())?;
+    check_machine::print(&check, args.json)?;
+    Ok(Verdict::Done)
+}

@@ -1,0 +1,184 @@
+//! `check-machine`: the model beside scales.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// What the wheels of `tiny.mcap` carry in the simulation when it starts at rest on level ground
+/// (first row of `tiny.truth.parquet`): the scales of this test (N).
+const SCALES_N: [(&str, f64); 4] = [
+    ("FL", 13317.529),
+    ("FR", 13292.521),
+    ("RL", 3889.075),
+    ("RR", 3864.542),
+];
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../tests/data")
+        .join(name)
+}
+
+/// The tiny machine with `[weighed]` and its URDF changed.
+fn machine(weighed: &str, urdf: impl Fn(String) -> String) -> (TempDir, String) {
+    let folder = TempDir::new().unwrap();
+    let read = |name: &str| fs::read_to_string(data(name)).unwrap();
+    let path = folder.path().join("machine.toml");
+    fs::write(&path, read("tiny.toml") + weighed).unwrap();
+    fs::write(folder.path().join("tiny.urdf"), urdf(read("tiny.urdf"))).unwrap();
+    let path = path.to_str().unwrap().to_owned();
+    (folder, path)
+}
+
+fn tipwatch(args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tipwatch"));
+    command.args(args).output().unwrap()
+}
+
+fn checked(machine: &str, in_log: bool) -> Value {
+    let log = data("tiny.mcap");
+    let mut args = vec!["check-machine", machine, "--json"];
+    if in_log {
+        args.extend(["--log", log.to_str().unwrap()]);
+    }
+    let output = tipwatch(&args);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn readings_in_newtons() -> String {
+    let single: Vec<String> = SCALES_N.map(|(w, n)| format!("{w} = {n}")).to_vec();
+    format!(
+        "\n[weighed]\nunit = \"N\"\nwheels = {{ {} }}\n",
+        single.join(", ")
+    )
+}
+
+/// Axle, side and whole in kilograms.
+fn sums_in_kilograms() -> String {
+    let [fl, fr, rl, rr] = SCALES_N.map(|(_, n)| n / 9.8066);
+    format!(
+        "\n[weighed]\nunit = \"kg\"\nsigma = 5\nsums = [\n\
+         {{ name = \"front axle\", wheels = [\"FL\", \"FR\"], load = {} }},\n\
+         {{ name = \"left side\", wheels = [\"FL\", \"RL\"], load = {}, sigma = 7 }},\n\
+         {{ wheels = [\"FL\", \"FR\", \"RL\", \"RR\"], load = {} }}]\n",
+        fl + fr,
+        fl + rl,
+        fl + fr + rl + rr
+    )
+}
+
+fn readings(check: &Value) -> &Vec<Value> {
+    check["weighed"]["readings"].as_array().unwrap()
+}
+
+#[test]
+fn val_the_model_weighs_what_the_simulation_weighs() {
+    for weighed in [readings_in_newtons(), sums_in_kilograms()] {
+        let (_folder, machine) = machine(&weighed, |urdf| urdf);
+        let check = checked(&machine, true);
+        for reading in readings(&check) {
+            let difference = reading["difference_n"].as_f64().unwrap();
+            let mean_load = 34364.0 / 4.0;
+            assert!(difference.abs() < 0.004 * mean_load, "{reading}");
+            assert_eq!(reading["is_within"], true, "{reading}");
+            // two percent of every mass and a centimetre of every centre of mass
+            let sigma = reading["model_sigma_n"].as_f64().unwrap();
+            assert!((100.0..600.0).contains(&sigma), "{reading}");
+        }
+    }
+    let (_folder, machine) = machine(&sums_in_kilograms(), |urdf| urdf);
+    let check = checked(&machine, true);
+    let sigma = |i: usize| readings(&check)[i]["weighed_sigma_n"].as_f64().unwrap();
+    assert!((sigma(0) - 5.0 * 9.8066).abs() < 1e-9);
+    assert!((sigma(1) - 7.0 * 9.8066).abs() < 1e-9);
+    assert_eq!(readings(&check)[2]["name"], "FL + FR + RL + RR");
+}
+
+/// By hand: 2200 + 4 * 60 + 1062.9 kg.
+#[test]
+fn val_masses_and_geometry_are_those_of_the_urdf() {
+    let (_folder, machine) = machine("", |urdf| urdf);
+    let check = checked(&machine, false);
+    assert!(check["weighed"].is_null());
+    let mass = |part: usize| check["masses"][part]["mass_kg"].as_f64().unwrap();
+    // the steering knuckles weigh a gram each
+    assert!((mass(0) - 2200.002).abs() < 1e-9 && (mass(1) - 240.0).abs() < 1e-9);
+    assert!((mass(4) - (mass(0) + mass(1) + mass(2))).abs() < 1e-9);
+    assert!((check["wheelbase_m"].as_f64().unwrap() - 2.3).abs() < 1e-12);
+    assert_eq!(check["axles"][0]["wheels"], serde_json::json!(["FL", "FR"]));
+    let all = check["sums"].as_array().unwrap().last().unwrap();
+    assert!((all["static_load_n"].as_f64().unwrap() - mass(4) * 9.8066).abs() < 1.0);
+    assert_eq!(check["posture"]["source"], "all joints at zero");
+}
+
+#[test]
+fn a_model_that_is_wrong_is_beyond_its_uncertainty() {
+    let heavier = |urdf: String| urdf.replace("<mass value='2200.0'/>", "<mass value='2600.0'/>");
+    let (_folder, machine) = machine(&sums_in_kilograms(), heavier);
+    let check = checked(&machine, true);
+    let whole = &readings(&check)[2];
+    assert_eq!(whole["is_within"], false, "{whole}");
+    let difference = whole["difference_n"].as_f64().unwrap();
+    assert!((difference - 400.0 * 9.8066).abs() < 20.0, "{whole}");
+    let people = tipwatch(&["check-machine", &machine]);
+    let text = String::from_utf8(people.stdout).unwrap();
+    assert!(text.contains("BEYOND two sigma"), "{text}");
+}
+
+#[test]
+fn a_stated_posture_holds_without_a_log() {
+    let posture = "posture = { lift = -1.2943, tilt = -1.7279, extension = 0.2042 }\n";
+    let (_folder, machine) = machine(&(readings_in_newtons() + posture), |urdf| urdf);
+    let check = checked(&machine, false);
+    assert_eq!(
+        check["weighed"]["posture"]["source"],
+        "posture of [weighed]"
+    );
+    for reading in readings(&check) {
+        assert!(
+            reading["difference_n"].as_f64().unwrap().abs() < 100.0,
+            "{reading}"
+        );
+    }
+}
+
+#[test]
+fn readings_that_make_no_sense_are_refused() {
+    let refusal = |weighed: &str| {
+        let (_folder, machine) =
+            machine(&format!("\n[weighed]\nunit = \"kg\"\n{weighed}\n"), |u| u);
+        let output = tipwatch(&["check-machine", &machine]);
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    for (weighed, parts) in [
+        (
+            "wheels = { XX = 1 }",
+            ["weighed.wheels.XX", "names of [wheels]"],
+        ),
+        (
+            "wheels = { FL = -1 }",
+            ["weighed.wheels.FL", "not negative"],
+        ),
+        (
+            "sums = [{ wheels = [], load = 1 }]",
+            ["weighed.sums", "one wheel or more"],
+        ),
+        (
+            "sums = [{ wheels = [\"FL\", \"FL\"], load = 1 }]",
+            ["weighed.sums", "each once"],
+        ),
+        ("sigma = -2", ["weighed.sigma", "-2"]),
+        ("posture = { boom = 1 }", ["weighed.posture.boom", "lift"]),
+    ] {
+        let said = refusal(weighed);
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    }
+}

@@ -1,0 +1,150 @@
+//! The IMU's mounting in a whole analysis: from the log's own transforms, and found wrong.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use tempfile::TempDir;
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::imu_check::FAULT;
+use tipwatch_analyze::options::Options;
+use tipwatch_analyze::run::analyse;
+use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::Quantity;
+
+/// As `[imu]` of `tiny.toml` has it (m).
+const IMU_IN_BASE: [f64; 3] = [0.1, 0.0, 0.05];
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../tests/data")
+        .join(name)
+}
+
+/// `tiny.toml` with another `[imu]`, or none.
+fn analysed(log: &Path, imu: &str) -> Analysis {
+    let text = fs::read_to_string(data("tiny.toml")).unwrap();
+    let (before, rest) = text.split_once("[imu]").unwrap();
+    let after = &rest[rest.find("[wheels").unwrap()..];
+    let file = MachineFile::from_text(&data("tiny.toml"), &format!("{before}{imu}{after}"));
+    analyse(log, &file.unwrap(), Options::default(), &mut |_| {}).unwrap()
+}
+
+fn text(bytes: &mut Vec<u8>, text: &str) {
+    while !(bytes.len() - 4).is_multiple_of(4) {
+        bytes.push(0);
+    }
+    bytes.extend((text.len() as u32 + 1).to_le_bytes());
+    bytes.extend(text.as_bytes());
+    bytes.push(0);
+}
+
+/// One transform in CDR.
+fn transform(parent: &str, child: &str, xyz: [f64; 3]) -> Vec<u8> {
+    let mut bytes = vec![0, 1, 0, 0];
+    bytes.extend(1_u32.to_le_bytes());
+    bytes.extend([0; 8]);
+    text(&mut bytes, parent);
+    text(&mut bytes, child);
+    while !(bytes.len() - 4).is_multiple_of(8) {
+        bytes.push(0);
+    }
+    let values = [xyz[0], xyz[1], xyz[2], 0.0, 0.0, 0.0, 1.0];
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
+/// `tiny.mcap` with a `/tf_static` that places the frame of its IMU.
+fn with_transform(folder: &Path, parent: &str, child: &str) -> PathBuf {
+    let path = folder.join("with_tf.mcap");
+    let bytes = fs::read(data("tiny.mcap")).unwrap();
+    let mut writer = mcap::Writer::new(File::create(&path).unwrap()).unwrap();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        writer.write(&message.unwrap()).unwrap();
+    }
+    let schema = mcap::Schema {
+        id: 900,
+        name: "tf2_msgs/msg/TFMessage".into(),
+        encoding: "ros2msg".into(),
+        data: Cow::Borrowed(b""),
+    };
+    let channel = mcap::Channel {
+        id: 900,
+        topic: "/tf_static".into(),
+        schema: Some(Arc::new(schema)),
+        message_encoding: "cdr".into(),
+        metadata: BTreeMap::new(),
+    };
+    let message = mcap::Message {
+        channel: Arc::new(channel),
+        sequence: 0,
+        log_time: 1,
+        publish_time: 1,
+        data: Cow::Owned(transform(parent, child, IMU_IN_BASE)),
+    };
+    writer.write(&message).unwrap();
+    writer.finish().unwrap();
+    path
+}
+
+fn loads(analysis: &Analysis) -> Vec<&[f64]> {
+    let column = |wheel| analysis.rows.outcomes.column(Quantity::Load(wheel));
+    (0..4).map(column).collect()
+}
+
+fn fault(analysis: &Analysis) -> Option<&String> {
+    analysis.notes.iter().find(|note| note.starts_with(FAULT))
+}
+
+#[test]
+fn transforms_of_the_log_stand_in_for_a_silent_machine_file() {
+    let stated = analysed(
+        &data("tiny.mcap"),
+        "[imu]\nlink = \"base_link\"\nxyz = [0.1, 0.0, 0.05]\n",
+    );
+    for [parent, child] in [["/base_link", "/imu_link"], ["base_link", "imu_link"]] {
+        let folder = TempDir::new().unwrap();
+        let log = with_transform(folder.path(), parent, child);
+        let found = analysed(&log, "");
+        assert!(
+            found.machine.imu().source.contains("/tf_static"),
+            "{}",
+            found.machine.imu().source
+        );
+        assert!(found.provenance.imu_mounting.contains("/tf_static"));
+        assert_eq!(loads(&stated), loads(&found));
+        assert_eq!(fault(&found), None);
+        let elsewhere = analysed(&log, "[imu]\nxyz = [0.1, 0.0, 0.25]\n");
+        let told = elsewhere.notes.iter().any(|note| note.contains("200.0 mm"));
+        assert!(told, "{:?}", elsewhere.notes);
+    }
+}
+
+#[test]
+fn an_imu_that_is_not_turned_as_the_machine_file_says_is_reported_and_not_corrected() {
+    let right = analysed(&data("tiny.mcap"), "[imu]\n");
+    assert_eq!(fault(&right), None);
+    // on its side, on its back, nose up
+    for (rpy, explained) in [
+        ("[1.5707963, 0.0, 0.0]", "-x (backward)"),
+        ("[0.0, 1.5707963, 0.0]", "-y (right)"),
+        ("[3.1415927, 0.0, 0.0]", "180 degrees"),
+    ] {
+        let turned = analysed(&data("tiny.mcap"), &format!("[imu]\nrpy = {rpy}\n"));
+        let said = fault(&turned).expect("a fault");
+        assert!(
+            said.contains(explained) && said.contains("Nothing was corrected"),
+            "{said}"
+        );
+        assert!(turned.notes[0].starts_with(FAULT));
+        // what it computes is what the machine file says, wrong as it is
+        assert_ne!(
+            loads(&right)[0][20].to_bits(),
+            loads(&turned)[0][20].to_bits()
+        );
+    }
+}

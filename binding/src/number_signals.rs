@@ -1,0 +1,201 @@
+//! Signals that the machine file binds number by number: `[signals]` tables become requests.
+
+use std::collections::BTreeMap;
+
+use tipwatch_ingest::{
+    Error, Log, NumberField, NumberSample, SampleValue, SensorKind, SensorRequest, Topic, TopicId,
+    first_frame, topic_of_field,
+};
+use tipwatch_mechanics::machine::{FieldSpec, JointFields, NumberSpec, SignalSpec, SignalsSpec};
+
+/// Why a topic is taken whose numbers the machine file names.
+pub(crate) const WHY: &str = "numbers named by the machine file";
+
+/// A joint whose position the machine file binds.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct NumberedJoint {
+    pub(crate) joint: String,
+    pub(crate) request: SensorRequest,
+}
+
+/// The requests of everything that the machine file binds number by number.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct NumberSignals {
+    pub(crate) joints: Vec<NumberedJoint>,
+    pub(crate) imu: Vec<SensorRequest>,
+    pub(crate) odometry: Vec<SensorRequest>,
+    pub(crate) tool_wrench: Vec<SensorRequest>,
+    /// The frame that the IMU's messages name.
+    pub(crate) imu_frame: Option<String>,
+}
+
+/// Where a number stands, for [`tipwatch_ingest::record_fields`] and the like; `list` is the usual list of
+/// numbers where the machine file names a joint alone.
+#[must_use]
+pub fn number_field(spec: &FieldSpec, list: &str) -> NumberField {
+    NumberField {
+        field: spec.field.clone().unwrap_or_else(|| list.into()),
+        joint: spec.joint.clone(),
+        scale: spec.scale,
+        offset: spec.offset,
+    }
+}
+
+/// Kinds of sensors that the machine file binds number by number.
+pub(crate) fn kinds(signals: &SignalsSpec) -> Vec<SensorKind> {
+    fn is_table<T>(signal: Option<&SignalSpec<T>>) -> bool {
+        signal.is_some_and(|signal| signal.fields().is_some())
+    }
+    let tables = [
+        (SensorKind::Imu, is_table(signals.imu.as_ref())),
+        (SensorKind::Odometry, is_table(signals.odometry.as_ref())),
+        (
+            SensorKind::ToolWrench,
+            is_table(signals.tool_wrench.as_ref()),
+        ),
+    ];
+    let bound = tables.into_iter().filter(|(_, bound)| *bound);
+    bound.map(|(kind, _)| kind).collect()
+}
+
+impl NumberSignals {
+    /// Finds the topics of all numbers.
+    ///
+    /// # Errors
+    /// A topic is not in the log, or the log cannot be read.
+    pub(crate) fn find(log: &Log, signals: &SignalsSpec) -> Result<Self, Error> {
+        let mut found = Self::default();
+        for (joint, fields) in &signals.joints {
+            found.joints.extend(numbered_joint(log, joint, fields)?);
+        }
+        if let Some(imu) = signals.imu.as_ref().and_then(SignalSpec::fields) {
+            let parts = Parts {
+                first: &imu.specific_force,
+                second: Some(&imu.angular_velocity),
+                orientation: imu.orientation.as_ref(),
+                roll_pitch_yaw: imu.roll_pitch_yaw.as_ref(),
+            };
+            found.imu = parts.requests(log, SensorKind::Imu)?;
+            for request in &found.imu {
+                if found.imu_frame.is_none() {
+                    found.imu_frame = first_frame(log, request.topic)?;
+                }
+            }
+        }
+        if let Some(odometry) = signals.odometry.as_ref().and_then(SignalSpec::fields) {
+            let parts = Parts {
+                first: &odometry.velocity,
+                second: odometry.angular_velocity.as_ref(),
+                orientation: odometry.orientation.as_ref(),
+                roll_pitch_yaw: odometry.roll_pitch_yaw.as_ref(),
+            };
+            found.odometry = parts.requests(log, SensorKind::Odometry)?;
+        }
+        if let Some(wrench) = signals.tool_wrench.as_ref().and_then(SignalSpec::fields) {
+            let parts = Parts {
+                first: &wrench.force,
+                second: Some(&wrench.moment),
+                orientation: None,
+                roll_pitch_yaw: None,
+            };
+            found.tool_wrench = parts.requests(log, SensorKind::ToolWrench)?;
+        }
+        Ok(found)
+    }
+}
+
+/// The stream of a joint: position and rate; none where only its effort is bound.
+fn numbered_joint(
+    log: &Log,
+    joint: &str,
+    fields: &JointFields,
+) -> Result<Option<NumberedJoint>, Error> {
+    let Some(position) = &fields.position else {
+        return Ok(None);
+    };
+    let position = (topic(log, position)?, number_field(position, "position"));
+    let rate = match &fields.velocity {
+        Some(rate) => SampleValue::Field(number_field(rate, "velocity")),
+        None => SampleValue::Absent,
+    };
+    let values = vec![SampleValue::Field(position.1), rate];
+    let request = request(position.0.id, SensorKind::JointStates, values, false);
+    Ok(Some(NumberedJoint {
+        joint: joint.into(),
+        request: SensorRequest {
+            joint_names: vec![joint.into()],
+            ..request
+        },
+    }))
+}
+
+fn request(
+    topic: TopicId,
+    kind: SensorKind,
+    values: Vec<SampleValue>,
+    has_roll_pitch_yaw: bool,
+) -> SensorRequest {
+    SensorRequest {
+        topic,
+        kind,
+        joint_names: Vec::new(),
+        numbers: Some(NumberSample {
+            values,
+            has_roll_pitch_yaw,
+        }),
+    }
+}
+
+fn topic<'l>(log: &'l Log, spec: &FieldSpec) -> Result<&'l Topic, Error> {
+    let wanted = spec.field.as_deref().or(spec.joint.as_deref());
+    topic_of_field(log, &spec.topic, wanted.unwrap_or_default())
+}
+
+/// The parts of a sample. Parts of one topic are read together; another topic has samples of its own, in
+/// which the parts of the first are absent.
+struct Parts<'s> {
+    first: &'s [NumberSpec; 3],
+    second: Option<&'s [NumberSpec; 3]>,
+    orientation: Option<&'s [NumberSpec; 4]>,
+    roll_pitch_yaw: Option<&'s [NumberSpec; 3]>,
+}
+
+impl Parts<'_> {
+    fn requests(&self, log: &Log, kind: SensorKind) -> Result<Vec<SensorRequest>, Error> {
+        let mut parts: Vec<(usize, &[NumberSpec])> = vec![(0, self.first)];
+        parts.extend(self.second.map(|second| (3, &second[..])));
+        parts.extend(self.orientation.map(|numbers| (6, &numbers[..])));
+        parts.extend(self.roll_pitch_yaw.map(|numbers| (6, &numbers[..])));
+        let mut by_topic: BTreeMap<TopicId, Vec<(usize, &[NumberSpec])>> = BTreeMap::new();
+        for (place, numbers) in parts {
+            // the machine is checked: every part has a number of the log
+            if let Some(field) = numbers.iter().find_map(NumberSpec::field) {
+                let id = topic(log, field)?.id;
+                by_topic.entry(id).or_default().push((place, numbers));
+            }
+        }
+        let requests = by_topic.into_iter().map(|(topic, parts)| {
+            let mut values = vec![SampleValue::Absent; kind.value_count(0)];
+            let mut has_roll_pitch_yaw = false;
+            for (place, numbers) in parts {
+                has_roll_pitch_yaw |= place == 6 && numbers.len() == 3;
+                let range = place..place + numbers.len();
+                for (value, number) in values[range].iter_mut().zip(numbers) {
+                    *value = sample_value(number);
+                }
+            }
+            if has_roll_pitch_yaw {
+                values.pop();
+            }
+            request(topic, kind, values, has_roll_pitch_yaw)
+        });
+        Ok(requests.collect())
+    }
+}
+
+fn sample_value(number: &NumberSpec) -> SampleValue {
+    match number {
+        NumberSpec::Constant(value) => SampleValue::Constant(*value),
+        NumberSpec::Field(field) => SampleValue::Field(number_field(field, "")),
+    }
+}

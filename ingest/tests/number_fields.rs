@@ -1,0 +1,188 @@
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use mcap::{WriteOptions, records::MessageHeader};
+use tipwatch_ingest::{
+    FieldRequest, Log, NumberField, NumberSample, SampleValue, SensorKind, SensorRequest,
+    record_fields, record_sensors,
+};
+
+use crate::support::{Cdr, TempLog};
+
+/// Axes with names in a list of messages, without a header.
+const AXES: &str = "Axis[] axes\nCell[2] cells\n===\nMSG: pkg/Axis\nstring name\nfloat64 angle\n\
+    ===\nMSG: pkg/Cell\nfloat64 load\n";
+
+fn message(angles: &[(&str, f64)], cells: [f64; 2]) -> Vec<u8> {
+    let mut cdr = Cdr::new(false);
+    cdr.u32(angles.len() as u32);
+    for (name, angle) in angles {
+        cdr.text(name).f64(*angle);
+    }
+    cdr.all(&cells);
+    cdr.bytes
+}
+
+fn log(encoding: &str, schema: (&str, &str), messages: &[Vec<u8>]) -> TempLog {
+    let mut writer = WriteOptions::new().create(Cursor::new(Vec::new())).unwrap();
+    let schema = writer
+        .add_schema("pkg/msg/Axes", schema.0, schema.1.as_bytes())
+        .unwrap();
+    let channel = writer
+        .add_channel(schema, "/axes", encoding, &BTreeMap::new())
+        .unwrap();
+    for (i, message) in messages.iter().enumerate() {
+        let time = 1_000_000_000 + i as u64 * 10_000_000;
+        let header = MessageHeader {
+            channel_id: channel,
+            sequence: i as u32,
+            log_time: time,
+            publish_time: time,
+        };
+        writer.write_to_known_channel(&header, message).unwrap();
+    }
+    writer.finish().unwrap();
+    TempLog::new("axes.mcap", &writer.into_inner().into_inner())
+}
+
+fn binary() -> TempLog {
+    let messages = [
+        message(&[("slew", 1.0), ("boom", 2.0)], [10.0, 20.0]),
+        message(&[("boom", 3.0)], [11.0, 21.0]),
+        message(&[("slew", 4.0)], [12.0, 22.0]),
+    ];
+    log("cdr", ("ros2msg", AXES), &messages)
+}
+
+fn number(field: &str, joint: Option<&str>) -> NumberField {
+    NumberField {
+        field: field.into(),
+        joint: joint.map(str::to_owned),
+        scale: 10.0,
+        offset: -1.0,
+    }
+}
+
+fn values(file: &TempLog, field: &str, joint: Option<&str>) -> Result<(Vec<f64>, u64), String> {
+    let request = FieldRequest {
+        topic: "/axes".into(),
+        number: number(field, joint),
+    };
+    let log = Log::open(&file.path).unwrap();
+    let (mut recordings, _) = record_fields(&log, &[request]).map_err(|e| e.to_string())?;
+    let recording = recordings.remove(0);
+    assert_eq!(recording.stamps_ns.len(), recording.values.len());
+    Ok((recording.values, recording.missing))
+}
+
+#[test]
+fn numbers_are_found_in_lists_by_name_and_by_index() {
+    let file = binary();
+    assert_eq!(
+        values(&file, "axes[].angle", Some("boom")),
+        Ok((vec![19.0, 29.0], 1))
+    );
+    assert_eq!(
+        values(&file, "axes[].angle", Some("slew")),
+        Ok((vec![9.0, 39.0], 1))
+    );
+    assert_eq!(
+        values(&file, "cells[1].load", None),
+        Ok((vec![199.0, 209.0, 219.0], 0))
+    );
+    assert_eq!(values(&file, "axes[1].angle", None), Ok((vec![19.0], 2)));
+}
+
+#[test]
+fn what_is_not_there_is_told_with_what_is() {
+    let file = binary();
+    let says = |field: &str, joint: Option<&str>| values(&file, field, joint).unwrap_err();
+    for (said, parts) in [
+        (
+            says("axes[].angle", Some("tilt")),
+            ["/axes", "axes[].angle", "\"tilt\"", "slew"],
+        ),
+        (
+            says("axes[].speed", Some("boom")),
+            ["/axes", "axes[].speed", "pkg/Axis", "name, angle"],
+        ),
+        (
+            says("cells[7].load", None),
+            ["/axes", "cells[7].load", "none", "3 messages"],
+        ),
+        (
+            says("cells[].load", None),
+            ["/axes", "one number", "cells[].load", "joint"],
+        ),
+        (
+            says("cells[x].load", None),
+            ["/axes", "one number", "cells[x].load", ""],
+        ),
+    ] {
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    }
+}
+
+#[test]
+fn messages_that_tell_their_own_fields_are_read_too() {
+    let messages = [
+        br#"{"header": {"stamp": {"sec": 3, "nanosec": 5}}, "name": ["a", "b"], "angle": [1, 2.5]}"#.to_vec(),
+        br#"{"header": {"stamp": {"sec": 4, "nanosec": 5}}, "name": ["b"], "angle": [3]}"#.to_vec(),
+    ];
+    let file = log("json", ("jsonschema", "{}"), &messages);
+    assert_eq!(values(&file, "angle", Some("b")), Ok((vec![24.0, 29.0], 0)));
+    let said = values(&file, "angel", Some("b")).unwrap_err();
+    assert!(
+        said.contains("angel") && said.contains("2 messages"),
+        "{said}"
+    );
+}
+
+/// Two sensors of one topic, one of which has only some of its values there.
+#[test]
+fn one_topic_may_serve_several_sensors() {
+    let file = binary();
+    let log = Log::open(&file.path).unwrap();
+    let topic = log.topics()[0].id;
+    let field = |path: &str| SampleValue::Field(number(path, None));
+    let mut imu = vec![SampleValue::Absent; 6];
+    imu[0] = field("cells[0].load");
+    imu[1] = SampleValue::Constant(0.5);
+    // a quarter turn about z: x goes to y
+    imu.extend([0.0, 0.0, std::f64::consts::FRAC_PI_2].map(SampleValue::Constant));
+    let boom = SampleValue::Field(number("axes[].angle", Some("boom")));
+    let request = |kind, values, has_roll_pitch_yaw, joints: &[&str]| SensorRequest {
+        topic,
+        kind,
+        joint_names: joints.iter().map(|&j| j.to_owned()).collect(),
+        numbers: Some(NumberSample {
+            values,
+            has_roll_pitch_yaw,
+        }),
+    };
+    let requests = [
+        request(SensorKind::Imu, imu, true, &[]),
+        request(
+            SensorKind::JointStates,
+            vec![boom, SampleValue::Absent],
+            false,
+            &["boom"],
+        ),
+    ];
+    let (recordings, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
+    assert!(losses.is_empty());
+    let [imu, joints] = &recordings[..] else {
+        panic!()
+    };
+    assert_eq!(imu.stamps_ns.len(), 3);
+    let sample = imu.sample(2);
+    assert_eq!(sample[..2], [119.0, 0.5]);
+    assert!(sample[2..6].iter().all(|v| v.is_nan()));
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    for (found, expected) in sample[6..].iter().zip([0.0, 0.0, half, half]) {
+        assert!((found - expected).abs() < 1e-15, "{sample:?}");
+    }
+    assert_eq!((joints.stamps_ns.len(), joints.without_value), (2, 1));
+    assert_eq!(joints.sample(1)[0], 29.0);
+    assert_eq!(joints.stamps_ns, [imu.stamps_ns[0], imu.stamps_ns[1]]);
+}

@@ -1,0 +1,120 @@
+//! Signals that the machine file binds number by number, replayed: the monitor gives the same rows as with
+//! the usual types of messages.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+const JOINTS: [&str; 6] = ["lift", "tilt", "slew", "extension", "steer_fl", "steer_fr"];
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../tests/data")
+        .join(name)
+}
+
+/// `tiny.toml` with every joint but the wheels', the IMU and the odometry bound number by number.
+fn machine(folder: &Path) -> PathBuf {
+    let number =
+        |topic: &str, field: &str| format!("{{ topic = \"{topic}\", field = \"{field}\" }}");
+    let triple = |topic: &str, field: &str| {
+        let numbers = ["x", "y", "z"].map(|axis| number(topic, &format!("{field}.{axis}")));
+        format!("[{}]", numbers.join(", "))
+    };
+    let joints = JOINTS.map(|joint| {
+        let list = |field: &str| {
+            format!("{{ topic = \"/joint_states\", field = \"{field}\", joint = \"{joint}\" }}")
+        };
+        format!(
+            "[signals.joints.{joint}]\nposition = {}\nvelocity = {}\n",
+            list("position"),
+            list("velocity")
+        )
+    });
+    let text = std::fs::read_to_string(data("tiny.toml")).unwrap();
+    let kept = text.split("[signals]").next().unwrap();
+    let text = format!(
+        "{kept}{}[signals.imu]\nspecific_force = {}\nangular_velocity = {}\n[signals.odometry]\nvelocity = {}\n",
+        joints.concat(),
+        triple("/imu/data", "linear_acceleration"),
+        triple("/imu/data", "angular_velocity"),
+        triple("/odom", "twist.twist.linear")
+    );
+    std::fs::copy(data("tiny.urdf"), folder.join("tiny.urdf")).unwrap();
+    let path = folder.join("numbers.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// The rows of a monitor that a replay of the tiny log feeds.
+fn rows(machine: &Path, world: &str) -> Vec<Value> {
+    let prefix = format!("tw{}{world}_", std::process::id());
+    let start = |arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_tipwatch-live"))
+            .args(arguments)
+            .args(["--machine", machine.to_str().unwrap(), "--prefix", &prefix])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let log = data("tiny.mcap");
+    let monitor = start(&["monitor", "--json"]);
+    let replay = start(&[
+        "replay",
+        log.to_str().unwrap(),
+        "--speed",
+        "max",
+        "--lossless",
+        "--wait",
+        "60",
+    ]);
+    let replayed = replay.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&replayed.stderr);
+    if !replayed.status.success() {
+        let mut monitor = monitor;
+        monitor.kill().unwrap();
+        panic!("{said}");
+    }
+    let monitored = monitor.wait_with_output().unwrap();
+    assert!(monitored.status.success());
+    for entry in std::fs::read_dir("/dev/shm")
+        .into_iter()
+        .flatten()
+        .flatten()
+    {
+        if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+    let text = String::from_utf8(monitored.stdout).unwrap();
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
+}
+
+#[test]
+fn a_replay_of_single_numbers_gives_the_rows_of_the_usual_messages() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let by_type = rows(&data("tiny.toml"), "type");
+    let by_number = rows(&machine(folder.path()), "number");
+    assert!(by_type.len() > 100);
+    assert_eq!(by_type.len(), by_number.len());
+    let mut valid = 0;
+    for (a, b) in by_type.iter().zip(&by_number) {
+        assert_eq!(a["time_ns"], b["time_ns"]);
+        assert_eq!(a["reasons"], b["reasons"]);
+        for wheel in ["fl", "fr", "rl", "rr"] {
+            if let Some(load) = a["load_n"][wheel].as_f64() {
+                let other = b["load_n"][wheel].as_f64().unwrap();
+                assert!((load - other).abs() < 1e-6, "{a} {b}");
+                valid += 1;
+            }
+        }
+    }
+    assert!(valid > 400, "{valid}");
+}

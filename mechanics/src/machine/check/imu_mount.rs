@@ -1,0 +1,98 @@
+//! Where the IMU sits: the machine file, else the URDF, else the log's static transforms; and whether
+//! they agree.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::Checker;
+use crate::machine::static_transform::ancestors;
+use crate::machine::{MachineError, Mount};
+
+/// Two tellings of one mounting further apart are a conflict (m).
+const CONFLICT_M: f64 = 1e-3;
+/// The same for the angle between them (rad).
+const CONFLICT_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
+
+impl Checker<'_> {
+    /// The mounting of the IMU, and in which way its sources contradict each other.
+    pub(super) fn imu(&self) -> Result<(Mount, Vec<String>), MachineError> {
+        let none = |source: String| self.mount(self.base(), Isometry3::identity(), source);
+        if self.log.lacks_imu {
+            let source = "no IMU: reckoned at the base origin from odometry";
+            return Ok((none(source.into()), Vec::new()));
+        }
+        let frame = self.log.imu_frame.map(|f| f.trim_start_matches('/'));
+        let frame = frame.filter(|frame| !frame.is_empty());
+        let mut told: Vec<Mount> = self.stated_imu()?.into_iter().collect();
+        if let Some(frame) = frame {
+            told.extend(self.imu_link(frame));
+            told.extend(self.transformed_imus(frame));
+        }
+        if told.is_empty() {
+            let base = &self.tree.base_link;
+            return Ok((
+                none(frame.map_or(format!("assumed at {base}"), |frame| {
+                    format!(
+                        "assumed at {base}: neither the URDF nor /tf_static of the log places \"{frame}\", which the IMU's \
+                         messages name"
+                    )
+                })),
+                Vec::new(),
+            ));
+        }
+        let notes = told[1..].iter().filter_map(|m| conflict(&told[0], m));
+        let notes = notes.take(1).collect();
+        Ok((told.swap_remove(0), notes))
+    }
+
+    fn base(&self) -> usize {
+        self.tree.link(&self.tree.base_link).unwrap_or(0)
+    }
+
+    fn stated_imu(&self) -> Result<Option<Mount>, MachineError> {
+        let Some(imu) = &self.spec.imu else {
+            return Ok(None);
+        };
+        let link = match &imu.link {
+            Some(name) => self.link("imu.link", name)?,
+            None => self.base(),
+        };
+        let [roll, pitch, yaw] = imu.rpy;
+        let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+        let pose = Isometry3::from_parts(Translation3::from(Vector3::from(imu.xyz)), rotation);
+        Ok(Some(self.mount(link, pose, "[imu] of the machine file")))
+    }
+
+    fn imu_link(&self, frame: &str) -> Option<Mount> {
+        let source = format!("link \"{frame}\" of the URDF, which the IMU's messages name");
+        let link = self.tree.link(frame)?;
+        Some(self.mount(link, Isometry3::identity(), source))
+    }
+
+    /// The frame as the static transforms place it in links of the URDF, the nearest first.
+    fn transformed_imus(&self, frame: &str) -> Vec<Mount> {
+        let in_links = ancestors(self.log.static_transforms, frame).into_iter();
+        let mount = |(parent, pose): (&str, _)| {
+            let source = format!("/tf_static of the log: frame \"{frame}\" in link \"{parent}\"");
+            Some(self.mount(self.tree.link(parent)?, pose, source))
+        };
+        in_links.filter_map(mount).collect()
+    }
+}
+
+/// How the mounting in use differs from another telling of it.
+fn conflict(used: &Mount, other: &Mount) -> Option<String> {
+    let apart = used.body_from_mount.inverse() * other.body_from_mount;
+    let (distance, angle) = (apart.translation.vector.norm(), apart.rotation.angle());
+    let how = if used.body != other.body {
+        "on another body".to_string()
+    } else if distance > CONFLICT_M || angle > CONFLICT_RAD {
+        let (millimetres, degrees) = (distance * 1e3, angle.to_degrees());
+        format!("{millimetres:.1} mm and {degrees:.2} degrees away")
+    } else {
+        return None;
+    };
+    Some(format!(
+        "Mounting of the IMU: taken from {}; {} puts it {how}.",
+        used.source, other.source
+    ))
+}

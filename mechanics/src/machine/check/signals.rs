@@ -1,0 +1,130 @@
+//! `[signals]`: numbers that say where they are, and belong together where they must.
+
+use super::Checker;
+use crate::machine::{FieldSpec, JointFields, MachineError, NumberSpec, SignalSpec};
+
+impl Checker<'_> {
+    pub(super) fn check_signals(&self) -> Result<(), MachineError> {
+        let signals = &self.spec.signals;
+        for (joint, fields) in &signals.joints {
+            self.check_joint(joint, fields)?;
+        }
+        if let Some(imu) = signals.imu.as_ref().and_then(SignalSpec::fields) {
+            let place = "signals.imu";
+            self.check_group(&format!("{place}.specific_force"), &imu.specific_force)?;
+            self.check_group(&format!("{place}.angular_velocity"), &imu.angular_velocity)?;
+            self.check_attitude(place, &imu.orientation, &imu.roll_pitch_yaw)?;
+        }
+        if let Some(odometry) = signals.odometry.as_ref().and_then(SignalSpec::fields) {
+            let place = "signals.odometry";
+            self.check_group(&format!("{place}.velocity"), &odometry.velocity)?;
+            if let Some(turning) = &odometry.angular_velocity {
+                self.check_group(&format!("{place}.angular_velocity"), turning)?;
+            }
+            self.check_attitude(place, &odometry.orientation, &odometry.roll_pitch_yaw)?;
+        }
+        if let Some(wrench) = signals.tool_wrench.as_ref().and_then(SignalSpec::fields) {
+            let all = [&wrench.force[..], &wrench.moment[..]].concat();
+            self.check_group("signals.tool_wrench", &all)?;
+        }
+        for linkage in &self.spec.linkage {
+            let place = |key: &str| format!("linkage.{}.{key}", linkage.name);
+            if let Some(force) = &linkage.force {
+                self.check_field(&place("force"), force, true)?;
+            }
+            if let Some(pressure) = &linkage.pressure {
+                self.check_field(&place("pressure.piston"), &pressure.piston, false)?;
+                self.check_field(&place("pressure.rod"), &pressure.rod, false)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_joint(&self, joint: &str, fields: &JointFields) -> Result<(), MachineError> {
+        let place = format!("signals.joints.{joint}");
+        self.joint(&place, joint)?;
+        let (position, velocity) = (&fields.position, &fields.velocity);
+        for (key, field) in [
+            ("position", position),
+            ("velocity", velocity),
+            ("effort", &fields.effort),
+        ] {
+            if let Some(field) = field {
+                self.check_field(&format!("{place}.{key}"), field, true)?;
+            }
+        }
+        match (position, velocity) {
+            (None, None) if fields.effort.is_some() => Ok(()),
+            (None, _) => Err(self.value_error(place, "a position", "none")),
+            (Some(position), Some(velocity)) if position.topic != velocity.topic => {
+                let expected = format!("position and velocity from one topic, {}", position.topic);
+                let found = format!("velocity from {}", velocity.topic);
+                Err(self.value_error(place, expected, found))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_attitude(
+        &self,
+        place: &str,
+        orientation: &Option<[NumberSpec; 4]>,
+        roll_pitch_yaw: &Option<[NumberSpec; 3]>,
+    ) -> Result<(), MachineError> {
+        match (orientation, roll_pitch_yaw) {
+            (Some(_), Some(_)) => {
+                Err(self.value_error(place, "orientation or roll_pitch_yaw", "both"))
+            }
+            (Some(numbers), None) => self.check_group(&format!("{place}.orientation"), numbers),
+            (None, Some(numbers)) => self.check_group(&format!("{place}.roll_pitch_yaw"), numbers),
+            (None, None) => Ok(()),
+        }
+    }
+
+    /// Numbers that are measured at the same instant: of one topic, and not all constant.
+    fn check_group(&self, place: &str, numbers: &[NumberSpec]) -> Result<(), MachineError> {
+        let mut topic: Option<&str> = None;
+        for (i, number) in numbers.iter().enumerate() {
+            let place = format!("{place}[{i}]");
+            match number {
+                NumberSpec::Constant(value) if !value.is_finite() => {
+                    return Err(self.value_error(place, "a finite number", value));
+                }
+                NumberSpec::Constant(_) => {}
+                NumberSpec::Field(field) => {
+                    self.check_field(&place, field, false)?;
+                    let first = *topic.get_or_insert(&field.topic);
+                    if first != field.topic {
+                        let expected = format!("a number of topic {first}, as the others");
+                        return Err(self.value_error(place, expected, &field.topic));
+                    }
+                }
+            }
+        }
+        match topic {
+            Some(_) => Ok(()),
+            None => Err(self.value_error(place, "a number of the log", "constants alone")),
+        }
+    }
+
+    /// Whether a number says where it stands; `has_default` where a named joint is enough.
+    fn check_field(
+        &self,
+        place: &str,
+        field: &FieldSpec,
+        has_default: bool,
+    ) -> Result<(), MachineError> {
+        if field.field.is_none() && !(has_default && field.joint.is_some()) {
+            return Err(self.value_error(place, "field = \"...\", the path of a number", "none"));
+        }
+        if !(field.scale.is_finite() && field.scale != 0.0) {
+            let place = format!("{place}.scale");
+            return Err(self.value_error(place, "a number other than zero", field.scale));
+        }
+        if !field.offset.is_finite() {
+            let place = format!("{place}.offset");
+            return Err(self.value_error(place, "a finite number", field.offset));
+        }
+        Ok(())
+    }
+}

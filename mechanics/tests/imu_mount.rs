@@ -1,0 +1,85 @@
+//! Where the IMU sits: machine file, URDF, static transforms of the log, in this order; contradictions told.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod support;
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::machine::{LogFacts, MachineSpec, StaticTransform};
+
+const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
+/// The rigid machine with `[imu]` replaced, beside a log whose IMU names `frame`.
+fn machine(imu: &str, frame: &str, transforms: &[StaticTransform]) -> Machine {
+    let text = support::data("rigid.toml");
+    let (before, after) = text.split_once("[imu]").unwrap();
+    let after = &after[after.find("\n[").unwrap()..];
+    let spec = MachineSpec::from_toml(&format!("{before}{imu}{after}"), "machine.toml").unwrap();
+    let facts = LogFacts {
+        imu_frame: Some(frame),
+        static_transforms: transforms,
+        ..LogFacts::default()
+    };
+    spec.check(&support::data("rigid.urdf"), "machine.urdf", facts)
+        .unwrap()
+}
+
+fn place(machine: &Machine) -> Vector3<f64> {
+    assert_eq!(machine.imu().body, 0);
+    machine.imu().body_from_mount.translation.vector
+}
+
+#[test]
+fn a_chain_of_static_transforms_places_it_with_or_without_leading_slashes() {
+    // the IMU in a box that is turned by a quarter to the left and sits on the base
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let box_in_base =
+        StaticTransform::new("/base_link", "box", [1.0, 0.0, 0.5], [0.0, 0.0, half, half]);
+    let imu_in_box = StaticTransform::new("/box", "/imu", [0.2, 0.0, 0.0], UPRIGHT);
+    for frame in ["imu", "/imu"] {
+        let found = machine("", frame, &[imu_in_box.clone(), box_in_base.clone()]);
+        let source = &found.imu().source;
+        assert!(source.starts_with("/tf_static"), "{source}");
+        assert!((place(&found) - Vector3::new(1.0, 0.2, 0.5)).norm() < 1e-12);
+        let forward = found.imu().body_from_mount.rotation * Vector3::x();
+        assert!((forward - Vector3::y()).norm() < 1e-12);
+        assert!(found.notes().is_empty(), "{:?}", found.notes());
+    }
+}
+
+#[test]
+fn the_machine_file_goes_first_and_a_contradiction_is_told() {
+    let elsewhere = StaticTransform::new("base_link", "imu", [0.3, 0.0, 0.05], UPRIGHT);
+    let stated = "[imu]\nlink = \"base_link\"\nxyz = [0.1, 0.0, 0.05]\n";
+    let found = machine(stated, "imu", std::slice::from_ref(&elsewhere));
+    assert!((place(&found) - Vector3::new(0.1, 0.0, 0.05)).norm() < 1e-12);
+    let [note] = found.notes() else {
+        panic!("{:?}", found.notes());
+    };
+    assert!(
+        note.contains("[imu] of the machine file") && note.contains("200.0 mm"),
+        "{note}"
+    );
+    let agreeing = StaticTransform::new("base_link", "imu", [0.1, 0.0, 0.0504], UPRIGHT);
+    assert!(machine(stated, "imu", &[agreeing]).notes().is_empty());
+    // a link of the URDF goes before the transforms
+    let of_link = StaticTransform::new("base_link", "arm_slew", [0.0; 3], UPRIGHT);
+    let source = machine("", "/arm_slew", &[of_link]).imu().source.clone();
+    assert!(source.contains("link \"arm_slew\" of the URDF"), "{source}");
+}
+
+#[test]
+fn a_frame_that_nothing_places_is_assumed_at_the_base_and_said_so() {
+    let loops = [
+        StaticTransform::new("a", "imu", [1.0; 3], UPRIGHT),
+        StaticTransform::new("imu", "a", [1.0; 3], UPRIGHT),
+    ];
+    let found = machine("", "imu", &loops);
+    let source = &found.imu().source;
+    assert!(
+        source.starts_with("assumed at base_link") && source.contains("\"imu\""),
+        "{source}"
+    );
+    assert!(place(&found).norm() < 1e-12);
+}
