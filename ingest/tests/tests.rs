@@ -18,3 +18,4 @@ mod sensors; // messages as numbers
 mod telling; // messages that tell their own fields: JSON, protobuf
 mod timing; // clocks, gaps, offsets
 mod variants; // two hundred damaged variants of each format
+mod writing; // what is written comes back
