@@ -10,6 +10,7 @@ pub mod analysis;
 pub mod cli;
 pub mod comparison;
 pub mod demo;
+mod derived;
 mod detect;
 mod evaluation;
 pub mod events;

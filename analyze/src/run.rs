@@ -11,7 +11,7 @@ use tipwatch_mechanics::signal::{
 };
 use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, static_outcome};
 
-use crate::analysis::{Analysis, Input, Rows};
+use crate::analysis::{Analysis, Input, Rows, Sources};
 use crate::detect;
 use crate::load::{LoadedLog, hash_file, hash_of, load};
 use crate::notes;
@@ -63,6 +63,10 @@ pub fn analyse(
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
     let notes = notes::of(&loaded, &payloads);
     let provenance = provenance(&log, file, &loaded)?;
+    let sources = Sources {
+        machine_file: file.text.clone(),
+        urdf: loaded.urdf_text,
+    };
     let inputs = loaded.signals.into_iter().map(|signal| Input {
         signal: signal.name,
         clock: format!(
@@ -80,6 +84,7 @@ pub fn analyse(
         undecodable: signal.recording.undecodable,
     });
     Ok(Analysis {
+        sources,
         inputs: inputs.collect(),
         machine: loaded.machine,
         options,

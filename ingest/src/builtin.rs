@@ -140,10 +140,15 @@ const ROS1_DEFINITIONS: &[(&str, &str)] = &[
 
 /// The definition of a common type with those of its parts, as a recorder would embed it.
 pub(crate) fn definition(type_name: &str, dialect: Dialect) -> Option<String> {
-    let type_name = normal_type_name(type_name);
-    let mut text = fields(&type_name, dialect)?.to_owned();
+    let text = fields(&normal_type_name(type_name), dialect)?;
+    with_common_parts(text, dialect)
+}
+
+/// A definition with those of the common types that it is made of behind it.
+pub(crate) fn with_common_parts(text: &str, dialect: Dialect) -> Option<String> {
     let mut parts = Vec::new();
-    collect_parts(&text, &mut parts);
+    collect_parts(text, &mut parts);
+    let mut text = text.to_owned();
     for part in parts {
         let part_fields = fields(part, dialect)?;
         let separator = "=".repeat(80);

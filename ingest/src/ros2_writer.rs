@@ -95,8 +95,8 @@ impl Ros2Writer {
         })
     }
 
-    /// Adds a topic. Its type's definition may be left out for the common types; else it is the text of
-    /// the `.msg` file, with the files of its parts behind lines of `=`.
+    /// Adds a topic. The fields of its type are the text of its `.msg` file; they may be left out for the
+    /// common types, and be made of those.
     ///
     /// # Errors
     /// The type is not known; the file cannot be written.
@@ -104,16 +104,15 @@ impl Ros2Writer {
         &mut self,
         name: &str,
         type_name: &str,
-        definition: Option<&str>,
+        fields: Option<&str>,
     ) -> Result<OutTopic, WriteError> {
-        let definition = match definition {
-            Some(text) => Cow::Borrowed(text),
-            None => builtin::definition(type_name, Dialect::Ros2)
-                .map(Cow::Owned)
-                .ok_or_else(|| WriteError::UnknownType {
-                    type_name: type_name.into(),
-                })?,
+        let definition = match fields {
+            Some(fields) => builtin::with_common_parts(fields, Dialect::Ros2),
+            None => builtin::definition(type_name, Dialect::Ros2),
         };
+        let definition = definition.ok_or_else(|| WriteError::UnknownType {
+            type_name: type_name.into(),
+        })?;
         let writer = &mut self.writer;
         let channel = writer
             .add_schema(type_name, "ros2msg", definition.as_bytes())

@@ -4,6 +4,7 @@ mod decimate;
 mod explanations;
 mod findings;
 mod html;
+mod moment;
 mod plots;
 mod tables;
 
@@ -17,7 +18,7 @@ use self::plots::{Figure, MOST_EVENTS, MOST_POINTS};
 use crate::analysis::Analysis;
 
 const STYLE: &str = include_str!("style.css");
-const SCRIPT: &str = include_str!("page.js");
+const SCRIPTS: [&str; 2] = [include_str!("moment.js"), include_str!("page.js")];
 /// Findings in words at the top of the page; the table of events has all.
 const MOST_FINDINGS: usize = 12;
 /// Nothing is ever fetched, whatever a name in the log says.
@@ -34,6 +35,7 @@ pub fn render(analysis: &Analysis) -> String {
     page.push_str(&head(analysis));
     page.push_str(&section("Findings", &top_findings(analysis)));
     page.push_str(&section("Events", &tables::events(analysis)));
+    page.push_str(&section("The moment itself", &moment::section(analysis)));
     page.push_str(&section("Causes", &explanations::causes(analysis)));
     page.push_str(&section("Curves", &curves(analysis, &figures)));
     page.push_str(&section(
@@ -152,7 +154,9 @@ fn scripts(figures: &[Figure]) -> String {
     // a figure holds only numbers, names and lists of them: it can always be written
     let json = serde_json::to_string(figures).unwrap_or_else(|_| "[]".to_string());
     let json = html::json_in_script(&json);
-    format!(
-        "<script type=\"application/json\" id=\"figures\">{json}</script>\n<script>\n{SCRIPT}</script>\n"
-    )
+    let mut scripts = format!("<script type=\"application/json\" id=\"figures\">{json}</script>\n");
+    for script in SCRIPTS {
+        scripts.push_str(&format!("<script>\n{script}</script>\n"));
+    }
+    scripts
 }
