@@ -23,6 +23,7 @@ pub mod options;
 pub mod output;
 mod parquet;
 pub mod payload;
+mod prevention;
 mod progress;
 pub mod provenance;
 pub mod report;

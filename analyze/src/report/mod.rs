@@ -39,6 +39,10 @@ pub fn render(analysis: &Analysis) -> String {
     page.push_str(&section("Causes", &explanations::causes(analysis)));
     page.push_str(&section("Curves", &curves(analysis, &figures)));
     page.push_str(&section(
+        "What would have prevented it",
+        &explanations::prevention(analysis),
+    ));
+    page.push_str(&section(
         "Sensitivity",
         &explanations::sensitivity(analysis),
     ));

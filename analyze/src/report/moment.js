@@ -17,7 +17,7 @@
     return box;
   }, { front: -Infinity, rear: Infinity, left: -Infinity, right: Infinity });
   if (!isFinite(box.front)) { return; }
-  const margin = 0.9;
+  const margin = 1.2;
   const widest = { width: box.left - box.right + 2 * margin, height: box.front - box.rear + 2 * margin };
   const unit = Math.max(widest.width, widest.height) / 100;
   const atRest = moments.wheels.map(function (w) { return w.at_rest || 0; });
@@ -57,9 +57,9 @@
       line(svg, 'lifted', [place[0] - r, place[1] + r], [place[0] + r, place[1] - r], unit);
     }
     const label = load === null ? facts.name + ' ?' : facts.name + ' ' + (load / 1000).toFixed(1) + ' kN';
-    const outside = place[0] < (box.left - box.right) / 2 + margin;
-    add(svg, 'text', { x: place[0], y: place[1] + facts.radius + unit * 4.2, 'font-size': unit * 3.4,
-      'text-anchor': outside ? 'start' : 'end', dx: outside ? -margin * 0.8 : margin * 0.8 }, label);
+    const isLeft = value[1] > 0;
+    add(svg, 'text', { x: place[0] + (isLeft ? 0.5 : -0.5) * facts.radius, y: place[1] + facts.radius + unit * 4.2,
+      'font-size': unit * 3.4, 'text-anchor': isLeft ? 'end' : 'start' }, label);
   }
 
   function slope(svg, instant, size) {
@@ -172,5 +172,5 @@
     const later = moments.instants.findIndex(function (instant) { return instant.t >= seconds; });
     show(later < 0 ? moments.instants.length - 1 : later);
   };
-  show(moments.pictures.length ? moments.events[moments.pictures[0]].instant : 0);
+  show(moments.first);
 })();

@@ -29,6 +29,8 @@ struct Moments {
     events: Vec<Mark>,
     /// The events that get a picture of their own, by their place in `events`.
     pictures: Vec<usize>,
+    /// The instant that is shown first: that of the most important event.
+    first: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -129,6 +131,7 @@ impl Moments {
             edges: (machine.polygon().edges().iter())
                 .map(|edge| [edge.from, edge.to])
                 .collect(),
+            first: important.first().map_or(0, |event| instant(event)),
             pictures: by_time.iter().enumerate().filter_map(pictured).collect(),
             events: events.collect(),
             instants: instants(analysis, &shown),
