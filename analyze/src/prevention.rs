@@ -104,17 +104,19 @@ fn whole(
     }
 }
 
-/// The arm's body farthest from the base, joint by joint: what it weighs is mostly tool and load.
+/// The arm's body farthest from the base, joint by joint, the heaviest of several: what it weighs is
+/// mostly tool and load.
 fn end_of_arm(machine: &Machine) -> Option<usize> {
     let depth = |body: usize| {
         let up = |&body: &usize| Some(machine.bodies()[body].parent).filter(|_| body > 0);
         std::iter::successors(Some(body), up).count()
     };
     let of_arm = machine.links().iter().filter(|l| l.group == LinkGroup::Arm);
-    let massive = of_arm.filter(|link| link.inertia.mass > 0.0);
-    massive
-        .map(|link| link.body)
-        .max_by_key(|&body| depth(body))
+    let mass = |body: usize| machine.bodies()[body].inertia.mass;
+    of_arm.map(|link| link.body).max_by(|&a, &b| {
+        let deeper = depth(a).cmp(&depth(b));
+        deeper.then(mass(a).total_cmp(&mass(b)))
+    })
 }
 
 /// How far each joint moved in the log (rad or m).
