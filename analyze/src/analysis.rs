@@ -23,6 +23,8 @@ pub struct Analysis {
     pub options: Options,
     /// Where everything comes from.
     pub provenance: Provenance,
+    /// The texts that the machine was made from.
+    pub sources: Sources,
     /// The signals that were used, and how well they were recorded.
     pub inputs: Vec<Input>,
     /// Things that a reader must know of: what was assumed, missing or odd, in plain sentences.
@@ -43,6 +45,15 @@ pub struct Analysis {
     pub payloads: Vec<EstimatedPayload>,
     /// How the models differ, or why only one can be computed.
     pub comparison: Result<ModelComparison, String>,
+}
+
+/// What a machine was made from, as it was read.
+#[derive(Debug, Clone)]
+pub struct Sources {
+    /// The machine file.
+    pub machine_file: String,
+    /// The URDF.
+    pub urdf: String,
 }
 
 /// A signal and the topic that it comes from.

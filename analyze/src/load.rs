@@ -19,6 +19,8 @@ pub struct LoadedLog {
     pub machine: Machine,
     /// The hash of its URDF.
     pub urdf: FileHash,
+    /// The text of its URDF.
+    pub urdf_text: String,
     /// The sensors, in the order of [`LoadedLog::signals`].
     pub matched: MatchedSensors,
     /// Each sensor's topic and samples.
@@ -87,6 +89,7 @@ pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Res
     Ok(LoadedLog {
         machine: bound.machine,
         urdf: hash_of(urdf.name, urdf.text.as_bytes()),
+        urdf_text: urdf.text,
         matched: bound.matched,
         signals,
         losses,

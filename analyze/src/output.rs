@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 
 use crate::analysis::Analysis;
 use crate::summary::Summary;
-use crate::{parquet, report, table};
+use crate::{derived, parquet, report, table};
 
 /// Which files are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -70,7 +70,9 @@ fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
     let summary = Summary::of(analysis, report::findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
     write_text(&folder.join("summary.json"), &text)?;
-    write_text(&folder.join("report.html"), &report::render(analysis))
+    let page = report::render(analysis);
+    write_text(&folder.join("report.html"), &page)?;
+    derived::write(analysis, &page, &folder.join("derived.mcap"))
 }
 
 fn write_text(path: &Path, text: &str) -> Result<()> {

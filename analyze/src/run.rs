@@ -13,7 +13,7 @@ use tipwatch_mechanics::signal::{
 };
 use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, static_outcome};
 
-use crate::analysis::{Analysis, Input, Rows};
+use crate::analysis::{Analysis, Input, Rows, Sources};
 use crate::detect;
 use crate::load::{LoadedLog, hash_file, hash_of, load};
 use crate::notes;
@@ -68,6 +68,10 @@ pub fn analyse(
         notes.splice(0..0, imu_check::note(machine, &rows));
     }
     let provenance = provenance(&log, file, &loaded)?;
+    let sources = Sources {
+        machine_file: file.text.clone(),
+        urdf: loaded.urdf_text,
+    };
     let inputs = loaded.signals.into_iter().map(|signal| Input {
         signal: signal.name,
         clock: format!(
@@ -86,6 +90,7 @@ pub fn analyse(
         undecodable: signal.recording.undecodable,
     });
     Ok(Analysis {
+        sources,
         inputs: inputs.collect(),
         machine: loaded.machine,
         options,

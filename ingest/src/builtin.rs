@@ -8,6 +8,16 @@ use crate::definition::{Dialect, normal_type_name};
 const DEFINITIONS: &[(&str, &str)] = &[
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n"),
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
+    (
+        "diagnostic_msgs/DiagnosticArray",
+        "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n",
+    ),
+    (
+        "diagnostic_msgs/DiagnosticStatus",
+        "byte level\nstring name\nstring message\nstring hardware_id\n\
+         diagnostic_msgs/KeyValue[] values\n",
+    ),
+    ("diagnostic_msgs/KeyValue", "string key\nstring value\n"),
     ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
     (
         "geometry_msgs/Pose",
@@ -65,6 +75,10 @@ const DEFINITIONS: &[(&str, &str)] = &[
     ),
     ("rosgraph_msgs/Clock", "builtin_interfaces/Time clock\n"),
     (
+        "sensor_msgs/CompressedImage",
+        "std_msgs/Header header\nstring format\nuint8[] data\n",
+    ),
+    (
         "sensor_msgs/Imu",
         "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\n\
          float64[9] orientation_covariance\ngeometry_msgs/Vector3 angular_velocity\n\
@@ -77,6 +91,10 @@ const DEFINITIONS: &[(&str, &str)] = &[
          float64[] effort\n",
     ),
     ("std_msgs/Bool", "bool data\n"),
+    (
+        "std_msgs/ColorRGBA",
+        "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n",
+    ),
     ("std_msgs/Float32", "float32 data\n"),
     ("std_msgs/Float64", "float64 data\n"),
     (
@@ -88,6 +106,25 @@ const DEFINITIONS: &[(&str, &str)] = &[
         "tf2_msgs/TFMessage",
         "geometry_msgs/TransformStamped[] transforms\n",
     ),
+    (
+        "visualization_msgs/Marker",
+        "std_msgs/Header header\nstring ns\nint32 id\nint32 type\nint32 action\n\
+         geometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\n\
+         builtin_interfaces/Duration lifetime\nbool frame_locked\ngeometry_msgs/Point[] points\n\
+         std_msgs/ColorRGBA[] colors\nstring texture_resource\n\
+         sensor_msgs/CompressedImage texture\nvisualization_msgs/UVCoordinate[] uv_coordinates\n\
+         string text\nstring mesh_resource\nvisualization_msgs/MeshFile mesh_file\n\
+         bool mesh_use_embedded_materials\n",
+    ),
+    (
+        "visualization_msgs/MarkerArray",
+        "visualization_msgs/Marker[] markers\n",
+    ),
+    (
+        "visualization_msgs/MeshFile",
+        "string filename\nuint8[] data\n",
+    ),
+    ("visualization_msgs/UVCoordinate", "float32 u\nfloat32 v\n"),
 ];
 
 /// What ROS 1 defines otherwise. Its times are no messages but read as if they were those of ROS 2,
@@ -103,10 +140,15 @@ const ROS1_DEFINITIONS: &[(&str, &str)] = &[
 
 /// The definition of a common type with those of its parts, as a recorder would embed it.
 pub(crate) fn definition(type_name: &str, dialect: Dialect) -> Option<String> {
-    let type_name = normal_type_name(type_name);
-    let mut text = fields(&type_name, dialect)?.to_owned();
+    let text = fields(&normal_type_name(type_name), dialect)?;
+    with_common_parts(text, dialect)
+}
+
+/// A definition with those of the common types that it is made of behind it.
+pub(crate) fn with_common_parts(text: &str, dialect: Dialect) -> Option<String> {
     let mut parts = Vec::new();
-    collect_parts(&text, &mut parts);
+    collect_parts(text, &mut parts);
+    let mut text = text.to_owned();
     for part in parts {
         let part_fields = fields(part, dialect)?;
         let separator = "=".repeat(80);

@@ -6,7 +6,7 @@
 //!   [`SensorSample`]s.
 //! - [`TopicStatistics`] tells which clock to trust, and where the gaps are.
 //! - [`Layout`] reads single fields out of any message by its recorded definition.
-//! - [`recover`] writes the intact part of a log as a clean MCAP file.
+//! - [`recover`] writes the intact part of a log as a clean MCAP file; [`Ros2Writer`] writes a new one.
 //!
 //! It knows no machine: what the numbers mean for one is told by its callers.
 //!
@@ -68,6 +68,7 @@ mod reader;
 mod recognise;
 mod records;
 mod recover;
+mod ros2_writer;
 mod rosbag2_folder;
 mod rosbag2_metadata;
 mod rosbag2_sqlite;
@@ -95,6 +96,7 @@ pub use crate::{
     number_decoder::{NumberField, NumberSample, SampleValue},
     number_fields::number_fields,
     recover::{RecoverError, RecoveryReport, recover},
+    ros2_writer::{OutTopic, Ros2Writer, WriteError},
     sensor::{SensorDecoder, SensorKind, SensorSample},
     sensor_recording::{SensorRecording, SensorRequest, arrival_order, record_sensors},
     sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},

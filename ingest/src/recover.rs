@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use mcap::{Compression, McapError, WriteOptions, Writer, records::MessageHeader};
+use mcap::{McapError, Writer, records::MessageHeader};
 use serde::Serialize;
 
 use crate::{
@@ -17,10 +17,9 @@ use crate::{
     log::Log,
     losses::Losses,
     message::Message,
+    ros2_writer,
     topic::{Topic, TopicId},
 };
-
-const CHUNK_BYTES: u64 = 1 << 20;
 
 /// Why nothing could be recovered.
 #[derive(Debug, thiserror::Error)]
@@ -136,13 +135,7 @@ impl Recovery {
             (false, true) => "ros2",
             _ => "",
         };
-        let mut writer = WriteOptions::new()
-            .profile(profile)
-            .library(concat!("tipwatch ", env!("CARGO_PKG_VERSION")))
-            .compression(Some(Compression::Zstd))
-            .compression_threads(0)
-            .chunk_size(Some(CHUNK_BYTES))
-            .create(BufWriter::new(file))?;
+        let mut writer = ros2_writer::options(profile).create(BufWriter::new(file))?;
         let channels = log
             .topics()
             .iter()

@@ -20,3 +20,4 @@ mod static_frames; // where /tf_static puts frames
 mod telling; // messages that tell their own fields: JSON, protobuf
 mod timing; // clocks, gaps, offsets
 mod variants; // two hundred damaged variants of each format
+mod writing; // what is written comes back

@@ -1,12 +1,15 @@
 //! Tables of what explains the loads: causes of events, sensitivity, models, stated uncertainties.
 
 use super::findings::{Scene, number};
-use super::html::table;
+use super::html::{Bar, bars, table};
 use crate::analysis::Analysis;
+use crate::prevention::{limit_of, preventions};
 use crate::sensitivity::SensitivityRow;
 
 /// Parameters that the page lists.
 const MOST_PARAMETERS: usize = 15;
+/// Changes that the page lists.
+const MOST_PREVENTIONS: usize = 8;
 
 /// What took the load away, for each event that is about one.
 pub(super) fn causes(analysis: &Analysis) -> String {
@@ -45,6 +48,53 @@ pub(super) fn causes(analysis: &Analysis) -> String {
     table(&headings, &rows)
 }
 
+/// The smallest changes that would have kept the worst wheel at its limit.
+pub(super) fn prevention(analysis: &Analysis) -> String {
+    let Some(found) = &analysis.sensitivity else {
+        return "<p>The chosen model has no derivatives.</p>".into();
+    };
+    let machine = &analysis.machine;
+    let wheel = &machine.wheels()[found.worst_wheel].name;
+    let limit_n = number(limit_of(analysis, found.worst_wheel));
+    let Some(row) = (found.rows.iter()).find(|row| row.wheel == found.worst_wheel) else {
+        return String::new();
+    };
+    let what = format!(
+        "Wheel {} came nearest to lifting, at t = {:.2} s with an OTF of {} N",
+        super::html::escape(wheel),
+        Scene::of(analysis).seconds(row.worst_ns),
+        number(row.worst_otf_n)
+    );
+    if row.worst_otf_n >= limit_of(analysis, found.worst_wheel) {
+        return format!(
+            "<p>{what}: above its limit of {limit_n} N. There was nothing to prevent.</p>"
+        );
+    }
+    let changes = preventions(analysis);
+    if changes.is_empty() {
+        return format!(
+            "<p>{what}. No single change of posture, motion or load would have kept it at its limit of {limit_n} N, to first order.</p>"
+        );
+    }
+    let bar = |change: &crate::prevention::Prevention| Bar {
+        label: change.parameter.name(machine),
+        share: change.effort,
+        text: format!(
+            "by {} {} from {} ({:.0} % of {})",
+            short(change.change),
+            change.parameter.unit(machine),
+            short(change.value),
+            100.0 * change.effort,
+            change.effort_of
+        ),
+    };
+    let listed: Vec<Bar> = changes.iter().take(MOST_PREVENTIONS).map(bar).collect();
+    format!(
+        "<p>{what}. Each of these changes by itself would have kept it at its limit of {limit_n} N, to first order; the smallest come \
+         first, the bar is the change as a share of what it is compared with.</p>"
+    ) + &bars(&listed)
+}
+
 /// What the load of the wheel that came nearest to lifting answers to.
 pub(super) fn sensitivity(analysis: &Analysis) -> String {
     let Some(found) = &analysis.sensitivity else {
@@ -61,8 +111,8 @@ pub(super) fn sensitivity(analysis: &Analysis) -> String {
     let seconds = Scene::of(analysis).seconds(first.worst_ns);
     let name = &machine.wheels()[found.worst_wheel].name;
     let said = format!(
-        "<p>Wheel {} came nearest to lifting, at t = {seconds:.2} s with an OTF of {} N. What its load answers to most within the stated \
-         uncertainties, to first order; all of it stands in sensitivity.parquet.</p>",
+        "<p>What the uncertainty of wheel {}'s OTF at t = {seconds:.2} s ({} N) is made of, by the stated uncertainties, to \
+         first order; all signals and parameters stand in sensitivity.parquet.</p>",
         super::html::escape(name),
         number(first.worst_otf_n)
     );

@@ -43,6 +43,32 @@ pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     html
 }
 
+/// A bar of a chart.
+pub(super) struct Bar {
+    /// What it is about.
+    pub(super) label: String,
+    /// Its length, 0 to 1.
+    pub(super) share: f64,
+    /// What stands behind it.
+    pub(super) text: String,
+}
+
+/// A chart of horizontal bars.
+pub(super) fn bars(bars: &[Bar]) -> String {
+    let mut html = String::from("<table class=\"bars\"><tbody>\n");
+    for bar in bars {
+        let _ = writeln!(
+            html,
+            "<tr><th scope=\"row\">{}</th><td><div style=\"width:{:.1}%\"></div></td><td>{}</td></tr>",
+            escape(&bar.label),
+            100.0 * bar.share.clamp(0.0, 1.0),
+            escape(&bar.text)
+        );
+    }
+    html.push_str("</tbody></table>\n");
+    html
+}
+
 /// A table of names and what they mean, both plain text.
 pub(super) fn facts(rows: &[(String, String)]) -> String {
     let mut html = String::from("<table class=\"facts\"><tbody>\n");

@@ -5,6 +5,7 @@ mod explanations;
 mod faults;
 mod findings;
 mod html;
+mod moment;
 mod plots;
 mod tables;
 
@@ -18,7 +19,7 @@ use self::plots::{Figure, MOST_EVENTS, MOST_POINTS};
 use crate::analysis::Analysis;
 
 const STYLE: &str = include_str!("style.css");
-const SCRIPT: &str = include_str!("page.js");
+const SCRIPTS: [&str; 2] = [include_str!("moment.js"), include_str!("page.js")];
 /// Findings in words at the top of the page; the table of events has all.
 const MOST_FINDINGS: usize = 12;
 /// Nothing is ever fetched, whatever a name in the log says.
@@ -35,8 +36,13 @@ pub fn render(analysis: &Analysis) -> String {
     page.push_str(&head(analysis));
     page.push_str(&section("Findings", &top_findings(analysis)));
     page.push_str(&section("Events", &tables::events(analysis)));
+    page.push_str(&section("The moment itself", &moment::section(analysis)));
     page.push_str(&section("Causes", &explanations::causes(analysis)));
     page.push_str(&section("Curves", &curves(analysis, &figures)));
+    page.push_str(&section(
+        "What would have prevented it",
+        &explanations::prevention(analysis),
+    ));
     page.push_str(&section(
         "Sensitivity",
         &explanations::sensitivity(analysis),
@@ -153,7 +159,9 @@ fn scripts(figures: &[Figure]) -> String {
     // a figure holds only numbers, names and lists of them: it can always be written
     let json = serde_json::to_string(figures).unwrap_or_else(|_| "[]".to_string());
     let json = html::json_in_script(&json);
-    format!(
-        "<script type=\"application/json\" id=\"figures\">{json}</script>\n<script>\n{SCRIPT}</script>\n"
-    )
+    let mut scripts = format!("<script type=\"application/json\" id=\"figures\">{json}</script>\n");
+    for script in SCRIPTS {
+        scripts.push_str(&format!("<script>\n{script}</script>\n"));
+    }
+    scripts
 }

@@ -24,6 +24,9 @@
     const plot = document.getElementById('plot-' + index);
     Plotly.newPlot(plot, figure.data, figure.layout, figure.config);
     plot.on('plotly_relayout', function (change) { follow(plot, change); });
+    plot.on('plotly_click', function (click) {
+      if (window.showMoment) { window.showMoment(click.points[0].x); }
+    });
     plots.push(plot);
   });
 

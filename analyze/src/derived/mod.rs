@@ -1,0 +1,99 @@
+//! `derived.mcap`: the results as messages that the usual viewers plot as they are.
+//!
+//! Flat messages of 64-bit numbers with their definitions embedded (CDR), at the time of each row by
+//! the log's own clock; diagnostics and markers at no more than ten a second; the report, the URDF and
+//! the machine file attached. A number that cannot be computed is NaN.
+
+mod flat;
+mod markers;
+mod messages;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use tipwatch_ingest::Ros2Writer;
+use tipwatch_mechanics::{Placement, State};
+
+use self::flat::FlatTopic;
+use self::markers::Markers;
+use crate::analysis::Analysis;
+
+/// Time between messages that are drawn or read, not plotted (ns).
+const BETWEEN_PICTURES_NS: i64 = 100_000_000;
+
+/// Writes the file, over an older one of the same name.
+///
+/// # Errors
+/// The file cannot be written.
+pub(crate) fn write(analysis: &Analysis, report: &str, path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            return Err(error).context(format!("{}: cannot be replaced", path.display()));
+        }
+        _ => {}
+    }
+    let mut writer = Ros2Writer::create(path)?;
+    write_rows(analysis, &mut writer)?;
+    let time_ns = analysis.rows.times_ns.first().copied().unwrap_or(0);
+    for (name, media_type, text) in [
+        ("report.html", "text/html", report),
+        (
+            "machine.toml",
+            "application/toml",
+            &analysis.sources.machine_file,
+        ),
+        ("machine.urdf", "application/xml", &analysis.sources.urdf),
+    ] {
+        writer.attach(name, media_type, time_ns, text.as_bytes())?;
+    }
+    writer.metadata("tipwatch", provenance(analysis))?;
+    Ok(writer.finish()?)
+}
+
+fn write_rows(analysis: &Analysis, writer: &mut Ros2Writer) -> Result<()> {
+    let mut flat = FlatTopic::all(analysis, writer)?;
+    let markers = Markers::begin(analysis, writer)?;
+    let mut placement = Placement::new(&analysis.machine);
+    let mut state = State::zero(&analysis.machine);
+    let mut next_picture_ns = i64::MIN;
+    for (row, &time_ns) in analysis.rows.times_ns.iter().enumerate() {
+        for topic in &mut flat {
+            topic.write(analysis, row, writer)?;
+        }
+        if time_ns >= next_picture_ns {
+            next_picture_ns = time_ns.saturating_add(BETWEEN_PICTURES_NS);
+            analysis.rows.states.get(row, &mut state);
+            placement.place(&state);
+            markers.write(row, &placement, writer)?;
+        }
+    }
+    Ok(())
+}
+
+/// What the file says about itself.
+fn provenance(analysis: &Analysis) -> BTreeMap<String, String> {
+    let provenance = &analysis.provenance;
+    let mut entries = BTreeMap::from([
+        (
+            "tipwatch_version".to_string(),
+            provenance.tipwatch_version.clone(),
+        ),
+        ("analysed_at".to_string(), provenance.analysed_at.clone()),
+        ("machine".to_string(), analysis.machine.name().to_string()),
+        (
+            "model".to_string(),
+            analysis.options.model.name().to_string(),
+        ),
+        (
+            "machine_file_sha256".to_string(),
+            provenance.machine_file.sha256.clone(),
+        ),
+        ("urdf_sha256".to_string(), provenance.urdf.sha256.clone()),
+    ]);
+    for (index, file) in provenance.log.iter().enumerate() {
+        entries.insert(format!("log_{index}_sha256"), file.sha256.clone());
+    }
+    entries
+}

@@ -1,0 +1,176 @@
+'use strict';
+(function () {
+  const moments = JSON.parse(document.getElementById('moments').textContent);
+  if (!moments || moments.instants.length === 0) { return; }
+  const NAMESPACE = 'http://www.w3.org/2000/svg';
+  const TRACE_S = 2;
+  const known = function (values) { return values.every(function (v) { return v !== null; }); };
+
+  // Everything that is ever drawn fits, at one scale for all pictures.
+  const box = moments.instants.reduce(function (box, instant) {
+    const points = instant.wheels.map(function (w) { return [w[0], w[1]]; });
+    instant.arm.forEach(function (s) { points.push([s[0], s[1]], [s[2], s[3]]); });
+    points.filter(known).forEach(function (p) {
+      box.front = Math.max(box.front, p[0]); box.rear = Math.min(box.rear, p[0]);
+      box.left = Math.max(box.left, p[1]); box.right = Math.min(box.right, p[1]);
+    });
+    return box;
+  }, { front: -Infinity, rear: Infinity, left: -Infinity, right: Infinity });
+  if (!isFinite(box.front)) { return; }
+  const margin = 1.2;
+  const widest = { width: box.left - box.right + 2 * margin, height: box.front - box.rear + 2 * margin };
+  const unit = Math.max(widest.width, widest.height) / 100;
+  const atRest = moments.wheels.map(function (w) { return w.at_rest || 0; });
+  // A disc of the largest load at rest has this radius (m).
+  const disc = 0.42 / Math.sqrt(Math.max.apply(null, atRest.concat([1])));
+  // In the picture: right and down.
+  const at = function (x, y) { return [box.left + margin - y, box.front + margin - x]; };
+
+  function add(parent, name, attributes, text) {
+    const element = document.createElementNS(NAMESPACE, name);
+    Object.keys(attributes).forEach(function (key) { element.setAttribute(key, attributes[key]); });
+    if (text !== undefined) { element.textContent = text; }
+    parent.appendChild(element);
+    return element;
+  }
+
+  function line(svg, kind, from, to, width) {
+    add(svg, 'line', { 'class': kind, x1: from[0], y1: from[1], x2: to[0], y2: to[1], 'stroke-width': width });
+  }
+
+  function wheel(svg, facts, value) {
+    const place = at(value[0], value[1]);
+    add(svg, 'rect', { 'class': 'tyre', x: place[0] - facts.radius * 0.35, y: place[1] - facts.radius,
+      width: facts.radius * 0.7, height: facts.radius * 2, rx: facts.radius * 0.12, 'stroke-width': unit * 0.3 });
+    if (facts.at_rest > 0) {
+      add(svg, 'circle', { 'class': 'at-rest', cx: place[0], cy: place[1], r: disc * Math.sqrt(facts.at_rest),
+        'stroke-width': unit * 0.3, 'stroke-dasharray': unit + ' ' + unit });
+    }
+    const load = value[2];
+    if (load !== null && load > 0) {
+      const light = facts.limit !== null && load < facts.limit;
+      add(svg, 'circle', { 'class': light ? 'load light' : 'load', cx: place[0], cy: place[1],
+        r: disc * Math.sqrt(load), 'stroke-width': unit * 0.3 });
+    } else if (load !== null) {
+      const r = facts.radius * 0.8;
+      line(svg, 'lifted', [place[0] - r, place[1] - r], [place[0] + r, place[1] + r], unit);
+      line(svg, 'lifted', [place[0] - r, place[1] + r], [place[0] + r, place[1] - r], unit);
+    }
+    const label = load === null ? facts.name + ' ?' : facts.name + ' ' + (load / 1000).toFixed(1) + ' kN';
+    const isLeft = value[1] > 0;
+    add(svg, 'text', { x: place[0] + (isLeft ? 0.5 : -0.5) * facts.radius, y: place[1] + facts.radius + unit * 4.2,
+      'font-size': unit * 3.4, 'text-anchor': isLeft ? 'end' : 'start' }, label);
+  }
+
+  function slope(svg, instant, size) {
+    const corner = [unit * 3, size.height - unit * 3];
+    if (!known(instant.downhill) || instant.slope === null) {
+      add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2 }, 'slope not known');
+      return;
+    }
+    add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2 },
+      'slope ' + instant.slope.toFixed(1) + '°' + (instant.slope >= 0.5 ? ', downhill:' : ''));
+    if (instant.slope < 0.5) { return; }
+    const length = Math.hypot(instant.downhill[0], instant.downhill[1]);
+    const along = [-instant.downhill[1] / length, -instant.downhill[0] / length];
+    const from = [corner[0] + unit * 34, corner[1] - unit * 1];
+    const r = unit * 5;
+    const tip = [from[0] + along[0] * r, from[1] + along[1] * r];
+    line(svg, 'downhill', [from[0] - along[0] * r, from[1] - along[1] * r], tip, unit * 0.8);
+    [0.6, -0.6].forEach(function (side) {
+      const c = Math.cos(Math.PI - side), s = Math.sin(Math.PI - side);
+      line(svg, 'downhill', tip, [tip[0] + (along[0] * c - along[1] * s) * r * 0.5,
+        tip[1] + (along[0] * s + along[1] * c) * r * 0.5], unit * 0.8);
+    });
+  }
+
+  function draw(svg, index) {
+    const instant = moments.instants[index];
+    const size = { width: widest.width, height: widest.height };
+    svg.setAttribute('viewBox', '0 0 ' + size.width + ' ' + size.height);
+    svg.replaceChildren();
+    const corners = moments.edges.map(function (edge) { return instant.wheels[edge[0]].slice(0, 2); });
+    if (corners.every(known)) {
+      add(svg, 'polygon', { 'class': 'support', 'stroke-width': unit * 0.5,
+        points: corners.map(function (c) { return at(c[0], c[1]).join(','); }).join(' ') });
+    }
+    moments.wheels.forEach(function (facts, w) {
+      if (known(instant.wheels[w].slice(0, 2))) { wheel(svg, facts, instant.wheels[w]); }
+    });
+    instant.arm.filter(known).forEach(function (s) {
+      line(svg, 'arm', at(s[0], s[1]), at(s[2], s[3]), unit * 1.6);
+    });
+    const trace = moments.instants.slice(0, index + 1).filter(function (other) {
+      return instant.t - other.t <= TRACE_S && known(other.zmp);
+    });
+    add(svg, 'polyline', { 'class': 'trace', 'stroke-width': unit * 0.6,
+      points: trace.map(function (other) { return at(other.zmp[0], other.zmp[1]).join(','); }).join(' ') });
+    if (known(instant.com)) {
+      const c = at(instant.com[0], instant.com[1]), r = unit * 1.6;
+      add(svg, 'circle', { 'class': 'com', cx: c[0], cy: c[1], r: r, 'stroke-width': unit * 0.4 });
+      line(svg, 'com', [c[0] - r, c[1]], [c[0] + r, c[1]], unit * 0.4);
+      line(svg, 'com', [c[0], c[1] - r], [c[0], c[1] + r], unit * 0.4);
+    }
+    if (known(instant.zmp)) {
+      const z = at(instant.zmp[0], instant.zmp[1]), r = unit * 2;
+      add(svg, 'polygon', { 'class': 'zmp', 'stroke-width': unit * 0.3,
+        points: [[0, -r], [r, 0], [0, r], [-r, 0]].map(function (d) { return [z[0] + d[0], z[1] + d[1]].join(','); }).join(' ') });
+    }
+    slope(svg, instant, size);
+  }
+
+  moments.pictures.forEach(function (event, place) {
+    draw(document.getElementById('picture-' + place), moments.events[event].instant);
+  });
+
+  const picture = document.getElementById('moment');
+  const slider = document.getElementById('moment-time');
+  const text = document.getElementById('moment-text');
+  const table = document.getElementById('moment-loads');
+
+  function row(cells, name) {
+    const line = document.createElement('tr');
+    cells.forEach(function (cell) {
+      const element = document.createElement(name);
+      element.textContent = cell;
+      line.appendChild(element);
+    });
+    return line;
+  }
+
+  function show(index) {
+    const instant = moments.instants[index];
+    slider.value = index;
+    draw(picture, index);
+    const mark = moments.events.filter(function (e) { return e.instant === index; })
+      .map(function (e) { return e.label; }).join('; ');
+    slider.setAttribute('aria-valuetext', instant.t.toFixed(2) + ' s');
+    text.textContent = 't = ' + instant.t.toFixed(2) + ' s' + (mark ? ': ' + mark.replace(/, t = .*/, '') : '') +
+      (instant.reasons ? ' (row not valid: ' + instant.reasons + ')' : '');
+    const number = function (v) { return v === null ? 'not known' : Math.round(v).toString(); };
+    table.replaceChildren(row(['wheel', 'load (N)', '± 2 σ (N)', 'at rest (N)'], 'th'));
+    moments.wheels.forEach(function (facts, w) {
+      const value = instant.wheels[w];
+      table.appendChild(row([facts.name, number(value[2]),
+        value[3] === null ? 'not known' : number(2 * value[3]), number(facts.at_rest)], 'td'));
+    });
+  }
+
+  function step(direction) {
+    const now = Number(slider.value);
+    const places = moments.events.map(function (e) { return e.instant; });
+    const next = direction > 0 ? places.find(function (p) { return p > now; })
+      : places.slice().reverse().find(function (p) { return p < now; });
+    if (next !== undefined) { show(next); }
+  }
+
+  slider.addEventListener('input', function () { show(Number(slider.value)); });
+  document.getElementById('moment-before').addEventListener('click', function () { step(-1); });
+  document.getElementById('moment-after').addEventListener('click', function () { step(1); });
+  // A click into a plot shows that time.
+  window.showMoment = function (seconds) {
+    const later = moments.instants.findIndex(function (instant) { return instant.t >= seconds; });
+    show(later < 0 ? moments.instants.length - 1 : later);
+  };
+  show(moments.first);
+})();

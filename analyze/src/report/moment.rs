@@ -1,0 +1,223 @@
+//! The moment itself: the machine from above, at any time of the log and at its most important events.
+//!
+//! Here the numbers are chosen; `moment.js` draws them.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+use tipwatch_mechanics::{Placement, Quantity, State};
+
+use super::findings::{Scene, rank};
+use super::html;
+use crate::analysis::Analysis;
+use crate::events::{Event, EventKind};
+
+/// Instants under the slider, those of events not counted.
+const MOST_INSTANTS: usize = 600;
+/// Events that get instants of their own.
+const MOST_EVENTS: usize = 60;
+/// Events that are drawn beside the slider, and in print.
+const MOST_PICTURES: usize = 6;
+
+/// What the drawing shows. Places are in the contact plane, forward and left, in m.
+#[derive(Debug, Serialize)]
+struct Moments {
+    wheels: Vec<WheelFacts>,
+    /// Pairs of wheels: the edges of the support polygon.
+    edges: Vec<[usize; 2]>,
+    instants: Vec<Instant>,
+    /// The instants of the slider's marks, in order, with what happened.
+    events: Vec<Mark>,
+    /// The events that get a picture of their own, by their place in `events`.
+    pictures: Vec<usize>,
+    /// The instant that is shown first: that of the most important event.
+    first: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct WheelFacts {
+    name: String,
+    radius: f64,
+    at_rest: Option<f64>,
+    limit: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Mark {
+    instant: usize,
+    label: String,
+}
+
+/// One instant; what is not known is null.
+#[derive(Debug, Serialize)]
+struct Instant {
+    t: f64,
+    /// By wheel: x, y, load (N), its standard deviation (N).
+    wheels: Vec<[Option<f64>; 4]>,
+    zmp: [Option<f64>; 2],
+    /// Below the centre of mass, along the plane's normal.
+    com: [Option<f64>; 2],
+    /// Which way is down, and how steep: gravity's share along the plane.
+    downhill: [Option<f64>; 2],
+    /// Angle between gravity and the plane's normal (degrees).
+    slope: Option<f64>,
+    /// By segment: x, y, x, y.
+    arm: Vec<[Option<f64>; 4]>,
+    /// Why the row is not valid; empty if it is.
+    reasons: String,
+}
+
+/// The section's content, and the data as a script element.
+pub(super) fn section(analysis: &Analysis) -> String {
+    let moments = Moments::of(analysis);
+    // only numbers and names: it can always be written
+    let json = serde_json::to_string(&moments).unwrap_or_else(|_| "null".to_string());
+    let mut pictures = String::new();
+    for (place, &event) in moments.pictures.iter().enumerate() {
+        let mark = &moments.events[event];
+        pictures.push_str(&format!(
+            "<figure><svg class=\"top-view\" id=\"picture-{place}\" role=\"img\" aria-label=\"{label}\"></svg>\
+             <figcaption>{label}</figcaption></figure>\n",
+            label = html::escape(&mark.label),
+        ));
+    }
+    format!(
+        "<p class=\"hint\">From above, forward is up. Areas of the discs: wheel loads; dashed rings: the loads at rest. \
+         Diamond: where the ground's force acts (ZMP), with its trace of two seconds; ring with a cross: centre of mass; \
+         thick lines: arm. The machine tips about an edge when the ZMP reaches it.</p>\n\
+         <div class=\"moment screen\"><svg class=\"top-view\" id=\"moment\" role=\"img\" aria-label=\"The machine from above\"></svg>\n\
+         <div class=\"controls\"><label>Time <input type=\"range\" id=\"moment-time\" min=\"0\" max=\"{last}\" value=\"0\" step=\"1\"></label>\n\
+         <p><button type=\"button\" id=\"moment-before\">&#9664; event</button> \
+         <button type=\"button\" id=\"moment-after\">event &#9654;</button></p>\n\
+         <p id=\"moment-text\" aria-live=\"polite\"></p>\n<table id=\"moment-loads\"></table></div></div>\n\
+         <div class=\"pictures\">\n{pictures}</div>\n\
+         <script type=\"application/json\" id=\"moments\">{json}</script>\n",
+        last = moments.instants.len().saturating_sub(1),
+        json = html::json_in_script(&json),
+    )
+}
+
+impl Moments {
+    fn of(analysis: &Analysis) -> Self {
+        let (machine, rows) = (&analysis.machine, &analysis.rows);
+        let mut important: Vec<&Event> = (analysis.events.iter())
+            .filter(|event| event.kind != EventKind::InputGap)
+            .collect();
+        important.sort_by_key(|event| (rank(event.kind), event.start_ns));
+        important.truncate(MOST_EVENTS);
+        let step = rows.len().div_ceil(MOST_INSTANTS).max(1);
+        let mut shown: Vec<usize> = (0..rows.len()).step_by(step).collect();
+        shown.extend(important.iter().map(|event| rows.at(event.worst_ns)));
+        shown.extend(rows.len().checked_sub(1));
+        shown.sort_unstable();
+        shown.dedup();
+        let instant = |event: &Event| shown.partition_point(|&row| row < rows.at(event.worst_ns));
+        let scene = Scene::of(analysis);
+        let mut by_time: Vec<(usize, &Event)> = important.iter().copied().enumerate().collect();
+        by_time.sort_by_key(|(_, event)| event.worst_ns);
+        let events = by_time.iter().map(|(_, event)| Mark {
+            instant: instant(event),
+            label: format!(
+                "{} {}, t = {:.2} s",
+                event.kind.name().replace('_', " "),
+                scene.subject(event),
+                scene.seconds(event.worst_ns)
+            ),
+        });
+        let pictured = |(place, (importance, _)): (usize, &(usize, &Event))| {
+            (*importance < MOST_PICTURES).then_some(place)
+        };
+        Self {
+            wheels: wheel_facts(analysis),
+            edges: (machine.polygon().edges().iter())
+                .map(|edge| [edge.from, edge.to])
+                .collect(),
+            first: important.first().map_or(0, |event| instant(event)),
+            pictures: by_time.iter().enumerate().filter_map(pictured).collect(),
+            events: events.collect(),
+            instants: instants(analysis, &shown),
+        }
+    }
+}
+
+fn wheel_facts(analysis: &Analysis) -> Vec<WheelFacts> {
+    let machine = &analysis.machine;
+    let limits = analysis.min_loads_n.as_deref().unwrap_or_default();
+    let wheels = machine.wheels().iter().enumerate();
+    wheels
+        .map(|(index, wheel)| WheelFacts {
+            name: wheel.name.clone(),
+            radius: wheel.radius,
+            at_rest: known(machine.reference().static_load[index], 1.0),
+            limit: limits.get(index).and_then(|&limit| known(limit, 1.0)),
+        })
+        .collect()
+}
+
+fn instants(analysis: &Analysis, shown: &[usize]) -> Vec<Instant> {
+    let (machine, rows) = (&analysis.machine, &analysis.rows);
+    let mut placement = Placement::new(machine);
+    let mut state = State::zero(machine);
+    let has_sigma = rows.outcomes.quantities.contains(&Quantity::LoadSigma(0));
+    let mut instants = Vec::with_capacity(shown.len());
+    for &row in shown {
+        rows.states.get(row, &mut state);
+        placement.place(&state);
+        let value = |quantity| {
+            let means_something = rows.reasons[row].leave_loads();
+            let value = rows.outcomes.column(quantity)[row];
+            if means_something { value } else { f64::NAN }
+        };
+        let place = |point: &Vector3<f64>| {
+            let at = placement.on_plane(point);
+            [known(at.x, 1e3), known(at.y, 1e3)]
+        };
+        let wheel = |(index, contact): (usize, &Vector3<f64>)| {
+            let [x, y] = place(contact);
+            let sigma = match has_sigma {
+                true => known(value(Quantity::LoadSigma(index)), 1.0),
+                false => None,
+            };
+            [x, y, known(value(Quantity::Load(index)), 1.0), sigma]
+        };
+        let (downhill, slope) = slope(&placement, &state.base.up);
+        instants.push(Instant {
+            t: known(rows.seconds(row), 1e3).unwrap_or_default(),
+            wheels: placement.contacts.iter().enumerate().map(wheel).collect(),
+            zmp: [
+                known(value(Quantity::ZmpX), 1e3),
+                known(value(Quantity::ZmpY), 1e3),
+            ],
+            com: place(&placement.centre_of_mass),
+            downhill,
+            slope,
+            arm: (placement.arm_segments.iter())
+                .map(|[from, to]| {
+                    let ([a, b], [c, d]) = (place(from), place(to));
+                    [a, b, c, d]
+                })
+                .collect(),
+            reasons: reasons(analysis, row),
+        });
+    }
+    instants
+}
+
+/// Gravity's direction along the plane (its length is the sine of the slope), and the slope in degrees.
+fn slope(placement: &Placement<'_>, up: &Vector3<f64>) -> ([Option<f64>; 2], Option<f64>) {
+    let down = -placement.on_plane(up);
+    let cosine = placement.normal.dot(up).clamp(-1.0, 1.0);
+    let angle = known(cosine.acos().to_degrees(), 1e2);
+    ([known(down.x, 1e4), known(down.y, 1e4)], angle)
+}
+
+fn reasons(analysis: &Analysis, row: usize) -> String {
+    let names: Vec<&str> = (analysis.rows.reasons[row].iter())
+        .map(tipwatch_mechanics::signal::Reason::name)
+        .collect();
+    names.join(", ").replace('_', " ")
+}
+
+/// A value in steps of 1 / `per_unit`; `None` where it is not known.
+fn known(value: f64, per_unit: f64) -> Option<f64> {
+    Some((value * per_unit).round() / per_unit).filter(|v| v.is_finite())
+}

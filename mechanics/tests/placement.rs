@@ -1,0 +1,56 @@
+//! Where the parts are: a machine at rest presses where its centre of mass is above.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that panics has failed, helpers included"
+)]
+
+mod support;
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::{Placement, State, Workspace, evaluate};
+
+use support::{machine, set_joint};
+
+/// At rest ZMP = projection of the centre of mass along gravity, whichever way the machine leans.
+#[test]
+fn zmp_at_rest_is_below_the_centre_of_mass() {
+    for (name, lift, tilt) in [("rigid", -1.3, -1.4), ("rigid", -0.7, -1.0)] {
+        let machine = machine(name);
+        let mut state = State::<f64>::zero(&machine);
+        set_joint(&machine, &mut state, "lift", [lift, 0.0, 0.0]);
+        set_joint(&machine, &mut state, "tilt", [tilt, 0.0, 0.0]);
+        let up = Vector3::new(0.1, -0.15, 1.0).normalize();
+        state.imu.specific_force = up * machine.gravity();
+        let mut placement = Placement::new(&machine);
+        placement.place(&state);
+        let mut workspace = Workspace::new(&machine);
+        let outcome = evaluate(&machine, &state, &mut workspace);
+        // down from the centre of mass to the plane n . p = h
+        let height = placement.normal.dot(&placement.contacts[0]);
+        let com = placement.centre_of_mass;
+        let below = com - up * ((placement.normal.dot(&com) - height) / placement.normal.dot(&up));
+        let pressed = placement.on_plane(&below);
+        let zmp = nalgebra::Vector2::new(outcome.zmp_x, outcome.zmp_y);
+        assert!((pressed - zmp).norm() < 1e-9, "{name}: {pressed} {zmp}");
+        assert!((placement.from_plane(&pressed) - below).norm() < 1e-9);
+    }
+}
+
+#[test]
+fn an_unknown_joint_leaves_its_places_unknown() {
+    let machine = machine("rigid");
+    let mut state = State::<f64>::zero(&machine);
+    state.imu.specific_force.z = machine.gravity();
+    state.joints[0].position = f64::NAN;
+    let mut placement = Placement::new(&machine);
+    placement.place(&state);
+    assert!(placement.centre_of_mass.x.is_nan());
+    assert!(
+        placement
+            .arm_segments
+            .iter()
+            .flatten()
+            .any(|p| p.x.is_nan())
+    );
+}
