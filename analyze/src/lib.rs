@@ -16,6 +16,7 @@ mod detect;
 mod evaluation;
 pub mod events;
 mod evidence;
+pub mod first_machine;
 pub mod imu_check;
 mod input_events;
 pub mod inspect;

@@ -6,8 +6,8 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::Verdict;
-use crate::inspect;
+use super::{Verdict, Voice};
+use crate::{first_machine, inspect};
 
 #[derive(Debug, Args)]
 pub(super) struct InspectArgs {
@@ -19,12 +19,25 @@ pub(super) struct InspectArgs {
     /// As JSON.
     #[arg(long)]
     json: bool,
+    /// Write a first machine file here, guessed and commented; a file that exists is never overwritten.
+    #[arg(long, value_name = "FILE")]
+    write_machine: Option<PathBuf>,
+    /// The URDF for its guesses, where the log carries none.
+    #[arg(long, requires = "write_machine")]
+    urdf: Option<PathBuf>,
 }
 
-pub(super) fn run(args: &InspectArgs) -> Result<Verdict> {
+pub(super) fn run(args: &InspectArgs, voice: Voice) -> Result<Verdict> {
     let file = args.machine.as_deref().map(MachineFile::read).transpose()?;
     let inspection = inspect::inspect(&args.log, file.as_ref())?;
     inspect::print(&inspection, args.json)?;
+    if let Some(out) = &args.write_machine {
+        let lacking = first_machine::write(&args.log, args.urdf.as_deref(), out)?;
+        voice.say(&format!("machine file: {}", out.display()));
+        if let Some(lacking) = lacking {
+            voice.say(&format!("it does not describe the machine yet: {lacking}"));
+        }
+    }
     Ok(if inspection.losses.is_empty() {
         Verdict::Done
     } else {

@@ -82,7 +82,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     };
     let result = match &cli.command {
         Command::Analyze(args) => analyze::run(args, voice),
-        Command::Inspect(args) => inspect::run(args),
+        Command::Inspect(args) => inspect::run(args, voice),
         Command::CheckMachine(args) => check_machine::run(args),
         Command::Recover(args) => recover::run(args, voice),
         Command::Demo(args) => demo::run(args, voice),

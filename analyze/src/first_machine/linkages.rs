@@ -1,0 +1,175 @@
+//! Which joints are the hinge and the rod of a cylinder that turns another joint.
+
+use tipwatch_mechanics::machine::{JointMotion, Outline, OutlineJoint};
+
+use super::words::{own_words, says};
+
+/// Axes closer than this are parallel (cosine).
+const PARALLEL: f64 = 0.99;
+const CYLINDER: [&str; 5] = ["cylinder", "piston", "ram", "actuator", "cyl"];
+
+/// A linear actuator that closes a triangle, so far as a URDF tells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct LinkageGuess {
+    pub(super) name: String,
+    pub(super) pivot: String,
+    pub(super) cylinder: String,
+    pub(super) rod: String,
+    /// The links on which its two eyes are.
+    pub(super) rod_link: String,
+    pub(super) pivot_link: String,
+    pub(super) why: String,
+}
+
+/// Cylinders: a sliding joint on a hinge that stands beside a joint with a parallel axis, on the same body,
+/// where nothing measures the hinge.
+pub(super) fn linkages(outline: &Outline, logged: &[String]) -> Vec<LinkageGuess> {
+    let is_logged = |joint: &OutlineJoint| logged.contains(&joint.name);
+    let mut found: Vec<LinkageGuess> = Vec::new();
+    for (rod_link, link) in outline.links.iter().enumerate() {
+        let Some(rod) = joint(outline, rod_link, JointMotion::Prismatic) else {
+            continue;
+        };
+        let Some(hinge_link) = link.parent.and_then(|parent| carrier(outline, parent)) else {
+            continue;
+        };
+        let Some(hinge) = joint(outline, hinge_link, JointMotion::Revolute) else {
+            continue;
+        };
+        let ends_there = (0..outline.links.len())
+            .filter(|&l| l != rod_link && outline.is_below(l, hinge_link) && l != hinge_link)
+            .all(|l| !outline.links[l].moves());
+        let is_cylinder = match logged.is_empty() {
+            true => {
+                says(&outline.links[hinge_link].name, &CYLINDER) || says(&hinge.name, &CYLINDER)
+            }
+            false => !is_logged(hinge),
+        };
+        if rod.mimics || hinge.mimics || !ends_there || !is_cylinder {
+            continue;
+        }
+        let stands_on = |l: usize| outline.links[l].parent.map(|p| carrier(outline, p));
+        let taken = |name: &str| found.iter().any(|f| f.pivot == name);
+        let pivots = (0..outline.links.len())
+            .filter(|&l| l != hinge_link && stands_on(l) == stands_on(hinge_link));
+        let pivots = pivots.filter(|&l| !is_hinge(outline, l));
+        let pivots = pivots.filter_map(|l| Some((l, joint(outline, l, JointMotion::Revolute)?)));
+        let parallel = pivots.filter(|(_, pivot)| {
+            pivot.axis_in_base.dot(&hinge.axis_in_base).abs() > PARALLEL && !taken(&pivot.name)
+        });
+        let alike = |pivot: &OutlineJoint| {
+            let own = own_words(&pivot.name);
+            let of_both = [own_words(&hinge.name), own_words(&rod.name)].concat();
+            own.iter().filter(|word| of_both.contains(word)).count()
+        };
+        let Some((pivot_link, pivot)) = parallel.max_by_key(|(_, pivot)| alike(pivot)) else {
+            continue;
+        };
+        let measured = [pivot, rod].into_iter().find(|joint| is_logged(joint));
+        let from = measured.map_or(String::new(), |joint| {
+            format!("; the log measures {}", joint.name)
+        });
+        found.push(LinkageGuess {
+            name: pivot.name.clone(),
+            pivot: pivot.name.clone(),
+            cylinder: hinge.name.clone(),
+            rod: rod.name.clone(),
+            rod_link: link.name.clone(),
+            pivot_link: outline.links[pivot_link].name.clone(),
+            why: format!(
+                "{} slides on the hinge {} that nothing measures, beside {} with a parallel axis{from}",
+                rod.name, hinge.name, pivot.name
+            ),
+        });
+    }
+    found
+}
+
+/// Whether a link is a cylinder: it says so, and nothing but one rod slides in it. A telescopic boom is no
+/// cylinder.
+fn is_hinge(outline: &Outline, link: usize) -> bool {
+    let hinge = &outline.links[link];
+    let joint_name = hinge.joint.as_ref().map_or("", |joint| &joint.name);
+    if !(says(&hinge.name, &CYLINDER) || says(joint_name, &CYLINDER)) {
+        return false;
+    }
+    let moving = (0..outline.links.len())
+        .filter(|&l| l != link && outline.is_below(l, link) && outline.links[l].moves());
+    let moving: Vec<usize> = moving.collect();
+    matches!(moving[..], [rod] if joint(outline, rod, JointMotion::Prismatic).is_some())
+}
+
+/// The joint that carries a link, if it moves so; a continuous one counts as revolute.
+fn joint(outline: &Outline, link: usize, motion: JointMotion) -> Option<&OutlineJoint> {
+    let joint = outline.links[link].joint.as_ref()?;
+    let same = joint.motion == motion
+        || (motion == JointMotion::Revolute && joint.motion == JointMotion::Continuous);
+    same.then_some(joint)
+}
+
+/// The link that starts the rigid body of a link: the one that a moving joint carries; `None` for the base.
+fn carrier(outline: &Outline, link: usize) -> Option<usize> {
+    let up = std::iter::successors(Some(link), |&at| outline.links[at].parent);
+    up.into_iter().find(|&at| outline.links[at].moves())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two rockers on one body, each with a cylinder beside it: all axes are parallel.
+    fn outline() -> Outline {
+        let mut text = String::from("<robot name='r'><link name='base_link'/>");
+        let mut joint = |name: &str, kind: &str, parent: &str, axis: &str| {
+            text.push_str(&format!(
+                "<link name='{name}_link'><inertial><mass value='1'/>\
+                 <inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>\
+                 <joint name='{name}' type='{kind}'><parent link='{parent}'/><child link='{name}_link'/>\
+                 <axis xyz='{axis}'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint>"
+            ));
+        };
+        for side in ["left", "right"] {
+            joint(
+                &format!("cylinder_{side}"),
+                "revolute",
+                "base_link",
+                "0 1 0",
+            );
+            joint(
+                &format!("rod_{side}"),
+                "prismatic",
+                &format!("cylinder_{side}_link"),
+                "1 0 0",
+            );
+        }
+        for side in ["right", "left"] {
+            joint(&format!("bogie_{side}"), "revolute", "base_link", "0 -1 0");
+        }
+        joint("boom_cylinder", "revolute", "base_link", "0 1 0");
+        joint("boom_rod", "prismatic", "boom_cylinder_link", "1 0 0");
+        // it turns and reaches out, but is no cylinder
+        joint("boom", "revolute", "base_link", "0 1 0");
+        joint("reach", "prismatic", "boom_link", "1 0 0");
+        text.push_str("</robot>");
+        Outline::read(&text, "r.urdf").unwrap()
+    }
+
+    #[test]
+    fn each_cylinder_turns_the_joint_beside_it_of_the_most_like_name() {
+        let logged = ["rod_left", "rod_right", "boom", "reach"].map(str::to_owned);
+        let found = linkages(&outline(), &logged);
+        let triples: Vec<[&str; 3]> = (found.iter())
+            .map(|l| [l.pivot.as_str(), l.cylinder.as_str(), l.rod.as_str()])
+            .collect();
+        assert_eq!(
+            triples,
+            [
+                ["bogie_left", "cylinder_left", "rod_left"],
+                ["bogie_right", "cylinder_right", "rod_right"],
+                ["boom", "boom_cylinder", "boom_rod"]
+            ]
+        );
+        // without a log only names tell
+        assert_eq!(linkages(&outline(), &[]).len(), 3);
+    }
+}

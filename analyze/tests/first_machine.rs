@@ -1,0 +1,320 @@
+//! `inspect --write-machine`: a first machine file from a log and a URDF.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::options::Options;
+use tipwatch_analyze::run::analyse;
+use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::Quantity;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../tests/data")
+        .join(name)
+}
+
+/// A log of a real or simulated machine beside the repository; `None`, saying so, where it is absent.
+fn beside(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../shared/logs")
+        .join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!("skipped: {} is not there", path.display());
+    None
+}
+
+fn tipwatch(args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tipwatch"));
+    command.args(args).output().unwrap()
+}
+
+/// Writes the machine file of a log; gives its path, its text and what was said.
+fn written(folder: &Path, log: &Path, urdf: Option<&Path>) -> (PathBuf, String, String) {
+    let out = folder.join("machine.toml");
+    let mut args = vec!["inspect", log.to_str().unwrap(), "--write-machine"];
+    args.push(out.to_str().unwrap());
+    if let Some(urdf) = urdf {
+        args.extend(["--urdf", urdf.to_str().unwrap()]);
+    }
+    let output = tipwatch(&args);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    let text = fs::read_to_string(&out).unwrap();
+    (out, text, said)
+}
+
+fn mean_loads(analysis: &Analysis) -> Vec<f64> {
+    let valid: Vec<usize> = (0..analysis.rows.len())
+        .filter(|&row| analysis.rows.is_valid(row))
+        .collect();
+    assert!(valid.len() > 20);
+    let mean = |wheel| {
+        let column = analysis.rows.outcomes.column(Quantity::Load(wheel));
+        valid.iter().map(|&row| column[row]).sum::<f64>() / valid.len() as f64
+    };
+    (0..analysis.machine.wheels().len()).map(mean).collect()
+}
+
+fn analysed(log: &Path, machine: &Path) -> Analysis {
+    let file = MachineFile::read(machine).unwrap();
+    analyse(log, &file, Options::default(), &mut |_| {}).unwrap()
+}
+
+/// What no URDF tells: the eyes of the cylinders and the mounting of the IMU, from `tiny.toml`.
+fn completed(text: &str) -> String {
+    let mut text = text.to_owned();
+    for (rod, anchor, place) in [
+        ("lift_rod_link", "lift_link", "0.376106321013"),
+        ("tilt_rod_link", "tilt_link", "0.309011326653"),
+    ] {
+        let at = |link: &str, x: &str| format!("{{ link = \"{link}\", xyz = [{x}, 0.0, 0.0] }}");
+        text = text.replace(&at(rod, "0.0"), &at(rod, "0.745"));
+        text = text.replace(&at(anchor, "0.0"), &at(anchor, place));
+    }
+    let imu = "[imu]\n# link = \"base_link\"\n# xyz = [0.0, 0.0, 0.0]";
+    assert!(text.contains(&format!("# {imu}")), "{text}");
+    text = text.replace(imu, &imu.replace("[0.0, 0.0, 0.0]", "[0.1, 0.0, 0.05]"));
+    // the lines that stand behind a sign are the open ones
+    let open = [
+        "[[linkage]]",
+        "name =",
+        "pivot =",
+        "cylinder =",
+        "rod =",
+        "rod_end =",
+        "anchor =",
+    ];
+    let of_imu = ["[imu]", "link = \"base_link\"", "xyz =", "rpy ="];
+    let opened = text.lines().map(|line| {
+        let rest = line.strip_prefix("# ").unwrap_or(line);
+        let is_open = open.iter().chain(&of_imu).any(|key| rest.starts_with(key));
+        if is_open { rest } else { line }
+    });
+    let name = "name = \"tiny\"";
+    let opened: Vec<&str> = opened.collect();
+    assert!(opened.contains(&name));
+    opened.join("\n") + "\n[contact]\ntyre_stiffness = 8.0e5\n"
+}
+
+#[test]
+fn val_completed_where_asked_it_gives_the_loads_of_a_file_written_by_hand() {
+    let folder = TempDir::new().unwrap();
+    let log = data("tiny.mcap");
+    let (out, text, said) = written(folder.path(), &log, Some(&data("tiny.urdf")));
+    assert!(said.contains("lift_cylinder"), "{said}");
+    let spec = MachineFile::read(&out).unwrap().spec;
+    for (wheel, link) in [
+        ("FL", "wheel_fl"),
+        ("FR", "wheel_fr"),
+        ("RL", "wheel_rl"),
+        ("RR", "wheel_rr"),
+    ] {
+        assert_eq!(spec.wheels[wheel].link, link);
+        assert!((spec.wheels[wheel].radius - 0.35).abs() < 1e-9);
+    }
+    assert_eq!(spec.wheels.len(), 4);
+    let arm = spec.arm.as_ref().unwrap();
+    assert_eq!(
+        (arm.root.as_str(), arm.tool.as_deref()),
+        ("arm_slew", Some("tool"))
+    );
+    assert!(
+        spec.linkage.is_empty() && text.contains("# pivot = \"lift\""),
+        "{text}"
+    );
+    // it describes a machine, though not yet what moves the cylinders
+    let alone = tipwatch(&["check-machine", out.to_str().unwrap()]);
+    assert_eq!(alone.status.code(), Some(0));
+
+    fs::write(&out, completed(&text)).unwrap();
+    let by_hand = mean_loads(&analysed(&log, &data("tiny.toml")));
+    let guessed = mean_loads(&analysed(&log, &out));
+    for (a, b) in by_hand.iter().zip(&guessed) {
+        // standard gravity instead of the simulation's
+        assert!((a - b).abs() < 2e-3 * a, "{by_hand:?} {guessed:?}");
+    }
+}
+
+#[test]
+fn a_file_that_exists_is_never_overwritten() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("machine.toml");
+    fs::write(&out, "evidence").unwrap();
+    let args = [
+        "inspect",
+        data("tiny.mcap").to_str().unwrap(),
+        "--write-machine",
+        out.to_str().unwrap(),
+    ]
+    .map(str::to_owned);
+    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+    let output = tipwatch(&args);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("machine.toml") && said.contains("exist"),
+        "{said}"
+    );
+    assert_eq!(fs::read_to_string(&out).unwrap(), "evidence");
+}
+
+/// Names of a log or a URDF cannot end a comment or a string.
+#[test]
+fn names_that_are_no_toml_are_written_as_text() {
+    let folder = TempDir::new().unwrap();
+    let urdf = fs::read_to_string(data("tiny.urdf")).unwrap();
+    let odd = urdf.replace("wheel_fl", "wheel &quot;fl&quot;&#10;gravity = 3");
+    let path = folder.path().join("odd.urdf");
+    fs::write(&path, odd).unwrap();
+    let (out, text, _) = written(folder.path(), &data("tiny.mcap"), Some(&path));
+    let spec = MachineFile::read(&out).unwrap().spec;
+    assert!((spec.gravity - 9.80665).abs() < 1e-12, "{text}");
+    assert_eq!(spec.wheels.len(), 4, "{text}");
+    assert!(text.contains("urdf = \"odd.urdf\""), "{text}");
+}
+
+/// Joints that the log calls otherwise are found by what their names say.
+#[test]
+fn joints_of_other_names_are_proposed() {
+    let folder = TempDir::new().unwrap();
+    let urdf = fs::read_to_string(data("tiny.urdf")).unwrap();
+    let renamed = urdf.replace("<joint name='slew'", "<joint name='SLEW_joint'");
+    let path = folder.path().join("renamed.urdf");
+    fs::write(&path, renamed).unwrap();
+    let (out, text, _) = written(folder.path(), &data("tiny.mcap"), Some(&path));
+    let spec = MachineFile::read(&out).unwrap().spec;
+    let slew = &spec.signals.joints["SLEW_joint"];
+    let position = slew.position.as_ref().unwrap();
+    assert_eq!(position.topic, "/joint_states", "{text}");
+    assert_eq!(position.joint.as_deref(), Some("slew"));
+    assert!(slew.velocity.is_some());
+}
+
+#[test]
+fn simulated_machines_are_recognised() {
+    for name in [
+        "flat_arm",
+        "drive_brake",
+        "drive_brake_clean",
+        "flat_arm_clean",
+    ] {
+        let Some(log) = beside(&format!("sim/{name}.mcap")) else {
+            continue;
+        };
+        let folder = TempDir::new().unwrap();
+        let (out, text, _) = written(folder.path(), &log, Some(&log.with_extension("urdf")));
+        assert_eq!(
+            MachineFile::read(&out).unwrap().spec.wheels.len(),
+            4,
+            "{text}"
+        );
+        let check = tipwatch(&["check-machine", out.to_str().unwrap(), "--json"]);
+        assert_eq!(check.status.code(), Some(0), "{text}");
+        let found: serde_json::Value = serde_json::from_slice(&check.stdout).unwrap();
+        let mass = found["masses"][4]["mass_kg"].as_f64().unwrap();
+        assert!((mass - 3502.938).abs() < 0.01, "{mass}");
+    }
+}
+
+/// Its wheels are meshes: the radius is a guess by their scale, and says so.
+#[test]
+fn abitobot_is_recognised_and_analysed() {
+    let Some(log) = beside("real/abitobot") else {
+        return;
+    };
+    let folder = TempDir::new().unwrap();
+    let urdf = log.join("robot_from_xacro.urdf");
+    let (out, text, said) = written(folder.path(), &log, Some(&urdf));
+    assert!(!said.contains("does not describe"), "{said}");
+    let spec = MachineFile::read(&out).unwrap().spec;
+    let links: Vec<&str> = spec.wheels.values().map(|w| w.link.as_str()).collect();
+    assert_eq!(
+        links,
+        [
+            "wheel_left_front_link",
+            "wheel_right_front_link",
+            "wheel_left_back_link",
+            "wheel_right_back_link"
+        ],
+        "{text}"
+    );
+    assert_eq!(spec.arm.as_ref().unwrap().root, "arm_1_link", "{text}");
+    assert_eq!(spec.imu.as_ref().unwrap().link.as_deref(), Some("imu_link"));
+    let by_hand = mean_loads(&analysed(&log, &data("abitobot.toml")));
+    let guessed = mean_loads(&analysed(&log, &out));
+    for (a, b) in by_hand.iter().zip(&guessed) {
+        // of the mean load: the wheel's radius is told in two ways
+        let mean_load = by_hand.iter().sum::<f64>() / 4.0;
+        assert!(
+            (a - b).abs() < 0.01 * mean_load,
+            "{by_hand:?} {guessed:?}\n{text}"
+        );
+    }
+}
+
+#[test]
+fn turtlebot3_is_recognised_from_its_log_alone() {
+    let Some(log) = beside("real/turtlebot3") else {
+        return;
+    };
+    let folder = TempDir::new().unwrap();
+    let (out, text, said) = written(folder.path(), &log, None);
+    assert!(!said.contains("does not describe"), "{said}");
+    let spec = MachineFile::read(&out).unwrap().spec;
+    let radius = |name: &str| spec.wheels[name].radius;
+    assert!((radius("FL") - 0.033).abs() < 1e-9, "{text}");
+    assert!((radius("RR") - 0.006).abs() < 1e-6, "{text}");
+    assert_eq!(spec.wheels["RL"].link, "caster_back_left_link");
+    assert!(spec.arm.is_none() && spec.urdf.is_none());
+    let by_hand = analysed(&log, &data("turtlebot3.toml"));
+    let guessed = analysed(&log, &out);
+    let sum = |analysis: &Analysis| mean_loads(analysis).iter().sum::<f64>();
+    assert!((sum(&by_hand) - sum(&guessed)).abs() < 2e-3 * sum(&by_hand));
+}
+
+/// Each suspension cylinder belongs to the bogie beside it, not to the other cylinder.
+#[test]
+fn cylinders_are_found_beside_what_they_turn() {
+    let folder = TempDir::new().unwrap();
+    let urdf = data("forwarder6.urdf");
+    let (_, text, _) = written(folder.path(), &data("forwarder6.mcap"), Some(&urdf));
+    let by_hand = MachineFile::read(&data("forwarder6.toml")).unwrap().spec;
+    for linkage in &by_hand.linkage {
+        let table = format!(
+            "# pivot = \"{}\"\n# cylinder = \"{}\"\n# rod = \"{}\"\n# rod_end = {{ link = \"{}\"",
+            linkage.pivot, linkage.cylinder, linkage.rod, linkage.rod_end.link
+        );
+        assert!(text.contains(&table), "{table} is not in\n{text}");
+    }
+    for joint in &by_hand.contact.free_joints {
+        assert!(text.contains(&format!("\"{joint}\"")), "{joint}");
+    }
+    let found = text
+        .lines()
+        .filter(|line| line.starts_with("[wheels."))
+        .count();
+    assert_eq!(found, by_hand.wheels.len());
+}
+
+/// It has neither a URDF nor joint states: the file says so, and names the signals.
+#[test]
+fn a_log_without_a_machine_description_gives_its_signals() {
+    let Some(log) = beside("real/jackal/test2.bag") else {
+        return;
+    };
+    let folder = TempDir::new().unwrap();
+    let (out, text, said) = written(folder.path(), &log, None);
+    assert!(said.contains("a URDF"), "{said}");
+    let spec = MachineFile::read(&out).unwrap().spec;
+    assert!(spec.wheels.is_empty() && text.contains("Needed"), "{text}");
+    let imu = spec.signals.imu.as_ref().unwrap().topic();
+    assert_eq!(imu.map(String::as_str), Some("/imu/data"));
+}
