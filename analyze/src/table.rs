@@ -82,7 +82,7 @@ fn place_name(machine: &Machine, place: Place) -> String {
 
 /// Whether a column is written though no row has a value: the specific force as a cause is only
 /// known where slope and platform acceleration are not.
-fn is_written(quantity: Quantity, values: &[f64]) -> bool {
+pub(crate) fn is_written(quantity: Quantity, values: &[f64]) -> bool {
     !matches!(quantity, Quantity::Cause(Cause::SpecificForce, _))
         || values.iter().any(|value| value.is_finite())
 }

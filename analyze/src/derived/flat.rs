@@ -46,8 +46,10 @@ impl FlatTopic {
             let mut fields = vec!["std_msgs/Header header".to_string()];
             let mut names: Vec<String> = Vec::new();
             let mut columns = Vec::new();
-            for (column, &quantity) in analysis.rows.outcomes.quantities.iter().enumerate() {
-                let named = table::name_and_unit(&analysis.machine, quantity);
+            let outcomes = &analysis.rows.outcomes;
+            for (column, &quantity) in outcomes.quantities.iter().enumerate() {
+                let named = table::name_and_unit(&analysis.machine, quantity)
+                    .filter(|_| table::is_written(quantity, &outcomes.columns[column]));
                 let Some((name, unit)) = named.filter(|_| topic_of(quantity) == index) else {
                     continue;
                 };

@@ -1,0 +1,79 @@
+//! `derived.mcap` read back: the same numbers as the analysis has, and everything that belongs to it.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that panics has failed, helpers included"
+)]
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use tipwatch_analyze::options::Options;
+use tipwatch_analyze::output::{self, Outputs};
+use tipwatch_analyze::run;
+use tipwatch_binding::MachineFile;
+use tipwatch_ingest::{FieldPath, Fields, Layout, Log};
+use tipwatch_mechanics::Quantity;
+
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data");
+
+#[test]
+fn every_row_comes_back_to_the_bit_with_its_sources() {
+    let file = MachineFile::read(&Path::new(DATA).join("swing_lift.toml")).unwrap();
+    let log = Path::new(DATA).join("swing_lift.mcap");
+    let analysis = run::analyse(&log, &file, Options::default(), &mut |_| {}).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    output::write(&analysis, folder.path(), Outputs::All).unwrap();
+    let path = folder.path().join("derived.mcap");
+
+    let derived = Log::open(&path).unwrap();
+    assert!(derived.losses().is_empty() && derived.losses().integrity.note().is_none());
+    let rows = &analysis.rows;
+    for (topic, field, quantity) in [
+        ("/tipwatch/loads", "load_rr", Quantity::Load(3)),
+        ("/tipwatch/loads", "load_fl_sigma", Quantity::LoadSigma(0)),
+        ("/tipwatch/margins", "otf_rr", Quantity::Otf(3)),
+        ("/tipwatch/indicators", "zmp_x", Quantity::ZmpX),
+    ] {
+        let topic = derived.topics().iter().find(|t| t.name == topic).unwrap();
+        let paths: [FieldPath; 2] = [
+            field.parse().unwrap(),
+            "header.stamp.nanosec".parse().unwrap(),
+        ];
+        let definition = topic.definition.as_deref().unwrap();
+        let layout = Layout::compile(definition, &topic.type_name, &paths).unwrap();
+        let (mut fields, mut row) = (Fields::new(), 0);
+        derived
+            .read(&[topic.id], &mut |message| {
+                layout.decode(message.data, &mut fields).unwrap();
+                let expected = rows.outcomes.column(quantity)[row];
+                assert_eq!(
+                    fields.number(0).to_bits(),
+                    expected.to_bits(),
+                    "{field}, row {row}"
+                );
+                assert_eq!(message.log_time_ns, rows.times_ns[row]);
+                let nanosec = rows.times_ns[row].rem_euclid(1_000_000_000);
+                assert_eq!(fields.number(1), nanosec as f64);
+                row += 1;
+                ControlFlow::Continue(())
+            })
+            .unwrap();
+        assert_eq!(row, rows.len());
+    }
+
+    let bytes = std::fs::read(&path).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let attached = |name: &str| {
+        let index = summary.attachment_indexes.iter().find(|a| a.name == name);
+        mcap::read::attachment(&bytes, index.unwrap())
+            .unwrap()
+            .data
+            .into_owned()
+    };
+    assert_eq!(attached("machine.toml"), file.text.as_bytes());
+    let urdf = std::fs::read(Path::new(DATA).join("swing_lift.urdf")).unwrap();
+    assert_eq!(attached("machine.urdf"), urdf);
+    let report = std::fs::read(folder.path().join("report.html")).unwrap();
+    assert!(attached("report.html") == report);
+}

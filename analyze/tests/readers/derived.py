@@ -1,0 +1,73 @@
+"""Reads a derived.mcap as other programs do: the official Python reader, and Rerun's importer.
+
+    pip install mcap mcap-ros2-support polars rerun-sdk
+    python analyze/tests/readers/derived.py RESULTS
+
+RESULTS is a folder that `tipwatch analyze --out` wrote. Every number of every flat message is compared
+with samples.parquet; Rerun must find every topic.
+"""
+
+import math
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import polars
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+
+FLAT = ["loads", "margins", "causes", "indicators"]
+
+
+def check_python(results: Path) -> None:
+    samples = polars.read_parquet(results / "samples.parquet").to_dict(as_series=False)
+    rows = dict.fromkeys(FLAT, 0)
+    compared = 0
+    markers = statuses = 0
+    with open(results / "derived.mcap", "rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        attached = {a.name: a.data for a in reader.iter_attachments()}
+        assert attached["report.html"] == (results / "report.html").read_bytes()
+        assert {"machine.toml", "machine.urdf"} <= attached.keys()
+        for _, channel, message, decoded in reader.iter_decoded_messages():
+            name = channel.topic.removeprefix("/tipwatch/")
+            markers += len(getattr(decoded, "markers", []))
+            statuses += len(getattr(decoded, "status", []))
+            if name not in FLAT:
+                continue
+            row = rows[name]
+            rows[name] += 1
+            assert message.log_time == samples["time_ns"][row]
+            for field in decoded.__slots__:
+                if field == "header":
+                    continue
+                found, expected = getattr(decoded, field), samples[field][row]
+                same = math.isnan(found) if expected is None else found == expected
+                assert same, f"{channel.topic} {field}, row {row}: {found} is not {expected}"
+                compared += 1
+    count = len(samples["time_ns"])
+    assert all(found in (0, count) for found in rows.values()), rows
+    print(f"mcap, mcap_ros2: {count} rows, {compared} numbers equal; {markers} markers, {statuses} statuses")
+
+
+def check_rerun(results: Path) -> None:
+    rerun = shutil.which("rerun", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
+    assert rerun, "expected rerun-sdk to be installed"
+    environment = {**os.environ, "RERUN_ANALYTICS": "0"}
+    with tempfile.TemporaryDirectory() as folder:
+        recording = Path(folder) / "derived.rrd"
+        subprocess.run([rerun, "mcap", "convert", results / "derived.mcap", "-o", recording],
+                       check=True, env=environment, capture_output=True)
+        told = subprocess.run([rerun, "rrd", "stats", recording], check=True, env=environment,
+                              capture_output=True, text=True).stdout
+    for name in ["loads", "margins", "indicators", "markers"]:
+        assert f"/tipwatch/{name}" in told, f"Rerun found no /tipwatch/{name}"
+    print("rerun: every topic found")
+
+
+if __name__ == "__main__":
+    check_python(Path(sys.argv[1]))
+    check_rerun(Path(sys.argv[1]))
