@@ -109,7 +109,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                 let reason = format!("{reason}: the header of a chunk whose content is intact");
                 self.lose(LostPart::Records, header, reason);
                 // The indexes that follow tell of messages that are not lost.
-                self.log.end_of_indexes();
+                self.log.expect_no_indexes();
                 self.unpacking.give_back(unpacked);
                 return Ok(Some(match flow {
                     ControlFlow::Break(()) => After::Stop(ControlFlow::Break(())),
@@ -139,7 +139,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         let flow = self.content(&unpacked, &bytes, LostPart::Chunk, Some(reason.to_owned()));
         self.unpacking.give_back(unpacked);
         // the indexes that follow may be those of another chunk
-        self.log.end_of_indexes();
+        self.log.expect_no_indexes();
         Ok(match flow {
             ControlFlow::Break(()) => After::Stop(ControlFlow::Break(())),
             ControlFlow::Continue(()) => After::Resume(bytes.end),
