@@ -41,8 +41,11 @@ pub struct LostRange {
     pub first_time_ns: Option<i64>,
     /// The log time up to which messages may be missing; `None` up to the end of the log.
     pub last_time_ns: Option<i64>,
-    /// How many messages of which topics are lost, where an index tells; empty where none does.
+    /// How many messages of which topics are lost, so far as an index tells: at least so many.
     pub messages: BTreeMap<String, u64>,
+    /// How many messages are lost in all; `None` where nobody knows. Those that [`Self::messages`]
+    /// does not have are of topics not known.
+    pub message_count: Option<u64>,
 }
 
 impl fmt::Display for LostRange {
@@ -55,6 +58,7 @@ impl fmt::Display for LostRange {
             first_time_ns,
             last_time_ns,
             messages,
+            message_count,
             ..
         } = self;
         write!(
@@ -62,13 +66,37 @@ impl fmt::Display for LostRange {
             "{}: bytes {start_byte} to {end_byte}: {reason}",
             file.display()
         )?;
-        if let (Some(first), Some(last)) = (first_time_ns, last_time_ns) {
-            write!(formatter, "; log times {first} to {last} ns")?;
+        match (first_time_ns, last_time_ns) {
+            (Some(first), Some(last)) => {
+                let seconds = last.saturating_sub(*first) as f64 * 1e-9;
+                write!(
+                    formatter,
+                    "; log times {first} to {last} ns ({seconds:.3} s)"
+                )?;
+            }
+            (None, Some(last)) => write!(formatter, "; up to log time {last} ns")?,
+            (Some(first), None) => write!(formatter, "; from log time {first} ns on")?,
+            (None, None) => {}
         }
+        let by_topic: u64 = messages.values().sum();
         for (topic, count) in messages {
-            write!(formatter, "; {count} messages of {topic}")?;
+            let at_least = if message_count.is_none() {
+                "at least "
+            } else {
+                ""
+            };
+            write!(formatter, "; {at_least}{count} messages of {topic}")?;
         }
-        Ok(())
+        match message_count {
+            Some(0) => formatter.write_str("; no message"),
+            Some(count) if *count > by_topic => {
+                let rest = count - by_topic;
+                write!(formatter, "; {rest} messages of topics not known")
+            }
+            Some(_) => Ok(()),
+            None if messages.is_empty() => formatter.write_str("; number of messages unknown"),
+            None => Ok(()),
+        }
     }
 }
 
@@ -197,6 +225,7 @@ impl Losses {
             first_time_ns: None,
             last_time_ns: None,
             messages: BTreeMap::new(),
+            message_count: None,
         });
     }
 
@@ -218,6 +247,7 @@ impl Losses {
         // The same damage, met again with more knowledge.
         known.first_time_ns = known.first_time_ns.or(range.first_time_ns);
         known.last_time_ns = known.last_time_ns.or(range.last_time_ns);
+        known.message_count = known.message_count.or(range.message_count);
         if known.messages.is_empty() {
             known.messages = range.messages;
         }

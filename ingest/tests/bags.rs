@@ -257,3 +257,23 @@ fn what_a_damaged_chunk_held_is_known_from_the_index() {
         assert_eq!(span_ns, 19 * PERIOD_NS);
     }
 }
+
+#[test]
+fn bytes_missing_from_one_chunk_into_the_next_cost_only_the_messages_they_touch() {
+    let whole = bag("none", false, 150);
+    // in message 79, the last but one of its chunk, to the first messages of the next chunk
+    let inside = |index: usize| {
+        let text = joint_state(index);
+        whole.windows(text.len()).position(|w| w == text).unwrap()
+    };
+    let (from, to) = (inside(79) + 18, inside(86) - 97);
+    let bytes = [&whole[..from], &whole[to..]].concat();
+    let file = TempLog::new("log.bag", &bytes);
+    let (samples, losses) = joint_samples(&file.path);
+    let found: Vec<f64> = samples.iter().map(|sample| sample.values[1]).collect();
+    let intact = (0..79).chain(86..150).map(f64::from);
+    for index in intact {
+        assert!(found.contains(&index), "{index}: {losses:?}");
+    }
+    assert!(!losses.ranges.is_empty());
+}

@@ -314,14 +314,14 @@ fn check(original: &Original, seed: u64) -> Option<bool> {
         // Every definition of a topic was hit.
         return Some(true);
     }
-    let mut lost = 0;
+    let mut lost: BTreeMap<&str, u64> = BTreeMap::new();
     let is_renamed = is_touched(&original.definitions);
     let unnamed: HashSet<_> = found.iter().map(|key| (key.1, &key.2)).collect();
     for (key, range) in &original.messages {
         if found.contains(key) || is_renamed && unnamed.contains(&(key.1, &key.2)) {
             continue;
         }
-        lost += 1;
+        *lost.entry(&key.0).or_default() += 1;
         let place = format!("{context}: {} at {} in {range:?}", key.0, key.1);
         assert!(is_touched(range), "{place}: lost without need: {losses:?}");
         let is_silent = !original.is_checked && losses.integrity.note().is_some();
@@ -331,6 +331,7 @@ fn check(original: &Original, seed: u64) -> Option<bool> {
         );
     }
     if original.is_checked && !is_renamed {
+        check_numbers(&losses, &lost, &context);
         for key in &found {
             assert!(
                 original.messages.contains_key(key),
@@ -341,12 +342,36 @@ fn check(original: &Original, seed: u64) -> Option<bool> {
     let is_reported = !losses.is_empty() || !losses.notes.is_empty();
     let is_same = bytes == original.bytes;
     let is_silent = losses.integrity.note().is_some();
-    let is_between = lost == 0 && original.is_checked;
+    let is_between = lost.is_empty() && original.is_checked;
     assert!(
         is_reported || is_same || is_silent || is_between,
         "{context}: nothing is told"
     );
     Some(is_reported || is_same)
+}
+
+/// What the losses say of how many messages are lost is right wherever they say it.
+fn check_numbers(losses: &Losses, lost: &BTreeMap<&str, u64>, context: &str) {
+    let mut told: BTreeMap<&str, u64> = BTreeMap::new();
+    for range in &losses.ranges {
+        for (topic, count) in &range.messages {
+            *told.entry(topic).or_default() += count;
+        }
+        if let Some(count) = range.message_count {
+            let sum: u64 = range.messages.values().sum();
+            assert_eq!(count, sum, "{context}: {losses:?}");
+        }
+    }
+    let actual = |topic: &str| lost.get(topic).copied().unwrap_or(0);
+    for (topic, count) in &told {
+        assert!(*count <= actual(topic), "{context}: {lost:?} {losses:?}");
+    }
+    if losses.ranges.iter().all(|r| r.message_count.is_some()) {
+        assert_eq!(&told, lost, "{context}: {losses:?}");
+    }
+    for (topic, count) in &losses.missing_messages {
+        assert_eq!(*count, actual(topic), "{context}: {losses:?}");
+    }
 }
 
 fn check_format(originals: &[Original]) {

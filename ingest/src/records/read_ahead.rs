@@ -82,6 +82,11 @@ impl Unpacked {
         self.header = Some(Header {
             has_checksum: chunk.has_checksum(),
         });
+        if how == How::PlainToEnd {
+            self.data.end = self.packed.len();
+            self.content = Some(Content::AsPacked);
+            return Ok(());
+        }
         if how == How::Partial {
             self.content = Some(Decompressor::partial_content(&chunk, &mut self.buffer));
             return Ok(());
@@ -121,6 +126,8 @@ pub(super) enum How {
     AnyLength,
     /// As much as the end of the file left.
     Partial,
+    /// All bytes behind its header, which are not compressed, whatever it says of their length.
+    PlainToEnd,
 }
 
 enum Job {

@@ -171,7 +171,7 @@ impl Reader for SqliteReader {
             rows: 0,
             seen: IdSet::new(self.file.len()),
             last_id: None,
-            malformed: 0,
+            malformed: Malformed::default(),
         };
         let flow = match pass.run() {
             Ok(flow) => flow,
@@ -190,7 +190,25 @@ struct Pass<'p, 'r> {
     /// The numbers of the messages that were handed over, but for the last one.
     seen: IdSet,
     last_id: Option<i64>,
-    malformed: u64,
+    malformed: Malformed,
+}
+
+/// Rows that are no whole messages.
+#[derive(Default)]
+struct Malformed {
+    rows: u64,
+    /// Of those whose time can be read, the first and the last.
+    span_ns: Option<(i64, i64)>,
+}
+
+impl Malformed {
+    fn count(&mut self, time_ns: Option<i64>) {
+        self.rows += 1;
+        if let Some(time_ns) = time_ns {
+            let (first, last) = self.span_ns.unwrap_or((time_ns, time_ns));
+            self.span_ns = Some((first.min(time_ns), last.max(time_ns)));
+        }
+    }
 }
 
 impl Pass<'_, '_> {
@@ -237,10 +255,10 @@ impl Pass<'_, '_> {
             .as_i64()
             .ok()
             .and_then(|id| self.reader.topics.get(&id));
-        let time_ns = row.get_ref(2)?.as_i64();
-        let (Some(&topic), Ok(time_ns), ValueRef::Blob(data)) = (topic, time_ns, row.get_ref(3)?)
+        let time_ns = row.get_ref(2)?.as_i64().ok();
+        let (Some(&topic), Some(time_ns), ValueRef::Blob(data)) = (topic, time_ns, row.get_ref(3)?)
         else {
-            self.malformed += 1;
+            self.malformed.count(time_ns);
             return Ok(ControlFlow::Continue(()));
         };
         if self
@@ -249,7 +267,7 @@ impl Pass<'_, '_> {
             .as_ref()
             .is_some_and(|cut| cut.may_run_through(data))
         {
-            self.malformed += 1;
+            self.malformed.count(Some(time_ns));
             return Ok(ControlFlow::Continue(()));
         }
         Ok((self.request.visit)(&Message {
@@ -311,7 +329,7 @@ impl Pass<'_, '_> {
 
     fn salvaged(&mut self, row: &MessageRow<'_>) -> ControlFlow<()> {
         let Some(&topic) = self.reader.topics.get(&row.topic) else {
-            self.malformed += 1;
+            self.malformed.count(Some(row.time_ns));
             return ControlFlow::Continue(());
         };
         if !self.request.wants(topic) {
@@ -326,34 +344,44 @@ impl Pass<'_, '_> {
         })
     }
 
-    /// Tells which pages are unreadable, and how many messages are missing between which times.
+    /// Tells which pages are unreadable, and how many messages are missing where and between which times.
     fn report_gaps(&mut self, gaps: &Gaps, ranges: &[Range<u64>], reason: &str) {
-        let mut reason = reason.to_owned();
-        if gaps.missing > 0 {
-            let missing = gaps.missing;
-            let _ = write!(
-                reason,
-                "; {missing} messages are missing, of topics not known"
-            );
-        }
-        let (first_ns, last_ns) = gaps.span_ns.unzip();
-        let file_bytes = self.reader.file.len();
-        let unknown_place = file_bytes..file_bytes;
-        let ranges = match ranges.is_empty() {
-            true => std::slice::from_ref(&unknown_place),
-            false => ranges,
-        };
-        for bytes in ranges {
-            self.request.losses.push(LostRange {
+        let losses = &mut self.request.losses;
+        let mut push = |bytes: &Range<u64>, gap: Option<&Gap>| {
+            losses.push(LostRange {
                 file: self.reader.path.clone(),
                 start_byte: bytes.start,
                 end_byte: bytes.end,
                 part: LostPart::Records,
-                reason: reason.clone(),
-                first_time_ns: first_ns,
-                last_time_ns: last_ns,
+                reason: reason.to_owned(),
+                first_time_ns: gap.and_then(|gap| gap.first_time_ns),
+                last_time_ns: gap.map(|gap| gap.last_time_ns),
                 messages: BTreeMap::new(),
+                message_count: gap.map(|gap| gap.missing),
             });
+        };
+        let mut is_told = vec![false; ranges.len()];
+        for gap in &gaps.list {
+            // The unreadable pages between those of the messages before and after.
+            let within =
+                |range: &Range<u64>| gap.pages.start <= range.start && range.end <= gap.pages.end;
+            let mut bytes: Option<Range<u64>> = None;
+            for (range, told) in ranges.iter().zip(&mut is_told) {
+                if within(range) && !*told {
+                    *told = true;
+                    let start = bytes.map_or(range.start, |bytes| bytes.start);
+                    bytes = Some(start..range.end);
+                }
+            }
+            push(&bytes.unwrap_or(gap.pages.clone()), Some(gap));
+        }
+        // What no number is missing for: how many messages stood there, if any, is not known.
+        for (range, _) in ranges.iter().zip(&is_told).filter(|(_, told)| !**told) {
+            push(range, None);
+        }
+        if gaps.list.is_empty() && ranges.is_empty() {
+            let end = self.reader.file.len();
+            push(&(end..end), None);
         }
     }
 
@@ -364,32 +392,67 @@ impl Pass<'_, '_> {
     }
 
     fn report_malformed(&mut self) {
-        if self.malformed > 0 {
-            let reason = format!("{} rows are no whole messages", self.malformed);
-            let bytes = self.reader.file.len();
-            self.lose(LostPart::Records, bytes..bytes, reason);
+        let Malformed { rows, span_ns } = self.malformed;
+        if rows > 0 {
+            let end = self.reader.file.len();
+            self.request.losses.push(LostRange {
+                file: self.reader.path.clone(),
+                start_byte: end,
+                end_byte: end,
+                part: LostPart::Records,
+                reason: format!("{rows} rows are no whole messages"),
+                first_time_ns: span_ns.map(|span| span.0),
+                last_time_ns: span_ns.map(|span| span.1),
+                messages: BTreeMap::new(),
+                message_count: Some(rows),
+            });
         }
     }
 }
 
+/// Most gaps told one by one; what comes after is added to the last.
+const MOST_GAPS: usize = 1000;
+
 /// Messages whose numbers are missing among those that were found.
 #[derive(Default)]
 struct Gaps {
-    last: Option<(i64, i64)>,
+    last: Option<(i64, i64, u64)>,
+    list: Vec<Gap>,
+}
+
+/// Numbers that are missing in a row.
+struct Gap {
     missing: u64,
-    /// The times before the first and after the last gap.
-    span_ns: Option<(i64, i64)>,
+    /// Times of the messages before and after.
+    first_time_ns: Option<i64>,
+    last_time_ns: i64,
+    /// From the end of the page of the message before to the beginning of that after.
+    pages: Range<u64>,
 }
 
 impl Gaps {
     fn pass(&mut self, row: &MessageRow<'_>) {
-        let (last_id, last_ns) = self.last.unwrap_or((0, row.time_ns));
+        let (last_id, last_ns, last_end) = self
+            .last
+            .map_or((0, None, 0), |(id, time_ns, end)| (id, Some(time_ns), end));
         let missing = row.id.saturating_sub(last_id).saturating_sub(1);
         if let Ok(missing @ 1..) = u64::try_from(missing) {
-            self.missing = self.missing.saturating_add(missing);
-            let start = self.span_ns.map_or(last_ns, |span| span.0);
-            self.span_ns = Some((start, row.time_ns));
+            let pages = last_end.min(row.page.start)..row.page.start;
+            let is_full = self.list.len() == MOST_GAPS;
+            match self.list.last_mut() {
+                Some(gap) if is_full => {
+                    gap.missing = gap.missing.saturating_add(missing);
+                    gap.last_time_ns = row.time_ns;
+                    gap.pages.end = gap.pages.end.max(pages.end);
+                }
+                _ => self.list.push(Gap {
+                    missing,
+                    first_time_ns: last_ns,
+                    last_time_ns: row.time_ns,
+                    pages,
+                }),
+            }
         }
-        self.last = Some((row.id, row.time_ns));
+        self.last = Some((row.id, row.time_ns, row.page.end));
     }
 }

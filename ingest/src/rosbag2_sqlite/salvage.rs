@@ -1,6 +1,6 @@
 //! The rows of a damaged database, page by page: whatever the pages that lead to them look like.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 use super::page::{self, Cell, Columns, PageKind, PageSize, Value};
 use crate::{error::Error, file_bytes::FileBytes};
@@ -18,6 +18,8 @@ pub(super) struct MessageRow<'s> {
     pub(super) data: &'s [u8],
     /// Whether the number fits between those beside it.
     pub(super) is_in_order: bool,
+    /// The bytes of the page that it begins on.
+    pub(super) page: Range<u64>,
 }
 
 /// A row of the table of topics.
@@ -96,8 +98,8 @@ impl<'f> Salvage<'f> {
     }
 
     /// The ranges of bytes that are no part of anything known; after [`messages`](Self::messages).
-    pub(super) fn unknown_ranges(&self) -> Vec<std::ops::Range<u64>> {
-        let mut ranges: Vec<std::ops::Range<u64>> = Vec::new();
+    pub(super) fn unknown_ranges(&self) -> Vec<Range<u64>> {
+        let mut ranges: Vec<Range<u64>> = Vec::new();
         for (number, _) in self
             .is_known
             .iter()
@@ -144,6 +146,8 @@ impl<'f> Salvage<'f> {
     ) -> Result<ControlFlow<()>, Error> {
         let mut cells = page::cells(leaf, number == 0, self.size).peekable();
         let mut last_id = i64::MIN;
+        let offset = u64::from(number) * self.size.bytes;
+        let page = offset..offset + self.size.bytes;
         while let Some(cell) = cells.next() {
             let next_id = cells.peek().map_or(id_of_next_leaf, |next| next.row_id);
             let is_in_order = last_id < cell.row_id && cell.row_id < next_id;
@@ -173,6 +177,7 @@ impl<'f> Salvage<'f> {
                     time_ns,
                     data,
                     is_in_order,
+                    page: page.clone(),
                 };
                 if visit(&row).is_break() {
                     return Ok(ControlFlow::Break(()));

@@ -109,7 +109,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                 let reason = format!("{reason}: the header of a chunk whose content is intact");
                 self.lose(LostPart::Records, header, reason);
                 // The indexes that follow tell of messages that are not lost.
-                self.log.end_of_indexes();
+                self.log.expect_no_indexes();
                 self.unpacking.give_back(unpacked);
                 return Ok(Some(match flow {
                     ControlFlow::Break(()) => After::Stop(ControlFlow::Break(())),
@@ -121,7 +121,9 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         Ok(None)
     }
 
-    /// A chunk that is not compressed and has no checksum: its records are found one by one.
+    /// A chunk that is not compressed and has no checksum: its records are found one by one, up to the next
+    /// record that stands outside chunks. Where bytes are missing that may be the index of a later chunk,
+    /// whose messages are then among them.
     fn plain_chunk(&mut self, offset: u64, reason: &str) -> Result<After, Error> {
         let limit = offset
             .saturating_add(RECORD_LIMIT_BYTES)
@@ -133,9 +135,11 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             return Ok(After::Resume(bytes.end));
         }
         self.visitor.begin_chunk(offset, bytes.end);
-        let unpacked = self.unpacking.load(&bytes, How::Partial)?;
+        let unpacked = self.unpacking.load(&bytes, How::PlainToEnd)?;
         let flow = self.content(&unpacked, &bytes, LostPart::Chunk, Some(reason.to_owned()));
         self.unpacking.give_back(unpacked);
+        // the indexes that follow may be those of another chunk
+        self.log.expect_no_indexes();
         Ok(match flow {
             ControlFlow::Break(()) => After::Stop(ControlFlow::Break(())),
             ControlFlow::Continue(()) => After::Resume(bytes.end),

@@ -83,6 +83,7 @@ enum Place {
 impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
     fn run(mut self, losses: &mut Losses) -> Result<ControlFlow<()>, Error> {
         let flow = self.records()?;
+        self.log.end_of_indexes();
         if let Some(reason) = self.loose.reason() {
             let range = self.loose_range.clone();
             self.lose(LostPart::Records, range, reason);
@@ -252,7 +253,9 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                 "the first {count} messages of this chunk were read, unverified"
             ));
         }
-        if !reasons.is_empty() {
+        if reasons.is_empty() {
+            self.log.chunk(tally.messages);
+        } else {
             let found = count::<G>(content);
             let lost = lost_place(unpacked, bytes, &tally);
             let reason = reasons.join("; ");
