@@ -186,3 +186,78 @@ fn one_topic_may_serve_several_sensors() {
     assert_eq!(joints.sample(1)[0], 29.0);
     assert_eq!(joints.stamps_ns, [imu.stamps_ns[0], imu.stamps_ns[1]]);
 }
+
+/// Accelerations at 10, 20, ... ms; rates, which grow with time, 4 ms later and with a gap.
+#[test]
+fn parts_of_a_sample_may_come_on_topics_of_their_own() {
+    const MS: i64 = 1_000_000;
+    let mut writer = WriteOptions::new().create(Cursor::new(Vec::new())).unwrap();
+    let schema = writer.add_schema("pkg/Part", "jsonschema", b"{}").unwrap();
+    let mut times: Vec<(&str, i64)> = (1..=100).map(|i| ("/acceleration", 10 * i)).collect();
+    let of_rates = (1..=95).filter(|i| !(30..=60).contains(i));
+    times.extend(of_rates.map(|i| ("/rates", 10 * i + 4)));
+    times.sort_by_key(|(_, ms)| *ms);
+    for (topic, ms) in times {
+        let channel = writer
+            .add_channel(schema, topic, "json", &BTreeMap::new())
+            .unwrap();
+        let time = 1_000_000_000 + (ms * MS) as u64;
+        let message = format!("{{\"x\": {ms}, \"y\": 0, \"z\": 1}}");
+        let header = MessageHeader {
+            channel_id: channel,
+            sequence: 0,
+            log_time: time,
+            publish_time: time,
+        };
+        writer
+            .write_to_known_channel(&header, message.as_bytes())
+            .unwrap();
+    }
+    writer.finish().unwrap();
+    let file = TempLog::new("parts.mcap", &writer.into_inner().into_inner());
+    let log = Log::open(&file.path).unwrap();
+    let topic = |name: &str| crate::support::topic_named(&log, name);
+    let part = |first: usize| {
+        let mut values = vec![SampleValue::Absent; 10];
+        for (place, field) in (first..).zip(["x", "y", "z"]) {
+            values[place] = SampleValue::Field(NumberField {
+                field: field.into(),
+                joint: None,
+                scale: 1.0,
+                offset: 0.0,
+            });
+        }
+        NumberSample {
+            values,
+            has_roll_pitch_yaw: false,
+        }
+    };
+    let request = SensorRequest {
+        topic: topic("/acceleration"),
+        kind: SensorKind::Imu,
+        joint_names: Vec::new(),
+        numbers: Some(part(0)),
+        other_parts: vec![(topic("/rates"), part(3))],
+    };
+    let (recordings, _) = record_sensors(&log, &[request], &mut |_| {}).unwrap();
+    let [joined] = &recordings[..] else { panic!() };
+    // the first and the last five have no rate around them, and the gap is longer than what is bridged
+    let stamps: Vec<i64> = joined
+        .stamps_ns
+        .iter()
+        .map(|ns| (ns - 1_000_000_000) / MS)
+        .collect();
+    let expected = (1..=100).filter(|i| (2..=29).contains(i) || (62..=95).contains(i));
+    assert_eq!(stamps, expected.map(|i| 10 * i).collect::<Vec<i64>>());
+    for (i, &ms) in stamps.iter().enumerate() {
+        let sample = joined.sample(i);
+        assert_eq!(sample[..3], [ms as f64, 0.0, 1.0]);
+        assert!(
+            (sample[3] - ms as f64).abs() < 1e-9 && sample[5] == 1.0,
+            "{sample:?}"
+        );
+        assert!(sample[6..].iter().all(|v| v.is_nan()));
+        // known when the rate after it has arrived
+        assert_eq!(joined.log_times_ns[i], joined.stamps_ns[i] + 4 * MS);
+    }
+}
