@@ -32,6 +32,8 @@ fn abitobot_weighs_what_it_weighs_and_its_clock_is_the_simulation() {
         "{}",
         weight_share(&analysis)
     );
+    let told = |text: &str| analysis.notes.iter().any(|note| note.contains(text));
+    assert!(told("integrity cannot be verified") && told("implausible values are flagged"));
     for input in &analysis.inputs {
         let timing = input.statistics.timing();
         assert!(input.clock.starts_with("header.stamp"), "{}", input.clock);

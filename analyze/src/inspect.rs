@@ -2,6 +2,7 @@
 //! bound to which signal and why.
 
 use std::fmt::Write;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::Result;
@@ -74,7 +75,12 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
         Ok(found) => (found, None),
         Err(error) => (SensorTopics::default(), Some(error.to_string())),
     };
-    let (timings, losses) = timings(&log)?;
+    let (timings, mut losses) = timings(&log)?;
+    if !losses.is_empty() {
+        // once more, for what the topics lost that are no signals
+        let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
+        losses.merge(&log.read(&ids, &mut |_| ControlFlow::Continue(()))?);
+    }
     let topics = log
         .topics()
         .iter()
@@ -258,18 +264,8 @@ fn table(inspection: &Inspection) -> Result<String, std::fmt::Error> {
         "  {}",
         inspection.integrity.unwrap_or("checksums present")
     )?;
-    for range in &inspection.losses.ranges {
-        writeln!(
-            out,
-            "  lost: {} bytes {}..{}: {}",
-            range.file.display(),
-            range.start_byte,
-            range.end_byte,
-            range.reason
-        )?;
-    }
-    for (topic, count) in &inspection.losses.undecodable_messages {
-        writeln!(out, "  not decodable: {count} messages of {topic}")?;
+    for line in inspection.losses.lines() {
+        writeln!(out, "  lost: {line}")?;
     }
     for note in &inspection.losses.notes {
         writeln!(out, "  {note}")?;

@@ -68,7 +68,7 @@ pub(crate) fn of(loaded: &LoadedLog, payloads: &[EstimatedPayload]) -> Vec<Strin
             .losses
             .integrity
             .note()
-            .map(|note| format!("{note}.")),
+            .map(|note| format!("{note}; implausible values are flagged instead.")),
     );
     notes
 }

@@ -192,6 +192,54 @@ fn fail_on_gives_exit_code_four_only_where_the_event_happened() {
 }
 
 #[test]
+fn a_damaged_chunk_is_told_with_its_times_and_the_messages_of_each_topic() {
+    let folder = TempDir::new().unwrap();
+    let mut bytes = fs::read(data("swing_lift.mcap")).unwrap();
+    let index = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let chunk = &index.chunk_indexes[1];
+    let middle = (chunk.chunk_start_offset + chunk.chunk_length / 2) as usize;
+    bytes[middle..middle + 40].fill(0x55);
+    let log = folder.path().join("damaged.mcap");
+    fs::write(&log, &bytes).unwrap();
+    let summary = |log: &Path| -> (i32, serde_json::Value, TempDir) {
+        let (code, said, out) = analyze(log, &data("swing_lift.toml"), &[]);
+        let text = fs::read_to_string(out.path().join("summary.json")).expect(&said);
+        (code, serde_json::from_str(&text).unwrap(), out)
+    };
+    let (_, clean, _) = summary(&data("swing_lift.mcap"));
+    let (code, damaged, out) = summary(&log);
+    assert_eq!(code, 3);
+    let ranges = damaged["losses"]["ranges"].as_array().unwrap();
+    let [range] = ranges.as_slice() else {
+        panic!("{ranges:?}")
+    };
+    let bytes_lost = range["start_byte"].as_u64().unwrap()..range["end_byte"].as_u64().unwrap();
+    assert!(bytes_lost.contains(&(middle as u64)));
+    let (first, last) = (&range["first_time_ns"], &range["last_time_ns"]);
+    assert!(first.as_i64().unwrap() < last.as_i64().unwrap());
+    let inputs = clean["inputs"].as_array().unwrap();
+    for (before, after) in inputs.iter().zip(damaged["inputs"].as_array().unwrap()) {
+        let count = |input: &serde_json::Value| input["timing"]["message_count"].as_u64().unwrap();
+        let lost = count(before) - count(after);
+        let topic = before["topic"].as_str().unwrap();
+        assert!(lost > 0, "{topic}");
+        assert_eq!(range["messages"][topic], lost, "{range}");
+        assert_eq!(damaged["losses"]["missing_messages"][topic], lost);
+    }
+    let imu = &range["messages"]["/imu/data"];
+    let sentence = format!("{imu} messages of /imu/data");
+    let report = fs::read_to_string(out.path().join("report.html")).unwrap();
+    assert!(report.contains(&sentence) && report.contains("log times"));
+    let inspected = tipwatch(&["inspect", text(&log)]);
+    assert_eq!(inspected.status.code(), Some(3));
+    let said = String::from_utf8(inspected.stdout).unwrap();
+    assert!(
+        said.contains(&sentence) && said.contains("log times"),
+        "{said}"
+    );
+}
+
+#[test]
 fn a_truncated_log_gives_what_is_intact_and_exit_code_three() {
     let folder = TempDir::new().unwrap();
     let bytes = fs::read(data("tiny_lift.mcap")).unwrap();

@@ -165,6 +165,19 @@ impl Losses {
         self.ranges.iter().map(length).fold(0, u64::saturating_add)
     }
 
+    /// What is lost in words: each range, then how many messages of each topic did not come.
+    pub fn lines(&self) -> impl Iterator<Item = String> {
+        let missing = self.missing_messages.iter().map(|(topic, count)| {
+            format!("{count} messages of {topic} that the log's own index counts did not come")
+        });
+        let undecodable = self
+            .undecodable_messages
+            .iter()
+            .map(|(topic, count)| format!("{count} messages of {topic} could not be decoded"));
+        let ranges = self.ranges.iter().map(ToString::to_string);
+        ranges.chain(missing).chain(undecodable)
+    }
+
     /// Counts a message that could not be decoded.
     pub fn count_undecodable(&mut self, topic_name: &str) {
         match self.undecodable_messages.get_mut(topic_name) {

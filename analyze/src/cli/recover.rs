@@ -28,8 +28,8 @@ pub(super) fn run(args: &RecoverArgs, voice: Voice) -> Result<Verdict> {
     if report.losses.is_empty() {
         return Ok(Verdict::Done);
     }
-    for range in &report.losses.ranges {
-        voice.say(&format!("lost: {range}"));
+    for line in report.losses.lines() {
+        voice.say(&format!("lost: {line}"));
     }
     Ok(Verdict::Lost)
 }

@@ -130,24 +130,7 @@ fn input_row(input: &Input, timing: &TopicTiming) -> Vec<String> {
 /// What a reader must know before relying on the results.
 pub(super) fn limitations(analysis: &Analysis) -> String {
     let mut sentences = analysis.notes.clone();
-    for input in &analysis.inputs {
-        sentences.extend(
-            input
-                .statistics
-                .timing()
-                .notes
-                .iter()
-                .map(|note| format!("Topic {}: {note}", input.topic)),
-        );
-    }
     let losses = &analysis.losses;
-    sentences.extend(
-        losses
-            .integrity
-            .note()
-            .map(|note| format!("Integrity: {note}")),
-    );
-    sentences.extend(losses.notes.iter().cloned());
     if losses.ranges.is_empty() {
         sentences
             .push("No damaged bytes were found in the parts of the log that were read".to_string());
@@ -158,18 +141,7 @@ pub(super) fn limitations(analysis: &Analysis) -> String {
             losses.bytes_lost()
         ));
     }
-    sentences.extend(
-        losses
-            .ranges
-            .iter()
-            .take(MOST_LISTED)
-            .map(ToString::to_string),
-    );
-    let undecodable = losses.undecodable_messages.iter();
-    sentences.extend(
-        undecodable
-            .map(|(topic, count)| format!("Topic {topic}: {count} messages could not be decoded")),
-    );
+    sentences.extend(losses.lines().take(MOST_LISTED));
     sentences.push(validity(analysis));
     html::list("notes", &sentences) + &not_listed(losses.ranges.len(), "lost ranges")
 }
