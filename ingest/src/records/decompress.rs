@@ -4,10 +4,15 @@ use std::io::Read;
 
 use zstd::{bulk, stream, zstd_safe};
 
+use super::lz4_frame;
+
 /// Writers make chunks of about a megabyte; more than this is taken for a damaged length.
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
 /// LZ4 spends at least one byte on 255.
 const LZ4_MAX_RATIO: u64 = 255;
+/// Room that is made for content of this size because a header says so; for more, another part of
+/// the chunk has to confirm it, or real content to come.
+const BELIEVED_BYTES: u64 = 16 << 20;
 /// What a buffer grows by where the size is not known beforehand.
 const GROWTH_BYTES: usize = 1 << 20;
 
@@ -116,10 +121,11 @@ impl Decompressor {
     fn zstd(&mut self, chunk: &PackedChunk<'_>, buffer: &mut Vec<u8>) -> Result<usize, String> {
         let declared = chunk.uncompressed_bytes;
         let in_frame = zstd_safe::get_frame_content_size(chunk.data).ok().flatten();
-        if in_frame == Some(declared) {
+        // Many writers stream, so that the frame does not tell its size.
+        if in_frame == Some(declared) || in_frame.is_none() && declared <= BELIEVED_BYTES {
             return self.zstd_at_once(chunk, buffer);
         }
-        // The frame does not confirm the size, so the buffer grows only with real content.
+        // Nothing confirms the size, so the buffer grows only with real content.
         let decoder = stream::read::Decoder::with_buffer(chunk.data)
             .map_err(|error| format!("zstd: {error}"))?;
         stream(decoder, declared, buffer)
@@ -154,8 +160,25 @@ fn lz4(chunk: &PackedChunk<'_>, buffer: &mut Vec<u8>) -> Result<usize, String> {
             "{declared} bytes cannot come out of {given} bytes of lz4"
         ));
     }
+    if chunk.crc.is_some()
+        && let Some(filled) = lz4_at_once(chunk, buffer)
+    {
+        return Ok(filled);
+    }
     let decoder = lz4_flex::frame::FrameDecoder::new(chunk.data);
     stream(decoder, chunk.uncompressed_bytes, buffer)
+}
+
+/// Only for chunks with a CRC, which then decides over what came out. `None` leaves the chunk to the
+/// general decoder.
+fn lz4_at_once(chunk: &PackedChunk<'_>, buffer: &mut Vec<u8>) -> Option<usize> {
+    let frame = lz4_frame::Frame::parse(chunk.data)?;
+    if chunk.uncompressed_bytes > frame.most_bytes()? {
+        return None;
+    }
+    let wanted = grow_to(buffer, chunk.uncompressed_bytes).ok()?;
+    frame.fill(buffer.get_mut(..wanted)?)?;
+    Some(wanted)
 }
 
 fn stream(mut decoder: impl Read, declared: u64, buffer: &mut Vec<u8>) -> Result<usize, String> {
