@@ -1,51 +1,75 @@
-"""How fast the Python readers are on a file that the benchmark `figures` left in its folder.
+"""How fast the readers of Python are: the first joint states of a log, to decoded messages.
 
-Needs the packages mcap, mcap-ros2-support (decoding) and rosbags. Usage: python_readers.py FILE [MESSAGES]
+Prints for each reader, separated by tabs, its name, the messages, their bytes and the seconds, or why it
+did not take part. Usage: python_readers.py LOG [MESSAGES]
 """
 import sys
 import time
+from pathlib import Path
 
 from mcap.reader import make_reader
 
+JOINT_STATE = "sensor_msgs/msg/JointState"
+
 
 def rate(name, messages, limit):
+    # What comes before the first message, such as reading the index, is not counted.
+    next(messages)
     start, count, size = time.perf_counter(), 0, 0
     for data in messages:
         count += 1
         size += len(data)
         if count == limit:
             break
-    took = time.perf_counter() - start
-    print(f"{name:24} {count / took * 1e-6:7.3f} M messages/s  {size / took * 1e-6:7.1f} MB/s of payload")
+    print(name, count, size, time.perf_counter() - start, sep="\t")
+
+
+def joint_topics(path):
+    with open(path, "rb") as file:
+        summary = make_reader(file).get_summary()
+    schemas = summary.schemas
+    return [channel.topic for channel in summary.channels.values() if schemas[channel.schema_id].name == JOINT_STATE]
+
+
+def by_mcap(path, topics):
+    with open(path, "rb") as file:
+        for _, _, message in make_reader(file).iter_messages(topics, log_time_order=False):
+            yield message.data
+
+
+def by_mcap_decoded(path, topics, factory):
+    with open(path, "rb") as file:
+        reader = make_reader(file, decoder_factories=[factory])
+        for item in reader.iter_decoded_messages(topics, log_time_order=False):
+            assert item.decoded_message.position
+            yield item.message.data
+
+
+def by_rosbags(path, reader_of, store):
+    with reader_of(Path(path)) as reader:
+        wanted = [connection for connection in reader.connections if connection.msgtype == JOINT_STATE]
+        for _, _, data in reader.messages(connections=wanted):
+            assert len(store.deserialize_cdr(data, JOINT_STATE).position)
+            yield data
 
 
 def main():
-    path, limit = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 200_000
-    with open(path, "rb") as file:
-        raw = make_reader(file).iter_messages(log_time_order=False)
-        rate("mcap, raw", (message.data for _, _, message in raw), limit)
+    path, limit = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 100_000
+    topics = joint_topics(path)
+    rate("Python mcap, not decoded", by_mcap(path, topics), limit)
     try:
         from mcap_ros2.decoder import DecoderFactory
     except ImportError:
-        print("mcap-ros2-support is not installed: not decoded")
+        print("Python mcap-ros2-support: not installed, skipped")
     else:
-        with open(path, "rb") as file:
-            decoded = make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages(log_time_order=False)
-            rate("mcap, decoded", (item.message.data for item in decoded if item.decoded_message.position), limit // 4)
+        rate("Python mcap, decoded", by_mcap_decoded(path, topics, DecoderFactory()), limit)
     try:
+        from rosbags.rosbag2 import Reader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
-        print("rosbags is not installed")
-        return
-    store = get_typestore(Stores.ROS2_HUMBLE)
-
-    def by_rosbags():
-        with open(path, "rb") as file:
-            for _, _, message in make_reader(file).iter_messages(log_time_order=False):
-                store.deserialize_cdr(message.data, "sensor_msgs/msg/JointState")
-                yield message.data
-
-    rate("rosbags, decoded", by_rosbags(), limit // 4)
+        print("Python rosbags: not installed, skipped")
+    else:
+        rate("Python rosbags, decoded", by_rosbags(path, Reader, get_typestore(Stores.ROS2_HUMBLE)), limit)
 
 
 if __name__ == "__main__":
