@@ -1,5 +1,7 @@
 //! Messages of the four kinds of sensors that bear on stability, as numbers.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 use crate::{
@@ -151,6 +153,8 @@ pub struct SensorDecoder {
     joint_names: Vec<String>,
     /// For each wanted joint its place in the message, and for which list of names that holds.
     joint_places: Vec<Option<usize>>,
+    /// Those places, if one follows the other.
+    joints_in_row: Option<Range<usize>>,
     names_revision: Option<u64>,
 }
 
@@ -177,6 +181,7 @@ impl SensorDecoder {
             frame_id: None,
             joint_names: joint_names.to_vec(),
             joint_places: Vec::new(),
+            joints_in_row: None,
             names_revision: None,
         })
     }
@@ -238,10 +243,16 @@ impl SensorDecoder {
                     .position(|name| name == joint.as_bytes());
                 self.joint_places.push(place);
             }
+            self.joints_in_row = in_row(&self.joint_places);
             self.names_revision = Some(revision);
         }
         for array in [NAMES + 1, NAMES + 2] {
             let numbers = self.fields.numbers(array);
+            let row = self.joints_in_row.clone();
+            if let Some(row) = row.and_then(|row| numbers.get(row)) {
+                values.extend_from_slice(row);
+                continue;
+            }
             values.extend(self.joint_places.iter().map(|place| {
                 place
                     .and_then(|place| numbers.get(place))
@@ -290,6 +301,14 @@ impl SensorDecoder {
 /// for whoever judges the signal.
 pub(crate) fn is_filled_in(quaternion: &[f64]) -> bool {
     quaternion.iter().any(|&part| part != 0.0)
+}
+
+/// The places as a range, if each follows the one before.
+fn in_row(places: &[Option<usize>]) -> Option<Range<usize>> {
+    let first = (*places.first()?)?;
+    let row = first..first + places.len();
+    let is_row = places.iter().copied().eq(row.clone().map(Some));
+    is_row.then_some(row)
 }
 
 /// The steps that read some fields of a topic's messages; an error if they cannot be read at all.

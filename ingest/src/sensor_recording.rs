@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use crate::{
     binary::DecodeError,
     binding::BindingError,
-    clock::{StampDecision, StampSource},
+    clock::StampDecision,
     error::Error,
     log::Log,
     losses::Losses,
@@ -88,6 +88,9 @@ pub(crate) fn record(
     progress: &mut dyn FnMut(u64),
 ) -> Result<(Vec<SensorRecording>, Losses), Error> {
     let topics: Vec<TopicId> = collectors.iter().map(|collector| collector.topic).collect();
+    for collector in &mut collectors {
+        collector.reserve(log)?;
+    }
     let mut sample = SensorSample::default();
     let mut order = 0;
     let mut losses = log.read_with_progress(
@@ -183,9 +186,6 @@ impl Decoder {
 pub(crate) struct Collector {
     topic: TopicId,
     decoder: Decoder,
-    header_stamps_ns: Vec<Option<i64>>,
-    publish_times_ns: Vec<i64>,
-    log_times_ns: Vec<i64>,
     order: Vec<u32>,
     values: Vec<f64>,
     width: usize,
@@ -199,9 +199,6 @@ impl Collector {
         Self {
             topic,
             decoder,
-            header_stamps_ns: Vec::new(),
-            publish_times_ns: Vec::new(),
-            log_times_ns: Vec::new(),
             order: Vec::new(),
             values: Vec::new(),
             width,
@@ -211,14 +208,25 @@ impl Collector {
         }
     }
 
+    /// Makes room for the values of as many samples as the index counts, so that they need not be moved as
+    /// they grow. A damaged index counts anything: no more is reserved than such a file may hold.
+    fn reserve(&mut self, log: &Log) -> Result<(), Error> {
+        const LIKELY_MOST_RATIO: u64 = 16;
+        let most = log.bytes().saturating_mul(LIKELY_MOST_RATIO) / size_of::<f64>() as u64;
+        let messages = log.topic(self.topic)?.message_count.unwrap_or(0);
+        let counted = messages.saturating_mul(self.width as u64).min(most);
+        // Without it they grow as they come.
+        let _ = self
+            .values
+            .try_reserve_exact(usize::try_from(counted).unwrap_or(0));
+        Ok(())
+    }
+
     fn take(&mut self, sample: &SensorSample, order: u32) {
         if sample.values.len() != self.width {
             self.undecodable += 1;
             return;
         }
-        self.header_stamps_ns.push(sample.header_stamp_ns);
-        self.publish_times_ns.push(sample.publish_time_ns);
-        self.log_times_ns.push(sample.log_time_ns);
         self.order.push(order);
         self.values.extend_from_slice(&sample.values);
         self.statistics.push(
@@ -231,24 +239,22 @@ impl Collector {
     /// Decides on the clock and leaves out what has no stamp of it.
     fn finish(mut self) -> SensorRecording {
         let clock = self.statistics.decide();
-        let mut stamps: Vec<Option<i64>> = match clock.source {
-            StampSource::Header => self.header_stamps_ns,
-            StampSource::Publish => self.publish_times_ns.into_iter().map(Some).collect(),
-            StampSource::Log => self.log_times_ns.iter().copied().map(Some).collect(),
-        };
-        let unstamped = stamps.iter().filter(|stamp| stamp.is_none()).count();
+        let stamps = || self.statistics.stamp_of_each(clock.source);
+        let unstamped = stamps().filter(Option::is_none).count();
+        let mut stamps_ns = Vec::with_capacity(self.order.len() - unstamped);
+        stamps_ns.extend(stamps().flatten());
+        let mut log_times_ns = self.statistics.log_times_ns().to_vec();
         if unstamped > 0 {
-            let keep: Vec<bool> = stamps.iter().map(Option::is_some).collect();
-            keep_where(&mut stamps, &keep, 1);
-            keep_where(&mut self.log_times_ns, &keep, 1);
+            let keep: Vec<bool> = stamps().map(|stamp| stamp.is_some()).collect();
+            keep_where(&mut log_times_ns, &keep, 1);
             keep_where(&mut self.order, &keep, 1);
             keep_where(&mut self.values, &keep, self.width);
         }
         SensorRecording {
             topic: self.topic,
             clock,
-            stamps_ns: stamps.into_iter().flatten().collect(),
-            log_times_ns: self.log_times_ns,
+            stamps_ns,
+            log_times_ns,
             values: self.values,
             width: self.width,
             statistics: self.statistics,

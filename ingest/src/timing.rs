@@ -132,11 +132,27 @@ impl TopicStatistics {
         }
     }
 
-    fn header_stamps(&self) -> impl Iterator<Item = i64> {
-        self.header_ns
+    /// The stamp of each message by one clock; `None` where its header has none.
+    pub(crate) fn stamp_of_each(&self, source: StampSource) -> impl Iterator<Item = Option<i64>> {
+        let stamps_ns = match source {
+            StampSource::Header => &self.header_ns,
+            StampSource::Publish if !self.publish_ns.is_empty() => &self.publish_ns,
+            StampSource::Publish | StampSource::Log => &self.log_ns,
+        };
+        let is_absent =
+            move |stamp| source == StampSource::Header && (stamp == NO_STAMP || stamp == 0);
+        stamps_ns
             .iter()
-            .copied()
-            .filter(|&stamp| stamp != NO_STAMP && stamp != 0)
+            .map(move |&stamp| (!is_absent(stamp)).then_some(stamp))
+    }
+
+    /// When the recorder received each message.
+    pub(crate) fn log_times_ns(&self) -> &[i64] {
+        &self.log_ns
+    }
+
+    fn header_stamps(&self) -> impl Iterator<Item = i64> {
+        self.stamp_of_each(StampSource::Header).flatten()
     }
 
     fn stamps_ns(&self, source: StampSource) -> Vec<i64> {

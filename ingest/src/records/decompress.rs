@@ -4,10 +4,15 @@ use std::io::Read;
 
 use zstd::{bulk, stream, zstd_safe};
 
+use super::lz4::{self, End, FrameChecksums};
+
 /// Writers make chunks of about a megabyte; more than this is taken for a damaged length.
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
 /// LZ4 spends at least one byte on 255.
 const LZ4_MAX_RATIO: u64 = 255;
+/// Room that is made for content of this size because a header says so; for more, another part of
+/// the chunk has to confirm it, or real content to come.
+const BELIEVED_BYTES: u64 = 16 << 20;
 /// What a buffer grows by where the size is not known beforehand.
 const GROWTH_BYTES: usize = 1 << 20;
 
@@ -59,6 +64,7 @@ pub(super) enum Content {
 /// Decompresses chunk after chunk.
 #[derive(Default)]
 pub(super) struct Decompressor {
+    lz4: lz4::Decoder,
     zstd: Option<bulk::Decompressor<'static>>,
 }
 
@@ -72,7 +78,7 @@ impl Decompressor {
         check_sizes(chunk)?;
         let content = match chunk.compression {
             Compression::None => Content::AsPacked,
-            Compression::Lz4 => Content::Buffer(lz4(chunk, buffer)?),
+            Compression::Lz4 => Content::Buffer(self.lz4(chunk, buffer)?),
             Compression::Zstd => Content::Buffer(self.zstd(chunk, buffer)?),
             Compression::Bz2 => {
                 let decoder = bzip2::bufread::BzDecoder::new(chunk.data);
@@ -99,11 +105,7 @@ impl Decompressor {
         let limit = chunk.uncompressed_bytes.min(CHUNK_LIMIT_BYTES);
         Content::Buffer(match chunk.compression {
             Compression::None => return Content::AsPacked,
-            Compression::Lz4 => fill(
-                buffer,
-                lz4_flex::frame::FrameDecoder::new(chunk.data),
-                limit,
-            ),
+            Compression::Lz4 => partial_lz4(chunk.data, limit, buffer),
             Compression::Zstd => match stream::read::Decoder::with_buffer(chunk.data) {
                 Ok(decoder) => fill(buffer, decoder, limit),
                 Err(_) => 0,
@@ -113,13 +115,42 @@ impl Decompressor {
         })
     }
 
+    fn lz4(&mut self, chunk: &PackedChunk<'_>, buffer: &mut Vec<u8>) -> Result<usize, String> {
+        let (declared, given) = (chunk.uncompressed_bytes, chunk.data.len());
+        if declared > (given as u64).saturating_mul(LZ4_MAX_RATIO) {
+            return Err(format!(
+                "{declared} bytes cannot come out of {given} bytes of lz4"
+            ));
+        }
+        let checksums = match chunk.crc {
+            Some(_) => FrameChecksums::Skipped,
+            None => FrameChecksums::Verified,
+        };
+        let mut room = declared.min(BELIEVED_BYTES);
+        loop {
+            let wanted = grow_to(buffer, room)?;
+            let target = buffer.get_mut(..wanted).unwrap_or_default();
+            match self.lz4.unpack(chunk.data, target, checksums) {
+                (filled, End::Complete) => {
+                    check_filled(filled as u64, declared)?;
+                    return Ok(filled);
+                }
+                (_, End::Full) if room < declared => room = more_room(room, declared),
+                (_, End::Full) => return Err(too_long(declared)),
+                (_, End::Cut) => return Err("lz4: the data ends within a frame".to_owned()),
+                (_, End::Damaged(reason)) => return Err(reason),
+            }
+        }
+    }
+
     fn zstd(&mut self, chunk: &PackedChunk<'_>, buffer: &mut Vec<u8>) -> Result<usize, String> {
         let declared = chunk.uncompressed_bytes;
         let in_frame = zstd_safe::get_frame_content_size(chunk.data).ok().flatten();
-        if in_frame == Some(declared) {
+        // Many writers stream, so that the frame does not tell its size.
+        if in_frame == Some(declared) || in_frame.is_none() && declared <= BELIEVED_BYTES {
             return self.zstd_at_once(chunk, buffer);
         }
-        // The frame does not confirm the size, so the buffer grows only with real content.
+        // Nothing confirms the size, so the buffer grows only with real content.
         let decoder = stream::read::Decoder::with_buffer(chunk.data)
             .map_err(|error| format!("zstd: {error}"))?;
         stream(decoder, declared, buffer)
@@ -146,16 +177,27 @@ impl Decompressor {
     }
 }
 
-fn lz4(chunk: &PackedChunk<'_>, buffer: &mut Vec<u8>) -> Result<usize, String> {
-    let possible = (chunk.data.len() as u64).saturating_mul(LZ4_MAX_RATIO);
-    if chunk.uncompressed_bytes > possible {
-        let (declared, given) = (chunk.uncompressed_bytes, chunk.data.len());
-        return Err(format!(
-            "{declared} bytes cannot come out of {given} bytes of lz4"
-        ));
+/// As much as comes out before the end or damage.
+fn partial_lz4(data: &[u8], limit: u64, buffer: &mut Vec<u8>) -> usize {
+    let possible = (data.len() as u64).saturating_mul(LZ4_MAX_RATIO).min(limit);
+    let mut decoder = lz4::Decoder::default();
+    let mut room = possible.min(BELIEVED_BYTES);
+    let mut filled = 0;
+    while let Ok(wanted) = grow_to(buffer, room) {
+        let target = buffer.get_mut(..wanted).unwrap_or_default();
+        let (came, end) = decoder.unpack_up_to_damage(data, target);
+        filled = came;
+        if end != End::Full || room == possible {
+            break;
+        }
+        room = more_room(room, possible);
     }
-    let decoder = lz4_flex::frame::FrameDecoder::new(chunk.data);
-    stream(decoder, chunk.uncompressed_bytes, buffer)
+    filled
+}
+
+/// Real content filled the room before: it begins anew in a larger one.
+fn more_room(room: u64, most: u64) -> u64 {
+    room.saturating_mul(4).min(most)
 }
 
 fn stream(mut decoder: impl Read, declared: u64, buffer: &mut Vec<u8>) -> Result<usize, String> {
@@ -164,7 +206,7 @@ fn stream(mut decoder: impl Read, declared: u64, buffer: &mut Vec<u8>) -> Result
         // One byte more than declared, so that too long a content shows.
         let room = declared.saturating_add(1).saturating_sub(filled as u64);
         if room == 0 {
-            return Err(format!("expected {declared} bytes of content, found more"));
+            return Err(too_long(declared));
         }
         let count = room.min(GROWTH_BYTES as u64);
         let end = grow_to(buffer, filled as u64 + count)?;
@@ -179,6 +221,10 @@ fn stream(mut decoder: impl Read, declared: u64, buffer: &mut Vec<u8>) -> Result
     }
     check_filled(filled as u64, declared)?;
     Ok(filled)
+}
+
+fn too_long(declared: u64) -> String {
+    format!("expected {declared} bytes of content, found more")
 }
 
 fn check_sizes(chunk: &PackedChunk<'_>) -> Result<(), String> {

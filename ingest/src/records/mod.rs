@@ -11,6 +11,7 @@ mod delivery;
 mod extras;
 mod head;
 mod loss_log;
+mod lz4;
 mod read_ahead;
 mod row;
 mod scan;

@@ -1,0 +1,133 @@
+//! Reading speed on whole files, beside the stream of the `mcap` crate, the readers of Python and the
+//! bare decompressors.
+//!
+//! `cargo bench -p tipwatch-ingest --bench figures -- [FOLDER] [MESSAGES] [PART OF A NAME]` makes the
+//! files in FOLDER (a temporary one by default), reads each several times, reader after reader in
+//! turn, and prints the best and the median of each. All readers see the same file in the same run;
+//! it is in the page cache. Ratios are those of the times, best to best and median to median.
+//!
+//! (a) joint states on three topics, 5 million by default; (b) a tenth as many bytes of joint states
+//! among images on other topics, in chunks of their own and in chunks with the joint states.
+//!
+//! The readers of Python (`mcap`, `rosbags`) take part where the interpreter that `PYTHON` names,
+//! else `python3`, has them; they read the first messages only, and their rate is compared.
+
+// What it prints is its result.
+#![allow(clippy::print_stdout)]
+
+mod logs;
+#[path = "../../src/records/lz4.rs"]
+#[allow(dead_code)]
+mod lz4;
+mod python;
+mod readers;
+
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use self::{
+    logs::Content,
+    readers::{PEER, READERS},
+};
+
+const ROUNDS: usize = 5;
+
+fn main() {
+    let mut arguments = std::env::args()
+        .skip(1)
+        .filter(|argument| argument != "--bench");
+    let given = arguments.next().map(PathBuf::from);
+    let messages: u64 = arguments
+        .next()
+        .and_then(|count| count.parse().ok())
+        .unwrap_or(5_000_000);
+    let part_of_name = arguments.next().unwrap_or_default();
+    let temporary = tempfile::tempdir().expect("a temporary folder");
+    let folder = given.unwrap_or_else(|| temporary.path().to_path_buf());
+    let apart = Content::Images { are_apart: true };
+    let mixed = Content::Images { are_apart: false };
+    let files = [
+        ("a_joints", Content::Joints, "lz4", messages),
+        ("a_joints", Content::Joints, "zstd", messages),
+        ("a_joints", Content::Joints, "none", messages),
+        ("b_images_apart", apart, "lz4", messages / 15),
+        ("b_images_apart", apart, "none", messages / 15),
+        ("b_images_mixed", mixed, "lz4", messages / 15),
+        ("b_images_mixed", mixed, "zstd", messages / 15),
+        ("b_images_mixed", mixed, "none", messages / 15),
+    ];
+    for (name, content, packing, joint_states) in files {
+        let name = format!("{name}_{packing}");
+        if name.contains(&part_of_name) {
+            let path = folder.join(format!("{name}.mcap"));
+            logs::make(&path, content, packing, joint_states);
+            measure(&name, &path);
+        }
+    }
+}
+
+fn measure(name: &str, path: &Path) {
+    let payload = readers::payload_bytes(path);
+    let bytes = std::fs::metadata(path).expect("the file").len();
+    println!(
+        "\n{name}: {:.3} GB, {:.3} GB of payload\n{:30}{:>8}{:>8}{:>7}{:>8}{:>14}{:>10}",
+        bytes as f64 * 1e-9,
+        payload as f64 * 1e-9,
+        "",
+        "best s",
+        "median",
+        "CPU s",
+        "MB/s",
+        "x the stream",
+        "messages",
+    );
+    let mut times = [[0.0; ROUNDS]; READERS.len()];
+    let mut processor = [[0.0; ROUNDS]; READERS.len()];
+    let mut counts = [0; READERS.len()];
+    for round in 0..ROUNDS {
+        for (index, (_, read)) in READERS.iter().enumerate() {
+            let before = processor_seconds();
+            let start = Instant::now();
+            counts[index] = read(path);
+            times[index][round] = start.elapsed().as_secs_f64();
+            processor[index][round] = processor_seconds() - before;
+        }
+    }
+    for times in times.iter_mut().chain(&mut processor) {
+        times.sort_by(f64::total_cmp);
+    }
+    let (best, median) = (
+        |times: &[f64; ROUNDS]| times[0],
+        |times: &[f64; ROUNDS]| times[ROUNDS / 2],
+    );
+    for (index, (name, _)) in READERS.iter().enumerate() {
+        println!(
+            "{name:30}{:8.3}{:8.3}{:7.2}{:8.0}{:7.2}{:7.2}{:10}",
+            best(&times[index]),
+            median(&times[index]),
+            median(&processor[index]),
+            payload as f64 * 1e-6 / best(&times[index]),
+            best(&times[PEER]) / best(&times[index]),
+            median(&times[PEER]) / median(&times[index]),
+            counts[index],
+        );
+    }
+    let stream_rate = counts[PEER] as f64 / best(&times[PEER]);
+    let columns_rate = counts[READERS.len() - 1] as f64 / best(&times[READERS.len() - 1]);
+    python::measure(path, stream_rate, columns_rate);
+}
+
+/// Of all threads of this process, to a hundredth; zero where the system does not tell.
+fn processor_seconds() -> f64 {
+    const TICKS_PER_S: f64 = 100.0;
+    let told = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // The name of the program stands in parentheses and may hold anything.
+    let numbers = told.rsplit(')').next().unwrap_or_default();
+    let ticks = numbers.split_whitespace().skip(11).take(2);
+    ticks
+        .filter_map(|field| field.parse::<f64>().ok())
+        .sum::<f64>()
+        / TICKS_PER_S
+}
