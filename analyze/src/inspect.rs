@@ -131,6 +131,7 @@ fn timings(log: &Log) -> Result<(Timings, Losses)> {
                 kind: kind_of(topic)?,
                 joint_names: Vec::new(),
                 numbers: None,
+                other_parts: Vec::new(),
             })
         })
         .filter(|request| {

@@ -112,6 +112,7 @@ struct Heard {
     counts: Vec<(Sensor, StreamCounts)>,
     faults: Vec<FaultSpan>,
 }
+
 /// A log's machine and the positions of its joints in the log's first valid row; NaN if there is none.
 pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine, Vec<f64>)> {
     let mut loaded = load(&Log::open(path)?, file, &mut |_| {})?;

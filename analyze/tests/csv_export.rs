@@ -76,6 +76,7 @@ fn recorded(log: &Log, kind: SensorKind) -> SensorRecording {
             _ => Vec::new(),
         },
         numbers: None,
+        other_parts: Vec::new(),
     };
     record_sensors(log, &[request], &mut |_| {})
         .unwrap()

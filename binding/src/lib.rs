@@ -7,8 +7,6 @@
 #![forbid(unsafe_code)]
 
 mod machine_file;
-
-pub use machine_file::{MachineFile, MachineFileError, Urdf};
 mod number_signals;
 
 use tipwatch_ingest::{
@@ -21,6 +19,7 @@ use tipwatch_mechanics::machine::{
 };
 use tipwatch_mechanics::signal::{JointTwice, MatchedSensors, OtherSensors, Sample, Sensor};
 
+pub use machine_file::{MachineFile, MachineFileError, Urdf};
 pub use number_signals::number_field;
 
 use number_signals::NumberSignals;
@@ -33,7 +32,7 @@ pub struct BoundLog {
     /// Its sensors, as the estimators want them.
     pub matched: MatchedSensors,
     /// What to read for each sensor, in the order of
-    /// [`Sensors::iter`](tipwatch_mechanics::signal::Sensors::iter); more than once where topics share it.
+    /// [`Sensors::iter`](tipwatch_mechanics::signal::Sensors::iter).
     pub sensors: Vec<BoundSensor>,
     /// The topics found, used or not.
     pub topics: SensorTopics,
@@ -173,15 +172,15 @@ enum JointSource<'f> {
 
 impl Found {
     fn has_imu(&self) -> bool {
-        self.topics.imu.is_some() || !self.numbers.imu.is_empty()
+        self.topics.imu.is_some() || self.numbers.imu.is_some()
     }
 
     fn has_odometry(&self) -> bool {
-        self.topics.odometry.is_some() || !self.numbers.odometry.is_empty()
+        self.topics.odometry.is_some() || self.numbers.odometry.is_some()
     }
 
     fn has_tool_wrench(&self) -> bool {
-        self.topics.tool_wrench.is_some() || !self.numbers.tool_wrench.is_empty()
+        self.topics.tool_wrench.is_some() || self.numbers.tool_wrench.is_some()
     }
 
     /// The streams of joints, the one of most messages first. A joint that the machine file binds number by
@@ -276,6 +275,7 @@ fn bound_sensors(
             kind: binding.kind,
             joint_names,
             numbers: None,
+            other_parts: Vec::new(),
         },
         why: binding.why.clone(),
     };
@@ -287,7 +287,7 @@ fn bound_sensors(
     let (topics, numbers) = (&found.topics, &found.numbers);
     let mut bound = Vec::new();
     for sensor in matched.sensors.iter() {
-        let (binding, requests) = match sensor {
+        let (binding, request) = match sensor {
             Sensor::Joints(stream) => {
                 bound.push(match streams[matched.streams[stream]].source {
                     JointSource::Typed(found) => {
@@ -303,7 +303,7 @@ fn bound_sensors(
             Sensor::ToolWrench => (&topics.tool_wrench, &numbers.tool_wrench),
         };
         bound.extend(binding.iter().map(|b| typed(sensor, b, Vec::new())));
-        bound.extend(requests.iter().map(|request| numbered(sensor, request)));
+        bound.extend(request.iter().map(|request| numbered(sensor, request)));
     }
     bound
 }

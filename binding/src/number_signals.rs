@@ -1,7 +1,5 @@
 //! Signals that the machine file binds number by number: `[signals]` tables become requests.
 
-use std::collections::BTreeMap;
-
 use tipwatch_ingest::{
     Error, Log, NumberField, NumberSample, SampleValue, SensorKind, SensorRequest, Topic, TopicId,
     first_frame, topic_of_field,
@@ -22,9 +20,9 @@ pub(crate) struct NumberedJoint {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct NumberSignals {
     pub(crate) joints: Vec<NumberedJoint>,
-    pub(crate) imu: Vec<SensorRequest>,
-    pub(crate) odometry: Vec<SensorRequest>,
-    pub(crate) tool_wrench: Vec<SensorRequest>,
+    pub(crate) imu: Option<SensorRequest>,
+    pub(crate) odometry: Option<SensorRequest>,
+    pub(crate) tool_wrench: Option<SensorRequest>,
     /// The frame that the IMU's messages name.
     pub(crate) imu_frame: Option<String>,
 }
@@ -75,11 +73,9 @@ impl NumberSignals {
                 orientation: imu.orientation.as_ref(),
                 roll_pitch_yaw: imu.roll_pitch_yaw.as_ref(),
             };
-            found.imu = parts.requests(log, SensorKind::Imu)?;
-            for request in &found.imu {
-                if found.imu_frame.is_none() {
-                    found.imu_frame = first_frame(log, request.topic)?;
-                }
+            found.imu = parts.request(log, SensorKind::Imu)?;
+            if let Some(request) = &found.imu {
+                found.imu_frame = first_frame(log, request.topic)?;
             }
         }
         if let Some(odometry) = signals.odometry.as_ref().and_then(SignalSpec::fields) {
@@ -89,7 +85,7 @@ impl NumberSignals {
                 orientation: odometry.orientation.as_ref(),
                 roll_pitch_yaw: odometry.roll_pitch_yaw.as_ref(),
             };
-            found.odometry = parts.requests(log, SensorKind::Odometry)?;
+            found.odometry = parts.request(log, SensorKind::Odometry)?;
         }
         if let Some(wrench) = signals.tool_wrench.as_ref().and_then(SignalSpec::fields) {
             let parts = Parts {
@@ -98,7 +94,7 @@ impl NumberSignals {
                 orientation: None,
                 roll_pitch_yaw: None,
             };
-            found.tool_wrench = parts.requests(log, SensorKind::ToolWrench)?;
+            found.tool_wrench = parts.request(log, SensorKind::ToolWrench)?;
         }
         Ok(found)
     }
@@ -119,31 +115,19 @@ fn numbered_joint(
         None => SampleValue::Absent,
     };
     let values = vec![SampleValue::Field(position.1), rate];
-    let request = request(position.0.id, SensorKind::JointStates, values, false);
     Ok(Some(NumberedJoint {
         joint: joint.into(),
         request: SensorRequest {
+            topic: position.0.id,
+            kind: SensorKind::JointStates,
             joint_names: vec![joint.into()],
-            ..request
+            numbers: Some(NumberSample {
+                values,
+                has_roll_pitch_yaw: false,
+            }),
+            other_parts: Vec::new(),
         },
     }))
-}
-
-fn request(
-    topic: TopicId,
-    kind: SensorKind,
-    values: Vec<SampleValue>,
-    has_roll_pitch_yaw: bool,
-) -> SensorRequest {
-    SensorRequest {
-        topic,
-        kind,
-        joint_names: Vec::new(),
-        numbers: Some(NumberSample {
-            values,
-            has_roll_pitch_yaw,
-        }),
-    }
 }
 
 fn topic<'l>(log: &'l Log, spec: &FieldSpec) -> Result<&'l Topic, Error> {
@@ -151,8 +135,8 @@ fn topic<'l>(log: &'l Log, spec: &FieldSpec) -> Result<&'l Topic, Error> {
     topic_of_field(log, &spec.topic, wanted.unwrap_or_default())
 }
 
-/// The parts of a sample. Parts of one topic are read together; another topic has samples of its own, in
-/// which the parts of the first are absent.
+/// The parts of a sample. Parts of one topic are read together; samples are at the stamps of the first
+/// part's topic, and those of other topics join them.
 struct Parts<'s> {
     first: &'s [NumberSpec; 3],
     second: Option<&'s [NumberSpec; 3]>,
@@ -160,21 +144,28 @@ struct Parts<'s> {
     roll_pitch_yaw: Option<&'s [NumberSpec; 3]>,
 }
 
+/// Where the numbers of a part begin in the sample, and the numbers.
+type Placed<'s> = (usize, &'s [NumberSpec]);
+
 impl Parts<'_> {
-    fn requests(&self, log: &Log, kind: SensorKind) -> Result<Vec<SensorRequest>, Error> {
-        let mut parts: Vec<(usize, &[NumberSpec])> = vec![(0, self.first)];
+    fn request(&self, log: &Log, kind: SensorKind) -> Result<Option<SensorRequest>, Error> {
+        let mut parts: Vec<Placed<'_>> = vec![(0, self.first)];
         parts.extend(self.second.map(|second| (3, &second[..])));
         parts.extend(self.orientation.map(|numbers| (6, &numbers[..])));
         parts.extend(self.roll_pitch_yaw.map(|numbers| (6, &numbers[..])));
-        let mut by_topic: BTreeMap<TopicId, Vec<(usize, &[NumberSpec])>> = BTreeMap::new();
-        for (place, numbers) in parts {
+        let mut by_topic: Vec<(TopicId, Vec<Placed<'_>>)> = Vec::new();
+        for part in parts {
             // the machine is checked: every part has a number of the log
-            if let Some(field) = numbers.iter().find_map(NumberSpec::field) {
-                let id = topic(log, field)?.id;
-                by_topic.entry(id).or_default().push((place, numbers));
+            let Some(field) = part.1.iter().find_map(NumberSpec::field) else {
+                continue;
+            };
+            let id = topic(log, field)?.id;
+            match by_topic.iter_mut().find(|(topic, _)| *topic == id) {
+                Some((_, parts)) => parts.push(part),
+                None => by_topic.push((id, vec![part])),
             }
         }
-        let requests = by_topic.into_iter().map(|(topic, parts)| {
+        let samples = by_topic.into_iter().map(|(topic, parts)| {
             let mut values = vec![SampleValue::Absent; kind.value_count(0)];
             let mut has_roll_pitch_yaw = false;
             for (place, numbers) in parts {
@@ -187,9 +178,20 @@ impl Parts<'_> {
             if has_roll_pitch_yaw {
                 values.pop();
             }
-            request(topic, kind, values, has_roll_pitch_yaw)
+            let sample = NumberSample {
+                values,
+                has_roll_pitch_yaw,
+            };
+            (topic, sample)
         });
-        Ok(requests.collect())
+        let mut samples = samples.collect::<Vec<_>>().into_iter();
+        Ok(samples.next().map(|(topic, first)| SensorRequest {
+            topic,
+            kind,
+            joint_names: Vec::new(),
+            numbers: Some(first),
+            other_parts: samples.collect(),
+        }))
     }
 }
 

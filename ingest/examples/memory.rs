@@ -67,6 +67,7 @@ fn read(path: &Path) {
             kind: SensorKind::JointStates,
             joint_names: joint_names_in(&log, topic.id).unwrap(),
             numbers: None,
+            other_parts: Vec::new(),
         })
         .collect();
     let (start, mut most) = (Instant::now(), 0.0_f64);

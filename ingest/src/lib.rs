@@ -59,6 +59,7 @@ mod log;
 mod log_file;
 mod losses;
 mod mcap;
+mod merged_parts;
 mod message;
 mod number_decoder;
 mod number_fields;

@@ -1,14 +1,10 @@
 //! Samples made of single numbers of any messages: for what no usual message type carries.
 
+use std::ops::Range;
+
 use crate::{
-    binary::DecodeError,
-    binding::BindingError,
-    field_path::FieldPath,
-    fields::Fields,
-    layout::Layout,
-    message::Message,
-    sensor::{SensorSample, is_filled_in},
-    topic::Topic,
+    binary::DecodeError, binding::BindingError, field_path::FieldPath, fields::Fields,
+    layout::Layout, message::Message, sensor::SensorSample, topic::Topic,
 };
 
 /// A number of a topic's messages.
@@ -101,7 +97,7 @@ impl NumberDecoder {
         })
     }
 
-    /// Decodes one message; whether it has any of the numbers.
+    /// Decodes one message; whether it has any number of the sample's first part.
     pub(crate) fn decode(
         &mut self,
         message: &Message<'_>,
@@ -114,6 +110,7 @@ impl NumberDecoder {
         self.layout.decode(message.data, &mut self.fields)?;
         self.messages += 1;
         sample.header_stamp_ns = self.is_stamped.then(|| self.stamp_ns()).flatten();
+        let first_part = self.first_part();
         let mut has_any = false;
         for (i, (value, place)) in self.values.iter().enumerate() {
             sample.values.push(match value {
@@ -122,7 +119,7 @@ impl NumberDecoder {
                 SampleValue::Field(field) => {
                     let number = number(&self.fields, *place, field.joint.as_deref());
                     let is_there = number.is_finite();
-                    has_any |= is_there;
+                    has_any |= is_there && first_part.contains(&i);
                     self.was_found[i] |= is_there;
                     number * field.scale + field.offset
                 }
@@ -151,6 +148,16 @@ impl NumberDecoder {
         Ok(())
     }
 
+    /// The first number of the log and, of a vector, those with it.
+    fn first_part(&self) -> Range<usize> {
+        let is_field = |(value, _): &(SampleValue, Place)| matches!(value, SampleValue::Field(_));
+        let first = self.values.iter().position(is_field).unwrap_or(0);
+        match self.values.len() {
+            ..=2 => first..first + 1,
+            _ => first - first % 3..first - first % 3 + 3,
+        }
+    }
+
     /// The names in the last message.
     fn names_at(&self, place: Place) -> Vec<String> {
         let Place::Named { names, .. } = place else {
@@ -177,7 +184,7 @@ impl NumberDecoder {
             values.extend(quaternion([roll, pitch, yaw]));
         }
         if let Some(attitude) = values.get_mut(FIRST..FIRST + 4)
-            && !is_filled_in(attitude)
+            && *attitude == [0.0; 4]
         {
             attitude.fill(f64::NAN);
         }

@@ -289,18 +289,13 @@ impl SensorDecoder {
     #[inline]
     fn extend_attitude(&self, values: &mut Vec<f64>, first: usize, is_given: bool) {
         let quaternion = [0, 1, 2, 3].map(|part| self.fields.number(first + part));
-        values.extend(if is_given && is_filled_in(&quaternion) {
+        // all zeros: never filled in
+        values.extend(if is_given && quaternion != [0.0; 4] {
             quaternion
         } else {
             [f64::NAN; 4]
         });
     }
-}
-
-/// Whether a quaternion was ever written: not all zeros. Whether it is an attitude is another matter,
-/// for whoever judges the signal.
-pub(crate) fn is_filled_in(quaternion: &[f64]) -> bool {
-    quaternion.iter().any(|&part| part != 0.0)
 }
 
 /// The places as a range, if each follows the one before.

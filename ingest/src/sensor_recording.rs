@@ -9,6 +9,7 @@ use crate::{
     error::Error,
     log::Log,
     losses::Losses,
+    merged_parts,
     message::Message,
     number_decoder::{NumberDecoder, NumberSample},
     sensor::{SensorDecoder, SensorKind, SensorSample},
@@ -27,6 +28,8 @@ pub struct SensorRequest {
     pub joint_names: Vec<String>,
     /// The numbers that make up a sample, where the messages are not of the usual type.
     pub numbers: Option<NumberSample>,
+    /// Parts of a sample that come on topics of their own; what `numbers` leaves absent.
+    pub other_parts: Vec<(TopicId, NumberSample)>,
 }
 
 /// All samples of one sensor, in the order in which the file has them.
@@ -53,7 +56,7 @@ pub struct SensorRecording {
     /// Messages that have none of the numbers that make up a sample: left out.
     pub without_value: u64,
     /// Place of each sample among all samples of all sensors in the file.
-    order: Vec<u32>,
+    pub(crate) order: Vec<u32>,
 }
 
 /// Reads all samples of the wanted sensors in one pass over the log.
@@ -73,12 +76,24 @@ pub fn record_sensors(
         let (kind, joints) = (request.kind, &request.joint_names);
         let decoder = match &request.numbers {
             Some(numbers) => Decoder::numbers(topic, numbers)?,
-            None => Decoder::Typed(SensorDecoder::new(topic, kind, joints)?),
+            None => Decoder::Typed(Box::new(SensorDecoder::new(topic, kind, joints)?)),
         };
         let width = kind.value_count(joints.len());
         collectors.push(Collector::new(request.topic, decoder, width));
+        for (topic, numbers) in &request.other_parts {
+            let decoder = Decoder::numbers(log.topic(*topic)?, numbers)?;
+            collectors.push(Collector::new(*topic, decoder, width));
+        }
     }
-    record(log, collectors, progress)
+    let (recordings, losses) = record(log, collectors, progress)?;
+    let mut recordings = recordings.into_iter();
+    let mut merged = Vec::with_capacity(requests.len());
+    for request in requests {
+        let first = recordings.next();
+        let others = recordings.by_ref().take(request.other_parts.len());
+        merged.extend(first.map(|first| others.fold(first, merged_parts::join)));
+    }
+    Ok((merged, losses))
 }
 
 /// Reads a log once for all collectors; several may want the same topic.
@@ -153,7 +168,7 @@ impl SensorRecording {
 
 /// Turns messages into samples, by their type or number by number.
 pub(crate) enum Decoder {
-    Typed(SensorDecoder),
+    Typed(Box<SensorDecoder>),
     Numbers(Box<NumberDecoder>),
 }
 

@@ -7,6 +7,8 @@ use crate::{
     topic::Topic,
 };
 
+/// A quaternion whose norm is farther from one than this is no attitude.
+const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
 const TYPES: [&str; 2] = ["tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"];
 /// The names of both frames, then seven numbers.
 const PATHS: [&str; 9] = [
@@ -20,9 +22,6 @@ const PATHS: [&str; 9] = [
     "transforms[].transform.rotation.z",
     "transforms[].transform.rotation.w",
 ];
-
-/// A quaternion whose norm differs more from one is no attitude.
-const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
 
 /// Pose of a frame in its parent. Frames are without a leading slash.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,12 +86,8 @@ fn frames_in(fields: &Fields) -> Vec<StaticFrame> {
 
 impl StaticFrame {
     fn is_pose(&self) -> bool {
-        self.translation_m.iter().all(|t| t.is_finite()) && is_attitude(&self.rotation_xyzw)
+        let norm = self.rotation_xyzw.iter().map(|q| q * q).sum::<f64>().sqrt();
+        self.translation_m.iter().all(|t| t.is_finite())
+            && (norm - 1.0).abs() < QUATERNION_NORM_TOLERANCE
     }
-}
-
-/// Whether a quaternion is an attitude: its norm is one, give or take.
-fn is_attitude(quaternion: &[f64]) -> bool {
-    let squared: f64 = quaternion.iter().map(|part| part * part).sum();
-    (squared.sqrt() - 1.0).abs() <= QUATERNION_NORM_TOLERANCE
 }

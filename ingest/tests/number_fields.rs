@@ -159,6 +159,7 @@ fn one_topic_may_serve_several_sensors() {
             values,
             has_roll_pitch_yaw,
         }),
+        other_parts: Vec::new(),
     };
     let requests = [
         request(SensorKind::Imu, imu, true, &[]),

@@ -10,11 +10,11 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;
 use serde::Serialize;
+use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::{Machine, MeasuredJoint, Wheel};
 use tipwatch_mechanics::{MassShare, Standing};
 
 use crate::run::posture_in_log;
-use tipwatch_binding::MachineFile;
 
 use geometry::{axles, sums, wheelbase};
 use readings::Weighed;

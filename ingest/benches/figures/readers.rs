@@ -125,6 +125,7 @@ fn columns(path: &Path) -> u64 {
         kind: SensorKind::JointStates,
         joint_names: joint_names(),
         numbers: None,
+        other_parts: Vec::new(),
     };
     let requests: Vec<SensorRequest> = joint_ids(&log).into_iter().map(request).collect();
     let (recordings, losses) = record_sensors(&log, &requests, &mut |_| {}).expect("readable");

@@ -281,8 +281,14 @@ impl Plausibility {
             .check(stamp_ns, velocity, moves, limits, &mut note.of(part));
         let turns = seen.turning || is_faster(turning, TURNING);
         let part = Part::AngularVelocity;
-        self.odometry_turning
-            .check(stamp_ns, turning, turns, limits, &mut note.of(part));
+        // where there is an IMU, odometry may be bound without it
+        let is_absent = self.sensors.imu
+            && self.odometry_turning.was_never_given()
+            && turning.iter().all(|v| v.is_nan());
+        if !is_absent {
+            self.odometry_turning
+                .check(stamp_ns, turning, turns, limits, &mut note.of(part));
+        }
         let part = Part::Attitude;
         self.odometry_attitude
             .check(stamp_ns, attitude, turns, limits, &mut note.of(part));

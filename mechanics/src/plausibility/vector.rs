@@ -37,6 +37,11 @@ impl VectorWatch {
         }
     }
 
+    /// Whether no sample had it so far.
+    pub(super) fn was_never_given(&self) -> bool {
+        self.last_ns.is_none()
+    }
+
     /// Tells `found` what is wrong with a sample.
     pub(super) fn check(
         &mut self,

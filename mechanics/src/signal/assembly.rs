@@ -162,49 +162,21 @@ impl Tracks {
                 self.push_to(Followed::Joints(stream), t, positions, Some(rates), first)
             }
             Sensor::Imu => {
-                let parts: [(Followed, &[f64], _); 2] = [
-                    (Followed::SpecificForce, &values[..3], first),
-                    (Followed::AngularVelocity, &values[3..6], second),
-                ];
-                self.push_parts(t, &parts, &values[6..], third)
-            }
-            Sensor::Odometry if self.sensors.imu => {
-                let parts: [(Followed, &[f64], _); 1] = [(Followed::Velocity, &values[..3], first)];
-                self.push_parts(t, &parts, &[], third)
+                self.push_to(Followed::SpecificForce, t, &values[..3], None, first)?;
+                self.push_to(Followed::AngularVelocity, t, &values[3..6], None, second)?;
+                self.push_up(t, &values[6..], third);
+                Ok(())
             }
             Sensor::Odometry => {
-                let parts: [(Followed, &[f64], _); 2] = [
-                    (Followed::Velocity, &values[..3], first),
-                    (Followed::AngularVelocity, &values[3..6], second),
-                ];
-                self.push_parts(t, &parts, &values[6..], third)
+                self.push_to(Followed::Velocity, t, &values[..3], None, first)?;
+                if !self.sensors.imu {
+                    self.push_to(Followed::AngularVelocity, t, &values[3..6], None, second)?;
+                    self.push_up(t, &values[6..], third);
+                }
+                Ok(())
             }
             Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None, first),
         }
-    }
-
-    /// The parts of a sample. One that is not there at all is left out, because sensors may send their
-    /// parts in messages of their own; one of which some is there is refused with the whole sample.
-    fn push_parts(
-        &mut self,
-        stamp_ns: i64,
-        parts: &[(Followed, &[f64], &Treatment)],
-        xyzw: &[f64],
-        attitude: &Treatment,
-    ) -> Result<(), SampleError> {
-        let is_whole = |part: &[f64]| part.iter().all(|v| v.is_finite());
-        let is_absent = |part: &[f64]| part.iter().all(|v| v.is_nan());
-        let some_is_there = parts.iter().any(|(_, part, _)| is_whole(part));
-        let is_attitude_alone = !xyzw.is_empty() && is_whole(xyzw);
-        let is_usable = parts.iter().all(|(_, p, _)| is_whole(p) || is_absent(p));
-        if !(is_usable && (some_is_there || is_attitude_alone)) {
-            return Err(SampleError::NotFinite);
-        }
-        for &(followed, part, treatment) in parts.iter().filter(|(_, part, _)| is_whole(part)) {
-            self.push_to(followed, stamp_ns, part, None, treatment)?;
-        }
-        self.push_up(stamp_ns, xyzw, attitude);
-        Ok(())
     }
 
     /// The direction up in the sensor's frame from its orientation; nothing where that is unknown.

@@ -44,7 +44,6 @@ pub enum Sensor {
 ///   quaternion x y z w of the IMU in an upright frame, NaN where unknown;
 /// - odometry, in the base frame: velocity x y z (m/s), angular velocity x y z (rad/s), orientation
 ///   quaternion x y z w;
-/// - of IMU and odometry each triple and the quaternion may be NaN as a whole: another message has it;
 /// - tool wrench: force x y z (N) and moment x y z (N m) by the surroundings on the tool, in its frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
