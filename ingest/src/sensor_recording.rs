@@ -5,14 +5,16 @@ use std::ops::ControlFlow;
 use crate::{
     binary::DecodeError,
     binding::BindingError,
-    clock::{StampDecision, StampSource},
+    clock::{
+        ClockFinding, Placed, StampCorrection, StampDecision, TimeBase, Times, TopicStatistics,
+        Treatment,
+    },
     error::Error,
     log::Log,
     losses::Losses,
     message::Message,
     number_decoder::{NumberDecoder, NumberSample},
     sensor::{SensorDecoder, SensorKind, SensorSample},
-    timing::TopicStatistics,
     topic::{Topic, TopicId},
 };
 
@@ -36,7 +38,13 @@ pub struct SensorRecording {
     pub topic: TopicId,
     /// Which of the stamps is used, and why.
     pub clock: StampDecision,
-    /// When each sample was measured, by that clock.
+    /// What was done to the stamps to put them on the clock of the log.
+    pub correction: StampCorrection,
+    /// What is odd about the clocks.
+    pub findings: Vec<ClockFinding>,
+    /// The clock that all sensors of the log are on.
+    pub time_base: TimeBase,
+    /// When each sample was measured, by the clock of the log.
     pub stamps_ns: Vec<i64>,
     /// When the recorder received each sample.
     pub log_times_ns: Vec<i64>,
@@ -78,13 +86,15 @@ pub fn record_sensors(
         let width = kind.value_count(joints.len());
         collectors.push(Collector::new(request.topic, decoder, width));
     }
-    record(log, collectors, progress)
+    record(log, collectors, None, progress)
 }
 
-/// Reads a log once for all collectors; several may want the same topic.
+/// Reads a log once for all collectors; several may want the same topic. Their samples come to this clock,
+/// without one to that which they have in common.
 pub(crate) fn record(
     log: &Log,
     mut collectors: Vec<Collector>,
+    time_base: Option<&TimeBase>,
     progress: &mut dyn FnMut(u64),
 ) -> Result<(Vec<SensorRecording>, Losses), Error> {
     let topics: Vec<TopicId> = collectors.iter().map(|collector| collector.topic).collect();
@@ -115,10 +125,22 @@ pub(crate) fn record(
             }
         }
     }
-    Ok((
-        collectors.into_iter().map(Collector::finish).collect(),
-        losses,
-    ))
+    let mut names = Vec::with_capacity(collectors.len());
+    for collector in &collectors {
+        names.push(log.topic(collector.topic)?.name.as_str());
+    }
+    let clocks: Vec<(&str, &Times, &TopicStatistics)> = (names.iter().zip(&collectors))
+        .enumerate()
+        // a topic that two collectors want has one clock
+        .filter(|(place, (_, collector))| !topics[..*place].contains(&collector.topic))
+        .map(|(_, (name, collector))| (*name, &collector.times, &collector.statistics))
+        .collect();
+    let own = TimeBase::of(log, &clocks);
+    let time_base = time_base.unwrap_or(&own);
+    let recordings = (names.iter().zip(collectors))
+        .map(|(name, collector)| collector.finish(name, time_base))
+        .collect();
+    Ok((recordings, losses))
 }
 
 /// Which sample of which recording arrived when: pairs of indices, sorted by log time, in file order
@@ -145,6 +167,20 @@ impl SensorRecording {
     /// The values of one sample.
     pub fn sample(&self, index: usize) -> &[f64] {
         &self.values[index * self.width..(index + 1) * self.width]
+    }
+
+    /// Adds to every stamp (s): what a machine file states of the topic's clock, or what was found.
+    pub fn shift(&mut self, seconds: f64) {
+        let shift_ns = (seconds * 1e9).round() as i64;
+        for stamp in &mut self.stamps_ns {
+            *stamp = stamp.saturating_add(shift_ns);
+        }
+    }
+
+    /// Why the samples of this topic cannot be put on the clock of the log, if they cannot.
+    pub fn refusal(&self) -> Option<&ClockFinding> {
+        let is_refusal = |finding: &&ClockFinding| finding.treatment == Treatment::Refused;
+        self.findings.iter().find(is_refusal)
     }
 }
 
@@ -183,9 +219,7 @@ impl Decoder {
 pub(crate) struct Collector {
     topic: TopicId,
     decoder: Decoder,
-    header_stamps_ns: Vec<Option<i64>>,
-    publish_times_ns: Vec<i64>,
-    log_times_ns: Vec<i64>,
+    times: Times,
     order: Vec<u32>,
     values: Vec<f64>,
     width: usize,
@@ -199,9 +233,7 @@ impl Collector {
         Self {
             topic,
             decoder,
-            header_stamps_ns: Vec::new(),
-            publish_times_ns: Vec::new(),
-            log_times_ns: Vec::new(),
+            times: Times::default(),
             order: Vec::new(),
             values: Vec::new(),
             width,
@@ -216,39 +248,38 @@ impl Collector {
             self.undecodable += 1;
             return;
         }
-        self.header_stamps_ns.push(sample.header_stamp_ns);
-        self.publish_times_ns.push(sample.publish_time_ns);
-        self.log_times_ns.push(sample.log_time_ns);
+        let (publish, log) = (sample.publish_time_ns, sample.log_time_ns);
+        self.times.push(sample.header_stamp_ns, publish, log);
+        self.statistics.push(sample.header_stamp_ns, publish, log);
         self.order.push(order);
         self.values.extend_from_slice(&sample.values);
-        self.statistics.push(
-            sample.header_stamp_ns,
-            sample.publish_time_ns,
-            sample.log_time_ns,
-        );
     }
 
-    /// Decides on the clock and leaves out what has no stamp of it.
-    fn finish(mut self) -> SensorRecording {
-        let clock = self.statistics.decide();
-        let mut stamps: Vec<Option<i64>> = match clock.source {
-            StampSource::Header => self.header_stamps_ns,
-            StampSource::Publish => self.publish_times_ns.into_iter().map(Some).collect(),
-            StampSource::Log => self.log_times_ns.iter().copied().map(Some).collect(),
-        };
-        let unstamped = stamps.iter().filter(|stamp| stamp.is_none()).count();
+    /// Puts the samples on the clock of the log and leaves out what has no stamp of it.
+    fn finish(mut self, name: &str, time_base: &TimeBase) -> SensorRecording {
+        let Placed {
+            mut stamps_ns,
+            clock,
+            correction,
+            findings,
+        } = time_base.place(name, &self.times, &self.statistics);
+        let mut log_times_ns = self.times.into_log_ns();
+        let unstamped = stamps_ns.iter().filter(|stamp| stamp.is_none()).count();
         if unstamped > 0 {
-            let keep: Vec<bool> = stamps.iter().map(Option::is_some).collect();
-            keep_where(&mut stamps, &keep, 1);
-            keep_where(&mut self.log_times_ns, &keep, 1);
+            let keep: Vec<bool> = stamps_ns.iter().map(Option::is_some).collect();
+            keep_where(&mut stamps_ns, &keep, 1);
+            keep_where(&mut log_times_ns, &keep, 1);
             keep_where(&mut self.order, &keep, 1);
             keep_where(&mut self.values, &keep, self.width);
         }
         SensorRecording {
             topic: self.topic,
             clock,
-            stamps_ns: stamps.into_iter().flatten().collect(),
-            log_times_ns: self.log_times_ns,
+            correction,
+            findings,
+            time_base: time_base.clone(),
+            stamps_ns: stamps_ns.into_iter().flatten().collect(),
+            log_times_ns,
             values: self.values,
             width: self.width,
             statistics: self.statistics,

@@ -130,16 +130,6 @@ fn input_row(input: &Input, timing: &TopicTiming) -> Vec<String> {
 /// What a reader must know before relying on the results.
 pub(super) fn limitations(analysis: &Analysis) -> String {
     let mut sentences = analysis.notes.clone();
-    for input in &analysis.inputs {
-        sentences.extend(
-            input
-                .statistics
-                .timing()
-                .notes
-                .iter()
-                .map(|note| format!("Topic {}: {note}", input.topic)),
-        );
-    }
     let losses = &analysis.losses;
     sentences.extend(
         losses
