@@ -1,9 +1,11 @@
 //! Logs of real robots: no true loads, but every kind of dirt. They are not part of the repository.
 
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::clock::words::TopicsFinding;
 use tipwatch_analyze::options::Options;
 use tipwatch_analyze::run::analyse;
 use tipwatch_binding::MachineFile;
+use tipwatch_ingest::ClockFindingKind;
 use tipwatch_mechanics::Quantity;
 use tipwatch_tests::{beside, data};
 
@@ -34,6 +36,9 @@ fn abitobot_weighs_what_it_weighs_and_its_clock_is_the_simulation() {
     );
     let told = |text: &str| analysis.notes.iter().any(|note| note.contains(text));
     assert!(told("integrity cannot be verified") && told("implausible values are flagged"));
+    let simulated = |found: &TopicsFinding| found.finding.kind == ClockFindingKind::SimulationTime;
+    let found = analysis.clock_findings.iter().find(|f| simulated(f));
+    assert_eq!(found.unwrap().topics.len(), analysis.inputs.len());
     for input in &analysis.inputs {
         let timing = input.statistics.timing();
         assert!(input.clock.starts_with("header.stamp"), "{}", input.clock);

@@ -4,6 +4,7 @@
 
 mod accuracy; // wheel loads against simulated truth
 mod causal; // one by one equals four side by side, through the whole analysis
+mod clocks; // offsets between topics, by the physics
 mod coverage; // standard deviations against the spread of the truth
 mod first_paper; // what the first paper shows
 mod gaps; // what is missing is said, never filled in

@@ -1,11 +1,12 @@
 //! What the analysis of one log gives: everything that tables, summary and report are made from.
 
 use nalgebra::Vector3;
-use tipwatch_ingest::{Losses, TopicStatistics};
+use tipwatch_ingest::{Losses, StampCorrection, TopicStatistics};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::signal::{Reasons, StreamCounts};
 use tipwatch_mechanics::{OutcomeColumns, State, StateColumns};
 
+use crate::clock::{ClockOffsets, words::TopicsFinding};
 use crate::comparison::ModelComparison;
 use crate::events::Event;
 use crate::monte_carlo::MonteCarlo;
@@ -45,6 +46,10 @@ pub struct Analysis {
     pub payloads: Vec<EstimatedPayload>,
     /// How the models differ, or why only one can be computed.
     pub comparison: Result<ModelComparison, String>,
+    /// Offsets between the topics' clocks, from the physics.
+    pub clock: ClockOffsets,
+    /// What is odd about the clocks.
+    pub clock_findings: Vec<TopicsFinding>,
 }
 
 /// What a machine was made from, as it was read.
@@ -71,6 +76,8 @@ pub struct Input {
     pub clock: String,
     /// Its stamps: rates, gaps, offsets.
     pub statistics: TopicStatistics,
+    /// What was done to its stamps to put them on the clock of the log.
+    pub correction: StampCorrection,
     /// How many of its samples were used.
     pub counts: StreamCounts,
     /// Messages that could not be decoded.

@@ -43,7 +43,7 @@ pub(crate) fn note(machine: &Machine, rows: &Rows) -> Option<String> {
 fn mean_direction(machine: &Machine, rows: &Rows) -> Option<(Vector3<f64>, usize)> {
     let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
     let (mut sum, mut count) = (Vector3::zeros(), 0);
-    for row in (0..rows.len()).filter(|&row| !rows.reasons[row].has_gap()) {
+    for row in (0..rows.len()).filter(|&row| !rows.reasons[row].leave_state_unknown()) {
         rows.states.get(row, &mut state);
         let imu = &state.imu;
         let off = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();

@@ -9,14 +9,20 @@ use anyhow::Result;
 use serde::Serialize;
 use tipwatch_binding::{MachineFile, named_topics};
 use tipwatch_ingest::{
-    Log, Losses, NamedTopics, SensorKind, SensorRequest, SensorTopics, Topic, TopicId, TopicTiming,
-    record_sensors, robot_description,
+    Log, Losses, NamedTopics, SensorKind, SensorRecording, SensorRequest, SensorTopics,
+    StampCorrection, StampSource, TimeBase, Topic, TopicId, TopicTiming, record_sensors,
+    robot_description,
 };
 
+use crate::clock::{
+    ClockOffsets,
+    words::{self, TopicsFinding},
+};
+use crate::run;
 use crate::stdout::to_stdout;
 
 /// Version of the JSON document.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 /// Why a signal has no topic of its own.
 const BY_NUMBERS: &str = "numbers named by the machine file";
 
@@ -30,6 +36,7 @@ pub struct Inspection {
     bytes: u64,
     topics: Vec<TopicInspection>,
     signals: Vec<SignalInspection>,
+    clock: ClockInspection,
     /// Why signals cannot be bound as the log stands.
     binding_error: Option<String>,
     /// Where a machine description is, and how long it is.
@@ -37,6 +44,21 @@ pub struct Inspection {
     /// What was lost.
     pub losses: Losses,
     integrity: Option<&'static str>,
+}
+
+/// The clock that all topics with signals are put on.
+#[derive(Debug, Serialize)]
+struct ClockInspection {
+    /// "header", "publish" or "log".
+    time: Option<StampSource>,
+    /// The topic whose clock it is; null where it is the log time.
+    topic: Option<String>,
+    /// What is odd about the clocks.
+    findings: Vec<TopicsFinding>,
+    /// Offsets between topics from the physics; null without a machine file.
+    offsets: Option<ClockOffsets>,
+    /// Why there are none.
+    offsets_note: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -48,6 +70,8 @@ struct TopicInspection {
     message_count: Option<u64>,
     /// Stamps, of topics that can be a signal.
     timing: Option<TopicTiming>,
+    /// What was done to them to put them on the clock of the log.
+    correction: Option<StampCorrection>,
     joint_names: Vec<String>,
 }
 
@@ -75,7 +99,7 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
         Ok(found) => (found, None),
         Err(error) => (SensorTopics::default(), Some(error.to_string())),
     };
-    let (timings, mut losses) = timings(&log)?;
+    let (clocks, mut losses) = clocks(&log)?;
     if !losses.is_empty() {
         // once more, for what the topics lost that are no signals
         let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
@@ -84,7 +108,7 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
     let topics = log
         .topics()
         .iter()
-        .map(|topic| topic_inspection(topic, &found, &timings))
+        .map(|topic| topic_inspection(topic, &found, &clocks))
         .collect();
     let signals = if binding_error.is_none() {
         signals(&log, &found, &named, file)
@@ -103,6 +127,7 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
         bytes: log.bytes(),
         topics,
         signals,
+        clock: clock_inspection(&log, file, &clocks),
         binding_error,
         robot_description: robot_description(&log)
             .ok()
@@ -113,10 +138,8 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
     })
 }
 
-type Timings = Vec<(TopicId, TopicTiming)>;
-
-/// How the stamps of every topic behave that can be a signal.
-fn timings(log: &Log) -> Result<(Timings, Losses)> {
+/// The recordings of every topic that can be a signal, for their stamps.
+fn clocks(log: &Log) -> Result<(Vec<SensorRecording>, Losses)> {
     let kind_of = |topic: &Topic| {
         SensorKind::ALL
             .into_iter()
@@ -143,17 +166,38 @@ fn timings(log: &Log) -> Result<(Timings, Losses)> {
             .is_ok()
         })
         .collect();
-    let (recordings, losses) = record_sensors(log, &requests, &mut |_| {})?;
-    Ok((
-        recordings
-            .into_iter()
-            .map(|r| (r.topic, r.statistics.timing()))
-            .collect(),
-        losses,
-    ))
+    Ok(record_sensors(log, &requests, &mut |_| {})?)
 }
 
-fn topic_inspection(topic: &Topic, found: &SensorTopics, timings: &Timings) -> TopicInspection {
+fn clock_inspection(
+    log: &Log,
+    file: Option<&MachineFile>,
+    clocks: &[SensorRecording],
+) -> ClockInspection {
+    let base = clocks.first().map(|recording| &recording.time_base);
+    let findings = clocks.iter().filter_map(|recording| {
+        let topic = log.topic(recording.topic).ok()?;
+        Some((topic.name.as_str(), recording.findings.as_slice()))
+    });
+    let offsets = match file {
+        None => Err("a machine file is needed: --machine".to_owned()),
+        Some(file) => run::clock_offsets(log, file).map_err(|error| format!("{error:#}")),
+    };
+    ClockInspection {
+        time: base.map(TimeBase::source),
+        topic: base.and_then(TimeBase::anchor).map(str::to_owned),
+        findings: words::findings(findings),
+        offsets_note: offsets.as_ref().err().cloned(),
+        offsets: offsets.ok(),
+    }
+}
+
+fn topic_inspection(
+    topic: &Topic,
+    found: &SensorTopics,
+    clocks: &[SensorRecording],
+) -> TopicInspection {
+    let clock = clocks.iter().find(|recording| recording.topic == topic.id);
     let joints = found
         .joint_states
         .iter()
@@ -164,10 +208,8 @@ fn topic_inspection(topic: &Topic, found: &SensorTopics, timings: &Timings) -> T
         encoding: topic.encoding.clone(),
         definition: format!("{:?}", topic.definition_source).to_lowercase(),
         message_count: topic.message_count,
-        timing: timings
-            .iter()
-            .find(|(id, _)| *id == topic.id)
-            .map(|(_, timing)| timing.clone()),
+        timing: clock.map(|recording| recording.statistics.timing()),
+        correction: clock.map(|recording| recording.correction),
         joint_names: joints.map_or(Vec::new(), |joint| joint.joint_names.clone()),
     }
 }
@@ -259,6 +301,7 @@ fn table(inspection: &Inspection) -> Result<String, std::fmt::Error> {
         "description",
         inspection.robot_description.as_deref().unwrap_or("-")
     )?;
+    write!(out, "\nclock\n{}", describe_clock(&inspection.clock))?;
     writeln!(out, "\nintegrity")?;
     writeln!(
         out,
@@ -272,6 +315,24 @@ fn table(inspection: &Inspection) -> Result<String, std::fmt::Error> {
         writeln!(out, "  {note}")?;
     }
     Ok(text)
+}
+
+fn describe_clock(clock: &ClockInspection) -> String {
+    let mut text = match (clock.time, &clock.topic) {
+        (Some(time), Some(topic)) => format!("  {time} of {topic}\n"),
+        (Some(time), None) => format!("  {time}\n"),
+        (None, _) => "  no topic can be a signal\n".to_owned(),
+    };
+    for finding in &clock.findings {
+        text += &format!("  {finding}\n");
+    }
+    if let Some(note) = &clock.offsets_note {
+        text += &format!("  offsets between topics: {note}\n");
+    }
+    if let Some(offsets) = &clock.offsets {
+        text += &words::table(offsets);
+    }
+    text
 }
 
 fn describe_topic(topic: &TopicInspection) -> String {
@@ -296,8 +357,15 @@ fn describe_topic(topic: &TopicInspection) -> String {
         if let Some(offset) = &timing.header_minus_log {
             let _ = writeln!(
                 text,
-                "      header.stamp minus log time: median {:.6} s, {:.6} to {:.6} s, drift {:.2e} s/s",
-                offset.median_s, offset.min_s, offset.max_s, offset.drift_s_per_s
+                "      header.stamp minus log time: median {:.6} s (median absolute deviation {:.6} s), {:.6} to {:.6} s, \
+                 drift {:.1} ppm (standard deviation {:.1}), jitter {:.6} s",
+                offset.median_s,
+                offset.mad_s,
+                offset.min_s,
+                offset.max_s,
+                offset.drift_ppm,
+                offset.drift_sigma_ppm,
+                offset.jitter_s
             );
         }
         for gap in &timing.gaps {
@@ -314,9 +382,6 @@ fn describe_topic(topic: &TopicInspection) -> String {
         ];
         for (kind, count) in odd.into_iter().filter(|(_, count)| *count > 0) {
             let _ = writeln!(text, "      {count} {kind} stamps");
-        }
-        for note in &timing.notes {
-            let _ = writeln!(text, "      {note}");
         }
     }
     if !topic.joint_names.is_empty() {

@@ -9,6 +9,7 @@
 pub mod analysis;
 pub mod check_machine;
 pub mod cli;
+pub mod clock;
 pub mod comparison;
 pub mod demo;
 mod derived;
@@ -20,6 +21,7 @@ pub mod first_machine;
 pub mod imu_check;
 mod input_events;
 pub mod inspect;
+mod linkage_force;
 pub mod load;
 pub mod monte_carlo;
 mod notes;

@@ -1,12 +1,13 @@
 //! From a log and a machine file to a checked machine and its sensors' samples.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
 use tipwatch_binding::{MachineFile, arrivals, bind};
-use tipwatch_ingest::{Log, Losses, SensorRecording, SensorRequest, record_sensors};
+use tipwatch_ingest::{Log, Losses, SensorRecording};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::signal::{MatchedSensors, Sample, Sensor};
 
@@ -27,6 +28,8 @@ pub struct LoadedLog {
     pub signals: Vec<Signal>,
     /// What of the log was lost.
     pub losses: Losses,
+    /// By topic what was added to its stamps because the machine file says so (s).
+    pub clock_offsets_s: BTreeMap<String, f64>,
 }
 
 impl LoadedLog {
@@ -65,24 +68,25 @@ pub struct Signal {
 pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Result<LoadedLog> {
     let urdf = file.urdf(None, Some(log))?;
     let bound = bind(log, &file.spec, &urdf.text, &urdf.name)?;
-    let requests: Vec<SensorRequest> = bound.sensors.iter().map(|b| b.request.clone()).collect();
-    let (recordings, losses) = record_sensors(log, &requests, progress)?;
+    let (recordings, losses) = bound.record(log, progress)?;
     let mut signals = Vec::with_capacity(recordings.len());
-    for (bound, recording) in bound.sensors.into_iter().zip(recordings) {
+    for (sensor, recording) in bound.sensors.into_iter().zip(recordings) {
         let topic = log.topic(recording.topic)?;
-        if recording.stamps_ns.is_empty() && matches!(bound.sensor, Sensor::Joints(_)) {
+        if recording.stamps_ns.is_empty() && matches!(sensor.sensor, Sensor::Joints(_)) {
+            let refusal = recording.refusal().map(ToString::to_string);
             bail!(
-                "{}: topic {}: expected joint states, found no readable message",
+                "{}: topic {}: expected joint states, found {}",
                 log.path().display(),
-                topic.name
+                topic.name,
+                refusal.as_deref().unwrap_or("no readable message")
             );
         }
         signals.push(Signal {
-            sensor: bound.sensor,
-            name: bound.request.kind.signal_key(),
+            sensor: sensor.sensor,
+            name: sensor.request.kind.signal_key(),
             topic: topic.name.clone(),
             type_name: topic.type_name.clone(),
-            why: bound.why,
+            why: sensor.why,
             recording,
         });
     }
@@ -93,6 +97,7 @@ pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Res
         matched: bound.matched,
         signals,
         losses,
+        clock_offsets_s: bound.clock_offsets_s,
     })
 }
 

@@ -2,12 +2,18 @@
 
 use tipwatch_mechanics::signal::Sensor;
 
+use crate::clock::{self, ClockOffsets, words::TopicsFinding};
 use crate::load::LoadedLog;
 use crate::payload::EstimatedPayload;
 
 /// Assumptions, substitutes and oddities, in plain sentences.
 #[must_use]
-pub(crate) fn of(loaded: &LoadedLog, payloads: &[EstimatedPayload]) -> Vec<String> {
+pub(crate) fn of(
+    loaded: &LoadedLog,
+    payloads: &[EstimatedPayload],
+    clock_findings: &[TopicsFinding],
+    clock: &ClockOffsets,
+) -> Vec<String> {
     let mut notes = Vec::new();
     let sensors = &loaded.matched.sensors;
     if !sensors.imu && sensors.odometry {
@@ -28,21 +34,6 @@ pub(crate) fn of(loaded: &LoadedLog, payloads: &[EstimatedPayload]) -> Vec<Strin
     notes.extend(loaded.machine.notes().iter().cloned());
     notes.extend(missing_wheel_joints(loaded));
     for signal in &loaded.signals {
-        notes.extend(
-            signal
-                .recording
-                .statistics
-                .timing()
-                .notes
-                .into_iter()
-                .map(|note| format!("{}: {note}", signal.topic)),
-        );
-        if signal.recording.unstamped > 0 {
-            notes.push(format!(
-                "{}: {} messages without a stamp were left out.",
-                signal.topic, signal.recording.unstamped
-            ));
-        }
         if signal.recording.without_value > 0 {
             notes.push(format!(
                 "{}: {} messages without any of the numbers named for {} were left out.",
@@ -53,6 +44,8 @@ pub(crate) fn of(loaded: &LoadedLog, payloads: &[EstimatedPayload]) -> Vec<Strin
             notes.push(format!("{}: no readable message.", signal.topic));
         }
     }
+    notes.extend(clock_findings.iter().map(|finding| format!("{finding}.")));
+    notes.extend(clock::words::notes(clock));
     notes.extend(payloads.iter().map(|found| {
         format!(
             "Payload {}: its mass was estimated from the force of linkage {}: {:.0} kg, standard deviation {:.0} kg.",

@@ -19,6 +19,8 @@ pub struct Options {
     pub closed_form_input: Option<ClosedFormInput>,
     /// Columns beyond the usual ones.
     pub columns: MoreColumns,
+    /// Which offsets between the topics' clocks are taken out.
+    pub apply_clock_offsets: ApplyClockOffsets,
     /// How many machines the study of parametric uncertainty draws; none where `None`.
     pub monte_carlo: Option<usize>,
 }
@@ -62,9 +64,21 @@ impl Default for Options {
             to_s: None,
             closed_form_input: None,
             columns: MoreColumns::default(),
+            apply_clock_offsets: ApplyClockOffsets::Stated,
             monte_carlo: None,
         }
     }
+}
+
+/// Which offsets between the topics' clocks are taken out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ApplyClockOffsets {
+    /// Those that the machine file states, no others.
+    Stated,
+    /// Beside them those found from the physics that are real (three standard deviations, 5 ms) and well
+    /// known (standard deviation 15 ms or less).
+    Estimated,
 }
 
 /// How signals become states.

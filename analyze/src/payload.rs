@@ -1,19 +1,17 @@
 //! Masses that the log can tell: payloads by the force of the cylinder that lifts them.
 
 use anyhow::{Context, Result, bail};
-use tipwatch_binding::{MachineFile, number_field};
-use tipwatch_ingest::{FieldRecording, FieldRequest, Log, Losses, record_fields};
-use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine};
+use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::machine::{LinkageSpec, Machine};
 use tipwatch_mechanics::{
     ForceQuality, MeasuredForce, PayloadEstimate, State, carries_payload, estimate_payload,
 };
 
 use crate::analysis::Rows;
+use crate::linkage_force::{LinkageForce, Series, at};
 
 /// Most rows that an estimate looks at: they are thinned out evenly.
 const MOST_ROWS: usize = 2000;
-/// Samples further apart than this (ns) are not joined by a straight line.
-const LONGEST_GAP_NS: i64 = 100_000_000;
 
 /// A payload whose mass was estimated.
 #[derive(Debug, Clone)]
@@ -31,9 +29,9 @@ pub struct EstimatedPayload {
 /// # Errors
 /// No linkage that carries the payload has its force bound, or the log does not have the fields.
 pub(crate) fn estimate_all(
-    log: &Log,
     file: &MachineFile,
     machine: &mut Machine,
+    forces: &[LinkageForce],
     rows: &Rows,
 ) -> Result<Vec<EstimatedPayload>> {
     let mut found = Vec::new();
@@ -45,8 +43,13 @@ pub(crate) fn estimate_all(
         let (linkage, spec) = bound_linkage(file, machine, payload).with_context(|| {
             format!("{place}: mass = \"estimate\": expected force or pressure on a [[linkage]] that carries it, or the effort of its rod in [signals.joints], found none")
         })?;
-        let force = measured_force(log, file, spec)?;
-        let samples = samples(machine, rows, &force);
+        let measured = forces.iter().find(|force| force.linkage == linkage);
+        let force = match measured.map(|force| &force.series) {
+            Some(Ok(series)) => series,
+            Some(Err(error)) => bail!("{error:#}"),
+            None => bail!("linkage {}: no force is bound", spec.name),
+        };
+        let samples = samples(machine, rows, force);
         let quality = ForceQuality {
             sigma: spec.force_sigma,
             friction_share: spec.friction_share,
@@ -78,59 +81,6 @@ fn bound_linkage<'a>(
     linkages
         .filter(|(_, spec)| file.spec.force_of(spec).is_some() || spec.pressure.is_some())
         .find(|(linkage, _)| carries_payload(machine, *linkage, payload))
-}
-
-/// A force over time: stamps (ns) and values (N).
-type Series = (Vec<i64>, Vec<f64>);
-
-fn measured_force(log: &Log, file: &MachineFile, spec: &LinkageSpec) -> Result<Series> {
-    if let Some(field) = file.spec.force_of(spec) {
-        let (recordings, _) = read(log, &[field])?;
-        return Ok(series(&recordings[0]));
-    }
-    let Some(pressure) = &spec.pressure else {
-        bail!("linkage {}: no force is bound", spec.name);
-    };
-    let (recordings, _) = read(log, &[&pressure.piston, &pressure.rod])?;
-    let (stamps, piston) = series(&recordings[0]);
-    let rod = series(&recordings[1]);
-    let force = stamps.iter().zip(piston).filter_map(|(&stamp, piston)| {
-        let rod = at(&rod, stamp)?;
-        Some((
-            stamp,
-            piston * pressure.piston_area - rod * pressure.rod_area,
-        ))
-    });
-    Ok(force.unzip())
-}
-
-fn read(log: &Log, fields: &[&FieldSpec]) -> Result<(Vec<FieldRecording>, Losses)> {
-    let request = |spec: &&FieldSpec| FieldRequest {
-        topic: spec.topic.clone(),
-        number: number_field(spec, "effort"),
-    };
-    let requests: Vec<FieldRequest> = fields.iter().map(request).collect();
-    Ok(record_fields(log, &requests)?)
-}
-
-/// Sorted by time.
-fn series(recording: &FieldRecording) -> Series {
-    let stamps = recording.stamps_ns.iter().copied();
-    let mut pairs: Vec<(i64, f64)> = stamps.zip(recording.values.iter().copied()).collect();
-    pairs.sort_by_key(|(stamp, _)| *stamp);
-    pairs.into_iter().unzip()
-}
-
-/// The value at a time, between samples in a straight line; `None` in gaps and beyond the ends.
-fn at((stamps, values): &Series, stamp: i64) -> Option<f64> {
-    let next = stamps.partition_point(|&s| s < stamp);
-    if stamps.get(next) == Some(&stamp) {
-        return values.get(next).copied();
-    }
-    let before = next.checked_sub(1)?;
-    let (a, b) = (stamps[before], *stamps.get(next)?);
-    let share = (stamp - a) as f64 / (b - a) as f64;
-    (b - a <= LONGEST_GAP_NS).then(|| values[before] + share * (values[next] - values[before]))
 }
 
 /// The valid rows, thinned out, with the force measured at their time.

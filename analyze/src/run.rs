@@ -14,12 +14,14 @@ use tipwatch_mechanics::signal::{
 use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, static_outcome};
 
 use crate::analysis::{Analysis, Input, Rows, Sources};
+use crate::clock::ClockOffsets;
 use crate::detect;
+use crate::linkage_force::LinkageForce;
 use crate::load::{LoadedLog, hash_file, hash_of, load};
 use crate::notes;
-use crate::options::{Estimator, Options};
+use crate::options::{ApplyClockOffsets, Estimator, Options};
 use crate::provenance::Provenance;
-use crate::{evaluation, imu_check, monte_carlo, payload, sensitivity};
+use crate::{clock, evaluation, imu_check, linkage_force, monte_carlo, payload, sensitivity};
 
 /// Share of the static load below which a wheel is light where the machine file sets no limit.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
@@ -36,14 +38,15 @@ pub fn analyse(
 ) -> Result<Analysis> {
     let log = Log::open(path)?;
     let mut loaded = load(&log, file, progress)?;
-    let (mut rows, heard) = estimate(&mut loaded, &options);
+    let mut forces = linkage_force::read_all(&log, file, &loaded);
+    let (mut rows, heard, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
     if rows.is_empty() {
         bail!(
             "{}: expected joint states that can be used, found none within the asked time",
             path.display()
         );
     }
-    let payloads = payload::estimate_all(&log, file, &mut loaded.machine, &rows)?;
+    let payloads = payload::estimate_all(file, &mut loaded.machine, &forces, &rows)?;
     let posture = first_posture(&loaded.machine, &rows);
     loaded.machine.refer_to_posture(&posture);
     let machine = &loaded.machine;
@@ -63,7 +66,8 @@ pub fn analyse(
         .flatten();
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
-    let mut notes = notes::of(&loaded, &payloads);
+    let clock_findings = clock::words::of_signals(&loaded.signals);
+    let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock);
     if loaded.matched.sensors.imu {
         notes.splice(0..0, imu_check::note(machine, &rows));
     }
@@ -87,6 +91,7 @@ pub fn analyse(
         type_name: signal.type_name,
         why: signal.why,
         statistics: signal.recording.statistics,
+        correction: signal.recording.correction,
         undecodable: signal.recording.undecodable,
     });
     Ok(Analysis {
@@ -104,6 +109,8 @@ pub fn analyse(
         monte_carlo,
         payloads,
         comparison,
+        clock,
+        clock_findings,
     })
 }
 
@@ -119,6 +126,46 @@ pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine
     let (rows, _) = estimate(&mut loaded, &Options::default());
     let posture = first_posture(&loaded.machine, &rows);
     Ok((loaded.machine, posture))
+}
+
+/// Offsets between the topics of the signals of a log, as the machine file leaves them.
+///
+/// # Errors
+/// The machine does not fit the log, or it cannot be read.
+pub fn clock_offsets(log: &Log, file: &MachineFile) -> Result<ClockOffsets> {
+    let mut loaded = load(log, file, &mut |_| {})?;
+    let (rows, _) = smoothed(&mut loaded, RowClock::JointStates);
+    let forces = linkage_force::read_all(log, file, &loaded);
+    Ok(clock::estimate(&loaded, &forces, &rows))
+}
+
+/// The states of all rows within the asked time, and the offsets between the topics that they were made
+/// of: taken out first where that is asked for.
+fn estimate_on_one_clock(
+    loaded: &mut LoadedLog,
+    forces: &mut [LinkageForce],
+    options: &Options,
+) -> (Rows, Heard, ClockOffsets) {
+    let (rows, heard) = estimate(loaded, options);
+    // the causal estimator lags behind its signals, and rows may be few
+    let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
+    let mut clock = if is_usual && options.from_s.is_none() && options.to_s.is_none() {
+        clock::estimate(loaded, forces, &rows)
+    } else {
+        let (smoothed, _) = smoothed(loaded, RowClock::JointStates);
+        clock::estimate(loaded, forces, &smoothed)
+    };
+    let (rows, heard) = match options.apply_clock_offsets {
+        ApplyClockOffsets::Estimated if clock.apply(&mut loaded.signals, forces) => {
+            estimate(loaded, options)
+        }
+        _ => (rows, heard),
+    };
+    for signal in &mut loaded.signals {
+        // what follows needs the states alone
+        signal.recording.values = Vec::new();
+    }
+    (rows, heard, clock)
 }
 
 /// The states of all rows within the asked time.
@@ -144,6 +191,9 @@ fn smoothed(loaded: &mut LoadedLog, clock: RowClock) -> (Rows, Heard) {
         })
         .collect();
     let smoothed = smooth(&loaded.machine, &loaded.matched.sensors, &recordings, clock);
+    for (signal, recording) in loaded.signals.iter_mut().zip(recordings) {
+        signal.recording.values = recording.values;
+    }
     let rows = Rows {
         times_ns: smoothed.times_ns,
         reasons: smoothed.reasons,

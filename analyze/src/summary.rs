@@ -5,11 +5,12 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use tipwatch_ingest::{Losses, TopicTiming};
+use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::monte_carlo::Band;
 
 use crate::analysis::{Analysis, Input};
+use crate::clock::{ClockOffsets, words::TopicsFinding};
 use crate::events::EventCauses;
 use crate::options::Options;
 use crate::payload::EstimatedPayload;
@@ -17,7 +18,7 @@ use crate::provenance::Provenance;
 use crate::table::name_and_unit;
 
 /// Version of the document.
-pub const SCHEMA: u32 = 2;
+pub const SCHEMA: u32 = 3;
 
 /// The document.
 #[derive(Debug, Serialize)]
@@ -38,6 +39,8 @@ pub struct Summary<'a> {
     pub specific_force_source: &'static str,
     /// The signals used.
     pub inputs: Vec<InputSummary<'a>>,
+    /// The clocks: what is odd about them, and the offsets between topics.
+    pub clock: ClockSummary<'a>,
     /// What a reader must know.
     pub notes: &'a [String],
     /// What of the log was lost.
@@ -192,6 +195,13 @@ pub struct RowSummary {
     invalid_by_reason: BTreeMap<&'static str, usize>,
 }
 
+/// The clocks.
+#[derive(Debug, Serialize)]
+pub struct ClockSummary<'a> {
+    findings: &'a [TopicsFinding],
+    offsets: &'a ClockOffsets,
+}
+
 /// A signal.
 #[derive(Debug, Serialize)]
 pub struct InputSummary<'a> {
@@ -206,6 +216,7 @@ pub struct InputSummary<'a> {
     samples_implausible: u64,
     messages_undecodable: u64,
     timing: TopicTiming,
+    correction: StampCorrection,
 }
 
 impl<'a> Summary<'a> {
@@ -251,6 +262,10 @@ impl<'a> Summary<'a> {
             rows: row_summary(analysis),
             specific_force_source: specific_force_source(&analysis.inputs),
             inputs: analysis.inputs.iter().map(input_summary).collect(),
+            clock: ClockSummary {
+                findings: &analysis.clock_findings,
+                offsets: &analysis.clock,
+            },
             notes: &analysis.notes,
             losses: &analysis.losses,
             model: model_summary(analysis),
@@ -434,5 +449,6 @@ fn input_summary(input: &Input) -> InputSummary<'_> {
         samples_implausible: input.counts.implausible,
         messages_undecodable: input.undecodable,
         timing: input.statistics.timing(),
+        correction: input.correction,
     }
 }

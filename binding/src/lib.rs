@@ -2,12 +2,15 @@
 //!
 //! [`tipwatch_ingest`] knows no machine and [`tipwatch_mechanics`] opens no file; offline and live
 //! analysis both need this one step between them. [`MachineFile`] is read from disk; [`bind`] finds the topics, checks the machine
-//! against what the log has, and says what to read; [`tipwatch_ingest::record_sensors`] then reads it.
+//! against what the log has, and says what to read; [`BoundLog::record`] then reads it.
 
 #![forbid(unsafe_code)]
 
 mod machine_file;
 mod number_signals;
+mod record;
+
+use std::collections::BTreeMap;
 
 use tipwatch_ingest::{
     Binding, JointTopic, Log, NamedTopics, SensorKind, SensorRecording, SensorRequest,
@@ -36,6 +39,8 @@ pub struct BoundLog {
     pub sensors: Vec<BoundSensor>,
     /// The topics found, used or not.
     pub topics: SensorTopics,
+    /// By topic what the machine file says has to be added to its stamps (s).
+    pub clock_offsets_s: BTreeMap<String, f64>,
 }
 
 /// A sensor and the topic that carries it.
@@ -67,6 +72,18 @@ pub enum BindError {
         /// The log.
         log: String,
         /// Every topic with its type.
+        topics: String,
+    },
+    /// The machine file knows the clock of a topic that is not there.
+    #[error("{file}: clock.offset.\"{topic}\": expected a topic of {log}, which has: {topics}")]
+    NoTopicOfClock {
+        /// The machine file.
+        file: String,
+        /// The topic.
+        topic: String,
+        /// The log.
+        log: String,
+        /// Every topic of the log.
         topics: String,
     },
     /// The joint states are of other joints.
@@ -111,6 +128,7 @@ pub fn bind(
     urdf_text: &str,
     urdf_name: &str,
 ) -> Result<BoundLog, BindError> {
+    check_clock_topics(log, spec)?;
     let named = named_topics(spec);
     let numbers = NumberSignals::find(log, &spec.signals)?;
     let may_carry_joints = |topic: &Topic| {
@@ -148,6 +166,7 @@ pub fn bind(
         matched,
         sensors,
         topics: found.topics,
+        clock_offsets_s: spec.clock.offset.clone(),
     })
 }
 
@@ -216,6 +235,20 @@ pub fn static_transforms(log: &Log) -> Result<Vec<StaticTransform>, BindError> {
         StaticTransform::new(&f.parent, &f.child, f.translation_m, f.rotation_xyzw)
     };
     Ok(frames.map(transform).collect())
+}
+
+fn check_clock_topics(log: &Log, spec: &MachineSpec) -> Result<(), BindError> {
+    let names: Vec<&str> = log.topics().iter().map(|t| t.name.as_str()).collect();
+    let mut stated = spec.clock.offset.keys();
+    match stated.find(|topic| !names.contains(&topic.as_str())) {
+        None => Ok(()),
+        Some(topic) => Err(BindError::NoTopicOfClock {
+            file: spec.file.clone(),
+            topic: topic.clone(),
+            log: log.path().display().to_string(),
+            topics: names.join(", "),
+        }),
+    }
 }
 
 fn no_joint_states(log: &Log) -> BindError {

@@ -2,7 +2,7 @@
 
 use crate::{
     binding::BindingError,
-    clock::StampDecision,
+    clock::{ClockFinding, StampDecision, TimeBase},
     error::Error,
     log::Log,
     losses::Losses,
@@ -25,7 +25,9 @@ pub struct FieldRequest {
 pub struct FieldRecording {
     /// Which of the stamps is used, and why.
     pub clock: StampDecision,
-    /// When each was measured, by that clock.
+    /// What is odd about the clocks.
+    pub findings: Vec<ClockFinding>,
+    /// When each was measured, by the clock of the log.
     pub stamps_ns: Vec<i64>,
     /// The numbers, scaled and offset; messages without one are left out.
     pub values: Vec<f64>,
@@ -33,7 +35,8 @@ pub struct FieldRecording {
     pub missing: u64,
 }
 
-/// Reads numbers of any messages in one pass over the log.
+/// Reads numbers of any messages in one pass over the log, and puts them on the clock of its sensors, or
+/// without one on the clock that they have in common.
 ///
 /// # Errors
 /// A topic is not in the log, its messages have no such field or none of them has the number, or the log
@@ -41,6 +44,7 @@ pub struct FieldRecording {
 pub fn record_fields(
     log: &Log,
     requests: &[FieldRequest],
+    time_base: Option<&TimeBase>,
 ) -> Result<(Vec<FieldRecording>, Losses), Error> {
     let mut collectors = Vec::with_capacity(requests.len());
     for request in requests {
@@ -52,9 +56,10 @@ pub fn record_fields(
         let decoder = Decoder::numbers(topic, &sample)?;
         collectors.push(Collector::new(topic.id, decoder, 1));
     }
-    let (recordings, losses) = record(log, collectors, &mut |_| {})?;
+    let (recordings, losses) = record(log, collectors, time_base, &mut |_| {})?;
     let field = |recording: crate::SensorRecording| FieldRecording {
         clock: recording.clock,
+        findings: recording.findings,
         stamps_ns: recording.stamps_ns,
         values: recording.values,
         missing: recording.without_value,

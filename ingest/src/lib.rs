@@ -4,7 +4,8 @@
 //!   [`Losses`] tell what was damaged. Nothing in a damaged file ends the program.
 //! - [`bind`] finds the topic that carries a signal; [`SensorDecoder`] turns its messages into
 //!   [`SensorSample`]s.
-//! - [`TopicStatistics`] tells which clock to trust, and where the gaps are.
+//! - [`TopicStatistics`] tells how the clocks of a topic behave, and where its gaps are; [`TimeBase`] puts
+//!   all topics on one clock and says what it had to do for that.
 //! - [`Layout`] reads single fields out of any message by its recorded definition.
 //! - [`recover`] writes the intact part of a log as a clean MCAP file; [`Ros2Writer`] writes a new one.
 //!
@@ -77,13 +78,15 @@ mod sensor;
 mod sensor_recording;
 mod sensor_topics;
 mod static_frames;
-mod timing;
 mod topic;
 
 pub use crate::{
     binary::DecodeError,
     binding::{Binding, BindingError, Wanted, bind, bind_joint_states},
-    clock::{StampDecision, StampSource},
+    clock::{
+        BackwardStep, ClockFinding, ClockFindingKind, Gap, Placed, StampCorrection, StampDecision,
+        StampOffset, StampSource, TimeBase, Times, TopicStatistics, TopicTiming, Treatment,
+    },
     definition::SchemaError,
     error::Error,
     field_path::FieldPath,
@@ -102,6 +105,5 @@ pub use crate::{
     sensor_recording::{SensorRecording, SensorRequest, arrival_order, record_sensors},
     sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},
     static_frames::{StaticFrame, static_frames},
-    timing::{Gap, StampOffset, TopicStatistics, TopicTiming},
     topic::{DefinitionSource, Topic, TopicId},
 };

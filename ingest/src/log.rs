@@ -33,6 +33,16 @@ pub enum Format {
     Rosbag2Sqlite,
 }
 
+impl Format {
+    /// Whether messages have a publish time beside the log time.
+    pub fn has_publish_time(self) -> bool {
+        match self {
+            Format::Mcap => true,
+            Format::Ros1Bag | Format::Rosbag2Sqlite => false,
+        }
+    }
+}
+
 impl fmt::Display for Format {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {

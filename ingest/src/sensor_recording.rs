@@ -5,7 +5,10 @@ use std::ops::ControlFlow;
 use crate::{
     binary::DecodeError,
     binding::BindingError,
-    clock::StampDecision,
+    clock::{
+        ClockFinding, Placed, StampCorrection, StampDecision, TimeBase, Times, TopicStatistics,
+        Treatment,
+    },
     error::Error,
     log::Log,
     losses::Losses,
@@ -13,7 +16,6 @@ use crate::{
     message::Message,
     number_decoder::{NumberDecoder, NumberSample},
     sensor::{SensorDecoder, SensorKind, SensorSample},
-    timing::TopicStatistics,
     topic::{Topic, TopicId},
 };
 
@@ -39,7 +41,13 @@ pub struct SensorRecording {
     pub topic: TopicId,
     /// Which of the stamps is used, and why.
     pub clock: StampDecision,
-    /// When each sample was measured, by that clock.
+    /// What was done to the stamps to put them on the clock of the log.
+    pub correction: StampCorrection,
+    /// What is odd about the clocks.
+    pub findings: Vec<ClockFinding>,
+    /// The clock that all sensors of the log are on.
+    pub time_base: TimeBase,
+    /// When each sample was measured, by the clock of the log.
     pub stamps_ns: Vec<i64>,
     /// When the recorder received each sample.
     pub log_times_ns: Vec<i64>,
@@ -85,7 +93,7 @@ pub fn record_sensors(
             collectors.push(Collector::new(*topic, decoder, width));
         }
     }
-    let (recordings, losses) = record(log, collectors, progress)?;
+    let (recordings, losses) = record(log, collectors, None, progress)?;
     let mut recordings = recordings.into_iter();
     let mut merged = Vec::with_capacity(requests.len());
     for request in requests {
@@ -96,10 +104,12 @@ pub fn record_sensors(
     Ok((merged, losses))
 }
 
-/// Reads a log once for all collectors; several may want the same topic.
+/// Reads a log once for all collectors; several may want the same topic. Their samples come to this clock,
+/// without one to that which they have in common.
 pub(crate) fn record(
     log: &Log,
     mut collectors: Vec<Collector>,
+    time_base: Option<&TimeBase>,
     progress: &mut dyn FnMut(u64),
 ) -> Result<(Vec<SensorRecording>, Losses), Error> {
     let topics: Vec<TopicId> = collectors.iter().map(|collector| collector.topic).collect();
@@ -133,10 +143,22 @@ pub(crate) fn record(
             }
         }
     }
-    Ok((
-        collectors.into_iter().map(Collector::finish).collect(),
-        losses,
-    ))
+    let mut names = Vec::with_capacity(collectors.len());
+    for collector in &collectors {
+        names.push(log.topic(collector.topic)?.name.as_str());
+    }
+    let clocks: Vec<(&str, &Times, &TopicStatistics)> = (names.iter().zip(&collectors))
+        .enumerate()
+        // a topic that two collectors want has one clock
+        .filter(|(place, (_, collector))| !topics[..*place].contains(&collector.topic))
+        .map(|(_, (name, collector))| (*name, &collector.times, &collector.statistics))
+        .collect();
+    let own = TimeBase::of(log, &clocks);
+    let time_base = time_base.unwrap_or(&own);
+    let recordings = (names.iter().zip(collectors))
+        .map(|(name, collector)| collector.finish(name, time_base))
+        .collect();
+    Ok((recordings, losses))
 }
 
 /// Which sample of which recording arrived when: pairs of indices, sorted by log time, in file order
@@ -163,6 +185,20 @@ impl SensorRecording {
     /// The values of one sample.
     pub fn sample(&self, index: usize) -> &[f64] {
         &self.values[index * self.width..(index + 1) * self.width]
+    }
+
+    /// Adds to every stamp (s): what a machine file states of the topic's clock, or what was found.
+    pub fn shift(&mut self, seconds: f64) {
+        let shift_ns = (seconds * 1e9).round() as i64;
+        for stamp in &mut self.stamps_ns {
+            *stamp = stamp.saturating_add(shift_ns);
+        }
+    }
+
+    /// Why the samples of this topic cannot be put on the clock of the log, if they cannot.
+    pub fn refusal(&self) -> Option<&ClockFinding> {
+        let is_refusal = |finding: &&ClockFinding| finding.treatment == Treatment::Refused;
+        self.findings.iter().find(is_refusal)
     }
 }
 
@@ -201,6 +237,7 @@ impl Decoder {
 pub(crate) struct Collector {
     topic: TopicId,
     decoder: Decoder,
+    times: Times,
     order: Vec<u32>,
     values: Vec<f64>,
     width: usize,
@@ -214,6 +251,7 @@ impl Collector {
         Self {
             topic,
             decoder,
+            times: Times::default(),
             order: Vec::new(),
             values: Vec::new(),
             width,
@@ -242,25 +280,26 @@ impl Collector {
             self.undecodable += 1;
             return;
         }
+        let (publish, log) = (sample.publish_time_ns, sample.log_time_ns);
+        self.times.push(sample.header_stamp_ns, publish, log);
+        self.statistics.push(sample.header_stamp_ns, publish, log);
         self.order.push(order);
         self.values.extend_from_slice(&sample.values);
-        self.statistics.push(
-            sample.header_stamp_ns,
-            sample.publish_time_ns,
-            sample.log_time_ns,
-        );
     }
 
-    /// Decides on the clock and leaves out what has no stamp of it.
-    fn finish(mut self) -> SensorRecording {
-        let clock = self.statistics.decide();
-        let stamps = || self.statistics.stamp_of_each(clock.source);
-        let unstamped = stamps().filter(Option::is_none).count();
-        let mut stamps_ns = Vec::with_capacity(self.order.len() - unstamped);
-        stamps_ns.extend(stamps().flatten());
-        let mut log_times_ns = self.statistics.log_times_ns().to_vec();
+    /// Puts the samples on the clock of the log and leaves out what has no stamp of it.
+    fn finish(mut self, name: &str, time_base: &TimeBase) -> SensorRecording {
+        let Placed {
+            mut stamps_ns,
+            clock,
+            correction,
+            findings,
+        } = time_base.place(name, &self.times, &self.statistics);
+        let mut log_times_ns = self.times.into_log_ns();
+        let unstamped = stamps_ns.iter().filter(|stamp| stamp.is_none()).count();
         if unstamped > 0 {
-            let keep: Vec<bool> = stamps().map(|stamp| stamp.is_some()).collect();
+            let keep: Vec<bool> = stamps_ns.iter().map(Option::is_some).collect();
+            keep_where(&mut stamps_ns, &keep, 1);
             keep_where(&mut log_times_ns, &keep, 1);
             keep_where(&mut self.order, &keep, 1);
             keep_where(&mut self.values, &keep, self.width);
@@ -268,7 +307,10 @@ impl Collector {
         SensorRecording {
             topic: self.topic,
             clock,
-            stamps_ns,
+            correction,
+            findings,
+            time_base: time_base.clone(),
+            stamps_ns: stamps_ns.into_iter().flatten().collect(),
             log_times_ns,
             values: self.values,
             width: self.width,

@@ -7,6 +7,7 @@ mod support; // CDR messages and logs made in memory
 
 mod bags; // bags of ROS 1
 mod binding; // which topic carries a signal
+mod clocks; // all topics of a log on one clock
 mod damage; // nothing panics, everything intact comes out
 mod databases; // databases as crashes leave them, and of every version
 mod layout; // fields out of CDR messages

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use tipwatch_binding::{MachineFile, arrivals, bind};
-use tipwatch_ingest::{Log, Losses, SensorRecording, SensorRequest, record_sensors};
+use tipwatch_ingest::{Log, Losses, SensorRecording};
 use tipwatch_mechanics::signal::{Sample, Sensor};
 
 use crate::fnv::Fnv;
@@ -38,10 +38,8 @@ impl Recording {
             file.path.display(),
             machine.imu().source
         );
-        let requests: Vec<SensorRequest> =
-            bound.sensors.iter().map(|b| b.request.clone()).collect();
         let sensors = bound.sensors.iter().map(|b| b.sensor).collect();
-        let (columns, losses) = record_sensors(&log, &requests, &mut |_| {})?;
+        let (columns, losses) = bound.record(&log, &mut |_| {})?;
         let joints = 0..matched.streams.len();
         let session = Session {
             id: 0,

@@ -147,6 +147,12 @@ impl Truth {
     /// end left out.
     #[must_use]
     pub fn error_share(&self, analysis: &Analysis) -> f64 {
+        self.error_share_shifted(analysis, 0)
+    }
+
+    /// As [`error_share`](Self::error_share), of rows whose times are early by so much (ns).
+    #[must_use]
+    pub fn error_share_shifted(&self, analysis: &Analysis, early_ns: i64) -> f64 {
         let (first, last) = (
             self.times_ns[0] + 500_000_000,
             self.times_ns[self.times_ns.len() - 1] - 500_000_000,
@@ -155,6 +161,7 @@ impl Truth {
         for wheel in 0..self.loads.len() {
             let found = analysis.rows.outcomes.column(Quantity::Load(wheel));
             for (&time, &load) in analysis.rows.times_ns.iter().zip(found) {
+                let time = time + early_ns;
                 if time > first && time < last {
                     let truth = self.at(wheel, time);
                     squares += (load - truth) * (load - truth);

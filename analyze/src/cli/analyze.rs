@@ -10,7 +10,9 @@ use super::{Cli, Verdict, Voice, verdict};
 use crate::analysis::Analysis;
 use crate::events::EventKind;
 use crate::imu_check::FAULT;
-use crate::options::{ClosedFormInput, ColumnGroup, Estimator, Model, MoreColumns, Options};
+use crate::options::{
+    ApplyClockOffsets, ClosedFormInput, ColumnGroup, Estimator, Model, MoreColumns, Options,
+};
 use crate::output::Outputs;
 use crate::progress::Progress;
 use crate::{output, report, run};
@@ -52,6 +54,9 @@ pub(super) struct AnalyzeArgs {
     /// Further columns of samples.parquet; may be repeated.
     #[arg(long, value_enum, value_delimiter = ',')]
     columns: Vec<ColumnGroup>,
+    /// Which offsets between the topics' clocks are taken out.
+    #[arg(long, value_enum, value_name = "WHICH", default_value_t = ApplyClockOffsets::Stated)]
+    apply_clock_offsets: ApplyClockOffsets,
     /// Which files to write.
     #[arg(long, value_enum, default_value_t = Outputs::All)]
     outputs: Outputs,
@@ -89,6 +94,7 @@ pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
         to_s: args.to,
         closed_form_input: args.closed_form_input,
         monte_carlo: args.monte_carlo.map(|draws| draws as usize),
+        apply_clock_offsets: args.apply_clock_offsets,
         columns: MoreColumns {
             parts: args.columns.contains(&ColumnGroup::Parts),
             terms: args.columns.contains(&ColumnGroup::Terms),

@@ -119,6 +119,7 @@ fn mean_specific_force(log: &Log, topic: &str) -> Result<Option<Vector3<f64>>> {
         kind: SensorKind::Imu,
         joint_names: Vec::new(),
         numbers: None,
+        other_parts: Vec::new(),
     };
     let Ok((recordings, _)) = record_sensors(log, &[request], &mut |_| {}) else {
         return Ok(None);

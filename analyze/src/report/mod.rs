@@ -1,5 +1,6 @@
 //! The report: one page for people, complete in itself, that opens without a network.
 
+mod clocks;
 mod decimate;
 mod explanations;
 mod faults;
@@ -52,6 +53,7 @@ pub fn render(analysis: &Analysis) -> String {
         &explanations::models(analysis),
     ));
     page.push_str(&section("Inputs", &tables::inputs(analysis)));
+    page.push_str(&section("Clocks", &clocks::clocks(analysis)));
     page.push_str(&section("Data limitations", &tables::limitations(analysis)));
     page.push_str(&section("Provenance", &tables::provenance(analysis)));
     page.push_str(&plot_library);

@@ -40,6 +40,9 @@ pub struct MachineSpec {
     /// Where the signals are; absent ones are found by message type.
     #[serde(default)]
     pub signals: SignalsSpec,
+    /// What is known of the clocks of the topics.
+    #[serde(default)]
+    pub clock: ClockSpec,
     /// How signals become a state.
     #[serde(default)]
     pub estimator: EstimatorSpec,
@@ -257,6 +260,15 @@ pub struct PressureSpec {
     pub piston_area: f64,
     /// Area of the ring around the rod (m^2).
     pub rod_area: f64,
+}
+
+/// `[clock]`: what is known of the clocks of the topics.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClockSpec {
+    /// By topic what has to be added to its stamps (s): negative where they are late.
+    #[serde(default)]
+    pub offset: BTreeMap<String, f64>,
 }
 
 /// `[estimator]`: how noisy signals become a state. One set of values serves machines of a tonne and

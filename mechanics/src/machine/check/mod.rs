@@ -290,6 +290,12 @@ impl Checker<'_> {
                 spec.plausibility.frozen_samples,
             ));
         }
+        for (topic, offset) in &spec.clock.offset {
+            if !offset.is_finite() {
+                let place = format!("clock.offset.\"{topic}\"");
+                return Err(self.value_error(place, "a number of seconds", *offset));
+            }
+        }
         if limits.min_load.is_some() && limits.min_load_share.is_some() {
             return Err(self.value_error("limits", "min_load or min_load_share", "both"));
         }

@@ -4,10 +4,10 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::sensor::SensorSample;
+use crate::log::Format;
 
-/// One of the times that a message carries.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+/// One of the times that a message carries, the best first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StampSource {
     /// The stamp that the sensor wrote into the message.
@@ -16,17 +16,6 @@ pub enum StampSource {
     Publish,
     /// When the recorder received it.
     Log,
-}
-
-impl StampSource {
-    /// The time of a sample by this source; `None` where the header has none.
-    pub fn stamp_ns(self, sample: &SensorSample) -> Option<i64> {
-        match self {
-            Self::Header => sample.header_stamp_ns,
-            Self::Publish => Some(sample.publish_time_ns),
-            Self::Log => Some(sample.log_time_ns),
-        }
-    }
 }
 
 impl fmt::Display for StampSource {
@@ -49,19 +38,21 @@ pub struct StampDecision {
 }
 
 /// What a decision rests on.
-pub(crate) struct StampEvidence {
-    pub(crate) messages: usize,
+pub(super) struct StampEvidence {
+    pub(super) messages: usize,
     /// Messages whose header has a stamp that is not zero.
-    pub(crate) stamped: usize,
-    pub(crate) header_changes: bool,
-    pub(crate) publish_is_apart: bool,
-    pub(crate) publish_changes: bool,
+    pub(super) stamped: usize,
+    pub(super) header_changes: bool,
+    pub(super) publish_is_apart: bool,
+    pub(super) publish_changes: bool,
+    /// The format, if it has no publish time.
+    pub(super) without_publish: Option<Format>,
 }
 
 impl StampEvidence {
     /// The header's stamp if nearly all messages have one that changes; else the publish time if
     /// the log has one of its own; else the log time.
-    pub(crate) fn decide(&self) -> StampDecision {
+    pub(super) fn decide(&self) -> StampDecision {
         let against_header = match self.against_header() {
             None => {
                 let reason = "header.stamp is present and changes".to_owned();
@@ -79,10 +70,10 @@ impl StampEvidence {
                 reason,
             };
         }
-        let against_publish = if self.publish_is_apart {
-            "the publish time is constant"
-        } else {
-            "the publish time is absent or equals the log time"
+        let against_publish = match self.without_publish {
+            Some(format) => format!("a {format} has no publish time"),
+            None if self.publish_is_apart => "the publish time is constant".to_owned(),
+            None => "the publish time is absent or equals the log time".to_owned(),
         };
         let reason = format!("{against_header}; {against_publish}");
         StampDecision {

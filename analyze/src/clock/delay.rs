@@ -1,0 +1,266 @@
+//! The delay between two views of one motion.
+//!
+//! For each delay tau the late signal y is fitted by the known ones x,
+//! ```text
+//!     S(tau) = min over a of sum ( y(t + tau) - a x(t) )^2
+//! ```
+//! and the delay is where the sum over the channels of ln S is least: each channel counts by how well it
+//! fits, whatever its unit and gain. A parabola through the three lowest points gives it between
+//! steps. Its standard deviation is that of a jackknife over blocks of time, which holds for errors that
+//! last, and at least the disagreement between the channels.
+
+use super::channel::Channel;
+use super::evenly::STEP_S;
+
+/// Delays looked at, each way (steps): half a second.
+const FARTHEST: usize = 50;
+/// Length of a block of the jackknife (steps).
+const BLOCK: usize = 250;
+/// Fewest and most blocks.
+const FEWEST_BLOCKS: usize = 6;
+const MOST_BLOCKS: usize = 40;
+/// Signals with less in common do not tell a delay.
+const LEAST_CORRELATION: f64 = 0.6;
+/// Nor do those that leave it less certain (s).
+const LARGEST_SIGMA_S: f64 = 0.03;
+/// No estimate is better: sensors low-pass what they measure (s).
+const FLOOR_S: f64 = 0.0005;
+/// Residuals below this share of the signal are rounding.
+const ROUNDING: f64 = 1e-10;
+
+/// A delay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Delay {
+    /// By how much the late signal is late (s).
+    pub(super) seconds: f64,
+    /// Standard deviation (s).
+    pub(super) sigma: f64,
+    /// Correlation of the best channel at that delay.
+    pub(super) correlation: f64,
+}
+
+/// Sums over a block, of one channel.
+#[derive(Debug, Clone)]
+struct Sums {
+    /// Known by known.
+    known: Vec<Vec<f64>>,
+    /// Known by late, for each delay.
+    both: Vec<Vec<f64>>,
+    /// Late by late, for each delay.
+    late: Vec<f64>,
+}
+
+/// The delay of the late signals: `stretches` holds the channels of each stretch of time, in one order.
+///
+/// # Errors
+/// Why the signals do not tell one.
+pub(super) fn find(stretches: &[Vec<Option<Channel>>]) -> Result<Delay, String> {
+    let count = stretches.iter().map(Vec::len).max().unwrap_or(0);
+    let channels: Vec<Vec<Sums>> = (0..count)
+        .map(|channel| {
+            let parts = stretches.iter().filter_map(|s| s.get(channel)?.as_ref());
+            blocks(parts)
+        })
+        .filter(|blocks: &Vec<Sums>| blocks.len() >= FEWEST_BLOCKS)
+        .collect();
+    if channels.is_empty() {
+        return Err("not enough time in which both signals are there and something moves".into());
+    }
+    let all = |_: usize| true;
+    let costs: Vec<Vec<f64>> = channels.iter().map(|c| cost(c, all)).collect();
+    let least = |cost: &Vec<f64>| cost.iter().copied().fold(f64::INFINITY, f64::min);
+    let best = costs.iter().map(least).fold(f64::INFINITY, f64::min);
+    let correlation = (1.0 - best.exp()).max(0.0).sqrt();
+    if correlation < LEAST_CORRELATION {
+        return Err(format!(
+            "not enough motion: what the two feel has too little in common (correlation {correlation:.2})"
+        ));
+    }
+    let seconds = valley(&sum(&costs)).ok_or("they agree best beyond half a second, or nowhere")?;
+    let jackknife = jackknife(&channels).ok_or("parts of the log contradict each other")?;
+    let sigma = jackknife.hypot(FLOOR_S).max(disagreement(&costs, seconds));
+    if sigma > LARGEST_SIGMA_S {
+        return Err(format!(
+            "not enough motion: {:.0} ms, but with a standard deviation of {:.0} ms",
+            seconds * 1e3,
+            sigma * 1e3
+        ));
+    }
+    Ok(Delay {
+        seconds,
+        sigma,
+        correlation,
+    })
+}
+
+/// Sums over blocks of time.
+fn blocks<'a>(parts: impl Iterator<Item = &'a Channel>) -> Vec<Sums> {
+    let parts: Vec<&Channel> = parts.collect();
+    let width = parts.iter().map(|c| c.known.len()).min().unwrap_or(0);
+    let inner = |c: &&&Channel| c.late.len().saturating_sub(2 * FARTHEST);
+    let total: usize = parts.iter().map(|c| inner(&c)).sum();
+    let length = BLOCK
+        .min(total / (2 * FEWEST_BLOCKS))
+        .max(total / MOST_BLOCKS);
+    let mut sums = Vec::new();
+    if width == 0 || length == 0 {
+        return sums;
+    }
+    for channel in parts {
+        let end = channel.late.len().saturating_sub(FARTHEST);
+        let mut from = FARTHEST;
+        while from + length <= end {
+            sums.push(Sums::of(channel, width, from, from + length));
+            from += length;
+        }
+    }
+    sums
+}
+
+impl Sums {
+    fn of(channel: &Channel, width: usize, from: usize, to: usize) -> Self {
+        let known: Vec<&[f64]> = (0..width).map(|k| &channel.known[k][from..to]).collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let shifted = |delay: usize| {
+            let ahead = from + delay - FARTHEST;
+            &channel.late[ahead..ahead + to - from]
+        };
+        let delays = || (0..=2 * FARTHEST).map(shifted);
+        Self {
+            known: (known.iter())
+                .map(|a| known.iter().map(|b| dot(a, b)).collect())
+                .collect(),
+            both: delays()
+                .map(|late| known.iter().map(|k| dot(k, late)).collect())
+                .collect(),
+            late: delays().map(|late| dot(late, late)).collect(),
+        }
+    }
+}
+
+/// For each delay ln of what the fit leaves, as a share of the late signal's squares; over the blocks for
+/// which `counts`.
+fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
+    let used: Vec<&Sums> = (blocks.iter().enumerate())
+        .filter(|(block, _)| counts(*block))
+        .map(|(_, sums)| sums)
+        .collect();
+    let width = used.first().map_or(0, |sums| sums.known.len());
+    let known: Vec<Vec<f64>> = (0..width)
+        .map(|i| {
+            (0..width)
+                .map(|j| used.iter().map(|s| s.known[i][j]).sum())
+                .collect()
+        })
+        .collect();
+    let Some(factor) = cholesky(known) else {
+        return vec![0.0; 2 * FARTHEST + 1];
+    };
+    (0..=2 * FARTHEST)
+        .map(|delay| {
+            let late: f64 = used.iter().map(|s| s.late[delay]).sum();
+            let both: Vec<f64> = (0..width)
+                .map(|k| used.iter().map(|s| s.both[delay][k]).sum())
+                .collect();
+            let explained = explained(&factor, &both);
+            ((late - explained).max(ROUNDING * late) / late.max(f64::MIN_POSITIVE))
+                .max(f64::MIN_POSITIVE)
+                .ln()
+        })
+        .collect()
+}
+
+/// L of A = L L', A made a little larger so that signals that are one do not matter.
+fn cholesky(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
+    for (i, row) in a.iter_mut().enumerate() {
+        row[i] *= 1.0 + 1e-9;
+    }
+    for i in 0..a.len() {
+        for j in 0..=i {
+            let inner: f64 = (0..j).map(|k| a[i][k] * a[j][k]).sum();
+            let rest = a[i][j] - inner;
+            a[i][j] = match i == j {
+                true if rest > 0.0 => rest.sqrt(),
+                true => return None,
+                false => rest / a[j][j],
+            };
+        }
+    }
+    Some(a)
+}
+
+/// b' inv(A) b
+fn explained(factor: &[Vec<f64>], b: &[f64]) -> f64 {
+    let mut solved: Vec<f64> = Vec::with_capacity(b.len());
+    for (i, value) in b.iter().enumerate() {
+        let inner: f64 = (0..i).map(|k| factor[i][k] * solved[k]).sum();
+        solved.push((value - inner) / factor[i][i]);
+    }
+    solved.iter().map(|s| s * s).sum()
+}
+
+fn sum(costs: &[Vec<f64>]) -> Vec<f64> {
+    (0..=2 * FARTHEST)
+        .map(|delay| costs.iter().map(|cost| cost[delay]).sum())
+        .collect()
+}
+
+/// The delay of the least cost (s), by the parabola through it and its neighbours; `None` at the ends.
+fn valley(cost: &[f64]) -> Option<f64> {
+    let lowest = (0..cost.len()).min_by(|&a, &b| cost[a].total_cmp(&cost[b]))?;
+    let (a, b, c) = (
+        *cost.get(lowest.checked_sub(1)?)?,
+        cost[lowest],
+        *cost.get(lowest + 1)?,
+    );
+    let bend = a - 2.0 * b + c;
+    let between = if bend > 0.0 {
+        0.5 * (a - c) / bend
+    } else {
+        0.0
+    };
+    Some((lowest as f64 - FARTHEST as f64 + between) * STEP_S)
+}
+
+/// Standard deviation from leaving out each block in turn.
+fn jackknife(channels: &[Vec<Sums>]) -> Option<f64> {
+    let blocks = channels.iter().map(Vec::len).max()?;
+    let without = |left_out: usize| {
+        let costs: Vec<Vec<f64>> = (channels.iter())
+            .map(|channel| {
+                // channels of fewer blocks lose the one at the same place in time
+                let skipped = left_out * channel.len() / blocks;
+                cost(channel, |block| block != skipped)
+            })
+            .collect();
+        valley(&sum(&costs))
+    };
+    let delays: Vec<f64> = (0..blocks).map(without).collect::<Option<_>>()?;
+    let n = delays.len() as f64;
+    let mean = delays.iter().sum::<f64>() / n;
+    let squares: f64 = delays.iter().map(|d| (d - mean) * (d - mean)).sum();
+    Some(((n - 1.0) / n * squares).sqrt())
+}
+
+/// Standard deviation of the mean of what the single channels say, each by its weight: how sharp its
+/// valley is.
+fn disagreement(costs: &[Vec<f64>], mean: f64) -> f64 {
+    let (mut weights, mut squares, mut count) = (0.0, 0.0, 0.0);
+    for cost in costs {
+        let lowest = (1..cost.len() - 1).min_by(|&a, &b| cost[a].total_cmp(&cost[b]));
+        let (Some(lowest), Some(delay)) = (lowest, valley(cost)) else {
+            continue;
+        };
+        let bend = cost[lowest - 1] - 2.0 * cost[lowest] + cost[lowest + 1];
+        if (1.0 - cost[lowest].exp()).max(0.0).sqrt() < LEAST_CORRELATION || bend <= 0.0 {
+            continue;
+        }
+        weights += bend;
+        squares += bend * (delay - mean) * (delay - mean);
+        count += 1.0;
+    }
+    if count < 2.0 {
+        return 0.0;
+    }
+    (squares / weights / (count - 1.0)).sqrt()
+}

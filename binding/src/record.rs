@@ -1,0 +1,29 @@
+//! Reading the samples of a machine's sensors, on one clock.
+
+use tipwatch_ingest::{Losses, SensorRecording, SensorRequest, record_sensors};
+
+use crate::{BoundLog, Log};
+
+impl BoundLog {
+    /// All samples of the sensors, in the order of [`BoundLog::sensors`], on the clock of the log and
+    /// shifted as the machine file says.
+    ///
+    /// `progress` is called now and then with the number of bytes left behind.
+    ///
+    /// # Errors
+    /// The log cannot be read.
+    pub fn record(
+        &self,
+        log: &Log,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<(Vec<SensorRecording>, Losses), tipwatch_ingest::Error> {
+        let requests: Vec<SensorRequest> = self.sensors.iter().map(|b| b.request.clone()).collect();
+        let (mut recordings, losses) = record_sensors(log, &requests, progress)?;
+        for recording in &mut recordings {
+            if let Some(&offset_s) = self.clock_offsets_s.get(&log.topic(recording.topic)?.name) {
+                recording.shift(offset_s);
+            }
+        }
+        Ok((recordings, losses))
+    }
+}

@@ -1,0 +1,123 @@
+//! The clock that most topics share, and how it goes with the log time.
+
+use super::{
+    line::{Line, median_ns},
+    seconds_between,
+};
+
+/// Stamps of one clock are not further apart than messages can be on their way (ns).
+pub(super) const ONE_CLOCK_NS: i64 = 1_000_000_000;
+/// Slopes that differ by no more are of one clock.
+const ONE_PACE: f64 = 50e-6;
+/// A straight line that knots do not leave further describes the offset (ns).
+const STRAIGHT_NS: i64 = 2_000_000;
+/// Messages between two knots, and most knots.
+const MESSAGES_A_KNOT: usize = 50;
+const MOST_KNOTS: usize = 512;
+
+/// A clock as its topic shows it: by how much it is ahead of the log time.
+#[derive(Debug, Clone)]
+pub(super) struct Clock {
+    pub(super) line: Line,
+    /// The first and the last log time.
+    pub(super) log_span_ns: (i64, i64),
+}
+
+impl Clock {
+    /// From the stamps of a topic; `None` without any.
+    pub(super) fn of(stamps: &[Option<i64>], log_ns: &[i64]) -> Option<(Self, Vec<(i64, i64)>)> {
+        let points: Vec<(i64, i64)> = (stamps.iter().zip(log_ns))
+            .filter_map(|(stamp, &log)| Some((log, (*stamp)?.saturating_sub(log))))
+            .collect();
+        let line = Line::through(&points)?;
+        let logs = || points.iter().map(|point| point.0);
+        let log_span_ns = (logs().min()?, logs().max()?);
+        Some((Self { line, log_span_ns }, points))
+    }
+
+    /// By how much it is ahead of another one, in the middle of the time that both were recorded in (ns).
+    fn ahead_of(&self, other: &Self) -> i64 {
+        let from = self.log_span_ns.0.max(other.log_span_ns.0);
+        let to = self.log_span_ns.1.min(other.log_span_ns.1);
+        let middle = from / 2 + to / 2;
+        self.line.at(middle).saturating_sub(other.line.at(middle))
+    }
+
+    fn is_one_with(&self, other: &Self) -> bool {
+        self.ahead_of(other).unsigned_abs() <= ONE_CLOCK_NS.unsigned_abs()
+    }
+
+    fn has_pace_of(&self, other: &Self) -> bool {
+        let sigma = self.line.slope_sigma.hypot(other.line.slope_sigma);
+        (self.line.slope - other.line.slope).abs() <= ONE_PACE + 5.0 * sigma
+    }
+}
+
+/// The clock that most others are one with; among those the one whose pace most have, or that goes
+/// most like the recorder's. The first of equals.
+pub(super) fn choose(clocks: &[(usize, Clock)]) -> Option<usize> {
+    let with = |clock: &Clock| clocks.iter().filter(|(_, c)| c.is_one_with(clock)).count();
+    let largest = clocks.iter().map(|(_, clock)| with(clock)).max()?;
+    let (_, middle) = clocks.iter().find(|(_, clock)| with(clock) == largest)?;
+    let members: Vec<&(usize, Clock)> = (clocks.iter())
+        .filter(|(_, clock)| clock.is_one_with(middle))
+        .collect();
+    let same_pace = |clock: &Clock| members.iter().filter(|(_, c)| c.has_pace_of(clock)).count();
+    let most = members.iter().map(|(_, clock)| same_pace(clock)).max()?;
+    let best = members
+        .iter()
+        .filter(|(_, clock)| same_pace(clock) == most)
+        .min_by(|(_, a), (_, b)| {
+            // all paces that are one count as equal, so that the first topic stays the first
+            let distance = |clock: &Clock| (clock.line.slope.abs() / ONE_PACE).round();
+            distance(a).total_cmp(&distance(b))
+        });
+    best.map(|(topic, _)| *topic)
+}
+
+/// What has to be added to a log time to make it a time of the anchor's clock.
+#[derive(Debug, Clone)]
+pub(super) struct LogMap {
+    pub(super) line: Line,
+    /// Log times and offsets where one straight line does not do; empty where it does.
+    knots: Vec<(i64, i64)>,
+}
+
+impl LogMap {
+    /// The log time itself.
+    pub(super) const IDENTITY: Self = Self {
+        line: Line::SAME,
+        knots: Vec::new(),
+    };
+
+    /// From log times and offsets.
+    pub(super) fn through(line: Line, mut points: Vec<(i64, i64)>) -> Self {
+        points.sort_unstable();
+        let size = MESSAGES_A_KNOT.max(points.len().div_ceil(MOST_KNOTS));
+        let knot = |group: &[(i64, i64)]| {
+            let mut offsets: Vec<i64> = group.iter().map(|point| point.1).collect();
+            Some((group[group.len() / 2].0, median_ns(&mut offsets)?))
+        };
+        let mut knots: Vec<(i64, i64)> = points.chunks(size).filter_map(knot).collect();
+        knots.dedup_by_key(|knot| knot.0);
+        let is_off = |&(log, offset): &(i64, i64)| {
+            line.at(log).abs_diff(offset) > STRAIGHT_NS.unsigned_abs()
+        };
+        if !knots.iter().any(is_off) {
+            knots.clear();
+        }
+        Self { line, knots }
+    }
+
+    /// The offset at a log time (ns): between knots in a straight line, and on that line beyond the ends.
+    pub(super) fn at(&self, log_ns: i64) -> i64 {
+        let next = self.knots.partition_point(|knot| knot.0 < log_ns);
+        let last = self.knots.len().saturating_sub(1);
+        let after = next.clamp(1, last.max(1));
+        let Some(&[a, b]) = self.knots.get(after - 1..=after) else {
+            return self.line.at(log_ns);
+        };
+        let share = seconds_between(a.0, log_ns) / seconds_between(a.0, b.0);
+        a.1.saturating_add((share * b.1.saturating_sub(a.1) as f64).round() as i64)
+    }
+}

@@ -1,0 +1,143 @@
+//! How one clock goes against another: a straight line that few bad points do not move.
+//!
+//! Theil (1950), Sen (1968): the slope is the median of the slopes between all pairs of points, the
+//! offset the median of what the slope leaves.
+
+use super::{NS_PER_S, seconds_between};
+
+/// Most points that a slope is taken from: their pairs grow with the square.
+const MOST_POINTS: usize = 300;
+/// Standard deviation of a normal distribution by its median absolute deviation.
+pub(super) const SIGMA_BY_MAD: f64 = 1.4826;
+
+/// The offset of one clock against another, by the time of the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Line {
+    at_ns: i64,
+    offset_ns: i64,
+    /// Seconds that the offset grows in a second.
+    pub(super) slope: f64,
+    /// Standard deviation of the slope.
+    pub(super) slope_sigma: f64,
+    /// Median absolute deviation of the points from the line (s).
+    pub(super) mad_s: f64,
+    /// From the first to the last point (s).
+    pub(super) span_s: f64,
+}
+
+impl Line {
+    /// Both clocks are one.
+    pub(super) const SAME: Self = Self {
+        at_ns: 0,
+        offset_ns: 0,
+        slope: 0.0,
+        slope_sigma: 0.0,
+        mad_s: 0.0,
+        span_s: 0.0,
+    };
+
+    /// Through points (time, offset), in nanoseconds; `None` without any.
+    pub(super) fn through(points: &[(i64, i64)]) -> Option<Self> {
+        let points = few(points);
+        let (&(first, _), &(last, _)) = (points.first()?, points.last()?);
+        let mut offsets: Vec<i64> = points.iter().map(|point| point.1).collect();
+        let reference = median_ns(&mut offsets)?;
+        // small numbers, exact in floating point
+        let small: Vec<(f64, f64)> = points
+            .iter()
+            .map(|&(x, y)| (seconds_between(first, x), seconds_between(reference, y)))
+            .collect();
+        let slope = median_slope(&small).unwrap_or(0.0);
+        let mut rests: Vec<f64> = small.iter().map(|(x, y)| y - slope * x).collect();
+        let rest = median(&mut rests)?;
+        let mut deviations: Vec<f64> = rests.iter().map(|r| (r - rest).abs()).collect();
+        let mad_s = median(&mut deviations)?;
+        Some(Self {
+            at_ns: first,
+            offset_ns: reference.saturating_add((rest * NS_PER_S).round() as i64),
+            slope,
+            slope_sigma: SIGMA_BY_MAD * mad_s / spread(&small),
+            mad_s,
+            span_s: seconds_between(first, last),
+        })
+    }
+
+    /// The offset at a time (ns).
+    pub(super) fn at(&self, time_ns: i64) -> i64 {
+        let grown_s = self.slope * seconds_between(self.at_ns, time_ns);
+        self.offset_ns
+            .saturating_add((grown_s * NS_PER_S).round() as i64)
+    }
+}
+
+/// Square root of the sum of the squared distances of the times from their mean (s).
+fn spread(points: &[(f64, f64)]) -> f64 {
+    let mean = points.iter().map(|p| p.0).sum::<f64>() / points.len() as f64;
+    let squares: f64 = points.iter().map(|p| (p.0 - mean) * (p.0 - mean)).sum();
+    squares.sqrt().max(f64::MIN_POSITIVE)
+}
+
+fn median_slope(points: &[(f64, f64)]) -> Option<f64> {
+    let mut slopes = Vec::with_capacity(points.len() * points.len() / 2);
+    for (i, a) in points.iter().enumerate() {
+        let later = points[i + 1..].iter().filter(|b| b.0 != a.0);
+        slopes.extend(later.map(|b| (b.1 - a.1) / (b.0 - a.0)));
+    }
+    median(&mut slopes)
+}
+
+/// Evenly chosen points.
+fn few(points: &[(i64, i64)]) -> Vec<(i64, i64)> {
+    let count = points.len().min(MOST_POINTS);
+    let last = points.len().saturating_sub(1);
+    (0..count)
+        .map(|i| points[i * last / count.saturating_sub(1).max(1)])
+        .collect()
+}
+
+/// The middle value, the lower of two; `None` without any.
+pub(super) fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len().checked_sub(1)? / 2;
+    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
+}
+
+/// As [`median`], of whole numbers.
+pub(super) fn median_ns(values: &mut [i64]) -> Option<i64> {
+    let middle = values.len().checked_sub(1)? / 2;
+    Some(*values.select_nth_unstable(middle).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fifth_of_wild_points_do_not_move_the_line() {
+        let start = 1_700_000_000_000_000_000_i64;
+        let points: Vec<(i64, i64)> = (0..5000_i64)
+            .map(|i| {
+                let time = start + i * 10_000_000;
+                let wild = if i % 5 == 0 {
+                    (i * 7919) % 900_000_000
+                } else {
+                    0
+                };
+                // 50 ppm, 3 ms behind, and delays up to 1 ms
+                (time, -3_000_000 + i * 500 - (i * 7919) % 1_000_000 + wild)
+            })
+            .collect();
+        let line = Line::through(&points).unwrap();
+        assert!((line.slope - 50e-6).abs() < 2e-6, "{line:?}");
+        let error = line.at(start + 25_000_000_000) + 3_000_000 - 1_250_000 + 400_000;
+        assert!(error.abs() < 300_000, "{error}");
+        assert!((line.span_s - 49.99).abs() < 1e-9);
+    }
+
+    #[test]
+    fn one_point_is_a_line_without_slope() {
+        let line = Line::through(&[(5, 7)]).unwrap();
+        assert_eq!((line.at(0), line.at(i64::MAX), line.slope), (7, 7, 0.0));
+        assert_eq!(Line::through(&[]), None);
+    }
+}

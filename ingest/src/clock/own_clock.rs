@@ -1,0 +1,59 @@
+//! The clock of one topic, before it is compared with others.
+
+use super::{
+    restarts::{self, MOST_RESTARTS, Restart},
+    stamp::{StampDecision, StampSource},
+    statistics::TopicStatistics,
+    times::Times,
+};
+use crate::log::Format;
+
+/// Which time a topic goes by, and where its clock starts again.
+pub(super) struct OwnClock {
+    pub(super) decision: StampDecision,
+    /// The stamps as they stand in the log.
+    pub(super) stamps: Vec<Option<i64>>,
+    pub(super) restarts: Vec<Restart>,
+}
+
+impl OwnClock {
+    pub(super) fn of(
+        times: &Times,
+        statistics: &TopicStatistics,
+        without_publish: Option<Format>,
+    ) -> Self {
+        let decision = statistics.decide_in(without_publish);
+        let clock = Self::by(decision, times);
+        if clock.restarts.len() <= MOST_RESTARTS {
+            return clock;
+        }
+        let source = match statistics.has_publish_times() {
+            true if clock.decision.source == StampSource::Header => StampSource::Publish,
+            _ => StampSource::Log,
+        };
+        let reason = format!(
+            "{} starts again {} times",
+            clock.decision.source,
+            clock.restarts.len()
+        );
+        let mut other = Self::by(StampDecision { source, reason }, times);
+        if other.restarts.len() > MOST_RESTARTS {
+            other.restarts.clear();
+        }
+        other
+    }
+
+    fn by(decision: StampDecision, times: &Times) -> Self {
+        let stamps = times.by(decision.source);
+        let restarts = match decision.source {
+            // nothing tells of a restart of the recorder's clock
+            StampSource::Log => Vec::new(),
+            StampSource::Header | StampSource::Publish => restarts::find(&stamps, times),
+        };
+        Self {
+            decision,
+            stamps,
+            restarts,
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! Puts the samples of a topic on the clock of its log.
+
+use serde::Serialize;
+
+use super::{
+    NS_PER_S,
+    anchor::{Clock, ONE_CLOCK_NS},
+    finding::{ClockFinding, ClockFindingKind as Kind},
+    line::{Line, SIGMA_BY_MAD, median_ns},
+    odd,
+    own_clock::OwnClock,
+    restarts::pauses,
+    seconds_between,
+    stamp::{StampDecision, StampSource},
+    statistics::TopicStatistics,
+    time_base::TimeBase,
+    times::Times,
+};
+
+/// Clocks that are further apart are of different epochs (s).
+const OTHER_EPOCH_S: f64 = 3600.0;
+/// A stamp that is further from where the log time puts it is none (ns).
+const IMPOSSIBLE_NS: i64 = 3_600_000_000_000;
+/// A drift that makes less over the log does not matter (s).
+const LEAST_DRIFT_S: f64 = 0.02;
+/// A shorter time does not tell a drift (s).
+const LEAST_SPAN_S: f64 = 5.0;
+/// A drift is real if it is this many standard deviations.
+const DRIFT_SIGMAS: f64 = 5.0;
+/// Log times that scatter more about a topic's clock do not tell what it shows (s).
+const MOST_SCATTER_S: f64 = 0.1;
+
+/// What was done to the stamps of a topic.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct StampCorrection {
+    /// Median of what was added, restarts aside.
+    pub added_s: f64,
+    /// Drift that was taken out, in millionths.
+    pub drift_removed_ppm: f64,
+    /// How often the topic's clock started again.
+    pub restarts: usize,
+}
+
+/// The samples of a topic on the clock of their log.
+#[derive(Debug, Clone)]
+pub struct Placed {
+    /// The stamp of each message; `None` where it has none that can be used.
+    pub stamps_ns: Vec<Option<i64>>,
+    /// Which time they come from, and why.
+    pub clock: StampDecision,
+    /// What was done to them.
+    pub correction: StampCorrection,
+    /// What is odd about them.
+    pub findings: Vec<ClockFinding>,
+}
+
+impl TimeBase {
+    /// Puts a topic's samples on this clock.
+    ///
+    /// Stamps of the same clock stay as they are. Others are shifted as a whole, so that they are ahead of
+    /// the log times by as much as those of the clock's own topic; a drift is taken out the same way.
+    /// Messages without stamps get their publish or log time, shifted likewise.
+    pub fn place(&self, name: &str, times: &Times, statistics: &TopicStatistics) -> Placed {
+        let own = OwnClock::of(times, statistics, self.without_publish);
+        let mut placed = Placed {
+            stamps_ns: self.unrolled(&own),
+            correction: StampCorrection {
+                restarts: own.restarts.len(),
+                ..StampCorrection::default()
+            },
+            findings: odd::of_topic(statistics, &own, &self.restarts),
+            clock: own.decision.clone(),
+        };
+        let source = placed.clock.source;
+        if source > self.source {
+            self.place_worse_time(&mut placed, times);
+        } else if source != StampSource::Log {
+            leave_out_impossible(&mut placed, times);
+            if self.anchor() != Some(name) {
+                self.place_own_clock(&mut placed, times);
+            }
+        } else if !times.is_empty() {
+            placed.findings.push(odd::only_log_times(&placed.clock));
+        }
+        placed.findings.extend(self.findings.iter().cloned());
+        let pauses = pauses(&own.restarts, &self.restarts, times.log_ns());
+        for (stamp, pause) in placed.stamps_ns.iter_mut().zip(pauses) {
+            *stamp = stamp.map(|stamp| stamp.saturating_add(pause));
+        }
+        placed
+    }
+
+    /// The topic has stamps of some clock: this one, or another.
+    fn place_own_clock(&self, placed: &mut Placed, times: &Times) {
+        let log_ns = times.log_ns();
+        let Some((clock, points)) = Clock::of(&placed.stamps_ns, log_ns) else {
+            return;
+        };
+        let apart: Vec<(i64, i64)> = (points.iter())
+            .map(|&(log, offset)| (log, offset.saturating_sub(self.map.at(log))))
+            .collect();
+        let Some(line) = Line::through(&apart) else {
+            return;
+        };
+        let (from, to) = clock.log_span_ns;
+        let middle = from / 2 + to / 2;
+        let apart_ns = line.at(middle);
+        let is_other = apart_ns.unsigned_abs() > ONE_CLOCK_NS.unsigned_abs();
+        let drifts = drifts(&line);
+        if !is_other && !drifts {
+            return;
+        }
+        let anchor = self.anchor().unwrap_or("the log time").to_owned();
+        let seen = odd::seen_apart(&anchor, is_other, apart_ns, drifts.then_some(&line));
+        let kind = match seconds_between(0, apart_ns).abs() {
+            _ if !is_other => Kind::ClockDrift,
+            apart_s if apart_s > OTHER_EPOCH_S => Kind::OtherEpoch,
+            _ => Kind::ClockApart,
+        };
+        if let Some(reason) = why_log_times_do_not_tell(&line, from == to && points.len() > 1) {
+            placed.stamps_ns.fill(None);
+            let done = format!("its samples cannot be used: {reason}");
+            placed
+                .findings
+                .push(ClockFinding::refused(kind, seen, done));
+            return;
+        }
+        let correction = |log: i64| if drifts { line.at(log) } else { apart_ns };
+        for (stamp, &log) in placed.stamps_ns.iter_mut().zip(log_ns) {
+            *stamp = stamp.map(|stamp| stamp.saturating_sub(correction(log)));
+        }
+        placed.correction.added_s = -seconds_between(0, apart_ns);
+        placed.correction.drift_removed_ppm = if drifts { line.slope * 1e6 } else { 0.0 };
+        let scatter_ms = SIGMA_BY_MAD * line.mad_s * 1e3;
+        let done = format!(
+            "put on the clock of {anchor} by the log time, as if messages of both were on their way equally long; what differs in that, \
+             some milliseconds as a rule, remains (log times scatter by {scatter_ms:.1} ms)"
+        );
+        placed
+            .findings
+            .push(ClockFinding::handled(kind, seen, done));
+    }
+
+    /// The topic has only publish or log times: they are shifted to what a stamp would show.
+    fn place_worse_time(&self, placed: &mut Placed, times: &Times) {
+        let seen = format!("{} is used: {}", placed.clock.source, placed.clock.reason);
+        let by_publish = match placed.clock.source {
+            StampSource::Publish => self.from_publish,
+            _ => None,
+        };
+        let mut added = Vec::with_capacity(times.len());
+        for (index, &log) in times.log_ns().iter().enumerate() {
+            let publish = times.at(index, StampSource::Publish);
+            let (time, offset) = match (by_publish, publish) {
+                (Some(line), Some(publish)) => (publish, line.at(publish)),
+                _ => (log, self.map.at(log)),
+            };
+            placed.stamps_ns[index] = Some(time.saturating_add(offset));
+            added.push(offset);
+        }
+        if by_publish.is_none() {
+            placed.clock.source = StampSource::Log;
+        }
+        let added_s = seconds_between(0, median_ns(&mut added).unwrap_or(0));
+        placed.correction.added_s = added_s;
+        let done = format!(
+            "put on the clock of {} by adding the {added_s:.4} s by which its stamps are ahead of that time",
+            self.anchor().unwrap_or("the others")
+        );
+        placed
+            .findings
+            .push(ClockFinding::handled(Kind::NoHeaderStamp, seen, done));
+    }
+}
+
+/// Whether a clock is faster or slower than another by more than chance, and by enough to matter.
+fn drifts(line: &Line) -> bool {
+    let grown_s = line.slope.abs() * line.span_s;
+    line.span_s > LEAST_SPAN_S
+        && grown_s > LEAST_DRIFT_S
+        && grown_s > DRIFT_SIGMAS * SIGMA_BY_MAD * line.mad_s
+        && line.slope.abs() > DRIFT_SIGMAS * line.slope_sigma
+}
+
+fn why_log_times_do_not_tell(line: &Line, is_constant: bool) -> Option<String> {
+    if is_constant {
+        return Some("the log times of all its messages are equal".to_owned());
+    }
+    (line.mad_s > MOST_SCATTER_S).then(|| {
+        format!(
+            "the log times scatter by {:.2} s about its stamps",
+            SIGMA_BY_MAD * line.mad_s
+        )
+    })
+}
+
+/// Leaves out single stamps that are far from all others.
+fn leave_out_impossible(placed: &mut Placed, times: &Times) {
+    let Some((clock, _)) = Clock::of(&placed.stamps_ns, times.log_ns()) else {
+        return;
+    };
+    let mut worst_ns = 0;
+    let mut count = 0;
+    for (stamp, &log) in placed.stamps_ns.iter_mut().zip(times.log_ns()) {
+        let Some(time) = *stamp else { continue };
+        let off_ns = time.saturating_sub(log).saturating_sub(clock.line.at(log));
+        if off_ns.unsigned_abs() > IMPOSSIBLE_NS.unsigned_abs() {
+            *stamp = None;
+            count += 1;
+            if off_ns.unsigned_abs() > i64::unsigned_abs(worst_ns) {
+                worst_ns = off_ns;
+            }
+        }
+    }
+    if count > 0 {
+        let seen = format!(
+            "{count} stamps are more than an hour from where the log times put them, the worst by {:.0} s",
+            worst_ns as f64 / NS_PER_S
+        );
+        let done = "those messages are left out";
+        let kind = Kind::ImpossibleStamps;
+        placed
+            .findings
+            .push(ClockFinding::handled(kind, seen, done));
+    }
+}

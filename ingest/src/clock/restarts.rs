@@ -1,0 +1,192 @@
+//! Clocks that start again in the middle of a log: a restart of what stamps, or a replay in a loop.
+
+use super::{
+    line::{Line, median_ns},
+    times::Times,
+};
+
+/// A clock that falls back by less has not started again (ns).
+const LEAST_FALL_NS: i64 = 1_000_000_000;
+/// A clock that leaps ahead of the log time by more was set (ns).
+const LEAST_LEAP_NS: i64 = 3_600_000_000_000;
+/// Messages that have to follow the new clock.
+const CONFIRMING: usize = 2;
+/// Messages on each side from which the shift is taken.
+const WINDOW: usize = 100;
+/// Topics that fall back within this log time do so together (ns).
+const TOGETHER_NS: i64 = 2_000_000_000;
+/// What stands between two runs of a whole log, so that nothing is carried from one to the other (ns).
+pub(super) const PAUSE_NS: i64 = 1_000_000_000;
+/// A clock that starts again more often is none.
+pub(super) const MOST_RESTARTS: usize = 200;
+
+/// A place where a clock starts again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Restart {
+    /// The first message of the new run.
+    pub(super) index: usize,
+    /// When it was recorded.
+    pub(super) log_time_ns: i64,
+    /// How far the clock went ahead; negative where it fell back.
+    pub(super) leap_ns: i64,
+    /// What has to be added to the new run, so that the clock goes on with the log time.
+    pub(super) shift_ns: i64,
+}
+
+/// A restart of several topics' clocks, or of one's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct CommonRestart {
+    pub(super) log_time_ns: i64,
+    pub(super) shift_ns: i64,
+    /// Whether every topic that was being recorded started again: then the runs are different times.
+    pub(super) is_whole: bool,
+}
+
+/// Where the clock that these stamps are of starts again.
+pub(super) fn find(stamps: &[Option<i64>], times: &Times) -> Vec<Restart> {
+    let log_ns = times.log_ns();
+    let present: Vec<(usize, i64)> = (stamps.iter().enumerate())
+        .filter_map(|(index, stamp)| Some((index, (*stamp)?)))
+        .collect();
+    let mut restarts = Vec::new();
+    let Some(&(first, mut highest)) = present.first() else {
+        return restarts;
+    };
+    let mut log_before = log_ns[first];
+    for (place, &(index, stamp)) in present.iter().enumerate() {
+        let leap_ns = stamp.saturating_sub(highest);
+        let log_step = log_ns[index].saturating_sub(log_before);
+        let is_set = leap_ns.saturating_sub(log_step) > LEAST_LEAP_NS;
+        if is_set || leap_ns < -LEAST_FALL_NS {
+            // a single bad stamp is followed by one that is back where the clock was
+            let follows =
+                |&(_, next): &(usize, i64)| next.abs_diff(stamp) < leap_ns.unsigned_abs() / 2;
+            let next = present.get(place + 1..=place + CONFIRMING);
+            if !next.is_some_and(|next| next.iter().all(follows)) {
+                continue;
+            }
+            restarts.push(Restart {
+                index,
+                log_time_ns: log_ns[index],
+                leap_ns,
+                shift_ns: 0,
+            });
+            highest = stamp;
+        }
+        highest = highest.max(stamp);
+        log_before = log_ns[index];
+    }
+    add_shifts(&mut restarts, stamps, log_ns);
+    restarts
+}
+
+fn add_shifts(restarts: &mut [Restart], stamps: &[Option<i64>], log_ns: &[i64]) {
+    if restarts.is_empty() || restarts.len() > MOST_RESTARTS {
+        return;
+    }
+    let bounds: Vec<usize> = std::iter::once(0)
+        .chain(restarts.iter().map(|restart| restart.index))
+        .chain(std::iter::once(stamps.len()))
+        .collect();
+    let offsets = |from: usize, to: usize| -> Vec<(i64, i64)> {
+        (from..to)
+            .filter_map(|i| Some((log_ns[i], stamps[i]?.saturating_sub(log_ns[i]))))
+            .collect()
+    };
+    let longest = bounds.windows(2).max_by_key(|run| run[1] - run[0]);
+    let pace = longest.and_then(|run| Line::through(&offsets(run[0], run[1])));
+    let slope = pace.map_or(0.0, |line| line.slope);
+    for (run, restart) in restarts.iter_mut().enumerate() {
+        // offset of each message as it would be at the restart, were the clock to go on
+        let at_restart = |(log, offset): (i64, i64)| {
+            let ahead = restart.log_time_ns.saturating_sub(log) as f64;
+            offset.saturating_add((slope * ahead) as i64)
+        };
+        let middle = |from: usize, to: usize| {
+            let mut there: Vec<i64> = offsets(from, to).into_iter().map(at_restart).collect();
+            median_ns(&mut there).unwrap_or(0)
+        };
+        let index = restart.index;
+        let before = middle(bounds[run].max(index.saturating_sub(WINDOW)), index);
+        let after = middle(index, bounds[run + 2].min(index + WINDOW));
+        restart.shift_ns = before.saturating_sub(after);
+    }
+}
+
+/// Restarts of all topics: those at one time are one, with one shift, so that the topics stay together.
+pub(super) fn in_common(topics: &[(&[Restart], &Times)]) -> Vec<CommonRestart> {
+    let mut all: Vec<(usize, Restart)> = (topics.iter().enumerate())
+        .flat_map(|(topic, (restarts, _))| restarts.iter().map(move |r| (topic, *r)))
+        .collect();
+    all.sort_by_key(|(_, restart)| restart.log_time_ns);
+    let mut rest = all.as_slice();
+    let mut common = Vec::new();
+    while let Some((_, first)) = rest.first() {
+        let end = first.log_time_ns.saturating_add(TOGETHER_NS);
+        let count = rest.partition_point(|(_, restart)| restart.log_time_ns <= end);
+        let (together, later) = rest.split_at(count);
+        rest = later;
+        let mut shifts: Vec<i64> = together.iter().map(|(_, r)| r.shift_ns).collect();
+        let goes_on = |(topic, (_, times)): (usize, &(&[Restart], &Times))| {
+            let (Some(&from), Some(&to)) = (times.log_ns().first(), times.log_ns().last()) else {
+                return false;
+            };
+            from < first.log_time_ns && end < to && together.iter().all(|(t, _)| *t != topic)
+        };
+        common.push(CommonRestart {
+            log_time_ns: first.log_time_ns,
+            shift_ns: median_ns(&mut shifts).unwrap_or(0),
+            is_whole: !topics.iter().enumerate().any(goes_on),
+        });
+    }
+    common
+}
+
+/// Adds to each stamp the shifts of the restarts before it: the common ones where they are.
+pub(super) fn unrolled(
+    stamps: &[Option<i64>],
+    restarts: &[Restart],
+    common: &[CommonRestart],
+) -> Vec<Option<i64>> {
+    let shift_of = |restart: &Restart| {
+        let nearest = common
+            .iter()
+            .min_by_key(|c| c.log_time_ns.abs_diff(restart.log_time_ns));
+        nearest
+            .filter(|c| c.log_time_ns.abs_diff(restart.log_time_ns) <= TOGETHER_NS.unsigned_abs())
+            .map_or(restart.shift_ns, |c| c.shift_ns)
+    };
+    let mut restarts = restarts.iter().peekable();
+    let mut shift = 0_i64;
+    let add = |(index, stamp): (usize, &Option<i64>)| {
+        while restarts.next_if(|r| r.index <= index).is_some_and(|r| {
+            shift = shift.saturating_add(shift_of(r));
+            true
+        }) {}
+        stamp.map(|stamp| stamp.saturating_add(shift))
+    };
+    stamps.iter().enumerate().map(add).collect()
+}
+
+/// The pauses that stand before each message: one for each restart of the whole log.
+pub(super) fn pauses(restarts: &[Restart], common: &[CommonRestart], log_ns: &[i64]) -> Vec<i64> {
+    let whole: Vec<i64> = (common.iter())
+        .filter(|restart| restart.is_whole)
+        .map(|restart| restart.log_time_ns)
+        .collect();
+    // a topic's own restart tells exactly which messages are after it, the log time within a while
+    let starts: Vec<(i64, Option<usize>)> = (whole.iter())
+        .map(|&time| {
+            let near = |r: &&Restart| r.log_time_ns.abs_diff(time) <= TOGETHER_NS.unsigned_abs();
+            (time, restarts.iter().find(near).map(|r| r.index))
+        })
+        .collect();
+    let count = |(index, &log): (usize, &i64)| {
+        let is_after = |(time, own): &&(i64, Option<usize>)| match own {
+            Some(own) => index >= *own,
+            None => log >= *time,
+        };
+        starts.iter().filter(is_after).count() as i64 * PAUSE_NS
+    };
+    log_ns.iter().enumerate().map(count).collect()
+}

@@ -1,0 +1,135 @@
+//! What the times of a topic tell from one message to the next.
+
+use std::{cmp::Reverse, collections::BinaryHeap};
+
+use serde::Serialize;
+
+use super::{line::median, seconds_between, thinned::Thinned};
+
+/// A pause shorter than this is no gap, however fast the topic (ns).
+const SHORTEST_GAP_NS: i64 = 100_000_000;
+const GAP_PERIODS: f64 = 5.0;
+/// Most gaps listed: the longest.
+const MOST_GAPS: usize = 1000;
+
+/// A pause in a topic.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Gap {
+    /// The last stamp before it.
+    pub start_ns: i64,
+    /// How long nothing came.
+    pub duration_s: f64,
+}
+
+/// A step back of the stamps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BackwardStep {
+    /// The stamp before it.
+    pub from_ns: i64,
+    /// The stamp after it.
+    pub to_ns: i64,
+    /// When the recorder received the message after it.
+    pub log_time_ns: i64,
+}
+
+impl BackwardStep {
+    /// How far back (s).
+    pub fn size_s(&self) -> f64 {
+        seconds_between(self.to_ns, self.from_ns)
+    }
+}
+
+/// Counts one of a topic's times, message after message.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Steps {
+    count: usize,
+    pub(super) first_ns: Option<i64>,
+    pub(super) last_ns: Option<i64>,
+    /// Whether two times differ.
+    pub(super) changes: bool,
+    forward_s: f64,
+    longest_ns: Option<i64>,
+    some: Thinned<i64>,
+    pub(super) duplicates: usize,
+    pub(super) backward: usize,
+    pub(super) largest_backward: Option<BackwardStep>,
+    /// Length and start of the longest pauses, the shortest of them on top.
+    pauses: BinaryHeap<Reverse<(i64, i64)>>,
+    /// The longest pause that had no room.
+    left_out_ns: i64,
+}
+
+impl Steps {
+    pub(super) fn push(&mut self, time_ns: i64, log_time_ns: i64) {
+        self.count += 1;
+        let Some(before) = self.last_ns.replace(time_ns) else {
+            self.first_ns = Some(time_ns);
+            return;
+        };
+        self.changes |= time_ns != before;
+        let step_ns = time_ns.saturating_sub(before);
+        if step_ns > 0 {
+            self.forward_s += seconds_between(before, time_ns);
+            self.longest_ns = self.longest_ns.max(Some(step_ns));
+            self.some.push(step_ns);
+            self.note_pause(step_ns, before);
+        } else if step_ns == 0 {
+            self.duplicates += 1;
+        } else {
+            self.backward += 1;
+            let step = BackwardStep {
+                from_ns: before,
+                to_ns: time_ns,
+                log_time_ns,
+            };
+            let is_larger = |largest: &BackwardStep| largest.size_s() < step.size_s();
+            if self.largest_backward.as_ref().is_none_or(is_larger) {
+                self.largest_backward = Some(step);
+            }
+        }
+    }
+
+    fn note_pause(&mut self, step_ns: i64, start_ns: i64) {
+        if step_ns <= SHORTEST_GAP_NS {
+            return;
+        }
+        self.pauses.push(Reverse((step_ns, start_ns)));
+        if self.pauses.len() > MOST_GAPS
+            && let Some(Reverse((shortest, _))) = self.pauses.pop()
+        {
+            self.left_out_ns = self.left_out_ns.max(shortest);
+        }
+    }
+
+    /// Messages a second. Backward steps do not shorten the time, duplicates do not lengthen it.
+    pub(super) fn rate_hz(&self) -> Option<f64> {
+        (self.forward_s > 0.0).then(|| (self.count - 1) as f64 / self.forward_s)
+    }
+
+    pub(super) fn longest_s(&self) -> Option<f64> {
+        self.longest_ns.map(|ns| seconds_between(0, ns))
+    }
+
+    /// Median of the steps forward, and the median absolute deviation from it (s).
+    pub(super) fn period_s(&self) -> Option<(f64, f64)> {
+        let steps = self.some.values().iter();
+        let mut steps: Vec<f64> = steps.map(|&ns| seconds_between(0, ns)).collect();
+        let period = median(&mut steps)?;
+        let mut deviations: Vec<f64> = steps.iter().map(|step| (step - period).abs()).collect();
+        Some((period, median(&mut deviations)?))
+    }
+
+    /// The gaps, by time, and whether there are more.
+    pub(super) fn gaps(&self) -> (Vec<Gap>, bool) {
+        let period_s = self.period_s().map_or(0.0, |(period, _)| period);
+        let longest_s = (period_s * GAP_PERIODS).max(seconds_between(0, SHORTEST_GAP_NS));
+        let gap = |&Reverse((step_ns, start_ns)): &Reverse<(i64, i64)>| Gap {
+            start_ns,
+            duration_s: seconds_between(0, step_ns),
+        };
+        let mut gaps: Vec<Gap> = self.pauses.iter().map(gap).collect();
+        gaps.retain(|gap| gap.duration_s > longest_s);
+        gaps.sort_by_key(|gap| gap.start_ns);
+        (gaps, seconds_between(0, self.left_out_ns) > longest_s)
+    }
+}

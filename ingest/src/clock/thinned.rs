@@ -1,0 +1,61 @@
+//! A bounded picture of a long row of values.
+
+/// Most values kept: as many as give a median to a hundredth of the spread.
+const CAPACITY: usize = 4096;
+
+/// Every n-th of the values pushed, n such that they fit; all of them while there are few.
+#[derive(Debug, Clone)]
+pub(super) struct Thinned<T> {
+    values: Vec<T>,
+    stride: u64,
+    seen: u64,
+}
+
+impl<T> Default for Thinned<T> {
+    fn default() -> Self {
+        Self {
+            values: Vec::new(),
+            stride: 1,
+            seen: 0,
+        }
+    }
+}
+
+impl<T> Thinned<T> {
+    pub(super) fn push(&mut self, value: T) {
+        if self.seen.is_multiple_of(self.stride) {
+            if self.values.len() == CAPACITY {
+                let mut index = 0;
+                self.values.retain(|_| {
+                    index += 1;
+                    index % 2 == 1
+                });
+                self.stride *= 2;
+            }
+            if self.seen.is_multiple_of(self.stride) {
+                self.values.push(value);
+            }
+        }
+        self.seen += 1;
+    }
+
+    pub(super) fn values(&self) -> &[T] {
+        &self.values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_values_leave_few_that_are_evenly_spread() {
+        let mut thinned = Thinned::default();
+        for value in 0..1_000_000_u64 {
+            thinned.push(value);
+        }
+        let values = thinned.values();
+        assert!((CAPACITY / 2..=CAPACITY).contains(&values.len()));
+        assert!(values.windows(2).all(|pair| pair[1] - pair[0] == 256));
+    }
+}

@@ -1,0 +1,121 @@
+//! The one clock that the signals of a log are put on.
+
+use super::{
+    anchor::{self, Clock, LogMap},
+    finding::ClockFinding,
+    line::Line,
+    odd,
+    own_clock::OwnClock,
+    restarts::{self, CommonRestart, Restart},
+    stamp::StampSource,
+    statistics::TopicStatistics,
+    times::Times,
+};
+use crate::log::{Format, Log};
+
+/// The clock of most topics of a log that have stamps; without stamps the publish time, else the log
+/// time.
+///
+/// A topic that goes by another clock is put on it by way of the log time, see [`place`](Self::place).
+#[derive(Debug, Clone)]
+pub struct TimeBase {
+    pub(super) source: StampSource,
+    /// The topic whose clock it is; `None` where it is the log time.
+    pub(super) anchor: Option<String>,
+    /// Makes log times times of this clock.
+    pub(super) map: LogMap,
+    /// Makes publish times times of this clock, where they are not the log times.
+    pub(super) from_publish: Option<Line>,
+    pub(super) restarts: Vec<CommonRestart>,
+    pub(super) without_publish: Option<Format>,
+    /// What is odd about this clock.
+    pub(super) findings: Vec<ClockFinding>,
+}
+
+impl TimeBase {
+    /// The clock that these topics of a log, each with its name, have in common.
+    pub fn of(log: &Log, topics: &[(&str, &Times, &TopicStatistics)]) -> Self {
+        let without_publish = Some(log.format()).filter(|format| !format.has_publish_time());
+        let clocks: Vec<OwnClock> = topics
+            .iter()
+            .map(|(_, times, statistics)| OwnClock::of(times, statistics, without_publish))
+            .collect();
+        let restarts: Vec<(&[Restart], &Times)> = (clocks.iter().zip(topics))
+            .map(|(clock, (_, times, _))| (clock.restarts.as_slice(), *times))
+            .collect();
+        let restarts = restarts::in_common(&restarts);
+        let mut base = Self {
+            source: StampSource::Log,
+            anchor: None,
+            map: LogMap::IDENTITY,
+            from_publish: None,
+            restarts,
+            without_publish,
+            findings: Vec::new(),
+        };
+        base.find_anchor(topics, &clocks);
+        let times: Vec<&Times> = topics.iter().map(|(_, times, _)| *times).collect();
+        base.findings = odd::of_base(&base, &times, clock_topic(log));
+        base
+    }
+
+    fn find_anchor(&mut self, topics: &[(&str, &Times, &TopicStatistics)], clocks: &[OwnClock]) {
+        for source in [StampSource::Header, StampSource::Publish] {
+            let found: Vec<(usize, Clock)> = (clocks.iter().enumerate())
+                .filter(|(_, clock)| clock.decision.source == source)
+                .filter_map(|(topic, clock)| {
+                    let stamps = self.unrolled(clock);
+                    Some((topic, Clock::of(&stamps, topics[topic].1.log_ns())?.0))
+                })
+                .collect();
+            let Some(topic) = anchor::choose(&found) else {
+                continue;
+            };
+            let (name, times, statistics) = topics[topic];
+            let stamps = self.unrolled(&clocks[topic]);
+            let Some((clock, points)) = Clock::of(&stamps, times.log_ns()) else {
+                continue;
+            };
+            self.source = source;
+            self.anchor = Some(name.to_owned());
+            self.map = LogMap::through(clock.line, points);
+            if source == StampSource::Header && statistics.has_publish_times() {
+                self.from_publish = line_from_publish(&stamps, times);
+            }
+            return;
+        }
+    }
+
+    /// The stamps of a topic as if its clock had never started again.
+    pub(super) fn unrolled(&self, clock: &OwnClock) -> Vec<Option<i64>> {
+        restarts::unrolled(&clock.stamps, &clock.restarts, &self.restarts)
+    }
+
+    /// Which of the messages' times it is.
+    pub fn source(&self) -> StampSource {
+        self.source
+    }
+
+    /// The topic whose clock it is; `None` where it is the log time.
+    pub fn anchor(&self) -> Option<&str> {
+        self.anchor.as_deref()
+    }
+}
+
+fn line_from_publish(stamps: &[Option<i64>], times: &Times) -> Option<Line> {
+    let points: Vec<(i64, i64)> = (stamps.iter().enumerate())
+        .filter_map(|(index, stamp)| {
+            let publish = times.at(index, StampSource::Publish)?;
+            Some((publish, (*stamp)?.saturating_sub(publish)))
+        })
+        .collect();
+    Line::through(&points)
+}
+
+/// The name of the topic on which a simulation tells its time.
+fn clock_topic(log: &Log) -> Option<&str> {
+    let is_clock =
+        |type_name: &str| type_name.starts_with("rosgraph_msgs/") && type_name.ends_with("/Clock");
+    let topic = log.topics().iter().find(|topic| is_clock(&topic.type_name));
+    topic.map(|topic| topic.name.as_str())
+}

@@ -1,0 +1,496 @@
+//! Logs whose clocks are wrong in every way that machines get them wrong, written here.
+
+use std::{collections::BTreeMap, io::Cursor};
+
+use mcap::{WriteOptions, records::MessageHeader};
+use tipwatch_ingest::{
+    ClockFinding, ClockFindingKind as Kind, FieldRequest, Log, NumberField, SensorKind,
+    SensorRecording, SensorRequest, StampSource, Treatment, record_fields, record_sensors,
+};
+
+use crate::support::{FIRST_NS, JOINT_STATE, TempLog, joint_state};
+
+const MS: i64 = 1_000_000;
+const S: i64 = 1_000_000_000;
+const PERIOD: i64 = 10 * MS;
+const MESSAGES: i64 = 2000;
+
+/// The times of a message: header stamp (zero: none), publish time, log time.
+#[derive(Clone, Copy)]
+struct Message {
+    stamp: i64,
+    publish: i64,
+    log: i64,
+}
+
+/// On its way for 2 ms and up to 1 ms more.
+fn delay(i: i64) -> i64 {
+    2 * MS + ((i * 0x9E37_79B9) >> 7) % MS
+}
+
+/// A message at this time by a clock that is right.
+fn sound(time: i64, i: i64) -> Message {
+    let log = time + delay(i);
+    Message {
+        stamp: time,
+        publish: log,
+        log,
+    }
+}
+
+fn at(i: i64) -> i64 {
+    FIRST_NS + i * PERIOD
+}
+
+fn all(message: impl Fn(i64) -> Message) -> Vec<Message> {
+    (0..MESSAGES).map(message).collect()
+}
+
+fn log_of(topics: &[(&str, Vec<Message>)], with_clock_topic: bool) -> TempLog {
+    let mut writer = WriteOptions::new()
+        .compression(None)
+        .create(Cursor::new(Vec::new()))
+        .unwrap();
+    let definition = JOINT_STATE.as_bytes();
+    let schema = writer
+        .add_schema("sensor_msgs/msg/JointState", "ros2msg", definition)
+        .unwrap();
+    if with_clock_topic {
+        let schema = writer
+            .add_schema("rosgraph_msgs/msg/Clock", "ros2msg", b"uint32 sec\n")
+            .unwrap();
+        writer
+            .add_channel(schema, "/clock", "cdr", &BTreeMap::new())
+            .unwrap();
+    }
+    let mut messages = Vec::new();
+    for (name, times) in topics {
+        let channel = writer
+            .add_channel(schema, name, "cdr", &BTreeMap::new())
+            .unwrap();
+        messages.extend(times.iter().enumerate().map(|(i, &m)| (m, channel, i)));
+    }
+    messages.sort_by_key(|(message, ..)| message.log);
+    for (message, channel_id, i) in messages {
+        let header = MessageHeader {
+            channel_id,
+            sequence: i as u32,
+            log_time: message.log as u64,
+            publish_time: message.publish as u64,
+        };
+        let joint = joint_state(message.stamp, &["a"], &[i as f64], &[]);
+        writer.write_to_known_channel(&header, &joint).unwrap();
+    }
+    writer.finish().unwrap();
+    TempLog::new("log.mcap", &writer.into_inner().into_inner())
+}
+
+fn recorded(file: &TempLog) -> BTreeMap<String, SensorRecording> {
+    let log = Log::open(&file.path).unwrap();
+    let topics = log.topics().iter().filter(|topic| topic.name != "/clock");
+    let requests: Vec<SensorRequest> = topics
+        .map(|topic| SensorRequest {
+            topic: topic.id,
+            kind: SensorKind::JointStates,
+            joint_names: vec!["a".into()],
+            numbers: None,
+            other_parts: Vec::new(),
+        })
+        .collect();
+    let (recordings, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
+    assert!(losses.is_empty(), "{losses:?}");
+    recordings
+        .into_iter()
+        .map(|r| (log.topic(r.topic).unwrap().name.clone(), r))
+        .collect()
+}
+
+fn found(recording: &SensorRecording, kind: Kind) -> &ClockFinding {
+    let finding = recording.findings.iter().find(|f| f.kind == kind);
+    finding.unwrap_or_else(|| panic!("no {kind:?} in {:?}", recording.findings))
+}
+
+fn kinds(recording: &SensorRecording) -> Vec<Kind> {
+    recording.findings.iter().map(|f| f.kind).collect()
+}
+
+/// The largest distance of the stamps from where they should be (ms).
+fn largest_error_ms(recording: &SensorRecording, truth: impl Fn(i64) -> i64) -> f64 {
+    let error = |(place, &stamp): (usize, &i64)| {
+        // the position of the joint is the number of the message
+        let i = recording.values[place * recording.width] as i64;
+        (stamp - truth(i)).abs() as f64 / MS as f64
+    };
+    let errors = recording.stamps_ns.iter().enumerate().map(error);
+    errors.fold(0.0, f64::max)
+}
+
+#[test]
+fn sound_stamps_stay_as_they_are() {
+    let shifted = |i| sound(at(i) + 3 * MS, i);
+    let recordings = recorded(&log_of(
+        &[("/arm", all(|i| sound(at(i), i))), ("/imu", all(shifted))],
+        false,
+    ));
+    for (name, offset) in [("/arm", 0), ("/imu", 3 * MS)] {
+        let recording = &recordings[name];
+        assert_eq!(largest_error_ms(recording, |i| at(i) + offset), 0.0);
+        assert_eq!(kinds(recording), []);
+        assert_eq!(recording.correction.added_s, 0.0);
+        let offset = recording.statistics.timing().header_minus_log.unwrap();
+        assert!((offset.median_s + 0.0025).abs() < 2e-4, "{offset:?}");
+        assert!((offset.mad_s - 0.00025).abs() < 5e-5, "{offset:?}");
+        assert!(offset.drift_ppm.abs() < 5.0 * offset.drift_sigma_ppm.max(1.0));
+    }
+}
+
+#[test]
+fn simulation_time_is_the_time_of_all_signals() {
+    // the simulation takes two seconds for one
+    let simulated = |i: i64| Message {
+        stamp: 7 * S + i * PERIOD,
+        publish: FIRST_NS + 2 * i * PERIOD + delay(i),
+        log: FIRST_NS + 2 * i * PERIOD + delay(i),
+    };
+    let file = log_of(&[("/arm", all(simulated)), ("/imu", all(simulated))], true);
+    let recordings = recorded(&file);
+    for recording in recordings.values() {
+        let finding = found(recording, Kind::SimulationTime);
+        assert_eq!(finding.treatment, Treatment::Handled);
+        assert!(finding.seen.contains("/clock") && finding.seen.contains("0.500"));
+        assert_eq!(largest_error_ms(recording, |i| 7 * S + i * PERIOD), 0.0);
+        let drift = recording.statistics.timing().header_minus_log.unwrap();
+        assert!((drift.drift_ppm + 500_000.0).abs() < 100.0, "{drift:?}");
+    }
+}
+
+#[test]
+fn a_simulation_that_stumbles_carries_signals_without_stamps_along() {
+    // the pace changes from second to second
+    let log_time = |i: i64| {
+        let t = i as f64 * 0.01;
+        FIRST_NS + ((1.3 * t + 0.3 * (0.7 * t).sin()) * 1e9) as i64
+    };
+    let simulated = |i| Message {
+        stamp: S + i * PERIOD,
+        publish: log_time(i),
+        log: log_time(i),
+    };
+    let unstamped = |i| Message {
+        stamp: 0,
+        ..simulated(i)
+    };
+    let recordings = recorded(&log_of(
+        &[("/arm", all(simulated)), ("/force", all(unstamped))],
+        false,
+    ));
+    let force = &recordings["/force"];
+    assert_eq!(
+        found(force, Kind::NoHeaderStamp).treatment,
+        Treatment::Handled
+    );
+    let error = largest_error_ms(force, |i| S + i * PERIOD);
+    assert!(error < 20.0, "{error} ms");
+}
+
+#[test]
+fn a_replayed_log_keeps_the_time_of_the_machine() {
+    let days = 40 * 86_400 * S;
+    let replayed = |i: i64| {
+        let log = at(i) / 2 + FIRST_NS / 2 + days + delay(i);
+        Message {
+            stamp: at(i),
+            publish: log,
+            log,
+        }
+    };
+    let recordings = recorded(&log_of(
+        &[("/arm", all(replayed)), ("/imu", all(replayed))],
+        false,
+    ));
+    for recording in recordings.values() {
+        let finding = found(recording, Kind::ReplayedLog);
+        assert_eq!(finding.treatment, Treatment::Handled);
+        assert!(
+            finding.seen.contains("40.00 days later") && finding.seen.contains("2.00"),
+            "{finding}"
+        );
+        assert_eq!(largest_error_ms(recording, at), 0.0);
+    }
+}
+
+#[test]
+fn messages_without_stamps_are_left_out_or_put_on_the_clock_of_the_others() {
+    let never = |i| Message {
+        stamp: 0,
+        ..sound(at(i), i)
+    };
+    let sometimes = |i| Message {
+        stamp: if i % 10 == 3 { 0 } else { at(i) },
+        ..sound(at(i), i)
+    };
+    let topics = [
+        ("/arm", all(|i| sound(at(i), i))),
+        ("/force", all(never)),
+        ("/imu", all(sometimes)),
+    ];
+    let recordings = recorded(&log_of(&topics, false));
+    let force = &recordings["/force"];
+    let finding = found(force, Kind::NoHeaderStamp);
+    assert_eq!(finding.treatment, Treatment::Handled);
+    assert!(
+        finding.seen.contains("absent or zero") && finding.done.contains("/arm"),
+        "{finding}"
+    );
+    assert_eq!(force.clock.source, StampSource::Log);
+    assert!((force.correction.added_s + 0.0025).abs() < 2e-4);
+    // what the delays of single messages differ from the median remains
+    let error = largest_error_ms(force, at);
+    assert!(error < 0.7, "{error} ms");
+    let imu = &recordings["/imu"];
+    assert_eq!(found(imu, Kind::ZeroStamps).treatment, Treatment::Handled);
+    assert_eq!((imu.unstamped, imu.stamps_ns.len()), (200, 1800));
+    assert_eq!(largest_error_ms(imu, at), 0.0);
+}
+
+#[test]
+fn without_any_stamp_the_log_time_is_used_and_said_to_be_an_error() {
+    let never = |i| Message {
+        stamp: 0,
+        ..sound(at(i), i)
+    };
+    let recordings = recorded(&log_of(
+        &[("/arm", all(never)), ("/imu", all(never))],
+        false,
+    ));
+    for recording in recordings.values() {
+        let finding = found(recording, Kind::NoHeaderStamp);
+        assert_eq!(finding.treatment, Treatment::Reported);
+        assert_eq!(largest_error_ms(recording, |i| at(i) + delay(i)), 0.0);
+    }
+}
+
+#[test]
+fn a_publish_time_is_better_than_the_log_time() {
+    // published 1 ms after measuring, recorded with delays
+    let published = |stamp: i64, i: i64| Message {
+        stamp,
+        publish: at(i) + MS,
+        log: at(i) + delay(i) * 10,
+    };
+    let topics = [
+        ("/arm", all(|i| published(at(i), i))),
+        ("/force", all(|i| published(0, i))),
+    ];
+    let force = &recorded(&log_of(&topics, false))["/force"];
+    assert_eq!(force.clock.source, StampSource::Publish);
+    assert_eq!(largest_error_ms(force, at), 0.0);
+    let both = [
+        ("/arm", all(|i| published(0, i))),
+        ("/force", all(|i| published(0, i))),
+    ];
+    let recordings = recorded(&log_of(&both, false));
+    assert_eq!(largest_error_ms(&recordings["/arm"], |i| at(i) + MS), 0.0);
+    assert_eq!(recordings["/arm"].time_base.source(), StampSource::Publish);
+}
+
+#[test]
+fn a_topic_of_another_epoch_is_put_on_the_clock_of_the_others() {
+    let since_boot = |i| Message {
+        stamp: 500 * S + i * PERIOD,
+        ..sound(at(i), i)
+    };
+    let slow_clock = |i| Message {
+        stamp: at(i) - 90 * S,
+        ..sound(at(i), i)
+    };
+    let topics = [
+        ("/arm", all(|i| sound(at(i), i))),
+        ("/boom", all(|i| sound(at(i), i))),
+        ("/imu", all(since_boot)),
+        ("/odom", all(slow_clock)),
+    ];
+    let recordings = recorded(&log_of(&topics, false));
+    for (name, kind) in [("/imu", Kind::OtherEpoch), ("/odom", Kind::ClockApart)] {
+        let finding = found(&recordings[name], kind);
+        assert_eq!(finding.treatment, Treatment::Handled, "{finding}");
+        let error = largest_error_ms(&recordings[name], at);
+        assert!(error < 0.1, "{name}: {error} ms");
+    }
+    assert_eq!(kinds(&recordings["/arm"]), []);
+}
+
+#[test]
+fn a_topic_of_another_epoch_is_refused_where_log_times_tell_nothing() {
+    let at_once = |stamp: i64| Message {
+        stamp,
+        publish: FIRST_NS,
+        log: FIRST_NS,
+    };
+    let topics = [
+        ("/arm", all(|i| at_once(at(i)))),
+        ("/boom", all(|i| at_once(at(i)))),
+        ("/imu", all(|i| at_once(500 * S + i * PERIOD))),
+    ];
+    let recordings = recorded(&log_of(&topics, false));
+    assert_eq!(largest_error_ms(&recordings["/arm"], at), 0.0);
+    let imu = &recordings["/imu"];
+    let refusal = imu.refusal().unwrap();
+    assert_eq!(refusal.kind, Kind::OtherEpoch);
+    assert!(
+        refusal
+            .done
+            .contains("log times of all its messages are equal")
+    );
+    assert!(imu.stamps_ns.is_empty());
+}
+
+#[test]
+fn a_replay_in_a_loop_is_put_one_run_after_the_other() {
+    let length = 5 * S;
+    let looped = |period: i64| {
+        move |i: i64| {
+            let time = i * period;
+            Message {
+                stamp: FIRST_NS - 86_400 * S + time % length,
+                ..sound(FIRST_NS + time, i)
+            }
+        }
+    };
+    let slow: Vec<Message> = (0..500).map(looped(40 * MS)).collect();
+    let topics = [("/arm", all(looped(PERIOD))), ("/imu", slow)];
+    let recordings = recorded(&log_of(&topics, false));
+    for (name, period) in [("/arm", PERIOD), ("/imu", 40 * MS)] {
+        let recording = &recordings[name];
+        let finding = found(recording, Kind::ClockRestart);
+        assert_eq!(finding.treatment, Treatment::Handled);
+        assert!(finding.done.contains("all topics do so"), "{finding}");
+        assert_eq!(recording.correction.restarts, 3);
+        let run = |i: i64| i * period / length;
+        let truth = |i: i64| FIRST_NS - 86_400 * S + i * period + run(i) * S;
+        let error = largest_error_ms(recording, truth);
+        assert!(error < 1.0, "{name}: {error} ms");
+    }
+    // both topics are shifted by the same, to the nanosecond
+    let (arm, imu) = (&recordings["/arm"], &recordings["/imu"]);
+    let of_run = |recording: &SensorRecording, i: usize| recording.stamps_ns[i];
+    assert_eq!(of_run(arm, 1000), of_run(imu, 250));
+    assert_eq!(of_run(arm, 1500), of_run(imu, 375));
+}
+
+#[test]
+fn one_sensor_that_restarts_is_joined_by_the_log_time() {
+    let restarted = |i| Message {
+        stamp: at(i) - if i < 800 { 0 } else { 60 * S },
+        ..sound(at(i), i)
+    };
+    let set_ahead = |i| Message {
+        stamp: at(i) - if i < 1300 { 400 * 86_400 * S } else { 0 },
+        ..sound(at(i), i)
+    };
+    let topics = [
+        ("/arm", all(|i| sound(at(i), i))),
+        ("/imu", all(restarted)),
+        ("/odom", all(set_ahead)),
+    ];
+    let recordings = recorded(&log_of(&topics, false));
+    for name in ["/imu", "/odom"] {
+        let recording = &recordings[name];
+        let finding = found(recording, Kind::ClockRestart);
+        assert!(finding.done.contains("other topics go on"), "{finding}");
+        let error = largest_error_ms(recording, at);
+        assert!(error < 0.5, "{name}: {error} ms");
+    }
+    assert_eq!(kinds(&recordings["/arm"]), []);
+}
+
+#[test]
+fn late_repeated_and_impossible_stamps_are_told() {
+    let odd = |i: i64| {
+        let stamp = match i % 500 {
+            100 => at(i - 300),         // late by three seconds
+            200 => at(i - 1),           // again
+            300 => i32::MAX as i64 * S, // beyond reason
+            _ => at(i),
+        };
+        Message {
+            stamp,
+            ..sound(at(i), i)
+        }
+    };
+    let often_twice = |i: i64| Message {
+        stamp: at(i / 4 * 4),
+        ..sound(at(i), i)
+    };
+    let topics = [
+        ("/arm", all(|i| sound(at(i), i))),
+        ("/imu", all(odd)),
+        ("/odom", all(often_twice)),
+    ];
+    let recordings = recorded(&log_of(&topics, false));
+    let imu = &recordings["/imu"];
+    let late = found(imu, Kind::DisorderedStamps);
+    assert!(late.seen.starts_with("8 stamps"), "{late}");
+    let timing = imu.statistics.timing();
+    assert_eq!(timing.stamps_not_dates, 0);
+    assert_eq!(timing.largest_backward.unwrap().to_ns, at(301));
+    let impossible = found(imu, Kind::ImpossibleStamps);
+    assert!(impossible.seen.starts_with("4 stamps"), "{impossible}");
+    assert_eq!(imu.stamps_ns.len(), 1996);
+    assert!(!kinds(imu).contains(&Kind::ClockRestart));
+    found(&recordings["/odom"], Kind::RepeatedStamps);
+}
+
+#[test]
+fn a_clock_that_drifts_is_held_to_the_others() {
+    let fast = |i: i64| Message {
+        stamp: at(i) + i * PERIOD / 200,
+        ..sound(at(i), i)
+    };
+    let topics = [
+        ("/arm", all(fast)),
+        ("/boom", all(|i| sound(at(i), i))),
+        ("/imu", all(|i| sound(at(i), i))),
+    ];
+    let arm = &recorded(&log_of(&topics, false))["/arm"];
+    let finding = found(arm, Kind::ClockDrift);
+    assert_eq!(finding.treatment, Treatment::Handled);
+    assert!((arm.correction.drift_removed_ppm - 5000.0).abs() < 5.0);
+    let error = largest_error_ms(arm, at);
+    assert!(error < 0.2, "{error} ms");
+}
+
+#[test]
+fn single_numbers_are_put_on_the_clock_of_the_sensors() {
+    let simulated = |i: i64| Message {
+        stamp: 7 * S + i * PERIOD,
+        ..sound(at(i), i)
+    };
+    let never = |i| Message {
+        stamp: 0,
+        ..sound(at(i), i)
+    };
+    let file = log_of(&[("/arm", all(simulated)), ("/force", all(never))], false);
+    let log = Log::open(&file.path).unwrap();
+    let request = SensorRequest {
+        topic: log.topics()[0].id,
+        kind: SensorKind::JointStates,
+        joint_names: vec!["a".into()],
+        numbers: None,
+        other_parts: Vec::new(),
+    };
+    let (arm, _) = record_sensors(&log, &[request], &mut |_| {}).unwrap();
+    let field = FieldRequest {
+        topic: "/force".into(),
+        number: NumberField {
+            field: "position".into(),
+            joint: Some("a".into()),
+            scale: 1.0,
+            offset: 0.0,
+        },
+    };
+    let (force, _) = record_fields(&log, &[field], Some(&arm[0].time_base)).unwrap();
+    assert_eq!(force[0].values[1000], 1000.0);
+    let error = force[0].stamps_ns[1000] - (7 * S + 1000 * PERIOD);
+    assert!(error.abs() < MS, "{error} ns");
+}
