@@ -207,6 +207,10 @@ fn decode(layout: &Layout, message: &[u8]) {
     let _ = (fields.numbers(3).len(), fields.texts(2).count());
 }
 
+const METADATA: &str = "info:\n  relative_file_paths:\n    - drive_0.db3\n  topics_with_message_count:\n    \
+    - topic_metadata:\n        name: /joint_states\n      message_count: 5\n  compression_format: zstd\n  \
+    compression_mode: FILE\n  files:\n  - path: drive_0.db3\n    message_count: 5\n";
+
 type Parser = Box<dyn FnMut(&Path, &mut Random, &mut Vec<u8>)>;
 
 /// One parser with its good inputs; it changes one of them and tells what it fed.
@@ -282,6 +286,9 @@ fn parsers() -> Vec<(&'static str, Parser)> {
     let recorded = rosbag2::joint_messages(0, 100);
     let database = rosbag2::database(&[rosbag2::JOINTS], &rosbag2::rows(&recorded), true);
     let database = std::fs::read(&database.path).unwrap();
+    let recorded = rosbag2::joint_messages(0, 5);
+    let small_database = rosbag2::database(&[rosbag2::JOINTS], &rosbag2::rows(&recorded), true);
+    let small_database = std::fs::read(&small_database.path).unwrap();
     let definitions = [
         JOINT_STATE,
         "string<=5 a\nfloat64[<=3] b\nP[2] c\n===\nMSG: p/P\nint8 x\n",
@@ -310,6 +317,28 @@ fn parsers() -> Vec<(&'static str, Parser)> {
         ("MCAP chunks with right checksums", packed),
         ("bags", on_seeds(bags, read_log)),
         ("databases", on_seeds(vec![database], read_log)),
+        (
+            "metadata of folders",
+            on_seeds(vec![METADATA.as_bytes().to_vec()], move |folder, bytes| {
+                let drive = folder.join("drive");
+                std::fs::create_dir_all(&drive).unwrap();
+                std::fs::write(drive.join("drive_0.db3"), &small_database).unwrap();
+                std::fs::write(drive.join("metadata.yaml"), bytes).unwrap();
+                if let Ok(log) = Log::open(&drive) {
+                    let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
+                    let _ = log.read(&ids, &mut |_| ControlFlow::Continue(()));
+                }
+            }),
+        ),
+        (
+            "paths of fields",
+            on_seeds(
+                ["position[]", "a.b[2].c", "forces[17].x"].map(|path| path.as_bytes().to_vec()).to_vec(),
+                |_, bytes| {
+                    let _ = String::from_utf8_lossy(bytes).parse::<FieldPath>();
+                },
+            ),
+        ),
         (
             "message definitions",
             on_seeds(

@@ -1,7 +1,7 @@
 //! The estimator that looks back only: for live use, and offline to reproduce it.
 
 use super::assembly::{Assembler, Followed, Reading, Standing, Tracks};
-use super::rows::{Estimate, RowClock, regular_stamp};
+use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::sample::{Credible, Sample, SampleError, Sensor, Sensors, StreamCounts};
 use super::track::{Jet, seconds};
 use crate::machine::Machine;
@@ -102,11 +102,9 @@ impl CausalEstimator {
             RowClock::JointStates => self.give_row(machine, sample.stamp_ns, row),
             RowClock::Rate(hz) => {
                 let behind = sample.stamp_ns.saturating_sub(self.max_gap_ns);
-                loop {
-                    let stamp = regular_stamp(first, self.rows_given, hz);
-                    if stamp > sample.stamp_ns {
-                        break;
-                    }
+                // one wrong stamp may be years away
+                self.rows_given = self.rows_given.max(regular_index(first, behind, hz));
+                while let Some(stamp) = regular_row(first, self.rows_given, hz, sample.stamp_ns) {
                     // rows inside a long gap are left out, as they are at the joints' own stamps
                     if stamp >= behind {
                         self.give_row(machine, stamp, row);

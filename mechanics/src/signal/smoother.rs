@@ -2,13 +2,16 @@
 
 use super::assembly::{Assembler, Followed, Reading, Standing, Tracks};
 use super::reason::Reasons;
-use super::rows::{RowClock, regular_stamp};
+use super::rows::{RowClock, regular_index, regular_row, regular_stamp};
 use super::sample::{Credible, Sample, SampleError, Sensor, Sensors, StreamCounts};
 use super::track::{History, Jet, Matrix, seconds, step};
 use crate::batch::StateColumns;
 use crate::machine::Machine;
 use crate::plausibility::{FaultSpan, FaultSpans, Plausibility, SpanWalk};
 use crate::state::State;
+
+/// A longer time without joint states is none of one recording, or its stamps are wrong (ns).
+const LONGEST_GRID_NS: i64 = 3_600_000_000_000;
 
 /// All samples of one sensor.
 #[derive(Debug, Clone)]
@@ -160,28 +163,39 @@ fn feed(tracks: &mut Tracks, recording: &Ordered<'_>, faults: &[FaultSpan]) -> S
 }
 
 /// Times of the rows; in a gap of the joint states one row in its middle, so that tables and curves
-/// show that there is one.
+/// show that there is one. At a regular rate only gaps beyond [`LONGEST_GRID_NS`] are left out so.
 fn row_times(joint_stamps_ns: &[i64], clock: RowClock, max_gap_ns: i64) -> Vec<i64> {
-    match (clock, joint_stamps_ns) {
-        (RowClock::Rate(hz), &[first, .., last]) => {
-            let rows = (seconds(last - first) * hz).floor() as u64;
-            (0..=rows)
-                .map(|k| regular_stamp(first, k, hz))
-                .filter(|&t| t <= last)
-                .collect()
+    let Some(&first) = joint_stamps_ns.first() else {
+        return Vec::new();
+    };
+    let mut times = Vec::with_capacity(joint_stamps_ns.len());
+    let (mut before, mut next) = (first, 0);
+    for &stamp in joint_stamps_ns {
+        let gap_ns = stamp.saturating_sub(before);
+        let longest_ns = match clock {
+            RowClock::JointStates => max_gap_ns,
+            RowClock::Rate(_) => LONGEST_GRID_NS.max(max_gap_ns),
+        };
+        if gap_ns > longest_ns {
+            times.push(before.midpoint(stamp));
         }
-        (_, stamps) => {
-            let mut times = Vec::with_capacity(stamps.len());
-            for (i, &stamp) in stamps.iter().enumerate() {
-                let before = i.checked_sub(1).map(|before| stamps[before]);
-                if let Some(before) = before.filter(|before| stamp - before > max_gap_ns) {
-                    times.push(before + (stamp - before) / 2);
+        match clock {
+            RowClock::JointStates => times.push(stamp),
+            RowClock::Rate(hz) => {
+                let is_before = |k: u64| regular_stamp(first, k, hz) < stamp;
+                if gap_ns > longest_ns {
+                    next = regular_index(first, stamp, hz);
+                    next += (next..).take_while(|&k| is_before(k)).count() as u64;
                 }
-                times.push(stamp);
+                while let Some(time_ns) = regular_row(first, next, hz, stamp) {
+                    times.push(time_ns);
+                    next += 1;
+                }
             }
-            times
         }
+        before = stamp;
     }
+    times
 }
 
 fn fill(
@@ -210,7 +224,7 @@ fn fill(
             None => Reading::NOTHING,
         };
         let effect = walk.row_effect(time_ns, machine, sensors.imu);
-        let elapsed_s = seconds(time_ns - first_ns);
+        let elapsed_s = seconds(time_ns.saturating_sub(first_ns));
         let reasons = assembler.assemble(machine, elapsed_s, &effect, &mut read, &mut state);
         rows.states.set(row, &mut state);
         rows.reasons.push(reasons);
@@ -254,7 +268,7 @@ impl<'a> Reader<'a> {
                 jets.copy_from_slice(at(a));
                 covariances[a]
             }
-            (Some(a), Some(b)) if stamps[b] - stamps[a] <= self.max_gap_ns => {
+            (Some(a), Some(b)) if stamps[b].saturating_sub(stamps[a]) <= self.max_gap_ns => {
                 let weights =
                     Quintic::new(seconds(time_ns - stamps[a]), seconds(stamps[b] - stamps[a]));
                 for (jet, (from, to)) in jets.iter_mut().zip(at(a).iter().zip(at(b))) {

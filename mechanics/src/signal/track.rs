@@ -206,7 +206,7 @@ impl Track {
         let channels = self.jets.len();
         let mut history = self.history.unwrap_or_default();
         for k in (0..history.stamps_ns.len().saturating_sub(1)).rev() {
-            let dt = seconds(history.stamps_ns[k + 1] - history.stamps_ns[k]);
+            let dt = seconds(history.stamps_ns[k + 1].saturating_sub(history.stamps_ns[k]));
             let gain = history.gains[k];
             let (before, after) = history.jets.split_at_mut((k + 1) * channels);
             for (jet, next) in before[k * channels..].iter_mut().zip(&after[..channels]) {
