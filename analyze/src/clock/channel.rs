@@ -12,7 +12,7 @@ pub(super) struct Channel {
 }
 
 impl Channel {
-    /// The signals made smooth over a time (s), without mean and trend, from when all are there until one
+    /// The signals made smooth over a time (s), without mean, from when all are there until one
     /// ends; `None` if one has a hole between or the late one does not change.
     pub(super) fn new(late: &[f64], known: &[&[f64]], smooth_s: f64) -> Option<Self> {
         let is_whole = |&step: &usize| {
@@ -24,7 +24,7 @@ impl Channel {
             return None;
         }
         let half = (0.5 * smooth_s / STEP_S).round() as usize;
-        let prepare = |values: &[f64]| without_trend(smooth(&values[first..=last], half));
+        let prepare = |values: &[f64]| without_mean(smooth(&values[first..=last], half));
         let late = prepare(late);
         let known = known.iter().map(|values| prepare(values));
         changes(&late).then(|| Self {
@@ -60,16 +60,9 @@ fn mean_around(values: &[f64], half: usize) -> Vec<f64> {
     (0..values.len()).map(mean).collect()
 }
 
-fn without_trend(mut values: Vec<f64>) -> Vec<f64> {
-    let n = values.len() as f64;
-    let middle = 0.5 * (n - 1.0);
-    let mean = values.iter().sum::<f64>() / n;
-    let steps = || (0..values.len()).map(|i| i as f64 - middle);
-    let along: f64 = steps().zip(&values).map(|(s, v)| s * v).sum();
-    let slope = along / steps().map(|s| s * s).sum::<f64>().max(1.0);
-    for (i, value) in values.iter_mut().enumerate() {
-        *value -= mean + slope * (i as f64 - middle);
-    }
+fn without_mean(mut values: Vec<f64>) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter_mut().for_each(|value| *value -= mean);
     values
 }
 

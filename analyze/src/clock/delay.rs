@@ -2,12 +2,14 @@
 //!
 //! For each delay tau the late signal y is fitted by the known ones x,
 //! ```text
-//!     S(tau) = min over a of sum ( y(t + tau) - a x(t) )^2
+//!     S(tau) = min over a, b, c of sum ( y(t + tau) - a x(t) - b - c t )^2
 //! ```
-//! and the delay is where the sum over the channels of ln S is least: each channel counts by how well it
+//! b and c anew in each stretch of time, and the delay is where the sum over the channels of ln S is least: each channel counts by how well it
 //! fits, whatever its unit and gain. A parabola through the three lowest points gives it between
 //! steps. Its standard deviation is that of a jackknife over blocks of time, which holds for errors that
 //! last, and at least the disagreement between the channels.
+
+use std::ops::Range;
 
 use super::channel::Channel;
 use super::evenly::STEP_S;
@@ -42,7 +44,9 @@ pub(super) struct Delay {
 /// Sums over a block, of one channel.
 #[derive(Debug, Clone)]
 struct Sums {
-    /// Known by known.
+    /// The stretch of time that the block is a part of.
+    stretch: usize,
+    /// Known by known; the first two are a constant and the time.
     known: Vec<Vec<f64>>,
     /// Known by late, for each delay.
     both: Vec<Vec<f64>>,
@@ -58,7 +62,8 @@ pub(super) fn find(stretches: &[Vec<Option<Channel>>]) -> Result<Delay, String> 
     let count = stretches.iter().map(Vec::len).max().unwrap_or(0);
     let channels: Vec<Vec<Sums>> = (0..count)
         .map(|channel| {
-            let parts = stretches.iter().filter_map(|s| s.get(channel)?.as_ref());
+            let parts = stretches.iter().enumerate();
+            let parts = parts.filter_map(|(at, s)| Some((at, s.get(channel)?.as_ref()?)));
             blocks(parts)
         })
         .filter(|blocks: &Vec<Sums>| blocks.len() >= FEWEST_BLOCKS)
@@ -76,7 +81,7 @@ pub(super) fn find(stretches: &[Vec<Option<Channel>>]) -> Result<Delay, String> 
             "not enough motion: what the two feel has too little in common (correlation {correlation:.2})"
         ));
     }
-    let seconds = valley(&sum(&costs)).ok_or("they agree best beyond half a second, or nowhere")?;
+    let seconds = valley(&costs).ok_or("they agree best beyond half a second, or nowhere")?;
     let jackknife = jackknife(&channels).ok_or("parts of the log contradict each other")?;
     let sigma = jackknife.hypot(FLOOR_S).max(disagreement(&costs, seconds));
     if sigma > LARGEST_SIGMA_S {
@@ -94,11 +99,11 @@ pub(super) fn find(stretches: &[Vec<Option<Channel>>]) -> Result<Delay, String> 
 }
 
 /// Sums over blocks of time.
-fn blocks<'a>(parts: impl Iterator<Item = &'a Channel>) -> Vec<Sums> {
-    let parts: Vec<&Channel> = parts.collect();
-    let width = parts.iter().map(|c| c.known.len()).min().unwrap_or(0);
-    let inner = |c: &&&Channel| c.late.len().saturating_sub(2 * FARTHEST);
-    let total: usize = parts.iter().map(|c| inner(&c)).sum();
+fn blocks<'a>(parts: impl Iterator<Item = (usize, &'a Channel)>) -> Vec<Sums> {
+    let parts: Vec<(usize, &Channel)> = parts.collect();
+    let width = parts.iter().map(|(_, c)| c.known.len()).min().unwrap_or(0);
+    let inner = |c: &Channel| c.late.len().saturating_sub(2 * FARTHEST);
+    let total: usize = parts.iter().map(|(_, c)| inner(c)).sum();
     let length = BLOCK
         .min(total / (2 * FEWEST_BLOCKS))
         .max(total / MOST_BLOCKS);
@@ -106,11 +111,11 @@ fn blocks<'a>(parts: impl Iterator<Item = &'a Channel>) -> Vec<Sums> {
     if width == 0 || length == 0 {
         return sums;
     }
-    for channel in parts {
+    for (stretch, channel) in parts {
         let end = channel.late.len().saturating_sub(FARTHEST);
         let mut from = FARTHEST;
         while from + length <= end {
-            sums.push(Sums::of(channel, width, from, from + length));
+            sums.push(Sums::of(stretch, channel, width, from..from + length));
             from += length;
         }
     }
@@ -118,8 +123,15 @@ fn blocks<'a>(parts: impl Iterator<Item = &'a Channel>) -> Vec<Sums> {
 }
 
 impl Sums {
-    fn of(channel: &Channel, width: usize, from: usize, to: usize) -> Self {
-        let known: Vec<&[f64]> = (0..width).map(|k| &channel.known[k][from..to]).collect();
+    fn of(stretch: usize, channel: &Channel, width: usize, steps: Range<usize>) -> Self {
+        let (from, to) = (steps.start, steps.end);
+        let one = vec![1.0; to - from];
+        let middle = 0.5 * channel.late.len() as f64;
+        let time: Vec<f64> = steps.map(|i| i as f64 / middle - 1.0).collect();
+        let known: Vec<&[f64]> = [&one[..], &time]
+            .into_iter()
+            .chain((0..width).map(|k| &channel.known[k][from..to]))
+            .collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let shifted = |delay: usize| {
             let ahead = from + delay - FARTHEST;
@@ -127,6 +139,7 @@ impl Sums {
         };
         let delays = || (0..=2 * FARTHEST).map(shifted);
         Self {
+            stretch,
             known: (known.iter())
                 .map(|a| known.iter().map(|b| dot(a, b)).collect())
                 .collect(),
@@ -138,34 +151,49 @@ impl Sums {
     }
 }
 
-/// For each delay ln of what the fit leaves, as a share of the late signal's squares; over the blocks for
-/// which `counts`.
+/// Constant and time of a stretch.
+const OWN: usize = 2;
+
+/// For each delay ln of what the fit leaves, as a share of what constant and time alone leave of the late
+/// signal; over the blocks for which `counts`.
 fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
     let used: Vec<&Sums> = (blocks.iter().enumerate())
         .filter(|(block, _)| counts(*block))
         .map(|(_, sums)| sums)
         .collect();
-    let width = used.first().map_or(0, |sums| sums.known.len());
-    let known: Vec<Vec<f64>> = (0..width)
-        .map(|i| {
-            (0..width)
-                .map(|j| used.iter().map(|s| s.known[i][j]).sum())
-                .collect()
-        })
-        .collect();
-    let Some(factor) = cholesky(known) else {
+    let known = used.first().map_or(0, |sums| sums.known.len());
+    let own = OWN * (1 + used.iter().map(|sums| sums.stretch).max().unwrap_or(0));
+    // constant and time of each stretch first, then what all have in common
+    let place = |sums: &Sums, k: usize| match k < OWN {
+        true => OWN * sums.stretch + k,
+        false => own + k - OWN,
+    };
+    let width = own + known.saturating_sub(OWN);
+    let mut matrix = vec![vec![0.0; width]; width];
+    for sums in &used {
+        for (i, row) in sums.known.iter().enumerate() {
+            for (j, product) in row.iter().enumerate() {
+                matrix[place(sums, i)][place(sums, j)] += product;
+            }
+        }
+    }
+    let Some(factor) = cholesky(matrix) else {
         return vec![0.0; 2 * FARTHEST + 1];
     };
     (0..=2 * FARTHEST)
         .map(|delay| {
-            let late: f64 = used.iter().map(|s| s.late[delay]).sum();
-            let both: Vec<f64> = (0..width)
-                .map(|k| used.iter().map(|s| s.both[delay][k]).sum())
-                .collect();
+            let mut both = vec![0.0; width];
+            let mut late = 0.0;
+            for sums in &used {
+                late += sums.late[delay];
+                for (k, product) in sums.both[delay].iter().enumerate() {
+                    both[place(sums, k)] += product;
+                }
+            }
             let explained = explained(&factor, &both);
-            ((late - explained).max(ROUNDING * late) / late.max(f64::MIN_POSITIVE))
-                .max(f64::MIN_POSITIVE)
-                .ln()
+            let moving = late - explained[..own].iter().sum::<f64>();
+            let left = moving - explained[own..].iter().sum::<f64>();
+            (left / moving.max(f64::MIN_POSITIVE)).max(ROUNDING).ln()
         })
         .collect()
 }
@@ -173,7 +201,12 @@ fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
 /// L of A = L L', A made a little larger so that signals that are one do not matter.
 fn cholesky(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
     for (i, row) in a.iter_mut().enumerate() {
-        row[i] *= 1.0 + 1e-9;
+        // a stretch without a block has no part in it
+        row[i] = if row[i] > 0.0 {
+            row[i] * (1.0 + 1e-9)
+        } else {
+            1.0
+        };
     }
     for i in 0..a.len() {
         for j in 0..=i {
@@ -189,37 +222,34 @@ fn cholesky(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
     Some(a)
 }
 
-/// b' inv(A) b
-fn explained(factor: &[Vec<f64>], b: &[f64]) -> f64 {
+/// b' inv(A) b, taken apart: what each signal explains beside those before it.
+fn explained(factor: &[Vec<f64>], b: &[f64]) -> Vec<f64> {
     let mut solved: Vec<f64> = Vec::with_capacity(b.len());
     for (i, value) in b.iter().enumerate() {
         let inner: f64 = (0..i).map(|k| factor[i][k] * solved[k]).sum();
         solved.push((value - inner) / factor[i][i]);
     }
-    solved.iter().map(|s| s * s).sum()
+    solved.iter().map(|s| s * s).collect()
 }
 
-fn sum(costs: &[Vec<f64>]) -> Vec<f64> {
-    (0..=2 * FARTHEST)
-        .map(|delay| costs.iter().map(|cost| cost[delay]).sum())
-        .collect()
-}
-
-/// The delay of the least cost (s), by the parabola through it and its neighbours; `None` at the ends.
-fn valley(cost: &[f64]) -> Option<f64> {
-    let lowest = (0..cost.len()).min_by(|&a, &b| cost[a].total_cmp(&cost[b]))?;
-    let (a, b, c) = (
-        *cost.get(lowest.checked_sub(1)?)?,
-        cost[lowest],
-        *cost.get(lowest + 1)?,
-    );
-    let bend = a - 2.0 * b + c;
-    let between = if bend > 0.0 {
-        0.5 * (a - c) / bend
-    } else {
-        0.0
+/// The delay of the least cost (s); `None` at the ends. Between steps by the parabola through what the fits
+/// leave there and beside it, each channel as a share of its least: squares are a parabola, their logarithm
+/// is none.
+fn valley(costs: &[Vec<f64>]) -> Option<f64> {
+    let sum = |delay: usize| costs.iter().map(|cost| cost[delay]).sum::<f64>();
+    let delays = 0..=2 * FARTHEST;
+    let lowest = delays.min_by(|&a, &b| sum(a).total_cmp(&sum(b)))?;
+    if lowest == 0 || lowest == 2 * FARTHEST {
+        return None;
+    }
+    let left = |delay: usize| -> f64 {
+        let shares = costs.iter().map(|cost| (cost[delay] - cost[lowest]).exp());
+        shares.sum()
     };
-    Some((lowest as f64 - FARTHEST as f64 + between) * STEP_S)
+    let (a, b, c) = (left(lowest - 1), left(lowest), left(lowest + 1));
+    let bend = a - 2.0 * b + c;
+    let between = if bend > 0.0 { 0.5 * (a - c) / bend } else { 0.0 };
+    Some((lowest as f64 - FARTHEST as f64 + between.clamp(-1.0, 1.0)) * STEP_S)
 }
 
 /// Standard deviation from leaving out each block in turn.
@@ -233,7 +263,7 @@ fn jackknife(channels: &[Vec<Sums>]) -> Option<f64> {
                 cost(channel, |block| block != skipped)
             })
             .collect();
-        valley(&sum(&costs))
+        valley(&costs)
     };
     let delays: Vec<f64> = (0..blocks).map(without).collect::<Option<_>>()?;
     let n = delays.len() as f64;
@@ -248,7 +278,7 @@ fn disagreement(costs: &[Vec<f64>], mean: f64) -> f64 {
     let (mut weights, mut squares, mut count) = (0.0, 0.0, 0.0);
     for cost in costs {
         let lowest = (1..cost.len() - 1).min_by(|&a, &b| cost[a].total_cmp(&cost[b]));
-        let (Some(lowest), Some(delay)) = (lowest, valley(cost)) else {
+        let (Some(lowest), Some(delay)) = (lowest, valley(std::slice::from_ref(cost))) else {
             continue;
         };
         let bend = cost[lowest - 1] - 2.0 * cost[lowest] + cost[lowest + 1];
