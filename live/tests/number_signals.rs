@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -52,27 +53,36 @@ fn machine(folder: &Path) -> PathBuf {
 /// The rows of a monitor that a replay of the tiny log feeds.
 fn rows(machine: &Path, world: &str) -> Vec<Value> {
     let prefix = format!("tw{}{world}_", std::process::id());
-    let start = |arguments: &[&str]| {
+    // a pipe would fill up while nobody reads it, and hold up the monitor
+    let folder = tempfile::TempDir::new().unwrap();
+    let printed = folder.path().join("rows.jsonl");
+    let start = |arguments: &[&str], output: Stdio| {
         Command::new(env!("CARGO_BIN_EXE_tipwatch-live"))
             .args(arguments)
             .args(["--machine", machine.to_str().unwrap(), "--prefix", &prefix])
             .stdin(Stdio::null())
-            .stdout(Stdio::piped())
+            .stdout(output)
             .stderr(Stdio::piped())
             .spawn()
             .unwrap()
     };
     let log = data("tiny.mcap");
-    let monitor = start(&["monitor", "--json"]);
-    let replay = start(&[
-        "replay",
-        log.to_str().unwrap(),
-        "--speed",
-        "max",
-        "--lossless",
-        "--wait",
-        "60",
-    ]);
+    let monitor = start(
+        &["monitor", "--json"],
+        File::create(&printed).unwrap().into(),
+    );
+    let replay = start(
+        &[
+            "replay",
+            log.to_str().unwrap(),
+            "--speed",
+            "max",
+            "--lossless",
+            "--wait",
+            "60",
+        ],
+        Stdio::piped(),
+    );
     let replayed = replay.wait_with_output().unwrap();
     let said = String::from_utf8_lossy(&replayed.stderr);
     if !replayed.status.success() {
@@ -91,7 +101,7 @@ fn rows(machine: &Path, world: &str) -> Vec<Value> {
             let _ = std::fs::remove_file(entry.path());
         }
     }
-    let text = String::from_utf8(monitored.stdout).unwrap();
+    let text = std::fs::read_to_string(printed).unwrap();
     text.lines()
         .map(|line| serde_json::from_str(line).unwrap())
         .collect()
