@@ -248,7 +248,11 @@ fn valley(costs: &[Vec<f64>]) -> Option<f64> {
     };
     let (a, b, c) = (left(lowest - 1), left(lowest), left(lowest + 1));
     let bend = a - 2.0 * b + c;
-    let between = if bend > 0.0 { 0.5 * (a - c) / bend } else { 0.0 };
+    let between = if bend > 0.0 {
+        0.5 * (a - c) / bend
+    } else {
+        0.0
+    };
     Some((lowest as f64 - FARTHEST as f64 + between.clamp(-1.0, 1.0)) * STEP_S)
 }
 
