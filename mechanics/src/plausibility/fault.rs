@@ -94,7 +94,7 @@ pub struct Finding {
     pub since_ns: i64,
     /// Stamp of this sample (ns).
     pub stamp_ns: i64,
-    /// How bad it is, in [`Self::unit`]: the value out of range, the rate, how long the signal has
+    /// How bad it is, in the unit of its kind: the value out of range, the rate, how long the signal has
     /// been frozen, the length of the quaternion, the difference of the rates; 1 of a value that is
     /// not finite.
     pub measure: f64,

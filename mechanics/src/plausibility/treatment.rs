@@ -21,7 +21,7 @@ pub(crate) struct Treatment {
     pub(crate) rate_variance: f64,
 }
 
-/// How the tracks take a sample, by [`Part::slot`].
+/// How the tracks take a sample, by the place of its part.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Judgement {
     pub(crate) parts: [Treatment; 3],
