@@ -7,8 +7,8 @@ use tipwatch_mechanics::signal::{Reasons, StreamCounts};
 use tipwatch_mechanics::{OutcomeColumns, State, StateColumns};
 
 use crate::clock::{ClockOffsets, words::TopicsFinding};
-use crate::comparison::ModelComparison;
 use crate::events::Event;
+use crate::model_comparison::ModelComparison;
 use crate::monte_carlo::MonteCarlo;
 use crate::options::Options;
 use crate::payload::EstimatedPayload;

@@ -9,7 +9,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{ClosedForm, Model, OutcomeColumns, Scope, StateColumns, evaluate_rows};
 
 use crate::analysis::Rows;
-use crate::comparison::{ModelComparison, compare};
+use crate::model_comparison::{ModelComparison, compare};
 use crate::options::{self, Options};
 
 /// Rows evaluated in one piece of parallel work.

@@ -96,6 +96,21 @@ pub enum EventKind {
 }
 
 impl EventKind {
+    /// All kinds.
+    #[must_use]
+    pub fn all() -> &'static [Self] {
+        <Self as clap::ValueEnum>::value_variants()
+    }
+
+    /// Whether it tells of the machine's stability rather than of the log.
+    #[must_use]
+    pub fn is_stability(self) -> bool {
+        match self {
+            Self::WheelLight | Self::WheelLift | Self::EdgeTipping | Self::TipOver => true,
+            Self::InputGap | Self::InputFault => false,
+        }
+    }
+
     /// Its name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -6,6 +6,8 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use crate::analysis::Analysis;
+use crate::policy::Judgement;
+use crate::report::PlotLibrary;
 use crate::summary::Summary;
 use crate::{derived, parquet, report, table};
 
@@ -70,9 +72,18 @@ fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
     let summary = Summary::of(analysis, report::findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
     write_text(&folder.join("summary.json"), &text)?;
-    let page = report::render(analysis);
+    let page = report::render(analysis, PlotLibrary::Inside);
     write_text(&folder.join("report.html"), &page)?;
     derived::write(analysis, &page, &folder.join("derived.mcap"))
+}
+
+/// Writes what a policy says of an analysis: `policy.json`.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_judgement(judgement: &Judgement, folder: &Path) -> Result<()> {
+    let text = serde_json::to_string_pretty(judgement)?;
+    write_text(&folder.join("policy.json"), &text)
 }
 
 fn write_text(path: &Path, text: &str) -> Result<()> {

@@ -16,18 +16,26 @@ use crate::table::Table;
 /// # Errors
 /// The file cannot be written.
 pub(crate) fn write(table: &mut Table, provenance: &Provenance, path: &Path) -> Result<()> {
+    let provenance = serde_json::to_string(provenance)?;
+    write_with(table, &[("tipwatch.provenance", provenance)], path)
+}
+
+/// Writes a table; key `tipwatch.units` holds JSON column -> unit, beside it stand the keys and values
+/// given.
+///
+/// # Errors
+/// The file cannot be written.
+pub(crate) fn write_with(table: &mut Table, more: &[(&str, String)], path: &Path) -> Result<()> {
     let units: serde_json::Map<String, serde_json::Value> = table
         .units
         .iter()
         .map(|(name, unit)| (name.clone(), (*unit).into()))
         .collect();
-    let metadata = KeyValueMetadata::from_static(vec![
-        ("tipwatch.units".into(), serde_json::to_string(&units)?),
-        (
-            "tipwatch.provenance".into(),
-            serde_json::to_string(provenance)?,
-        ),
-    ]);
+    let units = ("tipwatch.units".to_string(), serde_json::to_string(&units)?);
+    let more = more
+        .iter()
+        .map(|(key, value)| (key.to_string(), value.clone()));
+    let metadata = KeyValueMetadata::from_static(std::iter::once(units).chain(more).collect());
     let file =
         File::create(path).with_context(|| format!("{}: cannot be created", path.display()))?;
     ParquetWriter::new(BufWriter::with_capacity(1 << 20, file))

@@ -1,4 +1,4 @@
-//! A progress bar while a log is read, on a terminal only.
+//! A progress bar while a log is read, or while many are screened, on a terminal only.
 
 use std::path::Path;
 
@@ -33,6 +33,53 @@ impl Progress {
     }
 
     pub(crate) fn finish(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// How many logs of a screen are done.
+#[derive(Debug)]
+pub(crate) struct LogCount {
+    bar: ProgressBar,
+    quiet: bool,
+}
+
+impl LogCount {
+    pub(crate) fn new(quiet: bool) -> Self {
+        let target = match quiet {
+            true => ProgressDrawTarget::hidden(),
+            false => ProgressDrawTarget::stderr(),
+        };
+        Self {
+            bar: ProgressBar::with_draw_target(None, target),
+            quiet,
+        }
+    }
+
+    pub(crate) fn begin(&self, logs: usize) {
+        self.bar.set_length(logs as u64);
+        if let Ok(style) = ProgressStyle::with_template("{pos}/{len} logs {wide_bar} {eta}") {
+            self.bar.set_style(style);
+        }
+    }
+
+    pub(crate) fn next(&self) {
+        self.bar.inc(1);
+    }
+
+    /// Says a line above the bar; nothing where quiet.
+    pub(crate) fn say(&self, line: &str) {
+        if !self.quiet {
+            self.bar.suspend(|| eprintln!("{line}"));
+        }
+    }
+
+    /// Says what went wrong, also where quiet.
+    pub(crate) fn error(&self, line: &str) {
+        self.bar.suspend(|| eprintln!("{line}"));
+    }
+
+    pub(crate) fn finish(&self) {
         self.bar.finish_and_clear();
     }
 }

@@ -141,7 +141,7 @@ fn reasons(rows: &Rows) -> Column {
     builder.finish().into_column()
 }
 
-fn column<T>(name: &str, values: impl Iterator<Item = T>) -> Column
+pub(crate) fn column<T>(name: &str, values: impl Iterator<Item = T>) -> Column
 where
     Series: NamedFrom<Vec<T>, [T]>,
 {

@@ -62,6 +62,7 @@ mod losses;
 mod mcap;
 mod merged_parts;
 mod message;
+mod metadata_records;
 mod number_decoder;
 mod number_fields;
 mod path_tree;
@@ -97,6 +98,7 @@ pub use crate::{
     log::{Format, Log},
     losses::{Integrity, Losses, LostPart, LostRange},
     message::Message,
+    metadata_records::{MetadataRecord, metadata_records},
     number_decoder::{NumberField, NumberSample, SampleValue},
     number_fields::number_fields,
     recover::{RecoverError, RecoveryReport, recover},

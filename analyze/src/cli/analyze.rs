@@ -3,17 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use clap::{Args, CommandFactory};
+use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::{Cli, Verdict, Voice, verdict};
+use super::options::{AnalysisArgs, PolicyArgs};
+use super::{Verdict, Voice, usage, verdict};
 use crate::analysis::Analysis;
-use crate::events::EventKind;
+use crate::facts::{LogFacts, event_facts};
 use crate::imu_check::FAULT;
-use crate::options::{
-    ApplyClockOffsets, ClosedFormInput, ColumnGroup, Estimator, Model, MoreColumns, Options,
-};
+use crate::options::{ColumnGroup, MoreColumns, Options};
 use crate::output::Outputs;
+use crate::policy::{Judgement, Policy};
 use crate::progress::Progress;
 use crate::{output, report, run};
 
@@ -28,25 +28,14 @@ pub(super) struct AnalyzeArgs {
     /// Where the results go: straight for one log, into DIR/<name of the log>/ for several.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// How the ground wrench is computed.
-    #[arg(long, value_enum, default_value_t = Model::WholeBody)]
-    model: Model,
-    /// How signals become states.
-    #[arg(long, value_enum, default_value_t = Estimator::Smoother)]
-    estimator: Estimator,
-    /// Rows at this rate instead of at the stamps of the fastest joint stream.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    rate: Option<f64>,
+    #[command(flatten)]
+    analysis: AnalysisArgs,
     /// Rows from here on (s from the first sample).
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
     /// Rows up to here (s from the first sample).
     #[arg(long, value_name = "S")]
     to: Option<f64>,
-    /// Where the closed form takes the platform's acceleration from; default: velocity if the log has
-    /// odometry.
-    #[arg(long, value_enum, value_name = "SIGNAL")]
-    closed_form_input: Option<ClosedFormInput>,
     /// Draw N machines with all lengths, angles, masses and inertias up to 10 % off, and write the bands
     /// that the loads spread over.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -54,55 +43,43 @@ pub(super) struct AnalyzeArgs {
     /// Further columns of samples.parquet; may be repeated.
     #[arg(long, value_enum, value_delimiter = ',')]
     columns: Vec<ColumnGroup>,
-    /// Which offsets between the topics' clocks are taken out.
-    #[arg(long, value_enum, value_name = "WHICH", default_value_t = ApplyClockOffsets::Stated)]
-    apply_clock_offsets: ApplyClockOffsets,
     /// Which files to write.
     #[arg(long, value_enum, default_value_t = Outputs::All)]
     outputs: Outputs,
-    /// End with exit code 4 if there is such an event; may be repeated.
-    #[arg(long, value_name = "EVENT", value_enum)]
-    fail_on: Vec<EventKind>,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
-    } else {
-        Err("expected a positive number".into())
-    }
+    #[command(flatten)]
+    policy: PolicyArgs,
 }
 
 pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
     if let (Some(from), Some(to)) = (args.from, args.to)
         && from >= to
     {
-        Cli::command()
-            .error(
-                clap::error::ErrorKind::ValueValidation,
-                "--from must be before --to",
-            )
-            .exit();
+        usage("--from must be before --to");
     }
     let file = MachineFile::read(&args.machine)?;
     let options = Options {
-        estimator: args.estimator,
-        model: args.model,
-        rate_hz: args.rate,
         from_s: args.from,
         to_s: args.to,
-        closed_form_input: args.closed_form_input,
         monte_carlo: args.monte_carlo.map(|draws| draws as usize),
-        apply_clock_offsets: args.apply_clock_offsets,
         columns: MoreColumns {
             parts: args.columns.contains(&ColumnGroup::Parts),
             terms: args.columns.contains(&ColumnGroup::Terms),
         },
+        ..args.analysis.options()
     };
+    let policy = args.policy.policy()?;
     let mut verdict = Verdict::Done;
     for (log, out) in args.logs.iter().zip(out_folders(&args.logs, &args.out)?) {
-        let one = analyze_one(log, &file, options, &out, args, voice).unwrap_or_else(|error| {
+        let one = analyze_one(
+            log,
+            &file,
+            options,
+            &out,
+            args.outputs,
+            policy.as_ref(),
+            voice,
+        )
+        .unwrap_or_else(|error| {
             voice.error(&error);
             Verdict::Failed
         });
@@ -116,15 +93,27 @@ fn analyze_one(
     file: &MachineFile,
     options: Options,
     out: &Path,
-    args: &AnalyzeArgs,
+    outputs: Outputs,
+    policy: Option<&Policy>,
     voice: Voice,
 ) -> Result<Verdict> {
     let mut progress = Progress::new(log, voice.quiet);
     let analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
     progress.finish();
-    output::write(&analysis, out, args.outputs)?;
+    output::write(&analysis, out, outputs)?;
+    let judgement =
+        policy.map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis)));
+    // --fail-on is on the command line; a file's rules are worth a file
+    if let Some(judgement) = judgement.as_ref().filter(|j| j.policy_sha256.is_some()) {
+        output::write_judgement(judgement, out)?;
+    }
     report_findings(&analysis, out, voice);
-    Ok(verdict(&analysis, &args.fail_on))
+    let broken = judgement.iter().flat_map(Judgement::broken);
+    let broken: Vec<_> = broken.collect();
+    for rule in &broken {
+        voice.say(&format!("rule broken: {}: {}", rule.rule, rule.found));
+    }
+    Ok(verdict(&analysis, !broken.is_empty()))
 }
 
 fn report_findings(analysis: &Analysis, out: &Path, voice: Voice) {

@@ -22,5 +22,5 @@ pub(super) fn run(args: &DemoArgs, voice: Voice) -> Result<Verdict> {
     output::write(&analysis, out, Outputs::All)?;
     demo::tell(&analysis, out);
     voice.say("the log and the machine file of the demo are in its folder input/");
-    Ok(verdict(&analysis, &[]))
+    Ok(verdict(&analysis, false))
 }

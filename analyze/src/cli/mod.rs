@@ -2,22 +2,24 @@
 
 mod analyze;
 mod check_machine;
+mod compare;
 mod demo;
 mod inspect;
+mod options;
 mod recover;
+mod screen;
 
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::analysis::Analysis;
-use crate::events::EventKind;
 
 /// Exit code: a file's content, the machine or the disk is at fault.
 const FAILED: u8 = 1;
 /// Exit code: done, but bytes or messages of a log were lost.
 const LOST: u8 = 3;
-/// Exit code: the condition of `--fail-on` was met.
+/// Exit code: the condition of `--fail-on` was met, or the policy broken.
 const CONDITION_MET: u8 = 4;
 
 /// How close a wheeled machine came to tipping over, from the logs that it keeps.
@@ -38,6 +40,10 @@ pub struct Cli {
 enum Command {
     /// Wheel loads, stability and events of logs.
     Analyze(analyze::AnalyzeArgs),
+    /// Many logs: a data set with a row for each, and a page with the machines at most risk.
+    Screen(screen::ScreenArgs),
+    /// Two results, two logs, or one log under two machine files or models, side by side.
+    Compare(compare::CompareArgs),
     /// What a log holds: topics, clocks, gaps, damage, and what would be bound to which signal.
     Inspect(inspect::InspectArgs),
     /// Mass, centre of mass and static loads of a machine, beside weighed loads if its file has them.
@@ -82,6 +88,8 @@ pub fn run(cli: &Cli) -> ExitCode {
     };
     let result = match &cli.command {
         Command::Analyze(args) => analyze::run(args, voice),
+        Command::Screen(args) => screen::run(args, voice),
+        Command::Compare(args) => compare::run(args, voice),
         Command::Inspect(args) => inspect::run(args, voice),
         Command::CheckMachine(args) => check_machine::run(args),
         Command::Recover(args) => recover::run(args, voice),
@@ -104,6 +112,13 @@ pub fn run(cli: &Cli) -> ExitCode {
         .into()
 }
 
+/// Ends the program with exit code 2: the arguments do not make sense together.
+fn usage(mistake: &str) -> ! {
+    Cli::command()
+        .error(clap::error::ErrorKind::ValueValidation, mistake)
+        .exit()
+}
+
 /// What is said, to stderr.
 #[derive(Debug, Clone, Copy)]
 struct Voice {
@@ -123,12 +138,8 @@ impl Voice {
     }
 }
 
-fn verdict(analysis: &Analysis, fail_on: &[EventKind]) -> Verdict {
-    if analysis
-        .events
-        .iter()
-        .any(|event| fail_on.contains(&event.kind))
-    {
+fn verdict(analysis: &Analysis, is_condition_met: bool) -> Verdict {
+    if is_condition_met {
         Verdict::ConditionMet
     } else if !analysis.losses.is_empty() {
         Verdict::Lost

@@ -329,7 +329,7 @@ pub(super) fn probability(value: f64) -> String {
 }
 
 /// A number with as many digits as a reader can use.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     match value.abs() {
         _ if !value.is_finite() => "not computable".to_string(),
         size if size >= 100.0 => format!("{value:.0}"),

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 /// `text` as HTML that means only itself, in elements and in quoted attributes.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
@@ -19,14 +19,14 @@ pub(super) fn escape(text: &str) -> String {
 }
 
 /// JSON as it may stand in a script element: nothing in it can end the element or open a comment.
-pub(super) fn json_in_script(json: &str) -> String {
+pub(crate) fn json_in_script(json: &str) -> String {
     json.replace('<', "\\u003c")
         .replace('\u{2028}', "\\u2028")
         .replace('\u{2029}', "\\u2029")
 }
 
 /// A table of plain text; wide ones scroll sideways on narrow screens.
-pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
+pub(crate) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     let mut html = String::from("<div class=\"wide\"><table><thead><tr>");
     for cell in head {
         let _ = write!(html, "<th scope=\"col\">{}</th>", escape(cell));
@@ -70,7 +70,7 @@ pub(super) fn bars(bars: &[Bar]) -> String {
 }
 
 /// A table of names and what they mean, both plain text.
-pub(super) fn facts(rows: &[(String, String)]) -> String {
+pub(crate) fn facts(rows: &[(String, String)]) -> String {
     let mut html = String::from("<table class=\"facts\"><tbody>\n");
     for (name, value) in rows {
         let _ = writeln!(
@@ -85,7 +85,7 @@ pub(super) fn facts(rows: &[(String, String)]) -> String {
 }
 
 /// A list of plain sentences.
-pub(super) fn list(class: &str, sentences: &[String]) -> String {
+pub(crate) fn list(class: &str, sentences: &[String]) -> String {
     let mut html = format!("<ul class=\"{}\">\n", escape(class));
     for sentence in sentences {
         let _ = writeln!(html, "<li>{}</li>", escape(sentence));

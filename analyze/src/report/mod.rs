@@ -5,7 +5,7 @@ mod decimate;
 mod explanations;
 mod faults;
 mod findings;
-mod html;
+pub(crate) mod html;
 mod moment;
 mod plots;
 mod tables;
@@ -15,26 +15,57 @@ use std::path::Path;
 use plotly::Plot;
 
 pub use findings::findings;
+pub(crate) use findings::number;
 
 use self::plots::{Figure, MOST_EVENTS, MOST_POINTS};
 use crate::analysis::Analysis;
 
-const STYLE: &str = include_str!("style.css");
+pub(crate) const STYLE: &str = include_str!("style.css");
 const SCRIPTS: [&str; 2] = [include_str!("moment.js"), include_str!("page.js")];
 /// Findings in words at the top of the page; the table of events has all.
 const MOST_FINDINGS: usize = 12;
-/// Nothing is ever fetched, whatever a name in the log says.
-const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
 
-/// The report on a log, as an HTML page with everything it needs inside.
+/// Where the plots' library is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlotLibrary<'a> {
+    /// In the page itself.
+    Inside,
+    /// In a file at this relative address, which several pages share: [`plot_library_script`].
+    Beside(&'a str),
+}
+
+impl PlotLibrary<'_> {
+    /// What the page may load: nothing from anywhere else, whatever a name in the log says.
+    fn policy(self) -> String {
+        let scripts = match self {
+            Self::Inside => "'unsafe-inline'",
+            // opened as a file, a page has no 'self'
+            Self::Beside(_) => "'unsafe-inline' 'self' file:",
+        };
+        format!(
+            "default-src 'none'; script-src {scripts}; style-src 'unsafe-inline'; img-src data: blob:"
+        )
+    }
+
+    fn element(self) -> String {
+        match self {
+            Self::Inside => plot_library(),
+            Self::Beside(address) => {
+                format!("<script src=\"{}\"></script>\n", html::escape(address))
+            }
+        }
+    }
+}
+
+/// The report on a log, as an HTML page with everything it needs inside, or the plot library beside it.
 ///
 /// The same analysis gives the same bytes.
 #[must_use]
-pub fn render(analysis: &Analysis) -> String {
+pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
     let figures = plots::figures(analysis);
-    let plot_library = plot_library();
+    let plot_library = library.element();
     let mut page = String::with_capacity(plot_library.len() + (1 << 20));
-    page.push_str(&head(analysis));
+    page.push_str(&head(analysis, &library.policy()));
     page.push_str(&section("Findings", &top_findings(analysis)));
     page.push_str(&section("Events", &tables::events(analysis)));
     page.push_str(&section("The moment itself", &moment::section(analysis)));
@@ -62,7 +93,7 @@ pub fn render(analysis: &Analysis) -> String {
     page
 }
 
-fn head(analysis: &Analysis) -> String {
+fn head(analysis: &Analysis, policy: &str) -> String {
     let (log, machine) = (
         html::escape(&log_name(analysis)),
         html::escape(analysis.machine.name()),
@@ -75,7 +106,7 @@ fn head(analysis: &Analysis) -> String {
     };
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>Wheel loads: {log}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
          <h1>Wheel loads and stability: {log}</h1>\n\
@@ -97,7 +128,7 @@ fn log_name(analysis: &Analysis) -> String {
     }
 }
 
-fn section(title: &str, content: &str) -> String {
+pub(crate) fn section(title: &str, content: &str) -> String {
     format!(
         "<section>\n<h2>{}</h2>\n{content}</section>\n",
         html::escape(title)
@@ -155,6 +186,15 @@ fn plot_library() -> String {
     }
     scripts.push('\n');
     scripts
+}
+
+/// The plot library as the file that pages with [`PlotLibrary::Beside`] load.
+#[must_use]
+pub fn plot_library_script() -> String {
+    let element = plot_library();
+    let begin = element.find('>').map_or(0, |end| end + 1);
+    let end = element.rfind("</script>").unwrap_or(element.len());
+    element.get(begin..end).unwrap_or_default().to_string()
 }
 
 fn scripts(figures: &[Figure]) -> String {

@@ -1,0 +1,95 @@
+//! `tipwatch compare`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::Args;
+use tipwatch_binding::MachineFile;
+
+use super::options::AnalysisArgs;
+use super::{Verdict, Voice, usage};
+use crate::compare::{Side, compare, render, told};
+use crate::files::write_whole;
+use crate::options::{Estimator, Model, Options};
+use crate::run::analyse;
+
+#[derive(Debug, Args)]
+pub(super) struct CompareArgs {
+    /// A log, or a folder that `analyze` wrote.
+    a: PathBuf,
+    /// Another; without it, A is compared with itself under --machine-b, --model-b or --estimator-b.
+    b: Option<PathBuf>,
+    /// The machine file of logs.
+    #[arg(long)]
+    machine: Option<PathBuf>,
+    /// The machine file of B, where it is another.
+    #[arg(long, value_name = "MACHINE")]
+    machine_b: Option<PathBuf>,
+    #[command(flatten)]
+    analysis: AnalysisArgs,
+    /// The model of B, where it is another.
+    #[arg(long, value_enum, value_name = "MODEL")]
+    model_b: Option<Model>,
+    /// The estimator of B, where it is another.
+    #[arg(long, value_enum, value_name = "ESTIMATOR")]
+    estimator_b: Option<Estimator>,
+    /// As JSON.
+    #[arg(long)]
+    json: bool,
+    /// Write comparison.json and comparison.html there.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[expect(clippy::print_stdout, reason = "the comparison is what is asked for")]
+pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Verdict> {
+    let options = args.analysis.options();
+    let other = args.machine_b.is_some() || args.model_b.is_some() || args.estimator_b.is_some();
+    if args.b.is_none() && !other {
+        usage("expected a second log or result, or --machine-b, --model-b or --estimator-b");
+    }
+    let options_b = Options {
+        model: args.model_b.unwrap_or(options.model),
+        estimator: args.estimator_b.unwrap_or(options.estimator),
+        ..options
+    };
+    let path_b = args.b.as_deref().unwrap_or(&args.a);
+    let machine_b = args.machine_b.as_deref().or(args.machine.as_deref());
+    if other && is_result(path_b) {
+        usage("--machine-b, --model-b and --estimator-b are for logs, not for results");
+    }
+    let a = side(&args.a, args.machine.as_deref(), options)?;
+    let b = side(path_b, machine_b, options_b)?;
+    let comparison = compare(&a, &b);
+    let json = serde_json::to_string_pretty(&comparison)?;
+    match args.json {
+        true => println!("{json}"),
+        false => print!("{}", told(&comparison, voice.verbose)),
+    }
+    if let Some(out) = &args.out {
+        write_whole(&out.join("comparison.json"), json.as_bytes())?;
+        let page = out.join("comparison.html");
+        write_whole(&page, render(&comparison, &a, &b).as_bytes())?;
+        voice.say(&format!("page: {}", page.display()));
+    }
+    Ok(Verdict::Done)
+}
+
+fn is_result(path: &Path) -> bool {
+    path.is_dir() && path.join("summary.json").is_file()
+}
+
+fn side(path: &Path, machine: Option<&Path>, options: Options) -> Result<Side> {
+    if is_result(path) {
+        return Side::of_folder(path);
+    }
+    let machine = machine.with_context(|| {
+        format!(
+            "{}: expected --machine for a log, found none",
+            path.display()
+        )
+    })?;
+    let file = MachineFile::read(machine)?;
+    let analysis = analyse(path, &file, options, &mut |_| {})?;
+    Side::of_analysis(&analysis, &path.display().to_string())
+}

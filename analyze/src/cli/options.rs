@@ -1,0 +1,75 @@
+//! Options that commands share: how logs are analysed, and what makes a result fail.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+
+use crate::events::EventKind;
+use crate::options::{ApplyClockOffsets, ClosedFormInput, Estimator, Model, Options};
+use crate::policy::Policy;
+
+/// How signals become loads.
+#[derive(Debug, Args)]
+pub(super) struct AnalysisArgs {
+    /// How the ground wrench is computed.
+    #[arg(long, value_enum, default_value_t = Model::WholeBody)]
+    pub(super) model: Model,
+    /// How signals become states.
+    #[arg(long, value_enum, default_value_t = Estimator::Smoother)]
+    pub(super) estimator: Estimator,
+    /// Rows at this rate instead of at the stamps of the fastest joint stream.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub(super) rate: Option<f64>,
+    /// Where the closed form takes the platform's acceleration from; default: velocity if the log has
+    /// odometry.
+    #[arg(long, value_enum, value_name = "SIGNAL")]
+    pub(super) closed_form_input: Option<ClosedFormInput>,
+    /// Which offsets between the topics' clocks are taken out.
+    #[arg(long, value_enum, value_name = "WHICH", default_value_t = ApplyClockOffsets::Stated)]
+    pub(super) apply_clock_offsets: ApplyClockOffsets,
+}
+
+impl AnalysisArgs {
+    pub(super) fn options(&self) -> Options {
+        Options {
+            estimator: self.estimator,
+            model: self.model,
+            rate_hz: self.rate,
+            closed_form_input: self.closed_form_input,
+            apply_clock_offsets: self.apply_clock_offsets,
+            ..Options::default()
+        }
+    }
+}
+
+/// What makes a result fail.
+#[derive(Debug, Args)]
+pub(super) struct PolicyArgs {
+    /// End with exit code 4 if there is such an event; may be repeated.
+    #[arg(long, value_name = "EVENT", value_enum)]
+    fail_on: Vec<EventKind>,
+    /// End with exit code 4 if a rule of this policy file is broken; `policy.json` tells which.
+    #[arg(long, value_name = "FILE", conflicts_with = "fail_on")]
+    policy: Option<PathBuf>,
+}
+
+impl PolicyArgs {
+    /// The policy; `None` where nothing was asked.
+    pub(super) fn policy(&self) -> Result<Option<Policy>> {
+        match &self.policy {
+            Some(path) => Policy::read(path).map(Some),
+            None if self.fail_on.is_empty() => Ok(None),
+            None => Ok(Some(Policy::without(&self.fail_on))),
+        }
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err("expected a positive number".into())
+    }
+}

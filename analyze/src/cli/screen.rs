@@ -1,0 +1,157 @@
+//! `tipwatch screen`.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use tipwatch_binding::MachineFile;
+
+use super::options::{AnalysisArgs, PolicyArgs};
+use super::{Verdict, Voice};
+use crate::progress::LogCount;
+use crate::screen::{Fleet, News, Request, Screen, Shard, gather, screen};
+
+#[derive(Debug, Args)]
+pub(super) struct ScreenArgs {
+    /// Folders, patterns ("logs/**/*.mcap"), manifests (.txt, .list, .manifest: one log a line) and logs.
+    #[arg(required_unless_present = "gather")]
+    logs: Vec<PathBuf>,
+    /// The machine file of all logs.
+    #[arg(long, required_unless_present_any = ["fleet", "gather"], conflicts_with = "fleet")]
+    machine: Option<PathBuf>,
+    /// The fleet file: rules that tell which machine file belongs to which log.
+    #[arg(long)]
+    fleet: Option<PathBuf>,
+    /// Where the data set, the page and the reports go.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// How many logs at a time; default: as many as there are processors.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    jobs: Option<u32>,
+    /// Most memory that the analyses may take together, as estimated (GiB); default: three quarters of
+    /// what is free. One log is always at work.
+    #[arg(long, value_name = "GIB", value_parser = clap::value_parser!(u32).range(1..))]
+    memory: Option<u32>,
+    /// Do the I-th of N parts of the logs, for array jobs; `--gather` makes one result of all parts.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<Shard>,
+    /// Go on with what stands in DIR: logs of the same content under the same machine, options and
+    /// program are not analysed again, except those that failed.
+    #[arg(long)]
+    resume: bool,
+    /// Analyse nothing: make data set and page of what stands in DIR.
+    #[arg(long, conflicts_with_all = ["logs", "machine", "fleet", "shard", "resume", "jobs", "memory"])]
+    gather: bool,
+    #[command(flatten)]
+    analysis: AnalysisArgs,
+    #[command(flatten)]
+    policy: PolicyArgs,
+}
+
+pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Verdict> {
+    let policy = args.policy.policy()?;
+    let count = LogCount::new(voice.quiet);
+    let tell = |news: News<'_>| match news {
+        News::Begin(logs) => count.begin(logs),
+        News::Done { log, failure } => {
+            if let Some(reason) = failure {
+                count.error(&failed(log, reason));
+            } else if voice.verbose {
+                count.say(&format!("done: {log}"));
+            }
+            count.next();
+        }
+        News::Note(note) => count.say(&format!("note: {note}")),
+    };
+    let found = if args.gather {
+        gather(&args.out, policy.as_ref(), &tell)?
+    } else {
+        let fleet = fleet(args)?;
+        let jobs = args.jobs.map_or_else(processors, |jobs| jobs as usize);
+        let request = Request {
+            logs: &args.logs,
+            out: &args.out,
+            jobs,
+            memory_bytes: args.memory.map(|gib| u64::from(gib) << 30),
+            shard: args.shard,
+            resume: args.resume,
+            options: args.analysis.options(),
+        };
+        screen(&request, &fleet, policy.as_ref(), &tell)?
+    };
+    count.finish();
+    voice.say(&told(&found));
+    Ok(verdict(&found))
+}
+
+/// The reason names the log itself in most cases.
+fn failed(log: &str, reason: &str) -> String {
+    match reason.contains(log) {
+        true => format!("failed: {reason}"),
+        false => format!("failed: {log}: {reason}"),
+    }
+}
+
+fn fleet(args: &ScreenArgs) -> Result<Fleet> {
+    match (&args.fleet, &args.machine) {
+        (Some(path), _) => Fleet::read(path),
+        (None, machine) => {
+            let machine = machine
+                .as_deref()
+                .context("expected --machine or --fleet")?;
+            Ok(Fleet::of_one(MachineFile::read(machine)?))
+        }
+    }
+}
+
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn told(found: &Screen) -> String {
+    let totals = &found.totals;
+    let mut text = format!(
+        "{} analysed, {} failed, {} known from before. In all {} logs, {} of them failed; {} with findings, {} with losses",
+        found.analysed_now,
+        found.failed_now,
+        found.from_before,
+        totals.logs,
+        totals.failed,
+        totals.with_findings,
+        totals.with_losses
+    );
+    if totals.breaking_policy > 0 {
+        text.push_str(&format!("; {} break the policy", totals.breaking_policy));
+    }
+    match &found.page {
+        Some(page) => text.push_str(&format!("\npage: {}", page.display())),
+        None => {
+            text.push_str("\na part of the logs; --gather makes data set and page of all parts");
+        }
+    }
+    text
+}
+
+fn verdict(found: &Screen) -> Verdict {
+    let totals = &found.totals;
+    if totals.failed > 0 {
+        Verdict::Failed
+    } else if totals.breaking_policy > 0 {
+        Verdict::ConditionMet
+    } else if totals.with_losses > 0 {
+        Verdict::Lost
+    } else {
+        Verdict::Done
+    }
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    let expected = || format!("expected I/N, such as 2/8, with I from 1 to N, found \"{text}\"");
+    let (index, count) = text.split_once('/').ok_or_else(expected)?;
+    let number = |part: &str| part.parse::<usize>().map_err(|_| expected());
+    let (index, count) = (number(index)?, number(count)?);
+    match (1..=count).contains(&index) {
+        true => Ok(Shard { index, count }),
+        false => Err(expected()),
+    }
+}

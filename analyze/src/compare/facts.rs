@@ -1,0 +1,237 @@
+//! Differences of the summaries: events and numbers of the whole log.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::Side;
+use crate::report::number;
+
+/// A number of the whole log on both sides.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FactDifference {
+    /// What it is.
+    pub name: String,
+    /// Its unit; "-" of a share, "events" of a count.
+    pub unit: &'static str,
+    /// On side A; null where it cannot be computed, or A has no such thing.
+    pub a: Option<f64>,
+    /// On side B.
+    pub b: Option<f64>,
+    /// B less A.
+    pub difference: Option<f64>,
+}
+
+/// An event on one side or on both.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EventPair {
+    /// Kind of the event.
+    pub kind: String,
+    /// Wheel, edge or signal.
+    pub subject: String,
+    /// On side A.
+    pub a: Option<EventSide>,
+    /// On side B.
+    pub b: Option<EventSide>,
+}
+
+/// An event as one side has it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EventSide {
+    /// Its begin (s from the first row).
+    pub start_s: f64,
+    /// How long it lasts (s); null while open.
+    pub duration_s: Option<f64>,
+    /// The worst value.
+    pub worst: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+    /// Probability that it is true.
+    pub certainty: Option<f64>,
+}
+
+/// Units in the order in which they are told.
+const UNITS: [&str; 6] = ["events", "-", "N", "kg", "s", "rows"];
+/// A number as people read it in its unit.
+pub(super) fn in_words(value: Option<f64>, unit: &str) -> String {
+    match (value, unit) {
+        (None, _) => "unknown".into(),
+        (Some(value), "events" | "rows") => format!("{value:.0}"),
+        (Some(value), "-") => format!("{value:.3}"),
+        (Some(value), _) => number(value),
+    }
+}
+
+/// Numbers of a wheel: key of the summary, in words.
+const OF_WHEEL: [(&str, &str); 6] = [
+    ("least_otf_n", "least OTF"),
+    ("least_load_n", "least load"),
+    ("mean_load_n", "mean load"),
+    ("largest_load_n", "largest load"),
+    ("static_load_n", "static load"),
+    (
+        "median_load_sigma_n",
+        "median standard deviation of the load",
+    ),
+];
+
+/// All numbers, grouped by unit, the largest difference first; what only one side has comes last.
+pub(super) fn facts(a: &Side, b: &Side) -> Vec<FactDifference> {
+    let (on_a, on_b) = (numbers(&a.summary), numbers(&b.summary));
+    let names: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
+    let mut facts: Vec<FactDifference> = names
+        .into_iter()
+        .map(|key| {
+            let value = |side: &BTreeMap<_, Option<f64>>| side.get(key).copied().flatten();
+            let (a, b) = (value(&on_a), value(&on_b));
+            FactDifference {
+                name: key.1.clone(),
+                unit: UNITS[key.0],
+                a,
+                b,
+                difference: a.zip(b).map(|(a, b)| b - a),
+            }
+        })
+        .collect();
+    let size = |fact: &FactDifference| fact.difference.map_or(-1.0, f64::abs);
+    let unit = |fact: &FactDifference| UNITS.iter().position(|unit| *unit == fact.unit);
+    facts.sort_by(|x, y| {
+        unit(x)
+            .cmp(&unit(y))
+            .then_with(|| size(y).total_cmp(&size(x)))
+    });
+    facts
+}
+
+/// Place of the unit and name to value.
+type Numbers = BTreeMap<(usize, String), Option<f64>>;
+
+fn numbers(summary: &Value) -> Numbers {
+    let mut numbers = Numbers::new();
+    let mut add = |unit: &str, name: String, value: Option<f64>| {
+        let place = UNITS.iter().position(|known| *known == unit);
+        numbers.insert((place.unwrap_or(0), name), value);
+    };
+    let wheels = summary["wheels"].as_object();
+    for (wheel, facts) in wheels.into_iter().flatten() {
+        for (key, words) in OF_WHEEL {
+            add(
+                "N",
+                format!("{words}, {}", wheel.to_uppercase()),
+                facts[key].as_f64(),
+            );
+        }
+        let margin = facts["least_otf_n"]
+            .as_f64()
+            .zip(facts["static_load_n"].as_f64());
+        let margin = margin
+            .map(|(otf, load)| otf / load)
+            .filter(|m| m.is_finite());
+        add(
+            "-",
+            format!("least margin, {}", wheel.to_uppercase()),
+            margin,
+        );
+    }
+    let rows = &summary["rows"];
+    let valid = rows["valid"].as_f64().zip(rows["count"].as_f64());
+    add(
+        "-",
+        "valid rows, share".into(),
+        valid.map(|(valid, all)| valid / all),
+    );
+    add("rows", "rows".into(), rows["count"].as_f64());
+    add("s", "duration".into(), rows["duration_s"].as_f64());
+    add(
+        "kg",
+        "mass of the machine".into(),
+        summary["machine"]["mass_kg"].as_f64(),
+    );
+    let events = summary["events"].as_array();
+    let mut counts: BTreeMap<&str, f64> = BTreeMap::new();
+    for kind in crate::events::EventKind::all() {
+        counts.insert(kind.name(), 0.0);
+    }
+    for event in events.into_iter().flatten() {
+        *counts
+            .entry(event["kind"].as_str().unwrap_or("unknown"))
+            .or_default() += 1.0;
+    }
+    for (kind, count) in counts {
+        add("events", kind.replace('_', " "), Some(count));
+    }
+    numbers
+}
+
+/// Events of both sides: of the same kind and subject and at the same time they are one. Those of one
+/// side alone come first.
+pub(super) fn events(a: &Side, b: &Side) -> Vec<EventPair> {
+    let list = |side: &Side| -> Vec<Value> {
+        side.summary["events"]
+            .as_array()
+            .cloned()
+            .unwrap_or_default()
+    };
+    let mut on_b: Vec<Option<Value>> = list(b).into_iter().map(Some).collect();
+    let mut pairs = Vec::new();
+    for event in list(a) {
+        let same = on_b
+            .iter_mut()
+            .find(|other| other.as_ref().is_some_and(|other| is_same(&event, other)));
+        let other = same.and_then(Option::take);
+        pairs.push(pair(Some(&event), other.as_ref()));
+    }
+    pairs.extend(on_b.iter().flatten().map(|event| pair(None, Some(event))));
+    let start = |pair: &EventPair| {
+        pair.a
+            .as_ref()
+            .or(pair.b.as_ref())
+            .map_or(0.0, |e| e.start_s)
+    };
+    let in_both = |pair: &EventPair| pair.a.is_some() && pair.b.is_some();
+    pairs.sort_by(|x, y| {
+        in_both(x)
+            .cmp(&in_both(y))
+            .then_with(|| start(x).total_cmp(&start(y)))
+    });
+    pairs
+}
+
+fn is_same(a: &Value, b: &Value) -> bool {
+    let span = |event: &Value| {
+        let end = event["end_ns"].as_i64().unwrap_or(i64::MAX);
+        Some((event["start_ns"].as_i64()?, end))
+    };
+    let overlap = span(a)
+        .zip(span(b))
+        .is_some_and(|(a, b)| a.0 <= b.1 && b.0 <= a.1);
+    a["kind"] == b["kind"] && a["subject"] == b["subject"] && overlap
+}
+
+fn pair(a: Option<&Value>, b: Option<&Value>) -> EventPair {
+    let text = |key: &str| {
+        let event = a.or(b);
+        event
+            .and_then(|event| event[key].as_str())
+            .unwrap_or("unknown")
+            .to_string()
+    };
+    EventPair {
+        kind: text("kind"),
+        subject: text("subject"),
+        a: a.map(event_side),
+        b: b.map(event_side),
+    }
+}
+
+fn event_side(event: &Value) -> EventSide {
+    let span = event["start_ns"].as_i64().zip(event["end_ns"].as_i64());
+    EventSide {
+        start_s: event["start_s"].as_f64().unwrap_or(f64::NAN),
+        duration_s: span.map(|(start, end)| (end - start) as f64 * 1e-9),
+        worst: event["worst"].as_f64(),
+        unit: event["unit"].as_str().unwrap_or_default().into(),
+        certainty: event["certainty"].as_f64(),
+    }
+}

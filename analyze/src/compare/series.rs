@@ -1,0 +1,153 @@
+//! Differences row by row, where both sides have rows at the same times.
+
+use serde::Serialize;
+
+use super::Side;
+
+/// Units that are told before all others.
+const FIRST_UNITS: [&str; 3] = ["N", "-", "N m"];
+
+/// Both sides' columns over the rows that they share.
+#[derive(Debug, Serialize)]
+pub struct SeriesComparison {
+    /// Rows at the same time that are valid on both sides.
+    pub rows: usize,
+    /// Columns of both, those of a unit together, the largest root mean square difference first.
+    pub columns: Vec<SeriesDifference>,
+    /// Columns that only A has.
+    pub only_a: Vec<String>,
+    /// Columns that only B has.
+    pub only_b: Vec<String>,
+}
+
+/// A column on both sides.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SeriesDifference {
+    /// Name of the column.
+    pub column: String,
+    /// Its unit.
+    pub unit: String,
+    /// Rows in which both know it.
+    pub rows: usize,
+    /// Mean of B less A.
+    pub mean: f64,
+    /// Root mean square of B less A.
+    pub rms: f64,
+    /// Largest absolute difference.
+    pub largest: f64,
+    /// When (ns).
+    pub largest_ns: i64,
+    /// `rms` as a share of the larger root mean square of the two; null where both are zero.
+    pub relative: Option<f64>,
+}
+
+/// Rows of A and of B at the same time, both valid.
+pub(super) fn shared_rows(a: &Side, b: &Side) -> Vec<(usize, usize)> {
+    let (mut shared, mut on_b) = (Vec::new(), 0);
+    for (on_a, time) in a.times_ns.iter().enumerate() {
+        while b.times_ns.get(on_b).is_some_and(|other| other < time) {
+            on_b += 1;
+        }
+        if b.times_ns.get(on_b) == Some(time) && a.valid[on_a] && b.valid[on_b] {
+            shared.push((on_a, on_b));
+        }
+    }
+    shared
+}
+
+/// Compares all columns that both have.
+///
+/// # Errors
+/// There is no common valid row; the text tells why.
+pub(super) fn compare(a: &Side, b: &Side) -> Result<SeriesComparison, String> {
+    let rows = shared_rows(a, b);
+    if rows.is_empty() {
+        return Err("the two have no valid row at the same time".into());
+    }
+    let mut columns: Vec<SeriesDifference> = a
+        .columns
+        .iter()
+        .filter_map(|column| {
+            let other = b.column(&column.name)?;
+            let values = rows
+                .iter()
+                .map(|&(i, j)| (a.times_ns[i], column.values[i], other.values[j]));
+            difference(&column.name, &column.unit, values)
+        })
+        .collect();
+    let place = |column: &SeriesDifference| {
+        let known = FIRST_UNITS.iter().position(|unit| *unit == column.unit);
+        (known.unwrap_or(FIRST_UNITS.len()), column.unit.clone())
+    };
+    columns.sort_by(|x, y| {
+        place(x)
+            .cmp(&place(y))
+            .then_with(|| y.rms.total_cmp(&x.rms))
+    });
+    let only = |one: &Side, other: &Side| -> Vec<String> {
+        let alone = one
+            .columns
+            .iter()
+            .filter(|column| other.column(&column.name).is_none());
+        alone.map(|column| column.name.clone()).collect()
+    };
+    Ok(SeriesComparison {
+        rows: rows.len(),
+        columns,
+        only_a: only(a, b),
+        only_b: only(b, a),
+    })
+}
+
+/// `None` where no row has both values.
+fn difference(
+    column: &str,
+    unit: &str,
+    values: impl Iterator<Item = (i64, f64, f64)>,
+) -> Option<SeriesDifference> {
+    let (mut rows, mut sum, mut squares, mut largest) = (0, 0.0, 0.0, (-1.0, 0));
+    let (mut squares_a, mut squares_b) = (0.0, 0.0);
+    for (time, a, b) in values.filter(|(_, a, b)| a.is_finite() && b.is_finite()) {
+        let off = b - a;
+        rows += 1;
+        sum += off;
+        squares += off * off;
+        squares_a += a * a;
+        squares_b += b * b;
+        if off.abs() > largest.0 {
+            largest = (off.abs(), time);
+        }
+    }
+    let count = f64::from(u32::try_from(rows).ok().filter(|&rows| rows > 0)?);
+    let scale = f64::max(squares_a, squares_b);
+    Some(SeriesDifference {
+        column: column.into(),
+        unit: unit.into(),
+        rows,
+        mean: sum / count,
+        rms: (squares / count).sqrt(),
+        largest: largest.0,
+        largest_ns: largest.1,
+        relative: (scale > 0.0).then(|| (squares / scale).sqrt()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_of_the_rows_that_both_know() {
+        let rows = [(0, 1.0, 4.0), (1, f64::NAN, 9.0), (2, 3.0, -1.0)];
+        let Some(found) = difference("x", "N", rows.into_iter()) else {
+            panic!("there are common rows");
+        };
+        assert_eq!(
+            (found.rows, found.mean, found.largest, found.largest_ns),
+            (2, -0.5, 4.0, 2)
+        );
+        assert_eq!(found.rms, 12.5_f64.sqrt());
+        assert_eq!(found.relative, Some((25.0_f64 / 17.0).sqrt()));
+        assert!(difference("x", "N", [(0, f64::NAN, 1.0)].into_iter()).is_none());
+    }
+}

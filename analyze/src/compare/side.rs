@@ -1,0 +1,144 @@
+//! One of the two results that are compared.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
+use serde_json::Value;
+
+use super::SideSummary;
+use crate::analysis::Analysis;
+use crate::summary::{self, Summary};
+use crate::{report, table};
+
+/// A result: its summary and its rows.
+#[derive(Debug)]
+pub struct Side {
+    /// As given on the command line.
+    pub(super) name: String,
+    /// `summary.json`.
+    pub(super) summary: Value,
+    /// `time_ns` of each row.
+    pub(super) times_ns: Vec<i64>,
+    /// Whether each row is valid.
+    pub(super) valid: Vec<bool>,
+    /// Columns of numbers, NaN where unknown.
+    pub(super) columns: Vec<SideColumn>,
+}
+
+/// A column of `samples.parquet`.
+#[derive(Debug)]
+pub(super) struct SideColumn {
+    pub(super) name: String,
+    pub(super) unit: String,
+    pub(super) values: Vec<f64>,
+}
+
+impl Side {
+    /// An analysis as its files would show it.
+    ///
+    /// # Errors
+    /// The tables cannot be made.
+    pub fn of_analysis(analysis: &Analysis, name: &str) -> Result<Self> {
+        let summary = serde_json::to_value(Summary::of(analysis, report::findings(analysis)))?;
+        let samples = table::samples(analysis)?;
+        let units = samples.units.iter();
+        let units = units
+            .map(|(name, unit)| (name.clone(), unit.to_string()))
+            .collect();
+        Self::new(name, summary, &samples.frame, &units)
+    }
+
+    /// A folder with `summary.json` and `samples.parquet`.
+    ///
+    /// # Errors
+    /// The folder is no result, or one of another version.
+    pub fn of_folder(folder: &Path) -> Result<Self> {
+        let path = folder.join("summary.json");
+        let place = path.display();
+        let text = std::fs::read(&path).with_context(|| format!("{place}: cannot be read"))?;
+        let document: Value =
+            serde_json::from_slice(&text).with_context(|| format!("{place}: no summary"))?;
+        let expected = u64::from(summary::SCHEMA);
+        if document["schema"].as_u64() != Some(expected) {
+            bail!(
+                "{place}: expected a summary of schema {expected}, found {}; analyse the log again",
+                document["schema"]
+            );
+        }
+        let path = folder.join("samples.parquet");
+        let (samples, units) =
+            read_samples(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+        Self::new(&folder.display().to_string(), document, &samples, &units)
+    }
+
+    fn new(
+        name: &str,
+        summary: Value,
+        samples: &DataFrame,
+        units: &BTreeMap<String, String>,
+    ) -> Result<Self> {
+        let times = samples.column("time_ns")?.i64()?.iter();
+        let valid = samples.column("valid")?.bool()?.iter();
+        let mut columns = Vec::new();
+        for column in samples.columns() {
+            if *column.dtype() == DataType::Float64 {
+                let values = column.f64()?.iter();
+                columns.push(SideColumn {
+                    name: column.name().to_string(),
+                    unit: units
+                        .get(column.name().as_str())
+                        .cloned()
+                        .unwrap_or_default(),
+                    values: values.map(|value| value.unwrap_or(f64::NAN)).collect(),
+                });
+            }
+        }
+        Ok(Self {
+            name: name.into(),
+            summary,
+            times_ns: times.map(|time| time.unwrap_or(i64::MIN)).collect(),
+            valid: valid.map(|valid| valid == Some(true)).collect(),
+            columns,
+        })
+    }
+
+    pub(super) fn column(&self, name: &str) -> Option<&SideColumn> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    pub(super) fn about(&self) -> SideSummary {
+        let text = |value: &Value| value.as_str().unwrap_or("unknown").to_string();
+        let (provenance, options) = (&self.summary["provenance"], &self.summary["options"]);
+        let files = provenance["log"].as_array();
+        let of_files = |key: &str| -> Vec<String> {
+            files
+                .into_iter()
+                .flatten()
+                .map(|file| text(&file[key]))
+                .collect()
+        };
+        SideSummary {
+            name: self.name.clone(),
+            log: of_files("path"),
+            log_sha256: of_files("sha256"),
+            machine: text(&self.summary["machine"]["name"]),
+            machine_file_sha256: text(&provenance["machine_file"]["sha256"]),
+            model: text(&self.summary["model"]["name"]),
+            estimator: text(&options["estimator"]),
+            finding: text(&self.summary["findings"][0]),
+        }
+    }
+}
+
+fn read_samples(path: &Path) -> Result<(DataFrame, BTreeMap<String, String>)> {
+    let mut reader = ParquetReader::new(File::open(path)?);
+    let metadata = reader.get_metadata()?.clone();
+    let pairs = metadata.key_value_metadata().iter().flatten();
+    let units = pairs.filter(|pair| pair.key == "tipwatch.units");
+    let units = units.filter_map(|pair| pair.value.clone()).next();
+    let units = serde_json::from_str(&units.context("expected a key tipwatch.units, found none")?)?;
+    Ok((reader.finish()?, units))
+}

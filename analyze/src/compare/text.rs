@@ -1,0 +1,150 @@
+//! A comparison in words and columns, for a terminal.
+
+use std::fmt::Write;
+
+use super::facts::in_words;
+use super::{Comparison, EventPair, SideSummary};
+use crate::report::number;
+
+/// Lines of a unit, unless all are asked for.
+const MOST_LINES: usize = 6;
+
+/// The comparison as text; `all` lines, or the largest differences of each unit.
+#[must_use]
+pub fn told(comparison: &Comparison, all: bool) -> String {
+    let most = if all { usize::MAX } else { MOST_LINES };
+    let mut text = String::new();
+    for (letter, side) in [("A", &comparison.a), ("B", &comparison.b)] {
+        let _ = writeln!(text, "{letter}  {}\n   {}", origin(side), side.finding);
+    }
+    let log = match comparison.same_log {
+        true => "Both are of the same log.",
+        false => "They are of different logs.",
+    };
+    let _ = writeln!(text, "{log}");
+    add_events(comparison, &mut text);
+    let _ = writeln!(
+        text,
+        "\n{:42} {:>12} {:>12} {:>12}",
+        "Whole log", "A", "B", "B - A"
+    );
+    let mut counted = (String::new(), 0);
+    for fact in &comparison.facts {
+        if within(&mut counted, fact.unit, most) {
+            let value = |value: Option<f64>| in_words(value, fact.unit);
+            let _ = writeln!(
+                text,
+                "{:42} {:>12} {:>12} {:>12} {}",
+                fact.name,
+                value(fact.a),
+                value(fact.b),
+                value(fact.difference),
+                fact.unit
+            );
+        }
+    }
+    add_series(comparison, most, &mut text);
+    text
+}
+
+/// What a side is, on one line.
+#[must_use]
+pub(super) fn origin(side: &SideSummary) -> String {
+    let log = side.log.first().map_or("no log", String::as_str);
+    let same = side.name == log;
+    format!(
+        "{}{}; machine {} ({}), model {}, estimator {}",
+        side.name,
+        if same {
+            String::new()
+        } else {
+            format!(" (log {log})")
+        },
+        side.machine,
+        side.machine_file_sha256.get(..8).unwrap_or("unknown"),
+        side.model,
+        side.estimator
+    )
+}
+
+fn add_events(comparison: &Comparison, text: &mut String) {
+    if comparison.events.is_empty() {
+        let _ = writeln!(text, "\nNeither has an event.");
+        return;
+    }
+    let _ = writeln!(text, "\nEvents");
+    for pair in &comparison.events {
+        let _ = writeln!(text, "{}", event(pair));
+    }
+}
+
+/// An event and which side has it.
+#[must_use]
+pub(super) fn event(pair: &EventPair) -> String {
+    let side = |letter: &str, side: &Option<super::facts::EventSide>| {
+        side.as_ref().map(|event| {
+            let lasts = event
+                .duration_s
+                .map_or("until the log ends".into(), |s| format!("for {s:.2} s"));
+            let worst = event.worst.map_or("unknown".into(), number);
+            format!(
+                "{letter} from {:.2} s {lasts}, worst {worst} {}",
+                event.start_s, event.unit
+            )
+        })
+    };
+    let sides: Vec<String> = side("A", &pair.a)
+        .into_iter()
+        .chain(side("B", &pair.b))
+        .collect();
+    let only = match (&pair.a, &pair.b) {
+        (Some(_), None) => "only A: ",
+        (None, Some(_)) => "only B: ",
+        _ => "",
+    };
+    let kind = pair.kind.replace('_', " ");
+    format!("{only}{kind} {}: {}", pair.subject, sides.join("; "))
+}
+
+fn add_series(comparison: &Comparison, most: usize, text: &mut String) {
+    let Some(series) = &comparison.series else {
+        let note = comparison.series_note.as_deref().unwrap_or("unknown");
+        let _ = writeln!(text, "\nNot compared row by row: {note}.");
+        return;
+    };
+    let _ = writeln!(
+        text,
+        "\n{:42} {:>12} {:>12} {:>12} {:>9}",
+        format!("Row by row, {} rows", series.rows),
+        "mean B - A",
+        "rms",
+        "largest",
+        "relative"
+    );
+    let mut counted = (String::new(), 0);
+    for column in &series.columns {
+        if within(&mut counted, &column.unit, most) {
+            let relative = column
+                .relative
+                .map_or(String::new(), |r| format!("{:.2} %", 100.0 * r));
+            let _ = writeln!(
+                text,
+                "{:42} {:>12} {:>12} {:>12} {relative:>9} {}",
+                column.column,
+                number(column.mean),
+                number(column.rms),
+                number(column.largest),
+                column.unit
+            );
+        }
+    }
+}
+
+/// Counts lines of the same unit; whether this one is still to be told.
+fn within(counted: &mut (String, usize), unit: &str, most: usize) -> bool {
+    if counted.0 != unit {
+        *counted = (unit.into(), 0);
+    }
+    counted.1 += 1;
+    counted.1 <= most
+}

@@ -1,0 +1,203 @@
+//! Whether a log keeps a policy's rules.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
+use crate::facts::{EventFacts, LogFacts};
+
+/// What a policy says of a log: `policy.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Judgement {
+    /// The policy's name.
+    pub policy: String,
+    /// SHA-256 of its file; `None` of `--fail-on`.
+    pub policy_sha256: Option<String>,
+    /// Whether every rule is kept.
+    pub passed: bool,
+    /// Each rule.
+    pub rules: Vec<RuleOutcome>,
+}
+
+/// Whether a rule is kept, and by what it is judged.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RuleOutcome {
+    /// Name of the rule.
+    pub rule: String,
+    /// Whether it is kept.
+    pub passed: bool,
+    /// What was expected and what was found, in words.
+    pub found: String,
+}
+
+impl Judgement {
+    /// The rules that are broken.
+    pub fn broken(&self) -> impl Iterator<Item = &RuleOutcome> {
+        self.rules.iter().filter(|outcome| !outcome.passed)
+    }
+}
+
+impl Policy {
+    /// Judges a log.
+    #[must_use]
+    pub fn judge(&self, facts: &LogFacts, events: &[EventFacts]) -> Judgement {
+        let rules: Vec<RuleOutcome> = (self.rules.iter())
+            .map(|rule| rule.judge(facts, events))
+            .collect();
+        Judgement {
+            policy: self.name.clone(),
+            policy_sha256: self.file.as_ref().map(|file| file.sha256.clone()),
+            passed: rules.iter().all(|outcome| outcome.passed),
+            rules,
+        }
+    }
+}
+
+impl Rule {
+    fn judge(&self, facts: &LogFacts, events: &[EventFacts]) -> RuleOutcome {
+        let (passed, found) = match &self.check {
+            Check::Events { which, at_most } => which.judge(*at_most, facts, events),
+            Check::Number {
+                quantity,
+                at_least,
+                at_most,
+                unknown,
+            } => judge_number(quantity.of(facts), *at_least, *at_most, *unknown),
+        };
+        RuleOutcome {
+            rule: self.name.clone(),
+            passed,
+            found,
+        }
+    }
+}
+
+impl Events {
+    fn judge(&self, at_most: u64, facts: &LogFacts, events: &[EventFacts]) -> (bool, String) {
+        let counted: Vec<&EventFacts> = events.iter().filter(|event| self.counts(event)).collect();
+        let mut found = format!("expected at most {at_most}, found {}", counted.len());
+        if let Some(first) = counted.first() {
+            let start_s = (first.start_ns - facts.start_ns) as f64 * 1e-9;
+            found.push_str(&format!(
+                " (the first: {} at t = {start_s:.2} s)",
+                first.subject
+            ));
+        }
+        (counted.len() as u64 <= at_most, found)
+    }
+
+    fn counts(&self, event: &EventFacts) -> bool {
+        event.kind == self.kind.name()
+            && event.certainty.is_none_or(|p| p >= self.min_certainty)
+            && event.duration_s >= self.min_duration_s
+            && (self.subjects.is_empty() || self.subjects.contains(&event.subject))
+            && !(self.ignore_split_dependent && event.split_dependent == Some(true))
+    }
+}
+
+impl Quantity {
+    /// Its value; `None` where it cannot be computed.
+    fn of(self, facts: &LogFacts) -> Option<f64> {
+        let worst = facts.worst.as_ref();
+        let otfs = facts.wheels.iter().map(|wheel| wheel.least_otf_n);
+        match self {
+            Self::WorstMargin => worst.map(|worst| worst.margin),
+            Self::WorstMarginLow => worst.and_then(|worst| Some(worst.margin - 2.0 * worst.sigma?)),
+            Self::LeastOtfN => otfs
+                .collect::<Option<Vec<f64>>>()?
+                .into_iter()
+                .reduce(f64::min),
+            Self::Utilisation => facts.largest_utilisation,
+            // without any margin, nobody knows of how long it was small
+            Self::ExposedS => worst.map(|_| facts.exposure.exposed_s),
+            Self::ValidShare => Some(facts.valid_rows as f64 / facts.rows as f64),
+            Self::DurationS => Some(facts.duration_s),
+            Self::LongestGapS => Some(facts.longest_gap_s),
+            Self::LostRanges => Some(facts.lost_ranges as f64),
+            Self::LostMessages => {
+                Some((facts.missing_messages + facts.undecodable_messages) as f64)
+            }
+        }
+    }
+}
+
+fn judge_number(
+    value: Option<f64>,
+    at_least: Option<f64>,
+    at_most: Option<f64>,
+    unknown: WhenUnknown,
+) -> (bool, String) {
+    let expected = match (at_least, at_most) {
+        (Some(least), Some(most)) => format!("expected {least} to {most}"),
+        (Some(least), None) => format!("expected at least {least}"),
+        (None, most) => format!("expected at most {}", most.unwrap_or(f64::INFINITY)),
+    };
+    let Some(value) = value else {
+        let passed = unknown == WhenUnknown::Pass;
+        return (
+            passed,
+            format!("{expected}, found nothing that can be computed"),
+        );
+    };
+    let kept =
+        at_least.is_none_or(|least| value >= least) && at_most.is_none_or(|most| value <= most);
+    (kept, format!("{expected}, found {value:.6}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::events::EventKind;
+
+    fn event(certainty: Option<f64>, duration_s: f64, split_dependent: bool) -> EventFacts {
+        EventFacts {
+            kind: "wheel_lift".into(),
+            subject: "fl".into(),
+            start_ns: 0,
+            end_ns: None,
+            duration_s,
+            worst: None,
+            unit: "N".into(),
+            worst_ns: 0,
+            lead_s: None,
+            certainty,
+            split_dependent: Some(split_dependent),
+            main_cause: None,
+            main_cause_percent: None,
+        }
+    }
+
+    #[test]
+    fn what_is_unsure_short_or_split_dependent_counts_only_where_the_rule_says_so() {
+        let all = Events::all_of(EventKind::WheelLift);
+        assert!(all.counts(&event(Some(0.1), 0.05, true)));
+        let sure = Events {
+            min_certainty: 0.9,
+            min_duration_s: 0.2,
+            ignore_split_dependent: true,
+            ..all.clone()
+        };
+        assert!(sure.counts(&event(Some(0.9), 0.2, false)));
+        assert!(
+            sure.counts(&event(None, 0.2, false)),
+            "unknown is not unlikely"
+        );
+        assert!(!sure.counts(&event(Some(0.8), 0.2, false)));
+        assert!(!sure.counts(&event(Some(0.9), 0.1, false)));
+        assert!(!sure.counts(&event(Some(0.9), 0.2, true)));
+        let others = Events {
+            subjects: vec!["rr".into()],
+            ..all
+        };
+        assert!(!others.counts(&event(Some(1.0), 1.0, false)));
+        let kind = Events::all_of(EventKind::TipOver);
+        assert!(!kind.counts(&event(Some(1.0), 1.0, false)));
+    }
+
+    #[test]
+    fn what_cannot_be_computed_passes_only_where_the_rule_says_so() {
+        let judged = |value, unknown| judge_number(value, Some(0.1), Some(0.5), unknown).0;
+        assert!(judged(Some(0.1), WhenUnknown::Fail) && judged(Some(0.5), WhenUnknown::Fail));
+        assert!(!judged(Some(0.6), WhenUnknown::Pass) && !judged(Some(0.0), WhenUnknown::Pass));
+        assert!(!judged(None, WhenUnknown::Fail) && judged(None, WhenUnknown::Pass));
+    }
+}

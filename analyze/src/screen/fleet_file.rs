@@ -1,0 +1,251 @@
+//! The fleet file: which machine file belongs to which log.
+//!
+//! ```toml
+//! default = "forwarder.toml"           # of logs that no rule names; without it they fail
+//!
+//! [[machine]]
+//! file = "fw-01.toml"                  # beside the fleet file
+//! path = "**/fw-01/**"                 # the log's absolute path: * within a folder's name, ** over folders
+//!
+//! [[machine]]
+//! file = "harvester.toml"
+//! topic = "/harvester/joint_states"    # the log has such a topic; * as in paths
+//!
+//! [[machine]]
+//! file = "fw-09.toml"
+//! metadata = { record = "session", key = "vehicle", value = "FW-009*" }
+//! ```
+//!
+//! All that a rule asks for must hold. Rules of two different machine files that hold for one log are a
+//! contradiction, and the log fails: a wrong machine gives wrong loads that look right.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use glob::{MatchOptions, Pattern};
+use serde::Deserialize;
+use tipwatch_binding::MachineFile;
+use tipwatch_ingest::{Log, MetadataRecord, metadata_records};
+
+/// A fleet file as written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FleetSpec {
+    default: Option<PathBuf>,
+    #[serde(default, rename = "machine")]
+    machines: Vec<RuleSpec>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RuleSpec {
+    file: PathBuf,
+    path: Option<String>,
+    topic: Option<String>,
+    metadata: Option<MetadataSpec>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MetadataSpec {
+    record: Option<String>,
+    key: String,
+    value: String,
+}
+
+/// The machine files of a screen and the rules that choose among them.
+#[derive(Debug)]
+pub struct Fleet {
+    machines: Vec<MachineFile>,
+    rules: Vec<Rule>,
+    /// Place of the machine of logs that no rule names.
+    default: Option<usize>,
+}
+
+#[derive(Debug)]
+struct Rule {
+    /// Place among the machines.
+    machine: usize,
+    path: Option<Pattern>,
+    topic: Option<Pattern>,
+    metadata: Option<MetadataRule>,
+}
+
+#[derive(Debug)]
+struct MetadataRule {
+    record: Option<String>,
+    key: String,
+    value: Pattern,
+}
+
+impl Fleet {
+    /// One machine for all logs.
+    #[must_use]
+    pub fn of_one(machine: MachineFile) -> Self {
+        Self {
+            machines: vec![machine],
+            rules: Vec::new(),
+            default: Some(0),
+        }
+    }
+
+    /// Reads a fleet file and the machine files that it names.
+    ///
+    /// # Errors
+    /// A file cannot be read, or is not what it should be.
+    pub fn read(path: &Path) -> Result<Self> {
+        let place = path.display();
+        let text =
+            std::fs::read_to_string(path).with_context(|| format!("{place}: cannot be read"))?;
+        let spec: FleetSpec =
+            toml::from_str(&text).with_context(|| format!("{place}: no fleet file"))?;
+        if spec.machines.is_empty() && spec.default.is_none() {
+            bail!("{place}: expected at least one [[machine]] or default, found neither");
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut fleet = Self {
+            machines: Vec::new(),
+            rules: Vec::new(),
+            default: None,
+        };
+        for (i, rule) in spec.machines.into_iter().enumerate() {
+            let machine = fleet.machine(&folder.join(&rule.file))?;
+            let checked = rule.check(machine);
+            fleet
+                .rules
+                .push(checked.with_context(|| format!("{place}: machine {}", i + 1))?);
+        }
+        if let Some(file) = spec.default {
+            fleet.default = Some(fleet.machine(&folder.join(file))?);
+        }
+        Ok(fleet)
+    }
+
+    /// The place of a machine file, which is read once.
+    fn machine(&mut self, path: &Path) -> Result<usize> {
+        if let Some(known) = self
+            .machines
+            .iter()
+            .position(|machine| machine.path == path)
+        {
+            return Ok(known);
+        }
+        self.machines.push(MachineFile::read(path)?);
+        Ok(self.machines.len() - 1)
+    }
+
+    /// The machine file of a log.
+    ///
+    /// # Errors
+    /// The log cannot be opened where a rule asks for its content, no rule holds, or rules of several
+    /// machines do.
+    pub fn machine_of(&self, log: &Path) -> Result<&MachineFile> {
+        let content = match self.rules.iter().any(Rule::asks_for_content) {
+            true => Some(Content::of(log)?),
+            false => None,
+        };
+        let holding = |rule: &&Rule| rule.holds(log, content.as_ref());
+        let mut chosen: Vec<usize> = self
+            .rules
+            .iter()
+            .filter(holding)
+            .map(|r| r.machine)
+            .collect();
+        chosen.sort_unstable();
+        chosen.dedup();
+        match (chosen.as_slice(), self.default) {
+            (&[machine], _) | (&[], Some(machine)) => Ok(&self.machines[machine]),
+            (&[], None) => bail!(
+                "{}: expected a rule of the fleet file that holds for it, found none, and no default",
+                log.display()
+            ),
+            (several, _) => {
+                let name = |&m: &usize| self.machines[m].path.display().to_string();
+                let names: Vec<_> = several.iter().map(name).collect();
+                bail!(
+                    "{}: expected one machine, found rules that hold for {}",
+                    log.display(),
+                    names.join(" and ")
+                )
+            }
+        }
+    }
+}
+
+/// What of a log the rules look at.
+struct Content {
+    topics: Vec<String>,
+    metadata: Vec<MetadataRecord>,
+}
+
+impl Content {
+    fn of(path: &Path) -> Result<Self> {
+        let log = Log::open(path)?;
+        Ok(Self {
+            topics: log
+                .topics()
+                .iter()
+                .map(|topic| topic.name.clone())
+                .collect(),
+            metadata: metadata_records(&log)?,
+        })
+    }
+}
+
+impl RuleSpec {
+    fn check(self, machine: usize) -> Result<Rule> {
+        if self.path.is_none() && self.topic.is_none() && self.metadata.is_none() {
+            bail!("expected path, topic or metadata, found none of them");
+        }
+        let pattern = |key: &str, text: Option<&String>| {
+            let pattern = text.map(|text| Pattern::new(text));
+            pattern
+                .transpose()
+                .with_context(|| format!("{key}: no pattern"))
+        };
+        let metadata = self.metadata.as_ref();
+        let value = pattern("metadata.value", metadata.map(|wanted| &wanted.value))?;
+        Ok(Rule {
+            machine,
+            path: pattern("path", self.path.as_ref())?,
+            topic: pattern("topic", self.topic.as_ref())?,
+            metadata: self.metadata.zip(value).map(|(spec, value)| MetadataRule {
+                record: spec.record,
+                key: spec.key,
+                value,
+            }),
+        })
+    }
+}
+
+impl Rule {
+    fn asks_for_content(&self) -> bool {
+        self.topic.is_some() || self.metadata.is_some()
+    }
+
+    fn holds(&self, log: &Path, content: Option<&Content>) -> bool {
+        let path = |pattern: &Pattern| pattern.matches_path_with(log, EXACT);
+        let topics = content.map_or(&[][..], |content| &content.topics);
+        let topic = |pattern: &Pattern| topics.iter().any(|name| pattern.matches_with(name, EXACT));
+        let records = content.map_or(&[][..], |content| &content.metadata);
+        let metadata = |wanted: &MetadataRule| records.iter().any(|record| wanted.holds(record));
+        self.path.as_ref().is_none_or(path)
+            && self.topic.as_ref().is_none_or(topic)
+            && self.metadata.as_ref().is_none_or(metadata)
+    }
+}
+
+impl MetadataRule {
+    fn holds(&self, record: &MetadataRecord) -> bool {
+        let named = self.record.as_ref().is_none_or(|name| *name == record.name);
+        let value = record.values.get(&self.key);
+        named && value.is_some_and(|value| self.value.matches(value))
+    }
+}
+
+/// `*` does not reach over a `/`, `**` does.
+const EXACT: MatchOptions = MatchOptions {
+    case_sensitive: true,
+    require_literal_separator: true,
+    require_literal_leading_dot: false,
+};

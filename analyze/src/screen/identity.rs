@@ -1,0 +1,48 @@
+//! Which log it is, by content.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use tipwatch_ingest::Log;
+
+use crate::load::{hash_file, hash_of};
+
+/// A log's content.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Identity {
+    /// SHA-256: of its file, or of the hashes of its files in their order.
+    pub(super) id: String,
+    /// SHA-256 of each file.
+    pub(super) files: Vec<String>,
+    /// Length of its files.
+    pub(super) bytes: u64,
+}
+
+/// Reads all of a log's bytes.
+pub(super) fn identify(path: &Path) -> Result<Identity> {
+    let paths: Vec<PathBuf> = match path.is_dir() {
+        true => Log::open(path)?.files().to_vec(),
+        false => vec![path.into()],
+    };
+    let hashes = paths.iter().map(|file| hash_file(file));
+    let hashes = hashes.collect::<Result<Vec<_>>>()?;
+    let files: Vec<String> = hashes.iter().map(|hash| hash.sha256.clone()).collect();
+    let id = match (files.as_slice(), path.is_dir()) {
+        ([file], false) => file.clone(),
+        (files, _) => {
+            // what the recorder promised is part of a folder
+            let promised =
+                hash_file(&path.join("metadata.yaml")).map_or(String::new(), |h| h.sha256);
+            hash_of(
+                String::new(),
+                format!("{}\n{promised}", files.join("\n")).as_bytes(),
+            )
+            .sha256
+        }
+    };
+    Ok(Identity {
+        id,
+        files,
+        bytes: hashes.iter().map(|hash| hash.bytes).sum(),
+    })
+}

@@ -1,0 +1,321 @@
+//! Many logs: analysed in parallel, remembered one by one, made into a data set and a page.
+//!
+//! ```text
+//!     inputs -> workers: one_log -> store (state/) -> merge -> data_set (logs/, events/), page (fleet.html)
+//! ```
+//! [`store`] holds the truth: a record for each log that is done, written whole. Everything else is made
+//! from all records at the end, so a screen may be killed at any time, resumed, or shared out to many
+//! processes: none loses a log or counts it twice.
+
+mod data_set;
+mod fleet_file;
+mod identity;
+mod inputs;
+mod merge;
+mod one_log;
+mod page;
+mod record;
+mod store;
+mod totals;
+mod version;
+mod workers;
+
+use std::fs::{File, TryLockError};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use anyhow::{Context, Result, bail};
+use serde::Serialize;
+
+use self::merge::{LogRow, merge};
+use self::one_log::{Screened, Screening, write_plot_library};
+use self::record::Outcome;
+use self::store::Store;
+use crate::files::{remove_unfinished, write_whole};
+use crate::options::Options;
+use crate::policy::{Judgement, Policy};
+
+pub use fleet_file::Fleet;
+pub use totals::Totals;
+
+/// What a screen is asked.
+#[derive(Debug)]
+pub struct Request<'a> {
+    /// Folders, patterns, manifests and logs.
+    pub logs: &'a [PathBuf],
+    /// Where everything goes.
+    pub out: &'a Path,
+    /// How many logs at a time.
+    pub jobs: usize,
+    /// Most memory that the analyses may take together, as estimated (bytes); three quarters of what is
+    /// free where `None`.
+    pub memory_bytes: Option<u64>,
+    /// The part of the logs that this process does.
+    pub shard: Option<Shard>,
+    /// Whether results of an earlier screen in the same folder are kept.
+    pub resume: bool,
+    /// What is asked of each analysis.
+    pub options: Options,
+}
+
+/// One of several processes that share the logs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Which one, from 1.
+    pub index: usize,
+    /// How many there are.
+    pub count: usize,
+}
+
+/// What a screen tells while it goes on.
+#[derive(Debug)]
+pub enum News<'a> {
+    /// So many logs are to be done.
+    Begin(usize),
+    /// A log is done.
+    Done {
+        /// Its path.
+        log: &'a str,
+        /// Why it could not be analysed.
+        failure: Option<&'a str>,
+    },
+    /// Something that the user should know.
+    Note(String),
+}
+
+/// What a screen comes to.
+#[derive(Debug, Clone)]
+pub struct Screen {
+    /// Counts over the whole data set; of a shard, over its own logs.
+    pub totals: Totals,
+    /// Logs that were analysed now.
+    pub analysed_now: usize,
+    /// Logs that failed now.
+    pub failed_now: usize,
+    /// Logs that were done before.
+    pub from_before: usize,
+    /// The page; `None` of a shard.
+    pub page: Option<PathBuf>,
+}
+
+/// A log that breaks the policy, in `policy.json`.
+#[derive(Debug, Clone, Serialize)]
+struct Broken<'a> {
+    path: &'a str,
+    log_id: Option<&'a str>,
+    broken: Vec<&'a crate::policy::RuleOutcome>,
+}
+
+/// `policy.json`.
+#[derive(Debug, Serialize)]
+struct PolicyResult<'a> {
+    policy: &'a str,
+    policy_sha256: Option<&'a str>,
+    passed: bool,
+    logs_judged: usize,
+    logs_broken: usize,
+    logs: Vec<Broken<'a>>,
+}
+
+/// Screens logs. `tell` is called from the workers.
+///
+/// # Errors
+/// There is no log, the output folder cannot be used, or holds an earlier screen that is not to be
+/// resumed. That a log cannot be analysed is no error: it is in the data set, with the reason.
+pub fn screen(
+    request: &Request<'_>,
+    fleet: &Fleet,
+    policy: Option<&Policy>,
+    tell: &(dyn Fn(News<'_>) + Sync),
+) -> Result<Screen> {
+    let logs = of_shard(inputs::find(request.logs, request.out)?, request.shard);
+    let store = Store::in_folder(request.out)?;
+    let _lock = lock(request.out, request.shard.is_some())?;
+    let (records, unusable) = store.load()?;
+    if !records.is_empty() && !request.resume && request.shard.is_none() {
+        bail!(
+            "{}: expected an empty folder, found {} logs of an earlier screen; --resume goes on with it",
+            request.out.display(),
+            records.len()
+        );
+    }
+    unusable.into_iter().for_each(|word| tell(News::Note(word)));
+    if request.shard.is_none() {
+        store.tidy();
+        remove_unfinished(request.out);
+        remove_unfinished(&request.out.join("reports"));
+    }
+    write_plot_library(request.out)?;
+    let done = records.into_iter().filter(|_| request.resume);
+    let screening = Screening {
+        fleet,
+        options: request.options,
+        out: request.out,
+        done: done
+            .filter_map(|record| Some((record.log_id.clone()?, record)))
+            .collect(),
+    };
+    tell(News::Begin(logs.len()));
+    let finished: Mutex<Vec<Screened>> = Mutex::new(Vec::new());
+    workers::for_each_log(&logs, request.jobs, request.memory_bytes, |log| {
+        let screened = screening.screen(log);
+        store.save(&screened.record)?;
+        let failure = match &screened.record.result {
+            Outcome::Failed { reason } => Some(reason.as_str()),
+            Outcome::Analysed { .. } => None,
+        };
+        tell(News::Done {
+            log: &screened.record.path,
+            failure,
+        });
+        if let Ok(mut finished) = finished.lock() {
+            finished.push(screened);
+        }
+        Ok(())
+    })?;
+    let finished = finished.into_inner().unwrap_or_default();
+    let from_before = finished.iter().filter(|log| log.is_from_before).count();
+    let failed_now = finished.iter().filter(|log| log.record.is_failed()).count();
+    let analysed_now = finished.len() - from_before - failed_now;
+    let (totals, page) = match request.shard {
+        Some(_) => {
+            let mut own: Vec<_> = finished.into_iter().map(|log| log.record).collect();
+            own.sort_by(|a, b| a.path.cmp(&b.path));
+            let rows = merge(own);
+            (Totals::of(&rows, &judge(&rows, policy)), None)
+        }
+        None => finish(&store, request.out, policy)?,
+    };
+    Ok(Screen {
+        totals,
+        analysed_now,
+        failed_now,
+        from_before,
+        page,
+    })
+}
+
+/// Makes data set and page of what shards have left in a folder, without looking at any log.
+///
+/// # Errors
+/// The folder holds no screen, or cannot be written.
+pub fn gather(
+    out: &Path,
+    policy: Option<&Policy>,
+    tell: &(dyn Fn(News<'_>) + Sync),
+) -> Result<Screen> {
+    if !out.join("state").is_dir() {
+        bail!(
+            "{}: expected the folder of a screen, found none",
+            out.display()
+        );
+    }
+    let store = Store::in_folder(out)?;
+    let _lock = lock(out, false)?;
+    let (_, unusable) = store.load()?;
+    unusable.into_iter().for_each(|word| tell(News::Note(word)));
+    let (totals, page) = finish(&store, out, policy)?;
+    Ok(Screen {
+        from_before: totals.logs,
+        totals,
+        analysed_now: 0,
+        failed_now: 0,
+        page,
+    })
+}
+
+/// From the records to everything else.
+fn finish(store: &Store, out: &Path, policy: Option<&Policy>) -> Result<(Totals, Option<PathBuf>)> {
+    // there again when the data set is whole
+    let totals_path = out.join("screen.json");
+    if totals_path.exists() {
+        std::fs::remove_file(&totals_path)
+            .with_context(|| format!("{}: cannot be removed", totals_path.display()))?;
+    }
+    let rows = merge(store.load()?.0);
+    data_set::write(&rows, out)?;
+    let judgements = judge(&rows, policy);
+    write_policy(&rows, &judgements, policy, out)?;
+    let totals = Totals::of(&rows, &judgements);
+    let page = out.join("fleet.html");
+    let html = page::render(&rows, &judgements, &totals);
+    write_whole(&page, html.as_bytes())?;
+    let text = serde_json::to_string_pretty(&totals)?;
+    write_whole(&totals_path, text.as_bytes())?;
+    Ok((totals, Some(page)))
+}
+
+/// What the policy says of each row; `None` without a policy, and of logs that failed.
+fn judge(rows: &[LogRow], policy: Option<&Policy>) -> Vec<Option<Judgement>> {
+    let judged = rows.iter().map(|row| {
+        let (facts, events) = row.record.analysed()?;
+        Some(policy?.judge(facts, events))
+    });
+    judged.collect()
+}
+
+fn write_policy(
+    rows: &[LogRow],
+    judgements: &[Option<Judgement>],
+    policy: Option<&Policy>,
+    out: &Path,
+) -> Result<()> {
+    let path = out.join("policy.json");
+    let Some(policy) = policy else {
+        // that of an earlier screen says nothing of this one
+        let _ = std::fs::remove_file(path);
+        return Ok(());
+    };
+    let judged = rows.iter().zip(judgements);
+    let judged = judged.filter_map(|(row, judgement)| Some((row, judgement.as_ref()?)));
+    let broken: Vec<Broken<'_>> = judged
+        .clone()
+        .filter(|(_, judgement)| !judgement.passed)
+        .map(|(row, judgement)| Broken {
+            path: &row.record.path,
+            log_id: row.record.log_id.as_deref(),
+            broken: judgement.broken().collect(),
+        })
+        .collect();
+    let result = PolicyResult {
+        policy: &policy.name,
+        policy_sha256: policy.file.as_ref().map(|file| file.sha256.as_str()),
+        passed: broken.is_empty(),
+        logs_judged: judged.count(),
+        logs_broken: broken.len(),
+        logs: broken,
+    };
+    write_whole(&path, serde_json::to_string_pretty(&result)?.as_bytes())
+}
+
+/// Every so many-th log, by path: all processes see the same list.
+fn of_shard(logs: Vec<PathBuf>, shard: Option<Shard>) -> Vec<PathBuf> {
+    let Some(shard) = shard else {
+        return logs;
+    };
+    let own = logs.into_iter().skip(shard.index - 1);
+    own.step_by(shard.count).collect()
+}
+
+/// Keeps others away until it is dropped; shards keep away only those that make the data set.
+fn lock(out: &Path, is_shard: bool) -> Result<File> {
+    let path = out.join("state").join("lock");
+    let file = File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .open(&path)
+        .with_context(|| format!("{}: cannot be created", path.display()))?;
+    let locked = match is_shard {
+        true => file.try_lock_shared(),
+        false => file.try_lock(),
+    };
+    match locked {
+        Err(TryLockError::WouldBlock) => bail!(
+            "{}: another screen writes there; wait for it, or share the logs out with --shard",
+            out.display()
+        ),
+        // a file system without locks: then the user takes care
+        Err(TryLockError::Error(_)) | Ok(()) => Ok(file),
+    }
+}

@@ -1,0 +1,157 @@
+//! One log of a screen: whatever happens to it becomes a record.
+
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use tipwatch_binding::MachineFile;
+
+use super::fleet_file::Fleet;
+use super::identity::{Identity, identify};
+use super::record::{MachineName, Outcome, RECORD_SCHEMA, Record, report_folder};
+use super::version::{analysis_version, machine_sha256};
+use crate::analysis::Analysis;
+use crate::facts::{LogFacts, event_facts};
+use crate::files::{remove_unfinished, write_whole};
+use crate::options::Options;
+use crate::report::{self, PlotLibrary};
+use crate::run::analyse;
+use crate::summary::Summary;
+
+/// What all logs of a screen share.
+pub(super) struct Screening<'a> {
+    pub(super) fleet: &'a Fleet,
+    pub(super) options: Options,
+    pub(super) out: &'a Path,
+    /// Records of logs that are done, by content.
+    pub(super) done: BTreeMap<String, Record>,
+}
+
+/// Where the reports' plot library lies, within the output folder.
+pub(super) const PLOT_LIBRARY: &str = "reports/plots.js";
+
+/// A log's record, and whether it was there already.
+pub(super) struct Screened {
+    pub(super) record: Record,
+    pub(super) is_from_before: bool,
+}
+
+impl Screening<'_> {
+    /// Does one log. Never fails: that a log cannot be analysed is a record, too.
+    pub(super) fn screen(&self, path: &Path) -> Screened {
+        let mut record = Record {
+            schema: RECORD_SCHEMA,
+            path: path.to_string_lossy().into(),
+            log_id: None,
+            bytes: None,
+            machine: None,
+            analysis_version: None,
+            tipwatch_version: env!("CARGO_PKG_VERSION").into(),
+            model: self.options.model.name().into(),
+            result: Outcome::Failed {
+                reason: String::new(),
+            },
+        };
+        // nothing outlives a panic but the record, which is filled bit by bit
+        let screened = catch_unwind(AssertUnwindSafe(|| self.fill(path, &mut record)));
+        let reason = match screened {
+            Ok(Ok(is_from_before)) => {
+                return Screened {
+                    record,
+                    is_from_before,
+                };
+            }
+            Ok(Err(error)) => format!("{error:#}"),
+            Err(panic) => format!("an error within tipwatch: {}", told(panic.as_ref())),
+        };
+        record.result = Outcome::Failed { reason };
+        Screened {
+            record,
+            is_from_before: false,
+        }
+    }
+
+    /// Fills the record of a log; tells whether it was there before.
+    fn fill(&self, path: &Path, record: &mut Record) -> Result<bool> {
+        let identity = identify(path)?;
+        record.log_id = Some(identity.id.clone());
+        record.bytes = Some(identity.bytes);
+        let machine = self.fleet.machine_of(path)?;
+        record.machine = Some(MachineName {
+            name: machine.spec.name.clone(),
+            sha256: machine_sha256(machine),
+        });
+        let version = analysis_version(machine, &self.options)?;
+        record.analysis_version = Some(version);
+        if let Some(known) = self.known(record) {
+            record.result = known.result.clone();
+            return Ok(true);
+        }
+        record.result = self.analyse(path, machine, &identity)?;
+        Ok(false)
+    }
+
+    /// The record of the same content and version, if its report is still there.
+    fn known(&self, record: &Record) -> Option<&Record> {
+        let known = self.done.get(record.log_id.as_ref()?)?;
+        let is_same = known.analysis_version == record.analysis_version && !known.is_failed();
+        let page = known
+            .report_folder()
+            .map(|folder| self.out.join(folder).join("report.html"));
+        (is_same && page.is_none_or(|page| page.is_file())).then_some(known)
+    }
+
+    fn analyse(&self, path: &Path, machine: &MachineFile, identity: &Identity) -> Result<Outcome> {
+        let analysis = analyse(path, machine, self.options, &mut |_| {})?;
+        let read = analysis.provenance.log.iter().map(|file| &file.sha256);
+        if !read.eq(&identity.files) {
+            bail!("{}: the log changed while it was read", path.display());
+        }
+        let facts = LogFacts::of(&analysis);
+        let has_report = facts.has_findings();
+        let folder = self.out.join(report_folder(&identity.id));
+        if has_report {
+            write_report(&analysis, &folder)?;
+        } else {
+            remove_report(&folder);
+        }
+        Ok(Outcome::Analysed {
+            events: event_facts(&analysis),
+            facts: Box::new(facts),
+            has_report,
+        })
+    }
+}
+
+fn write_report(analysis: &Analysis, folder: &Path) -> Result<()> {
+    remove_unfinished(folder);
+    let summary = Summary::of(analysis, report::findings(analysis));
+    let summary = serde_json::to_string_pretty(&summary)?;
+    write_whole(&folder.join("summary.json"), summary.as_bytes())?;
+    let page = report::render(analysis, PlotLibrary::Beside("../plots.js"));
+    write_whole(&folder.join("report.html"), page.as_bytes())
+}
+
+/// An earlier version of the analysis may have had findings.
+fn remove_report(folder: &Path) {
+    for name in ["summary.json", "report.html"] {
+        // mostly there is none
+        let _ = std::fs::remove_file(folder.join(name));
+    }
+    let _ = std::fs::remove_dir(folder);
+}
+
+fn told(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("no message")
+}
+
+/// Writes the plot library that the reports share.
+pub(super) fn write_plot_library(out: &Path) -> Result<PathBuf> {
+    let path = out.join(PLOT_LIBRARY);
+    write_whole(&path, report::plot_library_script().as_bytes())?;
+    Ok(path)
+}

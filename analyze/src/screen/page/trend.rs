@@ -1,0 +1,130 @@
+//! How each machine's margins change with time.
+
+use std::collections::BTreeMap;
+
+use super::{Seen, by_machine, percent};
+use crate::svg::Chart;
+
+/// Machines that get a chart, those with the smallest margins; the data set has all.
+const MOST_MACHINES: usize = 48;
+/// Logs of a machine that get a dot and a band; of more only the lowest of each day.
+const MOST_DOTS: usize = 150;
+const DAY_NS: f64 = 86_400e9;
+/// The smallest margin that is drawn in its place.
+const LOWEST: f64 = -0.5;
+
+pub(super) fn machines(seen: &[Seen<'_>]) -> String {
+    let mut machines: Vec<(f64, String, Vec<Point>)> = by_machine(seen)
+        .into_iter()
+        .map(|(name, logs)| {
+            let points: Vec<Point> = logs.iter().filter_map(Point::of).collect();
+            let least = points
+                .iter()
+                .map(|point| point.margin)
+                .fold(f64::INFINITY, f64::min);
+            (least, name, points)
+        })
+        .filter(|(_, _, points)| !points.is_empty())
+        .collect();
+    if machines.is_empty() {
+        return "<p>No log has both a margin and a date.</p>\n".into();
+    }
+    machines.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
+    let days = machines
+        .iter()
+        .flat_map(|(_, _, points)| points.iter().map(|point| point.day));
+    let first = days.clone().fold(f64::INFINITY, f64::min).floor();
+    let last = days.fold(f64::NEG_INFINITY, f64::max).floor() + 1.0;
+    let count = machines.len();
+    let charts: String = machines
+        .iter()
+        .take(MOST_MACHINES)
+        .map(|(_, name, points)| chart(name, points, (first, last)))
+        .collect();
+    let drawn: usize = machines.iter().map(|(_, _, points)| points.len()).sum();
+    let undated = match seen.len() - drawn {
+        0 => String::new(),
+        logs => format!(" {logs} logs without a date or a margin are not drawn."),
+    };
+    let more = match count > MOST_MACHINES {
+        true => format!(" The {MOST_MACHINES} machines with the smallest margins of {count}."),
+        false => String::new(),
+    };
+    format!(
+        "<p class=\"hint\">A dot is the worst margin of a log with two standard deviations; black: a wheel or an edge had an \
+         event. The line joins the lowest of each day. Dashed: 0, where a wheel lifts.{more}{undated}</p>\n<div class=\"grid\">{charts}</div>\n"
+    )
+}
+
+struct Point {
+    /// Days since 1970.
+    day: f64,
+    margin: f64,
+    two_sigma: Option<f64>,
+    has_event: bool,
+    told: String,
+}
+
+impl Point {
+    fn of(log: &Seen<'_>) -> Option<Self> {
+        let date = log.record.day()?;
+        let worst = log.facts.worst.as_ref()?;
+        Some(Self {
+            day: log.facts.start_ns as f64 / DAY_NS,
+            margin: worst.margin,
+            two_sigma: worst.sigma.map(|sigma| 2.0 * sigma),
+            has_event: log.facts.has_findings(),
+            told: format!("{}, {date}: {}", log.record.name(), percent(worst.margin)),
+        })
+    }
+}
+
+fn chart(name: &str, points: &[Point], days: (f64, f64)) -> String {
+    let least = points.iter().map(|p| p.margin - p.two_sigma.unwrap_or(0.0));
+    let floor = least.fold(-0.1, f64::min).max(LOWEST);
+    let mut chart = Chart::new(name, days, (floor, 1.0));
+    chart.guide(0.0);
+    let mut lowest: BTreeMap<i64, &Point> = BTreeMap::new();
+    for point in points {
+        let day = lowest.entry(point.day.floor() as i64).or_insert(point);
+        if point.margin < day.margin {
+            *day = point;
+        }
+    }
+    let line: Vec<(f64, f64)> = lowest
+        .values()
+        .map(|point| (point.day, point.margin))
+        .collect();
+    chart.line(&line, "lowest");
+    let drawn: Vec<&Point> = match points.len() > MOST_DOTS {
+        true => lowest.values().copied().collect(),
+        false => points.iter().collect(),
+    };
+    for point in &drawn {
+        if let Some(two_sigma) = point.two_sigma {
+            chart.whisker(
+                point.day,
+                point.margin - two_sigma,
+                point.margin + two_sigma,
+            );
+        }
+    }
+    for point in &drawn {
+        let class = if point.has_event { "event" } else { "" };
+        chart.dot(point.day, point.margin, class, &point.told);
+    }
+    for share in [0.0, 0.5, 1.0] {
+        chart.label_y(share, &format!("{:.0} %", 100.0 * share));
+    }
+    chart.label_x(days.0, &date(days.0));
+    chart.label_x(days.1, &date(days.1 - 1.0));
+    chart.finish()
+}
+
+fn date(day: f64) -> String {
+    let stamp = jiff::Timestamp::from_second((day * 86_400.0) as i64);
+    stamp.map_or_else(
+        |_| String::new(),
+        |stamp| stamp.strftime("%Y-%m-%d").to_string(),
+    )
+}

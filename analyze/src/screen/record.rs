@@ -1,0 +1,108 @@
+//! What a screen remembers of a log: one small document, written whole when the log is done.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::facts::{EventFacts, LogFacts};
+
+/// Version of the document.
+pub(super) const RECORD_SCHEMA: u32 = 1;
+
+/// A log that is done, in one way or the other.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Record {
+    /// Version of this document's keys.
+    pub(super) schema: u32,
+    /// Absolute path of the log.
+    pub(super) path: String,
+    /// SHA-256 of its content; `None` if it cannot be read.
+    pub(super) log_id: Option<String>,
+    /// Length of its files (bytes).
+    pub(super) bytes: Option<u64>,
+    /// The machine; `None` if it is not known which.
+    pub(super) machine: Option<MachineName>,
+    /// See [`super::version`]; `None` without a machine.
+    pub(super) analysis_version: Option<String>,
+    /// Version of the program.
+    pub(super) tipwatch_version: String,
+    /// Name of the model.
+    pub(super) model: String,
+    /// What came out.
+    pub(super) result: Outcome,
+}
+
+/// The machine that a log was analysed with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct MachineName {
+    /// Its name.
+    pub(super) name: String,
+    /// SHA-256 of its machine file.
+    pub(super) sha256: String,
+}
+
+/// What came of a log.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "status", rename_all = "snake_case")]
+pub(super) enum Outcome {
+    /// It was analysed.
+    Analysed {
+        /// Its facts.
+        facts: Box<LogFacts>,
+        /// Its events.
+        events: Vec<EventFacts>,
+        /// Whether a report was written.
+        has_report: bool,
+    },
+    /// It was not.
+    Failed {
+        /// Why.
+        reason: String,
+    },
+}
+
+impl Record {
+    /// Folder of the log's report within the output folder; `None` without one.
+    pub(super) fn report_folder(&self) -> Option<String> {
+        let Outcome::Analysed {
+            has_report: true, ..
+        } = &self.result
+        else {
+            return None;
+        };
+        self.log_id.as_deref().map(report_folder)
+    }
+
+    pub(super) fn is_failed(&self) -> bool {
+        matches!(self.result, Outcome::Failed { .. })
+    }
+
+    /// The facts and events; `None` of a log that failed.
+    pub(super) fn analysed(&self) -> Option<(&LogFacts, &[EventFacts])> {
+        match &self.result {
+            Outcome::Analysed { facts, events, .. } => Some((facts, events)),
+            Outcome::Failed { .. } => None,
+        }
+    }
+
+    /// Name of the log's file or folder.
+    pub(super) fn name(&self) -> String {
+        let name = Path::new(&self.path).file_name();
+        name.map_or(self.path.clone(), |name| name.to_string_lossy().into())
+    }
+
+    /// The day of its first row, UTC, as `2026-06-01`; `None` if its stamps are no dates.
+    pub(super) fn day(&self) -> Option<String> {
+        /// 1990-01-01 and 2100-01-01: stamps outside are times since something else.
+        const DATES_NS: std::ops::Range<i64> = 631_152_000_000_000_000..4_102_444_800_000_000_000;
+        let (facts, _) = self.analysed()?;
+        let start = Some(facts.start_ns).filter(|start| DATES_NS.contains(start))?;
+        let stamp = jiff::Timestamp::from_nanosecond(start.into()).ok()?;
+        Some(stamp.strftime("%Y-%m-%d").to_string())
+    }
+}
+
+/// Where the report of a log goes, within the output folder.
+pub(super) fn report_folder(log_id: &str) -> String {
+    format!("reports/{}", log_id.get(..16).unwrap_or(log_id))
+}

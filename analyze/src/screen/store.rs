@@ -1,0 +1,70 @@
+//! The records of a screen on disk: `state/<hash of the log's path>.json`, each written whole.
+//!
+//! They are the truth; tables and page are made from them. A killed program leaves the records of the
+//! logs that were done, and nothing else that counts.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use super::record::{RECORD_SCHEMA, Record};
+use crate::files::{remove_unfinished, write_whole};
+use crate::load::hash_of;
+
+/// Where records are kept.
+#[derive(Debug)]
+pub(super) struct Store {
+    folder: PathBuf,
+}
+
+impl Store {
+    pub(super) fn in_folder(out: &Path) -> Result<Self> {
+        let folder = out.join("state");
+        fs::create_dir_all(&folder)
+            .with_context(|| format!("{}: cannot be created", folder.display()))?;
+        Ok(Self { folder })
+    }
+
+    /// Removes what a killed program left half written; only while nobody else writes.
+    pub(super) fn tidy(&self) {
+        remove_unfinished(&self.folder);
+    }
+
+    pub(super) fn save(&self, record: &Record) -> Result<()> {
+        let key = hash_of(String::new(), record.path.as_bytes()).sha256;
+        let name = format!("{}.json", key.get(..32).unwrap_or(&key));
+        let text = serde_json::to_string_pretty(record)?;
+        write_whole(&self.folder.join(name), text.as_bytes())
+    }
+
+    /// All records, by path, and a word on each file that is none: its log is done again.
+    pub(super) fn load(&self) -> Result<(Vec<Record>, Vec<String>)> {
+        let mut records = Vec::new();
+        let mut unusable = Vec::new();
+        let entries = fs::read_dir(&self.folder)
+            .with_context(|| format!("{}: cannot be read", self.folder.display()))?;
+        for entry in entries {
+            let path = entry?.path();
+            if path.extension().is_none_or(|extension| extension != "json") {
+                continue;
+            }
+            match read(&path) {
+                Ok(record) => records.push(record),
+                Err(error) => unusable.push(format!("{}: {error:#}", path.display())),
+            }
+        }
+        records.sort_by(|a: &Record, b: &Record| a.path.cmp(&b.path));
+        Ok((records, unusable))
+    }
+}
+
+fn read(path: &Path) -> Result<Record> {
+    let record: Record = serde_json::from_slice(&fs::read(path)?)?;
+    anyhow::ensure!(
+        record.schema == RECORD_SCHEMA,
+        "expected a record of schema {RECORD_SCHEMA}, found {}",
+        record.schema
+    );
+    Ok(record)
+}

@@ -1,0 +1,52 @@
+//! The version of an analysis: what, beside the log, its result depends on.
+
+use std::path::Path;
+
+use anyhow::Result;
+use serde::Serialize;
+use tipwatch_binding::MachineFile;
+
+use super::record::RECORD_SCHEMA;
+use crate::load::{hash_file, hash_of};
+use crate::options::Options;
+use crate::summary;
+
+/// Everything that a result depends on, in the order in which it is hashed.
+#[derive(Serialize)]
+struct Ingredients<'a> {
+    tipwatch: &'a str,
+    summary_schema: u32,
+    record_schema: u32,
+    machine_file: &'a str,
+    urdf: Option<String>,
+    options: &'a Options,
+}
+
+/// The version of analyses with this machine and these options: results of the same log and the same
+/// version are the same.
+///
+/// # Errors
+/// The machine's URDF cannot be read.
+pub(super) fn analysis_version(machine: &MachineFile, options: &Options) -> Result<String> {
+    let folder = machine.path.parent().unwrap_or(Path::new(""));
+    // without a URDF beside the machine file, the log's own is part of the log
+    let urdf = machine.spec.urdf.as_ref();
+    let urdf = urdf.map(|name| hash_file(&folder.join(name))).transpose()?;
+    let ingredients = Ingredients {
+        tipwatch: env!("CARGO_PKG_VERSION"),
+        summary_schema: summary::SCHEMA,
+        record_schema: RECORD_SCHEMA,
+        machine_file: &machine_sha256(machine),
+        urdf: urdf.map(|file| file.sha256),
+        options,
+    };
+    let text = serde_json::to_string(&ingredients)?;
+    let mut hash = hash_of(String::new(), text.as_bytes()).sha256;
+    hash.truncate(16);
+    Ok(hash)
+}
+
+/// SHA-256 of a machine file.
+pub(super) fn machine_sha256(machine: &MachineFile) -> String {
+    hash_of(String::new(), machine.text.as_bytes()).sha256
+}

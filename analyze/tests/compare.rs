@@ -1,0 +1,194 @@
+//! Two results side by side.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../tests/data")
+        .join(name)
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// Exit code, stdout and stderr.
+fn tipwatch(args: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_tipwatch"))
+        .args(args)
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (
+        output.status.code().unwrap(),
+        text(output.stdout),
+        text(output.stderr),
+    )
+}
+
+fn compared(args: &[&str]) -> Value {
+    let mut all = vec!["compare", "--json"];
+    all.extend(args);
+    let (code, json, said) = tipwatch(&all);
+    assert_eq!(code, 0, "{said}");
+    serde_json::from_str(&json).unwrap()
+}
+
+/// A machine file like `tiny_lift.toml` whose chassis weighs so many kilogrammes more.
+fn heavier(folder: &Path, more_kg: f64) -> PathBuf {
+    let urdf = fs::read_to_string(data("tiny_lift.urdf")).unwrap();
+    let mass = "<mass value=\"";
+    let at = urdf.find(mass).unwrap() + mass.len();
+    let end = at + urdf[at..].find('"').unwrap();
+    let value: f64 = urdf[at..end].parse().unwrap();
+    let changed = format!("{}{}{}", &urdf[..at], value + more_kg, &urdf[end..]);
+    fs::write(folder.join("tiny_lift.urdf"), changed).unwrap();
+    let machine = folder.join("heavier.toml");
+    fs::copy(data("tiny_lift.toml"), &machine).unwrap();
+    machine
+}
+
+#[test]
+fn a_log_under_a_heavier_machine_differs_by_its_weight() {
+    let folder = TempDir::new().unwrap();
+    let (log, machine) = (data("tiny_lift.mcap"), data("tiny_lift.toml"));
+    let other = heavier(folder.path(), 100.0);
+    let out = folder.path().join("out");
+    let found = compared(&[
+        text(&log),
+        "--machine",
+        text(&machine),
+        "--machine-b",
+        text(&other),
+        "--out",
+        text(&out),
+    ]);
+    assert_eq!(found["same_log"], true);
+    let fact = |name: &str| {
+        let facts = found["facts"].as_array().unwrap();
+        facts.iter().find(|fact| fact["name"] == name).unwrap()["difference"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!((fact("mass of the machine") - 100.0).abs() < 1e-9);
+    let columns = found["series"]["columns"].as_array().unwrap();
+    let column = |name: &str| {
+        columns
+            .iter()
+            .find(|column| column["column"] == name)
+            .unwrap()
+    };
+    // what 100 kg weigh, at rest and nearly so
+    let weight = column("normal_force")["mean"].as_f64().unwrap();
+    assert!((weight - 981.0).abs() < 15.0, "{weight}");
+    let otf: f64 = ["fl", "fr", "rl", "rr"]
+        .iter()
+        .map(|wheel| column(&format!("otf_{wheel}"))["mean"].as_f64().unwrap())
+        .sum();
+    assert!((otf - weight).abs() < 1e-6 * weight, "{otf} of {weight}");
+    // ranked within a unit
+    for pair in columns.windows(2) {
+        let rms = |column: &Value| column["rms"].as_f64().unwrap();
+        assert!(pair[0]["unit"] != pair[1]["unit"] || rms(&pair[0]) >= rms(&pair[1]));
+    }
+    let page = fs::read_to_string(out.join("comparison.html")).unwrap();
+    assert!(page.contains("OTF RL (N)") && page.contains("B - A, OTF RL (N)"));
+    assert!(!page.contains("<script") && !page.contains("http"));
+    assert!(fs::metadata(out.join("comparison.json")).unwrap().len() > 1000);
+}
+
+#[test]
+fn results_compare_as_the_logs_do_and_a_log_with_itself_not_at_all() {
+    let folder = TempDir::new().unwrap();
+    let (log, machine) = (data("tiny_lift.mcap"), data("tiny_lift.toml"));
+    let result = |model: &str| {
+        let out = folder.path().join(model);
+        let args = [
+            "analyze",
+            text(&log),
+            "--machine",
+            text(&machine),
+            "--out",
+            text(&out),
+            "--model",
+            model,
+        ];
+        let (code, _, said) = tipwatch(&args);
+        assert_eq!(code, 0, "{said}");
+        out
+    };
+    let (whole, closed) = (result("whole-body"), result("closed-form"));
+    let mut of_results = compared(&[text(&whole), text(&closed)]);
+    let mut of_logs = compared(&[
+        text(&log),
+        "--machine",
+        text(&machine),
+        "--model-b",
+        "closed-form",
+    ]);
+    for side in ["a", "b"] {
+        of_results[side]["name"] = Value::Null;
+        of_logs[side]["name"] = Value::Null;
+    }
+    assert_eq!(of_results, of_logs);
+    assert_eq!(of_results["b"]["model"], "closed-form");
+    assert!(
+        !of_results["series"]["only_a"]
+            .as_array()
+            .unwrap()
+            .is_empty()
+    );
+
+    let same = compared(&[text(&whole), text(&whole)]);
+    let all = |list: &Value, key: &str| -> Vec<f64> {
+        list.as_array()
+            .unwrap()
+            .iter()
+            .map(|entry| entry[key].as_f64().unwrap_or(0.0))
+            .collect()
+    };
+    assert!(all(&same["facts"], "difference").iter().all(|&d| d == 0.0));
+    assert!(
+        all(&same["series"]["columns"], "largest")
+            .iter()
+            .all(|&d| d == 0.0)
+    );
+    assert!(
+        same["events"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|event| event["a"] == event["b"])
+    );
+}
+
+#[test]
+fn different_logs_are_told_in_words_with_the_events_of_one_side_first() {
+    let machine = data("tiny_lift.toml");
+    let (a, b) = (data("tiny.mcap"), data("tiny_lift.mcap"));
+    let (code, words, said) =
+        tipwatch(&["compare", text(&a), text(&b), "--machine", text(&machine)]);
+    assert_eq!(code, 0, "{said}");
+    assert!(
+        words.contains("different logs") && words.contains("only B: wheel lift"),
+        "{words}"
+    );
+    let (code, _, said) = tipwatch(&["compare", text(&a), text(&b)]);
+    assert_eq!(code, 1);
+    assert!(said.contains("--machine"), "{said}");
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("summary.json"), "{\"schema\": 1}").unwrap();
+    let (code, _, said) = tipwatch(&["compare", text(folder.path()), text(folder.path())]);
+    assert_eq!(code, 1);
+    assert!(
+        said.contains("expected a summary of schema") && said.contains("found 1"),
+        "{said}"
+    );
+}

@@ -1,0 +1,701 @@
+//! Screens of many logs as a user meets them: what they keep, what they survive, what they tell.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+use polars::prelude::{DataFrame, ParquetReader, SerReader};
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../tests/data")
+        .join(name)
+        .canonicalize()
+        .unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn command(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tipwatch"));
+    command.args(args);
+    command
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Screens with these arguments into `out`; gives exit code and what was said.
+fn screen(logs: &Path, out: &Path, more: &[&str]) -> (i32, String) {
+    let mut args = vec!["screen", text(logs), "--out", text(out)];
+    args.extend(more);
+    let output = command(&args).output().unwrap();
+    (output.status.code().unwrap(), told(&output))
+}
+
+/// All Parquet files of a kind, by their place in the folder.
+fn tables(out: &Path, kind: &str) -> BTreeMap<String, DataFrame> {
+    let read = |(name, path): (String, PathBuf)| {
+        (
+            name,
+            ParquetReader::new(File::open(path).unwrap())
+                .finish()
+                .unwrap(),
+        )
+    };
+    files(&out.join(kind)).into_iter().map(read).collect()
+}
+
+/// The files in a folder and below, by their place.
+fn files(folder: &Path) -> BTreeMap<String, PathBuf> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_string();
+        match path.is_dir() {
+            true => found.extend(
+                files(&path)
+                    .into_iter()
+                    .map(|(n, p)| (format!("{name}/{n}"), p)),
+            ),
+            false => {
+                found.insert(name, path);
+            }
+        }
+    }
+    found
+}
+
+fn texts(frame: &DataFrame, column: &str) -> Vec<Option<String>> {
+    let column = frame.column(column).unwrap();
+    column
+        .str()
+        .unwrap()
+        .iter()
+        .map(|value| value.map(str::to_string))
+        .collect()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+/// What must not depend on how a screen came about: tables, page and counts to the byte, and which
+/// reports there are (they tell when they were made).
+fn result(out: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut result = files(out);
+    result.retain(|name, _| !name.starts_with("state/"));
+    let bytes = |name: &str, path: PathBuf| match name.starts_with("reports/") {
+        true => Vec::new(),
+        false => fs::read(path).unwrap(),
+    };
+    result
+        .into_iter()
+        .map(|(name, path)| (name.clone(), bytes(&name, path)))
+        .collect()
+}
+
+/// A folder with logs of one machine: two good ones, a copy, a damaged one, and what is no log.
+fn mixed_logs() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::copy(data("tiny.mcap"), at("calm.mcap")).unwrap();
+    fs::copy(data("tiny_lift.mcap"), at("lift.mcap")).unwrap();
+    fs::copy(data("tiny_lift.mcap"), at("lift_again.mcap")).unwrap();
+    let bytes = fs::read(data("tiny_lift.mcap")).unwrap();
+    fs::write(at("cut.mcap"), &bytes[..bytes.len() * 3 / 4]).unwrap();
+    fs::write(at("photo.mcap"), b"\xff\xd8\xff\xe0 a photograph").unwrap();
+    fs::write(at("list.txt"), "# two logs\ncalm.mcap\nmissing.mcap\n").unwrap();
+    folder
+}
+
+#[test]
+fn a_screen_keeps_every_log_once_and_tells_why_some_failed() {
+    let (logs, out) = (mixed_logs(), TempDir::new().unwrap());
+    let out = out.path().join("fleet");
+    let machine = data("tiny_lift.toml");
+    let list = logs.path().join("list.txt");
+    let (code, said) = screen(
+        logs.path(),
+        &out,
+        &[text(&list), "--machine", text(&machine)],
+    );
+    assert_eq!(code, 1, "{said}");
+    assert!(
+        said.contains("photo.mcap") && said.contains("missing.mcap"),
+        "{said}"
+    );
+    let totals = json(&out.join("screen.json"));
+    let count = |key: &str| totals[key].as_u64().unwrap();
+    assert_eq!(
+        [
+            count("logs"),
+            count("analysed"),
+            count("failed"),
+            count("copies")
+        ],
+        [5, 3, 2, 1],
+        "{totals}"
+    );
+
+    let tables = tables(&out, "logs");
+    let names: Vec<&String> = tables.keys().collect();
+    assert_eq!(names.len(), 3, "{names:?}");
+    let unknown = "machine=__HIVE_DEFAULT_PARTITION__/day=__HIVE_DEFAULT_PARTITION__/logs.parquet";
+    let missing = &tables[unknown];
+    assert!(
+        texts(missing, "reason")[0]
+            .as_ref()
+            .unwrap()
+            .contains("missing.mcap")
+    );
+    assert_eq!(texts(missing, "log_id"), [None]);
+    let (place, good) = tables
+        .iter()
+        .find(|(name, _)| name.contains("/day=2"))
+        .unwrap();
+    assert!(
+        place.starts_with("machine=") && good.height() == 3,
+        "{place}: {good}"
+    );
+    assert!(
+        texts(good, "status")
+            .iter()
+            .all(|status| status.as_deref() == Some("analysed"))
+    );
+
+    let row = |name: &str| {
+        let paths = texts(good, "path");
+        paths
+            .iter()
+            .position(|path| path.as_ref().unwrap().ends_with(name))
+            .unwrap()
+    };
+    let number = |column: &str, row: usize| good.column(column).unwrap().f64().unwrap().get(row);
+    assert!(number("worst_margin", row("/lift.mcap")).unwrap() < 0.0);
+    assert!(number("worst_margin", row("/calm.mcap")).unwrap() > 0.3);
+    assert!(number("worst_margin_sigma", row("/calm.mcap")).unwrap() > 0.0);
+    let lasts = number("duration_s", row("/lift.mcap")).unwrap();
+    let margins = good.column("margin_s").unwrap().list().unwrap();
+    let in_bins: f64 = margins
+        .get_as_series(row("/lift.mcap"))
+        .unwrap()
+        .f64()
+        .unwrap()
+        .iter()
+        .flatten()
+        .sum();
+    assert!((in_bins + number("unknown_s", row("/lift.mcap")).unwrap() - lasts).abs() < 1e-6);
+    let exposed = number("exposed_s", row("/lift.mcap")).unwrap();
+    let causes = tipwatch_analyze::facts::EXPOSURE_CAUSES;
+    let by_cause: f64 = causes
+        .iter()
+        .map(|cause| number(&format!("exposed_{cause}_s"), row("/lift.mcap")).unwrap())
+        .sum();
+    assert!(
+        exposed > 0.1 && (by_cause - exposed).abs() < 1e-6,
+        "{by_cause} of {exposed}"
+    );
+
+    // reports of those with findings, sharing one script; the page links to them and needs nothing else
+    let reports = texts(good, "report");
+    assert_eq!(reports[row("/calm.mcap")], None);
+    let report = reports[row("/lift.mcap")].as_ref().unwrap();
+    let page = fs::read_to_string(out.join(report)).unwrap();
+    assert!(page.len() < 1_500_000 && page.contains("<script src=\"../plots.js\">"));
+    assert!(fs::metadata(out.join("reports/plots.js")).unwrap().len() > 1_000_000);
+    let fleet = fs::read_to_string(out.join("fleet.html")).unwrap();
+    assert!(fleet.contains(report.as_str()) && fleet.contains("photo.mcap"));
+    assert!(
+        !fleet.contains("<script") && !fleet.contains("http"),
+        "the page fetches something"
+    );
+    assert_eq!(
+        fs::read_dir(logs.path()).unwrap().count(),
+        6,
+        "nothing beside the evidence"
+    );
+}
+
+/// Twelve noisy logs of the same machine.
+fn fleet_logs() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    for i in 0..12 {
+        let name = format!("coverage_{i:02}.mcap");
+        fs::copy(data(&name), folder.path().join(&name)).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn a_screen_killed_again_and_again_ends_as_if_nobody_had() {
+    let logs = fleet_logs();
+    let out = TempDir::new().unwrap();
+    let machine = data("coverage.toml");
+    let machine = ["--machine", text(&machine)];
+    let (whole, killed) = (out.path().join("whole"), out.path().join("killed"));
+    let start = Instant::now();
+    assert_eq!(screen(logs.path(), &whole, &machine).0, 0);
+    let took = start.elapsed();
+
+    let mut amidst = 0;
+    // a fixed sequence; when it strikes differs from run to run all the same
+    let mut random = 0x2545_f491_4f6c_dd1d_u64;
+    for _ in 0..6 {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        let share = 0.15 + 0.25 * (random % 1000) as f64 / 1000.0;
+        let mut args = vec![
+            "screen",
+            text(logs.path()),
+            "--out",
+            text(&killed),
+            "--resume",
+            "-q",
+        ];
+        args.extend(machine);
+        let mut child = command(&args).spawn().unwrap();
+        std::thread::sleep(Duration::from_secs_f64(took.as_secs_f64() * share));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let records = files(&killed.join("state"));
+        let done = records
+            .keys()
+            .filter(|name| name.ends_with(".json"))
+            .count();
+        amidst += usize::from(done < 12);
+        assert!(
+            done == 12 || !killed.join("screen.json").exists(),
+            "what is not whole must not look as if it were"
+        );
+    }
+    assert!(amidst > 0, "no kill struck before the end");
+    let mut more = vec!["--resume"];
+    more.extend(machine);
+    assert_eq!(screen(logs.path(), &killed, &more).0, 0);
+    assert!(
+        result(&killed) == result(&whole),
+        "another data set than uninterrupted"
+    );
+}
+
+#[test]
+fn shards_gathered_are_the_whole() {
+    let logs = fleet_logs();
+    let out = TempDir::new().unwrap();
+    let machine = data("coverage.toml");
+    let machine = ["--machine", text(&machine)];
+    let (whole, shared) = (out.path().join("whole"), out.path().join("shared"));
+    assert_eq!(screen(logs.path(), &whole, &machine).0, 0);
+    let mut children = Vec::new();
+    for shard in ["1/3", "2/3", "3/3"] {
+        let mut args = vec![
+            "screen",
+            text(logs.path()),
+            "--out",
+            text(&shared),
+            "-q",
+            "--shard",
+            shard,
+        ];
+        args.extend(machine);
+        children.push(command(&args).spawn().unwrap());
+    }
+    for mut child in children {
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+    }
+    assert!(!shared.join("fleet.html").exists());
+    let gathered = command(&["screen", "--gather", "--out", text(&shared)])
+        .output()
+        .unwrap();
+    assert_eq!(gathered.status.code(), Some(0), "{}", told(&gathered));
+    assert!(
+        result(&shared) == result(&whole),
+        "another data set than unshared"
+    );
+}
+
+#[test]
+fn resuming_does_what_is_new_and_no_more() {
+    let logs = TempDir::new().unwrap();
+    let out = TempDir::new().unwrap();
+    let out = out.path();
+    for name in ["tiny.mcap", "tiny_lift.mcap"] {
+        fs::copy(data(name), logs.path().join(name)).unwrap();
+    }
+    for name in ["tiny_lift.toml", "tiny_lift.urdf"] {
+        fs::copy(data(name), logs.path().join(name)).unwrap();
+    }
+    let machine = logs.path().join("tiny_lift.toml");
+    let again = |more: &[&str]| {
+        let mut args = vec!["--machine", text(&machine)];
+        args.extend(more);
+        screen(logs.path(), out, &args)
+    };
+    assert!(again(&[]).1.contains("2 analysed, 0 failed, 0 known"));
+    let (code, said) = again(&[]);
+    assert_eq!(code, 1);
+    assert!(said.contains("--resume"), "{said}");
+    let before = result(out);
+    assert!(
+        again(&["--resume"])
+            .1
+            .contains("0 analysed, 0 failed, 2 known")
+    );
+    assert!(result(out) == before);
+
+    // the same content under another path; another content under the same path
+    fs::copy(logs.path().join("tiny.mcap"), logs.path().join("copy.mcap")).unwrap();
+    let (_, said) = again(&["--resume"]);
+    assert!(
+        said.contains("0 analysed, 0 failed, 3 known") && said.contains("all 2 logs"),
+        "{said}"
+    );
+    fs::copy(data("swing_lift.mcap"), logs.path().join("copy.mcap")).unwrap();
+    let (_, said) = again(&["--resume"]);
+    assert!(
+        said.contains("1 analysed") && said.contains("all 3 logs"),
+        "{said}"
+    );
+
+    // a report that is gone comes back; other options and another machine file are other analyses
+    fs::remove_dir_all(out.join("reports")).unwrap();
+    assert!(!again(&["--resume"]).1.contains("0 analysed"));
+    assert!(
+        again(&["--resume", "--estimator", "causal"])
+            .1
+            .contains("3 analysed")
+    );
+    let changed = fs::read_to_string(&machine).unwrap() + "\n# another word\n";
+    fs::write(&machine, changed).unwrap();
+    let (_, said) = again(&["--resume", "--estimator", "causal"]);
+    assert!(
+        said.contains("3 analysed") && said.contains("all 3 logs"),
+        "{said}"
+    );
+}
+
+/// The columns and their types are a promise.
+#[test]
+fn the_data_set_has_the_columns_that_are_documented() {
+    let (logs, out) = (mixed_logs(), TempDir::new().unwrap());
+    let machine = data("tiny_lift.toml");
+    screen(logs.path(), out.path(), &["--machine", text(&machine)]);
+    let document =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../SCREEN.md")).unwrap();
+    let section = document
+        .split("## The data set")
+        .nth(1)
+        .unwrap()
+        .split("With polars")
+        .next()
+        .unwrap();
+    for kind in ["logs", "events"] {
+        let tables = tables(out.path(), kind);
+        let schemas: Vec<_> = tables
+            .values()
+            .map(|frame| frame.schema().clone())
+            .collect();
+        assert!(
+            schemas.windows(2).all(|pair| pair[0] == pair[1]),
+            "{kind}: types differ"
+        );
+        for name in schemas[0].iter_names() {
+            let pattern = match name.as_str() {
+                name if name.starts_with("exposed_") && name != "exposed_s" => "exposed_<cause>_s",
+                name if name.ends_with("_events") => "<kind>_events",
+                name => name,
+            };
+            assert!(
+                section.contains(&format!("`{pattern}`")),
+                "{kind}: {name} is not documented"
+            );
+        }
+    }
+    let events = tables(out.path(), "events");
+    let kinds: Vec<_> = events
+        .values()
+        .flat_map(|frame| texts(frame, "kind"))
+        .flatten()
+        .collect();
+    assert!(kinds.contains(&"wheel_lift".to_string()), "{kinds:?}");
+}
+
+/// The queries of the documentation, run as they stand.
+#[test]
+fn the_documented_queries_run() {
+    let python = std::env::var("TIPWATCH_PYTHON").unwrap_or("python3".into());
+    let has = Command::new(&python)
+        .args(["-c", "import polars, duckdb"])
+        .output();
+    if !has.is_ok_and(|output| output.status.success()) {
+        println!("skipped: {python} has not both polars and duckdb (set TIPWATCH_PYTHON)");
+        return;
+    }
+    let (logs, work) = (mixed_logs(), TempDir::new().unwrap());
+    let machine = data("tiny_lift.toml");
+    screen(
+        logs.path(),
+        &work.path().join("fleet"),
+        &["--machine", text(&machine)],
+    );
+    let document =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../SCREEN.md")).unwrap();
+    let scripts: Vec<&str> = document
+        .split("```python\n")
+        .skip(1)
+        .map(|part| part.split("```").next().unwrap())
+        .collect();
+    assert_eq!(scripts.len(), 2);
+    let checks = [
+        "assert worst.height == 3 and worst['worst_margin'][0] < 0 < worst['band'][0], worst\n\
+         assert lifts['lifts'].sum() >= 1 and lifts['an_hour'][0] > 0, lifts\n\
+         assert logs.collect()['day'].null_count() == 1",
+        "assert [row[3] for row in trend.fetchall()] == [3]\n\
+         assert 'photo.mcap' in reasons.fetchall()[0][0]\n\
+         assert exposure.fetchall()[0][1] > 0",
+    ];
+    for (script, check) in scripts.iter().zip(checks) {
+        let script = format!("{script}\n{check}\n");
+        let output = Command::new(&python)
+            .args(["-c", &script])
+            .current_dir(work.path())
+            .output()
+            .unwrap();
+        assert!(
+            output.status.success(),
+            "{}{}",
+            String::from_utf8_lossy(&output.stdout),
+            told(&output)
+        );
+    }
+}
+
+#[test]
+fn a_policy_turns_findings_into_exit_code_four() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    fs::copy(data("tiny.mcap"), logs.path().join("calm.mcap")).unwrap();
+    fs::copy(data("tiny_lift.mcap"), logs.path().join("lift.mcap")).unwrap();
+    let machine = data("tiny_lift.toml");
+    let at = |name: &str| out.path().join(name);
+    let policy = at("policy.toml");
+    fs::write(
+        &policy,
+        "name = 'no lift'\n[[rule]]\nname = 'wheels stay down'\nevent = 'wheel_lift'\n\
+         [[rule]]\nquantity = 'worst_margin_low'\nat_least = -10.0\n",
+    )
+    .unwrap();
+    let asked = ["--machine", text(&machine), "--policy", text(&policy)];
+    let (code, said) = screen(logs.path(), &at("fleet"), &asked);
+    assert_eq!(code, 4, "{said}");
+    let result = json(&at("fleet/policy.json"));
+    assert_eq!(
+        (result["passed"].as_bool(), result["logs_broken"].as_u64()),
+        (Some(false), Some(1))
+    );
+    assert!(
+        result["logs"][0]["path"]
+            .as_str()
+            .unwrap()
+            .ends_with("lift.mcap")
+    );
+    assert_eq!(result["logs"][0]["broken"][0]["rule"], "wheels stay down");
+    assert!(
+        fs::read_to_string(at("fleet/fleet.html"))
+            .unwrap()
+            .contains("wheels stay down")
+    );
+
+    let analyze = |log: &str, policy: &Path, out: &Path| {
+        let log = logs.path().join(log);
+        let args = [
+            "analyze",
+            text(&log),
+            "--machine",
+            text(&machine),
+            "--out",
+            text(out),
+            "--policy",
+            text(policy),
+        ];
+        let output = command(&args).output().unwrap();
+        (output.status.code(), told(&output))
+    };
+    let (code, said) = analyze("lift.mcap", &policy, &at("one"));
+    assert_eq!(code, Some(4), "{said}");
+    assert!(said.contains("rule broken: wheels stay down"), "{said}");
+    let judgement = json(&at("one/policy.json"));
+    assert_eq!(judgement["rules"][1]["passed"], true);
+    assert_eq!(analyze("calm.mcap", &policy, &at("two")).0, Some(0));
+
+    for (mistake, parts) in [
+        (
+            "[[rule]]\nevent = 'wheel_lft'",
+            ["rule 1", "wheel_lift", "wheel_lft"],
+        ),
+        (
+            "[[rule]]\nquantity = 'worst_margin'",
+            ["rule 1", "at_least", "neither"],
+        ),
+        (
+            "[[rule]]\nevent = 'tip_over'\nunknown = 'pass'",
+            ["rule 1", "unknown", "event"],
+        ),
+        (
+            "[[rule]]\nlimit = 3",
+            ["policy.toml", "unknown field", "limit"],
+        ),
+        ("name = 'empty'", ["policy.toml", "[[rule]]", "none"]),
+    ] {
+        fs::write(&policy, mistake).unwrap();
+        let (code, said) = analyze("calm.mcap", &policy, &at("three"));
+        assert_eq!(code, Some(1), "{said}");
+        for part in parts {
+            assert!(said.contains(part), "\"{part}\" is not in: {said}");
+        }
+    }
+}
+
+#[test]
+fn a_fleet_file_gives_each_log_its_machine_or_a_reason() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let at = |name: &str| logs.path().join(name);
+    for folder in ["a", "b", "both", "odd"] {
+        fs::create_dir(at(folder)).unwrap();
+        fs::copy(data("tiny.mcap"), at(folder).join(format!("{folder}.mcap"))).unwrap();
+    }
+    // content of their own, or they would count once
+    for folder in ["b", "both", "odd"] {
+        with_metadata(&at(folder).join(format!("{folder}.mcap")), folder);
+    }
+    for (name, machine) in [("first.toml", "first"), ("second.toml", "second/2")] {
+        let text = fs::read_to_string(data("tiny.toml")).unwrap();
+        let old = text.lines().find(|line| line.starts_with("name")).unwrap();
+        fs::write(
+            out.path().join(name),
+            text.replace(old, &format!("name = \"{machine}\"")),
+        )
+        .unwrap();
+    }
+    fs::copy(data("tiny.urdf"), out.path().join("tiny.urdf")).unwrap();
+    let fleet = out.path().join("fleet.toml");
+    fs::write(
+        &fleet,
+        "[[machine]]\nfile = 'first.toml'\npath = '**/a/*'\ntopic = '/joint_*'\n\
+         [[machine]]\nfile = 'second.toml'\nmetadata = { record = 'session', key = 'vehicle', value = 'b*' }\n\
+         [[machine]]\nfile = 'first.toml'\npath = '**/both/**'\n",
+    )
+    .unwrap();
+    let result = out.path().join("result");
+    let (code, said) = screen(logs.path(), &result, &["--fleet", text(&fleet)]);
+    assert_eq!(code, 1, "{said}");
+    let tables = tables(&result, "logs");
+    let of = |machine: &str| {
+        let found = tables.iter().find(|(name, frame)| {
+            name.starts_with(&format!("machine={machine}/")) && texts(frame, "reason")[0].is_none()
+        });
+        found.map(|(_, frame)| texts(frame, "path")[0].clone().unwrap())
+    };
+    assert!(of("first").unwrap().ends_with("/a/a.mcap"));
+    assert!(of("second%2F2").unwrap().ends_with("/b/b.mcap"));
+    let failed: Vec<_> = tables
+        .values()
+        .flat_map(|frame| texts(frame, "reason"))
+        .flatten()
+        .collect();
+    assert!(
+        failed
+            .iter()
+            .any(|r| r.contains("both.mcap") && r.contains("first.toml and")),
+        "{failed:?}"
+    );
+    assert!(
+        failed
+            .iter()
+            .any(|r| r.contains("odd.mcap") && r.contains("found none")),
+        "{failed:?}"
+    );
+}
+
+/// Rewrites an MCAP file with a metadata record that names its vehicle.
+fn with_metadata(path: &Path, vehicle: &str) {
+    let bytes = fs::read(path).unwrap();
+    let mut writer = mcap::Writer::new(File::create(path).unwrap()).unwrap();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        writer.write(&message.unwrap()).unwrap();
+    }
+    let values = [("vehicle".to_string(), vehicle.to_string())];
+    let metadata = mcap::records::Metadata {
+        name: "session".into(),
+        metadata: values.into_iter().collect(),
+    };
+    writer.write_metadata(&metadata).unwrap();
+    let attachment = mcap::Attachment {
+        log_time: 0,
+        create_time: 0,
+        name: "note".into(),
+        media_type: "text/plain".into(),
+        data: Cow::Borrowed(vehicle.as_bytes()),
+    };
+    writer.attach(&attachment).unwrap();
+    writer.finish().unwrap();
+}
+
+#[test]
+fn usage_mistakes_of_a_screen_give_exit_code_two() {
+    for args in [
+        vec!["screen", "--out", "o", "--machine", "m"],
+        vec!["screen", "logs", "--out", "o"],
+        vec![
+            "screen",
+            "logs",
+            "--out",
+            "o",
+            "--machine",
+            "m",
+            "--shard",
+            "4/3",
+        ],
+        vec![
+            "screen",
+            "logs",
+            "--out",
+            "o",
+            "--machine",
+            "m",
+            "--fleet",
+            "f",
+        ],
+        vec!["screen", "logs", "--out", "o", "--gather"],
+        vec![
+            "screen",
+            "logs",
+            "--out",
+            "o",
+            "--machine",
+            "m",
+            "--policy",
+            "p",
+            "--fail-on",
+            "tip_over",
+        ],
+        vec!["compare", "one.mcap", "--machine", "m"],
+    ] {
+        assert_eq!(
+            command(&args).output().unwrap().status.code(),
+            Some(2),
+            "{args:?}"
+        );
+    }
+}
