@@ -183,7 +183,7 @@ fn a_screen_keeps_every_log_once_and_tells_why_some_failed() {
     };
     let number = |column: &str, row: usize| good.column(column).unwrap().f64().unwrap().get(row);
     assert!(number("worst_margin", row("/lift.mcap")).unwrap() < 0.0);
-    assert!(number("worst_margin", row("/calm.mcap")).unwrap() > 0.3);
+    assert!(number("worst_margin", row("/calm.mcap")).unwrap() > 0.2);
     assert!(number("worst_margin_sigma", row("/calm.mcap")).unwrap() > 0.0);
     let lasts = number("duration_s", row("/lift.mcap")).unwrap();
     let margins = good.column("margin_s").unwrap().list().unwrap();

@@ -55,6 +55,8 @@ pub struct SideSummary {
     pub machine: String,
     /// SHA-256 of the machine file.
     pub machine_file_sha256: String,
+    /// SHA-256 of the URDF.
+    pub urdf_sha256: String,
     /// The model.
     pub model: String,
     /// The estimator.

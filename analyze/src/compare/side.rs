@@ -126,6 +126,7 @@ impl Side {
             log_sha256: of_files("sha256"),
             machine: text(&self.summary["machine"]["name"]),
             machine_file_sha256: text(&provenance["machine_file"]["sha256"]),
+            urdf_sha256: text(&provenance["urdf"]["sha256"]),
             model: text(&self.summary["model"]["name"]),
             estimator: text(&options["estimator"]),
             finding: text(&self.summary["findings"][0]),

@@ -47,13 +47,18 @@ pub fn told(comparison: &Comparison, all: bool) -> String {
     text
 }
 
+/// The beginning of a SHA-256, enough to tell files apart.
+fn short(sha256: &str) -> &str {
+    sha256.get(..8).unwrap_or("unknown")
+}
+
 /// What a side is, on one line.
 #[must_use]
 pub(super) fn origin(side: &SideSummary) -> String {
     let log = side.log.first().map_or("no log", String::as_str);
     let same = side.name == log;
     format!(
-        "{}{}; machine {} ({}), model {}, estimator {}",
+        "{}{}; machine {} (file {}, URDF {}), model {}, estimator {}",
         side.name,
         if same {
             String::new()
@@ -61,7 +66,8 @@ pub(super) fn origin(side: &SideSummary) -> String {
             format!(" (log {log})")
         },
         side.machine,
-        side.machine_file_sha256.get(..8).unwrap_or("unknown"),
+        short(&side.machine_file_sha256),
+        short(&side.urdf_sha256),
         side.model,
         side.estimator
     )
