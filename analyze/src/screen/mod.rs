@@ -3,7 +3,7 @@
 //! ```text
 //!     inputs -> workers: one_log -> store (state/) -> merge -> data_set (logs/, events/), page (fleet.html)
 //! ```
-//! [`store`] holds the truth: a record for each log that is done, written whole. Everything else is made
+//! `store` holds the truth: a record for each log that is done, written whole. Everything else is made
 //! from all records at the end, so a screen may be killed at any time, resumed, or shared out to many
 //! processes: none loses a log or counts it twice.
 
