@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 
@@ -18,7 +19,11 @@ pub(crate) fn make_whole(path: &Path, make: impl FnOnce(&Path) -> Result<()>) ->
     let folder = path.parent().unwrap_or(Path::new(""));
     fs::create_dir_all(folder).with_context(|| cannot(folder, "created"))?;
     let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}{TEMPORARY}", std::process::id()));
+    // unique also among the machines that share a folder
+    let now_ns = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |since| since.as_nanos());
+    name.push(format!(".{}.{now_ns}{TEMPORARY}", std::process::id()));
     let temporary = folder.join(name);
     let made = make(&temporary)
         .and_then(|()| fs::rename(&temporary, path).with_context(|| cannot(path, "written")));

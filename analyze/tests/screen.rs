@@ -227,6 +227,28 @@ fn a_screen_keeps_every_log_once_and_tells_why_some_failed() {
     );
 }
 
+#[test]
+fn copies_that_are_met_at_the_same_time_are_one_log() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    for i in 0..12 {
+        let name = format!("copy_{i:02}.mcap");
+        fs::copy(data("tiny_lift.mcap"), logs.path().join(name)).unwrap();
+    }
+    let (out, machine) = (out.path().join("fleet"), data("tiny_lift.toml"));
+    let (code, said) = screen(
+        logs.path(),
+        &out,
+        &["--machine", text(&machine), "--jobs", "8"],
+    );
+    assert_eq!(code, 0, "{said}");
+    let totals = json(&out.join("screen.json"));
+    assert_eq!(
+        (&totals["logs"], &totals["copies"], &totals["failed"]),
+        (&1.into(), &11.into(), &0.into())
+    );
+    assert_eq!(fs::read_dir(out.join("reports")).unwrap().count(), 2);
+}
+
 /// Twelve noisy logs of the same machine.
 fn fleet_logs() -> TempDir {
     let folder = TempDir::new().unwrap();

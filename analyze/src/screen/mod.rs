@@ -20,7 +20,7 @@ mod totals;
 mod version;
 mod workers;
 
-use std::fs::{File, TryLockError};
+use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -28,7 +28,7 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 
 use self::merge::{LogRow, merge};
-use self::one_log::{Screened, Screening, write_plot_library};
+use self::one_log::{Now, Screened, Screening, write_plot_library};
 use self::record::Outcome;
 use self::store::Store;
 use crate::files::{remove_unfinished, write_whole};
@@ -143,7 +143,11 @@ pub fn screen(
     if request.shard.is_none() {
         store.tidy();
         remove_unfinished(request.out);
-        remove_unfinished(&request.out.join("reports"));
+        let reports = request.out.join("reports");
+        remove_unfinished(&reports);
+        for report in fs::read_dir(&reports).into_iter().flatten().flatten() {
+            remove_unfinished(&report.path());
+        }
     }
     write_plot_library(request.out)?;
     let done = records.into_iter().filter(|_| request.resume);
@@ -151,7 +155,8 @@ pub fn screen(
         fleet,
         options: request.options,
         out: request.out,
-        done: done
+        now: Now::default(),
+        done_before: done
             .filter_map(|record| Some((record.log_id.clone()?, record)))
             .collect(),
     };
@@ -229,7 +234,7 @@ fn finish(store: &Store, out: &Path, policy: Option<&Policy>) -> Result<(Totals,
     // there again when the data set is whole
     let totals_path = out.join("screen.json");
     if totals_path.exists() {
-        std::fs::remove_file(&totals_path)
+        fs::remove_file(&totals_path)
             .with_context(|| format!("{}: cannot be removed", totals_path.display()))?;
     }
     let rows = merge(store.load()?.0);
@@ -263,7 +268,7 @@ fn write_policy(
     let path = out.join("policy.json");
     let Some(policy) = policy else {
         // that of an earlier screen says nothing of this one
-        let _ = std::fs::remove_file(path);
+        let _ = fs::remove_file(path);
         return Ok(());
     };
     let judged = rows.iter().zip(judgements);

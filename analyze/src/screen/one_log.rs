@@ -4,6 +4,7 @@ use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
@@ -14,7 +15,7 @@ use super::record::{MachineName, Outcome, RECORD_SCHEMA, Record, report_folder};
 use super::version::{analysis_version, machine_sha256};
 use crate::analysis::Analysis;
 use crate::facts::{LogFacts, event_facts};
-use crate::files::{remove_unfinished, write_whole};
+use crate::files::write_whole;
 use crate::options::Options;
 use crate::report::{self, PlotLibrary};
 use crate::run::analyse;
@@ -25,8 +26,30 @@ pub(super) struct Screening<'a> {
     pub(super) fleet: &'a Fleet,
     pub(super) options: Options,
     pub(super) out: &'a Path,
-    /// Records of logs that are done, by content.
-    pub(super) done: BTreeMap<String, Record>,
+    /// Records of logs that were done before, by content.
+    pub(super) done_before: BTreeMap<String, Record>,
+    /// What this screen has done and does.
+    pub(super) now: Now,
+}
+
+/// The contents that a screen has done and does. Copies of a log wait for the first and take what it found:
+/// two workers would write the same report.
+#[derive(Debug, Default)]
+pub(super) struct Now {
+    done: Mutex<BTreeMap<String, Record>>,
+    turns: Mutex<BTreeMap<String, Arc<Mutex<()>>>>,
+}
+
+impl Now {
+    /// What is held while a content is at work.
+    fn turn(&self, log_id: &str) -> Arc<Mutex<()>> {
+        Arc::clone(lock(&self.turns).entry(log_id.to_owned()).or_default())
+    }
+}
+
+/// A worker that panics leaves nothing half changed behind these locks.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Where the reports' plot library lies, within the output folder.
@@ -85,22 +108,30 @@ impl Screening<'_> {
         });
         let version = analysis_version(machine, &self.options)?;
         record.analysis_version = Some(version);
-        if let Some(known) = self.known(record) {
+        let turn = self.now.turn(&identity.id);
+        let _turn = lock(&turn);
+        if let Some(known) = self.done_before.get(&identity.id)
+            && self.stands_for(known, record)
+        {
             record.result = known.result.clone();
             return Ok(true);
         }
-        record.result = self.analyse(path, machine, &identity)?;
+        let of_copy = lock(&self.now.done).get(&identity.id).cloned();
+        record.result = match of_copy {
+            Some(known) if self.stands_for(&known, record) => known.result,
+            _ => self.analyse(path, machine, &identity)?,
+        };
+        lock(&self.now.done).insert(identity.id, record.clone());
         Ok(false)
     }
 
-    /// The record of the same content and version, if its report is still there.
-    fn known(&self, record: &Record) -> Option<&Record> {
-        let known = self.done.get(record.log_id.as_ref()?)?;
+    /// Whether a record of the same content is of the same version, and its report still there.
+    fn stands_for(&self, known: &Record, record: &Record) -> bool {
         let is_same = known.analysis_version == record.analysis_version && !known.is_failed();
         let page = known
             .report_folder()
             .map(|folder| self.out.join(folder).join("report.html"));
-        (is_same && page.is_none_or(|page| page.is_file())).then_some(known)
+        is_same && page.is_none_or(|page| page.is_file())
     }
 
     fn analyse(&self, path: &Path, machine: &MachineFile, identity: &Identity) -> Result<Outcome> {
@@ -126,7 +157,6 @@ impl Screening<'_> {
 }
 
 fn write_report(analysis: &Analysis, folder: &Path) -> Result<()> {
-    remove_unfinished(folder);
     let summary = Summary::of(analysis, report::findings(analysis));
     let summary = serde_json::to_string_pretty(&summary)?;
     write_whole(&folder.join("summary.json"), summary.as_bytes())?;
