@@ -1,5 +1,6 @@
 //! Events: what was found, when, how bad.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_mechanics::machine::Policy;
 use tipwatch_mechanics::plausibility::FaultKind;
@@ -48,7 +49,7 @@ pub struct InputFault {
 }
 
 /// What took the load (OTF) of the wheels that an event is about away since the machine was steady.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EventCauses {
     /// From when on (ns).
     pub since_ns: i64,
@@ -65,7 +66,7 @@ pub struct EventCauses {
 }
 
 /// What a cause took.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct CauseShare {
     /// Name of the cause, as in the columns.
     pub cause: &'static str,

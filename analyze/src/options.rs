@@ -1,9 +1,10 @@
 //! What is asked of an analysis.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Options of the analysis of a log.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Options {
     /// The estimator.
     pub estimator: Estimator,
@@ -26,7 +27,7 @@ pub struct Options {
 }
 
 /// Columns that are written on request.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct MoreColumns {
     /// `part_<link>_<wheel>`: what each link contributes to each wheel's OTF.
     pub parts: bool,
@@ -36,7 +37,7 @@ pub struct MoreColumns {
 }
 
 /// Where the closed form takes the platform's acceleration from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClosedFormInput {
     /// From the odometry's velocities and their derivatives, as the paper does.
@@ -71,7 +72,7 @@ impl Default for Options {
 }
 
 /// Which offsets between the topics' clocks are taken out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ApplyClockOffsets {
     /// Those that the machine file states, no others.
@@ -82,7 +83,7 @@ pub enum ApplyClockOffsets {
 }
 
 /// How signals become states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Estimator {
     /// Looks both ways: the most accurate.
@@ -92,7 +93,7 @@ pub enum Estimator {
 }
 
 /// How the ground wrench is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
     /// Newton-Euler over every body.

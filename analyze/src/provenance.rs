@@ -1,9 +1,10 @@
 //! Where a result comes from: files by hash, versions, options.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Where a result comes from.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Provenance {
     /// Version of the program.
     pub tipwatch_version: String,
@@ -22,7 +23,7 @@ pub struct Provenance {
 }
 
 /// A file and its SHA-256.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FileHash {
     /// Path as given, or "topic /robot_description".
     pub path: String,

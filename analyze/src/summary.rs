@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
 use tipwatch_mechanics::Quantity;
@@ -20,8 +21,14 @@ use crate::table::name_and_unit;
 /// Version of the document.
 pub const SCHEMA: u32 = 3;
 
+/// The JSON schema (draft 2020-12) of the document, as a text.
+#[must_use]
+pub fn json_schema() -> String {
+    format!("{:#}\n", schemars::schema_for!(Summary<'static>).to_value())
+}
+
 /// The document.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Summary<'a> {
     /// Version of this document's keys.
     pub schema: u32,
@@ -62,7 +69,7 @@ pub struct Summary<'a> {
 }
 
 /// An event.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct EventSummary<'a> {
     kind: &'static str,
     subject: &'a str,
@@ -81,7 +88,7 @@ pub struct EventSummary<'a> {
 }
 
 /// What is wrong with an input.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct FaultSummary {
     kind: &'static str,
     policy: &'static str,
@@ -91,7 +98,7 @@ pub struct FaultSummary {
 }
 
 /// The model of the ground wrench.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct ModelSummary {
     name: &'static str,
     other: Option<&'static str>,
@@ -103,7 +110,7 @@ pub struct ModelSummary {
 }
 
 /// A payload whose mass was estimated.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct PayloadSummary<'a> {
     /// Place among the [[payload]] tables, from 1.
     payload: usize,
@@ -116,7 +123,7 @@ pub struct PayloadSummary<'a> {
 }
 
 /// The study of parametric uncertainty.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct MonteCarloSummary {
     draws: usize,
     /// Largest relative deviation of lengths, angles, masses and inertias.
@@ -130,7 +137,7 @@ pub struct MonteCarloSummary {
 }
 
 /// How the models differ on a wheel.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct DifferenceSummary {
     mean_n: f64,
     rms_n: f64,
@@ -139,7 +146,7 @@ pub struct DifferenceSummary {
 }
 
 /// The wheel that came nearest to lifting, and what its load answers to.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct SensitivitySummary {
     wheel: String,
     worst_ns: i64,
@@ -150,7 +157,7 @@ pub struct SensitivitySummary {
 }
 
 /// What a parameter does to a wheel's load.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct ParameterSummary {
     parameter: String,
     unit: &'static str,
@@ -162,7 +169,7 @@ pub struct ParameterSummary {
 }
 
 /// A wheel.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct WheelSummary {
     static_load_n: Option<f64>,
     min_load_limit_n: Option<f64>,
@@ -176,7 +183,7 @@ pub struct WheelSummary {
 }
 
 /// The machine.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct MachineSummary<'a> {
     name: &'a str,
     mass_kg: f64,
@@ -185,7 +192,7 @@ pub struct MachineSummary<'a> {
 }
 
 /// The rows.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct RowSummary {
     count: usize,
     valid: usize,
@@ -196,14 +203,14 @@ pub struct RowSummary {
 }
 
 /// The clocks.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct ClockSummary<'a> {
     findings: &'a [TopicsFinding],
     offsets: &'a ClockOffsets,
 }
 
 /// A signal.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct InputSummary<'a> {
     signal: &'static str,
     topic: &'a str,

@@ -6,10 +6,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 /// What was lost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LostPart {
     /// One chunk, or the rest of one.
@@ -23,7 +24,7 @@ pub enum LostPart {
 }
 
 /// A range of bytes whose messages are lost, and why.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct LostRange {
     /// The file.
     #[serde(serialize_with = "path_as_text")]
@@ -101,7 +102,7 @@ impl fmt::Display for LostRange {
 }
 
 /// What could be verified of the bytes that were read.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Integrity {
     /// At least one chunk carried a checksum.
     pub checksums_present: bool,
@@ -128,7 +129,7 @@ impl Integrity {
 ///
 /// Absent checksums and the [`notes`](Self::notes) are findings: they do not make a `Losses`
 /// count as loss.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Losses {
     /// Lost bytes, each range once, in the order of finding.
     pub ranges: Vec<LostRange>,

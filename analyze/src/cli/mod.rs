@@ -11,6 +11,8 @@ mod screen;
 
 use std::process::ExitCode;
 
+use crate::stdout::to_stdout;
+use crate::summary;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::analysis::Analysis;
@@ -52,6 +54,8 @@ enum Command {
     Recover(recover::RecoverArgs),
     /// Analyse a small log that comes with the program.
     Demo(demo::DemoArgs),
+    /// Print the JSON schema of `summary.json`.
+    Schema,
     /// Print the completion script of a shell.
     Completions {
         /// The shell.
@@ -94,6 +98,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::CheckMachine(args) => check_machine::run(args),
         Command::Recover(args) => recover::run(args, voice),
         Command::Demo(args) => demo::run(args, voice),
+        Command::Schema => to_stdout(&summary::json_schema()).map(|()| Verdict::Done),
         Command::Completions { shell } => {
             clap_complete::generate(
                 *shell,

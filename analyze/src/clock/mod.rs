@@ -13,6 +13,7 @@ mod network;
 mod pairs;
 pub mod words;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use self::delay::Delay;
@@ -28,7 +29,7 @@ const REAL_SIGMAS: f64 = 3.0;
 const LEAST_OFFSET_S: f64 = 0.005;
 
 /// Offsets between the topics of a log.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 pub struct ClockOffsets {
     /// The topic that the others are compared with; null where none can be.
     pub reference: Option<String>,
@@ -39,7 +40,7 @@ pub struct ClockOffsets {
 }
 
 /// By how much the stamps of a topic are wrong against the reference.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct TopicOffset {
     /// The topic.
     pub topic: String,
@@ -57,7 +58,7 @@ pub struct TopicOffset {
 }
 
 /// How late one topic is against another.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct PairOffset {
     /// The topic whose stamps may be late.
     pub topic: String,

@@ -1,5 +1,6 @@
 //! Clocks in plain words.
 
+use schemars::JsonSchema;
 use tipwatch_ingest::{ClockFinding, Treatment};
 
 use super::{ClockOffsets, PairOffset, TopicOffset};
@@ -32,7 +33,7 @@ pub(crate) fn findings<'a>(
 }
 
 /// Something odd about the clocks, and the topics that it is about.
-#[derive(Debug, Clone, serde::Serialize)]
+#[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 pub struct TopicsFinding {
     /// The topics.
     pub topics: Vec<String>,

@@ -1,5 +1,6 @@
 //! Puts the samples of a topic on the clock of its log.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
@@ -31,7 +32,7 @@ const DRIFT_SIGMAS: f64 = 5.0;
 const MOST_SCATTER_S: f64 = 0.1;
 
 /// What was done to the stamps of a topic.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct StampCorrection {
     /// Median of what was added, restarts aside.
     pub added_s: f64,

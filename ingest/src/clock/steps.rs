@@ -2,6 +2,7 @@
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{line::median, seconds_between, thinned::Thinned};
@@ -13,7 +14,7 @@ const GAP_PERIODS: f64 = 5.0;
 const MOST_GAPS: usize = 1000;
 
 /// A pause in a topic.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Gap {
     /// The last stamp before it.
     pub start_ns: i64,
@@ -22,7 +23,7 @@ pub struct Gap {
 }
 
 /// A step back of the stamps.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct BackwardStep {
     /// The stamp before it.
     pub from_ns: i64,

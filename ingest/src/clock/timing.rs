@@ -1,5 +1,6 @@
 //! How the stamps of a topic behave: rate, gaps, offset and drift against the log time.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
@@ -8,7 +9,7 @@ use super::{
 };
 
 /// By how much the header's stamps are ahead of the log time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct StampOffset {
     /// The smallest.
     pub min_s: f64,
@@ -27,7 +28,7 @@ pub struct StampOffset {
 }
 
 /// How the stamps of a topic behave. Periods and stamps are those of the chosen source.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct TopicTiming {
     /// Which time is used, and why.
     pub clock: StampDecision,
