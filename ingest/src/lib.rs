@@ -75,6 +75,7 @@ mod rosbag2_folder;
 mod rosbag2_metadata;
 mod rosbag2_sqlite;
 mod sensor;
+mod sensor_columns;
 mod sensor_recording;
 mod sensor_topics;
 mod static_frames;

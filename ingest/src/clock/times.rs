@@ -22,6 +22,23 @@ impl Times {
         self.log_ns.push(log_time_ns);
     }
 
+    /// Takes over the times of the messages that follow, and empties the other.
+    pub(crate) fn append(&mut self, next: &mut Self) {
+        self.header_ns.append(&mut next.header_ns);
+        self.publish_ns.append(&mut next.publish_ns);
+        self.log_ns.append(&mut next.log_ns);
+    }
+
+    /// Header stamp, publish time and log time of each message.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (Option<i64>, i64, i64)> {
+        let header = self.header_ns.iter().copied();
+        let header = header.map(|stamp| Some(stamp).filter(|&stamp| stamp != NO_STAMP));
+        let others = self.publish_ns.iter().zip(&self.log_ns);
+        header
+            .zip(others)
+            .map(|(header, (&publish, &log))| (header, publish, log))
+    }
+
     /// How many messages there are.
     pub fn len(&self) -> usize {
         self.log_ns.len()
