@@ -55,6 +55,7 @@ mod fields;
 mod file_bytes;
 mod first_messages;
 mod json;
+mod large_columns;
 mod layout;
 mod log;
 mod log_file;

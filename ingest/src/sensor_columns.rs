@@ -5,6 +5,7 @@ use crate::{
     binding::BindingError,
     clock::{Placed, TimeBase, Times, TopicStatistics},
     error::Error,
+    large_columns,
     log::Log,
     message::Message,
     number_decoder::{NumberDecoder, NumberSample},
@@ -162,17 +163,16 @@ impl Collector {
         }
     }
 
-    /// Makes room for the values of as many samples as the index counts, so that they need not be moved as
-    /// they grow. A damaged index counts anything: no more is reserved than such a file may hold.
+    /// Makes room for as many samples as the index counts, so that they need not be moved as they grow. A
+    /// damaged index counts anything: no more is reserved than such a file may hold.
     pub(crate) fn reserve(&mut self, log: &Log) -> Result<(), Error> {
         const LIKELY_MOST_RATIO: u64 = 16;
         let most = log.bytes().saturating_mul(LIKELY_MOST_RATIO) / size_of::<f64>() as u64;
         let messages = log.topic(self.topic)?.message_count.unwrap_or(0);
         let counted = messages.saturating_mul(self.width as u64).min(most);
-        // Without it they grow as they come.
-        let _ = self
-            .values
-            .try_reserve_exact(usize::try_from(counted).unwrap_or(0));
+        large_columns::reserve(&mut self.values, counted);
+        large_columns::reserve(&mut self.order, messages.min(most));
+        self.times.reserve(messages.min(most));
         Ok(())
     }
 
@@ -229,13 +229,15 @@ impl Collector {
             keep_where(&mut self.order, &keep, 1);
             keep_where(&mut self.values, &keep, self.width);
         }
+        let mut present_ns = Vec::with_capacity(log_times_ns.len());
+        present_ns.extend(stamps_ns.into_iter().flatten());
         SensorRecording {
             topic: self.topic,
             clock,
             correction,
             findings,
             time_base: time_base.clone(),
-            stamps_ns: stamps_ns.into_iter().flatten().collect(),
+            stamps_ns: present_ns,
             log_times_ns,
             values: self.values,
             width: self.width,

@@ -153,10 +153,38 @@ pub(crate) fn record(
         .collect();
     let own = TimeBase::of(log, &clocks);
     let time_base = time_base.unwrap_or(&own);
-    let recordings = (names.iter().zip(collectors))
-        .map(|(name, collector)| collector.finish(name, time_base))
-        .collect();
-    Ok((recordings, losses))
+    Ok((finish(&names, collectors, time_base), losses))
+}
+
+/// Puts all sensors on one clock, on as many threads as there are processors.
+fn finish(names: &[&str], sensors: Vec<Collector>, time_base: &TimeBase) -> Vec<SensorRecording> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut waiting: Vec<(usize, Collector)> = sensors.into_iter().enumerate().collect();
+    // The largest first, so that no thread is left alone with it at the end.
+    waiting.sort_by_key(|(_, sensor)| sensor.times.len());
+    let threads = threads.min(waiting.len());
+    let waiting = Mutex::new(waiting);
+    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
+    let work = || {
+        let mut done = Vec::new();
+        while let Some((place, sensor)) = next() {
+            done.push((place, sensor.finish(names[place], time_base)));
+        }
+        done
+    };
+    let mut done = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        let mut done = work();
+        for other in others {
+            match other.join() {
+                Ok(more) => done.extend(more),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        done
+    });
+    done.sort_by_key(|(place, _)| *place);
+    done.into_iter().map(|(_, recording)| recording).collect()
 }
 
 /// The samples of one chunk, which go to those of the log when its turn comes.
