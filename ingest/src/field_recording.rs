@@ -7,7 +7,8 @@ use crate::{
     log::Log,
     losses::Losses,
     number_decoder::{NumberField, NumberSample, SampleValue},
-    sensor_recording::{Collector, Decoder, record},
+    sensor_columns::{Collector, Decoder},
+    sensor_recording::record,
     topic::Topic,
 };
 

@@ -1,6 +1,7 @@
 //! A recording, opened for reading.
 
 use std::{
+    cell::Cell,
     collections::BTreeMap,
     fmt,
     ops::ControlFlow,
@@ -15,7 +16,7 @@ use crate::{
     log_file::LogFile,
     losses::Losses,
     message::Message,
-    reader::{self, Reader, Request},
+    reader::{self, Batch, Batches, Reader, Request},
     recognise::{self, Recording},
     topic::{Topic, TopicId, TopicTable},
 };
@@ -168,16 +169,40 @@ impl Log {
         visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
         progress: &mut dyn FnMut(u64),
     ) -> Result<Losses, Error> {
+        self.read_in_batches(wanted, visit, progress, None)
+    }
+
+    /// As [`read_with_progress`](Self::read_with_progress); if empty batches are to be had, most
+    /// messages go to them and not to `visit`.
+    pub(crate) fn read_in_batches(
+        &self,
+        wanted: &[TopicId],
+        visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(u64),
+        empty_batch: Option<&(dyn Fn() -> Box<dyn Batch> + Sync)>,
+    ) -> Result<Losses, Error> {
         let wanted = self.wanted_flags(wanted)?;
         if self.promised.is_empty() {
-            return Ok(self.read_files(&wanted, visit, progress)?.0);
+            let batches = empty_batch.map(|empty| Batches {
+                empty,
+                came: &|_, _| {},
+            });
+            return Ok(self.read_files(&wanted, visit, progress, batches)?.0);
         }
-        let mut seen = vec![0; self.topics.len()];
+        let seen = vec![Cell::new(0); self.topics.len()];
+        let count = |topic: TopicId, messages: u64| {
+            seen[topic.0].set(seen[topic.0].get() + messages);
+        };
         let mut count_and_visit = |message: &Message<'_>| {
-            seen[message.topic.0] += 1;
+            count(message.topic, 1);
             visit(message)
         };
-        let (mut losses, flow) = self.read_files(&wanted, &mut count_and_visit, progress)?;
+        let batches = empty_batch.map(|empty| Batches {
+            empty,
+            came: &count,
+        });
+        let (mut losses, flow) =
+            self.read_files(&wanted, &mut count_and_visit, progress, batches)?;
         if flow.is_continue() {
             self.report_missing(&wanted, &seen, &mut losses);
         }
@@ -189,6 +214,7 @@ impl Log {
         wanted: &[bool],
         visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
         progress: &mut dyn FnMut(u64),
+        batches: Option<Batches<'_>>,
     ) -> Result<(Losses, ControlFlow<()>), Error> {
         let mut losses = self.losses.clone();
         let mut bytes_before = 0;
@@ -199,6 +225,7 @@ impl Log {
                 progress: &mut *progress,
                 bytes_before,
                 losses: &mut losses,
+                batches,
             };
             if reader.read(&mut request)?.is_break() {
                 return Ok((losses, ControlFlow::Break(())));
@@ -210,13 +237,13 @@ impl Log {
     }
 
     /// Compares what came with what the recorder says it wrote.
-    fn report_missing(&self, wanted: &[bool], seen: &[u64], losses: &mut Losses) {
+    fn report_missing(&self, wanted: &[bool], seen: &[Cell<u64>], losses: &mut Losses) {
         for (name, &promised) in &self.promised {
             let of_name = || self.topics.iter().filter(|topic| topic.name == *name);
             if !of_name().all(|topic| wanted[topic.id.0]) || of_name().next().is_none() {
                 continue;
             }
-            let came: u64 = of_name().map(|topic| seen[topic.id.0]).sum();
+            let came: u64 = of_name().map(|topic| seen[topic.id.0].get()).sum();
             if promised > came {
                 losses.miss(name, promised - came);
             }

@@ -129,6 +129,19 @@ impl NumberDecoder {
         Ok(has_any)
     }
 
+    /// Takes over what another one found in the messages that follow, as if it had decoded them.
+    pub(crate) fn append(&mut self, next: &mut Self) {
+        if next.messages == 0 {
+            return;
+        }
+        self.messages += std::mem::take(&mut next.messages);
+        for (found, next) in self.was_found.iter_mut().zip(&mut next.was_found) {
+            *found |= std::mem::take(next);
+        }
+        // With the names of the last message.
+        std::mem::swap(&mut self.fields, &mut next.fields);
+    }
+
     /// An error if no message had one of the numbers.
     pub(crate) fn check_found(&self) -> Result<(), BindingError> {
         let of_field = self.values.iter().zip(&self.was_found);

@@ -53,6 +53,24 @@ pub(crate) struct Request<'r> {
     /// The size of the files before this one.
     pub(crate) bytes_before: u64,
     pub(crate) losses: &'r mut Losses,
+    /// If given, most messages go to batches and not to `visit`.
+    pub(crate) batches: Option<Batches<'r>>,
+}
+
+/// Messages that are taken in on any thread, all those of a chunk by one.
+pub(crate) trait Batch: Send {
+    /// Takes in a message.
+    fn take(&mut self, message: &Message<'_>);
+    /// Hands on what was taken in and empties the batch. Batches are delivered in the order of the
+    /// file, between the visits to single messages.
+    fn deliver(&mut self);
+}
+
+/// Where batches come from, and who is told how many messages came by them.
+#[derive(Clone, Copy)]
+pub(crate) struct Batches<'r> {
+    pub(crate) empty: &'r (dyn Fn() -> Box<dyn Batch> + Sync),
+    pub(crate) came: &'r dyn Fn(TopicId, u64),
 }
 
 impl Request<'_> {

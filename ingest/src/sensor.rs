@@ -196,19 +196,28 @@ impl SensorDecoder {
         sample.log_time_ns = message.log_time_ns;
         sample.publish_time_ns = message.publish_time_ns;
         sample.header_stamp_ns = None;
+        sample.header_stamp_ns = self.append_values(message, &mut sample.values)?;
+        Ok(())
+    }
+
+    /// Appends the values of one message, none after an error, and gives back its header's stamp.
+    pub(crate) fn append_values(
+        &mut self,
+        message: &Message<'_>,
+        values: &mut Vec<f64>,
+    ) -> Result<Option<i64>, DecodeError> {
         self.layout.decode(message.data, &mut self.fields)?;
-        sample.header_stamp_ns = self.stamp_ns();
         if self.frame_id.is_none() {
             let frame_id = String::from_utf8_lossy(self.fields.text(FRAME_ID));
             self.frame_id = Some(frame_id.trim_start_matches('/').to_owned());
         }
         match self.kind {
-            SensorKind::JointStates => self.joint_values(&mut sample.values),
-            SensorKind::Imu => self.imu_values(&mut sample.values),
-            SensorKind::Odometry => self.odometry_values(&mut sample.values),
-            SensorKind::ToolWrench => self.extend(&mut sample.values, FIRST, 6),
+            SensorKind::JointStates => self.joint_values(values),
+            SensorKind::Imu => self.imu_values(values),
+            SensorKind::Odometry => self.odometry_values(values),
+            SensorKind::ToolWrench => self.extend(values, FIRST, 6),
         }
-        Ok(())
+        Ok(self.stamp_ns())
     }
 
     /// The frame of the first decoded message, without a leading slash.

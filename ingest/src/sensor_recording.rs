@@ -1,22 +1,24 @@
 //! All samples of a log's sensors, each sensor a set of columns.
 
-use std::ops::ControlFlow;
+use std::{
+    ops::ControlFlow,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
 
 use crate::{
-    binary::DecodeError,
-    binding::BindingError,
     clock::{
-        ClockFinding, Placed, StampCorrection, StampDecision, TimeBase, Times, TopicStatistics,
-        Treatment,
+        ClockFinding, StampCorrection, StampDecision, TimeBase, Times, TopicStatistics, Treatment,
     },
     error::Error,
     log::Log,
     losses::Losses,
     merged_parts,
     message::Message,
-    number_decoder::{NumberDecoder, NumberSample},
-    sensor::{SensorDecoder, SensorKind, SensorSample},
-    topic::{Topic, TopicId},
+    number_decoder::NumberSample,
+    reader::Batch,
+    sensor::SensorKind,
+    sensor_columns::{Collector, Decoder, SensorColumns},
+    topic::TopicId,
 };
 
 /// A sensor whose samples are wanted.
@@ -51,7 +53,7 @@ pub struct SensorRecording {
     pub stamps_ns: Vec<i64>,
     /// When the recorder received each sample.
     pub log_times_ns: Vec<i64>,
-    /// The values, sample after sample: see [`SensorSample`].
+    /// The values, sample after sample: see [`SensorSample`](crate::SensorSample).
     pub values: Vec<f64>,
     /// How many values a sample has.
     pub width: usize,
@@ -84,7 +86,7 @@ pub fn record_sensors(
         let (kind, joints) = (request.kind, &request.joint_names);
         let decoder = match &request.numbers {
             Some(numbers) => Decoder::numbers(topic, numbers)?,
-            None => Decoder::Typed(Box::new(SensorDecoder::new(topic, kind, joints)?)),
+            None => Decoder::typed(topic, kind, joints)?,
         };
         let width = kind.value_count(joints.len());
         collectors.push(Collector::new(request.topic, decoder, width));
@@ -116,24 +118,20 @@ pub(crate) fn record(
     for collector in &mut collectors {
         collector.reserve(log)?;
     }
-    let mut sample = SensorSample::default();
-    let mut order = 0;
-    let mut losses = log.read_with_progress(
-        &topics,
-        &mut |message| {
-            let wanting = collectors.iter_mut().filter(|c| c.topic == message.topic);
-            for collector in wanting {
-                match collector.decoder.decode(message, &mut sample) {
-                    Ok(true) => collector.take(&sample, order),
-                    Ok(false) => collector.without_value += 1,
-                    Err(_) => collector.undecodable += 1,
-                }
-            }
-            order += 1;
-            ControlFlow::Continue(())
-        },
-        progress,
-    )?;
+    let columns = Arc::new(Mutex::new(SensorColumns::new(collectors)));
+    let prototype = lock(&columns).part();
+    let empty_batch = || -> Box<dyn Batch> {
+        Box::new(SensorBatch {
+            columns: prototype.part(),
+            target: Arc::clone(&columns),
+        })
+    };
+    let mut visit = |message: &Message<'_>| {
+        lock(&columns).take(message);
+        ControlFlow::Continue(())
+    };
+    let mut losses = log.read_in_batches(&topics, &mut visit, progress, Some(&empty_batch))?;
+    let collectors = lock(&columns).take_sensors();
     for (place, collector) in collectors.iter().enumerate() {
         collector.decoder.check_found()?;
         // a message that two collectors cannot decode is lost once
@@ -155,10 +153,59 @@ pub(crate) fn record(
         .collect();
     let own = TimeBase::of(log, &clocks);
     let time_base = time_base.unwrap_or(&own);
-    let recordings = (names.iter().zip(collectors))
-        .map(|(name, collector)| collector.finish(name, time_base))
-        .collect();
-    Ok((recordings, losses))
+    Ok((finish(&names, collectors, time_base), losses))
+}
+
+/// Puts all sensors on one clock, on as many threads as there are processors.
+fn finish(names: &[&str], sensors: Vec<Collector>, time_base: &TimeBase) -> Vec<SensorRecording> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut waiting: Vec<(usize, Collector)> = sensors.into_iter().enumerate().collect();
+    // The largest first, so that no thread is left alone with it at the end.
+    waiting.sort_by_key(|(_, sensor)| sensor.times.len());
+    let threads = threads.min(waiting.len());
+    let waiting = Mutex::new(waiting);
+    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
+    let work = || {
+        let mut done = Vec::new();
+        while let Some((place, sensor)) = next() {
+            done.push((place, sensor.finish(names[place], time_base)));
+        }
+        done
+    };
+    let mut done = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        let mut done = work();
+        for other in others {
+            match other.join() {
+                Ok(more) => done.extend(more),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        done
+    });
+    done.sort_by_key(|(place, _)| *place);
+    done.into_iter().map(|(_, recording)| recording).collect()
+}
+
+/// The samples of one chunk, which go to those of the log when its turn comes.
+struct SensorBatch {
+    columns: SensorColumns,
+    target: Arc<Mutex<SensorColumns>>,
+}
+
+impl Batch for SensorBatch {
+    fn take(&mut self, message: &Message<'_>) {
+        self.columns.take(message);
+    }
+
+    fn deliver(&mut self) {
+        lock(&self.target).append(&mut self.columns);
+    }
+}
+
+/// A thread that panicked with the lock ends the reading anyway.
+fn lock(columns: &Mutex<SensorColumns>) -> MutexGuard<'_, SensorColumns> {
+    columns.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Which sample of which recording arrived when: pairs of indices, sorted by log time, in file order
@@ -200,134 +247,4 @@ impl SensorRecording {
         let is_refusal = |finding: &&ClockFinding| finding.treatment == Treatment::Refused;
         self.findings.iter().find(is_refusal)
     }
-}
-
-/// Turns messages into samples, by their type or number by number.
-pub(crate) enum Decoder {
-    Typed(Box<SensorDecoder>),
-    Numbers(Box<NumberDecoder>),
-}
-
-impl Decoder {
-    pub(crate) fn numbers(topic: &Topic, sample: &NumberSample) -> Result<Self, BindingError> {
-        Ok(Self::Numbers(Box::new(NumberDecoder::new(topic, sample)?)))
-    }
-
-    /// Decodes one message; whether it has anything of the sample.
-    fn decode(
-        &mut self,
-        message: &Message<'_>,
-        sample: &mut SensorSample,
-    ) -> Result<bool, DecodeError> {
-        match self {
-            Self::Typed(decoder) => decoder.decode(message, sample).map(|()| true),
-            Self::Numbers(decoder) => decoder.decode(message, sample),
-        }
-    }
-
-    fn check_found(&self) -> Result<(), BindingError> {
-        match self {
-            Self::Typed(_) => Ok(()),
-            Self::Numbers(decoder) => decoder.check_found(),
-        }
-    }
-}
-
-/// Collects the samples of one sensor.
-pub(crate) struct Collector {
-    topic: TopicId,
-    decoder: Decoder,
-    times: Times,
-    order: Vec<u32>,
-    values: Vec<f64>,
-    width: usize,
-    statistics: TopicStatistics,
-    undecodable: u64,
-    without_value: u64,
-}
-
-impl Collector {
-    pub(crate) fn new(topic: TopicId, decoder: Decoder, width: usize) -> Self {
-        Self {
-            topic,
-            decoder,
-            times: Times::default(),
-            order: Vec::new(),
-            values: Vec::new(),
-            width,
-            statistics: TopicStatistics::default(),
-            undecodable: 0,
-            without_value: 0,
-        }
-    }
-
-    /// Makes room for the values of as many samples as the index counts, so that they need not be moved as
-    /// they grow. A damaged index counts anything: no more is reserved than such a file may hold.
-    fn reserve(&mut self, log: &Log) -> Result<(), Error> {
-        const LIKELY_MOST_RATIO: u64 = 16;
-        let most = log.bytes().saturating_mul(LIKELY_MOST_RATIO) / size_of::<f64>() as u64;
-        let messages = log.topic(self.topic)?.message_count.unwrap_or(0);
-        let counted = messages.saturating_mul(self.width as u64).min(most);
-        // Without it they grow as they come.
-        let _ = self
-            .values
-            .try_reserve_exact(usize::try_from(counted).unwrap_or(0));
-        Ok(())
-    }
-
-    fn take(&mut self, sample: &SensorSample, order: u32) {
-        if sample.values.len() != self.width {
-            self.undecodable += 1;
-            return;
-        }
-        let (publish, log) = (sample.publish_time_ns, sample.log_time_ns);
-        self.times.push(sample.header_stamp_ns, publish, log);
-        self.statistics.push(sample.header_stamp_ns, publish, log);
-        self.order.push(order);
-        self.values.extend_from_slice(&sample.values);
-    }
-
-    /// Puts the samples on the clock of the log and leaves out what has no stamp of it.
-    fn finish(mut self, name: &str, time_base: &TimeBase) -> SensorRecording {
-        let Placed {
-            mut stamps_ns,
-            clock,
-            correction,
-            findings,
-        } = time_base.place(name, &self.times, &self.statistics);
-        let mut log_times_ns = self.times.into_log_ns();
-        let unstamped = stamps_ns.iter().filter(|stamp| stamp.is_none()).count();
-        if unstamped > 0 {
-            let keep: Vec<bool> = stamps_ns.iter().map(Option::is_some).collect();
-            keep_where(&mut stamps_ns, &keep, 1);
-            keep_where(&mut log_times_ns, &keep, 1);
-            keep_where(&mut self.order, &keep, 1);
-            keep_where(&mut self.values, &keep, self.width);
-        }
-        SensorRecording {
-            topic: self.topic,
-            clock,
-            correction,
-            findings,
-            time_base: time_base.clone(),
-            stamps_ns: stamps_ns.into_iter().flatten().collect(),
-            log_times_ns,
-            values: self.values,
-            width: self.width,
-            statistics: self.statistics,
-            undecodable: self.undecodable,
-            unstamped: unstamped as u64,
-            without_value: self.without_value,
-            order: self.order,
-        }
-    }
-}
-
-/// Keeps the groups of `width` elements for which `keep` holds.
-fn keep_where<T>(elements: &mut Vec<T>, keep: &[bool], width: usize) {
-    let mut index = 0;
-    elements.retain(|_| {
-        index += 1;
-        keep[(index - 1) / width]
-    });
 }

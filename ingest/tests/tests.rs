@@ -6,6 +6,7 @@
 mod support; // CDR messages and logs made in memory
 
 mod bags; // bags of ROS 1
+mod batches; // several threads find what one finds
 mod binding; // which topic carries a signal
 mod clocks; // all topics of a log on one clock
 mod damage; // nothing panics, everything intact comes out

@@ -1,7 +1,7 @@
 //! The clock that most topics share, and how it goes with the log time.
 
 use super::{
-    line::{Line, median_ns},
+    line::{Line, few, median_ns},
     seconds_between,
 };
 
@@ -21,18 +21,26 @@ pub(super) struct Clock {
     pub(super) line: Line,
     /// The first and the last log time.
     pub(super) log_span_ns: (i64, i64),
+    /// Log times and offsets of a few messages: those that the line goes through.
+    pub(super) points: Vec<(i64, i64)>,
 }
 
 impl Clock {
     /// From the stamps of a topic; `None` without any.
-    pub(super) fn of(stamps: &[Option<i64>], log_ns: &[i64]) -> Option<(Self, Vec<(i64, i64)>)> {
-        let points: Vec<(i64, i64)> = (stamps.iter().zip(log_ns))
-            .filter_map(|(stamp, &log)| Some((log, (*stamp)?.saturating_sub(log))))
-            .collect();
-        let line = Line::through(&points)?;
-        let logs = || points.iter().map(|point| point.0);
-        let log_span_ns = (logs().min()?, logs().max()?);
-        Some((Self { line, log_span_ns }, points))
+    pub(super) fn of(
+        stamps: impl Iterator<Item = Option<i64>> + Clone,
+        log_ns: &[i64],
+    ) -> Option<Self> {
+        let all = offsets(stamps, log_ns);
+        let points = few(all.clone());
+        let line = Line::through(points.iter().copied())?;
+        let extremes = |(least, largest): (i64, i64), (log, _)| (least.min(log), largest.max(log));
+        let log_span_ns = all.fold((i64::MAX, i64::MIN), extremes);
+        Some(Self {
+            line,
+            log_span_ns,
+            points,
+        })
     }
 
     /// By how much it is ahead of another one, in the middle of the time that both were recorded in (ns).
@@ -51,6 +59,16 @@ impl Clock {
         let sigma = self.line.slope_sigma.hypot(other.line.slope_sigma);
         (self.line.slope - other.line.slope).abs() <= ONE_PACE + 5.0 * sigma
     }
+}
+
+/// Log time of each message that has a stamp, and by how much the stamp is ahead of it (ns).
+pub(super) fn offsets(
+    stamps: impl Iterator<Item = Option<i64>> + Clone,
+    log_ns: &[i64],
+) -> impl Iterator<Item = (i64, i64)> + Clone {
+    stamps
+        .zip(log_ns)
+        .filter_map(|(stamp, &log)| Some((log, stamp?.saturating_sub(log))))
 }
 
 /// The clock that most others are one with; among those the one whose pace most have, or that goes

@@ -37,7 +37,7 @@ impl Line {
     };
 
     /// Through points (time, offset), in nanoseconds; `None` without any.
-    pub(super) fn through(points: &[(i64, i64)]) -> Option<Self> {
+    pub(super) fn through(points: impl Iterator<Item = (i64, i64)> + Clone) -> Option<Self> {
         let points = few(points);
         let (&(first, _), &(last, _)) = (points.first()?, points.last()?);
         let mut offsets: Vec<i64> = points.iter().map(|point| point.1).collect();
@@ -86,12 +86,17 @@ fn median_slope(points: &[(f64, f64)]) -> Option<f64> {
     median(&mut slopes)
 }
 
-/// Evenly chosen points.
-fn few(points: &[(i64, i64)]) -> Vec<(i64, i64)> {
-    let count = points.len().min(MOST_POINTS);
-    let last = points.len().saturating_sub(1);
-    (0..count)
-        .map(|i| points[i * last / count.saturating_sub(1).max(1)])
+/// Evenly chosen points: as many as make a line.
+pub(super) fn few(points: impl Iterator<Item = (i64, i64)> + Clone) -> Vec<(i64, i64)> {
+    let all = points.clone().count();
+    let count = all.min(MOST_POINTS);
+    let mut chosen = (0..count)
+        .map(|i| i * all.saturating_sub(1) / count.saturating_sub(1).max(1))
+        .peekable();
+    points
+        .enumerate()
+        .filter(|(index, _)| chosen.next_if_eq(index).is_some())
+        .map(|(_, point)| point)
         .collect()
 }
 
@@ -127,7 +132,7 @@ mod tests {
                 (time, -3_000_000 + i * 500 - (i * 7919) % 1_000_000 + wild)
             })
             .collect();
-        let line = Line::through(&points).unwrap();
+        let line = Line::through(points.into_iter()).unwrap();
         assert!((line.slope - 50e-6).abs() < 2e-6, "{line:?}");
         let error = line.at(start + 25_000_000_000) + 3_000_000 - 1_250_000 + 400_000;
         assert!(error.abs() < 300_000, "{error}");
@@ -136,8 +141,8 @@ mod tests {
 
     #[test]
     fn one_point_is_a_line_without_slope() {
-        let line = Line::through(&[(5, 7)]).unwrap();
+        let line = Line::through([(5, 7)].into_iter()).unwrap();
         assert_eq!((line.at(0), line.at(i64::MAX), line.slope), (7, 7, 0.0));
-        assert_eq!(Line::through(&[]), None);
+        assert_eq!(Line::through(std::iter::empty()), None);
     }
 }

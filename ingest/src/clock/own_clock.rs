@@ -4,21 +4,21 @@ use super::{
     restarts::{self, MOST_RESTARTS, Restart},
     stamp::{StampDecision, StampSource},
     statistics::TopicStatistics,
-    times::Times,
+    times::{Stamps, Times},
 };
 use crate::log::Format;
 
 /// Which time a topic goes by, and where its clock starts again.
-pub(super) struct OwnClock {
+pub(super) struct OwnClock<'t> {
     pub(super) decision: StampDecision,
     /// The stamps as they stand in the log.
-    pub(super) stamps: Vec<Option<i64>>,
+    pub(super) stamps: Stamps<'t>,
     pub(super) restarts: Vec<Restart>,
 }
 
-impl OwnClock {
+impl<'t> OwnClock<'t> {
     pub(super) fn of(
-        times: &Times,
+        times: &'t Times,
         statistics: &TopicStatistics,
         without_publish: Option<Format>,
     ) -> Self {
@@ -43,12 +43,12 @@ impl OwnClock {
         other
     }
 
-    fn by(decision: StampDecision, times: &Times) -> Self {
+    fn by(decision: StampDecision, times: &'t Times) -> Self {
         let stamps = times.by(decision.source);
         let restarts = match decision.source {
             // nothing tells of a restart of the recorder's clock
             StampSource::Log => Vec::new(),
-            StampSource::Header | StampSource::Publish => restarts::find(&stamps, times),
+            StampSource::Header | StampSource::Publish => restarts::find(stamps, times.log_ns()),
         };
         Self {
             decision,

@@ -10,7 +10,7 @@ use super::{
     line::{Line, SIGMA_BY_MAD, median_ns},
     odd,
     own_clock::OwnClock,
-    restarts::pauses,
+    restarts::add_pauses,
     seconds_between,
     stamp::{StampDecision, StampSource},
     statistics::TopicStatistics,
@@ -64,7 +64,7 @@ impl TimeBase {
     pub fn place(&self, name: &str, times: &Times, statistics: &TopicStatistics) -> Placed {
         let own = OwnClock::of(times, statistics, self.without_publish);
         let mut placed = Placed {
-            stamps_ns: self.unrolled(&own),
+            stamps_ns: self.unrolled(&own).collect(),
             correction: StampCorrection {
                 restarts: own.restarts.len(),
                 ..StampCorrection::default()
@@ -76,31 +76,25 @@ impl TimeBase {
         if source > self.source {
             self.place_worse_time(&mut placed, times);
         } else if source != StampSource::Log {
-            leave_out_impossible(&mut placed, times);
-            if self.anchor() != Some(name) {
-                self.place_own_clock(&mut placed, times);
+            let clock = leave_out_impossible(&mut placed, times);
+            if let Some(clock) = clock.filter(|_| self.anchor() != Some(name)) {
+                self.place_own_clock(&mut placed, times, &clock);
             }
         } else if !times.is_empty() {
             placed.findings.push(odd::only_log_times(&placed.clock));
         }
         placed.findings.extend(self.findings.iter().cloned());
-        let pauses = pauses(&own.restarts, &self.restarts, times.log_ns());
-        for (stamp, pause) in placed.stamps_ns.iter_mut().zip(pauses) {
-            *stamp = stamp.map(|stamp| stamp.saturating_add(pause));
-        }
+        let stamps_ns = &mut placed.stamps_ns;
+        add_pauses(stamps_ns, &own.restarts, &self.restarts, times.log_ns());
         placed
     }
 
     /// The topic has stamps of some clock: this one, or another.
-    fn place_own_clock(&self, placed: &mut Placed, times: &Times) {
+    fn place_own_clock(&self, placed: &mut Placed, times: &Times, clock: &Clock) {
         let log_ns = times.log_ns();
-        let Some((clock, points)) = Clock::of(&placed.stamps_ns, log_ns) else {
-            return;
-        };
-        let apart: Vec<(i64, i64)> = (points.iter())
-            .map(|&(log, offset)| (log, offset.saturating_sub(self.map.at(log))))
-            .collect();
-        let Some(line) = Line::through(&apart) else {
+        let points = &clock.points;
+        let apart = |&(log, offset): &(i64, i64)| (log, offset.saturating_sub(self.map.at(log)));
+        let Some(line) = Line::through(points.iter().map(apart)) else {
             return;
         };
         let (from, to) = clock.log_span_ns;
@@ -151,7 +145,7 @@ impl TimeBase {
         };
         let mut added = Vec::with_capacity(times.len());
         for (index, &log) in times.log_ns().iter().enumerate() {
-            let publish = times.at(index, StampSource::Publish);
+            let publish = times.by(StampSource::Publish).at(index);
             let (time, offset) = match (by_publish, publish) {
                 (Some(line), Some(publish)) => (publish, line.at(publish)),
                 _ => (log, self.map.at(log)),
@@ -195,11 +189,9 @@ fn why_log_times_do_not_tell(line: &Line, is_constant: bool) -> Option<String> {
     })
 }
 
-/// Leaves out single stamps that are far from all others.
-fn leave_out_impossible(placed: &mut Placed, times: &Times) {
-    let Some((clock, _)) = Clock::of(&placed.stamps_ns, times.log_ns()) else {
-        return;
-    };
+/// Leaves out single stamps that are far from all others, and gives back the clock of those that stay.
+fn leave_out_impossible(placed: &mut Placed, times: &Times) -> Option<Clock> {
+    let clock = Clock::of(placed.stamps_ns.iter().copied(), times.log_ns())?;
     let mut worst_ns = 0;
     let mut count = 0;
     for (stamp, &log) in placed.stamps_ns.iter_mut().zip(times.log_ns()) {
@@ -213,15 +205,17 @@ fn leave_out_impossible(placed: &mut Placed, times: &Times) {
             }
         }
     }
-    if count > 0 {
-        let seen = format!(
-            "{count} stamps are more than an hour from where the log times put them, the worst by {:.0} s",
-            worst_ns as f64 / NS_PER_S
-        );
-        let done = "those messages are left out";
-        let kind = Kind::ImpossibleStamps;
-        placed
-            .findings
-            .push(ClockFinding::handled(kind, seen, done));
+    if count == 0 {
+        return Some(clock);
     }
+    let seen = format!(
+        "{count} stamps are more than an hour from where the log times put them, the worst by {:.0} s",
+        worst_ns as f64 / NS_PER_S
+    );
+    let done = "those messages are left out";
+    let kind = Kind::ImpossibleStamps;
+    placed
+        .findings
+        .push(ClockFinding::handled(kind, seen, done));
+    Clock::of(placed.stamps_ns.iter().copied(), times.log_ns())
 }

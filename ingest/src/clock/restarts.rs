@@ -2,7 +2,7 @@
 
 use super::{
     line::{Line, median_ns},
-    times::Times,
+    times::{Stamps, Times},
 };
 
 /// A clock that falls back by less has not started again (ns).
@@ -43,26 +43,24 @@ pub(super) struct CommonRestart {
 }
 
 /// Where the clock that these stamps are of starts again.
-pub(super) fn find(stamps: &[Option<i64>], times: &Times) -> Vec<Restart> {
-    let log_ns = times.log_ns();
-    let present: Vec<(usize, i64)> = (stamps.iter().enumerate())
-        .filter_map(|(index, stamp)| Some((index, (*stamp)?)))
-        .collect();
+pub(super) fn find(stamps: Stamps<'_>, log_ns: &[i64]) -> Vec<Restart> {
+    let mut present = (stamps.iter().enumerate())
+        .filter_map(|(index, stamp)| Some((index, stamp?)))
+        .peekable();
     let mut restarts = Vec::new();
-    let Some(&(first, mut highest)) = present.first() else {
+    let Some(&(first, mut highest)) = present.peek() else {
         return restarts;
     };
     let mut log_before = log_ns[first];
-    for (place, &(index, stamp)) in present.iter().enumerate() {
+    for (index, stamp) in present {
         let leap_ns = stamp.saturating_sub(highest);
         let log_step = log_ns[index].saturating_sub(log_before);
         let is_set = leap_ns.saturating_sub(log_step) > LEAST_LEAP_NS;
         if is_set || leap_ns < -LEAST_FALL_NS {
             // a single bad stamp is followed by one that is back where the clock was
-            let follows =
-                |&(_, next): &(usize, i64)| next.abs_diff(stamp) < leap_ns.unsigned_abs() / 2;
-            let next = present.get(place + 1..=place + CONFIRMING);
-            if !next.is_some_and(|next| next.iter().all(follows)) {
+            let follows = |next: &i64| next.abs_diff(stamp) < leap_ns.unsigned_abs() / 2;
+            let next = stamps.from(index + 1).iter().flatten().take(CONFIRMING);
+            if next.filter(follows).count() < CONFIRMING {
                 continue;
             }
             restarts.push(Restart {
@@ -80,7 +78,7 @@ pub(super) fn find(stamps: &[Option<i64>], times: &Times) -> Vec<Restart> {
     restarts
 }
 
-fn add_shifts(restarts: &mut [Restart], stamps: &[Option<i64>], log_ns: &[i64]) {
+fn add_shifts(restarts: &mut [Restart], stamps: Stamps<'_>, log_ns: &[i64]) {
     if restarts.is_empty() || restarts.len() > MOST_RESTARTS {
         return;
     }
@@ -90,11 +88,11 @@ fn add_shifts(restarts: &mut [Restart], stamps: &[Option<i64>], log_ns: &[i64]) 
         .collect();
     let offsets = |from: usize, to: usize| -> Vec<(i64, i64)> {
         (from..to)
-            .filter_map(|i| Some((log_ns[i], stamps[i]?.saturating_sub(log_ns[i]))))
+            .filter_map(|i| Some((log_ns[i], stamps.at(i)?.saturating_sub(log_ns[i]))))
             .collect()
     };
     let longest = bounds.windows(2).max_by_key(|run| run[1] - run[0]);
-    let pace = longest.and_then(|run| Line::through(&offsets(run[0], run[1])));
+    let pace = longest.and_then(|run| Line::through(offsets(run[0], run[1]).into_iter()));
     let slope = pace.map_or(0.0, |line| line.slope);
     for (run, restart) in restarts.iter_mut().enumerate() {
         // offset of each message as it would be at the restart, were the clock to go on
@@ -143,12 +141,12 @@ pub(super) fn in_common(topics: &[(&[Restart], &Times)]) -> Vec<CommonRestart> {
 }
 
 /// Adds to each stamp the shifts of the restarts before it: the common ones where they are.
-pub(super) fn unrolled(
-    stamps: &[Option<i64>],
-    restarts: &[Restart],
-    common: &[CommonRestart],
-) -> Vec<Option<i64>> {
-    let shift_of = |restart: &Restart| {
+pub(super) fn unrolled<'a>(
+    stamps: Stamps<'a>,
+    restarts: &'a [Restart],
+    common: &'a [CommonRestart],
+) -> impl Iterator<Item = Option<i64>> + Clone + 'a {
+    let shift_of = move |restart: &Restart| {
         let nearest = common
             .iter()
             .min_by_key(|c| c.log_time_ns.abs_diff(restart.log_time_ns));
@@ -158,22 +156,30 @@ pub(super) fn unrolled(
     };
     let mut restarts = restarts.iter().peekable();
     let mut shift = 0_i64;
-    let add = |(index, stamp): (usize, &Option<i64>)| {
+    let add = move |(index, stamp): (usize, Option<i64>)| {
         while restarts.next_if(|r| r.index <= index).is_some_and(|r| {
             shift = shift.saturating_add(shift_of(r));
             true
         }) {}
         stamp.map(|stamp| stamp.saturating_add(shift))
     };
-    stamps.iter().enumerate().map(add).collect()
+    stamps.iter().enumerate().map(add)
 }
 
-/// The pauses that stand before each message: one for each restart of the whole log.
-pub(super) fn pauses(restarts: &[Restart], common: &[CommonRestart], log_ns: &[i64]) -> Vec<i64> {
+/// Adds the pauses that stand before each message: one for each restart of the whole log.
+pub(super) fn add_pauses(
+    stamps_ns: &mut [Option<i64>],
+    restarts: &[Restart],
+    common: &[CommonRestart],
+    log_ns: &[i64],
+) {
     let whole: Vec<i64> = (common.iter())
         .filter(|restart| restart.is_whole)
         .map(|restart| restart.log_time_ns)
         .collect();
+    if whole.is_empty() {
+        return;
+    }
     // a topic's own restart tells exactly which messages are after it, the log time within a while
     let starts: Vec<(i64, Option<usize>)> = (whole.iter())
         .map(|&time| {
@@ -181,12 +187,14 @@ pub(super) fn pauses(restarts: &[Restart], common: &[CommonRestart], log_ns: &[i
             (time, restarts.iter().find(near).map(|r| r.index))
         })
         .collect();
-    let count = |(index, &log): (usize, &i64)| {
+    let pauses = |index: usize, log: i64| {
         let is_after = |(time, own): &&(i64, Option<usize>)| match own {
             Some(own) => index >= *own,
             None => log >= *time,
         };
         starts.iter().filter(is_after).count() as i64 * PAUSE_NS
     };
-    log_ns.iter().enumerate().map(count).collect()
+    for (index, (stamp, &log)) in stamps_ns.iter_mut().zip(log_ns).enumerate() {
+        *stamp = stamp.map(|stamp| stamp.saturating_add(pauses(index, log)));
+    }
 }

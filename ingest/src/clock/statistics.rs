@@ -21,9 +21,11 @@ pub struct TopicStatistics {
     stamped: usize,
     /// Header stamps that are no dates from 1990 to 2100.
     not_dates: usize,
+    /// Whether a publish time is not the log time.
     publish_is_apart: bool,
     publish_is_set: bool,
     header: Steps,
+    /// Of the publish times, once they are apart; before that they are those of the log times.
     publish: Steps,
     log: Steps,
     /// Log time and header stamp of some messages.
@@ -36,9 +38,14 @@ impl TopicStatistics {
     /// Takes note of one message. A header stamp of zero is none.
     pub fn push(&mut self, header_stamp_ns: Option<i64>, publish_time_ns: i64, log_time_ns: i64) {
         self.messages += 1;
+        if publish_time_ns != log_time_ns && !self.publish_is_apart {
+            self.publish_is_apart = true;
+            self.publish = self.log.clone();
+        }
+        if self.publish_is_apart {
+            self.publish.push(publish_time_ns, log_time_ns);
+        }
         self.log.push(log_time_ns, log_time_ns);
-        self.publish.push(publish_time_ns, log_time_ns);
-        self.publish_is_apart |= publish_time_ns != log_time_ns;
         self.publish_is_set |= publish_time_ns != 0;
         let Some(stamp) = header_stamp_ns.filter(|&stamp| stamp != 0) else {
             return;
@@ -69,7 +76,7 @@ impl TopicStatistics {
             stamped: self.stamped,
             header_changes: self.header.changes,
             publish_is_apart: self.has_publish_times(),
-            publish_changes: self.publish.changes,
+            publish_changes: self.steps(StampSource::Publish).changes,
             without_publish,
         }
         .decide()
@@ -88,8 +95,8 @@ impl TopicStatistics {
     pub(super) fn steps(&self, source: StampSource) -> &Steps {
         match source {
             StampSource::Header => &self.header,
-            StampSource::Publish => &self.publish,
-            StampSource::Log => &self.log,
+            StampSource::Publish if self.publish_is_apart => &self.publish,
+            StampSource::Publish | StampSource::Log => &self.log,
         }
     }
 
@@ -122,10 +129,8 @@ impl TopicStatistics {
     fn header_minus_log(&self) -> Option<StampOffset> {
         let (least, largest) = self.header_minus_log_ns?;
         let pairs = self.pairs.values();
-        let offsets: Vec<(i64, i64)> = (pairs.iter())
-            .map(|&(log, stamp)| (log, stamp.saturating_sub(log)))
-            .collect();
-        let line = Line::through(&offsets)?;
+        let offsets = (pairs.iter()).map(|&(log, stamp)| (log, stamp.saturating_sub(log)));
+        let line = Line::through(offsets)?;
         let mut offsets_s: Vec<f64> = (pairs.iter())
             .map(|&(log, stamp)| seconds_between(log, stamp))
             .collect();

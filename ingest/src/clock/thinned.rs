@@ -7,6 +7,7 @@ const CAPACITY: usize = 4096;
 #[derive(Debug, Clone)]
 pub(super) struct Thinned<T> {
     values: Vec<T>,
+    /// A power of two.
     stride: u64,
     seen: u64,
 }
@@ -22,8 +23,9 @@ impl<T> Default for Thinned<T> {
 }
 
 impl<T> Thinned<T> {
+    #[inline]
     pub(super) fn push(&mut self, value: T) {
-        if self.seen.is_multiple_of(self.stride) {
+        if self.is_turn() {
             if self.values.len() == CAPACITY {
                 let mut index = 0;
                 self.values.retain(|_| {
@@ -32,11 +34,16 @@ impl<T> Thinned<T> {
                 });
                 self.stride *= 2;
             }
-            if self.seen.is_multiple_of(self.stride) {
+            if self.is_turn() {
                 self.values.push(value);
             }
         }
         self.seen += 1;
+    }
+
+    #[inline]
+    fn is_turn(&self) -> bool {
+        self.seen & (self.stride - 1) == 0
     }
 
     pub(super) fn values(&self) -> &[T] {

@@ -59,36 +59,45 @@ impl TimeBase {
         base
     }
 
-    fn find_anchor(&mut self, topics: &[(&str, &Times, &TopicStatistics)], clocks: &[OwnClock]) {
+    fn find_anchor(
+        &mut self,
+        topics: &[(&str, &Times, &TopicStatistics)],
+        clocks: &[OwnClock<'_>],
+    ) {
         for source in [StampSource::Header, StampSource::Publish] {
             let found: Vec<(usize, Clock)> = (clocks.iter().enumerate())
                 .filter(|(_, clock)| clock.decision.source == source)
                 .filter_map(|(topic, clock)| {
-                    let stamps = self.unrolled(clock);
-                    Some((topic, Clock::of(&stamps, topics[topic].1.log_ns())?.0))
+                    let log_ns = topics[topic].1.log_ns();
+                    Some((topic, Clock::of(self.unrolled(clock), log_ns)?))
                 })
                 .collect();
             let Some(topic) = anchor::choose(&found) else {
                 continue;
             };
             let (name, times, statistics) = topics[topic];
-            let stamps = self.unrolled(&clocks[topic]);
-            let Some((clock, points)) = Clock::of(&stamps, times.log_ns()) else {
+            let stamps = || self.unrolled(&clocks[topic]);
+            let Some(clock) = Clock::of(stamps(), times.log_ns()) else {
                 continue;
             };
+            let points = anchor::offsets(stamps(), times.log_ns()).collect();
+            let map = LogMap::through(clock.line, points);
+            let tells_publish = source == StampSource::Header && statistics.has_publish_times();
+            let from_publish = tells_publish.then(|| line_from_publish(stamps(), times));
             self.source = source;
             self.anchor = Some(name.to_owned());
-            self.map = LogMap::through(clock.line, points);
-            if source == StampSource::Header && statistics.has_publish_times() {
-                self.from_publish = line_from_publish(&stamps, times);
-            }
+            self.map = map;
+            self.from_publish = from_publish.flatten();
             return;
         }
     }
 
     /// The stamps of a topic as if its clock had never started again.
-    pub(super) fn unrolled(&self, clock: &OwnClock) -> Vec<Option<i64>> {
-        restarts::unrolled(&clock.stamps, &clock.restarts, &self.restarts)
+    pub(super) fn unrolled<'a>(
+        &'a self,
+        clock: &'a OwnClock<'_>,
+    ) -> impl Iterator<Item = Option<i64>> + Clone + 'a {
+        restarts::unrolled(clock.stamps, &clock.restarts, &self.restarts)
     }
 
     /// Which of the messages' times it is.
@@ -102,14 +111,15 @@ impl TimeBase {
     }
 }
 
-fn line_from_publish(stamps: &[Option<i64>], times: &Times) -> Option<Line> {
-    let points: Vec<(i64, i64)> = (stamps.iter().enumerate())
-        .filter_map(|(index, stamp)| {
-            let publish = times.at(index, StampSource::Publish)?;
-            Some((publish, (*stamp)?.saturating_sub(publish)))
-        })
-        .collect();
-    Line::through(&points)
+fn line_from_publish(
+    stamps: impl Iterator<Item = Option<i64>> + Clone,
+    times: &Times,
+) -> Option<Line> {
+    let both = stamps.zip(times.by(StampSource::Publish).iter());
+    Line::through(both.filter_map(|(stamp, publish)| {
+        let publish = publish?;
+        Some((publish, stamp?.saturating_sub(publish)))
+    }))
 }
 
 /// The name of the topic on which a simulation tells its time.

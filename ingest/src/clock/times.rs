@@ -1,6 +1,7 @@
 //! The times of all messages of a topic.
 
 use super::stamp::StampSource;
+use crate::large_columns;
 
 /// Stands for a header without a stamp. No clock shows it: it is 292 years before its zero.
 const NO_STAMP: i64 = i64::MIN;
@@ -9,17 +10,55 @@ const NO_STAMP: i64 = i64::MIN;
 #[derive(Debug, Clone, Default)]
 pub struct Times {
     header_ns: Vec<i64>,
+    /// Empty as long as they are the log times.
     publish_ns: Vec<i64>,
     log_ns: Vec<i64>,
 }
 
 impl Times {
+    /// Makes room for as many messages, if there is so much memory.
+    pub(crate) fn reserve(&mut self, messages: u64) {
+        large_columns::reserve(&mut self.header_ns, messages);
+        large_columns::reserve(&mut self.log_ns, messages);
+    }
+
     /// Adds a message. A header stamp of zero is none.
+    #[inline]
     pub fn push(&mut self, header_stamp_ns: Option<i64>, publish_time_ns: i64, log_time_ns: i64) {
         let stamp = header_stamp_ns.filter(|&stamp| stamp != 0);
         self.header_ns.push(stamp.unwrap_or(NO_STAMP));
-        self.publish_ns.push(publish_time_ns);
+        if publish_time_ns != log_time_ns || !self.publish_ns.is_empty() {
+            self.separate_publish();
+            self.publish_ns.push(publish_time_ns);
+        }
         self.log_ns.push(log_time_ns);
+    }
+
+    /// From now on publish times are kept, which so far were the log times.
+    fn separate_publish(&mut self) {
+        if self.publish_ns.is_empty() {
+            self.publish_ns.extend_from_slice(&self.log_ns);
+        }
+    }
+
+    /// Takes over the times of the messages that follow, and empties the other.
+    pub(crate) fn append(&mut self, next: &mut Self) {
+        if !self.publish_ns.is_empty() || !next.publish_ns.is_empty() {
+            self.separate_publish();
+            self.publish_ns.extend_from_slice(next.publish_ns());
+            next.publish_ns.clear();
+        }
+        self.header_ns.append(&mut next.header_ns);
+        self.log_ns.append(&mut next.log_ns);
+    }
+
+    /// Header stamp, publish time and log time of each message.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (Option<i64>, i64, i64)> {
+        let others = self.publish_ns().iter().zip(&self.log_ns);
+        let header = self.by(StampSource::Header).iter();
+        header
+            .zip(others)
+            .map(|(header, (&publish, &log))| (header, publish, log))
     }
 
     /// How many messages there are.
@@ -42,24 +81,50 @@ impl Times {
         self.log_ns
     }
 
-    /// The time of each message by one of its clocks (ns).
-    pub(super) fn by(&self, source: StampSource) -> Vec<Option<i64>> {
-        let times = match source {
-            StampSource::Header => &self.header_ns,
-            StampSource::Publish => &self.publish_ns,
-            StampSource::Log => &self.log_ns,
-        };
-        let stamp = |&time: &i64| Some(time).filter(|&time| time != NO_STAMP);
-        times.iter().map(stamp).collect()
+    fn publish_ns(&self) -> &[i64] {
+        match self.publish_ns.is_empty() {
+            true => &self.log_ns,
+            false => &self.publish_ns,
+        }
     }
 
-    /// The time of a message by one of its clocks (ns).
-    pub(super) fn at(&self, index: usize, source: StampSource) -> Option<i64> {
-        let time = match source {
-            StampSource::Header => self.header_ns[index],
-            StampSource::Publish => self.publish_ns[index],
-            StampSource::Log => self.log_ns[index],
-        };
-        Some(time).filter(|&time| time != NO_STAMP)
+    /// The time of each message by one of its clocks.
+    pub(super) fn by(&self, source: StampSource) -> Stamps<'_> {
+        Stamps(match source {
+            StampSource::Header => &self.header_ns,
+            StampSource::Publish => self.publish_ns(),
+            StampSource::Log => &self.log_ns,
+        })
     }
+}
+
+/// The stamps of all messages of a topic by one clock (ns); those that have none are among them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stamps<'t>(&'t [i64]);
+
+impl<'t> Stamps<'t> {
+    pub(super) fn len(self) -> usize {
+        self.0.len()
+    }
+
+    /// That of one message.
+    #[inline]
+    pub(super) fn at(self, index: usize) -> Option<i64> {
+        present(self.0[index])
+    }
+
+    /// Those of all messages.
+    pub(super) fn iter(self) -> impl Iterator<Item = Option<i64>> + Clone + 't {
+        self.0.iter().map(|&time| present(time))
+    }
+
+    /// Those from a message on.
+    pub(super) fn from(self, index: usize) -> Self {
+        Self(self.0.get(index..).unwrap_or_default())
+    }
+}
+
+#[inline]
+fn present(time: i64) -> Option<i64> {
+    (time != NO_STAMP).then_some(time)
 }

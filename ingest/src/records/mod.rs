@@ -154,6 +154,8 @@ pub(crate) trait Visitor {
         true
     }
     fn message(&mut self, record: &MessageRecord<'_>) -> Next;
+    /// The messages of a chunk that another thread has taken in.
+    fn accept(&mut self, _taken: &mut delivery::TakenIn) {}
     /// Whether a message that stands behind damage is one of this log: its channel is known, and its
     /// time is near that of another.
     fn is_likely(&self, record: &MessageRecord<'_>, near_ns: Option<i64>) -> bool {
@@ -212,8 +214,17 @@ impl<G: Grammar> Reader for RecordReader<G> {
     fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error> {
         // The walk and the visitor both need to report; the walk's losses are taken over after.
         let mut losses = Losses::default();
-        let mut delivery = delivery::Delivery::new(&self.channels, &self.chunks, request);
-        let flow = walk::walk::<G, _>(&self.file, &self.chunks, &mut delivery, &mut losses)?;
+        let routes = delivery::Routes::new(&self.channels, request.wanted);
+        let intake = request.batches;
+        let intake = intake.map(|batches| delivery::Intake::new(&routes, batches.empty));
+        let mut delivery = delivery::Delivery::new(&routes, &self.chunks, request);
+        let flow = walk::walk::<G, _>(
+            &self.file,
+            &self.chunks,
+            intake.as_ref(),
+            &mut delivery,
+            &mut losses,
+        )?;
         if flow.is_continue() {
             delivery.report_missing(&mut losses);
         }
@@ -227,6 +238,7 @@ impl<G: Grammar> Reader for RecordReader<G> {
         let _ = walk::walk::<G, _>(
             &self.file,
             &self.chunks,
+            None,
             &mut places,
             &mut Losses::default(),
         )?;

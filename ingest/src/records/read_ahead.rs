@@ -1,8 +1,8 @@
 //! Chunks, unpacked ahead of the walk by as many threads as there are processors.
 //!
-//! The walk asks for chunk after chunk. What comes after is read and decompressed meanwhile; a walk
-//! that would have to wait takes part. Whether a chunk was unpacked ahead makes no difference to
-//! what comes out of it.
+//! The walk asks for chunk after chunk. What comes after is read, decompressed, and where an
+//! [`Intake`] is given also decoded meanwhile; a walk that would have to wait takes part. Whether a
+//! chunk was unpacked ahead makes no difference to what comes out of it.
 
 use std::{
     collections::VecDeque,
@@ -15,6 +15,7 @@ use std::{
 use super::{
     Grammar, HeadWindow, Kind, Visitor,
     decompress::{Content, Decompressor},
+    delivery::{Intake, TakenIn},
 };
 use crate::{error::Error, file_bytes::FileBytes};
 
@@ -37,6 +38,9 @@ pub(super) struct Unpacked {
     pub(super) header: Option<Header>,
     /// Why there is no content.
     pub(super) failure: Option<String>,
+    /// Its messages, if they are taken in already; else what is used for that.
+    intake: Option<TakenIn>,
+    is_taken_in: bool,
 }
 
 /// What the header of a chunk tells.
@@ -53,6 +57,12 @@ impl Unpacked {
             None => None,
         }
         .unwrap_or_default()
+    }
+
+    /// The messages of the content, if they have been taken in.
+    pub(super) fn taken_in(&mut self) -> Option<&mut TakenIn> {
+        let taken = self.intake.as_mut();
+        taken.filter(|_| std::mem::take(&mut self.is_taken_in))
     }
 
     /// Whether the content is nothing but bytes of the file, and where it begins there.
@@ -72,6 +82,7 @@ impl Unpacked {
         self.content = None;
         self.header = None;
         self.failure = None;
+        self.is_taken_in = false;
         let Some(mut chunk) = G::chunk(&self.packed) else {
             self.failure = Some("unreadable chunk header".to_owned());
             return Ok(());
@@ -109,10 +120,25 @@ impl Unpacked {
         Ok(())
     }
 
+    /// Takes in the messages of a content that a checksum vouches for.
+    fn take_in<G: Grammar>(&mut self, intake: &Intake<'_>) {
+        let is_verified = self.header.is_some_and(|header| header.has_checksum);
+        if self.failure.is_some() || !is_verified {
+            return;
+        }
+        let used = self.intake.take();
+        let content = self.content();
+        // An error in a decoder must not leave the walk waiting. The walk will meet it again.
+        let taken = catch_unwind(AssertUnwindSafe(|| intake.take_in::<G>(content, used)));
+        self.is_taken_in = taken.is_ok();
+        self.intake = taken.ok();
+    }
+
     fn forget_large(&mut self) {
         for buffer in [&mut self.packed, &mut self.buffer] {
             if buffer.capacity() > KEPT_BUFFER_BYTES {
                 *buffer = Vec::new();
+                self.intake = None;
             }
         }
     }
@@ -142,6 +168,35 @@ struct State {
     is_over: bool,
 }
 
+/// What one thread unpacks with.
+struct Worker<'s> {
+    file: &'s FileBytes,
+    intake: Option<&'s Intake<'s>>,
+    decompressor: Decompressor,
+}
+
+impl<'s> Worker<'s> {
+    fn new(file: &'s FileBytes, intake: Option<&'s Intake<'s>>) -> Self {
+        Self {
+            file,
+            intake,
+            decompressor: Decompressor::default(),
+        }
+    }
+
+    fn unpack<G: Grammar>(
+        &mut self,
+        unpacked: &mut Unpacked,
+        bytes: &Range<u64>,
+    ) -> Result<(), Error> {
+        unpacked.load::<G>(self.file, bytes, How::Whole, &mut self.decompressor)?;
+        if let Some(intake) = self.intake {
+            unpacked.take_in::<G>(intake);
+        }
+        Ok(())
+    }
+}
+
 /// What the threads share.
 pub(super) struct Shared {
     state: Mutex<State>,
@@ -163,8 +218,7 @@ impl Shared {
     fn help<'s, G: Grammar>(
         &'s self,
         mut state: MutexGuard<'s, State>,
-        file: &FileBytes,
-        decompressor: &mut Decompressor,
+        worker: &mut Worker<'_>,
     ) -> Result<MutexGuard<'s, State>, MutexGuard<'s, State>> {
         let waiting = state
             .jobs
@@ -178,9 +232,7 @@ impl Shared {
             return Err(state);
         };
         drop(state);
-        let done = unpacked
-            .load::<G>(file, &bytes, How::Whole, decompressor)
-            .map(|()| unpacked);
+        let done = worker.unpack::<G>(&mut unpacked, &bytes).map(|()| unpacked);
         let mut state = self.lock();
         if let Some((_, job)) = state.jobs.iter_mut().find(|(known, _)| *known == bytes) {
             *job = Job::Done(done);
@@ -189,11 +241,10 @@ impl Shared {
         Ok(state)
     }
 
-    fn work<G: Grammar>(&self, file: &FileBytes) {
-        let mut decompressor = Decompressor::default();
+    fn work<G: Grammar>(&self, mut worker: Worker<'_>) {
         let mut state = self.lock();
         while !state.is_over {
-            state = match self.help::<G>(state, file, &mut decompressor) {
+            state = match self.help::<G>(state, &mut worker) {
                 Ok(state) => state,
                 Err(state) => self
                     .changed
@@ -208,7 +259,7 @@ impl Shared {
 pub(super) struct Chunks<'s, G> {
     file: &'s FileBytes,
     shared: Option<&'s Shared>,
-    decompressor: Decompressor,
+    worker: Worker<'s>,
     spare: Unpacked,
     /// Looks for the next chunks without unpacking them.
     scout: HeadWindow<'s>,
@@ -220,6 +271,7 @@ pub(super) struct Chunks<'s, G> {
 /// Runs `walk` with chunks that are unpacked ahead where that pays.
 pub(super) fn with_chunks<G: Grammar, R>(
     file: &FileBytes,
+    intake: Option<&Intake<'_>>,
     walk: impl FnOnce(Chunks<'_, G>) -> R,
 ) -> R {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
@@ -228,7 +280,7 @@ pub(super) fn with_chunks<G: Grammar, R>(
         _ => processors.min(MOST_THREADS),
     };
     if threads < 2 {
-        return walk(Chunks::new(file, None, 0));
+        return walk(Chunks::new(Worker::new(file, None), None, 0));
     }
     let shared = Shared {
         state: Mutex::new(State {
@@ -240,11 +292,12 @@ pub(super) fn with_chunks<G: Grammar, R>(
     };
     std::thread::scope(|scope| {
         for _ in 1..threads {
-            scope.spawn(|| shared.work::<G>(file));
+            scope.spawn(|| shared.work::<G>(Worker::new(file, intake)));
         }
         // Also when the walk panics in the caller's code: the threads must not wait forever.
         let _end = End(&shared);
-        walk(Chunks::new(file, Some(&shared), 2 * threads))
+        let worker = Worker::new(file, intake);
+        walk(Chunks::new(worker, Some(&shared), 2 * threads))
     })
 }
 
@@ -257,11 +310,12 @@ impl Drop for End<'_> {
 }
 
 impl<'s, G: Grammar> Chunks<'s, G> {
-    fn new(file: &'s FileBytes, shared: Option<&'s Shared>, most_jobs: usize) -> Self {
+    fn new(worker: Worker<'s>, shared: Option<&'s Shared>, most_jobs: usize) -> Self {
+        let file = worker.file;
         Self {
             file,
             shared,
-            decompressor: Decompressor::default(),
+            worker,
             spare: Unpacked::default(),
             scout: HeadWindow::new(file),
             scouted: 0,
@@ -292,12 +346,7 @@ impl<'s, G: Grammar> Chunks<'s, G> {
                         Job::Waiting(mut unpacked) => {
                             state.jobs.pop_front();
                             drop(state);
-                            unpacked.load::<G>(
-                                self.file,
-                                bytes,
-                                How::Whole,
-                                &mut self.decompressor,
-                            )?;
+                            self.worker.unpack::<G>(&mut unpacked, bytes)?;
                             return Ok(unpacked);
                         }
                         Job::Running => {}
@@ -308,7 +357,7 @@ impl<'s, G: Grammar> Chunks<'s, G> {
                     return self.load(bytes, How::Whole);
                 }
             }
-            state = match shared.help::<G>(state, self.file, &mut self.decompressor) {
+            state = match shared.help::<G>(state, &mut self.worker) {
                 Ok(state) => state,
                 Err(state) => shared
                     .changed
@@ -321,7 +370,7 @@ impl<'s, G: Grammar> Chunks<'s, G> {
     /// Reads a chunk now.
     pub(super) fn load(&mut self, bytes: &Range<u64>, how: How) -> Result<Unpacked, Error> {
         let mut unpacked = std::mem::take(&mut self.spare);
-        unpacked.load::<G>(self.file, bytes, how, &mut self.decompressor)?;
+        unpacked.load::<G>(self.file, bytes, how, &mut self.worker.decompressor)?;
         Ok(unpacked)
     }
 

@@ -14,7 +14,7 @@ pub(super) fn read<G: Grammar>(file: &FileBytes, losses: &mut Losses) -> Result<
     // Nothing is known yet about the chunks.
     let no_chunks = ChunkDirectory::new();
     // A scan never stops by itself, so whether it broke off says nothing.
-    let _ = walk::walk::<G, _>(file, &no_chunks, &mut scan, losses)?;
+    let _ = walk::walk::<G, _>(file, &no_chunks, None, &mut scan, losses)?;
     scan.end_chunk();
     let mut contents = scan.contents;
     contents.message_counts = Some(scan.counts);

@@ -101,10 +101,10 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                 continue;
             }
             let bytes = offset..end;
-            let unpacked = self.unpacking.load(&bytes, how)?;
+            let mut unpacked = self.unpacking.load(&bytes, how)?;
             if unpacked.failure.is_none() {
                 self.visitor.begin_chunk(offset, end);
-                let flow = self.content(&unpacked, &bytes, LostPart::Chunk, None);
+                let flow = self.content(&mut unpacked, &bytes, LostPart::Chunk, None);
                 let header = offset..offset + header_bytes;
                 let reason = format!("{reason}: the header of a chunk whose content is intact");
                 self.lose(LostPart::Records, header, reason);
@@ -135,8 +135,13 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             return Ok(After::Resume(bytes.end));
         }
         self.visitor.begin_chunk(offset, bytes.end);
-        let unpacked = self.unpacking.load(&bytes, How::PlainToEnd)?;
-        let flow = self.content(&unpacked, &bytes, LostPart::Chunk, Some(reason.to_owned()));
+        let mut unpacked = self.unpacking.load(&bytes, How::PlainToEnd)?;
+        let flow = self.content(
+            &mut unpacked,
+            &bytes,
+            LostPart::Chunk,
+            Some(reason.to_owned()),
+        );
         self.unpacking.give_back(unpacked);
         // the indexes that follow may be those of another chunk
         self.log.expect_no_indexes();
@@ -160,8 +165,8 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             self.lose(LostPart::Tail, bytes, reason);
             return Ok(ControlFlow::Continue(()));
         }
-        let unpacked = self.unpacking.load(&bytes, How::Partial)?;
-        let flow = self.content(&unpacked, &bytes, LostPart::Tail, Some(reason));
+        let mut unpacked = self.unpacking.load(&bytes, How::Partial)?;
+        let flow = self.content(&mut unpacked, &bytes, LostPart::Tail, Some(reason));
         self.unpacking.give_back(unpacked);
         Ok(flow)
     }

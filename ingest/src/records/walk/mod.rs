@@ -14,6 +14,7 @@ use std::{
 use self::damage::After;
 use super::{
     ChunkDirectory, Definition, Frame, Grammar, HeadWindow, Kind, MessageRecord, Next, Visitor,
+    delivery::Intake,
     loss_log::LossLog,
     read_ahead::{Chunks, Unpacked, with_chunks},
     row::Tally,
@@ -27,14 +28,16 @@ use crate::{
 /// What is read at once; other records may be larger, they are passed over.
 const RECORD_LIMIT_BYTES: u64 = 1 << 30;
 
-/// Walks the messages of a file from its beginning.
+/// Walks the messages of a file from its beginning. Chunks that a checksum vouches for go through the
+/// intake, if there is one, as they are unpacked.
 pub(super) fn walk<G: Grammar, V: Visitor>(
     file: &FileBytes,
     chunks: &ChunkDirectory,
+    intake: Option<&Intake<'_>>,
     visitor: &mut V,
     losses: &mut Losses,
 ) -> Result<ControlFlow<()>, Error> {
-    with_chunks(file, |unpacking| {
+    with_chunks(file, intake, |unpacking| {
         Walk::<G, V> {
             file,
             chunks,
@@ -213,8 +216,8 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             return Ok(ControlFlow::Continue(()));
         }
         self.visitor.begin_chunk(bytes.start, bytes.end);
-        let unpacked = self.unpacking.take(bytes, self.visitor)?;
-        let flow = self.content(&unpacked, bytes, LostPart::Chunk, None);
+        let mut unpacked = self.unpacking.take(bytes, self.visitor)?;
+        let flow = self.content(&mut unpacked, bytes, LostPart::Chunk, None);
         self.unpacking.give_back(unpacked);
         Ok(flow)
     }
@@ -222,7 +225,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
     /// Walks the content of a chunk, and reports what is wrong with it after `beforehand`.
     fn content(
         &mut self,
-        unpacked: &Unpacked,
+        unpacked: &mut Unpacked,
         bytes: &Range<u64>,
         part: LostPart,
         beforehand: Option<String>,
@@ -232,17 +235,11 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             self.lose(part, bytes.clone(), reason);
             return ControlFlow::Continue(());
         }
-        let content = unpacked.content();
         let has_checksum = unpacked.header.is_some_and(|header| header.has_checksum);
         let is_verified = has_checksum && part != LostPart::Tail;
         self.checksums.0 |= is_verified;
         self.checksums.1 |= !is_verified;
-        let mut tally = Tally::default();
-        let flow = if is_verified {
-            tally.walk_intact::<G, V>(content, self.visitor)
-        } else {
-            tally.walk_unverified::<G, V>(content, self.visitor)
-        };
+        let (tally, flow) = self.messages(unpacked, is_verified);
         if let Some((first_ns, last_ns)) = tally.span_ns {
             self.log.pass(first_ns, last_ns);
         }
@@ -256,12 +253,28 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         if reasons.is_empty() {
             self.log.chunk(tally.messages);
         } else {
-            let found = count::<G>(content);
+            let found = count::<G>(unpacked.content());
             let lost = lost_place(unpacked, bytes, &tally);
             let reason = reasons.join("; ");
             self.log.lose(part, lost, reason, found, self.visitor);
         }
         flow
+    }
+
+    /// Hands the messages of a content to the visitor, unless they were taken in before.
+    fn messages(&mut self, unpacked: &mut Unpacked, is_verified: bool) -> (Tally, ControlFlow<()>) {
+        if let Some(taken) = unpacked.taken_in() {
+            self.visitor.accept(taken);
+            return (std::mem::take(&mut taken.tally), ControlFlow::Continue(()));
+        }
+        let mut tally = Tally::default();
+        let content = unpacked.content();
+        let flow = if is_verified {
+            tally.walk_intact::<G, V>(content, self.visitor)
+        } else {
+            tally.walk_unverified::<G, V>(content, self.visitor)
+        };
+        (tally, flow)
     }
 
     /// A record outside chunks.

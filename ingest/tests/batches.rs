@@ -1,0 +1,183 @@
+use std::{collections::BTreeMap, io::Cursor, ops::ControlFlow};
+
+use mcap::{Compression, WriteOptions, records::MessageHeader};
+use tipwatch_ingest::{
+    FieldRequest, Log, Losses, NumberField, SensorDecoder, SensorKind, SensorRequest, SensorSample,
+    arrival_order, record_fields, record_sensors,
+};
+
+use crate::support::{COMPRESSIONS, FIRST_NS, JOINT_STATE, PERIOD_NS, TempLog, joint_state};
+
+const TOPICS: [&str; 2] = ["/arm", "/wheels"];
+/// Smaller files are read by one thread.
+const READ_BY_SEVERAL_BYTES: usize = 4 << 20;
+
+/// Two topics that take turns, their joints in changing order, some messages cut short; the sender's
+/// time differs from the recorder's from the middle on, and some headers have no stamp.
+fn log_of_two_topics(compression: Option<Compression>) -> Vec<u8> {
+    let mut writer = WriteOptions::new()
+        .compression(compression)
+        .compression_threads(0)
+        .chunk_size(Some(100_000))
+        .create(Cursor::new(Vec::new()))
+        .unwrap();
+    let name = "sensor_msgs/msg/JointState";
+    let schema = writer.add_schema(name, "ros2msg", JOINT_STATE.as_bytes());
+    let schema = schema.unwrap();
+    let channels = TOPICS.map(|topic| {
+        writer
+            .add_channel(schema, topic, "cdr", &BTreeMap::new())
+            .unwrap()
+    });
+    let mut noise = 1_u64;
+    let mut value = || {
+        noise = noise
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (noise >> 11) as f64 * 1e-12
+    };
+    for index in 0..70_000_u32 {
+        let time_ns = FIRST_NS + i64::from(index) * PERIOD_NS;
+        let names = if index % 5000 < 4000 {
+            ["a", "bb"]
+        } else {
+            ["bb", "a"]
+        };
+        let stamp_ns = if index % 777 == 0 { 0 } else { time_ns - 7 };
+        let (positions, rates) = ([value(), value()], [value(), value()]);
+        let mut message = joint_state(stamp_ns, &names, &positions, &rates);
+        if index % 1009 == 0 {
+            message.truncate(30);
+        }
+        let header = MessageHeader {
+            channel_id: channels[(index % 2) as usize],
+            sequence: index,
+            log_time: time_ns as u64,
+            publish_time: time_ns as u64 - u64::from(index > 25_000),
+        };
+        writer.write_to_known_channel(&header, &message).unwrap();
+    }
+    writer.finish().unwrap();
+    writer.into_inner().into_inner()
+}
+
+fn joint_names() -> Vec<String> {
+    ["bb", "a"].map(str::to_owned).to_vec()
+}
+
+/// The samples one after the other, by topic and log time, and those that could not be decoded.
+fn one_by_one(log: &Log) -> (Vec<(usize, SensorSample)>, u64, Losses) {
+    let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
+    let decoder =
+        |topic| SensorDecoder::new(topic, SensorKind::JointStates, &joint_names()).unwrap();
+    let mut decoders: Vec<_> = log.topics().iter().map(decoder).collect();
+    let (mut found, mut undecodable) = (Vec::new(), 0);
+    let mut sample = SensorSample::default();
+    let losses = log.read(&ids, &mut |message| {
+        let topic = message.topic.index();
+        match decoders[topic].decode(message, &mut sample) {
+            Ok(()) => found.push((topic, sample.clone())),
+            Err(_) => undecodable += 1,
+        }
+        ControlFlow::Continue(())
+    });
+    (found, undecodable, losses.unwrap())
+}
+
+fn check(bytes: &[u8]) -> usize {
+    let file = TempLog::new("log.mcap", bytes);
+    let log = Log::open(&file.path).unwrap();
+    let (mut expected, undecodable, expected_losses) = one_by_one(&log);
+    let requests: Vec<SensorRequest> = log
+        .topics()
+        .iter()
+        .map(|topic| SensorRequest {
+            topic: topic.id,
+            kind: SensorKind::JointStates,
+            joint_names: joint_names(),
+            numbers: None,
+            other_parts: Vec::new(),
+        })
+        .collect();
+    let (recordings, mut losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
+    // Those without a stamp are left out of recordings.
+    let unstamped = expected.len();
+    expected.retain(|(_, sample)| sample.header_stamp_ns.is_some());
+    let unstamped = unstamped - expected.len();
+    expected.sort_by_key(|(_, sample)| sample.log_time_ns);
+    let recordings: Vec<_> = recordings.iter().collect();
+    let sum = |count: fn(&tipwatch_ingest::SensorRecording) -> u64| -> u64 {
+        recordings.iter().map(|recording| count(recording)).sum()
+    };
+    assert_eq!(sum(|recording| recording.undecodable), undecodable);
+    assert_eq!(sum(|recording| recording.unstamped), unstamped as u64);
+    let found = arrival_order(&recordings);
+    assert_eq!(found.len(), expected.len());
+    for ((topic, index), (expected_topic, expected)) in found.into_iter().zip(&expected) {
+        let recording = recordings[topic];
+        assert_eq!(topic, *expected_topic);
+        assert_eq!(recording.log_times_ns[index], expected.log_time_ns);
+        assert_eq!(Some(recording.stamps_ns[index]), expected.header_stamp_ns);
+        assert_eq!(recording.sample(index), expected.values);
+    }
+    assert_eq!(
+        losses.undecodable_messages.values().sum::<u64>(),
+        undecodable
+    );
+    losses.undecodable_messages.clear();
+    assert_eq!(losses, expected_losses);
+    expected.len()
+}
+
+#[test]
+fn samples_decoded_by_several_threads_are_those_of_one() {
+    for compression in COMPRESSIONS {
+        let intact = log_of_two_topics(compression);
+        assert!(intact.len() > READ_BY_SEVERAL_BYTES, "{}", intact.len());
+        let all = check(&intact);
+        assert!(all > 69_000, "{all}");
+        let mut lost_something = 0;
+        for variant in 1..=8 {
+            let mut damaged = intact.clone();
+            for place in 0..variant {
+                let at = (damaged.len() / 9) * (place + 1) + 1000 * variant;
+                damaged[at] ^= 1 << (variant % 8);
+            }
+            lost_something += usize::from(check(&damaged) < all);
+        }
+        assert!(lost_something >= 6, "{lost_something} of 8 lost a chunk");
+        let cut = check(&intact[..intact.len() * 3 / 4]);
+        assert!(cut > all / 2 && cut < all, "{cut}");
+    }
+}
+
+#[test]
+fn numbers_found_by_several_threads_are_found() {
+    let bytes = log_of_two_topics(None);
+    let file = TempLog::new("log.mcap", &bytes);
+    let log = Log::open(&file.path).unwrap();
+    let request = |joint: &str| FieldRequest {
+        topic: TOPICS[0].to_owned(),
+        number: NumberField {
+            field: "position".to_owned(),
+            joint: Some(joint.to_owned()),
+            scale: 1.0,
+            offset: 0.0,
+        },
+    };
+    let (recordings, _) = record_fields(&log, &[request("a")], None).unwrap();
+    let (samples, ..) = one_by_one(&log);
+    let of_topic = samples.iter().filter(|(topic, _)| *topic == 0);
+    let expected: Vec<f64> = of_topic
+        .filter(|(_, sample)| sample.header_stamp_ns.is_some())
+        .map(|(_, sample)| sample.values[1])
+        .collect();
+    assert_eq!(recordings[0].values, expected);
+
+    let error = record_fields(&log, &[request("c")], None)
+        .unwrap_err()
+        .to_string();
+    let decodable = samples.iter().filter(|(topic, _)| *topic == 0).count();
+    assert!(error.contains(&decodable.to_string()), "{error}");
+    assert!(error.contains("bb"), "{error}");
+}
