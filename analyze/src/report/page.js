@@ -20,9 +20,39 @@
       .finally(function () { following = false; });
   }
 
+  // Areas of one stack are told apart without colour, too.
+  const PATTERNS = ['', '/', '.', '\\', 'x', '-', '+', '|'];
+  function addPatterns(traces) {
+    const groups = [];
+    traces.forEach(function (trace) {
+      if (!trace.legendgroup || !trace.fill) { return; }
+      if (groups.indexOf(trace.legendgroup) < 0) { groups.push(trace.legendgroup); }
+      const shape = PATTERNS[groups.indexOf(trace.legendgroup) % PATTERNS.length];
+      trace.fillpattern = { shape: shape, fillmode: 'replace', size: 7, solidity: 0.2,
+        fgcolor: '#444', bgcolor: trace.fillcolor };
+    });
+  }
+
+  // The legend takes as many lines as the width needs: the figure grows, not the plot shrinks.
+  function makeRoom(plot, figure) {
+    const legend = plot.querySelector('.legend .bg');
+    const lines = legend ? legend.getBoundingClientRect().height : 0;
+    const below = figure.room.bottom + lines;
+    if (Math.abs(plot.layout.margin.b - below) > 1) {
+      plot.style.height = (figure.room.height + lines) + 'px';
+      Plotly.relayout(plot, { 'margin.b': below, autosize: true });
+    }
+  }
+
   figures.forEach(function (figure, index) {
     const plot = document.getElementById('plot-' + index);
+    figure.room = { bottom: figure.layout.margin.b, height: figure.layout.height };
+    plot.style.height = figure.room.height + 'px';
+    delete figure.layout.height;
+    addPatterns(figure.data);
     Plotly.newPlot(plot, figure.data, figure.layout, figure.config);
+    makeRoom(plot, figure);
+    plot.on('plotly_afterplot', function () { makeRoom(plot, figure); });
     plot.on('plotly_relayout', function (change) { follow(plot, change); });
     plot.on('plotly_click', function (click) {
       if (window.showMoment) { window.showMoment(click.points[0].x); }

@@ -4,6 +4,7 @@ mod causes;
 mod indicators;
 mod inputs;
 mod loads;
+mod quality;
 mod uncertainty;
 
 use plotly::color::Rgba;
@@ -21,6 +22,8 @@ use super::findings::{Scene, rank};
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
 
+/// What the ticks take below a plot (pixels).
+const BELOW: usize = 32;
 /// Points of a curve; a screen has fewer columns.
 pub(super) const MOST_POINTS: usize = 4000;
 /// Points of a filled shape's edge, and of a curve that is shown only on request: the page stays small.
@@ -70,6 +73,7 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<Figure> {
     figures.extend(plotter.causes());
     figures.extend(plotter.drawn_machines());
     figures.extend(plotter.inputs());
+    figures.push(plotter.quality());
     figures
 }
 
@@ -172,22 +176,17 @@ impl Plotter<'_> {
         traces: Traces,
         labels: bool,
     ) -> Figure {
-        let last = self.seconds.last().copied().unwrap_or(0.0).max(1e-3);
+        let last = self.last_second().max(1e-3);
+        let top = if labels { 84 } else { 32 };
         let events = shown(&self.analysis.events);
         let time = Axis::new().tick_suffix(" s").range(vec![0.0, last]);
         let mut layout = Layout::new()
             .height(height)
             .auto_size(true)
-            .margin(
-                Margin::new()
-                    .left(64)
-                    .right(16)
-                    .top(if labels { 84 } else { 32 })
-                    .bottom(32),
-            )
+            .margin(Margin::new().left(64).right(16).top(top).bottom(BELOW))
             .hover_mode(HoverMode::XUnified)
             .show_legend(true)
-            .legend(legend(height))
+            .legend(legend(height - top - BELOW))
             .x_axis(
                 time.grid_color("#e6e6e6")
                     .zero_line(false)
@@ -213,9 +212,13 @@ impl Plotter<'_> {
         }
     }
 
+    fn last_second(&self) -> f64 {
+        self.seconds.last().copied().unwrap_or(0.0)
+    }
+
     fn span(&self, event: &Event) -> (f64, f64) {
         let scene = Scene::of(self.analysis);
-        let last = self.seconds.last().copied().unwrap_or(0.0);
+        let last = self.last_second();
         (
             scene.seconds(event.start_ns),
             event.end_ns.map_or(last, |end_ns| scene.seconds(end_ns)),
@@ -276,9 +279,9 @@ fn shown(events: &[Event]) -> Vec<&Event> {
     shown
 }
 
-/// Below the plot, at the same distance whatever its height.
-fn legend(height: usize) -> Legend {
-    let below = 28.0 / (height as f64 - 150.0);
+/// Below the ticks of a plot of this height (pixels); the page makes room for its lines.
+fn legend(plot_height: usize) -> Legend {
+    let below = 24.0 / plot_height as f64;
     Legend::new()
         .orientation(Orientation::Horizontal)
         .x(0.0)
