@@ -30,6 +30,17 @@ pub(crate) struct Composite<T> {
     pub(crate) swept: Matrix3<T>,
 }
 
+/// Inertial parameters of bodies taken for one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct InertialParameters<T> {
+    /// (kg)
+    pub(crate) mass: T,
+    /// Centre of mass (m).
+    pub(crate) centre: Vector3<T>,
+    /// Inertia tensor about it (kg m^2).
+    pub(crate) tensor: Matrix3<T>,
+}
+
 /// The velocity field of a rigid motion: `v(r) = linear + angular x r`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Field<T> {
@@ -56,7 +67,23 @@ impl<T: Real> Composite<T> {
     /// The moments of a rigid body, given in its frame, that moves as `motion`.
     #[inline(always)]
     pub(crate) fn of(body: &MassMoments, motion: &BodyMotion<T>) -> Self {
-        let (r, o) = (&motion.rotation, &motion.origin);
+        let mut composite = Self::at_rest(body, motion);
+        let field = motion.velocity_field();
+        let (mass, first) = (composite.mass, composite.first);
+        composite.momentum = field.linear * mass + cross(&field.angular, &first);
+        // row a of sum m r v' is h_a v_0 + w x (row a of sum m r r')
+        for a in 0..3 {
+            let swept = field.linear * first[a] + cross(&field.angular, &composite.second_row(a));
+            composite.swept.set_row(a, &swept.transpose());
+        }
+        composite
+    }
+
+    /// The same with the body at rest: its spatial inertia moved to the base origin, one summand of
+    /// the second paper's (21).
+    #[inline(always)]
+    pub(crate) fn at_rest(body: &MassMoments, pose: &BodyMotion<T>) -> Self {
+        let (r, o) = (&pose.rotation, &pose.origin);
         let mass = T::constant(body.mass);
         let first = rotate(r, &constant(&body.first));
         // R S R' + o h' + h o' + m o o'
@@ -69,21 +96,32 @@ impl<T: Real> Composite<T> {
                 + o[i] * first[j]
                 + shifted[i] * o[j]
         };
-        let second = [at(0, 0), at(1, 1), at(2, 2), at(0, 1), at(0, 2), at(1, 2)];
-        let field = motion.velocity_field();
-        let mut composite = Self {
+        Self {
             mass,
             first: shifted,
-            second,
-            momentum: field.linear * mass + cross(&field.angular, &shifted),
-            swept: Self::zero().swept,
-        };
-        // row a of sum m r v' is h_a v_0 + w x (row a of sum m r r')
-        for a in 0..3 {
-            let swept = field.linear * shifted[a] + cross(&field.angular, &composite.second_row(a));
-            composite.swept.set_row(a, &swept.transpose());
+            second: [at(0, 0), at(1, 1), at(2, 2), at(0, 1), at(0, 2), at(1, 2)],
+            ..Self::zero()
         }
-        composite
+    }
+
+    /// Mass, centre of mass and the tensor about it, of all bodies taken for one: (23)-(25) of the
+    /// second paper.
+    ///
+    /// ```text
+    ///     m = M(1,1)      r = [M(6,2) M(4,3) M(5,1)] / m      I = M(4:6,4:6) + m [r]^2
+    /// ```
+    /// With the second moments S about the origin, I = tr(S_c) - S_c of S_c = S - m r r'.
+    pub(crate) fn inertial_parameters(&self) -> InertialParameters<T> {
+        let centre = self.first * (T::one() / self.mass);
+        let [xx, yy, zz, xy, xz, yz] = self.second;
+        let less = |moment: T, i: usize, j: usize| moment - self.first[i] * centre[j];
+        let (xx, yy, zz) = (less(xx, 0, 0), less(yy, 1, 1), less(zz, 2, 2));
+        let (xy, xz, yz) = (-less(xy, 0, 1), -less(xz, 0, 2), -less(yz, 1, 2));
+        InertialParameters {
+            mass: self.mass,
+            centre,
+            tensor: Matrix3::new(yy + zz, xy, xz, xy, xx + zz, yz, xz, yz, xx + yy),
+        }
     }
 
     fn second_row(&self, row: usize) -> Vector3<T> {

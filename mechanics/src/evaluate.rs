@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::closed_form::{Moving, PlacedPlatform};
+use crate::closed_form::Moving;
 use crate::contact_plane::ContactPlane;
 use crate::explain::{Explained, explain};
 use crate::indicators::overturning;
@@ -134,7 +134,7 @@ fn closed_form<T: Real>(
     w: &mut Workspace<T>,
     model: &ClosedForm,
 ) -> ContactPlane<T> {
-    let placed = PlacedPlatform::<T>::constant(&model.placed);
+    let placed = model.placed(machine, &w.motions);
     let parts = &w.groups.sets[0];
     let moving = Moving {
         machine,

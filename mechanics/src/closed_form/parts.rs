@@ -3,14 +3,15 @@
 use nalgebra::Vector3;
 
 use super::ClosedFormError;
-use crate::machine::{Inertia, LinkGroup, Machine, Split};
+use crate::machine::{Inertia, LinkGroup, Machine, MassMoments, Split};
 
 /// The parts of a machine as the analytic model sees it: a platform of all that is neither arm nor wheel,
 /// four wheels, and the point that the arm stands on.
 #[derive(Debug, Clone)]
 pub struct PlatformParts {
-    /// What the platform has of each body, in the body's frame; zero for wheels and arm.
-    pub(super) chassis: Vec<Inertia>,
+    /// The bodies of which the platform has something, and what it has, in the body's frame; nothing of
+    /// wheels and arm, which the model counts by themselves.
+    pub(super) chassis: Vec<(usize, MassMoments)>,
     /// Indices of the wheels, by [`Corner`](super::Corner).
     pub(super) wheels: [usize; 4],
     pub(super) front_share: f64,
@@ -38,7 +39,7 @@ impl PlatformParts {
         };
         check_wheels_move(machine)?;
         let chassis = chassis_by_body(machine);
-        if !(chassis.iter().map(|part| part.mass).sum::<f64>() > 0.0) {
+        if !(chassis.iter().map(|(_, part)| part.mass).sum::<f64>() > 0.0) {
             return Err(ClosedFormError::NoMass);
         }
         let [front_left, front_right, rear_left, rear_right] = wheels;
@@ -71,7 +72,7 @@ fn check_wheels_move(machine: &Machine) -> Result<(), ClosedFormError> {
 
 /// What the platform has of each body: its links that are not of the arm, and payloads that always hang
 /// on a body with such links. Nothing of wheels.
-fn chassis_by_body(machine: &Machine) -> Vec<Inertia> {
+fn chassis_by_body(machine: &Machine) -> Vec<(usize, MassMoments)> {
     let mut chassis = vec![Inertia::zero(); machine.bodies.len()];
     let mut counts = vec![false; machine.bodies.len()];
     for link in machine
@@ -88,7 +89,13 @@ fn chassis_by_body(machine: &Machine) -> Vec<Inertia> {
             chassis[payload.body] = chassis[payload.body].welded(&payload.inertia);
         }
     }
-    chassis
+    let massive = chassis
+        .iter()
+        .enumerate()
+        .filter(|(_, part)| part.mass > 0.0);
+    massive
+        .map(|(body, part)| (body, MassMoments::from(part)))
+        .collect()
 }
 
 /// Where the arm stands: at the joint that carries its root link, or at that link's origin where it is

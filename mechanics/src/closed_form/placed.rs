@@ -3,12 +3,13 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{ClosedFormError, Platform, PlatformParts, PlatformPose};
+use crate::composite::{Composite, InertialParameters};
 use crate::contact_plane::ContactPlane;
 use crate::coordinate::{Coordinate, Motion};
 use crate::kinematics::{self, BodyMotion};
-use crate::machine::{Inertia, Machine};
+use crate::machine::Machine;
 use crate::number::Real;
-use crate::spatial::{rotate, rotate_back};
+use crate::spatial::rotate;
 use crate::state::State;
 
 /// Wheels may be this share of wheelbase or track off the rectangle that the model makes of them.
@@ -21,6 +22,8 @@ pub struct PlacedPlatform<T> {
     pub platform: Platform<T>,
     /// Its frame in the base frame.
     pub pose: PlatformPose<T>,
+    /// Its inertia tensor about C in platform axes (kg m^2); the loads need I_xz and I_yz only.
+    pub inertia: Matrix3<T>,
     /// Where the wheels stand, in platform axes from C (m), by [`Corner`](super::Corner); the platform
     /// has the means of each axle and side.
     pub contacts: [Vector2<T>; 4],
@@ -51,7 +54,11 @@ impl PlatformParts {
         machine: &Machine,
         motions: &[BodyMotion<T>],
     ) -> PlacedPlatform<T> {
-        let (mass, centre) = self.centre_of_mass(motions);
+        let InertialParameters {
+            mass,
+            centre,
+            tensor,
+        } = self.composite(motions);
         let wheels = self.wheels.map(|wheel| &machine.wheels[wheel]);
         let centres = wheels.map(|wheel| motions[wheel.body].point(&wheel.centre_in_body));
         let radii = wheels.map(|wheel| T::constant(wheel.radius));
@@ -64,15 +71,15 @@ impl PlatformParts {
         let contacts = centres.map(|wheel| pose.point(&wheel).xy());
         let com_height = plane.normal.dot(&centre) - plane.height;
         let (wheel_mass, wheel_moment) = self.wheel_moment(machine, motions, &pose, com_height);
-        let [inertia_xz, inertia_yz] = self.inertia_to_normal(motions, &pose);
+        let inertia = in_axes(&pose.platform_from_base, &tensor);
         let rectangle = Platform {
             gravity: T::constant(machine.gravity),
             mass,
             com_height,
             wheel_mass,
             wheel_moment,
-            inertia_xz,
-            inertia_yz,
+            inertia_xz: inertia.m13,
+            inertia_yz: inertia.m23,
             front_share: T::constant(self.front_share),
             arm_base: self.arm_base_from_centre(motions, &pose),
             ..Platform::zero()
@@ -80,42 +87,19 @@ impl PlatformParts {
         PlacedPlatform {
             platform: on_mean_rectangle(rectangle, &contacts),
             pose,
+            inertia,
             contacts,
         }
     }
 
-    /// Mass (kg) and centre of mass in base axes (m).
-    fn centre_of_mass<T: Real>(&self, motions: &[BodyMotion<T>]) -> (T, Vector3<T>) {
-        let (mut mass, mut moment) = (T::zero(), Vector3::zeros());
-        for (part, motion) in self.parts(motions) {
-            let part_mass = T::constant(part.mass);
-            mass += part_mass;
-            moment += motion.point(&part.com) * part_mass;
+    /// The platform's bodies taken for one, about the base origin in base axes: (21) of the second paper
+    /// over all that is neither arm nor wheel.
+    fn composite<T: Real>(&self, motions: &[BodyMotion<T>]) -> InertialParameters<T> {
+        let mut sum = Composite::zero();
+        for (body, part) in &self.chassis {
+            sum.add(&Composite::at_rest(part, &motions[*body]));
         }
-        (mass, moment * (T::one() / mass))
-    }
-
-    /// I_xz and I_yz about C in platform axes: for each part with inertia I about its own centre of mass,
-    /// d away from C, e' I n - m (d.e)(d.n) with e along x or y and n along z.
-    fn inertia_to_normal<T: Real>(
-        &self,
-        motions: &[BodyMotion<T>],
-        pose: &PlatformPose<T>,
-    ) -> [T; 2] {
-        let [x, y, normal] =
-            [0, 1, 2].map(|row| pose.platform_from_base.row(row).transpose().into_owned());
-        let mut sums = [T::zero(); 2];
-        for (part, motion) in self.parts(motions) {
-            let tensor = part.about_com.map(T::constant);
-            let about_normal = rotate(&tensor, &rotate_back(&motion.rotation, &normal));
-            let away = motion.point(&part.com) - pose.centre;
-            let part_mass = T::constant(part.mass) * away.dot(&normal);
-            for (sum, axis) in sums.iter_mut().zip([x, y]) {
-                *sum += rotate_back(&motion.rotation, &axis).dot(&about_normal)
-                    - part_mass * away.dot(&axis);
-            }
-        }
-        sums
+        sum.inertial_parameters()
     }
 
     /// Mass of the wheels (kg) and their first moment from the point of the plane below C (kg m).
@@ -147,15 +131,15 @@ impl PlatformParts {
             pose.point(&motions[body].point(&point))
         })
     }
+}
 
-    /// Every body that has a part of the platform.
-    fn parts<'a, T: Real>(
-        &'a self,
-        motions: &'a [BodyMotion<T>],
-    ) -> impl Iterator<Item = (&'a Inertia, &'a BodyMotion<T>)> {
-        let parts = self.chassis.iter().zip(motions);
-        parts.filter(|(part, _)| part.mass > 0.0)
-    }
+/// A tensor in other axes: R I R'.
+fn in_axes<T: Real>(rotation: &Matrix3<T>, tensor: &Matrix3<T>) -> Matrix3<T> {
+    let rows = [0, 1, 2].map(|row| -> Vector3<T> { rotation.row(row).transpose().into_owned() });
+    let columns = rows.map(|row| rotate(tensor, &row));
+    let at = |i: usize, j: usize| rows[i].dot(&columns[j]);
+    let (xy, xz, yz) = (at(0, 1), at(0, 2), at(1, 2));
+    Matrix3::new(at(0, 0), xy, xz, xy, at(1, 1), yz, xz, yz, at(2, 2))
 }
 
 /// The platform on the mean of the wheels of each axle and side.

@@ -211,6 +211,7 @@ impl<T: Real> PlacedPlatform<T> {
                 platform_from_base: placed.pose.platform_from_base.map(c),
                 centre: placed.pose.centre.map(c),
             },
+            inertia: placed.inertia.map(c),
             contacts: placed.contacts.map(|contact| contact.map(c)),
         }
     }

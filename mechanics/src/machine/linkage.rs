@@ -98,6 +98,16 @@ impl Linkage {
         t.q *= hinge_to_pivot * pivot_to_eye;
     }
 
+    /// The pivot's angle for a rod coordinate (rad, m); NaN where the triangle cannot close.
+    pub(super) fn pivot_at_rod(&self, rod: f64) -> f64 {
+        let at_rest = Motion {
+            position: rod,
+            ..Motion::zero()
+        };
+        let solved = self.geometry.by_rod(&at_rest);
+        Real::atan2(solved.pivot.sin, solved.pivot.cos)
+    }
+
     /// The motion of the three joints from that of the measured one.
     pub(crate) fn solve<T: Real>(&self, measured: &Motion<T>) -> LinkageMotion<T> {
         match self.input {

@@ -15,8 +15,11 @@ mod signals;
 mod spec;
 mod static_transform;
 mod support_polygon;
+mod suspension;
 mod tree;
 mod urdf;
+#[cfg(test)]
+mod val_suspension_triangle;
 mod warp;
 mod weighed;
 
@@ -40,6 +43,7 @@ pub use spec::{
 };
 pub use static_transform::StaticTransform;
 pub use support_polygon::{Edge, SupportPolygon};
+pub use suspension::Suspension;
 pub use warp::Warp;
 pub use weighed::{WeighedSpec, WeighedSum, WeighedUnit};
 
@@ -74,6 +78,7 @@ pub struct Machine {
     pub(crate) uncertainty: UncertaintySpec,
     pub(crate) plausibility: PlausibilitySpec,
     pub(crate) reference: Reference,
+    pub(crate) suspension: Option<Suspension>,
 }
 
 /// Loads that others are compared with, by wheel (N); NaN until the machine's posture is known: see
@@ -395,6 +400,12 @@ impl Machine {
     #[must_use]
     pub fn plausibility(&self) -> &PlausibilitySpec {
         &self.plausibility
+    }
+
+    /// Its active suspension.
+    #[must_use]
+    pub fn suspension(&self) -> Option<&Suspension> {
+        self.suspension.as_ref()
     }
 
     /// Loads that others are compared with.

@@ -23,12 +23,39 @@ pub(crate) fn data(name: &str) -> String {
 
 /// A machine of `data/`, its file edited by `edit`, with every joint measured that no linkage moves.
 pub(crate) fn edited(name: &str, edit: impl Fn(String) -> String) -> Result<Machine, MachineError> {
+    checked(name, edit, LogFacts::default())
+}
+
+fn checked(
+    name: &str,
+    edit: impl Fn(String) -> String,
+    facts: LogFacts<'_>,
+) -> Result<Machine, MachineError> {
     let spec = MachineSpec::from_toml(&edit(data(&format!("{name}.toml"))), "machine.toml")?;
-    spec.check(
-        &data(&format!("{name}.urdf")),
-        "machine.urdf",
-        LogFacts::default(),
-    )
+    spec.check(&data(&format!("{name}.urdf")), "machine.urdf", facts)
+}
+
+/// The machine on two bogies that actuators turn, its file edited by `edit`, with the joints measured
+/// that its logs have: of the suspension the rods, of the arm the pivots.
+pub(crate) fn bogie_by_rods(edit: impl Fn(String) -> String) -> Machine {
+    let names = [
+        "slew",
+        "lift",
+        "tilt",
+        "extension",
+        "suspension_right",
+        "suspension_left",
+        "wheel_fl",
+        "wheel_fr",
+        "wheel_rl",
+        "wheel_rr",
+    ]
+    .map(String::from);
+    let facts = LogFacts {
+        joint_names: Some(&names),
+        ..LogFacts::default()
+    };
+    checked("bogie", edit, facts).unwrap()
 }
 
 /// A machine of `data/` with every joint measured that no linkage moves.

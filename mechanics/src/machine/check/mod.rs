@@ -6,6 +6,7 @@ mod driving;
 mod imu_mount;
 mod payloads;
 mod signals;
+mod suspension;
 mod wheels;
 
 use nalgebra::Isometry3;
@@ -86,7 +87,6 @@ impl Checker<'_> {
             )),
             None => None,
         };
-        self.check_suspension()?;
         let links: Vec<Link> = (0..self.tree.links.len())
             .map(|i| self.machine_link(i, arm_root, &wheels))
             .collect();
@@ -115,6 +115,7 @@ impl Checker<'_> {
             estimator: spec.estimator,
             uncertainty: spec.uncertainty,
             plausibility: spec.plausibility,
+            suspension: self.suspension()?,
         })
     }
 
@@ -307,30 +308,6 @@ impl Checker<'_> {
                     format!("\"{name}\""),
                 ));
             }
-        }
-        Ok(())
-    }
-
-    fn check_suspension(&self) -> Result<(), MachineError> {
-        let Some(suspension) = &self.spec.suspension else {
-            return Ok(());
-        };
-        for name in &suspension.linkages {
-            if !self.spec.linkage.iter().any(|l| &l.name == name) {
-                return Err(self.value_error(
-                    "suspension.linkages",
-                    "names of [[linkage]] tables",
-                    format!("\"{name}\""),
-                ));
-            }
-        }
-        let [least, greatest] = suspension.stroke;
-        if !(least < greatest) {
-            return Err(self.value_error(
-                "suspension.stroke",
-                "[least, greatest] in metres",
-                format!("[{least}, {greatest}]"),
-            ));
         }
         Ok(())
     }

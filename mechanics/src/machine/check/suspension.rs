@@ -1,0 +1,44 @@
+//! The active suspension's linkages and limits.
+
+use super::Checker;
+use crate::machine::{MachineError, Suspension};
+
+impl Checker<'_> {
+    pub(super) fn suspension(&self) -> Result<Option<Suspension>, MachineError> {
+        let Some(spec) = &self.spec.suspension else {
+            return Ok(None);
+        };
+        let [least, greatest] = spec.stroke;
+        if !(least < greatest) {
+            return Err(self.value_error(
+                "suspension.stroke",
+                "[least, greatest] in metres",
+                format!("[{least}, {greatest}]"),
+            ));
+        }
+        for (key, value) in [
+            ("suspension.max_velocity", spec.max_velocity),
+            ("suspension.max_acceleration", spec.max_acceleration),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(self.value_error(key, "a positive number", value));
+            }
+        }
+        let index = |name: &String| {
+            let found = self.spec.linkage.iter().position(|l| &l.name == name);
+            found.ok_or_else(|| {
+                self.value_error(
+                    "suspension.linkages",
+                    "names of [[linkage]] tables",
+                    format!("\"{name}\""),
+                )
+            })
+        };
+        Ok(Some(Suspension {
+            linkages: spec.linkages.iter().map(index).collect::<Result<_, _>>()?,
+            stroke: spec.stroke,
+            max_velocity: spec.max_velocity,
+            max_acceleration: spec.max_acceleration,
+        }))
+    }
+}
