@@ -12,3 +12,4 @@ mod number_signals; // any number of any message as a signal
 mod payload; // masses that the log can tell
 mod plausibility; // signals that cannot be true
 mod real_logs; // logs of real robots, where they are there
+mod second_paper; // what the second paper shows, and what pressures tell beyond it

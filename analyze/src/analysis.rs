@@ -44,12 +44,12 @@ pub struct Analysis {
     pub monte_carlo: Option<MonteCarlo>,
     /// Payloads whose mass was estimated from the force of a cylinder.
     pub payloads: Vec<EstimatedPayload>,
-    /// How the models differ, or why only one can be computed.
-    pub comparison: Result<ModelComparison, String>,
     /// Offsets between the topics' clocks, from the physics.
     pub clock: ClockOffsets,
     /// What is odd about the clocks.
     pub clock_findings: Vec<TopicsFinding>,
+    /// How each other model differs, or why it cannot be computed.
+    pub comparisons: Vec<Result<ModelComparison, String>>,
 }
 
 /// What a machine was made from, as it was read.

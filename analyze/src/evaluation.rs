@@ -1,4 +1,4 @@
-//! Evaluation of all rows by the chosen model, and by the other one beside it.
+//! Evaluation of all rows by the chosen model, and by the others beside it.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub(crate) fn scope(options: &Options) -> Scope {
             parts: options.columns.parts,
             ..Scope::ALL
         },
-        options::Model::ClosedForm => Scope {
+        options::Model::VariableInertia | options::Model::ClosedForm => Scope {
             indicators: true,
             terms: options.columns.terms,
             ..Scope::LOADS
@@ -49,8 +49,12 @@ pub(crate) fn model(
         (Some(options::ClosedFormInput::Velocity), _) | (None, true) => Input::Velocity,
         (Some(options::ClosedFormInput::Accelerometer), _) | (None, false) => Input::Accelerometer,
     };
-    let closed_form = ClosedForm::new(machine, posture, input)
-        .map_err(|error| anyhow!("model closed-form: {error}"))?;
+    let closed_form = if which == options::Model::ClosedForm {
+        ClosedForm::new(machine, posture, input)
+    } else {
+        ClosedForm::with_variable_inertia(machine, posture, input)
+    };
+    let closed_form = closed_form.map_err(|error| anyhow!("model {}: {error}", which.name()))?;
     Ok(Arc::new(Model::ClosedForm(Box::new(closed_form))))
 }
 
@@ -76,27 +80,32 @@ pub(crate) fn evaluate_all(
     all
 }
 
-/// The other model over the same rows.
+/// The other models over the same rows, those that can be computed.
 pub(crate) fn compare_models(
     machine: &Machine,
     rows: &Rows,
     posture: &[f64],
     has_odometry: bool,
     options: &Options,
-) -> Result<ModelComparison, String> {
-    let other = match options.model {
-        options::Model::WholeBody => options::Model::ClosedForm,
-        options::Model::ClosedForm => options::Model::WholeBody,
-    };
-    let model =
-        model(machine, other, posture, has_odometry, options).map_err(|error| error.to_string())?;
-    let others = evaluate_all(machine, &rows.states, Scope::LOADS, &model);
-    let comparison = compare(rows, other, &others);
-    if comparison.rows == 0 {
-        return Err(format!(
-            "model {}: no row has the attitude and motion that it needs",
-            other.name()
-        ));
-    }
-    Ok(comparison)
+) -> Vec<Result<ModelComparison, String>> {
+    let others = options::Model::ALL.into_iter().filter(|&other| {
+        // on a platform that nothing moves the two analytic models are one
+        other != options.model
+            && (other != options::Model::VariableInertia || machine.suspension().is_some())
+    });
+    others
+        .map(|other| {
+            let model = model(machine, other, posture, has_odometry, options)
+                .map_err(|error| error.to_string())?;
+            let outcomes = evaluate_all(machine, &rows.states, Scope::LOADS, &model);
+            let comparison = compare(rows, other, &outcomes);
+            if comparison.rows == 0 {
+                return Err(format!(
+                    "model {}: no row has the attitude and motion that it needs",
+                    other.name()
+                ));
+            }
+            Ok(comparison)
+        })
+        .collect()
 }

@@ -30,6 +30,8 @@ pub struct LoadedLog {
     pub losses: Losses,
     /// By topic what was added to its stamps because the machine file says so (s).
     pub clock_offsets_s: BTreeMap<String, f64>,
+    /// What is bound and not there, in plain sentences.
+    pub notes: Vec<String>,
 }
 
 impl LoadedLog {
@@ -49,7 +51,7 @@ impl LoadedLog {
 pub struct Signal {
     /// Its place among the sensors.
     pub sensor: Sensor,
-    /// "joint_states", "imu", "odometry" or "tool_wrench".
+    /// "joint_states", "imu", "odometry", "tool_wrench" or "actuator".
     pub name: &'static str,
     /// Name of the topic.
     pub topic: String,
@@ -98,6 +100,7 @@ pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Res
         signals,
         losses,
         clock_offsets_s: bound.clock_offsets_s,
+        notes: bound.notes,
     })
 }
 

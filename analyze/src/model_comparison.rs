@@ -1,4 +1,4 @@
-//! How the loads of the two models differ, wheel by wheel.
+//! How the loads of the models differ, wheel by wheel.
 
 use tipwatch_mechanics::{OutcomeColumns, Quantity};
 

@@ -1,7 +1,9 @@
 //! What a reader must know of how the results came about.
 
+use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::signal::Sensor;
 
+use crate::analysis::Rows;
 use crate::clock::{self, ClockOffsets, words::TopicsFinding};
 use crate::load::LoadedLog;
 use crate::payload::EstimatedPayload;
@@ -13,6 +15,7 @@ pub(crate) fn of(
     payloads: &[EstimatedPayload],
     clock_findings: &[TopicsFinding],
     clock: &ClockOffsets,
+    rows: &Rows,
 ) -> Vec<String> {
     let mut notes = Vec::new();
     let sensors = &loaded.matched.sensors;
@@ -33,6 +36,8 @@ pub(crate) fn of(
     }
     notes.extend(loaded.machine.notes().iter().cloned());
     notes.extend(missing_wheel_joints(loaded));
+    notes.extend(loaded.notes.iter().cloned());
+    notes.extend(measured_torques(loaded, rows));
     for signal in &loaded.signals {
         if signal.recording.without_value > 0 {
             notes.push(format!(
@@ -64,6 +69,34 @@ pub(crate) fn of(
             .map(|note| format!("{note}; implausible values are flagged instead.")),
     );
     notes
+}
+
+/// In how many rows measured torques told how the load is split.
+fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
+    let sensors = &loaded.matched.sensors;
+    let machine = &loaded.machine;
+    let mut linkages: Vec<&str> = (sensors.actuators.iter())
+        .map(|signal| &machine.contact().actuated_joints[signal.joint])
+        .map(|joint| machine.linkages()[joint.linkage].name.as_str())
+        .collect();
+    linkages.dedup();
+    if linkages.is_empty() {
+        return None;
+    }
+    let used = rows.outcomes.column(Quantity::MeasuredTorques);
+    let with = used.iter().filter(|&&torques| torques > 0.0).count();
+    if with == 0 {
+        return Some(format!(
+            "The forces of {} were not used: no row has them, or the model has no place for them.",
+            linkages.join(", ")
+        ));
+    }
+    Some(format!(
+        "In {:.1} % of the rows the forces of {} told how the load is split (column measured_torques): there the split \
+         rule decides nothing, and envelope and standard deviations are theirs.",
+        100.0 * with as f64 / used.len() as f64,
+        linkages.join(", ")
+    ))
 }
 
 fn missing_wheel_joints(loaded: &LoadedLog) -> Option<String> {

@@ -51,7 +51,8 @@ pub enum ClosedFormInput {
 pub enum ColumnGroup {
     /// What each link contributes to each wheel's load.
     Parts,
-    /// Terms of the closed form, and how wheels and axles travel; with `--model closed-form`.
+    /// Terms of the closed form, and how wheels and axles travel; with `--model closed-form` or
+    /// `variable-inertia`.
     Terms,
 }
 
@@ -98,16 +99,22 @@ pub enum Estimator {
 pub enum Model {
     /// Newton-Euler over every body.
     WholeBody,
-    /// The first paper's analytic model of a rigid platform on four wheels.
+    /// The second paper's analytic model: the platform's inertia follows its actuators.
+    VariableInertia,
+    /// The first paper's analytic model: a rigid platform, its suspension at mid stroke.
     ClosedForm,
 }
 
 impl Model {
+    /// All models.
+    pub const ALL: [Self; 3] = [Self::WholeBody, Self::VariableInertia, Self::ClosedForm];
+
     /// Its name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::WholeBody => "whole-body",
+            Self::VariableInertia => "variable-inertia",
             Self::ClosedForm => "closed-form",
         }
     }

@@ -57,7 +57,7 @@ pub fn analyse(
     for row in 0..rows.len() {
         rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
     }
-    let comparison = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
+    let comparisons = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
     let min_loads_n = min_loads(machine);
     let events = detect::events(&loaded, &heard.faults, &rows, min_loads_n.as_deref(), scope);
     let sensitivity = scope
@@ -67,7 +67,7 @@ pub fn analyse(
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
     let clock_findings = clock::words::of_signals(&loaded.signals);
-    let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock);
+    let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &rows);
     if loaded.matched.sensors.imu {
         notes.splice(0..0, imu_check::note(machine, &rows));
     }
@@ -108,7 +108,7 @@ pub fn analyse(
         sensitivity,
         monte_carlo,
         payloads,
-        comparison,
+        comparisons,
         clock,
         clock_findings,
     })

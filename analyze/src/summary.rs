@@ -13,13 +13,14 @@ use tipwatch_mechanics::monte_carlo::Band;
 use crate::analysis::{Analysis, Input};
 use crate::clock::{ClockOffsets, words::TopicsFinding};
 use crate::events::EventCauses;
+use crate::model_comparison::ModelComparison;
 use crate::options::Options;
 use crate::payload::EstimatedPayload;
 use crate::provenance::Provenance;
 use crate::table::name_and_unit;
 
 /// Version of the document.
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 4;
 
 /// The JSON schema (draft 2020-12) of the document, as a text.
 #[must_use]
@@ -101,9 +102,16 @@ pub struct FaultSummary {
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct ModelSummary {
     name: &'static str,
-    other: Option<&'static str>,
-    /// Why there is no other.
-    other_note: Option<String>,
+    /// The other models over the same rows.
+    others: Vec<OtherModelSummary>,
+    /// Why others cannot be computed.
+    other_notes: Vec<String>,
+}
+
+/// How another model differs.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct OtherModelSummary {
+    name: &'static str,
     rows_compared: usize,
     /// OTF of the other model less that of this one, by wheel.
     difference: BTreeMap<String, DifferenceSummary>,
@@ -336,26 +344,30 @@ fn median_sigma(analysis: &Analysis, wheel: usize, valid: &[usize]) -> Option<f6
 
 fn model_summary(analysis: &Analysis) -> ModelSummary {
     let wheels = analysis.machine.wheels();
-    let name = |wheel: usize| wheels[wheel].name.to_lowercase();
-    let comparison = analysis.comparison.as_ref();
-    let differences = comparison.map_or(&[][..], |comparison| &comparison.wheels);
+    let by_wheel = |comparison: &ModelComparison| {
+        let differences = comparison.wheels.iter().zip(wheels);
+        let summaries = differences.map(|(difference, wheel)| {
+            let summary = DifferenceSummary {
+                mean_n: difference.mean_n,
+                rms_n: difference.rms_n,
+                largest_n: difference.largest_n,
+                largest_ns: difference.largest_ns,
+            };
+            (wheel.name.to_lowercase(), summary)
+        });
+        summaries.collect()
+    };
+    let known = analysis.comparisons.iter().flatten();
+    let others = known.map(|comparison| OtherModelSummary {
+        name: comparison.other.name(),
+        rows_compared: comparison.rows,
+        difference: by_wheel(comparison),
+    });
     ModelSummary {
         name: analysis.options.model.name(),
-        other: comparison.ok().map(|comparison| comparison.other.name()),
-        other_note: analysis.comparison.as_ref().err().cloned(),
-        rows_compared: comparison.map_or(0, |comparison| comparison.rows),
-        difference: differences
-            .iter()
-            .enumerate()
-            .map(|(wheel, difference)| {
-                let summary = DifferenceSummary {
-                    mean_n: difference.mean_n,
-                    rms_n: difference.rms_n,
-                    largest_n: difference.largest_n,
-                    largest_ns: difference.largest_ns,
-                };
-                (name(wheel), summary)
-            })
+        others: others.collect(),
+        other_notes: (analysis.comparisons.iter())
+            .filter_map(|comparison| comparison.as_ref().err().cloned())
             .collect(),
     }
 }

@@ -37,6 +37,12 @@ pub fn name_and_unit(machine: &Machine, quantity: Quantity) -> Option<(String, &
         Quantity::LoadSigma(w) => (format!("load_{}_sigma", wheel(w)), "N"),
         Quantity::OtfSigma(w) => (format!("otf_{}_sigma", wheel(w)), "N"),
         Quantity::Utilisation => ("utilisation".into(), "-"),
+        Quantity::MeasuredTorques => ("measured_torques".into(), "-"),
+        Quantity::TorqueResidual(j) => {
+            let joint = &machine.contact().actuated_joints[j];
+            let linkage = machine.linkages()[joint.linkage].name.to_lowercase();
+            (format!("torque_residual_{linkage}"), "N m")
+        }
         Quantity::Mhs(e) => (format!("mhs_{}", edge(e)), "N m"),
         Quantity::Tom(e) => (format!("tom_{}", edge(e)), "N m"),
         Quantity::Itom(e) => (format!("itom_{}", edge(e)), "N m"),

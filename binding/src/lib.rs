@@ -6,6 +6,7 @@
 
 #![forbid(unsafe_code)]
 
+mod actuators;
 mod machine_file;
 mod number_signals;
 mod record;
@@ -41,6 +42,8 @@ pub struct BoundLog {
     pub topics: SensorTopics,
     /// By topic what the machine file says has to be added to its stamps (s).
     pub clock_offsets_s: BTreeMap<String, f64>,
+    /// What is bound and not there, in plain sentences.
+    pub notes: Vec<String>,
 }
 
 /// A sensor and the topic that carries it.
@@ -156,8 +159,11 @@ pub fn bind(
         static_transforms: &static_transforms,
     };
     let mut machine = spec.check(urdf_text, urdf_name, facts)?;
-    let matched = match_sensors(log, &machine, &found, &streams)?;
-    let sensors = bound_sensors(&machine, &matched, &found, &streams);
+    let mut matched = match_sensors(log, &machine, &found, &streams)?;
+    let mut sensors = bound_sensors(&machine, &matched, &found, &streams);
+    let actuators = actuators::find(log, spec, &machine)?;
+    matched.sensors.actuators = actuators.signals;
+    sensors.extend(actuators.sensors);
     if !matched.sensors.tool_wrench {
         machine.leave_out_tool();
     }
@@ -167,6 +173,7 @@ pub fn bind(
         sensors,
         topics: found.topics,
         clock_offsets_s: spec.clock.offset.clone(),
+        notes: actuators.notes,
     })
 }
 
@@ -334,6 +341,8 @@ fn bound_sensors(
             Sensor::Imu => (&topics.imu, &numbers.imu),
             Sensor::Odometry => (&topics.odometry, &numbers.odometry),
             Sensor::ToolWrench => (&topics.tool_wrench, &numbers.tool_wrench),
+            // found once the machine is known
+            Sensor::Actuator(_) => continue,
         };
         bound.extend(binding.iter().map(|b| typed(sensor, b, Vec::new())));
         bound.extend(request.iter().map(|request| numbered(sensor, request)));

@@ -21,10 +21,12 @@ pub enum SensorKind {
     Odometry,
     /// Force and moment on the tool.
     ToolWrench,
+    /// One number of any message: of an actuator.
+    Number,
 }
 
 impl SensorKind {
-    /// All kinds.
+    /// All kinds that have a message type of their own.
     pub const ALL: [SensorKind; 4] = [
         Self::JointStates,
         Self::Imu,
@@ -32,23 +34,25 @@ impl SensorKind {
         Self::ToolWrench,
     ];
 
-    /// The message type.
+    /// The message type; empty where any will do.
     pub fn type_name(self) -> &'static str {
         match self {
             Self::JointStates => "sensor_msgs/msg/JointState",
             Self::Imu => "sensor_msgs/msg/Imu",
             Self::Odometry => "nav_msgs/msg/Odometry",
             Self::ToolWrench => "geometry_msgs/msg/WrenchStamped",
+            Self::Number => "",
         }
     }
 
-    /// The key under `[signals]` of a machine file.
+    /// The key under `[signals]` of a machine file; of numbers their name in what is told of a log.
     pub fn signal_key(self) -> &'static str {
         match self {
             Self::JointStates => "joint_states",
             Self::Imu => "imu",
             Self::Odometry => "odometry",
             Self::ToolWrench => "tool_wrench",
+            Self::Number => "actuator",
         }
     }
 
@@ -58,6 +62,7 @@ impl SensorKind {
             Self::JointStates => 2 * joints,
             Self::Imu | Self::Odometry => 10,
             Self::ToolWrench => 6,
+            Self::Number => 1,
         }
     }
 
@@ -103,6 +108,7 @@ impl SensorKind {
                 "wrench.torque.y",
                 "wrench.torque.z",
             ],
+            Self::Number => &[],
         }
     }
 }
@@ -216,6 +222,8 @@ impl SensorDecoder {
             SensorKind::Imu => self.imu_values(values),
             SensorKind::Odometry => self.odometry_values(values),
             SensorKind::ToolWrench => self.extend(values, FIRST, 6),
+            // read field by field
+            SensorKind::Number => {}
         }
         Ok(self.stamp_ns())
     }

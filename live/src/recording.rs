@@ -40,6 +40,10 @@ impl Recording {
         );
         let sensors = bound.sensors.iter().map(|b| b.sensor).collect();
         let (columns, losses) = bound.record(&log, &mut |_| {})?;
+        let mut actuated_joints: Vec<u32> = (matched.sensors.actuators.iter())
+            .map(|signal| signal.joint as u32)
+            .collect();
+        actuated_joints.dedup();
         let joints = 0..matched.streams.len();
         let session = Session {
             id: 0,
@@ -51,6 +55,7 @@ impl Recording {
             imu: matched.sensors.imu,
             odometry: matched.sensors.odometry,
             tool_wrench: matched.sensors.tool_wrench,
+            actuated_joints,
             imu_frame: bound.topics.imu_frame.clone(),
         };
         // What a reader will do with it works here too, or is told here.

@@ -44,6 +44,7 @@ impl WireSample {
             Sensor::Imu => (Kind::Imu, 0),
             Sensor::Odometry => (Kind::Odometry, 0),
             Sensor::ToolWrench => (Kind::ToolWrench, 0),
+            Sensor::Actuator(signal) => (Kind::Actuator, signal),
         };
         let mut wire = Self {
             stamp_ns: sample.stamp_ns,
@@ -83,6 +84,7 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
             Kind::Imu => Sensor::Imu,
             Kind::Odometry => Sensor::Odometry,
             Kind::ToolWrench => Sensor::ToolWrench,
+            Kind::Actuator => Sensor::Actuator(wire.stream as usize),
             Kind::End => return Ok(Self::End),
         };
         let values = wire
@@ -109,6 +111,7 @@ mod tests {
             Sensor::Imu,
             Sensor::Odometry,
             Sensor::ToolWrench,
+            Sensor::Actuator(2),
         ] {
             let wire = WireSample::new(
                 5,

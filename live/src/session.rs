@@ -26,6 +26,8 @@ pub struct Session {
     pub odometry: bool,
     /// Whether the tool wrench is measured.
     pub tool_wrench: bool,
+    /// Which of the machine's actuated joints have their force measured, ascending.
+    pub actuated_joints: Vec<u32>,
     /// The frame that the IMU names.
     pub imu_frame: Option<String>,
 }
@@ -87,7 +89,10 @@ impl Session {
             listed(&found),
             listed(&self.streams)
         );
-        Ok(matched.sensors)
+        let mut sensors = matched.sensors;
+        let is_there = |joint: usize| self.actuated_joints.contains(&(joint as u32));
+        sensors.actuators = machine.contact().actuator_signals(is_there);
+        Ok(sensors)
     }
 }
 
@@ -126,7 +131,9 @@ impl TryFrom<&Session> for WireSession {
             has_imu: session.imu.into(),
             has_odometry: session.odometry.into(),
             has_tool_wrench: session.tool_wrench.into(),
-            reserved: 0,
+            actuated_joints: (session.actuated_joints.iter())
+                .try_fold(0_u32, |bits, &joint| Some(bits | 1_u32.checked_shl(joint)?))
+                .context("session: expected no more than 32 actuated joints")?,
             imu_frame: name_to_wire(session.imu_frame.as_deref().unwrap_or(""))?,
             joint_streams: [0; MAX_JOINTS],
             joint_names: [[0; NAME_BYTES]; MAX_JOINTS],
@@ -159,6 +166,9 @@ impl TryFrom<&WireSession> for Session {
             imu: wire.has_imu != 0,
             odometry: wire.has_odometry != 0,
             tool_wrench: wire.has_tool_wrench != 0,
+            actuated_joints: (0..32)
+                .filter(|joint| wire.actuated_joints >> joint & 1 == 1)
+                .collect(),
             imu_frame: Some(name_from_wire(&wire.imu_frame)?).filter(|frame| !frame.is_empty()),
         };
         for (stream, name) in wire
@@ -215,6 +225,7 @@ mod tests {
             imu: true,
             odometry: false,
             tool_wrench: true,
+            actuated_joints: vec![1, 4],
             imu_frame: Some("imu_link".into()),
         }
     }

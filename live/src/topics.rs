@@ -101,7 +101,7 @@ wire! {
     /// What a reader must know before the first sample.
     #[repr(C)]
     #[derive(Debug, Clone, Copy, ZeroCopySend)]
-    #[type_name("tipwatch.Session.v1")]
+    #[type_name("tipwatch.Session.v2")]
     pub struct WireSession {
         /// Tells this session from every other one.
         pub session: u64,
@@ -119,8 +119,8 @@ wire! {
         pub has_odometry: u32,
         /// One where the tool wrench is measured.
         pub has_tool_wrench: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// A bit for each of the machine's actuated joints whose force is measured.
+        pub actuated_joints: u32,
         /// The frame that the IMU names; empty where it names none.
         pub imu_frame: [u8; NAME_BYTES],
         /// The stream of each joint, ascending.
@@ -144,6 +144,8 @@ pub enum Kind {
     ToolWrench = 4,
     /// No sensor: the session is over. Its sequence number is the number of samples.
     End = 5,
+    /// A signal of an actuator's force.
+    Actuator = 6,
 }
 
 impl TryFrom<u32> for Kind {
@@ -156,6 +158,7 @@ impl TryFrom<u32> for Kind {
             Self::Odometry,
             Self::ToolWrench,
             Self::End,
+            Self::Actuator,
         ]
         .into_iter()
         .find(|&kind| kind as u32 == number)

@@ -11,6 +11,7 @@
 //!     platform acceleration   the rest of the base's acceleration, alpha x r, and what wheels and
 //!                             suspension add by their own motion
 //!     tool force              on the tool
+//!     warp                    no wrench: what measured torques or heights on a plane add to the rule's split
 //! ```
 //! with v the velocity of the base origin. Where the log does not know v, the part w x v of cornering
 //! stays in the platform's acceleration; where it does not know up, slope and platform acceleration are
@@ -47,6 +48,9 @@ pub enum Cause {
     Cornering,
     /// Force and moment on the tool.
     ToolForce,
+    /// What measured joint torques, or heights of the wheels on ground declared a plane, say of the
+    /// split beyond the rule.
+    Warp,
     /// What lifted wheels give to the others: load less OTF.
     LiftOff,
     /// Slope and platform acceleration together, where the attitude is unknown.
@@ -55,7 +59,7 @@ pub enum Cause {
 
 impl Cause {
     /// All causes, in the order of their columns.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::ChassisWeight,
         Self::WheelWeight,
         Self::ArmWeight,
@@ -64,6 +68,7 @@ impl Cause {
         Self::PlatformAcceleration,
         Self::Cornering,
         Self::ToolForce,
+        Self::Warp,
         Self::LiftOff,
         Self::SpecificForce,
     ];
@@ -80,6 +85,7 @@ impl Cause {
             Self::PlatformAcceleration => "platform_acceleration",
             Self::Cornering => "cornering",
             Self::ToolForce => "tool_force",
+            Self::Warp => "warp",
             Self::LiftOff => "lift_off",
             Self::SpecificForce => "specific_force",
         }
@@ -101,7 +107,7 @@ pub(crate) struct Circumstances<'a, T: Real> {
     pub(crate) normal: &'a Vector3<T>,
 }
 
-/// Wrenches of the causes, those of the last two not filled.
+/// Wrenches of the causes; those of warp and lift-off are none.
 type CauseWrenches<T> = [Wrench<T>; Cause::ALL.len()];
 
 /// Fills the causes of every wheel; `motions` are those of all bodies.

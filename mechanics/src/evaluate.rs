@@ -17,7 +17,7 @@ use crate::outcome::Outcome;
 use crate::scope::Scope;
 use crate::spatial::Wrench;
 use crate::state::State;
-use crate::wheel_loads::{Beyond, GroundForce, Loads, Stance, beyond_free_joints};
+use crate::wheel_loads::{Actuation, Beyond, GroundForce, Loads, Stance, beyond_torque_joints};
 use crate::workspace::Workspace;
 
 /// The solution that a workspace holds.
@@ -32,6 +32,7 @@ macro_rules! stance {
             radii: &$w.radii,
             motions: &$w.motions,
             beyond: &$w.beyond,
+            actuations: &$w.actuations,
             equations: &$w.equations,
         }
     };
@@ -64,7 +65,7 @@ pub fn evaluate<'w, T: Real>(
             .fill(machine, state, &w.motions, &w.wrenches, &tool_wrench);
     }
     let plane = match &*model {
-        Model::WholeBody => whole_body(machine, w, &tool_wrench),
+        Model::WholeBody => whole_body(machine, state, w, &tool_wrench),
         Model::ClosedForm(model) => closed_form(machine, state, w, model),
     };
     let out = &mut w.outcome;
@@ -92,12 +93,14 @@ pub fn evaluate<'w, T: Real>(
 /// Newton-Euler over every body; tyres that deflect under their load are solved for twice.
 fn whole_body<T: Real>(
     machine: &Machine,
+    state: &State<T>,
     w: &mut Workspace<T>,
     tool_wrench: &Wrench<T>,
 ) -> ContactPlane<T> {
     let ground = newton_euler::sum(&w.wrenches, |_| true).minus(tool_wrench);
     w.outcome.ground_wrench = ground;
-    beyond_free_joints(machine, &w.wrenches, tool_wrench, &mut w.beyond);
+    beyond_torque_joints(machine, &w.wrenches, tool_wrench, &mut w.beyond);
+    Actuation::fill(machine, state, &mut w.actuations);
     let radii_differ = machine.contact.radii_differ;
     let mut plane = ContactPlane::through(&w.wheel_centres, &w.radii, radii_differ);
     stand(machine, w, &ground, &plane);
@@ -123,8 +126,38 @@ fn whole_body<T: Real>(
         let pressing = machine.contact.tyres_deflect.then_some(&w.pressing[..]);
         let loads = [&w.outcome.otf[..], &w.outcome.load[..]];
         w.influences.fill(&stance, &w.solver, loads, pressing);
+        if w.equations.are_measured() {
+            share_by_rule(machine, w, &ground, &plane);
+        }
     }
+    tell_of_measured(w);
     plane
+}
+
+/// Solves by the split rule beside the measured torques: the causes share that load, and what the
+/// torques add is one of them.
+fn share_by_rule<T: Real>(
+    machine: &Machine,
+    w: &mut Workspace<T>,
+    ground: &Wrench<T>,
+    plane: &ContactPlane<T>,
+) {
+    w.equations.set_measured_aside();
+    let response = w
+        .solver
+        .solve_by_rule(machine, &w.equations, &mut w.otf_by_rule);
+    let stance = stance!(machine, w, plane, ground);
+    w.influences.fill_by_rule(&stance, response, &w.otf_by_rule);
+    w.equations.take_measured_up();
+}
+
+/// How many torques were used, and what each is more than the loads make of it.
+fn tell_of_measured<T: Real>(w: &mut Workspace<T>) {
+    let out = &mut w.outcome;
+    out.measured_torques = w.equations.known_torques();
+    for (joint, residual) in out.torque_residual.iter_mut().enumerate() {
+        *residual = w.equations.residual(joint, &out.load);
+    }
 }
 
 /// The analytic model: the ground holds its b1, b2, b3 on the platform's own rectangle.
@@ -156,6 +189,8 @@ fn closed_form<T: Real>(
         moment: held.moment,
     };
     w.equations.set_equilibrium(&force, &w.contacts);
+    w.equations.forget_measured();
+    tell_of_measured(w);
     w.outcome.ground_wrench = Wrench {
         force: plane.normal * held.normal,
         moment: plane.forward * held.moment.x + plane.left * held.moment.y,
@@ -189,7 +224,7 @@ fn stand<T: Real>(
     let force = GroundForce::in_plane(ground, plane);
     w.equations.set_equilibrium(&force, &w.contacts);
     w.equations.set_offsets(machine, plane, &w.wheel_centres);
-    if !machine.contact.free_joints.is_empty() {
+    if !w.beyond.is_empty() {
         let beyond = Beyond {
             motions: &w.motions,
             wrenches: &w.beyond,
@@ -199,6 +234,8 @@ fn stand<T: Real>(
             force_per_load: ground.force / force.normal,
         };
         w.equations.set_free_joints(machine, &beyond);
+        w.equations
+            .set_actuated_joints(machine, &beyond, &w.actuations);
     }
     load_wheels(machine, w, &force, &plane.normal);
 }

@@ -48,7 +48,7 @@ pub(crate) fn explain<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>, mode
         find_causes(it, w);
     }
     if whole_body && w.scope.parts {
-        let (influences, out) = (&w.influences.otf, &mut w.outcome);
+        let (influences, out) = (w.influences.by_rule(), &mut w.outcome);
         attribute_links(it.machine, &w.motions, influences, &mut out.parts);
     }
 }
@@ -62,12 +62,15 @@ fn derive<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
         motions: &w.motions,
         wrenches: &w.wrenches,
         groups: &w.groups,
+        actuations: &w.actuations,
         tool_wrench: it.tool_wrench,
         centres: &w.wheel_centres,
     };
     w.sensitivity.fill(&motion, &w.influences);
     let noise = &it.state.noise;
-    uncertainty::fill(it.machine, &w.sigmas, noise, &w.sensitivity, &mut w.outcome);
+    let measured = w.solver.measured_variances(&w.equations);
+    let out = &mut w.outcome;
+    uncertainty::fill(it.machine, &w.sigmas, noise, &w.sensitivity, measured, out);
 }
 
 fn find_causes<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
@@ -77,7 +80,7 @@ fn find_causes<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
         known: &it.state.base,
         normal: &it.plane.normal,
     };
-    let (influences, out) = (&w.influences.otf, &mut w.outcome);
+    let (influences, out) = (w.influences.by_rule(), &mut w.outcome);
     attribute(
         &circumstances,
         &w.groups,
@@ -85,7 +88,13 @@ fn find_causes<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
         influences,
         &mut out.causes,
     );
+    let by_rule = w.solver.rule_or_otf_response(&w.equations);
     for (wheel, causes) in out.causes.iter_mut().enumerate() {
+        let mut warp = by_rule.by_heights(&w.equations, wheel);
+        if w.equations.are_measured() {
+            warp += out.otf[wheel] - w.otf_by_rule[wheel];
+        }
+        causes[Cause::Warp as usize] = warp;
         causes[Cause::LiftOff as usize] = out.load[wheel] - out.otf[wheel];
     }
 }

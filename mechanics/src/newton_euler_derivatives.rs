@@ -137,8 +137,16 @@ impl<T: Real> BaseWrenches<T> {
 
 /// Coefficients of a wrench about the base origin in its torque about a joint, times `factor`.
 pub(crate) fn torque_form<T: Real>(joint: &BodyMotion<T>, factor: T) -> Wrench<T> {
+    joint_form(JointKind::Revolute, joint, factor)
+}
+
+/// The same of a joint that turns, or of the force along one that slides.
+pub(crate) fn joint_form<T: Real>(kind: JointKind, joint: &BodyMotion<T>, factor: T) -> Wrench<T> {
     let axis: Vector3<T> = joint.rotation.column(2).into_owned();
-    let field = Field::turning(&axis, &joint.origin);
+    let field = match kind {
+        JointKind::Revolute => Field::turning(&axis, &joint.origin),
+        JointKind::Prismatic => Field::sliding(&axis),
+    };
     Wrench {
         force: field.linear * factor,
         moment: field.angular * factor,

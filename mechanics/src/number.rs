@@ -72,6 +72,12 @@ pub trait Real:
     /// `if_true` where `mask` holds, else `if_false`.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
 
+    /// The same value as a constant: what is derived from does not follow it.
+    #[must_use]
+    fn held(self) -> Self {
+        self
+    }
+
     /// The smaller of the two; `other` where either is NaN.
     fn min(self, other: Self) -> Self {
         Self::select(self.lt(other), self, other)

@@ -43,6 +43,11 @@ pub struct Outcome<T> {
     /// Overturning moment about each edge of the support polygon, wheel weights included (ITOM of the
     /// first paper with wheel weights), negative = stable (N m).
     pub itom_full: Vec<T>,
+    /// How many measured torques of actuated joints told of the split.
+    pub measured_torques: T,
+    /// What each of them is more than motion and loads make of it, about its pivot (N m); NaN where it is
+    /// not known. Large ones say that a sensor, the machine or its traction is not what it was taken for.
+    pub torque_residual: Vec<T>,
     /// Smallest closure of the linkages, not below zero where all close.
     pub linkage_closure: T,
     /// Other measures of stability; NaN where the scope leaves them out.
@@ -92,6 +97,10 @@ pub enum Quantity {
     ItomFull(usize),
     /// [`Outcome::linkage_closure`].
     LinkageClosure,
+    /// [`Outcome::measured_torques`].
+    MeasuredTorques,
+    /// [`Outcome::torque_residual`] of this actuated joint.
+    TorqueResidual(usize),
     /// [`Indicators::mhs`] of this edge.
     Mhs(usize),
     /// [`Indicators::tom`] of this edge.
@@ -149,6 +158,8 @@ impl<T: Real> Outcome<T> {
             zmp_y: T::zero(),
             zmp_margin: T::zero(),
             itom_full: vec![T::zero(); machine.polygon.edges.len()],
+            measured_torques: T::zero(),
+            torque_residual: vec![T::constant(f64::NAN); machine.contact.actuated_joints.len()],
             linkage_closure: T::zero(),
             indicators: Indicators::blank(machine),
             causes: vec![[T::constant(f64::NAN); Cause::ALL.len()]; machine.wheels.len()],
@@ -172,6 +183,8 @@ impl<T: Real> Outcome<T> {
             Quantity::ZmpMargin => self.zmp_margin,
             Quantity::ItomFull(edge) => self.itom_full[edge],
             Quantity::LinkageClosure => self.linkage_closure,
+            Quantity::MeasuredTorques => self.measured_torques,
+            Quantity::TorqueResidual(joint) => self.torque_residual[joint],
             Quantity::Cause(cause, wheel) => self.causes[wheel][cause as usize],
             Quantity::Part(link, wheel) => self.parts[link][wheel],
             Quantity::LoadSigma(wheel) => self.uncertainty.load[wheel],
@@ -237,6 +250,11 @@ impl Quantity {
             Self::ZmpMargin,
             Self::LinkageClosure,
         ]);
+        let actuated = machine.contact.actuated_joints.len();
+        if actuated > 0 {
+            all.push(Self::MeasuredTorques);
+            all.extend((0..actuated).map(Self::TorqueResidual));
+        }
         if scope.sensitivities {
             all.extend(by(&wheels, &[Self::LoadSigma, Self::OtfSigma]));
             all.push(Self::Utilisation);

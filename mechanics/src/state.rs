@@ -19,6 +19,9 @@ pub struct State<T> {
     /// Force and moment by the surroundings on the tool, at the origin of the tool's frame and in its
     /// axes (N, N m); zero without one.
     pub tool_wrench: Wrench<T>,
+    /// Force of the actuator of each of the [`actuated joints`](crate::machine::Contact::actuated_joints)
+    /// (N), positive where it pushes its rod out; NaN where it is unknown, and then the split rule decides.
+    pub actuator_force: Vec<T>,
     /// How much of each of [`Machine::payloads`] hangs on its link: 1 or 0.
     pub payload_share: Vec<T>,
     /// What is known of the base beside what the IMU feels.
@@ -97,6 +100,7 @@ impl<T: Real> State<T> {
                 angular_acceleration: Vector3::zeros(),
             },
             tool_wrench: Wrench::zero(),
+            actuator_force: vec![T::constant(f64::NAN); machine.contact.actuated_joints.len()],
             payload_share: machine
                 .payloads()
                 .iter()
@@ -110,7 +114,8 @@ impl<T: Real> State<T> {
     /// How many numbers a state holds: the columns of [`StateColumns`](crate::StateColumns).
     #[must_use]
     pub fn size(machine: &Machine) -> usize {
-        3 * machine.joints().len() + 9 + 6 + machine.payloads().len() + 9 + 11
+        let (joints, actuated) = (machine.joints.len(), machine.contact.actuated_joints.len());
+        3 * joints + 9 + 6 + actuated + machine.payloads.len() + 9 + 11
     }
 
     /// The same state in another type of number.
@@ -128,6 +133,7 @@ impl<T: Real> State<T> {
                 force: vector(&self.tool_wrench.force),
                 moment: vector(&self.tool_wrench.moment),
             },
+            actuator_force: self.actuator_force.iter().map(|&f| convert(f)).collect(),
             payload_share: self.payload_share.iter().map(|&s| convert(s)).collect(),
             base: BaseState {
                 up: vector(&self.base.up),
@@ -160,6 +166,7 @@ impl<T: Real> State<T> {
             Parameter::AngularAcceleration(axis) => &mut imu.angular_acceleration[axis as usize],
             Parameter::ToolForce(axis) => &mut tool.force[axis as usize],
             Parameter::ToolMoment(axis) => &mut tool.moment[axis as usize],
+            Parameter::ActuatorForce(joint) => &mut self.actuator_force[joint],
             _ => return,
         };
         *place += amount;
@@ -178,6 +185,7 @@ impl<T: Real> State<T> {
             Parameter::AngularAcceleration(axis) => imu.angular_acceleration[axis as usize],
             Parameter::ToolForce(axis) => tool.force[axis as usize],
             Parameter::ToolMoment(axis) => tool.moment[axis as usize],
+            Parameter::ActuatorForce(joint) => self.actuator_force[joint],
             Parameter::Travel(Travel::ForwardVelocity) => self.base.velocity.x,
             Parameter::Travel(Travel::LeftVelocity) => self.base.velocity.y,
             Parameter::Travel(Travel::ForwardAcceleration) => self.base.velocity_rate.x,
@@ -187,8 +195,8 @@ impl<T: Real> State<T> {
     }
 
     /// Visits the numbers in their fixed order: joints (position, rate, acceleration each), specific force,
-    /// angular velocity, angular acceleration, tool force, tool moment, payload shares, up, velocity and
-    /// its rate, noise.
+    /// angular velocity, angular acceleration, tool force, tool moment, actuator forces, payload shares,
+    /// up, velocity and its rate, noise.
     pub(crate) fn for_each_value(&mut self, mut visit: impl FnMut(&mut T)) {
         for joint in &mut self.joints {
             visit(&mut joint.position);
@@ -201,6 +209,7 @@ impl<T: Real> State<T> {
         imu.angular_acceleration.iter_mut().for_each(&mut visit);
         tool.force.iter_mut().for_each(&mut visit);
         tool.moment.iter_mut().for_each(&mut visit);
+        self.actuator_force.iter_mut().for_each(&mut visit);
         self.payload_share.iter_mut().for_each(&mut visit);
         self.base.up.iter_mut().for_each(&mut visit);
         self.base.velocity.iter_mut().for_each(&mut visit);

@@ -3,12 +3,13 @@
 //!
 //! ```text
 //!     var N = sum over parameters (dN/dp sigma_p)^2 + sum over signals g' P g + (model share * mean load)^2
+//!             + what measured torques leave of the split, A(3)
 //! ```
 //! with g the derivatives by value, rate and acceleration of a signal and P their covariance as the
 //! estimator has it. Parameters are taken as independent; the elements of one link's inertia are not:
 //! they share one factor.
 
-use crate::machine::Machine;
+use crate::machine::{MAX_WHEELS, Machine};
 use crate::number::Real;
 use crate::outcome::Outcome;
 use crate::sensitivity::{InertiaElement, Parameter, Sensitivity};
@@ -107,6 +108,8 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::JointRate(_)
         | Parameter::JointAcceleration(_)
         | Parameter::AngularAcceleration(_)
+        // it is in what the measured torques leave
+        | Parameter::ActuatorForce(_)
         | Parameter::Travel(_) => 0.0,
         Parameter::LinkInertia(..) => {
             spec.inertia_share * parameter.nominal(machine).unwrap_or(0.0).abs()
@@ -134,24 +137,26 @@ pub(crate) fn fill<T: Real>(
     sigmas: &ParameterSigmas,
     noise: &SignalNoise<T>,
     sensitivity: &Sensitivity<T>,
+    [otf_measured, load_measured]: [[T; MAX_WHEELS]; 2],
     out: &mut Outcome<T>,
 ) {
     let wheels = machine.wheels.len();
     let mean_load = out.normal_force * T::constant(sigmas.model_share / wheels as f64);
     let signals = SignalPlaces::of(machine);
-    let of = |derivatives: &[T]| {
+    let of = |derivatives: &[T], measured: T| {
         let variance = sigmas.variance(derivatives)
             + signals.variance(derivatives, noise)
-            + mean_load * mean_load;
+            + mean_load * mean_load
+            + measured;
         variance.sqrt()
     };
     for wheel in 0..wheels {
-        let otf = of(sensitivity.otf(wheel));
+        let otf = of(sensitivity.otf(wheel), otf_measured[wheel]);
         out.uncertainty.otf[wheel] = otf;
         out.uncertainty.load[wheel] = otf;
         if sensitivity.loads_differ() {
             let carries = T::zero().lt(out.load[wheel]);
-            let load = of(sensitivity.load(wheel));
+            let load = of(sensitivity.load(wheel), load_measured[wheel]);
             // unknown of one is unknown of the other
             let unknown = load * T::zero();
             out.uncertainty.load[wheel] = T::select(carries, load, otf + unknown);
@@ -184,7 +189,8 @@ pub fn combination_sigma(
         .map(|factor| (factor * mean_load).powi(2))
         .sum();
     let signals = SignalPlaces::of(machine).variance(&derivatives, &state.noise);
-    (sigmas.variance(&derivatives) + signals + model).sqrt()
+    let split = workspace.measured_split_variance(factors);
+    (sigmas.variance(&derivatives) + signals + model + split).sqrt()
 }
 
 /// U of the worst wheel.

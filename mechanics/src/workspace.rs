@@ -15,7 +15,7 @@ use crate::scope::Scope;
 use crate::sensitivity::Sensitivity;
 use crate::spatial::Wrench;
 use crate::uncertainty::ParameterSigmas;
-use crate::wheel_loads::{Equations, Influences, Solver};
+use crate::wheel_loads::{Actuation, Equations, Influences, Solver};
 
 /// Reusable scratch of [`evaluate`](crate::evaluate), for one machine. A step allocates nothing.
 #[derive(Debug)]
@@ -25,8 +25,11 @@ pub struct Workspace<T: Real> {
     pub(crate) coordinates: Vec<Coordinate<T>>,
     pub(crate) motions: Vec<BodyMotion<T>>,
     pub(crate) wrenches: Vec<Wrench<T>>,
-    /// Wrench beyond each free joint.
+    /// Wrench beyond each joint of known torque.
     pub(crate) beyond: Vec<Wrench<T>>,
+    pub(crate) actuations: Vec<Actuation<T>>,
+    /// OTF by the split rule alone, where torques are measured (N).
+    pub(crate) otf_by_rule: Vec<T>,
     pub(crate) wheel_centres: Vec<Vector3<T>>,
     /// Distance of each wheel's centre from the ground, along the contact plane's normal (m).
     pub(crate) radii: Vec<T>,
@@ -70,7 +73,9 @@ impl<T: Real> Workspace<T> {
             coordinates: vec![Coordinate::slid(T::zero(), T::zero(), T::zero()); bodies],
             motions: vec![BodyMotion::base(zero, zero, zero); bodies],
             wrenches: vec![Wrench::zero(); bodies],
-            beyond: vec![Wrench::zero(); machine.contact.free_joints.len()],
+            beyond: vec![Wrench::zero(); machine.contact.torque_joints().count()],
+            actuations: vec![Actuation::unknown(); machine.contact.actuated_joints.len()],
+            otf_by_rule: vec![T::zero(); wheels],
             wheel_centres: vec![zero; wheels],
             radii: vec![T::zero(); wheels],
             pressing: vec![T::zero(); wheels],
@@ -89,6 +94,22 @@ impl<T: Real> Workspace<T> {
     #[must_use]
     pub fn outcome(&self) -> &Outcome<T> {
         &self.outcome
+    }
+
+    /// Variance that measured torques leave of a sum of the OTF, each times a factor (N^2); zero without
+    /// any.
+    pub(crate) fn measured_split_variance(&self, factors: &[T]) -> T {
+        let mut variance = T::zero();
+        if self.equations.are_measured() {
+            let response = self.solver.otf_response();
+            for (i, &a) in factors.iter().enumerate() {
+                for (j, &b) in factors.iter().enumerate() {
+                    variance += a * b * response.slack(&self.equations, i, j);
+                }
+            }
+            variance *= self.equations.prior_variance();
+        }
+        variance.max(T::zero())
     }
 
     /// The derivatives of the last evaluation, if its scope has them.

@@ -177,6 +177,14 @@ def write_truth(machine, rows, path):
     polars.DataFrame({"t_ns": [stamp(row["t"]) for row in rows], **loads}).write_parquet(path)
 
 
+def write_smoothed_truth(machine, rows, path, every=10):
+    """The true wheel loads, smoothed as the tests smooth them, every n-th of 500 Hz."""
+    import polars
+    middle = rows[TRUTH_HALF_WINDOW:len(rows) - TRUTH_HALF_WINDOW][::every]
+    loads = {column: savitzky_golay(np.array([row[column] for row in rows]))[::every].astype(np.float32) for column in wheel_columns(machine)}
+    polars.DataFrame({"t_ns": [stamp(row["t"]) for row in middle], **loads}).write_parquet(path)
+
+
 def savitzky_golay(values):
     """Third-order Savitzky-Golay smoothing over 51 samples; shorter than `values` by 25 samples at each end."""
     m = TRUTH_HALF_WINDOW
@@ -190,16 +198,16 @@ def say(path, machine, rows):
     print(f"{path.name}: {path.stat().st_size} bytes, {rows[-1]['t']:.2f} s, smallest loads [N]: {lightest}", flush=True)
 
 
-def write_fixture(scenario, mujoco_model, rows, out, every=None, edit_toml=lambda text: text, urdf=None, more=()):
+def write_fixture(scenario, mujoco_model, rows, out, every=None, edit_toml=lambda text: text, urdf=None, more=(), smoothed_truth=False):
     """All four files of a fixture. `every` thins topics, `edit_toml` may change the machine file, `urdf` takes the place of the machine's
-    own, `more` are further events for the log."""
+    own, `more` are further events for the log, `smoothed_truth` writes a smaller table of truth."""
     import machine_file
     import model
     types = typestore()
     name, machine = scenario.name, scenario.machine
     (out / f"{name}.urdf").write_text(urdf or model.urdf(machine))
     (out / f"{name}.toml").write_text(edit_toml(machine_file.machine_toml(machine, f"{name}.urdf")))
-    write_truth(machine, rows, out / f"{name}.truth.parquet")
+    (write_smoothed_truth if smoothed_truth else write_truth)(machine, rows, out / f"{name}.truth.parquet")
     events = thinned(messages(scenario, mujoco_model, rows, types), EVERY if every is None else every)
     write_mcap(sorted([*events, *more], key=lambda event: event[0]), types, out / f"{name}.mcap")
     say(out / f"{name}.mcap", machine, rows)

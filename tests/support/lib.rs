@@ -4,7 +4,7 @@ mod edited_log;
 
 use std::path::{Path, PathBuf};
 
-use polars::prelude::{DataFrame, ParquetReader, SerReader};
+use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::options::Options;
 use tipwatch_analyze::run::analyse;
@@ -68,12 +68,25 @@ impl Truth {
     /// If there is none.
     #[must_use]
     pub fn of(log: &Path, wheels: &[&str]) -> Self {
+        let truth = Self::smoothed_already(log, wheels);
+        Self {
+            loads: truth.loads.iter().map(|load| smoothed(load)).collect(),
+            ..truth
+        }
+    }
+
+    /// Reads a truth that was smoothed when it was written.
+    ///
+    /// # Panics
+    /// If there is none.
+    #[must_use]
+    pub fn smoothed_already(log: &Path, wheels: &[&str]) -> Self {
         let path = log.with_extension("truth.parquet");
         let file = std::fs::File::open(&path).expect("truth beside the log");
         let frame = ParquetReader::new(file).finish().expect("a table");
         let loads = wheels
             .iter()
-            .map(|wheel| smoothed(&floats(&frame, &format!("load_{}", wheel.to_lowercase()))));
+            .map(|wheel| floats(&frame, &format!("load_{}", wheel.to_lowercase())));
         let times = frame
             .column("t_ns")
             .expect("t_ns")
@@ -178,6 +191,8 @@ fn floats(frame: &DataFrame, name: &str) -> Vec<f64> {
     frame
         .column(name)
         .expect("a column")
+        .cast(&DataType::Float64)
+        .expect("numbers")
         .f64()
         .expect("floats")
         .into_no_null_iter()

@@ -3,6 +3,7 @@
 use super::findings::{Scene, number};
 use super::html::{Bar, bars, table};
 use crate::analysis::Analysis;
+use crate::model_comparison::ModelComparison;
 use crate::prevention::{limit_of, preventions};
 use crate::sensitivity::SensitivityRow;
 
@@ -145,34 +146,41 @@ pub(super) fn sensitivity(analysis: &Analysis) -> String {
 /// How the models differ, and what was taken as uncertain.
 pub(super) fn models(analysis: &Analysis) -> String {
     let chosen = analysis.options.model.name();
-    let compared = match &analysis.comparison {
-        Err(why) => format!("<p>Model {chosen}. {}.</p>", super::html::escape(why)),
-        Ok(comparison) => {
-            let cells: Vec<Vec<String>> = (comparison.wheels.iter())
-                .zip(analysis.machine.wheels())
-                .map(|(difference, wheel)| {
-                    vec![
-                        wheel.name.clone(),
-                        number(difference.mean_n),
-                        number(difference.rms_n),
-                        number(difference.largest_n),
-                    ]
-                })
-                .collect();
-            let said = format!(
-                "<p>Model {chosen}; OTF of model {} less it, over {} rows:</p>",
-                comparison.other.name(),
-                comparison.rows
-            );
-            said + &table(&["wheel", "mean [N]", "rms [N]", "largest [N]"], &cells)
-        }
-    };
+    let comparisons = analysis
+        .comparisons
+        .iter()
+        .map(|comparison| match comparison {
+            Err(why) => format!("<p>Model {chosen}. {}.</p>", super::html::escape(why)),
+            Ok(comparison) => difference(analysis, chosen, comparison),
+        });
+    let compared: String = comparisons.collect();
     let stated: Vec<Vec<String>> = (analysis.machine.uncertainty().by_key().iter())
         .map(|(key, sigma)| vec![(*key).into(), short(*sigma)])
         .collect();
     compared
         + "<p>One standard deviation of each parameter, as the machine file states it or by default:</p>"
         + &table(&["key of [uncertainty]", "value"], &stated)
+}
+
+/// How another model differs from the chosen one.
+fn difference(analysis: &Analysis, chosen: &str, comparison: &ModelComparison) -> String {
+    let wheels = comparison.wheels.iter().zip(analysis.machine.wheels());
+    let cells: Vec<Vec<String>> = wheels
+        .map(|(difference, wheel)| {
+            vec![
+                wheel.name.clone(),
+                number(difference.mean_n),
+                number(difference.rms_n),
+                number(difference.largest_n),
+            ]
+        })
+        .collect();
+    let said = format!(
+        "<p>Model {chosen}; OTF of model {} less it, over {} rows:</p>",
+        comparison.other.name(),
+        comparison.rows
+    );
+    said + &table(&["wheel", "mean [N]", "rms [N]", "largest [N]"], &cells)
 }
 
 /// Four digits.

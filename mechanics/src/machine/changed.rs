@@ -64,6 +64,7 @@ impl Machine {
             | Parameter::AngularAcceleration(_)
             | Parameter::ToolForce(_)
             | Parameter::ToolMoment(_)
+            | Parameter::ActuatorForce(_)
             | Parameter::Travel(_) => {}
         }
     }

@@ -3,6 +3,7 @@
 //! [`MachineSpec`] is the machine file as written; [`MachineSpec::check`] puts it beside a URDF and a
 //! log's joint names and gives a [`Machine`], or says what is wrong with it.
 
+mod actuated_joint;
 mod changed;
 mod check;
 mod drawn;
@@ -25,6 +26,7 @@ mod weighed;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
+pub use actuated_joint::{ActuatedJoint, TorqueJoint};
 pub use check::LogFacts;
 pub(crate) use drawn::Draws;
 pub use error::MachineError;
@@ -225,7 +227,12 @@ pub struct Contact {
     /// The rule that splits what equilibrium leaves open.
     pub split: Split,
     /// Joints that carry no torque.
-    pub free_joints: Vec<FreeJoint>,
+    pub free_joints: Vec<TorqueJoint>,
+    /// Joints whose torque a log may tell.
+    pub actuated_joints: Vec<ActuatedJoint>,
+    /// Traction of a wheel beyond such a joint that is not its share of the whole, one standard deviation
+    /// as a share of its load.
+    pub traction_share: f64,
     /// Whether the wheels' radii differ without load.
     pub radii_differ: bool,
     /// Whether the tyres' stiffness is known, so that their deflection is.
@@ -268,17 +275,6 @@ pub enum Split {
     },
     /// The wheels stand on springs of their stiffness on a rigid frame.
     Springs,
-}
-
-/// A joint that carries no torque, with wheels beyond it.
-#[derive(Debug, Clone)]
-pub struct FreeJoint {
-    /// The body that the joint carries.
-    pub body: usize,
-    /// Whether each body is this one or beyond it.
-    pub carries_body: Vec<bool>,
-    /// Whether each wheel is beyond the joint.
-    pub carries_wheel: Vec<bool>,
 }
 
 /// Something fixed to a body.

@@ -157,6 +157,9 @@ pub struct ContactSpec {
     /// Joints that carry no torque (bogie pivots, frame roll joints).
     #[serde(default)]
     pub free_joints: Vec<String>,
+    /// Traction of a wheel beyond a joint of known torque that is not its share of the whole: one
+    /// standard deviation, as a share of its load; default 0.1.
+    pub traction_share: Option<f64>,
     /// Vertical stiffness of the tyres (N/m); with it their deflection under load counts.
     pub tyre_stiffness: Option<Stiffness>,
     /// Whether the ground may be taken for a plane.
@@ -304,6 +307,9 @@ pub struct EstimatorSpec {
     pub tool_force_noise: f64,
     /// Standard deviation of the change of its second derivative in one second (N/s^2 or N m/s^2).
     pub tool_force_agility: f64,
+    /// Standard deviation of the change of the second derivative of an actuator's force in one second
+    /// (N/s^2); its noise is the linkage's `force_sigma`.
+    pub actuator_force_agility: f64,
     /// How long the causal estimator's rows count as settling after a start or a gap (s).
     pub settle: f64,
 }
@@ -325,6 +331,7 @@ impl Default for EstimatorSpec {
             odometry_agility: 5.0,
             tool_force_noise: 20.0,
             tool_force_agility: 1e5,
+            actuator_force_agility: 1e6,
             settle: 0.3,
         }
     }

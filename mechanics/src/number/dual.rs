@@ -140,6 +140,11 @@ impl<T: Real> Real for Dual<T> {
     }
 
     #[inline]
+    fn held(self) -> Self {
+        Self::fixed(self.value.held())
+    }
+
+    #[inline]
     fn sqrt(self) -> Self {
         let value = self.value.sqrt();
         Self {

@@ -66,6 +66,8 @@ pub enum Part {
     ToolForce,
     /// Moment on the tool.
     ToolMoment,
+    /// Force of the actuator of the actuated joint of this index, or a pressure in its cylinder.
+    Actuator(usize),
 }
 
 /// Whether the values or their measured rates are at fault.
@@ -139,12 +141,18 @@ impl Part {
             Self::Velocity => "velocity",
             Self::ToolForce => "force",
             Self::ToolMoment => "moment",
+            Self::Actuator(joint) => {
+                let joint = &machine.contact().actuated_joints[joint];
+                let linkage = &machine.linkages()[joint.linkage];
+                return format!("actuator.{}", linkage.name.to_lowercase());
+            }
         };
         let signal = match sensor {
             Sensor::Joints(_) => "joint_states",
             Sensor::Imu => "imu",
             Sensor::Odometry => "odometry",
             Sensor::ToolWrench => "tool_wrench",
+            Sensor::Actuator(_) => "actuator",
         };
         format!("{signal}.{quantity}")
     }
@@ -160,6 +168,12 @@ impl Part {
             Self::Velocity => ["m/s", "m/s^2"],
             Self::ToolForce => ["N", "N/s"],
             Self::ToolMoment => ["N m", "N m/s"],
+            Self::Actuator(joint)
+                if machine.contact().actuated_joints[joint].signals.len() == 1 =>
+            {
+                ["N", "N/s"]
+            }
+            Self::Actuator(_) => ["Pa", "Pa/s"],
         }
     }
 
@@ -177,7 +191,7 @@ impl Part {
     }
 
     /// The reason for which a row is invalid that would rest on it; `None` where the loads do not:
-    /// attitude, and odometry beside an IMU.
+    /// attitude, odometry beside an IMU, and forces of actuators.
     pub(crate) fn reason(self, sensor: Sensor, has_imu: bool) -> Option<Reason> {
         match (sensor, self) {
             (Sensor::Joints(_), _) => Some(Reason::JointsFault),
@@ -185,6 +199,8 @@ impl Part {
             (Sensor::Imu, _) => Some(Reason::ImuFault),
             (Sensor::Odometry, _) => (!has_imu).then_some(Reason::OdometryFault),
             (Sensor::ToolWrench, _) => Some(Reason::ToolWrenchFault),
+            // without it the split rule decides
+            (Sensor::Actuator(_), _) => None,
         }
     }
 
@@ -195,7 +211,8 @@ impl Part {
             | Self::SpecificForce
             | Self::Velocity
             | Self::ToolForce
-            | Self::ToolMoment => 0,
+            | Self::ToolMoment
+            | Self::Actuator(_) => 0,
             Self::AngularVelocity => 1,
             Self::Attitude => 2,
         }

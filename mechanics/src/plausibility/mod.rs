@@ -44,6 +44,8 @@ const TURNING: f64 = 0.1;
 const TRAVELLING: f64 = 0.1;
 /// Lever at which the largest force on the tool makes its largest moment (m).
 const TOOL_LEVER: f64 = 1.0;
+/// Largest force of an actuator, or of one of its chambers, as a multiple of the machine's weight.
+const ACTUATOR_WEIGHTS: f64 = 100.0;
 /// Largest force on the tool as a multiple of the machine's weight, where none is stated.
 const TOOL_FORCE_WEIGHTS: f64 = 10.0;
 
@@ -104,6 +106,8 @@ pub struct Plausibility {
     odometry_turning: VectorWatch,
     odometry_attitude: AttitudeWatch,
     tool: [VectorWatch; 2],
+    /// By signal.
+    actuators: Vec<VectorWatch>,
     motion: Motion,
     findings: Vec<Finding>,
 }
@@ -168,6 +172,13 @@ impl Plausibility {
                     None,
                 ),
             ],
+            actuators: (sensors.actuators.iter())
+                .map(|signal| {
+                    let joint = &machine.contact().actuated_joints[signal.joint];
+                    let factor = joint.signals[signal.signal].abs();
+                    VectorWatch::new(ACTUATOR_WEIGHTS * weight / factor, None)
+                })
+                .collect(),
             motion: Motion::default(),
             findings: Vec::with_capacity(most_findings),
             sensors: sensors.clone(),
@@ -208,6 +219,7 @@ impl Plausibility {
             Sensor::Imu => self.check_imu(sample),
             Sensor::Odometry => self.check_odometry(sample),
             Sensor::ToolWrench => self.check_tool(sample),
+            Sensor::Actuator(signal) => self.check_actuator(signal, sample),
         }
         let mut judgement = Judgement::default();
         for finding in &self.findings {
@@ -304,6 +316,17 @@ impl Plausibility {
             // a constant force is nothing odd: only noise that stops is
             watch.check(stamp_ns, values, false, limits, &mut note.of(part));
         }
+    }
+}
+
+impl Plausibility {
+    fn check_actuator(&mut self, signal: usize, sample: &Sample<'_>) {
+        let mut note = Note::new(&mut self.findings, &self.policies, sample);
+        let part = Part::Actuator(self.sensors.actuators[signal].joint);
+        let along = [sample.values[0], 0.0, 0.0];
+        let (stamp_ns, limits) = (sample.stamp_ns, &self.limits);
+        // as of the tool: a constant force is nothing odd
+        self.actuators[signal].check(stamp_ns, &along, false, limits, &mut note.of(part));
     }
 }
 

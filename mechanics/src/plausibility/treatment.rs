@@ -105,6 +105,8 @@ impl RowEffect {
             }
             Part::Attitude => {}
             Part::ToolForce | Part::ToolMoment => self.tool_wrench += doubt,
+            // how well a force is known stands in its linkage
+            Part::Actuator(_) => {}
         }
     }
 

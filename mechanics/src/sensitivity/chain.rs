@@ -9,14 +9,14 @@ use crate::composite::{Composite, Field};
 use crate::coordinate::Coordinate;
 use crate::groups::Groups;
 use crate::kinematics::{BodyMotion, ImuSeat, base_motion};
-use crate::machine::{Drive, JointKind, Linkage, Machine};
+use crate::machine::{Drive, JointKind, Linkage, Machine, TorqueJoint};
 use crate::newton_euler_derivatives::{
-    BaseGradient, BaseWrenches, JointWrenches, MotionFields, MovingJoint, torque_form,
+    BaseGradient, BaseWrenches, JointWrenches, MotionFields, MovingJoint, joint_form,
 };
 use crate::number::{Dual, Real};
 use crate::spatial::{Wrench, cross, rotate_back};
 use crate::state::{ImuState, State};
-use crate::wheel_loads::Influence;
+use crate::wheel_loads::{Actuation, Influence};
 
 /// An evaluation, as the derivatives need it.
 pub(crate) struct SensedMotion<'a, T: Real> {
@@ -28,6 +28,7 @@ pub(crate) struct SensedMotion<'a, T: Real> {
     /// Wrench of every body with its payloads.
     pub(crate) wrenches: &'a [Wrench<T>],
     pub(crate) groups: &'a Groups<T>,
+    pub(crate) actuations: &'a [Actuation<T>],
     pub(crate) tool_wrench: &'a Wrench<T>,
     pub(crate) centres: &'a [Vector3<T>],
 }
@@ -57,7 +58,7 @@ pub(super) struct Chain<T: Real> {
     wrenches: Vec<JointWrenches<T>>,
     following: Vec<Following<T>>,
     base: BaseWrenches<T>,
-    /// Of the bodies beyond each free joint.
+    /// Of the bodies beyond each joint of known torque.
     base_beyond: Vec<BaseWrenches<T>>,
     /// Coefficients of every body's wrench in the load at hand.
     pub(super) form: Vec<Wrench<T>>,
@@ -91,7 +92,7 @@ impl<T: Real> Chain<T> {
                 n
             ],
             base,
-            base_beyond: vec![base; machine.contact.free_joints.len()],
+            base_beyond: vec![base; machine.contact.torque_joints().count()],
             form: vec![Wrench::zero(); n],
             by_joint: vec![[zero; 3]; machine.joints.len()],
             dual_coordinates: vec![Coordinate::slid(dual, dual, dual); n],
@@ -122,7 +123,7 @@ impl<T: Real> Chain<T> {
         }
         let w = &motion.motions[0].angular_velocity;
         self.base = BaseWrenches::of(&self.beyond[0], w);
-        for (k, joint) in machine.contact.free_joints.iter().enumerate() {
+        for (k, joint) in machine.contact.torque_joints().enumerate() {
             self.base_beyond[k] = BaseWrenches::of(&self.beyond[joint.body], w);
         }
         for link in &mut self.links {
@@ -163,12 +164,15 @@ impl<T: Real> Chain<T> {
         influence: &Influence<T>,
     ) -> BaseGradient<T> {
         let machine = motion.machine;
-        let free = &machine.contact.free_joints;
+        let form_of = |joint: &TorqueJoint, factor: T| {
+            let kind = machine.bodies[joint.body].kind;
+            joint_form(kind, &motion.motions[joint.body], factor)
+        };
         self.form.fill(influence.wrench);
         self.by_joint.fill([T::zero(); 3]);
         let mut base = self.base.contracted(&influence.wrench);
-        for (k, joint) in free.iter().enumerate() {
-            let torque = torque_form(&motion.motions[joint.body], influence.torque[k]);
+        for (k, joint) in machine.contact.torque_joints().enumerate() {
+            let torque = form_of(joint, influence.torque[k]);
             base.add(&self.base_beyond[k].contracted(&torque));
             for (form, &carried) in self.form.iter_mut().zip(&joint.carries_body) {
                 if carried {
@@ -180,10 +184,10 @@ impl<T: Real> Chain<T> {
             let mut by = self.wrenches[body].contracted(&self.form[body]);
             let field = &self.joints[body].field;
             by[0] += by_places(machine, motion, influence, body, field);
-            for (k, joint) in free.iter().enumerate() {
+            for (k, joint) in machine.contact.torque_joints().enumerate() {
                 // a joint nearer to the base moves what is beyond the free one as a whole
                 if joint.body != body && machine.is_carried_by(joint.body, body) {
-                    let torque = torque_form(&motion.motions[joint.body], influence.torque[k]);
+                    let torque = form_of(joint, influence.torque[k]);
                     let (moments, wrench) =
                         (&self.beyond[joint.body], &self.wrench_beyond[joint.body]);
                     let more = self.joints[body]
@@ -196,8 +200,27 @@ impl<T: Real> Chain<T> {
             }
             self.by_joint_of(machine, body, by);
         }
+        self.follow_gearing(motion, influence);
         self.follow_imu(motion, &base);
         base
+    }
+
+    /// How cylinder and rod follow the pivot changes with it: the value of an actuated joint's equation,
+    /// T_p + phi' T_c + x' (T_r - f), by the derivatives of phi' and x'.
+    fn follow_gearing(&mut self, motion: &SensedMotion<'_, T>, influence: &Influence<T>) {
+        let (machine, contact) = (motion.machine, &motion.machine.contact);
+        for (j, joint) in contact.actuated_joints.iter().enumerate() {
+            let actuation = &motion.actuations[j];
+            let [_, _, by_rod] = actuation.gearing.slope;
+            let mut by_position = -(by_rod * actuation.force);
+            for (step, &slope) in joint.steps.iter().zip(&actuation.gearing.slope) {
+                let kind = machine.bodies[step.body].kind;
+                let form = joint_form(kind, &motion.motions[step.body], slope);
+                by_position += self.wrench_beyond[step.body].contracted(&form);
+            }
+            let measured = machine.linkages[joint.linkage].measured_joint;
+            self.by_joint[measured][0] += by_position * influence.gearing[j];
+        }
     }
 
     /// Adds the derivatives by a joint's coordinate to those by the measured joint it follows.
@@ -263,10 +286,11 @@ impl<T: Real> Chain<T> {
         dual.acceleration.slope = acceleration;
     }
 
-    /// Joints, IMU, tool: in the order of the parameters.
+    /// Joints, IMU, tool, actuators: in the order of the parameters.
     pub(super) fn write_signals(
         &self,
         motion: &SensedMotion<'_, T>,
+        influence: &Influence<T>,
         base: &BaseGradient<T>,
         write: &mut Writer<'_, T>,
     ) {
@@ -292,10 +316,13 @@ impl<T: Real> Chain<T> {
                 write.vector(&rotate_back(&rotation, &by));
             }
         }
+        for &by in &influence.actuator {
+            write.write([by]);
+        }
     }
 }
 
-/// How a joint's position moves wheels and free joints beyond it.
+/// How a joint's position moves wheels and joints of known torque beyond it.
 fn by_places<T: Real>(
     machine: &Machine,
     motion: &SensedMotion<'_, T>,
@@ -309,7 +336,7 @@ fn by_places<T: Real>(
             by += influence.centre[wheel].dot(&field.at(&motion.centres[wheel]));
         }
     }
-    for (k, joint) in machine.contact.free_joints.iter().enumerate() {
+    for (k, joint) in machine.contact.torque_joints().enumerate() {
         if machine.is_carried_by(joint.body, body) {
             let free = &motion.motions[joint.body];
             let axis: Vector3<T> = free.rotation.column(2).into_owned();

@@ -102,7 +102,7 @@ impl<T: Real> Chain<T> {
     ) -> BaseGradient<T> {
         let mut write = Writer { rest: out };
         let base = self.follow(motion, influence);
-        self.write_signals(motion, &base, &mut write);
+        self.write_signals(motion, influence, &base, &mut write);
         geometry::write_imu(motion, &base, &mut write);
         geometry::write_arm(motion, self, &base, &mut write);
         self.write_links(motion, &mut write);

@@ -22,7 +22,7 @@ impl Parameter {
             Self::SpecificForce(_) => "m/s^2",
             Self::AngularVelocity(_) => "rad/s",
             Self::AngularAcceleration(_) => "rad/s^2",
-            Self::ToolForce(_) => "N",
+            Self::ToolForce(_) | Self::ActuatorForce(_) => "N",
             Self::ToolMoment(_) => "N m",
             Self::LinkMass(_) | Self::PayloadMass(_) => "kg",
             Self::LinkInertia(..) => "kg m^2",
@@ -91,6 +91,7 @@ impl Parameter {
             | Self::AngularAcceleration(_)
             | Self::ToolForce(_)
             | Self::ToolMoment(_)
+            | Self::ActuatorForce(_)
             | Self::Travel(_) => None,
         }
     }

@@ -50,6 +50,8 @@ pub enum Parameter {
     ToolForce(Axis),
     /// Moment on the tool, in the tool's frame (N m).
     ToolMoment(Axis),
+    /// Force of the actuator of an actuated joint (N).
+    ActuatorForce(usize),
     /// Mass of a link, its centre of mass and inertia about it held (kg).
     LinkMass(usize),
     /// Centre of mass of a link, in the link's frame (m).
@@ -125,6 +127,8 @@ impl Parameter {
             triple(Self::ToolForce);
             triple(Self::ToolMoment);
         }
+        all.extend((0..machine.contact.actuated_joints.len()).map(Self::ActuatorForce));
+        let mut triple = |of: fn(Axis) -> Self| all.extend(Axis::ALL.map(of));
         triple(Self::ImuPosition);
         triple(Self::ImuRotation);
         if machine.arm_seat.is_some() {
@@ -163,6 +167,7 @@ impl Parameter {
                 | Self::AngularAcceleration(_)
                 | Self::ToolForce(_)
                 | Self::ToolMoment(_)
+                | Self::ActuatorForce(_)
                 | Self::Travel(_)
         )
     }
@@ -182,6 +187,10 @@ impl Parameter {
             Self::AngularAcceleration(axis) => format!("imu.angular_acceleration_{}", axis.name()),
             Self::ToolForce(axis) => format!("tool.force_{}", axis.name()),
             Self::ToolMoment(axis) => format!("tool.moment_{}", axis.name()),
+            Self::ActuatorForce(j) => {
+                let joint = &machine.contact.actuated_joints[j];
+                format!("{}.force", machine.linkages[joint.linkage].name)
+            }
             Self::LinkMass(l) => format!("{}.mass", link(l)),
             Self::LinkCom(l, axis) => format!("{}.com_{}", link(l), axis.name()),
             Self::LinkInertia(l, element) => format!("{}.inertia_{}", link(l), element.name()),

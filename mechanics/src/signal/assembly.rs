@@ -23,6 +23,7 @@ pub(super) enum Followed {
     Up,
     Velocity,
     ToolWrench,
+    Actuator(usize),
 }
 
 impl Followed {
@@ -36,6 +37,7 @@ impl Followed {
             Self::Up | Self::Velocity if imu => None,
             Self::Up | Self::Velocity => Some(Reason::OdometryGap),
             Self::ToolWrench => Some(Reason::ToolWrenchGap),
+            Self::Actuator(_) => None,
         }
     }
 }
@@ -105,6 +107,14 @@ impl Tracks {
         }
         if sensors.tool_wrench {
             add(Followed::ToolWrench, tool, 6);
+        }
+        for (k, signal) in sensors.actuators.iter().enumerate() {
+            // each of several signals as uncertain as makes the force so
+            let joint = &machine.contact.actuated_joints[signal.joint];
+            let unit = joint.signals[signal.signal].abs();
+            let noise = joint.force_sigma.max(1.0) / (unit * (joint.signals.len() as f64).sqrt());
+            let force = model(noise, 0.0, e.actuator_force_agility / unit);
+            add(Followed::Actuator(k), force, 1);
         }
         Self {
             list,
@@ -176,6 +186,7 @@ impl Tracks {
                 Ok(())
             }
             Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None, first),
+            Sensor::Actuator(k) => self.push_to(Followed::Actuator(k), t, values, None, first),
         }
     }
 
@@ -323,6 +334,7 @@ impl Assembler {
             state.tool_wrench.force = Vector3::new(jets[0][0], jets[1][0], jets[2][0]);
             state.tool_wrench.moment = Vector3::new(jets[3][0], jets[4][0], jets[5][0]);
         }
+        self.read_actuators(machine, read, state);
         for wheel in &self.rolling {
             state.joints[wheel.joint] = wheel.motion(velocity.as_ref(), &w, &alpha);
         }
@@ -340,6 +352,35 @@ impl Assembler {
             state.for_each_value(|value| *value = f64::NAN);
         }
         reasons
+    }
+}
+
+impl Assembler {
+    /// The forces of actuated joints, of those whose signals are all there.
+    fn read_actuators(
+        &self,
+        machine: &Machine,
+        read: &mut dyn FnMut(Followed, &mut [Jet]) -> Reading,
+        state: &mut State<f64>,
+    ) {
+        let joints = machine.contact.actuated_joints.iter().enumerate();
+        for ((joint, spec), force) in joints.zip(&mut state.actuator_force) {
+            let (mut sum, mut found) = (0.0, 0);
+            for (k, signal) in self.sensors.actuators.iter().enumerate() {
+                let mut jets = [[0.0; 3]];
+                if signal.joint == joint
+                    && read(Followed::Actuator(k), &mut jets).standing != Standing::Unknown
+                {
+                    sum += spec.signals[signal.signal] * jets[0][0];
+                    found += 1;
+                }
+            }
+            *force = if found == spec.signals.len() {
+                sum
+            } else {
+                f64::NAN
+            };
+        }
     }
 }
 

@@ -22,7 +22,7 @@ pub(crate) use reason::OutcomeSigns;
 pub use reason::{Reason, Reasons};
 pub use rows::{Estimate, RowClock};
 pub use sample::{
-    JointStream, JointTwice, MatchedSensors, OtherSensors, Sample, SampleError, Sensor, Sensors,
-    StreamCounts,
+    ActuatorSignal, JointStream, JointTwice, MatchedSensors, OtherSensors, Sample, SampleError,
+    Sensor, Sensors, StreamCounts,
 };
 pub use smoother::{Recording, SmoothedRows, smooth};

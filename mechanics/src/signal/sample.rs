@@ -13,6 +13,17 @@ pub struct Sensors {
     pub odometry: bool,
     /// Whether the tool wrench is measured.
     pub tool_wrench: bool,
+    /// Signals that the forces of actuated joints are made of.
+    pub actuators: Vec<ActuatorSignal>,
+}
+
+/// A signal of an actuator's force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ActuatorSignal {
+    /// Index of the joint among the [`actuated`](crate::machine::Contact::actuated_joints) ones.
+    pub joint: usize,
+    /// Index among its [`signals`](crate::machine::ActuatedJoint::signals).
+    pub signal: usize,
 }
 
 /// A stream of joint states.
@@ -33,6 +44,8 @@ pub enum Sensor {
     Odometry,
     /// The tool wrench.
     ToolWrench,
+    /// The signal of an actuator of this index among [`Sensors::actuators`].
+    Actuator(usize),
 }
 
 /// One message of one sensor.
@@ -44,7 +57,8 @@ pub enum Sensor {
 ///   quaternion x y z w of the IMU in an upright frame, NaN where unknown;
 /// - odometry, in the base frame: velocity x y z (m/s), angular velocity x y z (rad/s), orientation
 ///   quaternion x y z w;
-/// - tool wrench: force x y z (N) and moment x y z (N m) by the surroundings on the tool, in its frame.
+/// - tool wrench: force x y z (N) and moment x y z (N m) by the surroundings on the tool, in its frame;
+/// - actuator: its force (N), positive where it pushes its rod out, or the pressure in a chamber (Pa).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
     /// Which sensor.
@@ -109,12 +123,15 @@ impl Sensors {
             (self.odometry, Sensor::Odometry),
             (self.tool_wrench, Sensor::ToolWrench),
         ];
-        joints.chain(
-            others
-                .into_iter()
-                .filter(|(there, _)| *there)
-                .map(|(_, sensor)| sensor),
-        )
+        let actuators = (0..self.actuators.len()).map(Sensor::Actuator);
+        joints
+            .chain(
+                others
+                    .into_iter()
+                    .filter(|(there, _)| *there)
+                    .map(|(_, sensor)| sensor),
+            )
+            .chain(actuators)
     }
 
     /// How many values a sample of `sensor` has; `None` if there is no such sensor.
@@ -125,6 +142,7 @@ impl Sensors {
             Sensor::Imu => self.imu.then_some(10),
             Sensor::Odometry => self.odometry.then_some(10),
             Sensor::ToolWrench => self.tool_wrench.then_some(6),
+            Sensor::Actuator(actuator) => self.actuators.get(actuator).map(|_| 1),
         }
     }
 }
@@ -167,6 +185,7 @@ impl MatchedSensors {
                 imu: others.imu,
                 odometry: others.odometry,
                 tool_wrench: others.tool_wrench && machine.tool().is_some(),
+                actuators: Vec::new(),
             },
             streams: Vec::new(),
         };

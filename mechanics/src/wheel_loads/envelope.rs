@@ -66,7 +66,7 @@ pub(super) fn exchange<T: Real>(
     stiffness: &[T],
     direction: &mut [T; MAX_WHEELS],
 ) {
-    let (n, rows) = (equations.wheels, equations.value.len());
+    let (n, rows) = (equations.wheels, equations.measured);
     let mut value = [T::zero(); MAX_WHEELS];
     if rows > equations.certain {
         // as many equations as wheels: what violates the split rule alone

@@ -2,9 +2,10 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::actuated::{horizontal_lever, prior_scale};
 use crate::contact_plane::ContactPlane;
 use crate::kinematics::BodyMotion;
-use crate::machine::{MAX_WHEELS, Machine, Split};
+use crate::machine::{MAX_WHEELS, Machine, Split, TorqueJoint};
 use crate::newton_euler;
 use crate::number::Real;
 use crate::spatial::Wrench;
@@ -39,13 +40,23 @@ impl<T: Real> GroundForce<T> {
 }
 
 /// `sum over wheels of factor[row][wheel] * load = value[row]`. The first [`Equations::certain`] rows
-/// always hold; after them stands the split rule, if it is an equation.
+/// always hold; after them stands the split rule, if it is an equation; after that, from
+/// [`Equations::measured`] on, a row for each joint of measured torque.
 #[derive(Debug)]
 pub(crate) struct Equations<T> {
     pub(crate) factor: Vec<[T; MAX_WHEELS]>,
     pub(crate) value: Vec<T>,
     pub(crate) wheels: usize,
     pub(crate) certain: usize,
+    pub(crate) measured: usize,
+    /// 1 for a row that counts, 0 for one that does not.
+    pub(crate) holds: Vec<T>,
+    /// How far a row may give way: zero for one that holds exactly.
+    pub(crate) compliance: Vec<T>,
+    /// How far the loads may be off the split rule where torques are measured (N).
+    pub(super) prior_scale: f64,
+    /// What [`Equations::set_measured_aside`] put away: holds and compliance.
+    pub(super) aside: [Vec<T>; 2],
     /// How far each tyre is pressed in before the machine leans, in units of load by relative
     /// stiffness: u of N = K (u + A' l). Zero but on springs on plane ground.
     pub(crate) offset: [T; MAX_WHEELS],
@@ -54,14 +65,21 @@ pub(crate) struct Equations<T> {
 impl<T: Real> Equations<T> {
     pub(crate) fn new(machine: &Machine) -> Self {
         let certain = 3 + machine.contact.free_joints.len();
-        let rows = certain + usize::from(machine.contact.split != Split::Springs);
+        let measured = certain + usize::from(machine.contact.split != Split::Springs);
+        let rows = measured + machine.contact.actuated_joints.len();
         let mut equations = Self {
             factor: vec![[T::zero(); MAX_WHEELS]; rows],
             value: vec![T::zero(); rows],
             wheels: machine.wheels.len(),
             certain,
+            measured,
+            holds: vec![T::one(); rows],
+            compliance: vec![T::zero(); rows],
+            prior_scale: prior_scale(machine),
+            aside: [vec![T::zero(); rows], vec![T::zero(); rows]],
             offset: [T::zero(); MAX_WHEELS],
         };
+        equations.forget_measured();
         equations.factor[0] = [T::one(); MAX_WHEELS];
         if let Split::FrontShare {
             share,
@@ -123,30 +141,43 @@ impl<T: Real> Equations<T> {
     /// ```
     /// with F_b, M_b the wrench that moves the bodies beyond, about the base origin.
     pub(crate) fn set_free_joints(&mut self, machine: &Machine, beyond: &Beyond<'_, T>) {
-        let rows = self.factor[3..].iter_mut().zip(&mut self.value[3..]);
         let joints = machine.contact.free_joints.iter().zip(beyond.wrenches);
-        for ((factor, value), (joint, wrench)) in rows.zip(joints) {
+        for (k, (joint, wrench)) in joints.enumerate() {
+            self.set_wheels_beyond(3 + k, joint, beyond);
             let motion = &beyond.motions[joint.body];
             let axis = motion.rotation.column(2).into_owned();
-            for (wheel, factor) in factor[..self.wheels].iter_mut().enumerate() {
-                let contact = beyond.centres[wheel]
-                    - beyond.plane.normal * beyond.radii[wheel]
-                    - motion.origin;
-                *factor = if joint.carries_wheel[wheel] {
-                    axis.dot(&contact.cross(&beyond.force_per_load))
-                } else {
-                    T::zero()
-                };
-            }
-            *value = axis.dot(&wrench.about(&motion.origin).moment);
+            self.value[3 + k] = axis.dot(&wrench.about(&motion.origin).moment);
         }
+    }
+
+    /// The factors of a joint's row; gives the sum of the levers of horizontal forces at the wheels beyond
+    /// it (m).
+    pub(super) fn set_wheels_beyond(
+        &mut self,
+        row: usize,
+        joint: &TorqueJoint,
+        beyond: &Beyond<'_, T>,
+    ) -> T {
+        let motion = &beyond.motions[joint.body];
+        let axis = motion.rotation.column(2).into_owned();
+        let mut levers = T::zero();
+        for (wheel, factor) in self.factor[row][..self.wheels].iter_mut().enumerate() {
+            let contact =
+                beyond.centres[wheel] - beyond.plane.normal * beyond.radii[wheel] - motion.origin;
+            *factor = T::zero();
+            if joint.carries_wheel[wheel] {
+                *factor = axis.dot(&contact.cross(&beyond.force_per_load));
+                levers += horizontal_lever(&axis, &contact, &beyond.plane.normal);
+            }
+        }
+        levers
     }
 }
 
-/// What the equations of free joints need of the bodies beyond them.
+/// What the equations of joints need of the bodies beyond them.
 pub(crate) struct Beyond<'a, T: Real> {
     pub(crate) motions: &'a [BodyMotion<T>],
-    /// Wrench of the bodies beyond each free joint, less that on the tool if it is beyond.
+    /// Wrench of the bodies beyond each joint of known torque, less that on the tool if it is beyond.
     pub(crate) wrenches: &'a [Wrench<T>],
     pub(crate) plane: &'a ContactPlane<T>,
     pub(crate) centres: &'a [Vector3<T>],
@@ -156,14 +187,14 @@ pub(crate) struct Beyond<'a, T: Real> {
     pub(crate) force_per_load: Vector3<T>,
 }
 
-/// The wrenches beyond the free joints, less that on the tool where it is beyond.
-pub(crate) fn beyond_free_joints<T: Real>(
+/// The wrenches beyond the joints of known torque, less that on the tool where it is beyond.
+pub(crate) fn beyond_torque_joints<T: Real>(
     machine: &Machine,
     wrenches: &[Wrench<T>],
     tool_wrench: &Wrench<T>,
     beyond: &mut [Wrench<T>],
 ) {
-    for (joint, beyond) in machine.contact.free_joints.iter().zip(beyond) {
+    for (joint, beyond) in machine.contact.torque_joints().zip(beyond) {
         let moved = newton_euler::sum(wrenches, |body| joint.carries_body[body]);
         *beyond = match &machine.tool {
             Some(tool) if joint.carries_body[tool.body] => moved.minus(tool_wrench),

@@ -9,12 +9,13 @@
 use nalgebra::Vector3;
 
 use super::Equations;
+use super::actuated::Actuation;
 use super::response::Response;
 use super::unilateral::Solver;
 use crate::contact_plane::ContactPlane;
 use crate::contact_plane_derivatives::{PlaneDerivatives, PlaneGradient};
 use crate::kinematics::BodyMotion;
-use crate::machine::{MAX_WHEELS, Machine, Split};
+use crate::machine::{JointKind, MAX_WHEELS, Machine, Split, TorqueJoint};
 use crate::number::Real;
 use crate::spatial::{Wrench, cross};
 
@@ -30,9 +31,13 @@ pub(crate) struct Influence<T> {
     /// Derivative by the ground wrench; it differs from `share` where the wrench leans the traction
     /// in the equations of free joints, or presses tyres.
     pub(crate) wrench: Wrench<T>,
-    /// Derivative by the torque about each free joint.
+    /// Derivative by the torque about each joint of known torque, or the force along it.
     pub(crate) torque: Vec<T>,
-    /// Derivative by the place of each free joint's axis: its origin, its direction.
+    /// Derivative by the force of each actuated joint's actuator.
+    pub(crate) actuator: Vec<T>,
+    /// Derivative by the value of each actuated joint's equation.
+    pub(crate) gearing: Vec<T>,
+    /// Derivative by the place of each such joint's axis: its origin, its direction.
     pub(crate) axis: Vec<[Vector3<T>; 2]>,
     /// Derivative by each wheel's centre.
     pub(crate) centre: Vec<Vector3<T>>,
@@ -53,9 +58,12 @@ pub(crate) struct Influences<T> {
     pub(crate) otf: Vec<Influence<T>>,
     /// On the loads, where they are not the OTF.
     load: Vec<Influence<T>>,
+    /// On the OTF by the split rule alone, where torques are measured.
+    rule: Vec<Influence<T>>,
     /// On the loads of the first solution, by which tyres were pressed.
     undeflected: Vec<Influence<T>>,
     lifted: bool,
+    by_rule: bool,
 }
 
 impl<T: Real> Influences<T> {
@@ -64,14 +72,32 @@ impl<T: Real> Influences<T> {
         Self {
             otf: blank.clone(),
             load: blank.clone(),
+            rule: blank.clone(),
             undeflected: blank,
             lifted: false,
+            by_rule: false,
         }
     }
 
     /// On the loads; `None` where they are the OTF.
     pub(crate) fn load(&self) -> Option<&[Influence<T>]> {
         self.lifted.then_some(&self.load)
+    }
+
+    /// On the OTF by the split rule, whatever torques say: how the causes share the load.
+    pub(crate) fn by_rule(&self) -> &[Influence<T>] {
+        if self.by_rule { &self.rule } else { &self.otf }
+    }
+
+    /// Of the OTF by the rule alone, which `response` gave.
+    pub(crate) fn fill_by_rule(
+        &mut self,
+        stance: &Stance<'_, T>,
+        response: &Response<T>,
+        otf: &[T],
+    ) {
+        stance.influences(response, otf, &mut self.rule);
+        self.by_rule = true;
     }
 
     /// Of the loads by which tyres will be pressed.
@@ -136,20 +162,25 @@ pub(crate) struct Stance<'a, T: Real> {
     /// Distance of the wheels' centres from the ground (m).
     pub(crate) radii: &'a [T],
     pub(crate) motions: &'a [BodyMotion<T>],
-    /// What is beyond each free joint: its wrench about the base origin.
+    /// What is beyond each joint of known torque: its wrench about the base origin.
     pub(crate) beyond: &'a [Wrench<T>],
+    pub(crate) actuations: &'a [Actuation<T>],
     pub(crate) equations: &'a Equations<T>,
 }
 
 impl<T: Real> Influence<T> {
     pub(crate) fn zero(machine: &Machine) -> Self {
-        let (wheels, joints) = (machine.wheels.len(), machine.contact.free_joints.len());
+        let contact = &machine.contact;
+        let (wheels, joints) = (machine.wheels.len(), contact.torque_joints().count());
+        let actuated = contact.actuated_joints.len();
         let zero = Vector3::zeros();
         Self {
             share: Wrench::zero(),
-            torque_share: vec![T::zero(); joints],
+            torque_share: vec![T::zero(); contact.free_joints.len()],
             wrench: Wrench::zero(),
             torque: vec![T::zero(); joints],
+            actuator: vec![T::zero(); actuated],
+            gearing: vec![T::zero(); actuated],
             axis: vec![[zero; 2]; joints],
             centre: vec![zero; wheels],
             radius: vec![T::zero(); wheels],
@@ -173,6 +204,8 @@ impl<T: Real> Influence<T> {
         }
         let scalars = [
             (&mut self.torque, &other.torque),
+            (&mut self.actuator, &other.actuator),
+            (&mut self.gearing, &other.gearing),
             (&mut self.radius, &other.radius),
             (&mut self.rest_radius, &other.rest_radius),
             (&mut self.stiffness, &other.stiffness),
@@ -233,9 +266,11 @@ impl<T: Real> LinearForm<'_, T> {
         coefficient
     }
 
-    /// Whether the springs choose among several loads: with as many equations as wheels they do not.
+    /// Whether the springs choose among several loads: with as many equations as wheels they do not,
+    /// but where some give way.
     fn has_slack(&self) -> bool {
-        self.stance.equations.value.len() < self.stance.equations.wheels
+        let equations = self.stance.equations;
+        equations.measured < equations.wheels || equations.are_measured()
     }
 
     /// The gradient by the plane's axes and height, and by the wheels in a plane that is held:
@@ -269,7 +304,7 @@ impl<T: Real> LinearForm<'_, T> {
         }
         out.front_share = T::zero();
         self.fill_offsets(&mut by_plane, out);
-        self.fill_free_joints(&mut by_plane, out);
+        self.fill_joints(&mut by_plane, out);
         let by_slope = derivatives.gradient(&by_plane);
         for (wheel, centre) in stance.centres.iter().enumerate() {
             let above = derivatives.above_plane(plane, centre, stance.radii[wheel]);
@@ -302,44 +337,102 @@ impl<T: Real> LinearForm<'_, T> {
         }
     }
 
-    /// Equations of free joints, with z and p their axis and q = F / F_n:
+    /// Equations of joints, with z and p their axis and q = F / F_n:
     /// ```text
     ///     b = z.(M_b - p x F_b)      A_j = z.((c_j - n R_j - p) x q)
     /// ```
-    fn fill_free_joints(&self, by_plane: &mut PlaneGradient<T>, out: &mut Influence<T>) {
-        let stance = self.stance;
-        let traction = stance.ground.force / stance.normal_force;
+    fn fill_joints(&self, by_plane: &mut PlaneGradient<T>, out: &mut Influence<T>) {
+        let (stance, contact) = (self.stance, &self.stance.machine.contact);
         let mut by_traction = Vector3::zeros();
-        for (k, joint) in stance.machine.contact.free_joints.iter().enumerate() {
-            let motion = &stance.motions[joint.body];
-            let (z, p) = (
-                Vector3::from(motion.rotation.column(2).into_owned()),
-                motion.origin,
-            );
-            let (row, beyond) = (3 + k, &stance.beyond[k]);
-            let value = self.value(row);
-            out.torque_share[k] = value;
-            out.torque[k] = value;
-            let mut by_origin = cross(&z, &beyond.force) * value;
-            let mut by_axis = beyond.about(&p).moment * value;
-            let across = cross(&traction, &z);
-            for wheel in (0..stance.centres.len()).filter(|&w| joint.carries_wheel[w]) {
-                let factor = self.factor(row, wheel);
-                let radius = stance.radii[wheel];
-                let arm = stance.centres[wheel] - stance.plane.normal * radius - p;
-                by_origin -= across * factor;
-                by_axis += cross(&arm, &traction) * factor;
-                by_traction += cross(&z, &arm) * factor;
-                by_plane.normal -= across * (factor * radius);
-                out.centre[wheel] += across * factor;
-                out.radius[wheel] -= stance.plane.normal.dot(&across) * factor;
+        out.axis.fill([by_traction; 2]);
+        for (k, joint) in contact.free_joints.iter().enumerate() {
+            let row = 3 + k;
+            self.fill_wheels_beyond(row, k, joint, by_plane, &mut by_traction, out);
+            out.torque_share[k] = self.value(row);
+            self.add_torque(row, k, joint, T::one(), out);
+        }
+        for (j, (joint, actuation)) in contact
+            .actuated_joints
+            .iter()
+            .zip(stance.actuations)
+            .enumerate()
+        {
+            let row = stance.equations.measured + j;
+            let pivot = contact.torque_place(j, 0);
+            self.fill_wheels_beyond(row, pivot, &joint.steps[0], by_plane, &mut by_traction, out);
+            let [_, _, by_rod] = actuation.gearing.by_pivot;
+            out.actuator[j] = -(self.value(row) * by_rod);
+            out.gearing[j] = self.value(row);
+            for (s, (step, &factor)) in joint
+                .steps
+                .iter()
+                .zip(&actuation.gearing.by_pivot)
+                .enumerate()
+            {
+                self.add_torque(row, contact.torque_place(j, s), step, factor, out);
             }
-            out.axis[k] = [by_origin, by_axis];
         }
         // dq = (dF - q (dn.F + n.dF)) / F_n
+        let traction = stance.ground.force / stance.normal_force;
         let along = by_traction.dot(&traction);
         out.wrench.force += (by_traction - stance.plane.normal * along) / stance.normal_force;
         by_plane.normal -= traction * along;
+    }
+
+    /// What the wheels beyond joint `k` do to its row.
+    fn fill_wheels_beyond(
+        &self,
+        row: usize,
+        k: usize,
+        joint: &TorqueJoint,
+        by_plane: &mut PlaneGradient<T>,
+        by_traction: &mut Vector3<T>,
+        out: &mut Influence<T>,
+    ) {
+        let stance = self.stance;
+        let traction = stance.ground.force / stance.normal_force;
+        let motion = &stance.motions[joint.body];
+        let (z, p) = (
+            Vector3::from(motion.rotation.column(2).into_owned()),
+            motion.origin,
+        );
+        let [by_origin, by_axis] = &mut out.axis[k];
+        let across = cross(&traction, &z);
+        for wheel in (0..stance.centres.len()).filter(|&w| joint.carries_wheel[w]) {
+            let factor = self.factor(row, wheel);
+            let radius = stance.radii[wheel];
+            let arm = stance.centres[wheel] - stance.plane.normal * radius - p;
+            *by_origin -= across * factor;
+            *by_axis += cross(&arm, &traction) * factor;
+            *by_traction += cross(&z, &arm) * factor;
+            by_plane.normal -= across * (factor * radius);
+            out.centre[wheel] += across * factor;
+            out.radius[wheel] -= stance.plane.normal.dot(&across) * factor;
+        }
+    }
+
+    /// What `factor` times the torque about joint `k`, or the force along it, does to its row's value.
+    fn add_torque(
+        &self,
+        row: usize,
+        k: usize,
+        joint: &TorqueJoint,
+        factor: T,
+        out: &mut Influence<T>,
+    ) {
+        let stance = self.stance;
+        let value = self.value(row) * factor;
+        out.torque[k] = value;
+        let (motion, beyond) = (&stance.motions[joint.body], &stance.beyond[k]);
+        if k < stance.machine.contact.free_joints.len()
+            || stance.machine.bodies[joint.body].kind == JointKind::Revolute
+        {
+            let z = Vector3::from(motion.rotation.column(2).into_owned());
+            out.axis[k][0] += cross(&z, &beyond.force) * value;
+            out.axis[k][1] += beyond.about(&motion.origin).moment * value;
+        } else {
+            out.axis[k][1] += beyond.force * value;
+        }
     }
 
     /// What the rule that splits the loads does: the front share's row, or the springs' stiffness.
@@ -350,8 +443,10 @@ impl<T: Real> LinearForm<'_, T> {
             ..
         } = self.stance.machine.contact.split
         {
-            let n = self.loads;
-            out.front_share = self.value(equations.certain) * (n[fr] - n[fl] + n[rr] - n[rl]);
+            // dA = (-1, 1, -1, 1) for FR, FL, RR, RL
+            let [fl, fr, rl, rr] =
+                [fl, fr, rl, rr].map(|wheel| self.factor(equations.certain, wheel));
+            out.front_share = fl - fr + rl - rr;
         }
         for (wheel, by_stiffness) in out.stiffness.iter_mut().enumerate() {
             *by_stiffness = T::zero();

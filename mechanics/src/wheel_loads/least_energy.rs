@@ -1,4 +1,4 @@
-//! Loads of least spring energy that satisfy the equations.
+//! Loads of least spring energy that satisfy the equations, or nearly where those give way.
 
 use super::Equations;
 use crate::machine::MAX_WHEELS;
@@ -32,7 +32,7 @@ impl<T: Real> LeastEnergy<T> {
 
     /// The loads under the equations with right-hand side `value` of which `holds` is 1, not 0, by
     /// stiffness; a wheel of stiffness zero carries nothing. Equations that contradict earlier ones are
-    /// left out.
+    /// left out; those of some compliance S give way: (A K A' + S) l = b.
     pub(super) fn solve(
         &mut self,
         equations: &Equations<T>,
@@ -132,6 +132,9 @@ impl<T: Real> LeastEnergy<T> {
                     whole += equations.factor[i][wheel] * equations.factor[j][wheel] * k;
                 }
                 whole *= holds[i] * holds[j];
+                if i == j {
+                    whole += equations.compliance[i];
+                }
                 let mut rest = whole;
                 for k in 0..j {
                     rest -= self.lower_scaled[i][k] * self.lower[j][k];

@@ -8,9 +8,10 @@
 //! ```
 //! Among all loads that satisfy them, wheels on springs take those of least energy: N = K A' l with
 //! (A K A') l = b. Contact is unilateral: a wheel that would have to pull is taken off the ground and
-//! the rest is solved again. Where the centre of pressure leaves the support polygon the machine tips
+//! the rest is solved again. Joints of measured torque tell of the split what they know ([`actuated`]). Where the centre of pressure leaves the support polygon the machine tips
 //! about the nearest edge, and only the wheels on it carry.
 
+mod actuated;
 mod envelope;
 mod equilibrium;
 mod influence;
@@ -18,6 +19,7 @@ mod least_energy;
 mod response;
 mod unilateral;
 
-pub(crate) use equilibrium::{Beyond, Equations, GroundForce, beyond_free_joints};
+pub(crate) use actuated::Actuation;
+pub(crate) use equilibrium::{Beyond, Equations, GroundForce, beyond_torque_joints};
 pub(crate) use influence::{Influence, Influences, Stance};
 pub(crate) use unilateral::{Loads, Solver};

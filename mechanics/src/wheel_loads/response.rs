@@ -61,6 +61,19 @@ impl<T: Real> Response<T> {
         }
     }
 
+    /// What heights of the wheels off plane ground give a wheel (N): through the rule's value, or by
+    /// pressing its spring.
+    pub(crate) fn by_heights(&self, equations: &Equations<T>, wheel: usize) -> T {
+        let mut load = T::zero();
+        for row in equations.certain..equations.measured {
+            load += self.loads[row][wheel] * equations.value[row];
+        }
+        for (other, &offset) in equations.offset[..equations.wheels].iter().enumerate() {
+            load += self.slack(equations, wheel, other) * offset;
+        }
+        load
+    }
+
     /// (I - L A) K of a wheel by another: what its spring takes of the other's, equilibrium kept.
     pub(crate) fn slack(&self, equations: &Equations<T>, wheel: usize, other: usize) -> T {
         let mut held = T::zero();

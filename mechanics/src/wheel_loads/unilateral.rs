@@ -32,6 +32,8 @@ pub(crate) struct Solver<T: Real> {
     responds: bool,
     otf_response: Response<T>,
     load_response: Response<T>,
+    /// Of the OTF by the rule alone, where torques are measured.
+    rule_response: Response<T>,
     /// Whether a wheel is in the air in any sample: then the loads answer in their own way.
     lifted: bool,
 }
@@ -68,9 +70,10 @@ impl<T: Real> Solver<T> {
             airborne: T::Mask::splat(false),
             exchange: [T::zero(); MAX_WHEELS],
             envelope: Envelope::new(machine),
-            responds,
+            responds: responds || !machine.contact.actuated_joints.is_empty(),
             otf_response: Response::new(rows),
             load_response: Response::new(rows),
+            rule_response: Response::new(rows),
             lifted: false,
         }
     }
@@ -98,13 +101,12 @@ impl<T: Real> Solver<T> {
     ) {
         let n = equations.wheels;
         let stiffness = self.relative_stiffness;
-        let all_hold = [T::one(); MAX_WHEELS];
         let rows = equations.value.len();
         let solve = least_energy_of::<T>(machine);
         solve(
             &mut self.least_energy,
             equations,
-            &all_hold[..rows],
+            &equations.holds,
             &equations.value,
             &stiffness[..n],
             out.otf,
@@ -149,12 +151,13 @@ impl<T: Real> Solver<T> {
         if !self.lifted {
             return;
         }
-        self.load_response.read(
-            &mut self.least_energy,
-            equations,
-            equations.certain,
-            &stiffness,
-        );
+        let rows = if equations.are_measured() {
+            equations.value.len()
+        } else {
+            equations.certain
+        };
+        self.load_response
+            .read(&mut self.least_energy, equations, rows, &stiffness);
         self.load_response.replace_where(all, &self.otf_response);
         let unknown = T::constant(f64::NAN);
         for value in self.load_response.loads.iter_mut().flatten() {
@@ -172,7 +175,74 @@ impl<T: Real> Solver<T> {
     ) {
         self.envelope
             .find(&mut self.least_energy, equations, &self.exchange, out);
+        if equations.are_measured() {
+            self.narrow_envelope(equations, out);
+        }
         self.settle_envelope(machine, edge_moments, self.airborne, out);
+    }
+
+    /// Where torques are measured and all wheels carry, two standard deviations about the loads.
+    fn narrow_envelope(&self, equations: &Equations<T>, out: &mut Loads<'_, T>) {
+        let n = equations.wheels;
+        let all_carry =
+            (self.on_ground[..n].iter()).fold(T::Mask::splat(true), |all, &on| all & on);
+        let [variance, _] = self.measured_variances(equations);
+        for wheel in 0..n {
+            let narrow = all_carry & T::zero().lt(variance[wheel]);
+            let band = variance[wheel].sqrt() * T::constant(2.0);
+            let (low, high) = (out.otf[wheel] - band, out.otf[wheel] + band);
+            out.least[wheel] = T::select(narrow, low.max(out.least[wheel]), out.least[wheel]);
+            out.largest[wheel] =
+                T::select(narrow, high.min(out.largest[wheel]), out.largest[wheel]);
+        }
+    }
+
+    /// Variances that measured torques leave of the OTF and of the loads (N^2); zero without any.
+    pub(crate) fn measured_variances(&self, equations: &Equations<T>) -> [[T; MAX_WHEELS]; 2] {
+        if !equations.are_measured() {
+            return [[T::zero(); MAX_WHEELS]; 2];
+        }
+        let of = |response: &Response<T>| {
+            equations.measured_variance(|wheel| response.slack(equations, wheel, wheel))
+        };
+        let load = self.load_response().unwrap_or(&self.otf_response);
+        [of(&self.otf_response), of(load)]
+    }
+
+    /// How the OTF by the rule alone answer.
+    pub(crate) fn rule_or_otf_response(&self, equations: &Equations<T>) -> &Response<T> {
+        if equations.are_measured() {
+            &self.rule_response
+        } else {
+            &self.otf_response
+        }
+    }
+
+    /// Solves by the rule alone, the measured torques left out: fills `otf`; gives how it answers.
+    pub(crate) fn solve_by_rule(
+        &mut self,
+        machine: &Machine,
+        equations: &Equations<T>,
+        otf: &mut [T],
+    ) -> &Response<T> {
+        let stiffness = self.relative_stiffness;
+        let solve = least_energy_of::<T>(machine);
+        let n = equations.wheels;
+        solve(
+            &mut self.least_energy,
+            equations,
+            &equations.holds,
+            &equations.value,
+            &stiffness[..n],
+            otf,
+        );
+        self.rule_response.read(
+            &mut self.least_energy,
+            equations,
+            equations.value.len(),
+            &stiffness,
+        );
+        &self.rule_response
     }
 
     /// Where the centre of pressure is outside the polygon, the edge that it left furthest carries all,
@@ -291,13 +361,20 @@ impl<T: Real> Solver<T> {
             all = all & self.on_ground[wheel];
         }
         let mut holds = [T::one(); MAX_WHEELS];
+        let rows = if equations.are_measured() {
+            holds[..equations.value.len()].copy_from_slice(&equations.holds);
+            holds[equations.certain..equations.measured].fill(T::zero());
+            equations.value.len()
+        } else {
+            equations.certain
+        };
         for (joint, holds) in machine.contact.free_joints.iter().zip(&mut holds[3..]) {
             for wheel in (0..n).filter(|&wheel| joint.carries_wheel[wheel]) {
                 *holds = T::select(self.on_ground[wheel], *holds, T::zero());
             }
         }
         let mut loads = [T::zero(); MAX_WHEELS];
-        let holds = &holds[..equations.certain];
+        let holds = &holds[..rows];
         let solve = least_energy_of::<T>(machine);
         solve(
             &mut self.least_energy,

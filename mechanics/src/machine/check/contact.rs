@@ -2,42 +2,43 @@
 
 use super::Checker;
 use crate::machine::spec::Stiffness;
-use crate::machine::{Contact, FreeJoint, Ground, MachineError, Split, SupportPolygon, Wheel};
+use crate::machine::{
+    Contact, Ground, Linkage, MachineError, Split, SupportPolygon, TorqueJoint, Wheel,
+};
 
 impl Checker<'_> {
     pub(super) fn contact(
         &self,
         wheels: &[Wheel],
         polygon: &SupportPolygon,
+        linkages: &[Linkage],
     ) -> Result<Contact, MachineError> {
         let spec = &self.spec.contact;
         let mut free_joints = Vec::new();
         for name in &spec.free_joints {
             let body = self.joint("contact.free_joints", name)?;
-            let carries_body: Vec<bool> = (0..self.tree.bodies.len())
-                .map(|b| self.tree.is_carried_by(b, body))
-                .collect();
-            let carries_wheel: Vec<bool> = wheels.iter().map(|w| carries_body[w.body]).collect();
-            if !carries_wheel.iter().any(|&c| c) || carries_wheel.iter().all(|&c| c) {
+            let joint = self.torque_joint(body, wheels);
+            let carried = &joint.carries_wheel;
+            if !carried.iter().any(|&c| c) || carried.iter().all(|&c| c) {
                 return Err(self.value_error(
                     "contact.free_joints",
                     "joints with some but not all wheels beyond them",
                     format!("\"{name}\""),
                 ));
             }
-            free_joints.push(FreeJoint {
-                body,
-                carries_body,
-                carries_wheel,
-            });
+            free_joints.push(joint);
         }
         if free_joints.len() + 3 > wheels.len() {
             let expected = format!("at most {} for {} wheels", wheels.len() - 3, wheels.len());
             return Err(self.value_error("contact.free_joints", expected, free_joints.len()));
         }
+        let split = self.split(wheels, polygon, &free_joints)?;
+        let rows = 3 + free_joints.len() + usize::from(split != Split::Springs);
         let mut contact = Contact {
-            split: self.split(wheels, polygon, &free_joints)?,
+            split,
             free_joints,
+            actuated_joints: self.actuated_joints(linkages, wheels, rows)?,
+            traction_share: self.traction_share()?,
             radii_differ: wheels.iter().any(|w| w.radius != wheels[0].radius),
             tyres_deflect: spec.tyre_stiffness.is_some(),
             ground: spec.ground,
@@ -52,7 +53,7 @@ impl Checker<'_> {
         &self,
         wheels: &[Wheel],
         polygon: &SupportPolygon,
-        free_joints: &[FreeJoint],
+        free_joints: &[TorqueJoint],
     ) -> Result<Split, MachineError> {
         let spec = &self.spec.contact;
         let share = match spec.front_share {

@@ -1,6 +1,7 @@
 //! From a machine file as written, a URDF and what a log offers to a [`Machine`], or the first thing
 //! that is wrong with it.
 
+mod actuated_joints;
 mod contact;
 mod driving;
 mod imu_mount;
@@ -72,7 +73,7 @@ impl Checker<'_> {
         let polygon = self.polygon(&wheels)?;
         let driving = self.driving(&wheels)?;
         spec.check_weighed(&driving.joints)?;
-        let contact = self.contact(&wheels, &polygon)?;
+        let contact = self.contact(&wheels, &polygon, &driving.linkages)?;
         let (imu, notes) = self.imu()?;
         let arm_root = spec
             .arm
@@ -261,6 +262,10 @@ impl Checker<'_> {
             ("estimator.joint_agility", Some(e.joint_agility)),
             ("estimator.gyro_noise", Some(e.gyro_noise)),
             ("estimator.gyro_agility", Some(e.gyro_agility)),
+            (
+                "estimator.actuator_force_agility",
+                Some(e.actuator_force_agility),
+            ),
             ("estimator.accelerometer_noise", Some(e.accelerometer_noise)),
             (
                 "estimator.accelerometer_agility",

@@ -1,0 +1,88 @@
+//! Linkages with a bound force whose pivot carries wheels.
+
+use super::Checker;
+use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, MachineError, TorqueJoint, Wheel};
+
+/// Traction that is not in proportion to the loads, where the machine file does not tell.
+const TRACTION_SHARE: f64 = 0.1;
+
+impl Checker<'_> {
+    /// The bodies and wheels beyond the joint that carries a body.
+    pub(super) fn torque_joint(&self, body: usize, wheels: &[Wheel]) -> TorqueJoint {
+        let carries_body: Vec<bool> = (0..self.tree.bodies.len())
+            .map(|b| self.tree.is_carried_by(b, body))
+            .collect();
+        TorqueJoint {
+            body,
+            carries_wheel: wheels.iter().map(|w| carries_body[w.body]).collect(),
+            carries_body,
+        }
+    }
+
+    /// Those of the linkages that tell how the load is split; `rows` equations stand already.
+    pub(super) fn actuated_joints(
+        &self,
+        linkages: &[Linkage],
+        wheels: &[Wheel],
+        rows: usize,
+    ) -> Result<Vec<ActuatedJoint>, MachineError> {
+        let mut joints = Vec::new();
+        for (index, (linkage, spec)) in linkages.iter().zip(&self.spec.linkage).enumerate() {
+            let signals = ActuatedJoint::bound_signals(self.spec, spec);
+            let bodies = &linkage.bodies;
+            let steps = [bodies.pivot, bodies.cylinder, bodies.rod]
+                .map(|body| self.torque_joint(body, wheels));
+            let carried = &steps[0].carries_wheel;
+            if signals.is_empty() || carried.iter().all(|&c| c) || carried.iter().all(|&c| !c) {
+                continue;
+            }
+            let free = self.spec.contact.free_joints.iter();
+            if free.clone().any(|name| *name == spec.pivot) {
+                return Err(self.value_error(
+                    "contact.free_joints",
+                    format!(
+                        "joints without an actuator of known force (linkage {})",
+                        spec.name
+                    ),
+                    format!("\"{}\"", spec.pivot),
+                ));
+            }
+            for (key, value) in [
+                ("force_sigma", spec.force_sigma),
+                ("friction_share", spec.friction_share),
+            ] {
+                if !(value.is_finite() && value >= 0.0) {
+                    let place = format!("linkage.{}.{key}", spec.name);
+                    return Err(self.value_error(place, "a number that is not negative", value));
+                }
+            }
+            joints.push(ActuatedJoint {
+                linkage: index,
+                steps,
+                signals,
+                force_sigma: spec.force_sigma,
+                friction_share: spec.friction_share,
+            });
+        }
+        if rows + joints.len() > MAX_WHEELS {
+            let expected = format!(
+                "force or pressure of at most {} linkages with wheels beyond",
+                MAX_WHEELS - rows
+            );
+            return Err(self.value_error("linkage", expected, joints.len()));
+        }
+        Ok(joints)
+    }
+
+    pub(super) fn traction_share(&self) -> Result<f64, MachineError> {
+        let share = self.spec.contact.traction_share.unwrap_or(TRACTION_SHARE);
+        if !(share.is_finite() && share >= 0.0) {
+            return Err(self.value_error(
+                "contact.traction_share",
+                "a number that is not negative",
+                share,
+            ));
+        }
+        Ok(share)
+    }
+}

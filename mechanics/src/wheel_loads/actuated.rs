@@ -1,0 +1,254 @@
+//! Joints of measured torque: what they say of the split that equilibrium leaves open.
+//!
+//! A step of the actuator of a linkage turns its pivot and what is beyond it, cylinder and rod with it.
+//! By virtual work, for one radian of the pivot,
+//! ```text
+//!     sum over wheels beyond of z . (r_i - p) x q N_i = T_p + phi' T_c + x' (T_r - f)                        A(1)
+//! ```
+//! with T the torques and the force that move what is beyond pivot, cylinder hinge and rod, phi' and x' how
+//! the latter two follow the pivot, f the measured force and q = F / F_n the traction by load. A(1) is T(14)
+//! with an actuator. It is no certain equation: friction, the sensor and traction that is not in proportion
+//! to the loads leave it uncertain by
+//! ```text
+//!     s_j^2 = x'^2 (s_f^2 + (mu f)^2) + (share F_n/n sum over wheels beyond of h_i)^2                          A(2)
+//! ```
+//! h_i the lever of a horizontal force. So are the loads: of all that satisfy equilibrium those are taken that
+//! make the energy of the springs, and of the rule and the rows A(1) as springs of compliance S = s^2 / s_0^2,
+//! least; s_0 is how far the loads may be off what the rule says before anything is measured:
+//! ```text
+//!     N = K (u + A' l),   (A K A' + diag S) l = b - A K u;      covariance s_0^2 (I - L A) K                   A(3)
+//! ```
+
+use nalgebra::Vector3;
+
+use super::{Beyond, Equations};
+use crate::coordinate::Motion;
+use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, Machine, Split};
+use crate::newton_euler_derivatives::joint_form;
+use crate::number::{Mask, Real};
+use crate::state::State;
+
+/// The rule's compliance against that of the springs on which the wheels stand beside it: the rule
+/// decides, whatever its share, where nothing is measured.
+const RULE_COMPLIANCE: f64 = 0.25;
+
+/// Rows that give way by less than this (m^2) may contradict each other within rounding.
+const LEAST_COMPLIANCE: f64 = 1e-7;
+
+/// How cylinder and rod of a linkage move with its pivot.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Gearing<T> {
+    /// By one radian of the pivot: 1, phi' and x' (rad, m).
+    pub(crate) by_pivot: [T; 3],
+    /// Their derivatives by the measured joint's position.
+    pub(crate) slope: [T; 3],
+}
+
+/// What is known of the actuated joints before the loads are.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Actuation<T> {
+    pub(crate) gearing: Gearing<T>,
+    /// The actuator's force (N); zero where it is unknown.
+    pub(crate) force: T,
+    /// 1 where it is known, else 0.
+    pub(crate) known: T,
+}
+
+impl<T: Real> Gearing<T> {
+    /// With the measured joint's rate one and its acceleration zero, the joints' rates are their
+    /// derivatives by it and their accelerations the second ones.
+    fn of(linkage: &Linkage, measured: &Motion<T>) -> Self {
+        let solved = linkage.solve(&Motion {
+            position: measured.position,
+            rate: T::one(),
+            acceleration: T::zero(),
+        });
+        let turn = &solved.pivot;
+        let by_pivot = |rate: T| rate / turn.rate;
+        let slope = |rate: T, acceleration: T| {
+            (acceleration * turn.rate - rate * turn.acceleration) / (turn.rate * turn.rate)
+        };
+        let (cylinder, rod) = (&solved.cylinder, &solved.rod);
+        Self {
+            by_pivot: [T::one(), by_pivot(cylinder.rate), by_pivot(rod.rate)],
+            slope: [
+                T::zero(),
+                slope(cylinder.rate, cylinder.acceleration),
+                slope(rod.rate, rod.acceleration),
+            ],
+        }
+    }
+}
+
+impl<T: Real> Actuation<T> {
+    pub(crate) fn unknown() -> Self {
+        let nothing = [T::zero(); 3];
+        Self {
+            gearing: Gearing {
+                by_pivot: nothing,
+                slope: nothing,
+            },
+            force: T::zero(),
+            known: T::zero(),
+        }
+    }
+
+    /// Of every actuated joint.
+    pub(crate) fn fill(machine: &Machine, state: &State<T>, actuations: &mut [Self]) {
+        let joints = machine.contact.actuated_joints.iter();
+        for ((joint, &force), actuation) in joints.zip(&state.actuator_force).zip(actuations) {
+            let linkage = &machine.linkages[joint.linkage];
+            let known = force.abs().lt(T::constant(f64::INFINITY));
+            *actuation = Self {
+                gearing: Gearing::of(linkage, &state.joints[linkage.measured_joint]),
+                force: T::select(known, force, T::zero()),
+                known: T::select(known, T::one(), T::zero()),
+            };
+        }
+    }
+}
+
+/// s_0 of A(3), in terms of the standard deviation of a wheel's share in the warp (N).
+pub(super) fn prior_scale(machine: &Machine) -> f64 {
+    // a warp of w at each of four wheels is one of 2 w, and so is the residual of the rule
+    let residual = 2.0 * machine.warp_sigma();
+    match machine.contact.split {
+        Split::Springs => residual,
+        Split::FrontShare { .. } => residual / RULE_COMPLIANCE.sqrt(),
+    }
+}
+
+impl<T: Real> Equations<T> {
+    /// Whether rows of measured torques stand among the equations.
+    pub(crate) fn are_measured(&self) -> bool {
+        self.value.len() > self.measured
+    }
+
+    /// Leaves the measured rows out: the rule decides again.
+    pub(crate) fn forget_measured(&mut self) {
+        for row in self.certain..self.value.len() {
+            self.compliance[row] = T::zero();
+            self.holds[row] = if row < self.measured {
+                T::one()
+            } else {
+                T::zero()
+            };
+        }
+    }
+
+    /// Leaves the measured rows out until they are taken up again.
+    pub(crate) fn set_measured_aside(&mut self) {
+        let [holds, compliance] = &mut self.aside;
+        holds.copy_from_slice(&self.holds);
+        compliance.copy_from_slice(&self.compliance);
+        self.forget_measured();
+    }
+
+    /// Puts the rows back that were set aside.
+    pub(crate) fn take_measured_up(&mut self) {
+        let [holds, compliance] = &self.aside;
+        self.holds.copy_from_slice(holds);
+        self.compliance.copy_from_slice(compliance);
+    }
+
+    /// Rows A(1) with their compliance A(2), where the force is known.
+    pub(crate) fn set_actuated_joints(
+        &mut self,
+        machine: &Machine,
+        beyond: &Beyond<'_, T>,
+        actuations: &[Actuation<T>],
+    ) {
+        self.forget_measured();
+        let contact = &machine.contact;
+        let mut any = T::Mask::splat(false);
+        for (j, (joint, actuation)) in contact.actuated_joints.iter().zip(actuations).enumerate() {
+            let row = self.measured + j;
+            let levers = self.set_wheels_beyond(row, &joint.steps[0], beyond);
+            let [_, _, by_rod] = actuation.gearing.by_pivot;
+            let mut value = -(by_rod * actuation.force);
+            for (s, (step, &factor)) in joint
+                .steps
+                .iter()
+                .zip(&actuation.gearing.by_pivot)
+                .enumerate()
+            {
+                let kind = machine.bodies[step.body].kind;
+                let form = joint_form(kind, &beyond.motions[step.body], factor);
+                value += beyond.wrenches[contact.torque_place(j, s)].contracted(&form);
+            }
+            self.value[row] = value;
+            self.holds[row] = actuation.known;
+            let variance = self.variance(machine, joint, actuation, levers);
+            let compliance = variance.held() * T::constant(self.prior_scale.powi(-2));
+            self.compliance[row] = compliance.max(T::constant(LEAST_COMPLIANCE)) * actuation.known;
+            any = any | T::zero().lt(actuation.known);
+        }
+        for row in self.certain..self.measured {
+            let soft = T::constant(RULE_COMPLIANCE);
+            self.compliance[row] = T::select(any, soft, T::zero());
+        }
+    }
+
+    /// A(2) without the share of what the loads are; `levers` is the sum of h_i (m).
+    fn variance(
+        &self,
+        machine: &Machine,
+        joint: &ActuatedJoint,
+        actuation: &Actuation<T>,
+        levers: T,
+    ) -> T {
+        let [_, _, by_rod] = actuation.gearing.by_pivot;
+        let sensor = T::constant(joint.force_sigma);
+        let friction = T::constant(joint.friction_share) * actuation.force;
+        let share = machine.contact.traction_share / self.wheels as f64;
+        let traction = T::constant(share) * self.value[0] * levers;
+        by_rod * by_rod * (sensor * sensor + friction * friction) + traction * traction
+    }
+
+    /// Standard deviations that the measured torques leave (A(3)): of the loads, squared (N^2), where any
+    /// torque is known, else zero. `slack` gives (I - L A) K of two wheels.
+    pub(crate) fn measured_variance(&self, slack: impl Fn(usize) -> T) -> [T; MAX_WHEELS] {
+        let mut variance = [T::zero(); MAX_WHEELS];
+        let scale = self.prior_variance();
+        for (wheel, variance) in variance[..self.wheels].iter_mut().enumerate() {
+            *variance = (slack(wheel) * scale).max(T::zero());
+        }
+        variance
+    }
+
+    /// s_0^2 of A(3) where any torque is known, else zero (N^2).
+    pub(crate) fn prior_variance(&self) -> T {
+        let known = T::zero().lt(self.known_torques());
+        let scale = T::constant(self.prior_scale.powi(2));
+        T::select(known, scale, T::zero())
+    }
+
+    /// How many of the measured torques are known.
+    pub(crate) fn known_torques(&self) -> T {
+        let holds = &self.holds[self.measured..];
+        holds.iter().fold(T::zero(), |sum, &holds| sum + holds)
+    }
+
+    /// What a measured torque is more than the loads make of it (N m of the pivot); NaN where it is unknown.
+    pub(crate) fn residual(&self, joint: usize, loads: &[T]) -> T {
+        let row = self.measured + joint;
+        let mut residual = -self.value[row];
+        for (&load, &factor) in loads.iter().zip(&self.factor[row]) {
+            residual += load * factor;
+        }
+        let known = T::zero().lt(self.holds[row]);
+        T::select(known, residual, T::constant(f64::NAN))
+    }
+}
+
+/// The largest torque about an axis of a unit force in the ground's plane, at a lever r.
+pub(super) fn horizontal_lever<T: Real>(
+    axis: &Vector3<T>,
+    lever: &Vector3<T>,
+    normal: &Vector3<T>,
+) -> T {
+    let by_force = axis.cross(lever);
+    let up = normal.dot(&by_force);
+    let flat = by_force - normal * up;
+    flat.dot(&flat).sqrt()
+}

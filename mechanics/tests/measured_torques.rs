@@ -1,0 +1,229 @@
+//! Joints of measured torque pin what equilibrium leaves open.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod support;
+
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use support::{bogie_by_rods, moving, set_joint, wheel};
+use tipwatch_mechanics::{
+    Cause, Machine, Outcome, Quantity, Scope, State, StateColumns, Workspace, actuator_force,
+    evaluate, evaluate_rows,
+};
+
+const RODS: [&str; 2] = ["suspension_right", "suspension_left"];
+
+/// The machine on actuated bogies; the forces of both actuators known this well, if at all.
+fn bogie(quality: Option<&str>) -> Machine {
+    bogie_by_rods(|text| {
+        let Some(quality) = quality else { return text };
+        let mut text = text.replace("[contact]", "[contact]\ntraction_share = 0.0");
+        for rod in RODS {
+            let name = format!("name = \"{rod}\"\n");
+            let force =
+                format!("{name}force = {{ topic = \"/f\", field = \"{rod}\" }}\n{quality}\n");
+            text = text.replacen(&name, &force, 1);
+        }
+        text
+    })
+}
+
+/// Well known forces.
+const SURE: &str = "force_sigma = 30.0\nfriction_share = 0.0";
+
+/// At rest on level ground, the rods in the middle, where the bogies' pivots are at zero.
+fn resting(machine: &Machine, slew: f64, forces: [f64; 2]) -> State<f64> {
+    let mut state = State::zero(machine);
+    for (name, position) in [
+        ("lift", -1.3),
+        ("tilt", -1.4),
+        ("slew", slew),
+        ("extension", 0.4),
+        (RODS[0], -0.1),
+        (RODS[1], -0.1),
+    ] {
+        set_joint(machine, &mut state, name, [position, 0.0, 0.0]);
+    }
+    state.imu.specific_force.z = machine.gravity();
+    state
+        .actuator_force
+        .iter_mut()
+        .zip(forces)
+        .for_each(|(to, force)| *to = force);
+    state
+}
+
+fn outcome(machine: &Machine, state: &State<f64>) -> Outcome<f64> {
+    let mut workspace = Workspace::with_scope(machine, Scope::ALL);
+    evaluate(machine, state, &mut workspace).clone()
+}
+
+/// The left force that goes with a right one: then neither contradicts the other.
+fn agreeing(machine: &Machine, slew: f64, right: f64) -> [f64; 2] {
+    let off =
+        |left: f64| outcome(machine, &resting(machine, slew, [right, left])).torque_residual[0];
+    let (at_none, at_many) = (off(0.0), off(1e4));
+    [right, -at_none / (at_many - at_none) * 1e4]
+}
+
+#[test]
+fn val_forces_and_loads_agree_by_the_lever() {
+    let machine = bogie(Some(SURE));
+    for right in [-8e3, -5.5e3, -3e3] {
+        let forces = agreeing(&machine, 2.9, right);
+        let state = resting(&machine, 2.9, forces);
+        let mut workspace = Workspace::new(&machine);
+        let out = evaluate(&machine, &state, &mut workspace).clone();
+        assert_eq!(out.measured_torques, 2.0);
+        // X, the sides L_a, L_b and the angle q of the triangle at rod -0.1: dx/dtheta = L_a L_b |sin q| / X
+        let (l_a, l_b, x) = (0.75_f64.hypot(0.02), 0.50_f64.hypot(0.55), 0.586_f64);
+        let cos = (x * x - l_a * l_a - l_b * l_b) / (2.0 * l_a * l_b);
+        let by_angle = l_a * l_b * (1.0 - cos * cos).sqrt() / x;
+        for (joint, [front, rear]) in [["FR", "RR"], ["FL", "RL"]].into_iter().enumerate() {
+            let [front, rear] = [front, rear].map(|name| out.load[wheel(&machine, name)]);
+            let by_motion = actuator_force(&machine, &state, &workspace, joint);
+            // the ground turns the bogie with the wheels' levers, 1.5 m ahead and 0.8 m behind the pivot
+            let by_ground = (1.5 * front - 0.8 * rear) / by_angle;
+            let expected = by_motion + by_ground;
+            assert!(
+                (forces[joint] - expected).abs() < 40.0,
+                "{} {expected}",
+                forces[joint]
+            );
+            assert!(
+                out.torque_residual[joint].abs() < 5.0,
+                "{:?}",
+                out.torque_residual
+            );
+        }
+    }
+}
+
+#[test]
+fn torques_move_the_diagonal_and_nothing_else() {
+    let (machine, unbound) = (bogie(Some(SURE)), bogie(None));
+    let by_rule = outcome(&unbound, &resting(&unbound, 2.9, [0.0; 2]));
+    let mut warps = Vec::new();
+    for right in [-8e3, -5.5e3, -3e3] {
+        let state = resting(&machine, 2.9, agreeing(&machine, 2.9, right));
+        let out = outcome(&machine, &state);
+        let of = |out: &Outcome<f64>, names: [&str; 2]| -> f64 {
+            names
+                .iter()
+                .map(|name| out.otf[wheel(&machine, name)])
+                .sum()
+        };
+        for sum in [["FL", "FR"], ["RL", "RR"], ["FL", "RL"], ["FR", "RR"]] {
+            // the tyres' deflection follows the loads: the plane leans by a little
+            assert!((of(&out, sum) - of(&by_rule, sum)).abs() < 30.0, "{sum:?}");
+        }
+        let warp = of(&out, ["FL", "RR"]) - of(&by_rule, ["FL", "RR"]);
+        warps.push(warp);
+        for wheel in 0..4 {
+            let (least, largest) = (out.load_least[wheel], out.load_largest[wheel]);
+            assert!(least <= out.load[wheel] && out.load[wheel] <= largest);
+            let narrow =
+                largest - least < 0.02 * (by_rule.load_largest[wheel] - by_rule.load_least[wheel]);
+            assert!(narrow, "{least} {largest}");
+            let sum: f64 = Cause::ALL
+                .map(|c| out.causes[wheel][c as usize])
+                .iter()
+                .filter(|v| v.is_finite())
+                .sum();
+            assert!(
+                (sum - out.load[wheel]).abs() < 1e-6,
+                "{sum} {}",
+                out.load[wheel]
+            );
+            let told = out.causes[wheel][Cause::Warp as usize];
+            assert!(
+                (told.abs() - 0.5 * warp.abs()).abs() < 30.0,
+                "{told} {warp}"
+            );
+        }
+    }
+    assert!((warps[2] - warps[0]).abs() > 2000.0, "{warps:?}");
+}
+
+#[test]
+fn what_is_not_known_changes_nothing_and_what_is_vague_little() {
+    let unbound = bogie(None);
+    let by_rule = outcome(&unbound, &resting(&unbound, 2.4, [0.0; 2]));
+    let machine = bogie(Some(SURE));
+    let unknown = outcome(&machine, &resting(&machine, 2.4, [f64::NAN; 2]));
+    let vague = bogie(Some("force_sigma = 1e9"));
+    let vague = outcome(&vague, &resting(&vague, 2.4, [2e4, 5e3]));
+    assert_eq!(
+        (unknown.measured_torques, vague.measured_torques),
+        (0.0, 2.0)
+    );
+    for &quantity in &Quantity::all(&unbound, Scope::ALL) {
+        let (a, b) = (by_rule.get(quantity), unknown.get(quantity));
+        let same = match quantity {
+            // zeros are added to what derivatives are made of
+            Quantity::LoadSigma(_) | Quantity::OtfSigma(_) | Quantity::Utilisation => {
+                (a - b).abs() < 1e-9 * b.abs() || (a.is_nan() && b.is_nan())
+            }
+            _ => a == b || (a.is_nan() && b.is_nan()),
+        };
+        assert!(same, "{quantity:?}: {a} {b}");
+    }
+    for wheel in 0..4 {
+        assert!((vague.load[wheel] - by_rule.load[wheel]).abs() < 1e-3 * by_rule.normal_force);
+        assert!(
+            unknown
+                .torque_residual
+                .iter()
+                .all(|residual| residual.is_nan())
+        );
+    }
+}
+
+/// Half a weight's error in what the other side says is told by the residuals, not hidden.
+#[test]
+fn forces_that_contradict_each_other_show_in_the_residuals() {
+    let machine = bogie(Some(SURE));
+    let [right, left] = agreeing(&machine, 2.9, -5e3);
+    let out = outcome(&machine, &resting(&machine, 2.9, [right, left + 4000.0]));
+    assert!(
+        out.torque_residual
+            .iter()
+            .all(|residual| residual.abs() > 400.0),
+        "{:?}",
+        out.torque_residual
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60) })]
+
+    #[test]
+    fn lanes_equal_scalar(
+        seeds in prop::array::uniform5(0.0..50.0_f64),
+        forces in prop::array::uniform10(prop_oneof![3 => -1e4..4e4_f64, 1 => Just(f64::NAN), 1 => Just(1e300)]),
+    ) {
+        let machine = bogie(Some("force_sigma = 300.0"));
+        let felt = Vector3::new(1.5, -1.0, 9.7);
+        let mut states: Vec<_> = seeds.iter().map(|&s| moving(&machine, s, felt, Vector3::new(0.1, 0.05, 0.2))).collect();
+        let mut columns = StateColumns::unknown(&machine, states.len());
+        for (row, state) in states.iter_mut().enumerate() {
+            for (k, name) in RODS.into_iter().enumerate() {
+                set_joint(&machine, state, name, [-0.1 + 0.05 * seeds[row].sin(), 0.02, -0.1]);
+                state.actuator_force[k] = forces[2 * row + k];
+            }
+            columns.set(row, state);
+        }
+        let scope = Scope { parts: true, ..Scope::ALL };
+        let model = std::sync::Arc::new(tipwatch_mechanics::Model::WholeBody);
+        let lanes = evaluate_rows(&machine, &columns, 0..states.len(), scope, &model);
+        let mut workspace = Workspace::with_scope(&machine, scope);
+        for (row, state) in states.iter().enumerate() {
+            let alone = evaluate(&machine, state, &mut workspace);
+            for (&quantity, column) in lanes.quantities.iter().zip(&lanes.columns) {
+                let (a, b) = (column[row], alone.get(quantity));
+                prop_assert!(a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()), "{quantity:?}: {a} {b}");
+            }
+        }
+    }
+}
