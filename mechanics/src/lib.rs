@@ -57,6 +57,7 @@ mod spatial;
 mod standing;
 mod state;
 mod static_posture;
+pub mod suspension;
 mod uncertainty;
 mod wheel_loads;
 mod workspace;

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use crate::suspension::hydraulics::HydraulicsSpec;
+
 use super::{FieldSpec, MachineError, PlausibilitySpec, SignalsSpec, WeighedSpec};
 
 /// The machine file: see the machine-file reference of the project for every key.
@@ -444,6 +446,9 @@ pub struct SuspensionSpec {
     pub max_velocity: f64,
     /// Largest rod acceleration (m/s^2).
     pub max_acceleration: f64,
+    /// Cylinders, oil and valves.
+    #[serde(default)]
+    pub hydraulics: HydraulicsSpec,
 }
 
 impl MachineSpec {

@@ -1,6 +1,7 @@
 //! The active suspension: linkages whose rods lift and lower the platform.
 
 use super::{LinkageInput, Machine};
+use crate::suspension::hydraulics::HydraulicParameters;
 
 /// The actuators of an active suspension.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,6 +14,8 @@ pub struct Suspension {
     pub max_velocity: f64,
     /// Largest rod acceleration (m/s^2).
     pub max_acceleration: f64,
+    /// Cylinders, oil and valves of its actuators.
+    pub hydraulics: HydraulicParameters,
 }
 
 impl Machine {

@@ -24,6 +24,10 @@ impl Checker<'_> {
                 return Err(self.value_error(key, "a positive number", value));
             }
         }
+        if let Some((key, expected, found)) = spec.hydraulics.fault() {
+            let place = format!("suspension.hydraulics.{key}");
+            return Err(self.value_error(place, expected, found));
+        }
         let index = |name: &String| {
             let found = self.spec.linkage.iter().position(|l| &l.name == name);
             found.ok_or_else(|| {
@@ -39,6 +43,7 @@ impl Checker<'_> {
             stroke: spec.stroke,
             max_velocity: spec.max_velocity,
             max_acceleration: spec.max_acceleration,
+            hydraulics: spec.hydraulics.parameters(greatest - least),
         }))
     }
 }

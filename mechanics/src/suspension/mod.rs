@@ -1,0 +1,3 @@
+//! The active suspension.
+
+pub mod hydraulics;
