@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::coordinate::Coordinate;
 use crate::machine::{Body, Drive, JointKind, Machine, Mount};
 use crate::number::Real;
-use crate::spatial::{compose, constant, cross, rotate};
+use crate::spatial::{compose, constant, cross, rotate, rotate_back};
 use crate::state::{ImuState, State};
 
 /// Pose and motion of a body, in base axes; positions and velocities relative to the base frame's
@@ -175,32 +175,55 @@ impl<T: Real> ImuSeat<T> {
     }
 }
 
-/// Motion of the base frame from what the IMU feels.
-///
-/// On the root body that is the lever arm alone. On a moving body, its motion relative to a resting
-/// base is taken off first: with p, v, w, alpha, a of the IMU relative to the base,
-/// ```text
-///     w_base     = w_imu - w
-///     alpha_base = alpha_imu - alpha - w_base x w
-///     f_base     = f_imu - a - 2 w_base x v - alpha_base x p - w_base x (w_base x p)
-/// ```
+/// Motion of the base frame from what the IMU feels: see [`ImuSeat::base_motion`].
 pub(crate) fn base_motion<T: Real>(
     machine: &Machine,
     seat: &ImuSeat<T>,
     imu: &ImuState<T>,
 ) -> BodyMotion<T> {
-    let angular_velocity = seat.rotation * imu.angular_velocity - seat.angular_velocity;
-    let angular_acceleration = seat.rotation * imu.angular_acceleration
-        - seat.angular_acceleration
-        - angular_velocity.cross(&seat.angular_velocity);
-    let mut specific_force = seat.rotation * imu.specific_force
-        - angular_acceleration.cross(&seat.position)
-        - angular_velocity.cross(&angular_velocity.cross(&seat.position));
-    if machine.imu.body != 0 {
-        specific_force -= seat.acceleration;
-        specific_force -= angular_velocity.cross(&seat.velocity) * T::constant(2.0);
+    seat.base_motion(imu, machine.imu.body != 0)
+}
+
+impl<T: Real> ImuSeat<T> {
+    /// Motion of the base frame from what is felt at the seat.
+    ///
+    /// On the root body that is the lever arm alone. On a body that `moves`, its motion relative to a
+    /// resting base is taken off first: with p, v, w, alpha, a of the seat relative to the base,
+    /// ```text
+    ///     w_base     = w_imu - w
+    ///     alpha_base = alpha_imu - alpha - w_base x w
+    ///     f_base     = f_imu - a - 2 w_base x v - alpha_base x p - w_base x (w_base x p)
+    /// ```
+    pub(crate) fn base_motion(&self, imu: &ImuState<T>, moves: bool) -> BodyMotion<T> {
+        let angular_velocity = self.rotation * imu.angular_velocity - self.angular_velocity;
+        let angular_acceleration = self.rotation * imu.angular_acceleration
+            - self.angular_acceleration
+            - angular_velocity.cross(&self.angular_velocity);
+        let mut specific_force = self.rotation * imu.specific_force
+            - angular_acceleration.cross(&self.position)
+            - angular_velocity.cross(&angular_velocity.cross(&self.position));
+        if moves {
+            specific_force -= self.acceleration;
+            specific_force -= angular_velocity.cross(&self.velocity) * T::constant(2.0);
+        }
+        BodyMotion::base(specific_force, angular_velocity, angular_acceleration)
     }
-    BodyMotion::base(specific_force, angular_velocity, angular_acceleration)
+
+    /// What is felt at the seat, in its axes, where the base moves so: [`Self::base_motion`] backwards.
+    pub(crate) fn felt(&self, base: &BodyMotion<T>) -> ImuState<T> {
+        let (w, alpha) = (&base.angular_velocity, &base.angular_acceleration);
+        let force = base.specific_force
+            + self.acceleration
+            + cross(w, &self.velocity) * T::constant(2.0)
+            + cross(alpha, &self.position)
+            + cross(w, &cross(w, &self.position));
+        let turning = alpha + self.angular_acceleration + cross(w, &self.angular_velocity);
+        ImuState {
+            specific_force: rotate_back(&self.rotation, &force),
+            angular_velocity: rotate_back(&self.rotation, &(w + self.angular_velocity)),
+            angular_acceleration: rotate_back(&self.rotation, &turning),
+        }
+    }
 }
 
 /// Motion of `body` from that of the root.

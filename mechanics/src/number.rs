@@ -8,10 +8,12 @@
 mod atan2;
 mod dual;
 mod lanes;
+mod second_order;
 mod sin_cos;
 
 pub use dual::Dual;
 pub use lanes::{LaneMask, Lanes};
+pub use second_order::SecondOrder;
 
 use std::fmt::Debug;
 use std::ops::{

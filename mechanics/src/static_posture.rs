@@ -33,13 +33,7 @@ pub(crate) struct AtRest {
 /// The evaluation of the machine at rest on level ground.
 pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64], scope: Scope) -> AtRest {
     let resting = machine.felt_at_base();
-    let mut state = State::<f64>::zero(&resting);
-    for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
-        *motion = Motion {
-            position,
-            ..Motion::zero()
-        };
-    }
+    let mut state = resting_state(&resting, joint_positions);
     let mut workspace = Workspace::with_scope(&resting, scope);
     state.imu.specific_force = Vector3::z() * resting.gravity();
     let up = evaluate(&resting, &state, &mut workspace).contact_normal;
@@ -50,6 +44,18 @@ pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64], scope: Scope) 
         state,
         workspace,
     }
+}
+
+/// Joints at rest at these positions, and nothing felt.
+pub(crate) fn resting_state(machine: &Machine, joint_positions: &[f64]) -> State<f64> {
+    let mut state = State::<f64>::zero(machine);
+    for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
+        *motion = Motion {
+            position,
+            ..Motion::zero()
+        };
+    }
+    state
 }
 
 impl Machine {
@@ -66,7 +72,7 @@ impl Machine {
 
     /// The same machine with an inertial measurement unit at the base frame that is no source of error:
     /// what a machine at rest on level ground feels is given.
-    fn felt_at_base(&self) -> Self {
+    pub(crate) fn felt_at_base(&self) -> Self {
         let imu = Mount {
             body: 0,
             body_from_mount: Isometry3::identity(),

@@ -16,7 +16,7 @@ use crate::number::Real;
 use crate::spatial::{Wrench, cross};
 
 /// The machine over its polygon.
-pub(super) struct Standing<'a, T: Real> {
+pub(crate) struct Standing<'a, T: Real> {
     plane: &'a ContactPlane<T>,
     contacts: &'a [Vector2<T>],
     com: Vector3<T>,
@@ -24,9 +24,18 @@ pub(super) struct Standing<'a, T: Real> {
 
 impl<'a, T: Real> Standing<'a, T> {
     pub(super) fn new(balance: &Balance<'a, T>, com: &Vector3<T>) -> Self {
+        Self::over(balance.plane, balance.contacts, com)
+    }
+
+    /// With the centre of mass in base axes, the contact points in those of the plane.
+    pub(crate) fn over(
+        plane: &'a ContactPlane<T>,
+        contacts: &'a [Vector2<T>],
+        com: &Vector3<T>,
+    ) -> Self {
         Self {
-            plane: balance.plane,
-            contacts: balance.contacts,
+            plane,
+            contacts,
             com: *com,
         }
     }
@@ -39,7 +48,7 @@ impl<'a, T: Real> Standing<'a, T> {
 
     /// The angle about an edge under the force and moment about the centre of mass that the ground has to
     /// hold (rad); NaN without a force.
-    pub(super) fn angle(&self, edge: &Edge, held: &Wrench<T>) -> T {
+    pub(crate) fn angle(&self, edge: &Edge, held: &Wrench<T>) -> T {
         let (from, to) = (self.contact(edge.from), self.contact(edge.to));
         let along = to - from;
         let a = along / along.dot(&along).sqrt();

@@ -22,7 +22,7 @@ use crate::outcome::Outcome;
 use crate::sensitivity::Sensitivity;
 use crate::spatial::Wrench;
 use crate::state::State;
-use force_angle::Standing;
+pub(crate) use force_angle::Standing;
 
 /// Measures of stability at one instant; NaN where one cannot be computed.
 #[derive(Debug, Clone)]

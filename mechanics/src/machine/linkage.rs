@@ -108,6 +108,12 @@ impl Linkage {
         Real::atan2(solved.pivot.sin, solved.pivot.cos)
     }
 
+    /// The motion of the three joints from that of the rod.
+    #[inline]
+    pub(crate) fn solve_by_rod<T: Real>(&self, rod: &Motion<T>) -> LinkageMotion<T> {
+        self.geometry.by_rod(rod)
+    }
+
     /// The motion of the three joints from that of the measured one.
     pub(crate) fn solve<T: Real>(&self, measured: &Motion<T>) -> LinkageMotion<T> {
         match self.input {

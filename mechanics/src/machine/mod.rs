@@ -17,6 +17,7 @@ mod spec;
 mod static_transform;
 mod support_polygon;
 mod suspension;
+mod suspension_control;
 mod tree;
 mod urdf;
 #[cfg(test)]
@@ -46,6 +47,7 @@ pub use spec::{
 pub use static_transform::StaticTransform;
 pub use support_polygon::{Edge, SupportPolygon};
 pub use suspension::Suspension;
+pub use suspension_control::{ControlMode, ControlWeights, PairWeight, SuspensionControl};
 pub use warp::Warp;
 pub use weighed::{WeighedSpec, WeighedSum, WeighedUnit};
 

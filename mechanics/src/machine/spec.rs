@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use crate::suspension::hydraulics::HydraulicsSpec;
 
-use super::{FieldSpec, MachineError, PlausibilitySpec, SignalsSpec, WeighedSpec};
+use super::{FieldSpec, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl, WeighedSpec};
 
 /// The machine file: see the machine-file reference of the project for every key.
 #[derive(Debug, Clone, Deserialize)]
@@ -449,6 +449,9 @@ pub struct SuspensionSpec {
     /// Cylinders, oil and valves.
     #[serde(default)]
     pub hydraulics: HydraulicsSpec,
+    /// How it is steered.
+    #[serde(default)]
+    pub control: SuspensionControl,
 }
 
 impl MachineSpec {

@@ -1,6 +1,6 @@
 //! The active suspension: linkages whose rods lift and lower the platform.
 
-use super::{LinkageInput, Machine};
+use super::{LinkageInput, Machine, SuspensionControl};
 use crate::suspension::hydraulics::HydraulicParameters;
 
 /// The actuators of an active suspension.
@@ -16,6 +16,8 @@ pub struct Suspension {
     pub max_acceleration: f64,
     /// Cylinders, oil and valves of its actuators.
     pub hydraulics: HydraulicParameters,
+    /// How it is steered.
+    pub control: SuspensionControl,
 }
 
 impl Machine {

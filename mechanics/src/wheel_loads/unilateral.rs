@@ -89,6 +89,20 @@ impl<T: Real> Solver<T> {
         self.lifted.then_some(&self.load_response)
     }
 
+    /// The signed loads alone: all wheels held to the ground, OTF.
+    #[inline]
+    pub(crate) fn hold_down(&mut self, machine: &Machine, equations: &Equations<T>, otf: &mut [T]) {
+        let solve = least_energy_of::<T>(machine);
+        solve(
+            &mut self.least_energy,
+            equations,
+            &equations.holds,
+            &equations.value,
+            &self.relative_stiffness[..equations.wheels],
+            otf,
+        );
+    }
+
     /// `edge_moments` are the overturning moments about the edges of the machine's polygon (N m),
     /// positive where it tips.
     pub(crate) fn solve(
@@ -102,15 +116,7 @@ impl<T: Real> Solver<T> {
         let n = equations.wheels;
         let stiffness = self.relative_stiffness;
         let rows = equations.value.len();
-        let solve = least_energy_of::<T>(machine);
-        solve(
-            &mut self.least_energy,
-            equations,
-            &equations.holds,
-            &equations.value,
-            &stiffness[..n],
-            out.otf,
-        );
+        self.hold_down(machine, equations, out.otf);
         if self.responds {
             self.otf_response
                 .read(&mut self.least_energy, equations, rows, &stiffness);

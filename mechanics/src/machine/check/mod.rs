@@ -8,6 +8,7 @@ mod imu_mount;
 mod payloads;
 mod signals;
 mod suspension;
+mod suspension_control;
 mod wheels;
 
 use nalgebra::Isometry3;

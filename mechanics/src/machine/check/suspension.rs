@@ -38,12 +38,14 @@ impl Checker<'_> {
                 )
             })
         };
+        self.check_control(&spec.control)?;
         Ok(Some(Suspension {
             linkages: spec.linkages.iter().map(index).collect::<Result<_, _>>()?,
             stroke: spec.stroke,
             max_velocity: spec.max_velocity,
             max_acceleration: spec.max_acceleration,
             hydraulics: spec.hydraulics.parameters(greatest - least),
+            control: spec.control.clone(),
         }))
     }
 }

@@ -1,0 +1,100 @@
+//! What the platform stands on: the contact plane, and how the platform moves over it when the
+//! suspension moves.
+//!
+//! The wheels stay on the ground and do not slide for the suspension's sake: the frame of the contact
+//! plane, its origin C the mean of the contact points, travels as it would anyway. So the suspension
+//! moves the platform, not the ground. With e the axes of the plane in base axes and c, R the wheels'
+//! centres and radii,
+//! ```text
+//!     S(3)   C = mean c - n mean R
+//!     S(4)   Omega = 1/2 sum e x e',   Omega' = 1/2 sum e x e''       ' along the suspension's motion
+//! ```
+//! and C, C', C'', Omega, Omega' are the seat of what is felt on the ground: the base's motion follows
+//! from it as from an IMU on a moving body.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::contact_plane::ContactPlane;
+use crate::kinematics::ImuSeat;
+use crate::number::{Real, SecondOrder};
+use crate::spatial::cross;
+
+/// The contact plane and its frame as a seat on the base.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Support<T: Real> {
+    pub(super) plane: ContactPlane<T>,
+    pub(super) seat: ImuSeat<T>,
+}
+
+/// A number that moves in time.
+type Moving<T> = SecondOrder<T, 1>;
+
+impl<T: Real> Support<T> {
+    /// Of wheels that are at rest in the base.
+    pub(super) fn at_rest(centres: &[Vector3<T>], radii: &[T], radii_differ: bool) -> Self {
+        let plane = ContactPlane::through(centres, radii, radii_differ);
+        let o = T::zero();
+        let none = Vector3::new(o, o, o);
+        Self {
+            plane,
+            seat: ImuSeat {
+                rotation: Matrix3::from_columns(&[plane.forward, plane.left, plane.normal]),
+                position: origin(&plane, centres, radii),
+                velocity: none,
+                acceleration: none,
+                angular_velocity: none,
+                angular_acceleration: none,
+            },
+        }
+    }
+
+    /// Of wheels that move in the base.
+    pub(super) fn moving(
+        centres: &[Vector3<Moving<T>>],
+        radii: &[Moving<T>],
+        radii_differ: bool,
+    ) -> Self {
+        let plane = ContactPlane::through(centres, radii, radii_differ);
+        let position = origin(&plane, centres, radii);
+        let axes = [plane.forward, plane.left, plane.normal];
+        let half = T::constant(0.5);
+        let turning = |later: fn(&Moving<T>) -> T| {
+            let turned = axes.map(|axis| cross(&value(&axis), &axis.map(|x| later(&x))));
+            (turned[0] + turned[1] + turned[2]) * half
+        };
+        let still = axes.map(|axis| value(&axis));
+        Self {
+            plane: ContactPlane {
+                normal: still[2],
+                forward: still[0],
+                left: still[1],
+                height: plane.height.value,
+                slope: plane.slope.map(|x| x.value),
+            },
+            seat: ImuSeat {
+                rotation: Matrix3::from_columns(&still),
+                position: value(&position),
+                velocity: position.map(|x| x.gradient[0]),
+                acceleration: position.map(|x| x.hessian[0][0]),
+                angular_velocity: turning(|x| x.gradient[0]),
+                angular_acceleration: turning(|x| x.hessian[0][0]),
+            },
+        }
+    }
+}
+
+fn value<T: Real>(moving: &Vector3<Moving<T>>) -> Vector3<T> {
+    moving.map(|x| x.value)
+}
+
+/// S(3)
+fn origin<T: Real>(plane: &ContactPlane<T>, centres: &[Vector3<T>], radii: &[T]) -> Vector3<T> {
+    let o = T::zero();
+    let (mut centre, mut radius) = (Vector3::new(o, o, o), o);
+    for (c, &r) in centres.iter().zip(radii) {
+        centre += c;
+        radius += r;
+    }
+    let share = T::constant(1.0 / centres.len() as f64);
+    (centre - plane.normal * radius) * share
+}
