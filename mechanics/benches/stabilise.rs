@@ -1,7 +1,7 @@
 //! One step of the stabiliser on random problems of the machine on bogies, each solved from scratch:
 //! median and 99.9th percentile, with the machine condensed and all that belongs to the step.
 //!
-//! `cargo bench -p tipwatch-mechanics --bench stabilise`
+//! `cargo bench -p tipwatch-mechanics --bench stabilise [-- NAME]`, NAME a part of a line's name
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -20,6 +20,7 @@ const REPEATS: usize = 5;
 
 fn main() {
     let machine = machine();
+    let wanted = std::env::args().skip(1).find(|word| !word.starts_with('-'));
     println!("microseconds a step, {PROBLEMS} problems solved from scratch");
     println!(
         "{:22} {:>8} {:>8} {:>8} {:>8} {:>11} {:>11}",
@@ -27,6 +28,22 @@ fn main() {
     );
     for mode in [ControlMode::LookAhead, ControlMode::Literal] {
         for independent in [false, true] {
+            let name = format!(
+                "{} {}",
+                if mode == ControlMode::Literal {
+                    "literal"
+                } else {
+                    "look-ahead"
+                },
+                if independent {
+                    "2 variables"
+                } else {
+                    "1 variable"
+                }
+            );
+            if wanted.as_ref().is_some_and(|wanted| !name.contains(wanted)) {
+                continue;
+            }
             let mut stabiliser = stabiliser(&machine, &control(mode, independent));
             let mut draws = Draws(7);
             let problems: Vec<Problem> = (0..PROBLEMS)
@@ -52,19 +69,6 @@ fn main() {
                     }
                 }
             }
-            let name = format!(
-                "{} {}",
-                if mode == ControlMode::Literal {
-                    "literal"
-                } else {
-                    "look-ahead"
-                },
-                if independent {
-                    "2 variables"
-                } else {
-                    "1 variable"
-                }
-            );
             let line = |name: &str, times: &mut Vec<f64>| {
                 times.sort_by(f64::total_cmp);
                 let at = |share: f64| times[((PROBLEMS - 1) as f64 * share) as usize];

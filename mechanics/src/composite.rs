@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::kinematics::BodyMotion;
 use crate::machine::MassMoments;
 use crate::number::Real;
-use crate::spatial::{Wrench, compose, constant, cross, rotate};
+use crate::spatial::{Wrench, compose, cross, rotate_constant};
 
 /// Moments of a set of bodies: see the module.
 #[derive(Debug, Clone, Copy)]
@@ -85,7 +85,7 @@ impl<T: Real> Composite<T> {
     pub(crate) fn at_rest(body: &MassMoments, pose: &BodyMotion<T>) -> Self {
         let (r, o) = (&pose.rotation, &pose.origin);
         let mass = T::constant(body.mass);
-        let first = rotate(r, &constant(&body.first));
+        let first = rotate_constant(r, &body.first);
         // R S R' + o h' + h o' + m o o'
         let turned = compose(r, &body.second);
         let shifted = first + o * mass;

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::coordinate::Coordinate;
 use crate::machine::{Body, Drive, JointKind, Machine, Mount};
 use crate::number::Real;
-use crate::spatial::{compose, constant, cross, rotate, rotate_back};
+use crate::spatial::{compose, constant, cross, rotate_back, rotate_constant};
 use crate::state::{ImuState, State};
 
 /// Pose and motion of a body, in base axes; positions and velocities relative to the base frame's
@@ -52,7 +52,7 @@ impl<T: Real> BodyMotion<T> {
     pub(crate) fn carry(&self, body: &Body, coordinate: &Coordinate<T>) -> Self {
         let joint_rotation = compose(&self.rotation, &body.parent_from_joint);
         let z: Vector3<T> = joint_rotation.column(2).into_owned();
-        let mut arm = rotate(&self.rotation, &constant(&body.joint_in_parent));
+        let mut arm = rotate_constant(&self.rotation, &body.joint_in_parent);
         if body.kind == JointKind::Prismatic {
             arm += z * coordinate.displacement;
         }
@@ -83,10 +83,88 @@ impl<T: Real> BodyMotion<T> {
         moved
     }
 
+    /// What [`Self::carry`] gives on a base at rest that feels nothing.
+    #[inline(always)]
+    pub(crate) fn on_resting_base(body: &Body, coordinate: &Coordinate<T>) -> Self {
+        let joint = &body.parent_from_joint;
+        let along = |x: T, k: usize| {
+            Vector3::new(
+                x.scaled(joint[(0, k)]),
+                x.scaled(joint[(1, k)]),
+                x.scaled(joint[(2, k)]),
+            )
+        };
+        let o = T::zero();
+        let none = Vector3::new(o, o, o);
+        let mut moved = Self {
+            rotation: joint.map(T::constant),
+            origin: constant(&body.joint_in_parent),
+            velocity: none,
+            specific_force: none,
+            angular_velocity: none,
+            angular_acceleration: none,
+        };
+        match body.kind {
+            JointKind::Revolute => {
+                let (cos, sin) = (coordinate.cos, coordinate.sin);
+                moved.rotation = Matrix3::from_columns(&[
+                    along(cos, 0) + along(sin, 1),
+                    along(cos, 1) - along(sin, 0),
+                    moved.rotation.column(2).into_owned(),
+                ]);
+                moved.angular_velocity = along(coordinate.rate, 2);
+                moved.angular_acceleration = along(coordinate.acceleration, 2);
+            }
+            JointKind::Prismatic => {
+                moved.origin += along(coordinate.displacement, 2);
+                moved.velocity = along(coordinate.rate, 2);
+                moved.specific_force = along(coordinate.acceleration, 2);
+            }
+        }
+        moved
+    }
+
+    /// The pose that [`Self::carry`] gives, at rest.
+    #[inline(always)]
+    pub(crate) fn carry_at_rest(&self, body: &Body, coordinate: &Coordinate<T>) -> Self {
+        let joint_rotation = compose(&self.rotation, &body.parent_from_joint);
+        let mut arm = rotate_constant(&self.rotation, &body.joint_in_parent);
+        if body.kind == JointKind::Prismatic {
+            arm += joint_rotation.column(2) * coordinate.displacement;
+        }
+        let o = T::zero();
+        let none = Vector3::new(o, o, o);
+        Self {
+            rotation: match body.kind {
+                JointKind::Revolute => {
+                    turned_about_z(&joint_rotation, coordinate.cos, coordinate.sin)
+                }
+                JointKind::Prismatic => joint_rotation,
+            },
+            origin: self.origin + arm,
+            velocity: none,
+            specific_force: none,
+            angular_velocity: none,
+            angular_acceleration: none,
+        }
+    }
+
+    /// The same motion in another type of number.
+    pub(crate) fn map<U: Real>(&self, convert: impl Fn(T) -> U) -> BodyMotion<U> {
+        BodyMotion {
+            rotation: self.rotation.map(&convert),
+            origin: self.origin.map(&convert),
+            velocity: self.velocity.map(&convert),
+            specific_force: self.specific_force.map(&convert),
+            angular_velocity: self.angular_velocity.map(&convert),
+            angular_acceleration: self.angular_acceleration.map(&convert),
+        }
+    }
+
     /// A point fixed in the body, given in its frame, from the base origin (m).
     #[inline]
     pub(crate) fn point(&self, in_body: &Vector3<f64>) -> Vector3<T> {
-        self.origin + rotate(&self.rotation, &constant(in_body))
+        self.origin + rotate_constant(&self.rotation, in_body)
     }
 }
 

@@ -12,14 +12,14 @@ use nalgebra::Vector3;
 use crate::kinematics::{BodyMotion, rotation_in_body};
 use crate::machine::{Inertia, Machine};
 use crate::number::Real;
-use crate::spatial::{Wrench, constant, cross, rotate, rotate_back};
+use crate::spatial::{Wrench, cross, rotate, rotate_back, rotate_constant};
 use crate::state::State;
 
 /// Force and moment about the base origin that give a body its motion, base axes.
 #[inline(always)]
 pub(crate) fn body_wrench<T: Real>(inertia: &Inertia, motion: &BodyMotion<T>) -> Wrench<T> {
     let (w, alpha) = (&motion.angular_velocity, &motion.angular_acceleration);
-    let com = rotate(&motion.rotation, &constant(&inertia.com));
+    let com = rotate_constant(&motion.rotation, &inertia.com);
     let acceleration = motion.specific_force + cross(alpha, &com) + cross(w, &cross(w, &com));
     let force = acceleration * T::constant(inertia.mass);
     // I alpha + w x I w in the body's axes, where I is constant

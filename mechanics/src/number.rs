@@ -58,6 +58,14 @@ pub trait Real:
     /// The constant `value` in every sample.
     fn constant(value: f64) -> Self;
 
+    /// This number times a constant: `self * Self::constant(factor)` with less work where derivatives are
+    /// carried along.
+    #[inline(always)]
+    #[must_use]
+    fn scaled(self, factor: f64) -> Self {
+        self * Self::constant(factor)
+    }
+
     /// Square root; NaN below zero.
     fn sqrt(self) -> Self;
 

@@ -82,7 +82,30 @@ pub(crate) fn rotate_back<T: Real>(r: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T>
 /// A B, column by column.
 #[inline(always)]
 pub(crate) fn compose<T: Real>(a: &Matrix3<T>, b: &Matrix3<f64>) -> Matrix3<T> {
-    Matrix3::from_columns(&[0, 1, 2].map(|k| rotate(a, &constant(&b.column(k).into_owned()))))
+    let at = |i: usize, j: usize| {
+        a[(i, 0)].scaled(b[(0, j)]) + a[(i, 1)].scaled(b[(1, j)]) + a[(i, 2)].scaled(b[(2, j)])
+    };
+    Matrix3::new(
+        at(0, 0),
+        at(0, 1),
+        at(0, 2),
+        at(1, 0),
+        at(1, 1),
+        at(1, 2),
+        at(2, 0),
+        at(2, 1),
+        at(2, 2),
+    )
+}
+
+/// R v of a constant v.
+#[inline(always)]
+pub(crate) fn rotate_constant<T: Real>(r: &Matrix3<T>, v: &Vector3<f64>) -> Vector3<T> {
+    Vector3::new(
+        r.m11.scaled(v.x) + r.m12.scaled(v.y) + r.m13.scaled(v.z),
+        r.m21.scaled(v.x) + r.m22.scaled(v.y) + r.m23.scaled(v.z),
+        r.m31.scaled(v.x) + r.m32.scaled(v.y) + r.m33.scaled(v.z),
+    )
 }
 
 /// A constant vector in every sample.

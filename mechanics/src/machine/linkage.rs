@@ -131,8 +131,8 @@ impl Triangle {
     fn by_pivot<T: Real>(&self, cos: T, sin: T, rate: T, acceleration: T) -> LinkageMotion<T> {
         let c = T::constant;
         // s = |v|^2 and its derivatives by theta
-        let s = c(self.k) + c(self.p) * cos + c(self.q) * sin;
-        let s1 = c(self.q) * cos - c(self.p) * sin;
+        let s = c(self.k) + cos.scaled(self.p) + sin.scaled(self.q);
+        let s1 = cos.scaled(self.q) - sin.scaled(self.p);
         let s2 = c(self.k) - s;
         let closure = s - c(self.eccentricity * self.eccentricity);
         let length = closure.sqrt();
@@ -159,20 +159,20 @@ impl Triangle {
         let s = length * length + c(self.eccentricity * self.eccentricity);
         // P cos(theta) + Q sin(theta) = M cos(theta - theta_0) = s - K
         let m = (self.p * self.p + self.q * self.q).sqrt();
-        let (cos0, sin0) = (c(self.p / m), c(self.q / m));
-        let cos_delta = (s - c(self.k)) / c(m);
+        let (cos0, sin0) = (self.p / m, self.q / m);
+        let cos_delta = (s - c(self.k)).scaled(1.0 / m);
         let closure = T::one() - cos_delta * cos_delta;
-        let sin_delta = closure.sqrt() * c(self.branch);
+        let sin_delta = closure.sqrt().scaled(self.branch);
         let (cos, sin) = (
-            cos0 * cos_delta - sin0 * sin_delta,
-            sin0 * cos_delta + cos0 * sin_delta,
+            cos_delta.scaled(cos0) - sin_delta.scaled(sin0),
+            cos_delta.scaled(sin0) + sin_delta.scaled(cos0),
         );
         // 2 X Xdot = s1 thetadot, differentiated once more
-        let s1 = c(self.q) * cos - c(self.p) * sin;
+        let s1 = cos.scaled(self.q) - sin.scaled(self.p);
         let s2 = c(self.k) - s;
-        let s_rate = c(2.0) * length * rod.rate;
+        let s_rate = (length * rod.rate).scaled(2.0);
         let rate = s_rate / s1;
-        let s_acceleration = c(2.0) * (rod.rate * rod.rate + length * rod.acceleration);
+        let s_acceleration = (rod.rate * rod.rate + length * rod.acceleration).scaled(2.0);
         let acceleration = (s_acceleration - s2 * rate * rate) / s1;
         let pivot = Coordinate::turned(cos, sin, rate, acceleration);
         self.complete(
@@ -200,31 +200,32 @@ impl Triangle {
         closure: T,
     ) -> LinkageMotion<T> {
         let c = T::constant;
-        let sign = c(self.pivot_sign);
-        let (cos, sin) = (pivot.cos, pivot.sin * sign);
-        let (rate, acceleration) = (pivot.rate * sign, pivot.acceleration * sign);
+        let sign = self.pivot_sign;
+        let (cos, sin) = (pivot.cos, pivot.sin.scaled(sign));
+        let (rate, acceleration) = (pivot.rate.scaled(sign), pivot.acceleration.scaled(sign));
         let (ex, ey) = (
-            c(self.e0.x) * cos - c(self.e0.y) * sin,
-            c(self.e0.x) * sin + c(self.e0.y) * cos,
+            cos.scaled(self.e0.x) - sin.scaled(self.e0.y),
+            sin.scaled(self.e0.x) + cos.scaled(self.e0.y),
         );
         let (vx, vy) = (c(self.d.x) + ex, c(self.d.y) + ey);
         let (vx_rate, vy_rate) = (-ey * rate, ex * rate);
         let vx_acceleration = -ey * acceleration - ex * rate * rate;
         let vy_acceleration = ex * acceleration - ey * rate * rate;
-        let (gx, gy) = (length, c(self.eccentricity));
-        let cylinder_rate = (vx * vy_rate - vy * vx_rate + gy * length_rate) / s;
+        let (gx, gy) = (length, self.eccentricity);
+        let inverse = T::one() / s;
+        let cylinder_rate = (vx * vy_rate - vy * vx_rate + length_rate.scaled(gy)) * inverse;
         let cylinder_acceleration = (vx * vy_acceleration - vy * vx_acceleration
-            + gy * length_acceleration
+            + length_acceleration.scaled(gy)
             - cylinder_rate * s_rate)
-            / s;
-        let turn = c(self.cylinder_sign);
+            * inverse;
+        let turn = self.cylinder_sign;
         LinkageMotion {
             pivot,
             cylinder: Coordinate::turned(
-                (gx * vx + gy * vy) / s,
-                (gx * vy - gy * vx) / s * turn,
-                cylinder_rate * turn,
-                cylinder_acceleration * turn,
+                (gx * vx + vy.scaled(gy)) * inverse,
+                ((gx * vy - vx.scaled(gy)) * inverse).scaled(turn),
+                cylinder_rate.scaled(turn),
+                cylinder_acceleration.scaled(turn),
             ),
             rod: Coordinate::slid(
                 length - c(self.length_at_zero),

@@ -145,6 +145,14 @@ impl<T: Real> Real for Dual<T> {
     }
 
     #[inline]
+    fn scaled(self, factor: f64) -> Self {
+        Self {
+            value: self.value.scaled(factor),
+            slope: self.slope.scaled(factor),
+        }
+    }
+
+    #[inline]
     fn sqrt(self) -> Self {
         let value = self.value.sqrt();
         Self {

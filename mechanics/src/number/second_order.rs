@@ -23,7 +23,7 @@ pub struct SecondOrder<T, const N: usize> {
 
 impl<T: Real, const N: usize> SecondOrder<T, N> {
     /// A number that depends on no variable.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn fixed(value: T) -> Self {
         let none = T::zero();
@@ -35,7 +35,7 @@ impl<T: Real, const N: usize> SecondOrder<T, N> {
     }
 
     /// The variable of this index itself.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn variable(value: T, index: usize) -> Self {
         let mut variable = Self::fixed(value);
@@ -45,46 +45,40 @@ impl<T: Real, const N: usize> SecondOrder<T, N> {
 
     /// From its derivatives; `second(i, j)` is asked for i <= j alone.
     #[inline(always)]
-    fn from_parts(value: T, gradient: [T; N], second: impl Fn(usize, usize) -> T) -> Self {
-        let mut hessian = [[value; N]; N];
+    fn from_parts(
+        value: T,
+        first: impl Fn(usize) -> T,
+        second: impl Fn(usize, usize, &[T; N]) -> T,
+    ) -> Self {
+        let mut number = Self::fixed(value);
+        for i in 0..N {
+            number.gradient[i] = first(i);
+        }
         for i in 0..N {
             for j in i..N {
-                let both = second(i, j);
-                hessian[i][j] = both;
-                hessian[j][i] = both;
+                let both = second(i, j, &number.gradient);
+                number.hessian[i][j] = both;
+                number.hessian[j][i] = both;
             }
         }
-        Self {
-            value,
-            gradient,
-            hessian,
-        }
-    }
-
-    #[inline(always)]
-    fn by_parts(self, other: Self, combine: impl Fn(T, T) -> T) -> Self {
-        Self {
-            value: combine(self.value, other.value),
-            gradient: std::array::from_fn(|i| combine(self.gradient[i], other.gradient[i])),
-            hessian: std::array::from_fn(|i| {
-                std::array::from_fn(|j| combine(self.hessian[i][j], other.hessian[i][j]))
-            }),
-        }
+        number
     }
 
     /// f(self) from f, f' and f'' at its value.
     #[inline(always)]
     fn chain(self, value: T, first: T, second: T) -> Self {
-        let g = self.gradient;
-        Self::from_parts(value, g.map(|g| g * first), |i, j| {
-            self.hessian[i][j] * first + g[i] * g[j] * second
-        })
+        let g = &self.gradient;
+        Self::from_parts(
+            value,
+            |i| g[i] * first,
+            |i, j, _| self.hessian[i][j] * first + g[i] * g[j] * second,
+        )
     }
 }
 
 impl<T: Real> SecondOrder<T, 1> {
     /// A motion in time: position, velocity, acceleration.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn motion(position: T, velocity: T, acceleration: T) -> Self {
         Self {
@@ -95,7 +89,7 @@ impl<T: Real> SecondOrder<T, 1> {
     }
 
     /// The same number among two variables, of which it depends on that of this index.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn among_two(self, index: usize) -> SecondOrder<T, 2> {
         let mut wider = SecondOrder::fixed(self.value);
@@ -107,29 +101,37 @@ impl<T: Real> SecondOrder<T, 1> {
 
 impl<T: Real, const N: usize> Add for SecondOrder<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
-        self.by_parts(other, |a, b| a + b)
+        Self::from_parts(
+            self.value + other.value,
+            |i| self.gradient[i] + other.gradient[i],
+            |i, j, _| self.hessian[i][j] + other.hessian[i][j],
+        )
     }
 }
 
 impl<T: Real, const N: usize> Sub for SecondOrder<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self.by_parts(other, |a, b| a - b)
+        Self::from_parts(
+            self.value - other.value,
+            |i| self.gradient[i] - other.gradient[i],
+            |i, j, _| self.hessian[i][j] - other.hessian[i][j],
+        )
     }
 }
 
 impl<T: Real, const N: usize> Mul for SecondOrder<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let (a, b) = (self, other);
+        let (a, b) = (&self, &other);
         Self::from_parts(
             a.value * b.value,
-            std::array::from_fn(|i| a.gradient[i] * b.value + a.value * b.gradient[i]),
-            |i, j| {
+            |i| a.gradient[i] * b.value + a.value * b.gradient[i],
+            |i, j, _| {
                 (a.hessian[i][j] * b.value + a.value * b.hessian[i][j])
                     + (a.gradient[i] * b.gradient[j] + a.gradient[j] * b.gradient[i])
             },
@@ -140,29 +142,31 @@ impl<T: Real, const N: usize> Mul for SecondOrder<T, N> {
 impl<T: Real, const N: usize> Div for SecondOrder<T, N> {
     type Output = Self;
     /// From `quotient * other = self`, differentiated twice.
-    #[inline]
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
-        let (a, b) = (self, other);
+        let (a, b) = (&self, &other);
         let value = a.value / b.value;
         let inverse = T::one() / b.value;
-        let gradient: [T; N] =
-            std::array::from_fn(|i| (a.gradient[i] - value * b.gradient[i]) * inverse);
-        Self::from_parts(value, gradient, |i, j| {
-            let both = gradient[i] * b.gradient[j] + gradient[j] * b.gradient[i];
-            (a.hessian[i][j] - value * b.hessian[i][j] - both) * inverse
-        })
+        Self::from_parts(
+            value,
+            |i| (a.gradient[i] - value * b.gradient[i]) * inverse,
+            |i, j, gradient| {
+                let both = gradient[i] * b.gradient[j] + gradient[j] * b.gradient[i];
+                (a.hessian[i][j] - value * b.hessian[i][j] - both) * inverse
+            },
+        )
     }
 }
 
 impl<T: Real, const N: usize> Neg for SecondOrder<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
-        Self {
-            value: -self.value,
-            gradient: self.gradient.map(|g| -g),
-            hessian: self.hessian.map(|row| row.map(|h| -h)),
-        }
+        Self::from_parts(
+            -self.value,
+            |i| -self.gradient[i],
+            |i, j, _| -self.hessian[i][j],
+        )
     }
 }
 
@@ -170,7 +174,7 @@ impl<T: Real, const N: usize> Neg for SecondOrder<T, N> {
 macro_rules! assigning {
     ($trait:ident, $method:ident, $operation:ident, $plain:ident) => {
         impl<T: Real, const N: usize> $trait for SecondOrder<T, N> {
-            #[inline]
+            #[inline(always)]
             fn $method(&mut self, other: Self) {
                 *self = $operation::$plain(*self, other);
             }
@@ -184,7 +188,7 @@ assigning!(MulAssign, mul_assign, Mul, mul);
 assigning!(DivAssign, div_assign, Div, div);
 
 impl<T: Real, const N: usize> Zero for SecondOrder<T, N> {
-    #[inline]
+    #[inline(always)]
     fn zero() -> Self {
         Self::fixed(T::zero())
     }
@@ -195,7 +199,7 @@ impl<T: Real, const N: usize> Zero for SecondOrder<T, N> {
 }
 
 impl<T: Real, const N: usize> One for SecondOrder<T, N> {
-    #[inline]
+    #[inline(always)]
     fn one() -> Self {
         Self::fixed(T::one())
     }
@@ -204,55 +208,69 @@ impl<T: Real, const N: usize> One for SecondOrder<T, N> {
 impl<T: Real, const N: usize> Real for SecondOrder<T, N> {
     type Mask = T::Mask;
 
-    #[inline]
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         Self::fixed(T::constant(value))
     }
 
+    #[inline(always)]
+    fn scaled(self, factor: f64) -> Self {
+        Self::from_parts(
+            self.value.scaled(factor),
+            |i| self.gradient[i].scaled(factor),
+            |i, j, _| self.hessian[i][j].scaled(factor),
+        )
+    }
+
     /// From `root^2 = self`, differentiated twice.
-    #[inline]
+    #[inline(always)]
     fn sqrt(self) -> Self {
         let value = self.value.sqrt();
         let inverse = T::one() / value;
         let half = T::constant(0.5);
-        let gradient = self.gradient.map(|g| g * half * inverse);
-        Self::from_parts(value, gradient, |i, j| {
-            (self.hessian[i][j] * half - gradient[i] * gradient[j]) * inverse
-        })
+        Self::from_parts(
+            value,
+            |i| self.gradient[i] * half * inverse,
+            |i, j, gradient| (self.hessian[i][j] * half - gradient[i] * gradient[j]) * inverse,
+        )
     }
 
-    #[inline]
+    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = self.value.sin_cos();
         (self.chain(sin, cos, -sin), self.chain(cos, -sin, -cos))
     }
 
     /// (x^2 + y^2) dangle = x dy - y dx, differentiated once more.
-    #[inline]
+    #[inline(always)]
     fn atan2(self, x: Self) -> Self {
-        let y = self;
+        let (y, x, two) = (&self, &x, T::constant(2.0));
         let inverse = T::one() / (x.value * x.value + y.value * y.value);
-        let gradient: [T; N] =
-            std::array::from_fn(|i| (x.value * y.gradient[i] - y.value * x.gradient[i]) * inverse);
-        let two = T::constant(2.0);
-        let stretch: [T; N] =
-            std::array::from_fn(|i| (x.value * x.gradient[i] + y.value * y.gradient[i]) * two);
-        Self::from_parts(y.value.atan2(x.value), gradient, |i, j| {
-            let turned = x.value * y.hessian[i][j] - y.value * x.hessian[i][j]
-                + x.gradient[j] * y.gradient[i]
-                - y.gradient[j] * x.gradient[i];
-            (turned - gradient[i] * stretch[j]) * inverse
-        })
+        Self::from_parts(
+            y.value.atan2(x.value),
+            |i| (x.value * y.gradient[i] - y.value * x.gradient[i]) * inverse,
+            |i, j, gradient| {
+                let turned = x.value * y.hessian[i][j] - y.value * x.hessian[i][j]
+                    + x.gradient[j] * y.gradient[i]
+                    - y.gradient[j] * x.gradient[i];
+                let stretch = (x.value * x.gradient[j] + y.value * y.gradient[j]) * two;
+                (turned - gradient[i] * stretch) * inverse
+            },
+        )
     }
 
-    #[inline]
+    #[inline(always)]
     fn lt(self, other: Self) -> Self::Mask {
         self.value.lt(other.value)
     }
 
-    #[inline]
+    #[inline(always)]
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self {
-        if_true.by_parts(if_false, |a, b| T::select(mask, a, b))
+        Self::from_parts(
+            T::select(mask, if_true.value, if_false.value),
+            |i| T::select(mask, if_true.gradient[i], if_false.gradient[i]),
+            |i, j, _| T::select(mask, if_true.hessian[i][j], if_false.hessian[i][j]),
+        )
     }
 }
 

@@ -181,7 +181,7 @@ fn up_in_base(
     rods: &[Motion<f64>],
 ) -> Vector3<f64> {
     let mut scratch = Prospect::<f64>::new(suspended);
-    let support = scratch.observe(suspended, &instant.condensed, &instant.coordinates, rods);
+    let support = scratch.observe(suspended, instant, rods);
     support.seat.rotation * instant.up_on_ground
 }
 
@@ -219,9 +219,7 @@ fn the_platform_moves_as_its_positions_change() {
         }
         // pose of the base in the ground's axes
         let mut pose = |t: f64| -> (Matrix3<f64>, Vector3<f64>) {
-            let seat = scratch
-                .observe(&suspended, &instant.condensed, &instant.coordinates, &at(t))
-                .seat;
+            let seat = scratch.observe(&suspended, &instant, &at(t)).seat;
             let ground_from_base = seat.rotation.transpose();
             (ground_from_base, -(ground_from_base * seat.position))
         };

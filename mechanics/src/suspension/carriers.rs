@@ -5,7 +5,7 @@
 //! (arm, wheels, steering) is counted to the carrier it sits on, with its own motion on it.
 
 use crate::coordinate::Coordinate;
-use crate::machine::{Drive, Machine};
+use crate::machine::{Body, Drive, Machine};
 use crate::number::Real;
 
 /// A body that carries others.
@@ -17,6 +17,8 @@ pub(super) struct Carrier {
     pub(super) parent: usize,
     /// What moves it on its parent.
     pub(super) drive: CarrierDrive,
+    /// The actuator that moves it on the base, itself or through what it sits on; the last of several.
+    pub(super) actuator: Option<usize>,
 }
 
 /// What moves a carrier on the one it sits on.
@@ -32,6 +34,17 @@ pub(super) enum CarrierDrive {
     Rod(usize),
 }
 
+impl CarrierDrive {
+    fn actuator(self) -> Option<usize> {
+        match self {
+            Self::Fixed => None,
+            Self::Pivot(actuator) | Self::Cylinder(actuator) | Self::Rod(actuator) => {
+                Some(actuator)
+            }
+        }
+    }
+}
+
 /// The carriers of a machine, parents first, the base first.
 #[derive(Debug, Clone)]
 pub(super) struct Carriers {
@@ -40,50 +53,50 @@ pub(super) struct Carriers {
     pub(super) of_body: Vec<usize>,
     /// Whether the suspension's rods alone move them against each other.
     pub(super) by_rods_alone: bool,
+    /// Whether no actuator carries another.
+    pub(super) apart: bool,
 }
 
 impl Carriers {
     /// `linkages` are those of the suspension, by actuator.
     pub(super) fn of(machine: &Machine, linkages: &[usize]) -> Self {
         let actuator = |linkage: usize| linkages.iter().position(|&l| l == linkage);
-        let drives: Vec<CarrierDrive> = machine
-            .bodies
-            .iter()
-            .map(|body| match body.drive {
-                Drive::Pivot(l) => actuator(l).map(CarrierDrive::Pivot),
-                Drive::Cylinder(l) => actuator(l).map(CarrierDrive::Cylinder),
-                Drive::Rod(l) => actuator(l).map(CarrierDrive::Rod),
-                Drive::Root | Drive::Measured(_) | Drive::Mimic { .. } => None,
-            })
-            .map(|drive| drive.unwrap_or(CarrierDrive::Fixed))
-            .collect();
+        let drive = |body: &Body| match body.drive {
+            Drive::Pivot(l) => actuator(l).map(CarrierDrive::Pivot),
+            Drive::Cylinder(l) => actuator(l).map(CarrierDrive::Cylinder),
+            Drive::Rod(l) => actuator(l).map(CarrierDrive::Rod),
+            Drive::Root | Drive::Measured(_) | Drive::Mimic { .. } => None,
+        };
+        let drives = machine.bodies.iter().map(drive);
+        let drives: Vec<_> = drives.map(|d| d.unwrap_or(CarrierDrive::Fixed)).collect();
         let moved = |body: usize| drives[body] != CarrierDrive::Fixed;
-        let bodies = 0..machine.bodies.len();
         let carries = |body: usize| {
-            body == 0
-                || moved(body)
-                || bodies
-                    .clone()
-                    .any(|other| moved(other) && machine.is_carried_by(other, body))
+            let mut others = 0..machine.bodies.len();
+            body == 0 || others.any(|other| moved(other) && machine.is_carried_by(other, body))
         };
         let mut found = Self {
             carriers: Vec::new(),
             of_body: Vec::new(),
             by_rods_alone: true,
+            apart: true,
         };
         for (body, spec) in machine.bodies.iter().enumerate() {
-            let below = found.of_body.get(spec.parent).copied().unwrap_or(0);
-            if carries(body) {
-                found.by_rods_alone &= body == 0 || moved(body);
-                found.of_body.push(found.carriers.len());
-                found.carriers.push(Carrier {
-                    body,
-                    parent: below,
-                    drive: drives[body],
-                });
-            } else {
-                found.of_body.push(below);
+            let parent = found.of_body.get(spec.parent).copied().unwrap_or(0);
+            if !carries(body) {
+                found.of_body.push(parent);
+                continue;
             }
+            let below = found.carriers.get(parent).and_then(|c| c.actuator);
+            let own = drives[body].actuator();
+            found.by_rods_alone &= body == 0 || own.is_some();
+            found.apart &= own.is_none() || below.is_none() || own == below;
+            found.of_body.push(found.carriers.len());
+            found.carriers.push(Carrier {
+                body,
+                parent,
+                drive: drives[body],
+                actuator: own.or(below),
+            });
         }
         found
     }

@@ -17,7 +17,7 @@ use crate::kinematics::BodyMotion;
 use crate::machine::{Machine, MassMoments};
 use crate::newton_euler;
 use crate::number::Real;
-use crate::spatial::{Wrench, compose, constant, cross, rotate};
+use crate::spatial::{Wrench, compose, cross, rotate_constant};
 use crate::state::State;
 
 /// What a carrier carries, itself included, about its origin in its axes.
@@ -72,6 +72,32 @@ pub(super) struct Whole<T> {
 }
 
 impl<T: Real> Whole<T> {
+    pub(super) fn nothing() -> Self {
+        Self {
+            moments: Composite::zero(),
+            wrench: Wrench::zero(),
+        }
+    }
+
+    /// Adds another in its kind of number.
+    #[inline(always)]
+    pub(super) fn add<U: Real>(&mut self, other: &Whole<U>, convert: impl Fn(U) -> T) {
+        let (sum, more) = (&mut self.moments, &other.moments);
+        sum.mass += convert(more.mass);
+        for k in 0..3 {
+            sum.first[k] += convert(more.first[k]);
+            sum.momentum[k] += convert(more.momentum[k]);
+            self.wrench.force[k] += convert(other.wrench.force[k]);
+            self.wrench.moment[k] += convert(other.wrench.moment[k]);
+            for j in 0..3 {
+                sum.swept[(k, j)] += convert(more.swept[(k, j)]);
+            }
+        }
+        for (sum, &more) in sum.second.iter_mut().zip(&more.second) {
+            *sum += convert(more);
+        }
+    }
+
     /// S(2): what the ground supplies where the base moves so.
     pub(super) fn moved(&self, base: &BodyMotion<T>) -> Wrench<T> {
         let w = &base.angular_velocity;
@@ -191,7 +217,7 @@ impl Carried {
     /// p and D about the base origin in base axes: R p, R D R' + o (R p)'.
     fn turned<T: Real>(&self, pose: &BodyMotion<T>) -> (Vector3<T>, Matrix3<T>) {
         let (r, o) = (&pose.rotation, &pose.origin);
-        let momentum = rotate(r, &constant(&self.momentum));
+        let momentum = rotate_constant(r, &self.momentum);
         let half = compose(r, &self.swept);
         let at = |i: usize, j: usize| {
             half[(i, 0)] * r[(j, 0)]
@@ -222,8 +248,8 @@ impl Carried {
     ) {
         whole.moments.momentum += momentum;
         whole.moments.swept += swept;
-        let force = rotate(&pose.rotation, &constant(&self.wrench.force));
-        let moment = rotate(&pose.rotation, &constant(&self.wrench.moment));
+        let force = rotate_constant(&pose.rotation, &self.wrench.force);
+        let moment = rotate_constant(&pose.rotation, &self.wrench.moment);
         whole.wrench = whole.wrench.plus(&Wrench {
             force,
             moment: moment + cross(&pose.origin, &force),

@@ -21,6 +21,11 @@ pub enum StabiliserError {
         /// How many there are.
         found: usize,
     },
+    /// An actuator that carries another cannot be steered by itself.
+    #[error(
+        "suspension.control.independent: expected linkages of which none carries another, found some that do"
+    )]
+    Nested,
     /// A triangle that does not close over the whole stroke.
     #[error(
         "suspension.stroke: expected positions that linkage \"{linkage}\" can take, found {position} m"

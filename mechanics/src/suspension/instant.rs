@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::condensed::Condensed;
+use super::condensed::{Condensed, Whole};
 use super::prospect::{Prospect, SuspendedMachine};
 use crate::coordinate::{Coordinate, Motion};
-use crate::kinematics::{self, ImuSeat};
+use crate::kinematics::{self, BodyMotion, ImuSeat};
 use crate::spatial::rotate_back;
 use crate::state::{ImuState, State};
 
@@ -13,6 +13,10 @@ use crate::state::{ImuState, State};
 #[derive(Debug)]
 pub(super) struct Instant {
     pub(super) condensed: Condensed,
+    /// Motion of the carriers that no actuator moves, relative to a base at rest; by carrier.
+    pub(super) fixed_motions: Vec<BodyMotion<f64>>,
+    /// What they carry.
+    pub(super) fixed: Whole<f64>,
     /// Coordinates of all joints.
     pub(super) coordinates: Vec<Coordinate<f64>>,
     /// What is felt at the origin of the contact plane's frame, in its axes.
@@ -27,6 +31,11 @@ impl Instant {
         let none = Vector3::zeros();
         Self {
             condensed: Condensed::new(machine, &suspended.carriers),
+            fixed_motions: vec![
+                BodyMotion::base(none, none, none);
+                suspended.carriers.carriers.len()
+            ],
+            fixed: Whole::nothing(),
             coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
             on_ground: ImuState {
                 specific_force: none,
@@ -56,10 +65,27 @@ impl Instant {
         }
         self.condensed
             .fill(machine, &suspended.carriers, state, &self.coordinates);
-        let support = scratch.observe(suspended, &self.condensed, &self.coordinates, rods);
+        self.move_fixed(suspended);
+        let support = scratch.observe(suspended, self, rods);
         let seat = ImuSeat::of(machine, &self.coordinates);
         let base = kinematics::base_motion(machine, &seat, &state.imu);
         self.on_ground = support.seat.felt(&base);
         self.up_on_ground = rotate_back(&support.seat.rotation, &state.base.up);
+    }
+
+    /// The carriers that no actuator moves, the base first.
+    fn move_fixed(&mut self, suspended: &SuspendedMachine) {
+        self.fixed = Whole::nothing();
+        for (i, carrier) in suspended.carriers.carriers.iter().enumerate() {
+            if carrier.actuator.is_some() {
+                continue;
+            }
+            if i > 0 {
+                let body = &suspended.machine.bodies[carrier.body];
+                let coordinate = &self.coordinates[carrier.body];
+                self.fixed_motions[i] = self.fixed_motions[carrier.parent].carry(body, coordinate);
+            }
+            self.condensed.carried[i].add_moving(&self.fixed_motions[i], &mut self.fixed);
+        }
     }
 }

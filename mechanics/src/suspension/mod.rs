@@ -21,6 +21,7 @@ mod problem;
 mod prospect;
 mod quadratic_step;
 mod raise;
+mod response;
 mod stabiliser;
 mod support;
 mod weights;

@@ -19,6 +19,7 @@ use super::instant::Instant;
 use super::limits::{Allowed, RodLimits, clamp};
 use super::minimise::{Minimum, minimise};
 use super::prospect::{Own, Prospect, SuspendedMachine};
+use super::response::Response;
 use super::weights::Weights;
 use crate::coordinate::Motion;
 use crate::number::{Real, SecondOrder};
@@ -47,11 +48,17 @@ pub(super) struct Rod {
     pub(super) allowed: Allowed,
 }
 
+/// What depends on one variable.
+type Alone = SecondOrder<f64, 1>;
+
 /// A problem in `N` variables: one for all rods, or one for each.
 #[derive(Debug)]
-pub(super) struct Problem<const N: usize> {
+pub(super) struct Problem<const N: usize>
+where
+    SecondOrder<f64, N>: Response<Alone = Alone>,
+{
     prospect: Prospect<SecondOrder<f64, N>>,
-    rods: [Motion<SecondOrder<f64, N>>; MAX_ACTUATORS],
+    rods: [Motion<Alone>; MAX_ACTUATORS],
     /// The last solution, in the variables' units.
     last: Option<[f64; N]>,
 }
@@ -63,8 +70,6 @@ pub(super) struct Solved {
     pub(super) acceleration: [f64; MAX_ACTUATORS],
     /// Each problem's variable, in its unit.
     pub(super) variable: [f64; MAX_ACTUATORS],
-    /// Half its range.
-    pub(super) half_range: [f64; MAX_ACTUATORS],
     pub(super) found: Minimum<MAX_ACTUATORS>,
 }
 
@@ -74,7 +79,10 @@ struct Ranges<const N: usize> {
     half: [f64; N],
 }
 
-impl<const N: usize> Problem<N> {
+impl<const N: usize> Problem<N>
+where
+    SecondOrder<f64, N>: Response<Alone = Alone>,
+{
     pub(super) fn new(suspended: &SuspendedMachine) -> Self {
         Self {
             prospect: Prospect::new(suspended),
@@ -103,13 +111,11 @@ impl<const N: usize> Problem<N> {
             ..
         } = self;
         let found = minimise(start, |z| {
-            let variables: [SecondOrder<f64, N>; N] = std::array::from_fn(|i| {
-                let mut variable = SecondOrder::fixed(ranges.middle[i] + ranges.half[i] * z[i]);
-                variable.gradient[i] = ranges.half[i];
-                variable
-            });
             for (k, (rod, motion)) in rods.iter().zip(motions.iter_mut()).enumerate() {
-                *motion = aim.motion(rod, variables[variable_of::<N>(k)]);
+                let i = variable_of::<N>(k);
+                let mut variable = Alone::fixed(ranges.middle[i] + ranges.half[i] * z[i]);
+                variable.gradient[0] = ranges.half[i];
+                *motion = aim.motion(rod, variable);
             }
             evaluate(suspended, instant, aim, prospect, &motions[..rods.len()])
         });
@@ -124,7 +130,6 @@ impl<const N: usize> Problem<N> {
         Solved {
             acceleration: std::array::from_fn(acceleration),
             variable: std::array::from_fn(|k| of(&variable, k)),
-            half_range: std::array::from_fn(|k| of(&ranges.half, k)),
             found: Minimum {
                 z: std::array::from_fn(|k| of(&found.z, k)),
                 ending: found.ending,
@@ -148,11 +153,6 @@ impl<const N: usize> Problem<N> {
             if z.is_nan() { 0.0 } else { z }
         })
     }
-
-    /// The loads (N), stability angles (rad) and cost of a solution.
-    pub(super) fn outlook(&self) -> &Prospect<SecondOrder<f64, N>> {
-        &self.prospect
-    }
 }
 
 /// The variable that a rod follows.
@@ -166,8 +166,11 @@ fn evaluate<const N: usize>(
     instant: &Instant,
     aim: &Aim,
     prospect: &mut Prospect<SecondOrder<f64, N>>,
-    rods: &[Motion<SecondOrder<f64, N>>],
-) -> Evaluation<N> {
+    rods: &[Motion<Alone>],
+) -> Evaluation<N>
+where
+    SecondOrder<f64, N>: Response<Alone = Alone>,
+{
     let own = match aim.look_ahead {
         Some(_) => Own::AtRest,
         None => Own::InMotion,
@@ -182,9 +185,8 @@ fn evaluate<const N: usize>(
     let mut at = Evaluation::new(aim.weights.cost(&prospect.otf, angles));
     let machine = &suspended.machine;
     let mean = machine.gravity * instant.condensed.mass() / machine.wheels.len() as f64;
-    let share = SecondOrder::constant(1.0 / mean);
     for &load in &prospect.otf {
-        at.add_margin(load * share);
+        at.add_margin(load.scaled(1.0 / mean));
     }
     for &angle in angles {
         at.add_margin(angle - SecondOrder::constant(aim.min_angle));
@@ -206,10 +208,10 @@ impl Aim {
                 ..Motion::zero()
             };
         }
-        let dt = T::constant(self.limits.step);
-        let rate = T::constant(rod.v) + variable * dt;
+        let dt = self.limits.step;
+        let rate = T::constant(rod.v) + variable.scaled(dt);
         Motion {
-            position: T::constant(rod.x) + rate * dt,
+            position: T::constant(rod.x) + rate.scaled(dt),
             rate,
             acceleration: variable,
         }

@@ -3,8 +3,9 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::carriers::{ActuatorCoordinates, Carriers};
-use super::condensed::{Condensed, Whole};
+use super::condensed::Whole;
 use super::instant::Instant;
+use super::response::Response;
 use super::support::Support;
 use crate::composite::Composite;
 use crate::contact_plane::ContactPlane;
@@ -13,40 +14,9 @@ use crate::indicators::Standing;
 use crate::kinematics::BodyMotion;
 use crate::machine::Machine;
 use crate::number::{Real, SecondOrder};
-use crate::spatial::{Wrench, constant, cross, rotate};
+use crate::spatial::{Wrench, constant, cross, rotate_constant};
 use crate::state::ImuState;
 use crate::wheel_loads::{Equations, GroundForce, Solver};
-
-/// Whether a prospect counts the inertia of the rods' own motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Own {
-    /// At rest: rates and accelerations of the rods are left out.
-    AtRest,
-    /// In motion.
-    InMotion,
-}
-
-/// Loads and stability angles for one motion of the rods, and the scratch to find them.
-#[derive(Debug)]
-pub(super) struct Prospect<T: Real> {
-    /// Signed loads, OTF, by wheel (N).
-    pub(super) otf: Vec<T>,
-    /// Stability angles by edge (rad).
-    pub(super) angle: Vec<T>,
-    /// How the base moves.
-    pub(super) base: BodyMotion<T>,
-    /// Closure of the linkages: below zero where one cannot close.
-    pub(super) closure: T,
-    actuators: Vec<ActuatorCoordinates<T>>,
-    motions: Vec<BodyMotion<T>>,
-    centres: Vec<Vector3<T>>,
-    moving_centres: Vec<Vector3<SecondOrder<T, 1>>>,
-    radii: Vec<T>,
-    moving_radii: Vec<SecondOrder<T, 1>>,
-    contacts: Vec<Vector2<T>>,
-    equations: Equations<T>,
-    solver: Solver<T>,
-}
 
 /// A machine and which of its linkages are the suspension's.
 #[derive(Debug, Clone)]
@@ -57,48 +27,79 @@ pub(super) struct SuspendedMachine {
     pub(super) carriers: Carriers,
 }
 
-impl<T: Real> Prospect<T> {
+/// Whether a prospect counts the inertia of the rods' own motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Own {
+    /// At rest: rates and accelerations of the rods are zero.
+    AtRest,
+    /// In motion.
+    InMotion,
+}
+
+/// Loads and stability angles for one motion of the rods, and the scratch to find them.
+#[derive(Debug)]
+pub(super) struct Prospect<T: Response> {
+    /// Signed loads, OTF, by wheel (N).
+    pub(super) otf: Vec<T>,
+    /// Stability angles by edge (rad).
+    pub(super) angle: Vec<T>,
+    /// How the base moves.
+    pub(super) base: BodyMotion<T>,
+    /// By actuator.
+    actuators: Vec<ActuatorCoordinates<T::Alone>>,
+    /// By carrier, of those that an actuator moves, relative to a base at rest.
+    motions: Vec<BodyMotion<T::Alone>>,
+    /// By actuator, of what it moves.
+    parts: Vec<Whole<T::Alone>>,
+    centres: Vec<Vector3<T>>,
+    moving_centres: Vec<Vector3<SecondOrder<T, 1>>>,
+    radii: Vec<T>,
+    moving_radii: Vec<SecondOrder<T, 1>>,
+    contacts: Vec<Vector2<T>>,
+    equations: Equations<T>,
+    solver: Solver<T>,
+}
+
+impl<T: Response> Prospect<T> {
     pub(super) fn new(suspended: &SuspendedMachine) -> Self {
         let machine = &suspended.machine;
-        let (wheels, o) = (machine.wheels.len(), T::zero());
-        let none = Vector3::new(o, o, o);
-        let rest = Coordinate::slid(o, o, o);
+        let (wheels, actuators) = (machine.wheels.len(), suspended.linkages.len());
+        let still = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+        let rest = Coordinate::slid(0.0, 0.0, 0.0).map(T::Alone::constant);
+        let none = constant::<T>(&Vector3::zeros());
         let radius = |wheel: &crate::machine::Wheel| T::constant(wheel.radius);
         let radii: Vec<T> = machine.wheels.iter().map(radius).collect();
+        let at_rest = ActuatorCoordinates {
+            pivot: rest,
+            cylinder: rest,
+            rod: rest,
+        };
         Self {
-            otf: vec![o; wheels],
-            angle: vec![o; machine.polygon.edges.len()],
-            base: BodyMotion::base(none, none, none),
-            closure: o,
-            actuators: vec![
-                ActuatorCoordinates {
-                    pivot: rest,
-                    cylinder: rest,
-                    rod: rest
-                };
-                suspended.linkages.len()
-            ],
-            motions: vec![BodyMotion::base(none, none, none); suspended.carriers.carriers.len()],
+            otf: vec![T::zero(); wheels],
+            angle: vec![T::zero(); machine.polygon.edges.len()],
+            base: still.map(T::constant),
+            actuators: vec![at_rest; actuators],
+            motions: vec![still.map(T::Alone::constant); suspended.carriers.carriers.len()],
+            parts: vec![Whole::nothing(); actuators],
             centres: vec![none; wheels],
             moving_centres: vec![none.map(SecondOrder::fixed); wheels],
             moving_radii: radii.iter().map(|&r| SecondOrder::fixed(r)).collect(),
             radii,
-            contacts: vec![Vector2::new(o, o); wheels],
+            contacts: vec![Vector2::new(T::zero(), T::zero()); wheels],
             equations: Equations::new(machine),
             solver: Solver::new(machine, false),
         }
     }
 
-    /// The contact plane of an instant with the rods moving so, as they do.
+    /// The contact plane of an instant with the rods moving so.
     pub(super) fn observe(
         &mut self,
         suspended: &SuspendedMachine,
-        condensed: &Condensed,
-        coordinates: &[Coordinate<f64>],
-        rods: &[Motion<T>],
+        instant: &Instant,
+        rods: &[Motion<T::Alone>],
     ) -> Support<T> {
-        self.move_carriers(suspended, condensed, coordinates, rods, Own::InMotion);
-        self.support(suspended, condensed, Own::InMotion)
+        self.move_carriers(suspended, instant, rods, Own::InMotion);
+        self.support(suspended, instant, Own::InMotion)
     }
 
     /// Fills in what comes of the rods moving so. Angles only where `with_angles`.
@@ -106,19 +107,14 @@ impl<T: Real> Prospect<T> {
         &mut self,
         suspended: &SuspendedMachine,
         instant: &Instant,
-        rods: &[Motion<T>],
+        rods: &[Motion<T::Alone>],
         own: Own,
         with_angles: bool,
     ) {
         let machine = &suspended.machine;
-        let whole = self.move_carriers(
-            suspended,
-            &instant.condensed,
-            &instant.coordinates,
-            rods,
-            own,
-        );
-        let support = self.support(suspended, &instant.condensed, own);
+        self.move_carriers(suspended, instant, rods, own);
+        let whole = self.weigh(suspended, instant, own);
+        let support = self.support(suspended, instant, own);
         let felt = ImuState {
             specific_force: constant(&instant.on_ground.specific_force),
             angular_velocity: constant(&instant.on_ground.angular_velocity),
@@ -128,7 +124,7 @@ impl<T: Real> Prospect<T> {
         let ground = whole.moved(&self.base);
         let plane = self.load_wheels(machine, support.plane, &ground);
         if with_angles {
-            let up = rotate(&support.seat.rotation, &constant(&instant.up_on_ground));
+            let up = rotate_constant(&support.seat.rotation, &instant.up_on_ground);
             self.stability_angles(machine, &plane, &whole.moments, &up);
         }
     }
@@ -137,69 +133,94 @@ impl<T: Real> Prospect<T> {
     fn move_carriers(
         &mut self,
         suspended: &SuspendedMachine,
-        condensed: &Condensed,
-        coordinates: &[Coordinate<f64>],
-        rods: &[Motion<T>],
+        instant: &Instant,
+        rods: &[Motion<T::Alone>],
         own: Own,
-    ) -> Whole<T> {
-        let machine = &suspended.machine;
-        self.closure = T::one();
+    ) {
+        let (machine, carriers) = (&suspended.machine, &suspended.carriers);
         for ((rod, &linkage), moved) in rods
             .iter()
             .zip(&suspended.linkages)
             .zip(&mut self.actuators)
         {
             let solved = machine.linkages[linkage].solve_by_rod(rod);
-            self.closure = self.closure.min(solved.closure);
             *moved = ActuatorCoordinates {
                 pivot: solved.pivot,
                 cylinder: solved.cylinder,
                 rod: solved.rod,
             };
         }
-        let mut whole = Whole {
-            moments: Composite::zero(),
-            wrench: Wrench::zero(),
-        };
-        for (i, carrier) in suspended.carriers.carriers.iter().enumerate() {
-            if i > 0 {
-                let fixed = &coordinates[carrier.body];
-                let coordinate = carrier.drive.coordinate(&self.actuators, fixed);
-                let body = &machine.bodies[carrier.body];
-                self.motions[i] = self.motions[carrier.parent].carry(body, &coordinate);
+        let at_rest = own == Own::AtRest && carriers.by_rods_alone;
+        for (i, carrier) in carriers.carriers.iter().enumerate() {
+            if carrier.actuator.is_none() {
+                continue;
             }
-            let carried = &condensed.carried[i];
-            // with the rods at rest nothing moves the carriers but joints between them
-            if own == Own::AtRest && suspended.carriers.by_rods_alone {
-                carried.add_resting(&self.motions[i], &mut whole);
+            let body = &machine.bodies[carrier.body];
+            let fixed = &instant.coordinates[carrier.body];
+            let coordinate = carrier.drive.coordinate(&self.actuators, fixed);
+            let parent = &carriers.carriers[carrier.parent];
+            self.motions[i] = if carrier.parent == 0 {
+                BodyMotion::on_resting_base(body, &coordinate)
+            } else if parent.actuator.is_none() {
+                let parent = instant.fixed_motions[carrier.parent].map(T::Alone::constant);
+                parent.carry(body, &coordinate)
+            } else if at_rest {
+                self.motions[carrier.parent].carry_at_rest(body, &coordinate)
             } else {
-                carried.add_moving(&self.motions[i], &mut whole);
+                self.motions[carrier.parent].carry(body, &coordinate)
+            };
+        }
+    }
+
+    /// Moments and wrench of everything on the carriers.
+    fn weigh(&mut self, suspended: &SuspendedMachine, instant: &Instant, own: Own) -> Whole<T> {
+        let carriers = &suspended.carriers;
+        let at_rest = own == Own::AtRest && carriers.by_rods_alone;
+        self.parts.fill(Whole::nothing());
+        for (i, carrier) in carriers.carriers.iter().enumerate() {
+            let Some(actuator) = carrier.actuator else {
+                continue;
+            };
+            let carried = &instant.condensed.carried[i];
+            let part = &mut self.parts[actuator];
+            if at_rest {
+                carried.add_resting(&self.motions[i], part);
+            } else {
+                carried.add_moving(&self.motions[i], part);
             }
+        }
+        let mut whole = Whole::nothing();
+        whole.add(&instant.fixed, T::constant);
+        for (actuator, part) in self.parts.iter().enumerate() {
+            whole.add(part, |alone| T::among(alone, actuator));
         }
         whole
     }
 
     /// The contact plane where the carriers are, and unless `own` is at rest how it moves.
-    fn support(
-        &mut self,
-        suspended: &SuspendedMachine,
-        condensed: &Condensed,
-        own: Own,
-    ) -> Support<T> {
+    fn support(&mut self, suspended: &SuspendedMachine, instant: &Instant, own: Own) -> Support<T> {
         let machine = &suspended.machine;
         for (wheel, spec) in machine.wheels.iter().enumerate() {
             self.radii[wheel] = T::constant(spec.radius);
-            let motion = &self.motions[suspended.carriers.of_body[spec.body]];
-            let arm = rotate(&motion.rotation, &constant(&condensed.wheel_centres[wheel]));
-            self.centres[wheel] = motion.origin + arm;
-            if own == Own::InMotion {
-                let (w, alpha) = (&motion.angular_velocity, &motion.angular_acceleration);
-                let swept = cross(w, &arm);
-                let velocity = motion.velocity + swept;
-                let acceleration = motion.specific_force + cross(alpha, &arm) + cross(w, &swept);
-                let place = &self.centres[wheel];
-                let jet = |k: usize| SecondOrder::motion(place[k], velocity[k], acceleration[k]);
-                self.moving_centres[wheel] = Vector3::new(jet(0), jet(1), jet(2));
+            let carrier = suspended.carriers.of_body[spec.body];
+            let centre = &instant.condensed.wheel_centres[wheel];
+            let Some(actuator) = suspended.carriers.carriers[carrier].actuator else {
+                let [place, velocity, acceleration] =
+                    point_motion(&instant.fixed_motions[carrier], centre);
+                let constant = |x: f64| T::constant(x);
+                self.centres[wheel] = place.map(constant);
+                self.moving_centres[wheel] = jet(&place, &velocity, &acceleration, constant);
+                continue;
+            };
+            let motion = &self.motions[carrier];
+            let among = |alone| T::among(alone, actuator);
+            match own {
+                Own::AtRest => self.centres[wheel] = motion.point(centre).map(among),
+                Own::InMotion => {
+                    let [place, velocity, acceleration] = point_motion(motion, centre);
+                    self.centres[wheel] = place.map(among);
+                    self.moving_centres[wheel] = jet(&place, &velocity, &acceleration, among);
+                }
             }
         }
         let differ = machine.contact.radii_differ;
@@ -223,7 +244,7 @@ impl<T: Real> Prospect<T> {
         }
         for (wheel, spec) in machine.wheels.iter().enumerate() {
             let compliance = spec.stiffness.map_or(0.0, |stiffness| 1.0 / stiffness);
-            self.radii[wheel] -= self.otf[wheel] * T::constant(compliance);
+            self.radii[wheel] -= self.otf[wheel].scaled(compliance);
         }
         let plane = ContactPlane::through(&self.centres, &self.radii, true);
         self.hold_down(machine, &plane, ground);
@@ -251,11 +272,39 @@ impl<T: Real> Prospect<T> {
         let com = moments.first * (T::one() / moments.mass);
         let standing = Standing::over(plane, &self.contacts, &com);
         let resting = Wrench {
-            force: up * T::constant(machine.gravity),
+            force: up.map(|x| x.scaled(machine.gravity)),
             ..Wrench::zero()
         };
         for (angle, edge) in self.angle.iter_mut().zip(&machine.polygon.edges) {
             *angle = standing.angle(edge, &resting);
         }
     }
+}
+
+/// Place, velocity and acceleration of a point of a body.
+fn point_motion<U: Real>(motion: &BodyMotion<U>, point: &Vector3<f64>) -> [Vector3<U>; 3] {
+    let arm = rotate_constant(&motion.rotation, point);
+    let (w, alpha) = (&motion.angular_velocity, &motion.angular_acceleration);
+    let swept = cross(w, &arm);
+    [
+        motion.origin + arm,
+        motion.velocity + swept,
+        motion.specific_force + cross(alpha, &arm) + cross(w, &swept),
+    ]
+}
+
+fn jet<U: Real, T: Real>(
+    place: &Vector3<U>,
+    velocity: &Vector3<U>,
+    acceleration: &Vector3<U>,
+    convert: impl Fn(U) -> T,
+) -> Vector3<SecondOrder<T, 1>> {
+    let of = |k: usize| {
+        SecondOrder::motion(
+            convert(place[k]),
+            convert(velocity[k]),
+            convert(acceleration[k]),
+        )
+    };
+    Vector3::new(of(0), of(1), of(2))
 }

@@ -92,6 +92,9 @@ impl Stabiliser {
             linkages: suspension.linkages.clone(),
         };
         let independent = control.independent && actuators > 1;
+        if independent && !suspended.carriers.apart {
+            return Err(StabiliserError::Nested);
+        }
         let mut stabiliser = Self {
             aim: Aim {
                 weights: Weights::of(machine, &control.weights)?,

@@ -94,11 +94,11 @@ impl Weights {
         let mut cost = T::zero();
         for &(i, j, weight) in &self.pairs {
             let difference = loads[i] - loads[j];
-            cost += difference * difference * T::constant(weight);
+            cost += (difference * difference).scaled(weight);
         }
         for (&angle, &weight) in angles.iter().zip(&self.edges) {
             if weight > 0.0 {
-                cost += T::constant(weight) / angle;
+                cost += (T::one() / angle).scaled(weight);
             }
         }
         cost
