@@ -7,6 +7,7 @@
 
 mod suspension;
 
+use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -51,7 +52,7 @@ fn main() {
                 .collect();
             let mut times = vec![f64::INFINITY; PROBLEMS];
             let mut first = Vec::new();
-            let (mut sum, mut most, mut optimal) = (0, 0, 0);
+            let (mut sum, mut most, mut endings) = (0, 0, BTreeMap::new());
             for run in 0..REPEATS {
                 for (problem, time) in problems.iter().zip(&mut times) {
                     stabiliser.reset();
@@ -65,7 +66,7 @@ fn main() {
                         first.push(took);
                         sum += command.evaluations;
                         most = most.max(command.evaluations);
-                        optimal += usize::from(command.status == Status::Optimal);
+                        *endings.entry(command.status).or_insert(0) += 1;
                     }
                 }
             }
@@ -83,7 +84,10 @@ fn main() {
             };
             line(&name, &mut times);
             line("  each the first time", &mut first);
-            println!("  optimal: {optimal} of {PROBLEMS}");
+            let told = endings
+                .iter()
+                .map(|(status, n): (&Status, &usize)| format!("{} {n}", status.name()));
+            println!("  {}", told.collect::<Vec<_>>().join(", "));
         }
     }
 }

@@ -70,7 +70,7 @@ pub use evaluate::evaluate;
 pub use indicators::{Indicators, Travel, VelocityGradient};
 pub use machine::{Machine, MachineError, MachineSpec};
 pub use model::{ClosedForm, Model};
-pub use number::{Dual, Lanes, Real, SecondOrder};
+pub use number::{Dual, Gradient, Jet, Lanes, Real};
 pub use outcome::{Outcome, Place, Quantity};
 pub use payload_estimate::{ForceQuality, MeasuredForce, PayloadEstimate, estimate_payload};
 pub use placement::Placement;

@@ -7,13 +7,15 @@
 
 mod atan2;
 mod dual;
+mod gradient;
+mod jet;
 mod lanes;
-mod second_order;
 mod sin_cos;
 
 pub use dual::Dual;
+pub use gradient::Gradient;
+pub use jet::Jet;
 pub use lanes::{LaneMask, Lanes};
-pub use second_order::SecondOrder;
 
 use std::fmt::Debug;
 use std::ops::{

@@ -3,9 +3,9 @@
 //! A step of length t to the acceleration a changes the loads by (A + t^2 X) a: at once by inertia, A =
 //! dN/dxdd, and by the new position, X = dN/dx. On most machines the two pull apart: pushing the body
 //! forward unloads the front now. With d the differences of the loads that the cost counts and W their
-//! weights, the step that lowers the cost of the step lowers that of the position too where
+//! weights, what lowers the cost of the step lowers that of the position too where
 //! ```text
-//!     S(8)   d_X' W (d_A + t^2 d_X) > 0
+//!     S(8)   d_X' W d_(A + t^2 X) > 0
 //! ```
 //! which holds from T* on; by one variable T*^2 = -(d_X' W d_A) / (d_X' W d_X), the ratio of the
 //! difference front - rear by acceleration and by position where that is what counts.
@@ -14,7 +14,7 @@ use super::instant::Instant;
 use super::prospect::{Own, Prospect, SuspendedMachine};
 use super::weights::Weights;
 use crate::coordinate::Motion;
-use crate::number::Dual;
+use crate::number::Gradient;
 
 /// T* must not be nearer to the step than this factor.
 pub(super) const STEP_FACTOR: f64 = 1.5;
@@ -31,13 +31,19 @@ pub struct CriticalStep {
     pub front_less_rear_by_acceleration: f64,
 }
 
+/// Derivatives of the loads by position, index 0, and acceleration, index 1, of one variable.
+type Answer = Gradient<2>;
+
+const POSITION: usize = 0;
+const ACCELERATION: usize = 1;
+
 /// Scratch to find [`CriticalStep`]s.
 #[derive(Debug)]
 pub(super) struct StepFinder {
-    prospect: Prospect<Dual<f64>>,
-    by_position: [Vec<f64>; 2],
-    by_acceleration: [Vec<f64>; 2],
-    rods: Vec<Motion<Dual<f64>>>,
+    prospect: Prospect<Answer>,
+    /// By variable, loads by wheel.
+    answers: [Vec<Answer>; 2],
+    rods: Vec<Motion<Answer>>,
     /// 1 for wheels in front of the middle, -1 behind it.
     in_front: Vec<f64>,
 }
@@ -47,11 +53,10 @@ impl StepFinder {
         let wheels = &suspended.machine.wheels;
         let middle = wheels.iter().map(|w| w.centre_at_zero.x).sum::<f64>() / wheels.len() as f64;
         let side = |w: &crate::machine::Wheel| (w.centre_at_zero.x - middle).signum();
-        let none = || vec![0.0; wheels.len()];
+        let none = || vec![Gradient::fixed(0.0); wheels.len()];
         Self {
             prospect: Prospect::new(suspended),
-            by_position: [none(), none()],
-            by_acceleration: [none(), none()],
+            answers: [none(), none()],
             rods: vec![Motion::zero(); suspended.linkages.len()],
             in_front: wheels.iter().map(side).collect(),
         }
@@ -69,67 +74,41 @@ impl StepFinder {
     ) -> CriticalStep {
         let variables = if independent { positions.len() } else { 1 };
         for variable in 0..variables {
-            let moved = |rod: usize| !independent || rod == variable;
-            self.answer(suspended, instant, positions, moved, Own::AtRest);
-            for (by, otf) in self.by_position[variable]
-                .iter_mut()
-                .zip(&self.prospect.otf)
-            {
-                *by = otf.slope;
+            for (k, (rod, &position)) in self.rods.iter_mut().zip(positions).enumerate() {
+                *rod = Motion::zero();
+                rod.position.value = position;
+                if !independent || k == variable {
+                    rod.position.slopes[POSITION] = 1.0;
+                    rod.acceleration.slopes[ACCELERATION] = 1.0;
+                }
             }
-            self.answer(suspended, instant, positions, moved, Own::InMotion);
-            for (by, otf) in self.by_acceleration[variable]
-                .iter_mut()
-                .zip(&self.prospect.otf)
-            {
-                *by = otf.slope;
-            }
+            let prospect = &mut self.prospect;
+            prospect.fill(suspended, instant, &self.rods, Own::InMotion, false);
+            self.answers[variable].copy_from_slice(&prospect.otf);
         }
-        let front_less_rear = |by: &[Vec<f64>; 2]| -> f64 {
-            let of = |by: &Vec<f64>| -> f64 {
-                by.iter()
-                    .zip(&self.in_front)
-                    .map(|(by, side)| by * side)
-                    .sum()
+        let front_less_rear = |by: usize| -> f64 {
+            let of = |answer: &Vec<Answer>| -> f64 {
+                let sides = answer.iter().zip(&self.in_front);
+                sides.map(|(load, side)| load.slopes[by] * side).sum()
             };
-            by[..variables].iter().map(of).sum()
+            self.answers[..variables].iter().map(of).sum()
         };
         CriticalStep {
             time: self.time(weights, variables),
-            front_less_rear_by_position: front_less_rear(&self.by_position),
-            front_less_rear_by_acceleration: front_less_rear(&self.by_acceleration),
+            front_less_rear_by_position: front_less_rear(POSITION),
+            front_less_rear_by_acceleration: front_less_rear(ACCELERATION),
         }
     }
 
-    /// Loads by the position, or the acceleration, of the rods for which `moved` holds.
-    fn answer(
-        &mut self,
-        suspended: &SuspendedMachine,
-        instant: &Instant,
-        positions: &[f64],
-        moved: impl Fn(usize) -> bool,
-        own: Own,
-    ) {
-        for (i, (rod, &position)) in self.rods.iter_mut().zip(positions).enumerate() {
-            *rod = Motion::zero();
-            rod.position.value = position;
-            let by = if moved(i) { 1.0 } else { 0.0 };
-            match own {
-                Own::AtRest => rod.position.slope = by,
-                Own::InMotion => rod.acceleration.slope = by,
-            }
-        }
-        self.prospect
-            .fill(suspended, instant, &self.rods, own, false);
-    }
-
-    /// T* of S(8): the root of the largest l with det(M + l X) = 0, M the symmetric part of d_X' W d_A
+    /// T* of S(8): its square is the largest l with det(M + l X) = 0, M the symmetric part of d_X' W d_A
     /// and X that of d_X' W d_X.
     fn time(&self, weights: &Weights, variables: usize) -> Option<f64> {
-        let product = |a: &[f64], b: &[f64]| weights.product(a, b);
-        let (x, a) = (&self.by_position, &self.by_acceleration);
-        let mixed = |i: usize, j: usize| 0.5 * (product(&x[i], &a[j]) + product(&x[j], &a[i]));
-        let plain = |i: usize, j: usize| product(&x[i], &x[j]);
+        let product = |i: usize, j: usize, by: usize| {
+            weights.product(&self.answers[i], POSITION, &self.answers[j], by)
+        };
+        let mixed =
+            |i: usize, j: usize| 0.5 * (product(i, j, ACCELERATION) + product(j, i, ACCELERATION));
+        let plain = |i: usize, j: usize| product(i, j, POSITION);
         let square = if variables == 1 {
             -mixed(0, 0) / plain(0, 0)
         } else {

@@ -1,12 +1,15 @@
-//! The least cost over the box that leaves every margin: sequential quadratic programming with exact
-//! second derivatives, of bounded work.
+//! The least cost over the box that leaves every margin: sequential quadratic programming of bounded
+//! work.
 //!
 //! Each iteration takes the exact optimum of the quadratic model ([`quadratic_step`]) and halves it until
-//! cost plus violation falls enough. Where the linearised margins cannot be met, the smallest margin is
-//! raised instead. Every iterate lies in the box.
+//! cost plus violation falls enough. Of the Hessian, the cost's own part S(11) is exact; the curvature of
+//! loads and angles, a small part since they are nearly linear, is learnt from how their exact gradients
+//! turn between iterates (the structured secant of Dennis, Gay and Welsch): the convergence is nearly
+//! quadratic. Where the linearised margins cannot be met, the smallest margin is raised instead. Every
+//! iterate lies in the box.
 
-use super::evaluation::{Evaluation, MAX_MARGINS};
-use super::quadratic_step::{dot, quadratic_step};
+use super::evaluation::Evaluation;
+use super::quadratic_step::{Step, dot, quadratic_step};
 use super::raise::raising_step;
 
 /// Most evaluations of a problem, whatever it is.
@@ -15,14 +18,18 @@ pub(super) const MAX_EVALUATIONS: usize = 40;
 pub(super) const MAX_ITERATIONS: usize = 12;
 /// Most halvings of a step.
 const MAX_HALVINGS: usize = 6;
-/// Steps below this share of half the range are taken unseen: what is left is their square.
-const LAST_STEP: f64 = 1e-7;
+/// A step is the last where the next one would be below this share of half the range.
+const NEXT_STEP: f64 = 1e-10;
+/// A change of gradient nearer than this to across the step tells little of its curvature.
+const ACROSS: f64 = 1e-2;
 /// A margin may be missed by this much.
 const MARGIN_TOLERANCE: f64 = 1e-9;
 /// Armijo's share of the decrease that the slope promises.
 const SUFFICIENT: f64 = 1e-4;
 /// Rounding of a cost, as a share of it.
 const COST_ROUNDING: f64 = 1e-14;
+/// Steps below this share of half the range may fail to make the cost fall by rounding alone.
+const ROUNDING_STEP: f64 = 1e-6;
 
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,7 +118,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
         if !found.is_finite() {
             return None;
         }
-        let (margin, cost) = (found.least_margin(), found.cost.value);
+        let (margin, cost) = (found.least_margin(), found.cost);
         let cheaper = self.cheapest.is_none_or(|(_, least)| cost < least);
         if margin >= -MARGIN_TOLERANCE && cheaper {
             self.cheapest = Some((*z, cost));
@@ -123,45 +130,63 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
     }
 
     fn descend(&mut self, mut z: [f64; N], mut here: Evaluation<N>) -> Descent<N> {
-        let mut multipliers = [0.0; MAX_MARGINS];
         let mut penalty: f64 = 0.0;
+        let mut learnt = [[0.0; N]; N];
+        // how much a step is smaller than the one before
+        let mut before = 1.0;
         while self.iterations < MAX_ITERATIONS {
-            let Some(step) = quadratic_step(&z, &here, &multipliers) else {
+            let hessian = sum(&here.curvature, &learnt);
+            let Some(Step { d, multipliers }) = quadratic_step(&z, &here, &hessian) else {
                 return Descent::NoMargin(z, here);
             };
-            multipliers = step.multipliers;
-            let size = step.d.iter().fold(0.0, |size: f64, d| size.max(d.abs()));
-            if size <= LAST_STEP {
-                return Descent::Done(moved(&z, &step.d, 1.0));
+            let size = d.iter().fold(0.0, |size: f64, d| size.max(d.abs()));
+            if size * (size / before).min(1.0) <= NEXT_STEP {
+                return Descent::Done(moved(&z, &d, 1.0));
             }
             self.iterations += 1;
             let largest = multipliers.iter().fold(0.0, |a: f64, &b| a.max(b));
             penalty = penalty.max(2.0 * largest);
             if here.least_margin() < -MARGIN_TOLERANCE {
-                penalty = penalty.max(here.cost.value.abs() + 1.0);
+                penalty = penalty.max(here.cost.abs() + 1.0);
             }
-            let merit = |at: &Evaluation<N>| at.cost.value + penalty * violation(at);
-            let before = merit(&here);
-            let slope = dot(&here.cost.gradient, &step.d) - penalty * violation(&here);
-            let rounding = COST_ROUNDING * before.abs();
-            let mut share = 1.0;
-            let mut found = None;
-            for _ in 0..=MAX_HALVINGS {
-                let there = moved(&z, &step.d, share);
-                if let Some(at) = self.look(&there) {
-                    if merit(&at) <= before + SUFFICIENT * share * slope.min(0.0) + rounding {
-                        found = Some((there, at));
-                        break;
-                    }
-                }
-                share *= 0.5;
-            }
-            let Some(next) = found else {
-                return Descent::Stuck;
+            let Some((there, next, share)) = self.line(&z, &here, &d, penalty) else {
+                // nothing falls any more: rounding, if the step is small
+                return if size <= ROUNDING_STEP {
+                    Descent::Done(z)
+                } else {
+                    Descent::Stuck
+                };
             };
-            (z, here) = next;
+            let step: [f64; N] = std::array::from_fn(|i| there[i] - z[i]);
+            learn(&mut learnt, &step, &next.bending(&here, &multipliers));
+            (z, here, before) = (there, next, size * share);
         }
         Descent::Stuck
+    }
+
+    /// The first of the halvings of a step that makes cost plus violation fall enough.
+    fn line(
+        &mut self,
+        z: &[f64; N],
+        here: &Evaluation<N>,
+        d: &[f64; N],
+        penalty: f64,
+    ) -> Option<([f64; N], Evaluation<N>, f64)> {
+        let merit = |at: &Evaluation<N>| at.cost + penalty * violation(at);
+        let before = merit(here);
+        let slope = (dot(&here.gradient, d) - penalty * violation(here)).min(0.0);
+        let rounding = COST_ROUNDING * before.abs();
+        let mut share = 1.0;
+        for _ in 0..=MAX_HALVINGS {
+            let there = moved(z, d, share);
+            if let Some(at) = self.look(&there) {
+                if merit(&at) <= before + SUFFICIENT * share * slope + rounding {
+                    return Some((there, at, share));
+                }
+            }
+            share *= 0.5;
+        }
+        None
     }
 
     /// Raises the smallest margin as far as it goes.
@@ -211,7 +236,33 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
     }
 }
 
-/// How far the smallest margin is missed.
+/// Makes a symmetric matrix give `bending` for `step`: the symmetric update of rank one, or where that is
+/// ill-determined the least change (Powell's).
+fn learn<const N: usize>(learnt: &mut [[f64; N]; N], step: &[f64; N], bending: &[f64; N]) {
+    let square = dot(step, step);
+    if !(square > 0.0) {
+        return;
+    }
+    let miss: [f64; N] = std::array::from_fn(|i| bending[i] - dot(&learnt[i], step));
+    let along = dot(&miss, step);
+    let rank_one = along.abs() > ACROSS * (square * dot(&miss, &miss)).sqrt();
+    for i in 0..N {
+        for j in 0..N {
+            learnt[i][j] += if rank_one {
+                miss[i] * miss[j] / along
+            } else {
+                (miss[i] * step[j] + step[i] * miss[j] - along * step[i] * step[j] / square)
+                    / square
+            };
+        }
+    }
+}
+
+fn sum<const N: usize>(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
+    std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
+}
+
+/// How far the margins are missed, all together.
 fn violation<const N: usize>(at: &Evaluation<N>) -> f64 {
     at.margins()
         .iter()

@@ -17,12 +17,12 @@
 use super::evaluation::Evaluation;
 use super::instant::Instant;
 use super::limits::{Allowed, RodLimits, clamp};
-use super::minimise::{Minimum, minimise};
+use super::minimise::{Ending, Minimum, minimise};
 use super::prospect::{Own, Prospect, SuspendedMachine};
-use super::response::Response;
+use super::response::Among;
 use super::weights::Weights;
 use crate::coordinate::Motion;
-use crate::number::{Real, SecondOrder};
+use crate::number::{Gradient, Real};
 
 /// Most actuators.
 pub const MAX_ACTUATORS: usize = 2;
@@ -49,16 +49,18 @@ pub(super) struct Rod {
 }
 
 /// What depends on one variable.
-type Alone = SecondOrder<f64, 1>;
+type Alone = Gradient<1>;
 
 /// A problem in `N` variables: one for all rods, or one for each.
 #[derive(Debug)]
 pub(super) struct Problem<const N: usize>
 where
-    SecondOrder<f64, N>: Response<Alone = Alone>,
+    Gradient<N>: Among<Alone>,
 {
-    prospect: Prospect<SecondOrder<f64, N>>,
+    prospect: Prospect<Gradient<N>, Alone>,
     rods: [Motion<Alone>; MAX_ACTUATORS],
+    /// Loads by the step that was found.
+    by_step: Vec<Gradient<N>>,
     /// The last solution, in the variables' units.
     last: Option<[f64; N]>,
 }
@@ -71,6 +73,8 @@ pub(super) struct Solved {
     /// Each problem's variable, in its unit.
     pub(super) variable: [f64; MAX_ACTUATORS],
     pub(super) found: Minimum<MAX_ACTUATORS>,
+    /// Whether the loads answer to the step as they would to where it leads: S(8).
+    pub(super) steers_right: bool,
 }
 
 /// Ranges of the variables.
@@ -81,12 +85,13 @@ struct Ranges<const N: usize> {
 
 impl<const N: usize> Problem<N>
 where
-    SecondOrder<f64, N>: Response<Alone = Alone>,
+    Gradient<N>: Among<Alone>,
 {
     pub(super) fn new(suspended: &SuspendedMachine) -> Self {
         Self {
             prospect: Prospect::new(suspended),
             rods: [Motion::zero(); MAX_ACTUATORS],
+            by_step: vec![Gradient::fixed(0.0); suspended.machine.wheels.len()],
             last: None,
         }
     }
@@ -114,11 +119,15 @@ where
             for (k, (rod, motion)) in rods.iter().zip(motions.iter_mut()).enumerate() {
                 let i = variable_of::<N>(k);
                 let mut variable = Alone::fixed(ranges.middle[i] + ranges.half[i] * z[i]);
-                variable.gradient[0] = ranges.half[i];
+                variable.slopes[0] = ranges.half[i];
                 *motion = aim.motion(rod, variable);
             }
             evaluate(suspended, instant, aim, prospect, &motions[..rods.len()])
         });
+        let steers_right = aim.look_ahead.is_some()
+            || found.ending == Ending::NotFinite
+            || ranges.half.contains(&0.0)
+            || self.steers_right(suspended, instant, aim, rods.len(), &ranges);
         let variable: [f64; N] =
             std::array::from_fn(|i| ranges.middle[i] + ranges.half[i] * found.z[i]);
         self.last = variable.iter().all(|u| u.is_finite()).then_some(variable);
@@ -137,7 +146,39 @@ where
                 iterations: found.iterations,
                 evaluations: found.evaluations,
             },
+            steers_right,
         }
+    }
+
+    /// Whether d_X' W d_a is positive definite: of the differences of the loads by the rods' positions and
+    /// by the accelerations of the step, at the last point that the search looked at.
+    fn steers_right(
+        &mut self,
+        suspended: &SuspendedMachine,
+        instant: &Instant,
+        aim: &Aim,
+        actuators: usize,
+        ranges: &Ranges<N>,
+    ) -> bool {
+        let motions = &mut self.rods[..actuators];
+        let prospect = &mut self.prospect;
+        self.by_step.copy_from_slice(&prospect.otf);
+        for motion in &mut *motions {
+            let position = Alone::variable(motion.position.value, 0);
+            *motion = Motion {
+                position,
+                ..Motion::zero()
+            };
+        }
+        prospect.fill(suspended, instant, motions, Own::AtRest, false);
+        let by = |i: usize, j: usize| {
+            aim.weights.product(&prospect.otf, i, &self.by_step, j) / ranges.half[j]
+        };
+        if N == 1 {
+            return by(0, 0) > 0.0;
+        }
+        let off = 0.5 * (by(0, 1) + by(1, 0));
+        by(0, 0) > 0.0 && by(0, 0) * by(1, 1) > off * off
     }
 
     /// Where the search begins: at the last solution, else where the rods are, or do not accelerate.
@@ -165,11 +206,11 @@ fn evaluate<const N: usize>(
     suspended: &SuspendedMachine,
     instant: &Instant,
     aim: &Aim,
-    prospect: &mut Prospect<SecondOrder<f64, N>>,
+    prospect: &mut Prospect<Gradient<N>, Alone>,
     rods: &[Motion<Alone>],
 ) -> Evaluation<N>
 where
-    SecondOrder<f64, N>: Response<Alone = Alone>,
+    Gradient<N>: Among<Alone>,
 {
     let own = match aim.look_ahead {
         Some(_) => Own::AtRest,
@@ -182,16 +223,9 @@ where
     } else {
         &[]
     };
-    let mut at = Evaluation::new(aim.weights.cost(&prospect.otf, angles));
     let machine = &suspended.machine;
     let mean = machine.gravity * instant.condensed.mass() / machine.wheels.len() as f64;
-    for &load in &prospect.otf {
-        at.add_margin(load.scaled(1.0 / mean));
-    }
-    for &angle in angles {
-        at.add_margin(angle - SecondOrder::constant(aim.min_angle));
-    }
-    at
+    Evaluation::of(&aim.weights, &prospect.otf, mean, angles, aim.min_angle)
 }
 
 impl Aim {

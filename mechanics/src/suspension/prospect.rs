@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use super::carriers::{ActuatorCoordinates, Carriers};
 use super::condensed::Whole;
 use super::instant::Instant;
-use super::response::Response;
+use super::response::Among;
 use super::support::Support;
 use crate::composite::Composite;
 use crate::contact_plane::ContactPlane;
@@ -13,7 +13,7 @@ use crate::coordinate::{Coordinate, Motion};
 use crate::indicators::Standing;
 use crate::kinematics::BodyMotion;
 use crate::machine::Machine;
-use crate::number::{Real, SecondOrder};
+use crate::number::{Jet, Real};
 use crate::spatial::{Wrench, constant, cross, rotate_constant};
 use crate::state::ImuState;
 use crate::wheel_loads::{Equations, GroundForce, Solver};
@@ -38,7 +38,7 @@ pub(super) enum Own {
 
 /// Loads and stability angles for one motion of the rods, and the scratch to find them.
 #[derive(Debug)]
-pub(super) struct Prospect<T: Response> {
+pub(super) struct Prospect<T: Real, A: Real = T> {
     /// Signed loads, OTF, by wheel (N).
     pub(super) otf: Vec<T>,
     /// Stability angles by edge (rad).
@@ -46,26 +46,26 @@ pub(super) struct Prospect<T: Response> {
     /// How the base moves.
     pub(super) base: BodyMotion<T>,
     /// By actuator.
-    actuators: Vec<ActuatorCoordinates<T::Alone>>,
+    actuators: Vec<ActuatorCoordinates<A>>,
     /// By carrier, of those that an actuator moves, relative to a base at rest.
-    motions: Vec<BodyMotion<T::Alone>>,
+    motions: Vec<BodyMotion<A>>,
     /// By actuator, of what it moves.
-    parts: Vec<Whole<T::Alone>>,
+    parts: Vec<Whole<A>>,
     centres: Vec<Vector3<T>>,
-    moving_centres: Vec<Vector3<SecondOrder<T, 1>>>,
+    moving_centres: Vec<Vector3<Jet<T>>>,
     radii: Vec<T>,
-    moving_radii: Vec<SecondOrder<T, 1>>,
+    moving_radii: Vec<Jet<T>>,
     contacts: Vec<Vector2<T>>,
     equations: Equations<T>,
     solver: Solver<T>,
 }
 
-impl<T: Response> Prospect<T> {
+impl<T: Among<A>, A: Real> Prospect<T, A> {
     pub(super) fn new(suspended: &SuspendedMachine) -> Self {
         let machine = &suspended.machine;
         let (wheels, actuators) = (machine.wheels.len(), suspended.linkages.len());
         let still = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-        let rest = Coordinate::slid(0.0, 0.0, 0.0).map(T::Alone::constant);
+        let rest = Coordinate::slid(0.0, 0.0, 0.0).map(A::constant);
         let none = constant::<T>(&Vector3::zeros());
         let radius = |wheel: &crate::machine::Wheel| T::constant(wheel.radius);
         let radii: Vec<T> = machine.wheels.iter().map(radius).collect();
@@ -79,11 +79,11 @@ impl<T: Response> Prospect<T> {
             angle: vec![T::zero(); machine.polygon.edges.len()],
             base: still.map(T::constant),
             actuators: vec![at_rest; actuators],
-            motions: vec![still.map(T::Alone::constant); suspended.carriers.carriers.len()],
+            motions: vec![still.map(A::constant); suspended.carriers.carriers.len()],
             parts: vec![Whole::nothing(); actuators],
             centres: vec![none; wheels],
-            moving_centres: vec![none.map(SecondOrder::fixed); wheels],
-            moving_radii: radii.iter().map(|&r| SecondOrder::fixed(r)).collect(),
+            moving_centres: vec![none.map(Jet::fixed); wheels],
+            moving_radii: radii.iter().map(|&r| Jet::fixed(r)).collect(),
             radii,
             contacts: vec![Vector2::new(T::zero(), T::zero()); wheels],
             equations: Equations::new(machine),
@@ -96,7 +96,7 @@ impl<T: Response> Prospect<T> {
         &mut self,
         suspended: &SuspendedMachine,
         instant: &Instant,
-        rods: &[Motion<T::Alone>],
+        rods: &[Motion<A>],
     ) -> Support<T> {
         self.move_carriers(suspended, instant, rods, Own::InMotion);
         self.support(suspended, instant, Own::InMotion)
@@ -107,7 +107,7 @@ impl<T: Response> Prospect<T> {
         &mut self,
         suspended: &SuspendedMachine,
         instant: &Instant,
-        rods: &[Motion<T::Alone>],
+        rods: &[Motion<A>],
         own: Own,
         with_angles: bool,
     ) {
@@ -134,7 +134,7 @@ impl<T: Response> Prospect<T> {
         &mut self,
         suspended: &SuspendedMachine,
         instant: &Instant,
-        rods: &[Motion<T::Alone>],
+        rods: &[Motion<A>],
         own: Own,
     ) {
         let (machine, carriers) = (&suspended.machine, &suspended.carriers);
@@ -162,7 +162,7 @@ impl<T: Response> Prospect<T> {
             self.motions[i] = if carrier.parent == 0 {
                 BodyMotion::on_resting_base(body, &coordinate)
             } else if parent.actuator.is_none() {
-                let parent = instant.fixed_motions[carrier.parent].map(T::Alone::constant);
+                let parent = instant.fixed_motions[carrier.parent].map(A::constant);
                 parent.carry(body, &coordinate)
             } else if at_rest {
                 self.motions[carrier.parent].carry_at_rest(body, &coordinate)
@@ -298,13 +298,11 @@ fn jet<U: Real, T: Real>(
     velocity: &Vector3<U>,
     acceleration: &Vector3<U>,
     convert: impl Fn(U) -> T,
-) -> Vector3<SecondOrder<T, 1>> {
-    let of = |k: usize| {
-        SecondOrder::motion(
-            convert(place[k]),
-            convert(velocity[k]),
-            convert(acceleration[k]),
-        )
+) -> Vector3<Jet<T>> {
+    let of = |k: usize| Jet {
+        value: convert(place[k]),
+        first: convert(velocity[k]),
+        second: convert(acceleration[k]),
     };
     Vector3::new(of(0), of(1), of(2))
 }

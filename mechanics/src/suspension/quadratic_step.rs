@@ -65,15 +65,15 @@ impl<const N: usize> Objective<N> {
     }
 }
 
-/// The step from `z`; `None` where the linearised margins cannot all be met in the box.
+/// The step from `z` with this Hessian; `None` where the linearised margins cannot all be met in the box.
 pub(super) fn quadratic_step<const N: usize>(
     z: &[f64; N],
     here: &Evaluation<N>,
-    multipliers: &[f64; MAX_MARGINS],
+    hessian: &[[f64; N]; N],
 ) -> Option<Step<N>> {
     let objective = Objective {
-        g: here.cost.gradient,
-        h: convex(&here.lagrangian_hessian(multipliers), &here.cost.gradient),
+        g: here.gradient,
+        h: convex(hessian, &here.gradient),
     };
     let mut rows = [Row {
         normal: [0.0; N],
@@ -91,7 +91,7 @@ pub(super) fn quadratic_step<const N: usize>(
     let d = over(&objective, &rows[..count])?;
     for (j, margin) in here.margins().iter().enumerate() {
         rows[count] = Row {
-            normal: margin.gradient,
+            normal: margin.slopes,
             least: -margin.value,
             margin: Some(j),
         };

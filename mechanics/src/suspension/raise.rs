@@ -19,7 +19,7 @@ pub(super) fn raising_step<const N: usize>(z: &[f64; N], here: &Evaluation<N>) -
     };
     for (j, margin) in here.margins().iter().enumerate() {
         roof.value[j] = margin.value;
-        roof.slope[j] = margin.gradient;
+        roof.slope[j] = margin.slopes;
     }
     roof.consider([0.0; N]);
     if N == 1 {

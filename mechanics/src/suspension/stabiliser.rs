@@ -261,13 +261,6 @@ impl Stabiliser {
             return self.stop(rods, Status::NoSolution);
         }
         self.observe(state, rods);
-        if self.mode == ControlMode::Literal {
-            let positions = std::array::from_fn(|k| rods.get(k).map_or(0.0, |rod| rod.x));
-            let critical = self.find_step(&positions).time;
-            if !critical.is_some_and(|critical| self.step_length() >= critical) {
-                return self.stop(rods, Status::StepTooShort);
-            }
-        }
         let (suspended, instant, aim) = (&self.suspended, &self.instant, &self.aim);
         let solved = match &mut self.problem {
             Variables::One(problem) => problem.solve(suspended, instant, aim, rods),
@@ -279,6 +272,9 @@ impl Stabiliser {
             Ending::NoMargin => Status::MarginLost,
             Ending::NotFinite => return self.stop(rods, Status::NoSolution),
         };
+        if !solved.steers_right {
+            return self.stop(rods, Status::StepTooShort);
+        }
         self.stopping = false;
         self.command(rods, solved.acceleration, status, Some(&solved))
     }

@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::contact_plane::ContactPlane;
 use crate::kinematics::ImuSeat;
-use crate::number::{Real, SecondOrder};
+use crate::number::{Jet, Real};
 use crate::spatial::cross;
 
 /// The contact plane and its frame as a seat on the base.
@@ -25,9 +25,6 @@ pub(super) struct Support<T: Real> {
     pub(super) plane: ContactPlane<T>,
     pub(super) seat: ImuSeat<T>,
 }
-
-/// A number that moves in time.
-type Moving<T> = SecondOrder<T, 1>;
 
 impl<T: Real> Support<T> {
     /// Of wheels that are at rest in the base.
@@ -50,15 +47,15 @@ impl<T: Real> Support<T> {
 
     /// Of wheels that move in the base.
     pub(super) fn moving(
-        centres: &[Vector3<Moving<T>>],
-        radii: &[Moving<T>],
+        centres: &[Vector3<Jet<T>>],
+        radii: &[Jet<T>],
         radii_differ: bool,
     ) -> Self {
         let plane = ContactPlane::through(centres, radii, radii_differ);
         let position = origin(&plane, centres, radii);
         let axes = [plane.forward, plane.left, plane.normal];
         let half = T::constant(0.5);
-        let turning = |later: fn(&Moving<T>) -> T| {
+        let turning = |later: fn(&Jet<T>) -> T| {
             let turned = axes.map(|axis| cross(&value(&axis), &axis.map(|x| later(&x))));
             (turned[0] + turned[1] + turned[2]) * half
         };
@@ -74,16 +71,16 @@ impl<T: Real> Support<T> {
             seat: ImuSeat {
                 rotation: Matrix3::from_columns(&still),
                 position: value(&position),
-                velocity: position.map(|x| x.gradient[0]),
-                acceleration: position.map(|x| x.hessian[0][0]),
-                angular_velocity: turning(|x| x.gradient[0]),
-                angular_acceleration: turning(|x| x.hessian[0][0]),
+                velocity: position.map(|x| x.first),
+                acceleration: position.map(|x| x.second),
+                angular_velocity: turning(|x| x.first),
+                angular_acceleration: turning(|x| x.second),
             },
         }
     }
 }
 
-fn value<T: Real>(moving: &Vector3<Moving<T>>) -> Vector3<T> {
+fn value<T: Real>(moving: &Vector3<Jet<T>>) -> Vector3<T> {
     moving.map(|x| x.value)
 }
 

@@ -7,8 +7,8 @@
 //! in rad.
 
 use super::error::StabiliserError;
-use crate::machine::{ControlWeights, Machine};
-use crate::number::Real;
+use crate::machine::{ControlWeights, MAX_WHEELS, Machine};
+use crate::number::Gradient;
 
 /// Loads are counted in this many newtons.
 const LOAD_UNIT: f64 = 1000.0;
@@ -90,23 +90,65 @@ impl Weights {
     }
 
     /// S(7)
-    pub(super) fn cost<T: Real>(&self, loads: &[T], angles: &[T]) -> T {
-        let mut cost = T::zero();
-        for &(i, j, weight) in &self.pairs {
-            let difference = loads[i] - loads[j];
-            cost += (difference * difference).scaled(weight);
+    pub(super) fn cost(
+        &self,
+        loads: impl ExactSizeIterator<Item = f64> + Clone,
+        angles: impl Iterator<Item = f64>,
+    ) -> f64 {
+        let mut values = [0.0; MAX_WHEELS];
+        for (value, load) in values.iter_mut().zip(loads) {
+            *value = load;
         }
-        for (&angle, &weight) in angles.iter().zip(&self.edges) {
-            if weight > 0.0 {
-                cost += (T::one() / angle).scaled(weight);
-            }
-        }
-        cost
+        let of_pair = |&(i, j, weight): &(usize, usize, f64)| {
+            let difference: f64 = values[i] - values[j];
+            weight * difference * difference
+        };
+        let of_edge =
+            |(angle, &weight): (f64, &f64)| if weight > 0.0 { weight / angle } else { 0.0 };
+        let pairs: f64 = self.pairs.iter().map(of_pair).sum();
+        pairs + angles.zip(&self.edges).map(of_edge).sum::<f64>()
     }
 
-    /// The weighted product of the differences of two sets of loads: d_a' W d_b.
-    pub(super) fn product(&self, a: &[f64], b: &[f64]) -> f64 {
-        let of = |&(i, j, weight): &(usize, usize, f64)| weight * (a[i] - a[j]) * (b[i] - b[j]);
+    /// Derivatives of S(7) by each load (1/N) and angle (1/rad); its second derivatives as a sum of
+    /// squares of directions, given to `curve` with their factors.
+    pub(super) fn prices<const N: usize>(
+        &self,
+        loads: &[Gradient<N>],
+        angles: &[Gradient<N>],
+        by_load: &mut [f64],
+        by_angle: &mut [f64],
+        mut curve: impl FnMut(&[f64; N], f64),
+    ) {
+        by_load.fill(0.0);
+        for &(i, j, weight) in &self.pairs {
+            let difference = loads[i] - loads[j];
+            by_load[i] += 2.0 * weight * difference.value;
+            by_load[j] -= 2.0 * weight * difference.value;
+            curve(&difference.slopes, 2.0 * weight);
+        }
+        for ((angle, &weight), by) in angles.iter().zip(&self.edges).zip(by_angle) {
+            let inverse = 1.0 / angle.value;
+            *by = if weight > 0.0 {
+                curve(&angle.slopes, 2.0 * weight * inverse * inverse * inverse);
+                -weight * inverse * inverse
+            } else {
+                0.0
+            };
+        }
+    }
+
+    /// The weighted product of the differences of the loads by one variable of `a` and one of `b`:
+    /// d_a' W d_b.
+    pub(super) fn product<const N: usize>(
+        &self,
+        a: &[Gradient<N>],
+        by_a: usize,
+        b: &[Gradient<N>],
+        by_b: usize,
+    ) -> f64 {
+        let of = |&(i, j, weight): &(usize, usize, f64)| {
+            weight * (a[i] - a[j]).slopes[by_a] * (b[i] - b[j]).slopes[by_b]
+        };
         self.pairs.iter().map(of).sum()
     }
 }

@@ -1,0 +1,181 @@
+//! A number with its derivatives by a few variables.
+
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use num_traits::{One, Zero};
+
+use super::Real;
+
+/// A value and its exact derivatives by `N` variables: [`Dual`](super::Dual) numbers side by side.
+///
+/// A comparison looks at values alone, so that the derivatives are those of the branch taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gradient<const N: usize> {
+    /// The value.
+    pub value: f64,
+    /// Its derivatives.
+    pub slopes: [f64; N],
+}
+
+impl<const N: usize> Gradient<N> {
+    /// A number that depends on no variable.
+    #[inline(always)]
+    #[must_use]
+    pub fn fixed(value: f64) -> Self {
+        Self {
+            value,
+            slopes: [0.0; N],
+        }
+    }
+
+    /// The variable of this index itself.
+    #[inline(always)]
+    #[must_use]
+    pub fn variable(value: f64, index: usize) -> Self {
+        let mut variable = Self::fixed(value);
+        variable.slopes[index] = 1.0;
+        variable
+    }
+
+    #[inline(always)]
+    fn with(value: f64, slope: impl Fn(usize) -> f64) -> Self {
+        let mut number = Self::fixed(value);
+        for i in 0..N {
+            number.slopes[i] = slope(i);
+        }
+        number
+    }
+}
+
+impl<const N: usize> Add for Gradient<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::with(self.value + other.value, |i| {
+            self.slopes[i] + other.slopes[i]
+        })
+    }
+}
+
+impl<const N: usize> Sub for Gradient<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::with(self.value - other.value, |i| {
+            self.slopes[i] - other.slopes[i]
+        })
+    }
+}
+
+impl<const N: usize> Mul for Gradient<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self::with(self.value * other.value, |i| {
+            self.slopes[i] * other.value + self.value * other.slopes[i]
+        })
+    }
+}
+
+impl<const N: usize> Div for Gradient<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        let inverse = 1.0 / other.value;
+        Self::with(value, |i| {
+            (self.slopes[i] - value * other.slopes[i]) * inverse
+        })
+    }
+}
+
+impl<const N: usize> Neg for Gradient<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::with(-self.value, |i| -self.slopes[i])
+    }
+}
+
+/// `Gradient op= Gradient` from `Gradient op Gradient`.
+macro_rules! assigning {
+    ($trait:ident, $method:ident, $operation:ident, $plain:ident) => {
+        impl<const N: usize> $trait for Gradient<N> {
+            #[inline(always)]
+            fn $method(&mut self, other: Self) {
+                *self = $operation::$plain(*self, other);
+            }
+        }
+    };
+}
+
+assigning!(AddAssign, add_assign, Add, add);
+assigning!(SubAssign, sub_assign, Sub, sub);
+assigning!(MulAssign, mul_assign, Mul, mul);
+assigning!(DivAssign, div_assign, Div, div);
+
+impl<const N: usize> Zero for Gradient<N> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::fixed(0.0)
+    }
+
+    fn is_zero(&self) -> bool {
+        *self == Self::zero()
+    }
+}
+
+impl<const N: usize> One for Gradient<N> {
+    #[inline(always)]
+    fn one() -> Self {
+        Self::fixed(1.0)
+    }
+}
+
+impl<const N: usize> Real for Gradient<N> {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self::fixed(value)
+    }
+
+    #[inline(always)]
+    fn scaled(self, factor: f64) -> Self {
+        Self::with(self.value * factor, |i| self.slopes[i] * factor)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let value = self.value.sqrt();
+        let inverse = 0.5 / value;
+        Self::with(value, |i| self.slopes[i] * inverse)
+    }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = Real::sin_cos(self.value);
+        (
+            Self::with(sin, |i| cos * self.slopes[i]),
+            Self::with(cos, |i| -sin * self.slopes[i]),
+        )
+    }
+
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        let inverse = 1.0 / (self.value * self.value + x.value * x.value);
+        Self::with(Real::atan2(self.value, x.value), |i| {
+            (self.slopes[i] * x.value - x.slopes[i] * self.value) * inverse
+        })
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self.value < other.value
+    }
+
+    #[inline(always)]
+    fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
+        if mask { if_true } else { if_false }
+    }
+}
