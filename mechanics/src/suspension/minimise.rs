@@ -20,10 +20,10 @@ pub(super) const MAX_ITERATIONS: usize = 12;
 const MAX_HALVINGS: usize = 6;
 /// A step is the last where the next one would be below this share of half the range.
 const NEXT_STEP: f64 = 1e-10;
-/// A change of gradient nearer than this to across the step tells little of its curvature.
-const ACROSS: f64 = 1e-2;
 /// A margin may be missed by this much.
 const MARGIN_TOLERANCE: f64 = 1e-9;
+/// Smallest rise of the smallest margin that is worth another step.
+const WORTH_RAISING: f64 = 1e-6;
 /// Armijo's share of the decrease that the slope promises.
 const SUFFICIENT: f64 = 1e-4;
 /// Rounding of a cost, as a share of it.
@@ -191,15 +191,20 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
 
     /// Raises the smallest margin as far as it goes.
     fn raise(&mut self, mut z: [f64; N], mut here: Evaluation<N>) -> ([f64; N], Evaluation<N>) {
+        let mut share: f64 = 1.0;
         while self.iterations < MAX_ITERATIONS {
+            let (d, promised) = raising_step(&z, &here);
+            if promised < here.least_margin() + WORTH_RAISING {
+                break;
+            }
             self.iterations += 1;
-            let d = raising_step(&z, &here);
-            let mut share = 1.0;
+            // where the last step had to be shortened, this one may have to be
+            share = (2.0 * share).min(1.0);
             let mut found = None;
             for _ in 0..=MAX_HALVINGS {
                 let there = moved(&z, &d, share);
                 if let Some(at) = self.look(&there) {
-                    if at.least_margin() > here.least_margin() + MARGIN_TOLERANCE {
+                    if at.least_margin() > here.least_margin() + WORTH_RAISING {
                         found = Some((there, at));
                         break;
                     }
@@ -236,24 +241,19 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
     }
 }
 
-/// Makes a symmetric matrix give `bending` for `step`: the symmetric update of rank one, or where that is
-/// ill-determined the least change (Powell's).
+/// Makes a symmetric matrix give `bending` for `step` by the least change that keeps it symmetric (Powell's
+/// update): what was learnt across the step stays.
 fn learn<const N: usize>(learnt: &mut [[f64; N]; N], step: &[f64; N], bending: &[f64; N]) {
     let square = dot(step, step);
     if !(square > 0.0) {
         return;
     }
     let miss: [f64; N] = std::array::from_fn(|i| bending[i] - dot(&learnt[i], step));
-    let along = dot(&miss, step);
-    let rank_one = along.abs() > ACROSS * (square * dot(&miss, &miss)).sqrt();
+    let along = dot(&miss, step) / square;
     for i in 0..N {
         for j in 0..N {
-            learnt[i][j] += if rank_one {
-                miss[i] * miss[j] / along
-            } else {
-                (miss[i] * step[j] + step[i] * miss[j] - along * step[i] * step[j] / square)
-                    / square
-            };
+            let both = miss[i] * step[j] + step[i] * miss[j] - along * step[i] * step[j];
+            learnt[i][j] += both / square;
         }
     }
 }

@@ -12,6 +12,8 @@ use super::evaluation::{Evaluation, MAX_MARGINS};
 
 /// A constraint may be missed by this much of its gradient.
 const ROUNDING: f64 = 1e-12;
+/// So near to it a point counts as at a side of the box.
+const AT_SIDE: f64 = 1e-12;
 /// Least curvature, as a share of the largest.
 const LEAST_CURVATURE_SHARE: f64 = 1e-12;
 
@@ -73,7 +75,7 @@ pub(super) fn quadratic_step<const N: usize>(
 ) -> Option<Step<N>> {
     let objective = Objective {
         g: here.gradient,
-        h: convex(hessian, &here.gradient),
+        h: convex(hessian, &here.gradient, z),
     };
     let mut rows = [Row {
         normal: [0.0; N],
@@ -133,10 +135,13 @@ fn over<const N: usize>(objective: &Objective<N>, rows: &[Row<N>]) -> Option<([f
         // on the row: d = free + H^-1 n l with n.d = least
         let towards = objective.solve(&row.normal);
         let share = (row.least - dot(&row.normal, &free)) / dot(&row.normal, &towards);
-        try_one(
-            std::array::from_fn(|k| free[k] + towards[k] * share),
-            [Some(i), None],
-        );
+        let mut d: [f64; N] = std::array::from_fn(|k| free[k] + towards[k] * share);
+        // a small curvature puts `free` far away and leaves rounding
+        let off = (row.least - dot(&row.normal, &d)) / dot(&row.normal, &row.normal);
+        for (d, n) in d.iter_mut().zip(&row.normal) {
+            *d += n * off;
+        }
+        try_one(d, [Some(i), None]);
         if N < 2 {
             continue;
         }
@@ -206,11 +211,12 @@ fn multipliers_of<const N: usize>(
     multipliers
 }
 
-/// The Hessian with its eigenvalues turned positive: no direction may lead uphill.
-fn convex<const N: usize>(h: &[[f64; N]; N], g: &[f64; N]) -> [[f64; N]; N] {
+/// The Hessian made positive definite. Where it curves down, a step may go as far as the box: the least
+/// curvature takes its place. Along a side of the box that the gradient pushes against it stays as it is.
+fn convex<const N: usize>(h: &[[f64; N]; N], g: &[f64; N], z: &[f64; N]) -> [[f64; N]; N] {
     let tiny = f64::MIN_POSITIVE.sqrt() + ROUNDING * dot(g, g).sqrt();
     if N == 1 {
-        return std::array::from_fn(|_| [h[0][0].abs().max(tiny); N]);
+        return std::array::from_fn(|_| [h[0][0].max(tiny); N]);
     }
     let (middle, off) = (0.5 * (h[0][0] + h[1][1]), h[0][1]);
     let half = 0.5 * (h[0][0] - h[1][1]);
@@ -219,7 +225,20 @@ fn convex<const N: usize>(h: &[[f64; N]; N], g: &[f64; N]) -> [[f64; N]; N] {
     if middle - radius >= least {
         return *h;
     }
-    let [large, small] = [middle + radius, middle - radius].map(|l| l.abs().max(least));
+    for (held, free) in [(0, 1), (1, 0)] {
+        if z[held] * g[held] < 0.0 && z[held].abs() > 1.0 - AT_SIDE {
+            let mut convex = *h;
+            if h[free][free] > least {
+                convex[held][held] = h[free][free] + 2.0 * off * off / h[free][free];
+            } else {
+                convex = [[0.0; N]; N];
+                convex[free][free] = least;
+                convex[held][held] = middle.abs() + radius;
+            }
+            return convex;
+        }
+    }
+    let [large, small] = [middle + radius, middle - radius].map(|l| l.max(least));
     // H = m 1 + r (cos sin; sin -cos) of the doubled angle of its first eigenvector
     let (cos, sin) = if radius > 0.0 {
         (half / radius, off / radius)

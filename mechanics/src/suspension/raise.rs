@@ -6,8 +6,9 @@
 use super::evaluation::{Evaluation, MAX_MARGINS};
 use super::quadratic_step::dot;
 
-/// The change of z after which the smallest linearised margin is largest in the box from -1 to 1.
-pub(super) fn raising_step<const N: usize>(z: &[f64; N], here: &Evaluation<N>) -> [f64; N] {
+/// The change of z after which the smallest linearised margin is largest in the box from -1 to 1, and how
+/// large it is then.
+pub(super) fn raising_step<const N: usize>(z: &[f64; N], here: &Evaluation<N>) -> ([f64; N], f64) {
     let mut roof = Roof {
         value: [0.0; MAX_MARGINS],
         slope: [[0.0; N]; MAX_MARGINS],
@@ -27,7 +28,7 @@ pub(super) fn raising_step<const N: usize>(z: &[f64; N], here: &Evaluation<N>) -
     } else {
         roof.over_two();
     }
-    roof.best
+    (roof.best, roof.top)
 }
 
 struct Roof<const N: usize> {
