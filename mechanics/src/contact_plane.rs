@@ -62,16 +62,38 @@ impl<T: Real> ContactPlane<T> {
     ///     (S + q m' / s) m_next = sum rho z - q / s
     /// ```
     pub(crate) fn through(centres: &[Vector3<T>], radii: &[T], radii_differ: bool) -> Self {
+        let slope = Self::slope_through(centres, radii, radii_differ);
+        Self::with_axes(slope, Axes::of(&slope), centres, radii)
+    }
+
+    /// a and b of that plane.
+    #[inline(always)]
+    pub(crate) fn slope_through(
+        centres: &[Vector3<T>],
+        radii: &[T],
+        radii_differ: bool,
+    ) -> Vector2<T> {
         let fit = Fit::of(centres, radii);
         let mut slope = Vector2::new(T::zero(), T::zero());
         for _ in 0..if radii_differ { Self::NEWTON_STEPS } else { 1 } {
             slope = fit.improved(&slope);
         }
+        slope
+    }
+
+    /// The plane of this slope, whose axes are known, at its height.
+    #[inline(always)]
+    pub(crate) fn with_axes(
+        slope: Vector2<T>,
+        axes: Axes<T>,
+        centres: &[Vector3<T>],
+        radii: &[T],
+    ) -> Self {
         let Axes {
             forward,
             left,
             normal,
-        } = Axes::of(&slope);
+        } = axes;
         let count = T::constant(centres.len() as f64);
         let height = centres
             .iter()

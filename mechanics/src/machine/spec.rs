@@ -7,7 +7,9 @@ use serde::Deserialize;
 
 use crate::suspension::hydraulics::HydraulicsSpec;
 
-use super::{FieldSpec, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl, WeighedSpec};
+use super::{
+    FieldSpec, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl, WeighedSpec,
+};
 
 /// The machine file: see the machine-file reference of the project for every key.
 #[derive(Debug, Clone, Deserialize)]

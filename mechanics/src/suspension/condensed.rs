@@ -50,6 +50,13 @@ impl Carried {
         }
     }
 
+    /// The carrier's own body.
+    fn add_itself(&mut self, body: &MassMoments) {
+        self.moments.mass += body.mass;
+        self.moments.first += body.first;
+        self.moments.second += body.second;
+    }
+
     fn add(&mut self, body: &MassMoments, motion: &BodyMotion<f64>, share: f64) {
         let moments = Composite::of(body, motion).scaled(share);
         let [xx, yy, zz, xy, xz, yz] = moments.second;
@@ -160,7 +167,11 @@ impl Condensed {
                 self.motions[body.parent].carry(body, &coordinates[i])
             };
             for (_, moments) in &body.parts {
-                self.carried[carrier].add(moments, &self.motions[i], 1.0);
+                if carriers.carriers[carrier].body == i {
+                    self.carried[carrier].add_itself(moments);
+                } else {
+                    self.carried[carrier].add(moments, &self.motions[i], 1.0);
+                }
             }
         }
         for (payload, &share) in machine.payloads.iter().zip(&state.payload_share) {

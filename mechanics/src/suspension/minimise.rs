@@ -70,7 +70,7 @@ pub(super) fn minimise<const N: usize>(
     start: [f64; N],
     evaluate: impl FnMut(&[f64; N]) -> Evaluation<N>,
 ) -> Minimum<N> {
-    let start = start.map(|z| z.max(-1.0).min(1.0));
+    let start = start.map(|z| z.clamp(-1.0, 1.0));
     let mut search = Search {
         evaluate,
         evaluations: 0,
@@ -82,10 +82,25 @@ pub(super) fn minimise<const N: usize>(
         return search.end(start, Ending::NotFinite);
     };
     let mut z = start;
-    let mut raised = false;
+    let (mut raised, mut elsewhere) = (false, None);
     loop {
         match search.descend(z, here) {
-            Descent::Done(z) => return search.end(z, Ending::Converged),
+            Descent::Done(bottom) => {
+                // where the cost curves down, there may be a lower bottom on another side
+                if let (Some(other), None) = (bottom.other, elsewhere) {
+                    elsewhere = Some(bottom);
+                    let found = search.look(&other).filter(|there| {
+                        there.least_margin() >= -MARGIN_TOLERANCE && there.cost < bottom.cost
+                    });
+                    if let Some(there) = found {
+                        (z, here) = (other, there);
+                        continue;
+                    }
+                }
+                let lowest = elsewhere.filter(|first| first.cost < bottom.cost);
+                let lowest = lowest.unwrap_or(bottom);
+                return search.ended(lowest.z, Ending::Converged, lowest.cost);
+            }
             Descent::Stuck => return search.settle(),
             Descent::NoMargin(at, evaluation) if !raised => {
                 raised = true;
@@ -99,9 +114,18 @@ pub(super) fn minimise<const N: usize>(
     }
 }
 
+/// The end of a descent.
+#[derive(Debug, Clone, Copy)]
+struct Bottom<const N: usize> {
+    z: [f64; N],
+    cost: f64,
+    /// Where the quadratic model is lower still.
+    other: Option<[f64; N]>,
+}
+
 /// How a descent ended.
 enum Descent<const N: usize> {
-    Done([f64; N]),
+    Done(Bottom<N>),
     Stuck,
     /// The linearised margins cannot be met from here.
     NoMargin([f64; N], Evaluation<N>),
@@ -141,7 +165,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
             };
             let size = d.iter().fold(0.0, |size: f64, d| size.max(d.abs()));
             if size * (size / before).min(1.0) <= NEXT_STEP {
-                return Descent::Done(moved(&z, &d, 1.0));
+                return Descent::Done(bottom(moved(&z, &d, 1.0), &here, &hessian));
             }
             self.iterations += 1;
             let largest = multipliers.iter().fold(0.0, |a: f64, &b| a.max(b));
@@ -152,7 +176,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
             let Some((there, next, share)) = self.line(&z, &here, &d, penalty) else {
                 // nothing falls any more: rounding, if the step is small
                 return if size <= ROUNDING_STEP {
-                    Descent::Done(z)
+                    Descent::Done(bottom(z, &here, &hessian))
                 } else {
                     Descent::Stuck
                 };
@@ -179,10 +203,9 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
         let mut share = 1.0;
         for _ in 0..=MAX_HALVINGS {
             let there = moved(z, d, share);
-            if let Some(at) = self.look(&there) {
-                if merit(&at) <= before + SUFFICIENT * share * slope + rounding {
-                    return Some((there, at, share));
-                }
+            let enough = before + SUFFICIENT * share * slope + rounding;
+            if let Some(at) = self.look(&there).filter(|at| merit(at) <= enough) {
+                return Some((there, at, share));
             }
             share *= 0.5;
         }
@@ -203,11 +226,10 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
             let mut found = None;
             for _ in 0..=MAX_HALVINGS {
                 let there = moved(&z, &d, share);
-                if let Some(at) = self.look(&there) {
-                    if at.least_margin() > here.least_margin() + WORTH_RAISING {
-                        found = Some((there, at));
-                        break;
-                    }
+                let worth = here.least_margin() + WORTH_RAISING;
+                if let Some(at) = self.look(&there).filter(|at| at.least_margin() > worth) {
+                    found = Some((there, at));
+                    break;
                 }
                 share *= 0.5;
             }
@@ -262,6 +284,30 @@ fn sum<const N: usize>(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
 }
 
+/// The end of a descent at `z`, and the side or corner of the box where the quadratic model of what is next
+/// to it is lower, if it curves down.
+fn bottom<const N: usize>(z: [f64; N], here: &Evaluation<N>, hessian: &[[f64; N]; N]) -> Bottom<N> {
+    let mut other = None;
+    let mut least = 0.0;
+    let crossed = N > 1 && hessian[0][0] * hessian[N - 1][N - 1] < hessian[0][N - 1].powi(2);
+    let curves_down = crossed || (0..N).any(|i| hessian[i][i] < 0.0);
+    for corner in 0..if curves_down { 1 << N } else { 0 } {
+        let there: [f64; N] =
+            std::array::from_fn(|i| if corner >> i & 1 == 0 { -1.0 } else { 1.0 });
+        let d: [f64; N] = std::array::from_fn(|i| there[i] - z[i]);
+        let turned: [f64; N] = std::array::from_fn(|i| dot(&hessian[i], &d));
+        let model = dot(&here.gradient, &d) + 0.5 * dot(&turned, &d);
+        if model < least {
+            (least, other) = (model, Some(there));
+        }
+    }
+    Bottom {
+        z,
+        cost: here.cost,
+        other,
+    }
+}
+
 /// How far the margins are missed, all together.
 fn violation<const N: usize>(at: &Evaluation<N>) -> f64 {
     at.margins()
@@ -272,5 +318,5 @@ fn violation<const N: usize>(at: &Evaluation<N>) -> f64 {
 
 /// z + share d, in the box.
 fn moved<const N: usize>(z: &[f64; N], d: &[f64; N], share: f64) -> [f64; N] {
-    std::array::from_fn(|i| (z[i] + d[i] * share).max(-1.0).min(1.0))
+    std::array::from_fn(|i| (z[i] + d[i] * share).clamp(-1.0, 1.0))
 }

@@ -226,7 +226,13 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         let differ = machine.contact.radii_differ;
         match own {
             Own::AtRest => Support::at_rest(&self.centres, &self.radii, differ),
-            Own::InMotion => Support::moving(&self.moving_centres, &self.moving_radii, differ),
+            Own::InMotion => Support::moving(
+                &self.moving_centres,
+                &self.moving_radii,
+                &self.centres,
+                &self.radii,
+                differ,
+            ),
         }
     }
 

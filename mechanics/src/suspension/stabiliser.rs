@@ -27,7 +27,6 @@ const STROKE_POSITIONS: usize = 33;
 pub struct Stabiliser {
     suspended: SuspendedMachine,
     aim: Aim,
-    mode: ControlMode,
     independent: bool,
     problem: Variables,
     instant: Instant,
@@ -86,8 +85,11 @@ impl Stabiliser {
             });
         }
         check_stroke(machine, &suspension)?;
+        let mut unmeasured = machine.clone();
+        // what the joints' torques will be in another posture nobody has measured
+        unmeasured.contact.actuated_joints.clear();
         let suspended = SuspendedMachine {
-            machine: machine.clone(),
+            machine: unmeasured,
             carriers: Carriers::of(machine, &suspension.linkages),
             linkages: suspension.linkages.clone(),
         };
@@ -102,7 +104,6 @@ impl Stabiliser {
                 look_ahead: (control.mode == ControlMode::LookAhead).then_some(control.look_ahead),
                 limits: RodLimits::of(&suspension, 1.0 / control.rate),
             },
-            mode: control.mode,
             independent,
             problem: if independent {
                 Variables::Two(Box::new(Problem::new(&suspended)))

@@ -14,7 +14,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::contact_plane::ContactPlane;
+use crate::contact_plane::{Axes, ContactPlane};
 use crate::kinematics::ImuSeat;
 use crate::number::{Jet, Real};
 use crate::spatial::cross;
@@ -36,7 +36,7 @@ impl<T: Real> Support<T> {
             plane,
             seat: ImuSeat {
                 rotation: Matrix3::from_columns(&[plane.forward, plane.left, plane.normal]),
-                position: origin(&plane, centres, radii),
+                position: origin(&plane.normal, centres, radii),
                 velocity: none,
                 acceleration: none,
                 angular_velocity: none,
@@ -45,31 +45,37 @@ impl<T: Real> Support<T> {
         }
     }
 
-    /// Of wheels that move in the base.
+    /// Of wheels that move in the base; `centres` and `radii` are where they are.
     pub(super) fn moving(
-        centres: &[Vector3<Jet<T>>],
-        radii: &[Jet<T>],
+        moving_centres: &[Vector3<Jet<T>>],
+        moving_radii: &[Jet<T>],
+        centres: &[Vector3<T>],
+        radii: &[T],
         radii_differ: bool,
     ) -> Self {
-        let plane = ContactPlane::through(centres, radii, radii_differ);
-        let position = origin(&plane, centres, radii);
-        let axes = [plane.forward, plane.left, plane.normal];
-        let half = T::constant(0.5);
+        let slope = ContactPlane::slope_through(moving_centres, moving_radii, radii_differ);
+        let Axes {
+            forward,
+            left,
+            normal,
+        } = Axes::of(&slope);
+        let axes = [forward, left, normal];
+        let position = origin(&normal, moving_centres, moving_radii);
         let turning = |later: fn(&Jet<T>) -> T| {
             let turned = axes.map(|axis| cross(&value(&axis), &axis.map(|x| later(&x))));
-            (turned[0] + turned[1] + turned[2]) * half
+            (turned[0] + turned[1] + turned[2]).map(|x| x.scaled(0.5))
         };
-        let still = axes.map(|axis| value(&axis));
+        let still = Axes {
+            forward: value(&forward),
+            left: value(&left),
+            normal: value(&normal),
+        };
+        let rotation = Matrix3::from_columns(&[still.forward, still.left, still.normal]);
+        let slope = slope.map(|x| x.value);
         Self {
-            plane: ContactPlane {
-                normal: still[2],
-                forward: still[0],
-                left: still[1],
-                height: plane.height.value,
-                slope: plane.slope.map(|x| x.value),
-            },
+            plane: ContactPlane::with_axes(slope, still, centres, radii),
             seat: ImuSeat {
-                rotation: Matrix3::from_columns(&still),
+                rotation,
                 position: value(&position),
                 velocity: position.map(|x| x.first),
                 acceleration: position.map(|x| x.second),
@@ -85,13 +91,13 @@ fn value<T: Real>(moving: &Vector3<Jet<T>>) -> Vector3<T> {
 }
 
 /// S(3)
-fn origin<T: Real>(plane: &ContactPlane<T>, centres: &[Vector3<T>], radii: &[T]) -> Vector3<T> {
+fn origin<T: Real>(normal: &Vector3<T>, centres: &[Vector3<T>], radii: &[T]) -> Vector3<T> {
     let o = T::zero();
     let (mut centre, mut radius) = (Vector3::new(o, o, o), o);
     for (c, &r) in centres.iter().zip(radii) {
         centre += c;
         radius += r;
     }
-    let share = T::constant(1.0 / centres.len() as f64);
-    (centre - plane.normal * radius) * share
+    let share = 1.0 / centres.len() as f64;
+    (centre - normal * radius).map(|x| x.scaled(share))
 }

@@ -61,6 +61,36 @@ impl<T: Real> LeastEnergy<T> {
         }
     }
 
+    /// As [`Self::solve`] where all equations hold, none gives way and all springs are alike: the same to the
+    /// bit, with the factors of one left out.
+    pub(super) fn solve_alike(&mut self, equations: &Equations<T>, value: &[T], loads: &mut [T]) {
+        match (equations.value.len(), loads.len()) {
+            (4, 4) => self.solve_alike_sized(equations, 4, value, &mut loads[..4]),
+            (rows, _) => self.solve_alike_sized(equations, rows, value, loads),
+        }
+    }
+
+    #[inline(always)]
+    fn solve_alike_sized(
+        &mut self,
+        equations: &Equations<T>,
+        rows: usize,
+        value: &[T],
+        loads: &mut [T],
+    ) {
+        self.factorise(
+            equations,
+            rows,
+            loads.len(),
+            |_, product| product,
+            |_, _, sum| sum,
+        );
+        self.substitute(rows, value);
+        for (wheel, load) in loads.iter_mut().enumerate() {
+            *load = self.indentation(equations, rows, wheel);
+        }
+    }
+
     #[inline(always)]
     fn solve_sized(
         &mut self,
@@ -70,7 +100,20 @@ impl<T: Real> LeastEnergy<T> {
         stiffness: &[T],
         loads: &mut [T],
     ) {
-        self.factorise(equations, holds, stiffness);
+        self.factorise(
+            equations,
+            holds.len(),
+            stiffness.len(),
+            |wheel, product| product * stiffness[wheel],
+            |i, j, sum| {
+                let sum = sum * (holds[i] * holds[j]);
+                if i == j {
+                    sum + equations.compliance[i]
+                } else {
+                    sum
+                }
+            },
+        );
         self.solve_again(equations, holds.len(), value, stiffness, loads);
     }
 
@@ -93,7 +136,7 @@ impl<T: Real> LeastEnergy<T> {
     /// How far the wheel's spring is pressed in, in units of load by relative stiffness: A' l.
     #[inline(always)]
     pub(super) fn indentation(&self, equations: &Equations<T>, rows: usize, wheel: usize) -> T {
-        let mut sum = equations.factor[0][wheel] * self.multiplier[0];
+        let mut sum = self.multiplier[0];
         for row in 1..rows {
             sum += equations.factor[row][wheel] * self.multiplier[row];
         }
@@ -124,17 +167,26 @@ impl<T: Real> LeastEnergy<T> {
     }
 
     #[inline(always)]
-    fn factorise(&mut self, equations: &Equations<T>, holds: &[T], stiffness: &[T]) {
-        for j in 0..holds.len() {
-            for i in j..holds.len() {
+    fn factorise(
+        &mut self,
+        equations: &Equations<T>,
+        rows: usize,
+        wheels: usize,
+        by_spring: impl Fn(usize, T) -> T,
+        held: impl Fn(usize, usize, T) -> T,
+    ) {
+        for j in 0..rows {
+            for i in j..rows {
                 let mut whole = T::zero();
-                for (wheel, &k) in stiffness.iter().enumerate() {
-                    whole += equations.factor[i][wheel] * equations.factor[j][wheel] * k;
+                for wheel in 0..wheels {
+                    // the first row is ones
+                    let mut product = equations.factor[i][wheel];
+                    if j > 0 {
+                        product *= equations.factor[j][wheel];
+                    }
+                    whole += by_spring(wheel, product);
                 }
-                whole *= holds[i] * holds[j];
-                if i == j {
-                    whole += equations.compliance[i];
-                }
+                let whole = held(i, j, whole);
                 let mut rest = whole;
                 for k in 0..j {
                     rest -= self.lower_scaled[i][k] * self.lower[j][k];

@@ -18,6 +18,8 @@ const ROUNDING_SHARE: f64 = 1e-9;
 pub(crate) struct Solver<T: Real> {
     least_energy: LeastEnergy<T>,
     relative_stiffness: [T; MAX_WHEELS],
+    /// Whether all wheels are of the mean stiffness.
+    alike: bool,
     /// The wheels on the edge that the machine tips about; all of them if it stands.
     allowed: [T::Mask; MAX_WHEELS],
     on_ground: [T::Mask; MAX_WHEELS],
@@ -62,6 +64,7 @@ impl<T: Real> Solver<T> {
         Self {
             least_energy: LeastEnergy::new(),
             relative_stiffness,
+            alike: machine.wheels.iter().all(|w| w.relative_stiffness == 1.0),
             allowed: nowhere,
             on_ground: nowhere,
             loads: [T::zero(); MAX_WHEELS],
@@ -92,6 +95,13 @@ impl<T: Real> Solver<T> {
     /// The signed loads alone: all wheels held to the ground, OTF.
     #[inline]
     pub(crate) fn hold_down(&mut self, machine: &Machine, equations: &Equations<T>, otf: &mut [T]) {
+        let pressed = machine.contact.mean_stiffness.is_some() && machine.contact.warp.is_none();
+        let exact = equations.measured == equations.value.len();
+        if self.alike && exact && !pressed {
+            self.least_energy
+                .solve_alike(equations, &equations.value, otf);
+            return;
+        }
         let solve = least_energy_of::<T>(machine);
         solve(
             &mut self.least_energy,
