@@ -44,7 +44,7 @@ fn rounding(machine: &Machine) -> f64 {
     if machine.contact().actuated_joints.is_empty() {
         1.0
     } else {
-        50.0
+        200.0
     }
 }
 

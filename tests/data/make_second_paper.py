@@ -2,7 +2,7 @@
 
     .venv/bin/python make_second_paper.py LAB OUT
 
-LAB is the folder of the simulation lab, OUT receives second_paper.mcap (noisy, joint states 25 Hz, IMU 62.5 Hz, odometry 12.5 Hz),
+LAB is the folder of the simulation lab, OUT receives second_paper.mcap (without noise, as the paper compares; joint states 25 Hz, IMU 62.5 Hz, odometry 12.5 Hz),
 second_paper.toml, second_paper.urdf and second_paper.truth.parquet (wheel loads at 50 Hz, already smoothed).
 
 The commands are (32)-(34) of A. Paz and J. Mattila, "Mechanic Modeling and Nonlinear Optimal Control of Actively Articulated Suspension of
@@ -45,7 +45,7 @@ def main():
     arguments = lab_arguments(__doc__, [])
     import model
     from simulate import Scenario
-    scenario = Scenario("second_paper", model.bogie(), SECONDS, targets, drive, clear=2.5, seed=61)
+    scenario = Scenario("second_paper", model.bogie(), SECONDS, targets, drive, clear=2.5, seed=61, noise=0.0)
     mujoco_model, rows = run(scenario)
     every = {"/joint_states": 4, "/imu/data": 4, "/odom": 4, "/robot_description": 0}
     write_fixture(scenario, mujoco_model, rows, arguments.out, every=every, smoothed_truth=True)

@@ -6,6 +6,10 @@ use crate::number::Real;
 /// Below this pressure drop (Pa) flow is laminar: the square root's slope would be endless at zero.
 const LAMINAR_DROP: f64 = 1e4;
 
+/// Check and relief valves pass so many times what the valve's own edge does: they are sized so that a
+/// chamber does not run empty.
+const SAFETY_SIZE: f64 = 20.0;
+
 /// Pressures in the chambers (Pa, gauge).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pressures<T> {
@@ -52,7 +56,8 @@ pub fn flows<T: Real>(
     let rod = -(c_n2 * root(b - tank) * out) - c_p2 * root(supply - b) * back;
     let relief = T::constant(parameters.relief);
     let safety = |coefficient: T, pressure: T| {
-        check(coefficient, tank - pressure) - check(coefficient, pressure - relief)
+        let sized = coefficient.scaled(SAFETY_SIZE);
+        check(sized, tank - pressure) - check(sized, pressure - relief)
     };
     Flows {
         piston: piston + safety(c_p1, a),
