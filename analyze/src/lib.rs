@@ -47,3 +47,4 @@ mod stdout;
 pub mod summary;
 mod svg;
 pub mod table;
+pub mod whatif;

@@ -3,9 +3,10 @@
 //! By virtual work: a step of the rod moves the bodies beyond the pivot, the cylinder and the rod with the
 //! fields S_i; what moves the bodies does as much work as the actuator,
 //! ```text
-//!     f = sum over bodies S_i . W_i - S_tool . W_tool                                              P(1)
+//!     f = sum over bodies S_i . W_i - S_tool . W_tool - sum over wheels S_j . W_j                  P(1)
 //! ```
-//! W_i the wrench that gives body i its motion, weight included. Friction is not part of it.
+//! W_i the wrench that gives body i its motion, weight included, W_j that of the ground on a wheel beyond the
+//! pivot, its traction in proportion to its load. Friction is not part of it.
 
 use nalgebra::Vector3;
 
@@ -36,6 +37,20 @@ pub fn actuator_force(
     if let Some(tool) = &machine.tool {
         let wrench = tool_wrench(machine, state, &workspace.motions);
         force -= step.work(machine, tool.body, &wrench);
+    }
+    let out = &workspace.outcome;
+    let pivot = machine.linkages[linkage].bodies.pivot;
+    for (wheel, spec) in machine.wheels.iter().enumerate() {
+        if machine.is_carried_by(spec.body, pivot) {
+            let contact =
+                workspace.wheel_centres[wheel] - out.contact_normal * workspace.radii[wheel];
+            let pushed = out.ground_wrench.force * (out.load[wheel] / out.normal_force);
+            let wrench = Wrench {
+                force: pushed,
+                moment: contact.cross(&pushed),
+            };
+            force -= step.work(machine, spec.body, &wrench);
+        }
     }
     force
 }

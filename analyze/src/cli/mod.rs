@@ -8,6 +8,7 @@ mod inspect;
 mod options;
 mod recover;
 mod screen;
+mod whatif;
 
 use std::process::ExitCode;
 
@@ -50,6 +51,8 @@ enum Command {
     Inspect(inspect::InspectArgs),
     /// Mass, centre of mass and static loads of a machine, beside weighed loads if its file has them.
     CheckMachine(check_machine::CheckMachineArgs),
+    /// A log again with the suspension locked, as recorded, or controlled: what it would have done to the loads.
+    Whatif(whatif::WhatIfArgs),
     /// Write the intact part of a damaged log, of any format, as a clean, indexed MCAP file.
     Recover(recover::RecoverArgs),
     /// Analyse a small log that comes with the program.
@@ -96,6 +99,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Compare(args) => compare::run(args, voice),
         Command::Inspect(args) => inspect::run(args, voice),
         Command::CheckMachine(args) => check_machine::run(args),
+        Command::Whatif(args) => whatif::run(args, voice),
         Command::Recover(args) => recover::run(args, voice),
         Command::Demo(args) => demo::run(args, voice),
         Command::Schema => to_stdout(&summary::json_schema()).map(|()| Verdict::Done),

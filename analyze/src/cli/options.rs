@@ -65,7 +65,7 @@ impl PolicyArgs {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
     if value.is_finite() && value > 0.0 {
         Ok(value)

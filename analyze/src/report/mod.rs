@@ -9,6 +9,7 @@ pub(crate) mod html;
 mod moment;
 mod plots;
 mod tables;
+mod whatif;
 
 use std::path::Path;
 
@@ -16,6 +17,7 @@ use plotly::Plot;
 
 pub use findings::findings;
 pub(crate) use findings::number;
+pub(crate) use whatif::render_what_if;
 
 use self::plots::{Figure, MOST_EVENTS, MOST_POINTS};
 use crate::analysis::Analysis;
@@ -63,9 +65,7 @@ impl PlotLibrary<'_> {
 #[must_use]
 pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
     let figures = plots::figures(analysis);
-    let plot_library = library.element();
-    let mut page = String::with_capacity(plot_library.len() + (1 << 20));
-    page.push_str(&head(analysis, &library.policy()));
+    let mut page = String::with_capacity(1 << 20);
     page.push_str(&section("Findings", &top_findings(analysis)));
     page.push_str(&section("Events", &tables::events(analysis)));
     page.push_str(&section("The moment itself", &moment::section(analysis)));
@@ -87,30 +87,47 @@ pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
     page.push_str(&section("Clocks", &clocks::clocks(analysis)));
     page.push_str(&section("Data limitations", &tables::limitations(analysis)));
     page.push_str(&section("Provenance", &tables::provenance(analysis)));
-    page.push_str(&plot_library);
-    page.push_str(&scripts(&figures));
-    page.push_str("</body>\n</html>\n");
-    page
+    page_of(&head(analysis, library), &page, &figures, library)
 }
 
-fn head(analysis: &Analysis, policy: &str) -> String {
-    let (log, machine) = (
-        html::escape(&log_name(analysis)),
-        html::escape(analysis.machine.name()),
-    );
+/// A page from its head, its sections and the figures in them.
+fn page_of(head: &str, content: &str, figures: &[Figure], library: PlotLibrary<'_>) -> String {
+    [
+        head,
+        content,
+        &library.element(),
+        &scripts(figures),
+        "</body>\n</html>\n",
+    ]
+    .concat()
+}
+
+fn head(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
+    let (log, machine) = (log_name(analysis), analysis.machine.name());
     let rows = analysis.rows.len();
     let duration = if rows == 0 {
         0.0
     } else {
         analysis.rows.seconds(rows - 1)
     };
+    head_of(
+        &format!("Wheel loads and stability: {log}"),
+        &format!("Machine {machine}; {rows} rows over {duration:.2} s."),
+        library,
+    )
+}
+
+/// The head of a page, up to its title and what stands below that; both plain text.
+fn head_of(title: &str, subtitle: &str, library: PlotLibrary<'_>) -> String {
+    let (title, subtitle) = (html::escape(title), html::escape(subtitle));
+    let policy = library.policy();
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>Wheel loads: {log}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <h1>Wheel loads and stability: {log}</h1>\n\
-         <p class=\"subtitle\">Machine {machine}; {rows} rows over {duration:.2} s.</p>\n"
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <h1>{title}</h1>\n\
+         <p class=\"subtitle\">{subtitle}</p>\n"
     )
 }
 

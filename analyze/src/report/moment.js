@@ -1,6 +1,7 @@
 'use strict';
 (function () {
-  const moments = JSON.parse(document.getElementById('moments').textContent);
+  const holder = document.getElementById('moments');
+  const moments = holder && JSON.parse(holder.textContent);
   if (!moments || moments.instants.length === 0) { return; }
   const NAMESPACE = 'http://www.w3.org/2000/svg';
   const TRACE_S = 2;

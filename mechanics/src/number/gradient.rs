@@ -69,7 +69,10 @@ impl<const N: usize> Sub for Gradient<N> {
 
 impl<const N: usize> Mul for Gradient<N> {
     type Output = Self;
-    #[allow(clippy::suspicious_arithmetic_impl, reason = "the product rule is a sum")]
+    #[allow(
+        clippy::suspicious_arithmetic_impl,
+        reason = "the product rule is a sum"
+    )]
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self::with(self.value * other.value, |i| {

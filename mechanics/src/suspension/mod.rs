@@ -10,6 +10,7 @@
 mod carriers;
 mod command;
 mod condensed;
+mod controller;
 mod critical_step;
 mod error;
 mod evaluation;
@@ -21,6 +22,7 @@ mod problem;
 mod prospect;
 mod quadratic_step;
 mod raise;
+mod replay;
 mod response;
 mod stabiliser;
 mod support;
@@ -30,7 +32,9 @@ mod weights;
 mod against_whole_body;
 
 pub use command::{Command, Status};
+pub use controller::Controller;
 pub use critical_step::CriticalStep;
 pub use error::StabiliserError;
 pub use problem::MAX_ACTUATORS;
+pub use replay::Replay;
 pub use stabiliser::Stabiliser;

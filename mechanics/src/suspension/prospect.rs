@@ -43,6 +43,8 @@ pub(super) struct Prospect<T: Real, A: Real = T> {
     pub(super) otf: Vec<T>,
     /// Stability angles by edge (rad).
     pub(super) angle: Vec<T>,
+    /// Centre of mass of the whole machine in base axes (m), where there are angles.
+    pub(super) com: Vector3<T>,
     /// How the base moves.
     pub(super) base: BodyMotion<T>,
     /// By actuator.
@@ -55,7 +57,7 @@ pub(super) struct Prospect<T: Real, A: Real = T> {
     moving_centres: Vec<Vector3<Jet<T>>>,
     radii: Vec<T>,
     moving_radii: Vec<Jet<T>>,
-    contacts: Vec<Vector2<T>>,
+    pub(super) contacts: Vec<Vector2<T>>,
     equations: Equations<T>,
     solver: Solver<T>,
 }
@@ -77,6 +79,7 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         Self {
             otf: vec![T::zero(); wheels],
             angle: vec![T::zero(); machine.polygon.edges.len()],
+            com: none,
             base: still.map(T::constant),
             actuators: vec![at_rest; actuators],
             motions: vec![still.map(A::constant); suspended.carriers.carriers.len()],
@@ -275,8 +278,8 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         moments: &Composite<T>,
         up: &Vector3<T>,
     ) {
-        let com = moments.first * (T::one() / moments.mass);
-        let standing = Standing::over(plane, &self.contacts, &com);
+        self.com = moments.first * (T::one() / moments.mass);
+        let standing = Standing::over(plane, &self.contacts, &self.com);
         let resting = Wrench {
             force: up.map(|x| x.scaled(machine.gravity)),
             ..Wrench::zero()

@@ -1,6 +1,5 @@
 //! The stabiliser: from the state of the machine to the next motion of its suspension.
 
-use super::carriers::Carriers;
 use super::command::{Command, Status};
 use super::critical_step::{CriticalStep, STEP_FACTOR, StepFinder};
 use super::error::StabiliserError;
@@ -62,37 +61,18 @@ impl Stabiliser {
         control: &SuspensionControl,
         joint_positions: &[f64],
     ) -> Result<Self, StabiliserError> {
-        let Some(suspension) = machine.suspension() else {
-            return Err(StabiliserError::NoSuspension);
-        };
+        let (suspended, suspension) = SuspendedMachine::of(machine)?;
+        let actuators = suspension.linkages.len();
         let suspension = Suspension {
             control: control.clone(),
-            ..suspension.clone()
+            ..suspension
         };
-        let actuators = suspension.linkages.len();
-        if !(1..=MAX_ACTUATORS).contains(&actuators) {
-            return Err(StabiliserError::Actuators { found: actuators });
-        }
-        if !machine.contact.free_joints.is_empty() {
-            return Err(StabiliserError::FreeJoints {
-                found: machine.contact.free_joints.len(),
-            });
-        }
         if joint_positions.len() != machine.joints.len() {
             return Err(StabiliserError::Posture {
                 expected: machine.joints.len(),
                 found: joint_positions.len(),
             });
         }
-        check_stroke(machine, &suspension)?;
-        let mut unmeasured = machine.clone();
-        // what the joints' torques will be in another posture nobody has measured
-        unmeasured.contact.actuated_joints.clear();
-        let suspended = SuspendedMachine {
-            machine: unmeasured,
-            carriers: Carriers::of(machine, &suspension.linkages),
-            linkages: suspension.linkages.clone(),
-        };
         let independent = control.independent && actuators > 1;
         if independent && !suspended.carriers.apart {
             return Err(StabiliserError::Nested);
@@ -355,7 +335,10 @@ impl Stabiliser {
 }
 
 /// Whether every triangle closes over the stroke.
-fn check_stroke(machine: &Machine, suspension: &Suspension) -> Result<(), StabiliserError> {
+pub(super) fn check_stroke(
+    machine: &Machine,
+    suspension: &Suspension,
+) -> Result<(), StabiliserError> {
     let [least, greatest] = suspension.stroke;
     for &linkage in &suspension.linkages {
         let linkage = &machine.linkages[linkage];

@@ -1,6 +1,7 @@
 //! The figures of the page, all on one time axis: loads, indicators, causes, inputs.
 
 mod causes;
+mod chart;
 mod indicators;
 mod inputs;
 mod loads;
@@ -16,6 +17,8 @@ use plotly::layout::{
 use plotly::{Configuration, Layout, Scatter, Traces};
 use serde::Serialize;
 use tipwatch_mechanics::Quantity;
+
+pub(super) use chart::{Curve, chart};
 
 use super::decimate::rows_to_draw;
 use super::findings::{Scene, rank};

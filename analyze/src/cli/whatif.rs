@@ -1,0 +1,73 @@
+//! `tipwatch whatif`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use tipwatch_binding::MachineFile;
+
+use super::options::positive;
+use super::{Verdict, Voice};
+use crate::options::{Estimator, Options};
+use crate::progress::Progress;
+use crate::whatif::{Summary, SuspensionMode, WhatIfOptions, what_if};
+
+#[derive(Debug, Args)]
+pub(super) struct WhatIfArgs {
+    /// The log.
+    log: PathBuf,
+    /// The machine file; its [suspension] says what can move and how it is steered.
+    #[arg(long)]
+    machine: PathBuf,
+    /// Where the results go.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// How the suspension moves.
+    #[arg(long, value_enum, default_value_t = SuspensionMode::LookAhead)]
+    suspension: SuspensionMode,
+    /// Length of a step of the control; default: by the machine file's rate.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    step: Option<f64>,
+    /// How signals become states.
+    #[arg(long, value_enum, default_value_t = Estimator::Smoother)]
+    estimator: Estimator,
+    /// Rows at this rate instead of at the stamps of the fastest joint stream.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    rate: Option<f64>,
+    /// Rows from here on (s from the first sample).
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    from: Option<f64>,
+    /// Rows up to here (s from the first sample).
+    #[arg(long, value_name = "S")]
+    to: Option<f64>,
+}
+
+pub(super) fn run(args: &WhatIfArgs, voice: Voice) -> Result<Verdict> {
+    let file = MachineFile::read(&args.machine)?;
+    let options = Options {
+        estimator: args.estimator,
+        rate_hz: args.rate,
+        from_s: args.from,
+        to_s: args.to,
+        ..Options::default()
+    };
+    let asked = WhatIfOptions {
+        suspension: args.suspension,
+        step_s: args.step,
+    };
+    let mut progress = Progress::new(&args.log, voice.quiet);
+    let replayed = what_if(&args.log, &file, options, asked, &mut |bytes| {
+        progress.at(bytes);
+    })?;
+    progress.finish();
+    replayed.write(&args.out)?;
+    for finding in &Summary::of(&replayed).findings {
+        voice.say(&format!("- {finding}"));
+    }
+    voice.say(&format!("results: {}", args.out.display()));
+    Ok(if replayed.analysis.losses.is_empty() {
+        Verdict::Done
+    } else {
+        Verdict::Lost
+    })
+}
