@@ -43,6 +43,7 @@ pub mod report;
 pub mod run;
 pub mod screen;
 pub mod sensitivity;
+pub mod stabilise;
 mod stdout;
 pub mod summary;
 mod svg;

@@ -8,6 +8,7 @@ mod inspect;
 mod options;
 mod recover;
 mod screen;
+mod stabilise;
 mod whatif;
 
 use std::process::ExitCode;
@@ -53,6 +54,8 @@ enum Command {
     CheckMachine(check_machine::CheckMachineArgs),
     /// A log again with the suspension locked, as recorded, or controlled: what it would have done to the loads.
     Whatif(whatif::WhatIfArgs),
+    /// Steer an active suspension over standard input and output: a line of JSON with a state in, one with a command out.
+    Stabilise(stabilise::StabiliseArgs),
     /// Write the intact part of a damaged log, of any format, as a clean, indexed MCAP file.
     Recover(recover::RecoverArgs),
     /// Analyse a small log that comes with the program.
@@ -100,6 +103,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Inspect(args) => inspect::run(args, voice),
         Command::CheckMachine(args) => check_machine::run(args),
         Command::Whatif(args) => whatif::run(args, voice),
+        Command::Stabilise(args) => stabilise::run(args),
         Command::Recover(args) => recover::run(args, voice),
         Command::Demo(args) => demo::run(args, voice),
         Command::Schema => to_stdout(&summary::json_schema()).map(|()| Verdict::Done),

@@ -3,6 +3,8 @@
 use anyhow::Result;
 use polars::prelude::{Column, DataFrame, IntoColumn, NamedFrom, PlSmallStr, Series};
 
+use tipwatch_mechanics::suspension::Status;
+
 use super::{Track, WhatIf};
 use crate::table::Table;
 
@@ -17,7 +19,7 @@ pub(super) fn table(what_if: &WhatIf) -> Result<Table> {
     columns.track(what_if, "moved", &what_if.moved);
     columns.drive(what_if);
     let status: Vec<Option<&str>> = (what_if.moved.status.iter())
-        .map(|status| status.map(|status| status.name()))
+        .map(|status| status.map(Status::name))
         .collect();
     let status = Series::new("status".into(), status);
     columns.columns.push(status.into_column());

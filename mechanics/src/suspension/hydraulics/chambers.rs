@@ -6,6 +6,9 @@ use crate::number::Real;
 /// Below this pressure drop (Pa) flow is laminar: the square root's slope would be endless at zero.
 const LAMINAR_DROP: f64 = 1e4;
 
+/// Check and relief valves open gradually over this pressure drop (Pa).
+const OPENING_DROP: f64 = 1e5;
+
 /// Check and relief valves pass so many times what the valve's own edge does: they are sized so that a
 /// chamber does not run empty.
 const SAFETY_SIZE: f64 = 20.0;
@@ -35,9 +38,12 @@ fn root<T: Real>(drop: T) -> T {
     drop / (drop * drop + laminar).sqrt().sqrt()
 }
 
-/// Flow through a check valve that opens for a positive drop.
+/// Flow through a check valve that opens for a positive drop, at first with its square: no corner where it opens.
 fn check<T: Real>(coefficient: T, drop: T) -> T {
-    coefficient * root(drop.max(T::zero()))
+    let drop = drop.max(T::zero());
+    let square = drop * drop;
+    let root = (square + T::constant(OPENING_DROP * OPENING_DROP)).sqrt();
+    coefficient * square / (root * root.sqrt())
 }
 
 /// H(1), H(2) for a valve that is open by u, -1 to 1, and the flows of check and relief valves.

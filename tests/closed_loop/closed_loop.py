@@ -1,0 +1,238 @@
+"""The stabiliser in the loop of a simulated machine: its benefit on contact forces that owe nothing to its model.
+
+    python -m venv .venv && .venv/bin/pip install mujoco numpy matplotlib
+    cargo build --workspace --release
+    .venv/bin/python tests/closed_loop/closed_loop.py LAB TARGET/release/tipwatch OUT [MANOEUVRE ...]
+
+LAB is the folder of the simulation lab (its machine `bogie`: two bogies, each turned by an actuator), OUT receives machine file, URDF, results.json and
+closed_loop.png. Every manoeuvre is run with the rods locked at mid stroke and with `tipwatch stabilise` steering them: each control step the
+simulation's joints, IMU and attitude go to it as a line, and position and velocity of its command to the simulated servos of the rods. The
+servos are stiff: valve and cylinder are no part of this test.
+
+What is measured are MuJoCo's contact forces, averaged over 20 ms: spread (35) with each pair of wheels once, the smallest load, and how far the
+centre of pressure is from the middle. Beside both stands what the best posture could do: the rods locked at five positions of the stroke, the least
+spread of them at each sample.
+Not part of the default test run: it needs MuJoCo and the lab, and some minutes. The exit code is 1 where a wheel that could be held down was
+not, or a spread did not fall.
+"""
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+CONTROL_S = 0.02
+HALF_WHEELBASE, HALF_TRACK = 1.15, 0.875    # of the machine (m)
+POSTURES = (-0.2, -0.15, -0.1, -0.05, 0.0)  # rods (m)
+DEGREE = math.pi / 180
+
+
+def smooth(t, start, end):
+    s = min(1.0, max(0.0, (t - start) / (end - start)))
+    return s * s * s * (10 + s * (-15 + 6 * s))
+
+
+def pose(lift_deg, tilt_deg, extension, slew):
+    """Joint targets from the angles of the arm's published parameter set."""
+    return {"slew": slew, "lift": lift_deg * DEGREE - 2.0736, "tilt": tilt_deg * DEGREE - 0.4116, "extension": extension,
+            "suspension_right": -0.1, "suspension_left": -0.1}
+
+
+def swing(t):
+    """The arm swings from side to side in front."""
+    s = smooth(t, 0, 2)
+    return pose(50, -85, 0.15 + 0.1 * s * math.sin(0.7 * t), 0.8 * s * math.sin(0.5 * t))
+
+
+def folded(t):
+    """The paper's own: the arm folded over the platform, lifted and let down a little."""
+    s = smooth(t, 0, 2)
+    return pose(FOLDED[0] + 4 * s * math.sin(0.4 * t), FOLDED[1], 0.0, 0.1 * s * math.sin(0.3 * t))
+
+
+FOLDED = (110.0, -153.0)          # lift and tilt (degrees): the centre of mass 15 cm in front of the middle
+REACH = (35.0, -50.0, 0.78, 0.75)    # lift and tilt (degrees), extension (m), slew (rad)
+
+
+def reach(t):
+    """The arm reaches out in front until a rear wheel lifts, and comes back."""
+    s = smooth(t, 3, 7) - smooth(t, 12, 16)
+    return pose(REACH[0] + (60 - REACH[0]) * (1 - s), REACH[1] - 35 * (1 - s), 0.1 + (REACH[2] - 0.1) * s, REACH[3])
+
+
+MANOEUVRES = {"swing": (swing, 16.0), "folded": (folded, 20.0), "reach": (reach, 18.0)}
+
+
+class Stabiliser:
+    """`tipwatch stabilise`, a line at a time."""
+
+    def __init__(self, program, machine, joints):
+        self.process = subprocess.Popen([program, "stabilise", "--machine", str(machine), "--step", str(CONTROL_S)], text=True,
+                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self.ready = self.ask({"joints": joints})
+
+    def ask(self, line):
+        self.process.stdin.write(json.dumps(line) + "\n")
+        self.process.stdin.flush()
+        answer = self.process.stdout.readline()
+        if not answer:
+            raise SystemExit("the stabiliser has ended")
+        return json.loads(answer)
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait()
+
+
+class Loop:
+    """Stands in for the mujoco module inside the lab's simulation: before each of its steps the rods get the latest command."""
+
+    def __init__(self, mujoco, machine, program, machine_path, clear_s):
+        self._mujoco, self.machine, self.program, self.machine_path, self.clear_s = mujoco, machine, program, machine_path, clear_s
+        self.stabiliser, self.command, self.due, self.sums, self.count, self.log = None, None, 0.0, None, 0, []
+
+    def __getattr__(self, name):
+        return getattr(self._mujoco, name)
+
+    def measured(self, model, data):
+        """Positions and velocities of the joints that a log would have."""
+        names = [*self.machine.arm_joints, *[k.rod for k in self.machine.linkages if k.rod.startswith("suspension")],
+                 *[link for link, _ in self.machine.wheels.values()]]
+        at = lambda name: model.joint(name).id
+        return {n: (float(data.qpos[model.jnt_qposadr[at(n)]]), float(data.qvel[model.jnt_dofadr[at(n)]])) for n in names}
+
+    def mj_step(self, model, data):
+        if self.program and data.time >= self.clear_s - CONTROL_S:
+            self.steer(model, data)
+        self._mujoco.mj_step(model, data)
+        sensed = np.array(data.sensordata[:6])
+        self.sums = sensed if self.sums is None else self.sums + sensed
+        self.count += 1
+
+    def steer(self, model, data):
+        if data.time >= self.due:
+            self.ask(model, data)
+            self.due = data.time + CONTROL_S - 1e-9
+        since = data.time - (self.due - CONTROL_S)
+        for k, rod in enumerate(self.stabiliser.ready["rods"]):
+            import simulate
+            kp, kv = simulate.GAINS[rod]
+            velocity = 0.0 if self.command["hold"] else self.command["velocity"][k]
+            end = self.command["position"][k]
+            position = end - velocity * max(0.0, CONTROL_S - since)
+            data.ctrl[model.actuator(rod).id] = position + kv / kp * velocity
+
+    def ask(self, model, data):
+        joints = self.measured(model, data)
+        felt = self.sums / self.count
+        self.sums, self.count = None, 0
+        if self.stabiliser is None:
+            self.stabiliser = Stabiliser(self.program, self.machine_path, {n: p for n, (p, _) in joints.items()})
+            self.before, self.felt, self.turning = joints, felt, np.zeros(3)
+            self.rates = {n: 0.0 for n in joints}
+        # accelerations: differences over a step, smoothed over some
+        for n in joints:
+            self.rates[n] += 0.3 * ((joints[n][1] - self.before[n][1]) / CONTROL_S - self.rates[n])
+        self.turning = self.turning + 0.3 * ((felt[3:] - self.felt[3:]) / CONTROL_S - self.turning)
+        self.felt = self.felt + 0.5 * (felt - self.felt)
+        self.before = joints
+        rotation = data.xmat[model.body(self.machine.base).id].reshape(3, 3)
+        self.command = self.stabiliser.ask({
+            "joints": {n: [p, v, self.rates[n]] for n, (p, v) in joints.items()},
+            "rods": [joints[rod][0] for rod in self.stabiliser.ready["rods"]],
+            "specific_force": self.felt[:3].tolist(), "angular_velocity": self.felt[3:].tolist(),
+            "angular_acceleration": self.turning.tolist(), "up": rotation[2].tolist()})
+        self.log.append((data.time - self.clear_s, self.command["status"], *self.command["position"]))
+
+
+def run(name, program, machine_path, rod=-0.1):
+    import model
+    import mujoco
+    import simulate
+    arm, seconds = MANOEUVRES[name]
+    rods = {"suspension_right": rod, "suspension_left": rod}
+    scenario = simulate.Scenario(name, model.bogie(), seconds, lambda t: arm(t) | rods, lambda t: (0.0, 0.0), clear=2.5, noise=0.0)
+    loop = Loop(mujoco, scenario.machine, program, machine_path, scenario.clear)
+    simulate.mujoco = loop
+    try:
+        _, _, rows = simulate.run(scenario)
+    finally:
+        simulate.mujoco = mujoco
+        if loop.stabiliser:
+            loop.stabiliser.close()
+    every = 10    # of 500 Hz
+    wheels = ("fl", "fr", "rl", "rr")
+    loads = np.array([[row[f"load_{w}"] for w in wheels] for row in rows])
+    loads = loads[: len(loads) // every * every].reshape(-1, every, 4).mean(axis=1)
+    t = np.array([row["t"] for row in rows])[: len(loads) * every : every]
+    return t, loads, loop.log
+
+
+def spread(loads):
+    return sum(np.abs(loads[:, i] - loads[:, j]) for i in range(4) for j in range(i))
+
+
+def figures(t, loads, log):
+    used = t > 2.0    # the control has begun
+    least = loads[used].min(axis=0)
+    front, left = (loads[used] @ np.array(signs) / loads[used].sum(axis=1) for signs in ([1, 1, -1, -1], [1, -1, 1, -1]))
+    offset = np.hypot(HALF_WHEELBASE * front, HALF_TRACK * left)
+    return {"mean_offset_of_pressure_m": float(offset.mean()), "mean_spread_n": float(spread(loads[used]).mean()), "largest_spread_n": float(spread(loads[used]).max()),
+            "least_load_n": dict(zip(("fl", "fr", "rl", "rr"), map(float, least))), "smallest_load_n": float(least.min()),
+            "seconds_with_a_wheel_off": float((loads[used] < 1.0).any(axis=1).sum() * (t[1] - t[0])),
+            "statuses": {s: sum(1 for entry in log if entry[1] == s) for s in sorted({entry[1] for entry in log})}}
+
+
+def draw(results, path):
+    import matplotlib
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+    figure, axes = plt.subplots(2, len(results), figsize=(4 * len(results), 5), constrained_layout=True, sharex="col", squeeze=False)
+    for column, (name, runs) in enumerate(results.items()):
+        for (kind, (t, loads, _)), colour in zip(runs.items(), ("#E69F00", "#0072B2")):
+            axes[0][column].plot(t, spread(loads) / 1e3, color=colour, linewidth=1, label=kind)
+            axes[1][column].plot(t, loads.min(axis=1) / 1e3, color=colour, linewidth=1, label=kind)
+        axes[0][column].set_title(f"{name}: spread of the loads", fontsize=9)
+        axes[1][column].set_title("smallest load", fontsize=9)
+        axes[1][column].set_xlabel("s")
+        for row in axes:
+            row[column].set_ylabel("kN")
+            row[column].grid(alpha=0.3)
+        axes[0][column].legend(fontsize=8)
+    figure.savefig(path, dpi=90)
+
+
+def main(lab, program, out, *names):
+    sys.path.insert(0, lab)
+    import machine_file
+    import model
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "bogie.urdf").write_text(model.urdf(model.bogie()))
+    machine_path = out / "bogie.toml"
+    machine_path.write_text(machine_file.machine_toml(model.bogie(), "bogie.urdf"))
+    results, told, failed = {}, {}, False
+    for name in names or MANOEUVRES:
+        results[name] = {"locked": run(name, None, machine_path), "controlled": run(name, program, machine_path)}
+        told[name] = {kind: figures(*of) for kind, of in results[name].items()}
+        fixed, controlled = told[name]["locked"], told[name]["controlled"]
+        t = results[name]["locked"][0]
+        still = [spread(run(name, None, machine_path, rod)[1]) for rod in POSTURES]
+        rows = min(map(len, still))
+        best = float(np.min([s[:rows] for s in still], axis=0)[t[:rows] > 2.0].mean())
+        gain = (fixed["mean_spread_n"] - controlled["mean_spread_n"]) / (fixed["mean_spread_n"] - best)
+        told[name] |= {"best_posture_mean_spread_n": best, "gain_share": gain}
+        less = 100 * (1 - controlled["mean_spread_n"] / fixed["mean_spread_n"])
+        print(f"{name}: spread {fixed['mean_spread_n']:.0f} -> {controlled['mean_spread_n']:.0f} N ({less:.1f} % less, {100 * gain:.0f} % of what the best posture can do), centre of pressure {100 * fixed['mean_offset_of_pressure_m']:.1f} -> {100 * controlled['mean_offset_of_pressure_m']:.1f} cm from the middle, smallest load "
+              f"{fixed['smallest_load_n']:.0f} -> {controlled['smallest_load_n']:.0f} N, a wheel off the ground "
+              f"{fixed['seconds_with_a_wheel_off']:.2f} -> {controlled['seconds_with_a_wheel_off']:.2f} s, {controlled['statuses']}", flush=True)
+        failed |= less <= 0 or (name == "reach" and controlled["smallest_load_n"] <= 1.0)
+    (out / "results.json").write_text(json.dumps(told, indent=1))
+    draw(results, out / "closed_loop.png")
+    raise SystemExit(int(failed))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
