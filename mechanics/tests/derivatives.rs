@@ -205,7 +205,7 @@ fn compare(
                 let truth = others[wheel];
                 // what the measured torques weigh follows masses and stiffness, and is held
                 let is_held = !parameter.is_signal() && rounding(machine) > 1.0;
-                let share = if is_held { share.max(5e-3) } else { share };
+                let share = if is_held { share.max(0.05) } else { share };
                 assert!(
                     (found - truth).abs() <= share * scale + lost,
                     "{name}: {} of wheel {wheel} ({kind}): {found} against {truth}",
