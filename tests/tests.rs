@@ -13,3 +13,4 @@ mod payload; // masses that the log can tell
 mod plausibility; // signals that cannot be true
 mod real_logs; // logs of real robots, where they are there
 mod second_paper; // what the second paper shows, and what pressures tell beyond it
+mod whatif; // a log with its suspension moved otherwise

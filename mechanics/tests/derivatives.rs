@@ -203,9 +203,9 @@ fn compare(
                     continue;
                 }
                 let truth = others[wheel];
-                // what the measured torques weigh follows masses and stiffness, and is held
+                // what the measured torques weigh follows the masses, and is held
                 let is_held = !parameter.is_signal() && rounding(machine) > 1.0;
-                let share = if is_held { share.max(0.05) } else { share };
+                let share = if is_held { share.max(5e-3) } else { share };
                 assert!(
                     (found - truth).abs() <= share * scale + lost,
                     "{name}: {} of wheel {wheel} ({kind}): {found} against {truth}",
@@ -245,7 +245,9 @@ fn derivatives_by_everything_are_those_of_differences() {
                         .any(|linkage| linkage.measured_joint == joint)
                 };
                 let held = matches!(p, Parameter::JointPosition(joint) if weighs(joint));
-                (!is_travel(p) && !held).then(|| by_difference(&machine, &state, p))
+                // and the stiffness decides what they weigh
+                let decides = rounding(&machine) > 1.0 && p.name(&machine).contains("stiffness");
+                (!is_travel(p) && !held && !decides).then(|| by_difference(&machine, &state, p))
             });
             assert!(compared.largest > 10.0, "{name}");
             assert!(compared.identical < 20, "{name}: {}", compared.identical);

@@ -1,0 +1,176 @@
+//! A log again with its suspension moved otherwise.
+
+use std::path::Path;
+
+use tipwatch_analyze::options::Options;
+use tipwatch_analyze::whatif::{Summary, SuspensionMode, WhatIf, WhatIfOptions, what_if};
+use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::Quantity;
+use tipwatch_tests::data;
+
+fn replayed(log: &str, text: Option<&str>, options: WhatIfOptions) -> Result<WhatIf, String> {
+    let log = data(log);
+    let machine = log.with_extension("toml");
+    let file = match text {
+        Some(text) => MachineFile::from_text(&machine, text).unwrap(),
+        None => MachineFile::read(&machine).unwrap(),
+    };
+    what_if(&log, &file, Options::default(), options, &mut |_| {}).map_err(|e| format!("{e:#}"))
+}
+
+fn options(suspension: SuspensionMode) -> WhatIfOptions {
+    WhatIfOptions {
+        suspension,
+        step_s: None,
+    }
+}
+
+/// With the rods as recorded nothing is another one: the loads are those of the analysis.
+#[test]
+fn as_recorded_is_what_was_recorded() {
+    let what_if = replayed("second_paper.mcap", None, options(SuspensionMode::Recorded)).unwrap();
+    let analysis = &what_if.analysis;
+    let weight = analysis.machine.mass() * analysis.machine.gravity();
+    let mut compared = 0;
+    for wheel in 0..4 {
+        let loads = analysis.rows.outcomes.column(Quantity::Load(wheel));
+        for (row, (&known, &found)) in loads.iter().zip(&what_if.moved.load[wheel]).enumerate() {
+            if analysis.rows.is_valid(row) {
+                assert!(
+                    (known - found).abs() < 1e-9 * weight,
+                    "row {row}: {known} {found}"
+                );
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 1000, "{compared}");
+    assert!(!what_if.moved.is_controlled());
+    // locked, another one
+    let apart = |row: usize| (what_if.fixed.load[0][row] - what_if.moved.load[0][row]).abs();
+    assert!((0..analysis.rows.len()).map(apart).fold(0.0, f64::max) > 300.0);
+}
+
+/// The second paper's Figs. 8 to 11 on a manoeuvre of its kind, the arm folded: the spread of the loads falls by
+/// more than its 35 %, the centre of mass comes half way to the middle.
+#[test]
+fn val_with_the_arm_folded_the_control_halves_spread_and_offset() {
+    let what_if = replayed("folded_arm.mcap", None, options(SuspensionMode::LookAhead)).unwrap();
+    let summary = serde_json::to_value(Summary::of(&what_if)).unwrap();
+    let of = |track: &str, key: &str| summary[track][key].as_f64().unwrap();
+    let ratio = |key: &str| of("moved", key) / of("fixed", key);
+    println!("{:#?}", summary["findings"]);
+    assert!(ratio("mean_spread_n") < 0.65, "{}", ratio("mean_spread_n"));
+    assert!(
+        ratio("mean_com_offset_m") < 0.55,
+        "{}",
+        ratio("mean_com_offset_m")
+    );
+    assert!(what_if.gain_share().unwrap() > 0.8);
+    limits_hold(&what_if);
+}
+
+/// What the limits bind keeps them, valves and pressures stay within theirs, and the rods follow.
+fn limits_hold(what_if: &WhatIf) {
+    let suspension = &what_if.suspension;
+    let hydraulics = &suspension.hydraulics;
+    let [least, greatest] = suspension.stroke;
+    let known = |values: &[f64]| {
+        values
+            .iter()
+            .copied()
+            .filter(|v| v.is_finite())
+            .collect::<Vec<_>>()
+    };
+    for rod in &what_if.moved.rods {
+        let reference = known(&rod.reference);
+        assert!(reference.len() > 100);
+        assert!(reference.iter().all(|x| (least..=greatest).contains(x)));
+        let rates = known(&rod.reference_velocity);
+        assert!(
+            rates
+                .iter()
+                .all(|v| v.abs() <= suspension.max_velocity + 1e-12)
+        );
+        let accelerations = known(&rod.commanded_acceleration);
+        assert!(
+            accelerations
+                .iter()
+                .all(|a| a.abs() <= suspension.max_acceleration + 1e-12)
+        );
+        assert!(known(&rod.opening).iter().all(|u| u.abs() <= 1.0));
+        for pressures in [&rod.piston_pressure, &rod.rod_pressure] {
+            let range = hydraulics.tank - 5e5..=hydraulics.relief + 5e5;
+            assert!(known(pressures).iter().all(|p| range.contains(p)));
+        }
+        assert!(known(&rod.tracking_error()).iter().all(|e| e.abs() < 0.05));
+        assert!(
+            known(&rod.position)
+                .iter()
+                .all(|x| (least - 0.001..=greatest + 0.001).contains(x))
+        );
+    }
+}
+
+#[test]
+fn the_literal_problem_is_refused_with_a_short_step_and_works_with_a_long_one() {
+    let refused = replayed("folded_arm.mcap", None, options(SuspensionMode::Literal)).unwrap_err();
+    assert!(
+        refused.contains("suspension.control.rate") && refused.contains("1.5 times"),
+        "{refused}"
+    );
+    let long = WhatIfOptions {
+        suspension: SuspensionMode::Literal,
+        step_s: Some(1.7),
+    };
+    let what_if = replayed("folded_arm.mcap", None, long).unwrap();
+    assert!(
+        what_if.gain_share().unwrap() > 0.7,
+        "{:?}",
+        what_if.gain_share()
+    );
+    limits_hold(&what_if);
+}
+
+#[test]
+fn a_machine_without_a_suspension_is_refused() {
+    let error = replayed("hard_brake.mcap", None, options(SuspensionMode::LookAhead)).unwrap_err();
+    assert!(error.contains("[suspension]"), "{error}");
+    let text = std::fs::read_to_string(data("folded_arm.toml")).unwrap();
+    let wrong = text.replace(
+        "[suspension]",
+        "[suspension.control]\nlook_ahead = -1.0\n[suspension]",
+    );
+    let error = replayed(
+        "folded_arm.mcap",
+        Some(&wrong),
+        options(SuspensionMode::LookAhead),
+    );
+    assert!(error.unwrap_err().contains("suspension.control.look_ahead"));
+}
+
+#[test]
+fn its_files_hold_both_side_by_side_and_say_what_they_cannot_show() {
+    let out = tempfile::tempdir().unwrap();
+    let what_if = replayed("folded_arm.mcap", None, options(SuspensionMode::LookAhead)).unwrap();
+    what_if.write(out.path()).unwrap();
+    let read = |name: &str| std::fs::read_to_string(Path::new(out.path()).join(name)).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&read("summary.json")).unwrap();
+    for track in ["fixed", "moved"] {
+        assert!(summary[track]["rms_spread_n"].as_f64().unwrap() > 1000.0);
+        assert!(summary[track]["least_load_n"]["rr"].as_f64().unwrap() > 1000.0);
+    }
+    assert_eq!(summary["caveats"].as_array().unwrap().len(), 5);
+    assert!(summary["statuses"]["optimal"].as_u64().unwrap() > 300);
+    let page = read("report.html");
+    for told in [
+        "Tracking error of suspension_right",
+        "What a replay cannot show",
+        "Pressures of suspension_left",
+    ] {
+        assert!(page.contains(told), "{told}");
+    }
+    // nothing is fetched
+    assert!(!page.contains("<script src") && !page.contains("<link"));
+    assert!(out.path().join("whatif.parquet").metadata().unwrap().len() > 10_000);
+}
