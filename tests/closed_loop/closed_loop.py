@@ -11,7 +11,7 @@ servos are stiff: valve and cylinder are no part of this test.
 
 What is measured are MuJoCo's contact forces, averaged over 20 ms: spread (35) with each pair of wheels once, the smallest load, and how far the
 centre of pressure is from the middle. Beside both stands what the best posture could do: the rods locked at five positions of the stroke, the least
-spread of them at each sample.
+spread of them at each sample. The first 2 s do not count: the rods begin to move at time zero, and by their inertia load the wrong side at first.
 Not part of the default test run: it needs MuJoCo and the lab, and some minutes. The exit code is 1 where a wheel that could be held down was
 not, or a spread did not fall.
 """

@@ -53,7 +53,7 @@ def main(out, truth_path, picture):
         axes.set_ylabel("kN")
         axes.set_xlabel("s")
         axes.grid(alpha=0.3)
-    loads.legend(fontsize=8)
+    rear.legend(fontsize=8, loc=(0.24, 0.6))
     table.legend(fontsize=8)
     figure.savefig(picture, dpi=90)
 

@@ -64,13 +64,7 @@ fn side_by_side(summary: &Summary, moved: &str) -> String {
     };
     let mut rows: Vec<Vec<String>> = fixed
         .keys()
-        .map(|key| {
-            vec![
-                key.replace('_', " "),
-                text(fixed.get(key)),
-                text(other.get(key)),
-            ]
-        })
+        .map(|key| vec![label(key), text(fixed.get(key)), text(other.get(key))])
         .collect();
     rows.push(vec![
         "statuses of the control (rows)".into(),
@@ -95,7 +89,7 @@ fn actuators(summary: &Summary) -> String {
                 }
                 value => number(value),
             };
-            rows.push(vec![name.clone(), key.replace('_', " "), text]);
+            rows.push(vec![name.clone(), label(&key), text]);
         }
     }
     html::table(&["Actuator", "", "value"], &rows)
@@ -107,6 +101,25 @@ fn number(value: &serde_json::Value) -> String {
         Some(value) if value.abs() >= 100.0 => format!("{value:.0}"),
         Some(value) => format!("{value:.4}"),
         None => "not known".into(),
+    }
+}
+
+/// A key of the summary in words, its unit in brackets.
+fn label(key: &str) -> String {
+    let units = [
+        ("_m_s2", "m/s²"),
+        ("_m_s", "m/s"),
+        ("_rad", "rad"),
+        ("_pa", "Pa"),
+        ("_n", "N"),
+        ("_m", "m"),
+    ];
+    let found = units
+        .iter()
+        .find_map(|(end, unit)| Some((key.strip_suffix(end)?, unit)));
+    match found {
+        Some((name, unit)) => format!("{} [{unit}]", name.replace('_', " ")),
+        None => key.replace('_', " "),
     }
 }
 
@@ -230,14 +243,16 @@ fn rod_figures(
             Curve::new("least", level(least)),
             Curve::new("greatest", level(greatest)),
         ]);
-        let limits = |most: f64| {
-            [
-                Curve::new("least", level(-most)),
-                Curve::new("greatest", level(most)),
-            ]
-        };
-        velocity.extend(limits(suspension.max_velocity));
-        acceleration.extend(limits(suspension.max_acceleration));
+        if controlled {
+            let limits = |[least, greatest]: &[Vec<f64>; 2]| {
+                [
+                    Curve::new("least", least.clone()),
+                    Curve::new("greatest", greatest.clone()),
+                ]
+            };
+            velocity.extend(limits(&rod.velocity_limits));
+            acceleration.extend(limits(&rod.acceleration_limits));
+        }
         figures.push(plot(&format!("Position of {name}"), "m", position));
         figures.push(plot(&format!("Velocity of {name}"), "m/s", velocity));
         figures.push(plot(

@@ -173,6 +173,8 @@ impl Run {
                 reference: position,
                 reference_velocity: velocity,
                 commanded_acceleration: going.command.map_or(f64::NAN, |c| c.acceleration[k]),
+                velocity_limits: self.controller.stabiliser().velocity_limits(position),
+                acceleration_limits: self.controller.stabiliser().acceleration_limits(position),
                 opening: self.controller.valve(k).opening(),
                 pressures: going.cylinders[k].pressures,
                 force: self.actuator.force(&going.cylinders[k]),

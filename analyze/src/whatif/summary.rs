@@ -6,7 +6,7 @@ use serde::Serialize;
 use tipwatch_mechanics::suspension::Status;
 
 use super::table::rod_names;
-use super::{CAVEATS, Track, WhatIf, WhatIfOptions};
+use super::{CAVEATS, SuspensionMode, Track, WhatIf, WhatIfOptions};
 use crate::provenance::Provenance;
 
 /// Version of the document.
@@ -170,10 +170,15 @@ fn actuators(what_if: &WhatIf) -> BTreeMap<String, ActuatorSummary> {
 #[must_use]
 pub(crate) fn findings(what_if: &WhatIf) -> Vec<String> {
     let (fixed, moved) = (&what_if.fixed, &what_if.moved);
+    let then = match what_if.options.suspension {
+        SuspensionMode::Locked => "locked",
+        SuspensionMode::Recorded => "as recorded",
+        SuspensionMode::Literal | SuspensionMode::LookAhead => "controlled",
+    };
     let mut found = Vec::new();
     let (before, after) = (mean(&fixed.spread), mean(&moved.spread));
     found.push(format!(
-        "Spread of the wheel loads, (35) with each pair once: {:.0} N in the mean with the suspension locked, {:.0} N so ({:+.1} %).",
+        "Spread of the wheel loads, (35) with each pair once: {:.0} N in the mean with the suspension locked, {:.0} N with it {then} ({:+.1} %).",
         before,
         after,
         100.0 * (after / before - 1.0)
@@ -191,7 +196,7 @@ pub(crate) fn findings(what_if: &WhatIf) -> Vec<String> {
     });
     let (before, after) = (mean(&fixed.com_offset()), mean(&moved.com_offset()));
     found.push(format!(
-        "Centre of mass from the middle of the contact points: {:.1} cm in the mean with the suspension locked, {:.1} cm so.",
+        "Centre of mass from the middle of the contact points: {:.1} cm in the mean with the suspension locked, {:.1} cm with it {then}.",
         100.0 * before,
         100.0 * after
     ));
@@ -200,14 +205,14 @@ pub(crate) fn findings(what_if: &WhatIf) -> Vec<String> {
         let lifted = |track: &Track| track.load[wheel].iter().filter(|&&n| n == 0.0).count();
         if lifted(fixed) + lifted(moved) > 0 {
             found.push(format!(
-                "Wheel {}: without load in {} rows with the suspension locked, in {} so.",
+                "Wheel {}: without load in {} rows with the suspension locked, in {} with it {then}.",
                 spec.name,
                 lifted(fixed),
                 lifted(moved)
             ));
         } else {
             found.push(format!(
-                "Wheel {}: least load {:.0} N with the suspension locked, {:.0} N so.",
+                "Wheel {}: least load {:.0} N with the suspension locked, {:.0} N with it {then}.",
                 spec.name,
                 least(fixed),
                 least(moved)

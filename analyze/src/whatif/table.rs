@@ -89,6 +89,12 @@ impl Columns {
                 "m/s^2",
                 acceleration,
             );
+            for (end, index) in [("least", 0), ("greatest", 1)] {
+                let (velocity, acceleration) =
+                    (&rod.velocity_limits[index], &rod.acceleration_limits[index]);
+                self.add(format!("{end}_velocity_{name}"), "m/s", velocity);
+                self.add(format!("{end}_acceleration_{name}"), "m/s^2", acceleration);
+            }
             let error = rod.tracking_error();
             self.add(format!("tracking_error_{name}"), "m", &error);
             self.add(format!("valve_{name}"), "-", &rod.opening);

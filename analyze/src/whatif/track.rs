@@ -41,6 +41,10 @@ pub struct RodTrack {
     pub reference_velocity: Vec<f64>,
     /// Acceleration of the command (m/s^2).
     pub commanded_acceleration: Vec<f64>,
+    /// Least and greatest velocity of the reference where it is (m/s): (31c).
+    pub velocity_limits: [Vec<f64>; 2],
+    /// Least and greatest acceleration of a command there (m/s^2): (31d).
+    pub acceleration_limits: [Vec<f64>; 2],
     /// Opening of the valve, -1 to 1.
     pub opening: Vec<f64>,
     /// Pressure on the piston's side (Pa).
@@ -57,6 +61,8 @@ pub(super) struct Driven {
     pub(super) reference: f64,
     pub(super) reference_velocity: f64,
     pub(super) commanded_acceleration: f64,
+    pub(super) velocity_limits: [f64; 2],
+    pub(super) acceleration_limits: [f64; 2],
     pub(super) opening: f64,
     pub(super) pressures: Pressures<f64>,
     pub(super) force: f64,
@@ -121,6 +127,13 @@ impl Track {
             track
                 .commanded_acceleration
                 .push(of(|d| d.commanded_acceleration));
+            for end in 0..2 {
+                let limits = driven.map_or([f64::NAN; 2], |d| {
+                    [d.velocity_limits[end], d.acceleration_limits[end]]
+                });
+                track.velocity_limits[end].push(limits[0]);
+                track.acceleration_limits[end].push(limits[1]);
+            }
             track.opening.push(of(|d| d.opening));
             track.piston_pressure.push(of(|d| d.pressures.piston));
             track.rod_pressure.push(of(|d| d.pressures.rod));
@@ -160,8 +173,14 @@ impl Track {
 }
 
 impl RodTrack {
-    fn columns_mut(&mut self) -> [&mut Vec<f64>; 11] {
+    fn columns_mut(&mut self) -> [&mut Vec<f64>; 15] {
+        let [least_velocity, greatest_velocity] = &mut self.velocity_limits;
+        let [least_acceleration, greatest_acceleration] = &mut self.acceleration_limits;
         [
+            least_velocity,
+            greatest_velocity,
+            least_acceleration,
+            greatest_acceleration,
             &mut self.position,
             &mut self.velocity,
             &mut self.acceleration,

@@ -31,6 +31,11 @@ const COST_ROUNDING: f64 = 1e-14;
 /// Steps below this share of half the range may fail to make the cost fall by rounding alone.
 const ROUNDING_STEP: f64 = 1e-6;
 
+/// Across the box a quadratic model may be wrong by this share of the cost.
+const FLAT_SHARE: f64 = 1e-3;
+/// Points across the box that may be looked at: corners and sides of two variables.
+const MAX_ACROSS: usize = 8;
+
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ending {
@@ -86,14 +91,11 @@ pub(super) fn minimise<const N: usize>(
     loop {
         match search.descend(z, here) {
             Descent::Done(bottom) => {
-                // where the cost curves down, there may be a lower bottom on another side
-                if let (Some(other), None) = (bottom.other, elsewhere) {
+                // where the cost curves down or ends, there may be a lower bottom on another side
+                if elsewhere.is_none() && (bottom.curves_down || bottom.is_at_an_end()) {
                     elsewhere = Some(bottom);
-                    let found = search.look(&other).filter(|there| {
-                        there.least_margin() >= -MARGIN_TOLERANCE && there.cost < bottom.cost
-                    });
-                    if let Some(there) = found {
-                        (z, here) = (other, there);
+                    if let Some(there) = search.elsewhere(&bottom) {
+                        (z, here) = there;
                         continue;
                     }
                 }
@@ -119,8 +121,16 @@ pub(super) fn minimise<const N: usize>(
 struct Bottom<const N: usize> {
     z: [f64; N],
     cost: f64,
-    /// Where the quadratic model is lower still.
-    other: Option<[f64; N]>,
+    gradient: [f64; N],
+    hessian: [[f64; N]; N],
+    /// Whether the quadratic model curves down in some direction.
+    curves_down: bool,
+}
+
+impl<const N: usize> Bottom<N> {
+    fn is_at_an_end(&self) -> bool {
+        N == 1 && self.z[0].abs() == 1.0
+    }
 }
 
 /// How a descent ended.
@@ -151,6 +161,31 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
             self.safest = (*z, margin, cost);
         }
         Some(found)
+    }
+
+    /// The cheapest point across the box, if it is cheaper than a bottom: of those looked at where the quadratic
+    /// model is lower, or hardly higher.
+    fn elsewhere(&mut self, bottom: &Bottom<N>) -> Option<([f64; N], Evaluation<N>)> {
+        let mut cheapest: Option<([f64; N], Evaluation<N>)> = None;
+        // with two variables there are too many ways across to try those that are hardly higher
+        let (candidates, lower) = match N {
+            1 => (2, FLAT_SHARE * bottom.cost.abs()),
+            _ => (MAX_ACROSS, 0.0),
+        };
+        for there in across(&bottom.z).into_iter().take(candidates) {
+            let d: [f64; N] = std::array::from_fn(|i| there[i] - bottom.z[i]);
+            let turned: [f64; N] = std::array::from_fn(|i| dot(&bottom.hessian[i], &d));
+            let model = dot(&bottom.gradient, &d) + 0.5 * dot(&turned, &d);
+            if !(model < lower) {
+                continue;
+            }
+            let least = cheapest.as_ref().map_or(bottom.cost, |(_, at)| at.cost);
+            let found = self
+                .look(&there)
+                .filter(|at| at.least_margin() >= -MARGIN_TOLERANCE && at.cost < least);
+            cheapest = found.map(|at| (there, at)).or(cheapest);
+        }
+        cheapest
     }
 
     fn descend(&mut self, mut z: [f64; N], mut here: Evaluation<N>) -> Descent<N> {
@@ -284,28 +319,29 @@ fn sum<const N: usize>(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
 }
 
-/// The end of a descent at `z`, and the side or corner of the box where the quadratic model of what is next
-/// to it is lower, if it curves down.
+/// The end of a descent at `z`.
 fn bottom<const N: usize>(z: [f64; N], here: &Evaluation<N>, hessian: &[[f64; N]; N]) -> Bottom<N> {
-    let mut other = None;
-    let mut least = 0.0;
     let crossed = N > 1 && hessian[0][0] * hessian[N - 1][N - 1] < hessian[0][N - 1].powi(2);
-    let curves_down = crossed || (0..N).any(|i| hessian[i][i] < 0.0);
-    for corner in 0..if curves_down { 1 << N } else { 0 } {
-        let there: [f64; N] =
-            std::array::from_fn(|i| if corner >> i & 1 == 0 { -1.0 } else { 1.0 });
-        let d: [f64; N] = std::array::from_fn(|i| there[i] - z[i]);
-        let turned: [f64; N] = std::array::from_fn(|i| dot(&hessian[i], &d));
-        let model = dot(&here.gradient, &d) + 0.5 * dot(&turned, &d);
-        if model < least {
-            (least, other) = (model, Some(there));
-        }
-    }
     Bottom {
         z,
         cost: here.cost,
-        other,
+        gradient: here.gradient,
+        hessian: *hessian,
+        curves_down: crossed || (0..N).any(|i| hessian[i][i] < 0.0),
     }
+}
+
+/// The corners of the box, and the points of its sides across from `z`.
+fn across<const N: usize>(z: &[f64; N]) -> [[f64; N]; MAX_ACROSS] {
+    let end = |bit: usize| if bit == 0 { -1.0 } else { 1.0 };
+    std::array::from_fn(|k| match k.checked_sub(1 << N) {
+        None => std::array::from_fn(|i| end(k >> i & 1)),
+        Some(side) => {
+            let mut there = *z;
+            there[side / 2 % N] = end(side & 1);
+            there
+        }
+    })
 }
 
 /// How far the margins are missed, all together.
