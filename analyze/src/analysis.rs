@@ -14,6 +14,7 @@ use crate::options::Options;
 use crate::payload::EstimatedPayload;
 use crate::provenance::Provenance;
 use crate::sensitivity::SensitivityTable;
+use crate::verdicts::Verdicts;
 
 /// The analysis of one log.
 #[derive(Debug)]
@@ -95,6 +96,8 @@ pub struct Rows {
     pub states: StateColumns,
     /// Wheel loads and stability; NaN where they cannot be computed.
     pub outcomes: OutcomeColumns,
+    /// What a monitor says of each row; `None` of a model without uncertainty, which a verdict needs.
+    pub verdicts: Option<Verdicts>,
 }
 
 impl Rows {

@@ -48,4 +48,5 @@ mod stdout;
 pub mod summary;
 mod svg;
 pub mod table;
+pub mod verdicts;
 pub mod whatif;

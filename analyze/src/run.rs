@@ -8,10 +8,9 @@ use tipwatch_ingest::Log;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::signal::{
-    CausalEstimator, Estimate, Reason, Reasons, Recording, RowClock, SampleError, Sensor,
-    StreamCounts, smooth,
+    CausalEstimator, Estimate, Recording, RowClock, SampleError, Sensor, StreamCounts, smooth,
 };
-use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, static_outcome};
+use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, reference_posture};
 
 use crate::analysis::{Analysis, Input, Rows, Sources};
 use crate::clock::ClockOffsets;
@@ -21,7 +20,9 @@ use crate::load::{LoadedLog, hash_file, hash_of, load};
 use crate::notes;
 use crate::options::{ApplyClockOffsets, Estimator, Options};
 use crate::provenance::Provenance;
-use crate::{clock, evaluation, imu_check, linkage_force, monte_carlo, payload, sensitivity};
+use crate::{
+    clock, evaluation, imu_check, linkage_force, monte_carlo, payload, sensitivity, verdicts,
+};
 
 /// Share of the static load below which a wheel is light where the machine file sets no limit.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
@@ -47,7 +48,11 @@ pub fn analyse(
         );
     }
     let payloads = payload::estimate_all(file, &mut loaded.machine, &forces, &rows)?;
-    let posture = first_posture(&loaded.machine, &rows);
+    let reference = first_posture(&loaded.machine, &rows);
+    let posture = match &reference {
+        Some((_, posture)) => posture.clone(),
+        None => unknown_posture(&loaded.machine),
+    };
     loaded.machine.refer_to_posture(&posture);
     let machine = &loaded.machine;
     let has_odometry = loaded.matched.sensors.odometry;
@@ -57,6 +62,10 @@ pub fn analyse(
     for row in 0..rows.len() {
         rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
     }
+    let judged_from = reference.map_or(rows.len(), |(row, _)| row);
+    let signals = &loaded.signals;
+    let time_base = signals.first().map(|signal| &signal.recording.time_base);
+    rows.verdicts = verdicts::of(&log, time_base, machine, &rows, judged_from, scope)?;
     let comparisons = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
     let min_loads_n = min_loads(machine);
     let events = detect::events(&loaded, &heard.faults, &rows, min_loads_n.as_deref(), scope);
@@ -124,7 +133,10 @@ struct Heard {
 pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine, Vec<f64>)> {
     let mut loaded = load(&Log::open(path)?, file, &mut |_| {})?;
     let (rows, _) = estimate(&mut loaded, &Options::default());
-    let posture = first_posture(&loaded.machine, &rows);
+    let posture = match first_posture(&loaded.machine, &rows) {
+        Some((_, posture)) => posture,
+        None => unknown_posture(&loaded.machine),
+    };
     Ok((loaded.machine, posture))
 }
 
@@ -199,6 +211,7 @@ fn smoothed(loaded: &mut LoadedLog, clock: RowClock) -> (Rows, Heard) {
         reasons: smoothed.reasons,
         states: smoothed.states,
         outcomes: OutcomeColumns::empty(&loaded.machine, Scope::LOADS),
+        verdicts: None,
     };
     let heard = Heard {
         counts: smoothed.counts,
@@ -229,6 +242,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Heard) {
         reasons: estimates.iter().map(|e| e.reasons).collect(),
         states,
         outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
+        verdicts: None,
     };
     let heard = Heard {
         counts: estimator.counts().to_vec(),
@@ -259,24 +273,22 @@ fn within(rows: Rows, machine: &Machine, options: &Options) -> Rows {
         times_ns: kept.iter().map(|&row| rows.times_ns[row]).collect(),
         reasons: kept.iter().map(|&row| rows.reasons[row]).collect(),
         outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
+        verdicts: None,
         states,
     }
 }
 
-/// Positions of the joints in the first valid row, so far as the signals tell; NaN if there is none.
-fn first_posture(machine: &Machine, rows: &Rows) -> Vec<f64> {
-    let usable =
-        |reasons: &Reasons| reasons.is_empty() || reasons.iter().all(|r| r == Reason::Settling);
-    let mut state = State::zero(machine);
-    for row in (0..rows.len()).filter(|&row| usable(&rows.reasons[row])) {
-        rows.states.get(row, &mut state);
-        let positions: Vec<f64> = state.joints.iter().map(|joint| joint.position).collect();
-        let loads = static_outcome(machine, &positions).load;
-        if loads.iter().all(|load| load.is_finite()) {
-            return positions;
-        }
-    }
+fn unknown_posture(machine: &Machine) -> Vec<f64> {
     vec![f64::NAN; machine.joints().len()]
+}
+
+/// The first row whose posture the static loads are those of, and the posture.
+fn first_posture(machine: &Machine, rows: &Rows) -> Option<(usize, Vec<f64>)> {
+    let mut state = State::zero(machine);
+    (0..rows.len()).find_map(|row| {
+        rows.states.get(row, &mut state);
+        Some((row, reference_posture(machine, &state, rows.reasons[row])?))
+    })
 }
 
 /// The load below which each wheel is light; `None` where the static loads would set it and are

@@ -3,11 +3,13 @@
 use polars::prelude::{Column, DataFrame, IntoColumn, ListStringChunkedBuilder, NamedFrom, Series};
 use polars::prelude::{ListBuilderTrait, PlSmallStr, PolarsResult};
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
 use tipwatch_mechanics::{Cause, Place, Quantity, Travel};
 
 use crate::analysis::{Analysis, Rows};
 use crate::events::Event;
 use crate::sensitivity::SensitivityRow;
+use crate::verdicts::Verdicts;
 
 /// A table with the unit of every column; no unit: a time, a truth value or a text.
 #[derive(Debug, Clone)]
@@ -120,10 +122,32 @@ pub fn samples(analysis: &Analysis) -> PolarsResult<Table> {
             units.push((name, unit));
         }
     }
+    if let Some(verdicts) = &rows.verdicts {
+        let names = |of: fn(&Verdict) -> Level| verdicts.verdicts.iter().map(move |v| of(v).name());
+        columns.push(column("verdict", names(|v| v.level)));
+        columns.push(column("verdict_latched", names(|v| v.latched_level)));
+        columns.push(known("time_to_lift_off", &verdicts.time_to_lift_off_s));
+        units.push(("time_to_lift_off".into(), "s"));
+        if !verdicts.recorded.is_empty() {
+            columns.push(input_faults(verdicts));
+        }
+    }
     Ok(Table {
         frame: DataFrame::new(rows.len(), columns)?,
         units,
     })
+}
+
+/// What the monitor that recorded the log found wrong with its input.
+fn input_faults(verdicts: &Verdicts) -> Column {
+    let rows = verdicts.recorded.len();
+    let mut builder = ListStringChunkedBuilder::new("input_faults".into(), rows, 0);
+    for conditions in &verdicts.recorded {
+        let mut found = conditions.faults;
+        found.add_all(conditions.cautions);
+        builder.append_values_iter(found.iter().map(InputFault::name));
+    }
+    builder.finish().into_column()
 }
 
 /// A column in which what is not finite is null.

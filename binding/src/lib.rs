@@ -8,6 +8,7 @@
 
 mod actuators;
 mod machine_file;
+pub mod monitor_topic;
 mod number_signals;
 mod record;
 
@@ -131,6 +132,9 @@ pub fn bind(
     urdf_text: &str,
     urdf_name: &str,
 ) -> Result<BoundLog, BindError> {
+    let is_recorded = monitor_topic::is_in(log);
+    let recorded = is_recorded.then(|| monitor_topic::bound(log, spec));
+    let spec = recorded.as_ref().unwrap_or(spec);
     check_clock_topics(log, spec)?;
     let named = named_topics(spec);
     let numbers = NumberSignals::find(log, &spec.signals)?;
@@ -149,7 +153,15 @@ pub fn bind(
         topics.imu_frame.clone_from(&numbers.imu_frame);
     }
     let found = Found { topics, numbers };
-    let streams = found.joint_streams(log);
+    let mut streams = found.joint_streams(log);
+    if is_recorded {
+        // as the monitor had them, whatever was lost
+        let place = |stream: &FoundJoints<'_>| {
+            let names = &mut named.joint_states.iter();
+            names.position(|name| *name == stream.topic.name)
+        };
+        streams.sort_by_key(place);
+    }
     let joint_names: Vec<String> = streams.iter().flat_map(|s| s.joints.clone()).collect();
     let static_transforms = static_transforms(log)?;
     let facts = LogFacts {

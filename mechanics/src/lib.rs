@@ -59,6 +59,7 @@ mod state;
 mod static_posture;
 pub mod suspension;
 mod uncertainty;
+pub mod verdict;
 mod wheel_loads;
 mod workspace;
 
@@ -79,6 +80,6 @@ pub use sensitivity::{Axis, InertiaElement, Parameter, Sensitivity, SensitivityS
 pub use spatial::Wrench;
 pub use standing::{MassShare, Standing};
 pub use state::{BaseState, ImuState, JetCovariance, SignalNoise, State};
-pub use static_posture::static_outcome;
+pub use static_posture::{reference_posture, static_outcome};
 pub use uncertainty::{Uncertainty, combination_sigma};
 pub use workspace::Workspace;

@@ -7,6 +7,7 @@ use crate::evaluate::evaluate;
 use crate::machine::{Machine, Mount, UncertaintySpec};
 use crate::outcome::Outcome;
 use crate::scope::Scope;
+use crate::signal::{Reason, Reasons};
 use crate::state::State;
 use crate::workspace::Workspace;
 
@@ -44,6 +45,26 @@ pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64], scope: Scope) 
         state,
         workspace,
     }
+}
+
+/// Positions of the joints in a row whose posture static loads may be referred to, see
+/// [`Machine::refer_to_posture`]: the signals tell it, if perhaps not settled yet, and the machine can
+/// stand in it. The first such row of a recording is its reference, offline and live.
+#[must_use]
+pub fn reference_posture(
+    machine: &Machine,
+    state: &State<f64>,
+    reasons: Reasons,
+) -> Option<Vec<f64>> {
+    if !reasons.iter().all(|reason| reason == Reason::Settling) {
+        return None;
+    }
+    let positions: Vec<f64> = state.joints.iter().map(|joint| joint.position).collect();
+    let loads = static_outcome(machine, &positions).load;
+    loads
+        .iter()
+        .all(|load| load.is_finite())
+        .then_some(positions)
 }
 
 /// Joints at rest at these positions, and nothing felt.

@@ -107,6 +107,14 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// Whether rows rest on it and are not to be used: by the policy, or because a value is no number
+    /// at all. `has_imu`: whether an IMU is there, beside which loads do not rest on the odometry.
+    #[must_use]
+    pub fn forbids_rows(&self, has_imu: bool) -> bool {
+        let is_needed = self.part.reason(self.sensor, has_imu).is_some();
+        is_needed && (self.policy == Policy::Invalid || self.lacks_a_value())
+    }
+
     /// Whether a value that the estimate needs is not finite.
     pub(crate) fn lacks_a_value(&self) -> bool {
         self.kind == FaultKind::NotFinite

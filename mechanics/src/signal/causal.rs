@@ -72,6 +72,12 @@ impl CausalEstimator {
         self.plausibility.findings()
     }
 
+    /// The last row given.
+    #[must_use]
+    pub fn last(&self) -> &Estimate {
+        &self.estimate
+    }
+
     /// Takes a sample; `row` is called with each row that it completes.
     ///
     /// # Errors

@@ -26,3 +26,4 @@ pub use sample::{
     Sensor, Sensors, StreamCounts,
 };
 pub use smoother::{Recording, SmoothedRows, smooth};
+pub(crate) use track::{Doubt, Model, Track};

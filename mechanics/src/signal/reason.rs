@@ -113,18 +113,25 @@ impl Reasons {
     /// Whether a gap or an implausible signal leaves the state unknown.
     #[must_use]
     pub fn leave_state_unknown(self) -> bool {
-        [
-            Reason::JointsGap,
-            Reason::ImuGap,
-            Reason::OdometryGap,
-            Reason::ToolWrenchGap,
-            Reason::JointsFault,
-            Reason::ImuFault,
-            Reason::OdometryFault,
-            Reason::ToolWrenchFault,
-        ]
-        .iter()
-        .any(|&r| self.has(r))
+        self.have_gap() || self.have_implausible_signal()
+    }
+
+    /// Whether a signal is missing.
+    #[must_use]
+    pub fn have_gap(self) -> bool {
+        self.has(Reason::JointsGap)
+            || self.has(Reason::ImuGap)
+            || self.has(Reason::OdometryGap)
+            || self.has(Reason::ToolWrenchGap)
+    }
+
+    /// Whether a signal that the row rests on is implausible.
+    #[must_use]
+    pub fn have_implausible_signal(self) -> bool {
+        self.has(Reason::JointsFault)
+            || self.has(Reason::ImuFault)
+            || self.has(Reason::OdometryFault)
+            || self.has(Reason::ToolWrenchFault)
     }
 
     /// The reasons, in their order.

@@ -12,37 +12,37 @@
 use super::sample::SampleError;
 
 /// Value, first and second time derivative of a channel.
-pub(super) type Jet = [f64; 3];
+pub(crate) type Jet = [f64; 3];
 
 /// Covariance of a jet, or a gain.
-pub(super) type Matrix = [[f64; 3]; 3];
+pub(crate) type Matrix = [[f64; 3]; 3];
 
 /// How uncertain a channel's derivatives are at first, as multiples of its agility.
 const INITIAL_SPREAD: f64 = 10.0;
 
 /// What is added to the variances of one sample, because it is less credible than others.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Doubt {
-    pub(super) value_variance: f64,
-    pub(super) rate_variance: f64,
+pub(crate) struct Doubt {
+    pub(crate) value_variance: f64,
+    pub(crate) rate_variance: f64,
 }
 
 /// What is assumed of a group of channels.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Model {
+pub(crate) struct Model {
     /// Variance of a measured value.
-    pub(super) value_variance: f64,
+    pub(crate) value_variance: f64,
     /// Variance of a measured rate.
-    pub(super) rate_variance: f64,
+    pub(crate) rate_variance: f64,
     /// Density q of the third derivative: variance of the second derivative's change in a second.
-    pub(super) density: f64,
+    pub(crate) density: f64,
     /// Samples further apart than this do not belong together (ns).
-    pub(super) max_gap_ns: i64,
+    pub(crate) max_gap_ns: i64,
 }
 
 /// The filter's state after the last sample, and what a smoother needs of the ones before.
 #[derive(Debug, Clone)]
-pub(super) struct Track {
+pub(crate) struct Track {
     model: Model,
     covariance: Matrix,
     jets: Vec<Jet>,
@@ -67,7 +67,7 @@ pub(super) struct History {
 }
 
 impl Track {
-    pub(super) fn new(model: Model, channels: usize, keeps_history: bool) -> Self {
+    pub(crate) fn new(model: Model, channels: usize, keeps_history: bool) -> Self {
         Self {
             model,
             covariance: [[0.0; 3]; 3],
@@ -97,7 +97,7 @@ impl Track {
 
     /// Takes a sample, with what is to be added to the variances of its values and rates. `rates` are
     /// used if all of them are finite.
-    pub(super) fn push(
+    pub(crate) fn push(
         &mut self,
         stamp_ns: i64,
         values: &[f64],
@@ -130,13 +130,13 @@ impl Track {
     }
 
     /// Covariance of the jets at a stamp near the last sample.
-    pub(super) fn covariance_at(&self, stamp_ns: i64) -> Matrix {
+    pub(crate) fn covariance_at(&self, stamp_ns: i64) -> Matrix {
         let ahead = stamp_ns.saturating_sub(self.last_ns.unwrap_or(stamp_ns));
         predicted(&self.covariance, seconds(ahead), self.model.density)
     }
 
     /// The jet of a channel at a stamp near the last sample, by its Taylor series.
-    pub(super) fn at(&self, channel: usize, stamp_ns: i64) -> Jet {
+    pub(crate) fn at(&self, channel: usize, stamp_ns: i64) -> Jet {
         let last = self.last_ns.unwrap_or(stamp_ns);
         step(&self.jets[channel], seconds(stamp_ns.saturating_sub(last)))
     }

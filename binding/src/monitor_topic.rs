@@ -1,0 +1,96 @@
+//! The topics of a log that a monitor's recorder writes. Live writes them, offline reads them: every signal
+//! stands in a topic of its own, as the monitor used it, and what the machine file says of topics, scales
+//! and clocks has been applied already.
+
+use tipwatch_ingest::Log;
+use tipwatch_mechanics::machine::{FieldSpec, MachineSpec, OneOrMany, SignalSpec, SignalsSpec};
+
+/// Name of the topic of verdicts: offline takes from it what no sample tells: which of them never came,
+/// came too late or were refused.
+pub const NAME: &str = "/tipwatch/verdict";
+/// Type of its messages.
+pub const TYPE_NAME: &str = "tipwatch_msgs/msg/Verdict";
+/// The fields that offline reads, all of unsigned integers: what the verdict is on (1: a row, whose time
+/// is the header's stamp), and the faults, cautions and acknowledgement since the row before.
+pub const FIELDS: [&str; 4] = ["event", "faults", "cautions", "acknowledged"];
+/// [`FIELDS`]: a verdict on a row.
+pub const EVENT_ROW: u32 = 1;
+/// Topic of the IMU.
+pub const IMU: &str = "/imu/data";
+/// Topic of the odometry.
+pub const ODOMETRY: &str = "/odom";
+/// Topic of the tool wrench.
+pub const TOOL_WRENCH: &str = "/tool_wrench";
+/// Field of a signal of an actuator's force.
+pub const ACTUATOR_FIELD: &str = "value";
+
+/// Topic of a stream of joint states, the one that makes the rows being the first.
+#[must_use]
+pub fn joint_states(stream: usize) -> String {
+    match stream {
+        0 => "/joint_states".into(),
+        _ => format!("/joint_states_{}", stream + 1),
+    }
+}
+
+/// Topic of the force of a linkage's actuator (N).
+#[must_use]
+pub fn force(linkage: &str) -> String {
+    format!("/actuator/{linkage}/force")
+}
+
+/// Topic of the pressure on the piston's side of a linkage's actuator (Pa).
+#[must_use]
+pub fn piston_pressure(linkage: &str) -> String {
+    format!("/actuator/{linkage}/piston_pressure")
+}
+
+/// Topic of the pressure on the rod's side (Pa).
+#[must_use]
+pub fn rod_pressure(linkage: &str) -> String {
+    format!("/actuator/{linkage}/rod_pressure")
+}
+
+/// Whether a monitor's recorder wrote the log.
+#[must_use]
+pub fn is_in(log: &Log) -> bool {
+    let mut topics = log.topics().iter();
+    topics.any(|topic| topic.name == NAME && topic.type_name == TYPE_NAME)
+}
+
+/// The machine with its signals bound to those of a recorder's log.
+pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
+    let is_there = |name: &String| log.topics().iter().any(|topic| topic.name == *name);
+    let streams = (0..).map(joint_states).take_while(is_there);
+    let mut bound = spec.clone();
+    bound.signals = SignalsSpec {
+        joint_states: Some(OneOrMany::Many(streams.collect())),
+        imu: Some(IMU.into()).filter(is_there).map(SignalSpec::Topic),
+        odometry: Some(ODOMETRY.into())
+            .filter(is_there)
+            .map(SignalSpec::Topic),
+        tool_wrench: Some(TOOL_WRENCH.into())
+            .filter(is_there)
+            .map(SignalSpec::Topic),
+        ..SignalsSpec::default()
+    };
+    bound.clock.offset.clear();
+    for (linkage, stated) in bound.linkage.iter_mut().zip(&spec.linkage) {
+        linkage.force = spec.force_of(stated).map(|_| field(force(&stated.name)));
+        if let Some(pressure) = &mut linkage.pressure {
+            pressure.piston = field(piston_pressure(&stated.name));
+            pressure.rod = field(rod_pressure(&stated.name));
+        }
+    }
+    bound
+}
+
+fn field(topic: String) -> FieldSpec {
+    FieldSpec {
+        topic,
+        field: Some(ACTUATOR_FIELD.into()),
+        joint: None,
+        scale: 1.0,
+        offset: 0.0,
+    }
+}

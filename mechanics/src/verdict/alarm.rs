@@ -1,0 +1,76 @@
+//! One alarm: on at once, off only after the cause has been away for a while.
+
+/// How far the utilisation must fall below an alarm's threshold before it is released.
+const RELEASE_BELOW: f64 = 0.02;
+/// How long it must stay there, and how long anything else is held (ns).
+pub(super) const HOLD_NS: i64 = 1_000_000_000;
+
+/// An alarm with a threshold on the utilisation.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Alarm {
+    threshold: f64,
+    is_on: bool,
+    /// Since when the utilisation has been low enough to release it (ns).
+    low_since_ns: Option<i64>,
+}
+
+impl Alarm {
+    pub(super) fn new(threshold: f64) -> Self {
+        Self {
+            threshold,
+            is_on: false,
+            low_since_ns: None,
+        }
+    }
+
+    pub(super) fn is_on(&self) -> bool {
+        self.is_on
+    }
+
+    /// Takes the utilisation at a time. One that is no number counts as low to no alarm.
+    pub(super) fn take(&mut self, utilisation: f64, time_ns: i64) {
+        if utilisation >= self.threshold {
+            self.is_on = true;
+        }
+        if !(utilisation < self.threshold - RELEASE_BELOW) {
+            self.low_since_ns = None;
+            return;
+        }
+        let since = *self.low_since_ns.get_or_insert(time_ns);
+        if time_ns.saturating_sub(since) >= HOLD_NS {
+            self.is_on = false;
+        }
+    }
+
+    /// The utilisation is unknown now: the wait for the release starts again.
+    pub(super) fn skip(&mut self) {
+        self.low_since_ns = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comes_at_once_and_goes_after_a_second_well_below() {
+        let mut alarm = Alarm::new(0.9);
+        let mut after = |utilisation, ms: i64| {
+            alarm.take(utilisation, ms * 1_000_000);
+            alarm.is_on()
+        };
+        assert!(!after(0.899, 0));
+        assert!(after(0.9, 10));
+        assert!(after(0.885, 20), "within the band below the threshold");
+        assert!(after(0.87, 30));
+        assert!(after(0.87, 1029));
+        assert!(
+            after(0.89, 1030),
+            "back in the band: the second starts anew"
+        );
+        assert!(after(0.87, 1040));
+        assert!(after(0.87, 2039));
+        assert!(!after(0.87, 2040));
+        assert!(after(f64::INFINITY, 2050));
+    }
+}

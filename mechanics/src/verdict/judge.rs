@@ -1,0 +1,420 @@
+//! From rows to verdicts.
+
+use super::alarm::{Alarm, HOLD_NS};
+use super::input_fault::InputFaults;
+use super::level::Level;
+use crate::machine::LimitsSpec;
+use crate::signal::{Reason, Reasons};
+
+/// Good rows in a row before anything is called safe.
+const GOOD_ROWS: u32 = 10;
+/// How long a machine may start without a sensor before that is a fault (ns).
+const START_UP_NS: i64 = 2_000_000_000;
+/// Rows in a row that rest on an implausible signal from which on that is a fault: one wrong sample is
+/// left out.
+const PERSISTENT: u32 = 3;
+
+/// What whoever takes the samples found wrong since the row before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub struct Conditions {
+    /// What makes the input worthless: [`Level::Fault`].
+    pub faults: InputFaults,
+    /// What makes it doubtful: at least [`Level::Warning`].
+    pub cautions: InputFaults,
+}
+
+/// What a verdict on a row rests on.
+#[derive(Debug, Clone, Copy)]
+pub struct RowFacts {
+    /// Time of the row (ns), later than that of the row before.
+    pub time_ns: i64,
+    /// Why the row is not valid, those of its outcome included.
+    pub reasons: Reasons,
+    /// U of the worst wheel; NaN where it is unknown.
+    pub utilisation: f64,
+    /// What was wrong with the input since the row before.
+    pub conditions: Conditions,
+    /// Whether somebody has acknowledged the alarm since the row before.
+    pub is_acknowledged: bool,
+}
+
+/// How the machine stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub struct Verdict {
+    /// The level now.
+    pub level: Level,
+    /// The level to act on: Danger, and a fault of the model, stay until they are over and somebody
+    /// has acknowledged them.
+    pub latched_level: Level,
+}
+
+/// Gives a verdict on every row.
+#[derive(Debug, Clone)]
+pub struct Judge {
+    notice: Alarm,
+    warning: Alarm,
+    danger: Alarm,
+    first_row_ns: Option<i64>,
+    was_valid: bool,
+    good_rows: u32,
+    implausible_rows: u32,
+    /// The last row that had a fault (ns), while the fault is held.
+    fault_ns: Option<i64>,
+    /// The last row that had a caution (ns), while it is held.
+    caution_ns: Option<i64>,
+    latched: Option<Level>,
+    is_acknowledged: bool,
+    verdict: Verdict,
+}
+
+/// What a row says by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Standing {
+    /// Its utilisation counts.
+    Known,
+    /// It tips: no number is needed.
+    Tipping,
+    /// It says nothing yet.
+    Unknown,
+    /// The signals or the model have failed.
+    Failed,
+}
+
+impl Judge {
+    /// A judge that has seen nothing.
+    #[must_use]
+    pub fn new(limits: &LimitsSpec) -> Self {
+        Self {
+            notice: Alarm::new(limits.notice),
+            warning: Alarm::new(limits.warning),
+            danger: Alarm::new(limits.limit),
+            first_row_ns: None,
+            was_valid: false,
+            good_rows: 0,
+            implausible_rows: 0,
+            fault_ns: None,
+            caution_ns: None,
+            latched: None,
+            is_acknowledged: false,
+            verdict: Verdict::default(),
+        }
+    }
+
+    /// The verdict on the last row.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        self.verdict
+    }
+
+    /// Takes over an alarm that still waits to be acknowledged, from the judge before this one.
+    pub fn succeed(&mut self, before: &Self) {
+        self.latched = before.latched;
+        self.is_acknowledged = before.is_acknowledged;
+        self.verdict.latched_level = before.latched.unwrap_or_default();
+    }
+
+    /// The verdict between rows: that of the last row, made worse by what was found since. It is held
+    /// from the next row on, if that is given the same conditions.
+    #[must_use]
+    pub fn between_rows(&self, conditions: Conditions) -> Verdict {
+        let level = if !conditions.faults.is_empty() {
+            Level::Fault
+        } else if !conditions.cautions.is_empty() {
+            self.verdict.level.max(Level::Warning)
+        } else {
+            self.verdict.level
+        };
+        Verdict {
+            level,
+            latched_level: level.max(self.verdict.latched_level),
+        }
+    }
+
+    /// The verdict on a row.
+    pub fn row(&mut self, row: &RowFacts) -> Verdict {
+        let first = *self.first_row_ns.get_or_insert(row.time_ns);
+        self.implausible_rows = if row.reasons.have_implausible_signal() {
+            self.implausible_rows.saturating_add(1)
+        } else {
+            0
+        };
+        let standing = self.standing(row, row.time_ns.saturating_sub(first));
+        match standing {
+            Standing::Known => self.each_alarm(|alarm| alarm.take(row.utilisation, row.time_ns)),
+            Standing::Tipping => self.each_alarm(|alarm| alarm.take(f64::INFINITY, row.time_ns)),
+            Standing::Unknown | Standing::Failed => self.each_alarm(Alarm::skip),
+        }
+        let is_faulty = standing == Standing::Failed || !row.conditions.faults.is_empty();
+        let is_good = standing == Standing::Known && !is_faulty;
+        self.was_valid |= is_good;
+        self.good_rows = if is_good {
+            self.good_rows.saturating_add(1)
+        } else {
+            0
+        };
+        let is_ready = self.good_rows >= GOOD_ROWS;
+        hold(&mut self.fault_ns, is_faulty, is_ready, row.time_ns);
+        let is_doubtful = !row.conditions.cautions.is_empty();
+        hold(&mut self.caution_ns, is_doubtful, true, row.time_ns);
+        let level = self.level(is_ready);
+        let model_failed = standing == Standing::Failed && !row.reasons.leave_state_unknown();
+        self.latch(level, model_failed, row.is_acknowledged);
+        self.verdict = Verdict {
+            level,
+            latched_level: self.latched.map_or(level, |latched| latched.max(level)),
+        };
+        self.verdict
+    }
+
+    fn standing(&self, row: &RowFacts, elapsed_ns: i64) -> Standing {
+        let reasons = row.reasons;
+        if self.implausible_rows >= PERSISTENT {
+            return Standing::Failed;
+        }
+        if reasons.have_gap() {
+            // before the first valid row sensors may still be starting
+            let is_starting = !self.was_valid && elapsed_ns <= START_UP_NS;
+            return if is_starting {
+                Standing::Unknown
+            } else {
+                Standing::Failed
+            };
+        }
+        if reasons.have_implausible_signal() {
+            return Standing::Unknown;
+        }
+        if reasons.has(Reason::LinkageOpen)
+            || reasons.has(Reason::NotFinite)
+            || reasons.has(Reason::NoGroundContact)
+        {
+            return Standing::Failed;
+        }
+        if reasons.has(Reason::Settling) {
+            return Standing::Unknown;
+        }
+        if reasons.has(Reason::Tipping) {
+            return Standing::Tipping;
+        }
+        // A valid row without utilisation is one whose uncertainty cannot be computed.
+        if row.utilisation.is_finite() {
+            Standing::Known
+        } else {
+            Standing::Failed
+        }
+    }
+
+    fn each_alarm(&mut self, act: impl Fn(&mut Alarm)) {
+        for alarm in [&mut self.notice, &mut self.warning, &mut self.danger] {
+            act(alarm);
+        }
+    }
+
+    /// Alarms sound from the first row that can be trusted; safe is said only after several.
+    fn level(&self, is_ready: bool) -> Level {
+        let alarm = if self.danger.is_on() {
+            Level::Danger
+        } else if self.warning.is_on() || self.caution_ns.is_some() {
+            Level::Warning
+        } else if !is_ready {
+            Level::Unknown
+        } else if self.notice.is_on() {
+            Level::Notice
+        } else {
+            Level::Safe
+        };
+        if self.fault_ns.is_some() {
+            Level::Fault
+        } else {
+            alarm
+        }
+    }
+
+    fn latch(&mut self, level: Level, model_failed: bool, is_acknowledged: bool) {
+        let begins = level == Level::Danger || model_failed;
+        if begins && self.latched.is_none_or(|latched| latched < level) {
+            self.latched = Some(level);
+            self.is_acknowledged = false;
+        }
+        self.is_acknowledged |= is_acknowledged && self.latched.is_some();
+        if self.is_acknowledged && self.latched.is_some_and(|latched| level < latched) {
+            self.latched = None;
+            self.is_acknowledged = false;
+        }
+    }
+}
+
+/// Keeps in mind when something was last the case, until it has not been for a while and `may_end`.
+fn hold(last_ns: &mut Option<i64>, is_now: bool, may_end: bool, time_ns: i64) {
+    if is_now {
+        *last_ns = Some(time_ns);
+    } else if may_end && last_ns.is_some_and(|last| time_ns.saturating_sub(last) >= HOLD_NS) {
+        *last_ns = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verdict::InputFault;
+
+    const PERIOD_NS: i64 = 10_000_000;
+
+    struct Run {
+        judge: Judge,
+        time_ns: i64,
+    }
+
+    impl Run {
+        fn new() -> Self {
+            Self {
+                judge: Judge::new(&LimitsSpec::default()),
+                time_ns: 0,
+            }
+        }
+
+        fn row(
+            &mut self,
+            utilisation: f64,
+            reasons: &[Reason],
+            fault: Option<InputFault>,
+        ) -> Level {
+            let mut set = Reasons::NONE;
+            reasons.iter().for_each(|&reason| set.add(reason));
+            self.time_ns += PERIOD_NS;
+            let conditions = Conditions {
+                faults: fault.map_or(InputFaults::NONE, InputFaults::from),
+                ..Conditions::default()
+            };
+            let facts = RowFacts {
+                time_ns: self.time_ns,
+                reasons: set,
+                utilisation,
+                conditions,
+                is_acknowledged: false,
+            };
+            self.judge.row(&facts).level
+        }
+
+        fn good(&mut self, utilisation: f64, rows: usize) -> Level {
+            (0..rows)
+                .map(|_| self.row(utilisation, &[], None))
+                .last()
+                .unwrap()
+        }
+
+        fn acknowledge(&mut self, utilisation: f64) -> Verdict {
+            self.time_ns += PERIOD_NS;
+            self.judge.row(&RowFacts {
+                time_ns: self.time_ns,
+                reasons: Reasons::NONE,
+                utilisation,
+                conditions: Conditions::default(),
+                is_acknowledged: true,
+            })
+        }
+    }
+
+    #[test]
+    fn safe_needs_several_good_rows_and_an_alarm_only_one() {
+        let mut run = Run::new();
+        assert_eq!(run.judge.verdict().level, Level::Unknown);
+        assert_eq!(run.good(0.1, 9), Level::Unknown);
+        assert_eq!(run.good(0.1, 1), Level::Safe);
+        assert_eq!(Run::new().good(0.95, 1), Level::Warning);
+        assert_eq!(
+            Run::new().row(f64::NAN, &[Reason::Tipping], None),
+            Level::Danger
+        );
+    }
+
+    #[test]
+    fn levels_follow_the_limits_up_at_once_and_down_after_a_second() {
+        let mut run = Run::new();
+        run.good(0.5, 10);
+        assert_eq!(run.good(0.75, 1), Level::Notice);
+        assert_eq!(run.good(1.0, 1), Level::Danger);
+        assert_eq!(run.good(0.5, 100), Level::Danger);
+        assert_eq!(run.good(0.5, 1), Level::Safe);
+    }
+
+    #[test]
+    fn a_fault_is_held_and_wants_good_rows_after_it() {
+        let mut run = Run::new();
+        run.good(0.1, 20);
+        assert_eq!(run.row(0.1, &[], Some(InputFault::Lost)), Level::Fault);
+        assert_eq!(run.good(0.1, 99), Level::Fault);
+        assert_eq!(run.good(0.1, 1), Level::Safe);
+        // a gap is a fault once the machine has been running
+        assert_eq!(run.row(f64::NAN, &[Reason::ImuGap], None), Level::Fault);
+    }
+
+    #[test]
+    fn one_implausible_sample_is_left_out_and_more_are_a_fault() {
+        let mut run = Run::new();
+        run.good(0.1, 20);
+        for _ in 0..2 {
+            let level = run.row(f64::NAN, &[Reason::ImuFault], None);
+            assert_eq!(level, Level::Unknown);
+        }
+        assert_eq!(run.good(0.1, 9), Level::Unknown);
+        assert_eq!(run.good(0.1, 1), Level::Safe);
+        for level in [Level::Unknown, Level::Unknown, Level::Fault] {
+            assert_eq!(run.row(f64::NAN, &[Reason::JointsFault], None), level);
+        }
+        // signals are not the model: it does not wait to be acknowledged
+        assert_eq!(run.good(0.1, 110), Level::Safe);
+        assert_eq!(run.judge.verdict().latched_level, Level::Safe);
+    }
+
+    #[test]
+    fn a_sensor_that_never_comes_is_unknown_and_then_a_fault() {
+        let mut run = Run::new();
+        for _ in 0..=200 {
+            assert_eq!(run.row(f64::NAN, &[Reason::ImuGap], None), Level::Unknown);
+        }
+        assert_eq!(run.row(f64::NAN, &[Reason::ImuGap], None), Level::Fault);
+    }
+
+    #[test]
+    fn an_unknown_number_is_never_safe() {
+        let mut run = Run::new();
+        run.good(0.1, 20);
+        assert_eq!(run.row(f64::NAN, &[], None), Level::Fault);
+        assert_eq!(run.row(f64::INFINITY, &[], None), Level::Fault);
+        let mut settling = Run::new();
+        settling.good(0.1, 20);
+        assert_eq!(settling.row(0.1, &[Reason::Settling], None), Level::Unknown);
+    }
+
+    #[test]
+    fn danger_stays_until_it_is_over_and_acknowledged() {
+        let mut run = Run::new();
+        run.good(0.1, 20);
+        run.good(1.2, 1);
+        assert_eq!(run.good(0.1, 200), Level::Safe);
+        assert_eq!(run.judge.verdict().latched_level, Level::Danger);
+        assert_eq!(run.acknowledge(0.1).latched_level, Level::Safe);
+        // acknowledged while it goes on: gone when it is over
+        assert_eq!(run.good(1.2, 1), Level::Danger);
+        assert_eq!(run.acknowledge(1.2).latched_level, Level::Danger);
+        run.good(0.1, 200);
+        assert_eq!(run.judge.verdict().latched_level, Level::Safe);
+    }
+
+    #[test]
+    fn between_rows_it_only_gets_worse() {
+        let mut run = Run::new();
+        run.good(0.1, 20);
+        let stale = Conditions {
+            faults: InputFault::Stale.into(),
+            ..Conditions::default()
+        };
+        assert_eq!(run.judge.between_rows(stale).level, Level::Fault);
+        let late = Conditions {
+            cautions: InputFault::Stale.into(),
+            ..Conditions::default()
+        };
+        assert_eq!(run.judge.between_rows(late).level, Level::Warning);
+        assert_eq!(run.judge.verdict().level, Level::Safe);
+    }
+}
