@@ -4,16 +4,24 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::{Args, Parser, Subcommand};
 use tipwatch_binding::MachineFile;
 
-use crate::follow::follow;
-use crate::node::{Place, Reader, Writer};
+use crate::acknowledge::acknowledge;
+use crate::c_header::c_header;
+use crate::monitor_listener::MonitorListener;
+use crate::monitor_loop::{MonitorLoop, MonitorOptions};
+use crate::node::{Joined, Place};
 use crate::output::Format;
+use crate::realtime::RealTime;
+use crate::record::{RecordOptions, record};
 use crate::recording::Recording;
 use crate::replay::{ReplayOptions, Speed, replay};
 use crate::topics::DEFAULT_SERVICE;
+use crate::wake::Wake;
+use crate::watch::watch;
+use crate::watch_over::WatchOver;
 
 /// Exit code: a file's content, the machine or the shared memory is at fault.
 const FAILED: u8 = 1;
@@ -34,18 +42,30 @@ pub struct Cli {
 enum Command {
     /// Send a log's samples into shared memory, as a machine would.
     Replay(ReplayArgs),
-    /// Receive samples and print wheel loads and stability.
+    /// Receive samples, tell how near the machine is to tipping.
     Monitor(MonitorArgs),
+    /// Write samples and verdicts to MCAP files.
+    Record(RecordArgs),
+    /// Show loads, margins and verdict on the terminal.
+    Watch(WatchArgs),
+    /// Tell the monitor that its alarm was seen.
+    Acknowledge(PlaceArgs),
+    /// Print the C header of the messages in shared memory.
+    Header,
 }
 
 #[derive(Debug, Args)]
-struct Common {
+struct MachineArgs {
     /// The machine file.
     #[arg(long)]
     machine: PathBuf,
     /// The URDF, where the machine file names none.
     #[arg(long, value_name = "FILE")]
     urdf: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct PlaceArgs {
     /// Name of the services in shared memory.
     #[arg(long, value_name = "NAME", default_value = DEFAULT_SERVICE)]
     service: String,
@@ -59,14 +79,19 @@ struct ReplayArgs {
     /// The log.
     log: PathBuf,
     #[command(flatten)]
-    common: Common,
+    machine: MachineArgs,
+    #[command(flatten)]
+    place: PlaceArgs,
     /// How many times as fast as recorded, or "max".
     #[arg(long, value_name = "X", default_value = "1", value_parser = speed)]
     speed: Speed,
-    /// Wait for readers instead of discarding what they have no room for.
+    /// Wait for readers instead of overwriting what they have not read.
     #[arg(long)]
     lossless: bool,
-    /// How long to wait for a reader, in seconds; by default 10 with --lossless, else 0.
+    /// How many readers to wait for before the first sample.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    readers: usize,
+    /// How long to wait for them, in seconds; by default 10 with --lossless, else 0.
     #[arg(long, value_name = "S", value_parser = seconds)]
     wait: Option<Duration>,
 }
@@ -74,10 +99,55 @@ struct ReplayArgs {
 #[derive(Debug, Args)]
 struct MonitorArgs {
     #[command(flatten)]
-    common: Common,
+    machine: MachineArgs,
+    #[command(flatten)]
+    place: PlaceArgs,
     /// Every row as one line of JSON.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "quiet")]
     json: bool,
+    /// Print nothing: verdicts go to shared memory only.
+    #[arg(long, short)]
+    quiet: bool,
+    /// Wait for the next session when one is over.
+    #[arg(long)]
+    stay: bool,
+    /// How to wait for samples: "poll" (fastest, takes a processor), "event", or microseconds to sleep.
+    #[arg(long, default_value = "event")]
+    wake: Wake,
+    /// Keep all memory in RAM.
+    #[arg(long)]
+    lock_memory: bool,
+    /// The processor to run on.
+    #[arg(long, value_name = "N")]
+    core: Option<usize>,
+    /// Real-time priority under SCHED_FIFO, 1 to 99; not with --wake poll.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(i32).range(1..=99))]
+    priority: Option<i32>,
+}
+
+#[derive(Debug, Args)]
+struct RecordArgs {
+    /// The folder for the files; it is made if it is not there.
+    out: PathBuf,
+    #[command(flatten)]
+    machine: MachineArgs,
+    #[command(flatten)]
+    place: PlaceArgs,
+    /// A new file begins after so long, in seconds.
+    #[arg(long, value_name = "S", default_value = "60", value_parser = seconds)]
+    split: Duration,
+    /// The oldest files are removed where all together have more megabytes.
+    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(16..))]
+    keep: Option<u64>,
+    /// Wait for the next session when one is over.
+    #[arg(long)]
+    stay: bool,
+}
+
+#[derive(Debug, Args)]
+struct WatchArgs {
+    #[command(flatten)]
+    place: PlaceArgs,
 }
 
 fn speed(text: &str) -> Result<Speed, String> {
@@ -104,6 +174,10 @@ pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
         Command::Replay(args) => run_replay(args),
         Command::Monitor(args) => run_monitor(args),
+        Command::Record(args) => run_record(args),
+        Command::Watch(args) => watch(&args.place.place()).map(|()| ExitCode::SUCCESS),
+        Command::Acknowledge(args) => acknowledge(&args.place()).map(|()| ExitCode::SUCCESS),
+        Command::Header => print_header(),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");
@@ -111,7 +185,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     })
 }
 
-impl Common {
+impl PlaceArgs {
     fn place(&self) -> Place {
         Place {
             service: self.service.clone(),
@@ -120,23 +194,30 @@ impl Common {
     }
 }
 
+fn print_header() -> Result<ExitCode> {
+    use std::io::Write;
+    std::io::stdout().write_all(c_header().as_bytes())?;
+    Ok(ExitCode::SUCCESS)
+}
+
 fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
-    let file = MachineFile::read(&args.common.machine)?;
-    let mut recording = Recording::read(&args.log, &file, args.common.urdf.as_deref())?;
+    let file = MachineFile::read(&args.machine.machine)?;
+    let mut recording = Recording::read(&args.log, &file, args.machine.urdf.as_deref())?;
     recording.set_identity();
-    let writer = Writer::open(&args.common.place())?;
+    recording.session.pace = args.speed.pace();
+    let joined = Joined::new(&args.place.place(), "tipwatch-replay")?;
     let default_wait = if args.lossless { LOSSLESS_WAIT_S } else { 0.0 };
     let options = ReplayOptions {
         speed: args.speed,
         lossless: args.lossless,
+        readers: args.readers,
         wait: args.wait.unwrap_or(Duration::from_secs_f64(default_wait)),
     };
-    let counts = replay(&recording, &writer, options)?;
+    let counts = replay(&recording, &joined, options)?;
     eprintln!(
-        "replay: {} of {} samples sent, {} found a full queue{}",
+        "replay: {} of {} samples sent{}",
         counts.sent,
         recording.session.total_samples,
-        counts.discarded,
         if counts.interrupted {
             ", ended by a signal"
         } else {
@@ -151,18 +232,71 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
 }
 
 fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
-    let file = MachineFile::read(&args.common.machine)?;
-    let urdf = file.urdf(args.common.urdf.as_deref(), None)?;
-    let reader = Reader::open(&args.common.place())?;
+    if args.priority.is_some() && args.wake == Wake::Poll {
+        bail!(
+            "--priority with --wake poll: under SCHED_FIFO the kernel stops who never sleeps for 50 ms of every second; expected --wake event or microseconds"
+        );
+    }
+    let file = MachineFile::read(&args.machine.machine)?;
+    let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
+    let place = args.place.place();
+    let joined = Joined::new(&place, "tipwatch-monitor")?;
+    let options = MonitorOptions {
+        wake: args.wake,
+        stays: args.stay,
+    };
     let format = if args.json {
         Format::Json
     } else {
         Format::Text
     };
-    let counts = follow(&reader, &file, &urdf, format)?;
+    let mut listener =
+        MonitorListener::start((!args.quiet).then_some(format), WatchOver::start(&place)?)?;
+    let mut monitor = MonitorLoop::new(&joined, &file, &urdf, options)?;
+    let real_time = RealTime {
+        lock_memory: args.lock_memory,
+        core: args.core,
+        priority: args.priority,
+    };
+    real_time.apply()?;
+    let ran = monitor.run(&mut listener);
+    let unprinted = listener.finish()?;
+    let counts = ran?;
     eprintln!(
         "monitor: {} rows; samples: {} lost, {} refused, {} repeated, {} sent before joining",
         counts.rows, counts.lost, counts.refused, counts.repeated, counts.before_joining
     );
+    if unprinted > 0 {
+        eprintln!(
+            "monitor: {unprinted} verdicts were not printed, because they were read too slowly"
+        );
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+fn run_record(args: &RecordArgs) -> Result<ExitCode> {
+    let file = MachineFile::read(&args.machine.machine)?;
+    let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
+    let joined = Joined::new(&args.place.place(), "tipwatch-record")?;
+    let options = RecordOptions {
+        folder: args.out.clone(),
+        split: args.split,
+        keep_bytes: args.keep.map(|megabytes| megabytes << 20),
+        stays: args.stay,
+    };
+    let counts = record(&joined, &file, &urdf, &options)?;
+    eprintln!(
+        "record: {} samples, {} verdicts in {}; not recorded: {} samples, {} verdicts",
+        counts.samples,
+        counts.verdicts,
+        args.out.display(),
+        counts.samples_lost,
+        counts.verdicts_lost
+    );
+    let is_complete = counts.samples_lost == 0 && counts.verdicts_lost == 0;
+    Ok(if is_complete {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(LOST)
+    })
 }

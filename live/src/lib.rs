@@ -1,19 +1,44 @@
-//! Wheel loads beside a machine's logger, over shared memory.
+//! Wheel loads and alarms beside a machine's logger, over shared memory.
 //!
-//! - [`topics`] is what is on the wire; [`session`] and [`sample`] convert it.
-//! - [`recording`] reads a log's samples, [`replay()`](replay::replay) sends them.
-//! - [`monitor`] turns samples into rows, [`follow()`](follow::follow) feeds it from shared memory,
-//!   [`output`] prints the rows.
+//! ```text
+//!     producer (a machine, or replay) -> samples -> monitor -> verdicts -> watch, record, control
+//!                                           '-------------------------------'
+//! ```
+//! - [`topics`] is what is on the wire, [`c_header`] the same for C; [`session`], [`sample`] and
+//!   [`verdict`] convert it.
+//! - [`monitor`] turns messages into verdicts, after the checks of [`guard`]; it knows no shared memory.
+//!   [`monitor_loop`] joins the two, [`print_thread`] prints with [`output`], [`watch_over`] is the thread
+//!   beside it.
+//! - [`recording`] reads a log's samples, [`replay()`](replay::replay) sends them by a [`producer`].
+//! - [`record()`](record::record) writes samples and verdicts, [`watch()`](watch::watch) shows them.
 //! - [`node`] is the only caller of iceoryx2, the shared memory.
 
+pub mod acknowledge;
+pub mod c_header;
 pub mod cli;
+pub mod clock;
 pub mod fnv;
-pub mod follow;
+pub mod guard;
+pub mod identity;
+pub mod interrupt;
 pub mod monitor;
+pub mod monitor_listener;
+pub mod monitor_loop;
+pub mod names;
 pub mod node;
 pub mod output;
+pub mod print_thread;
+pub mod producer;
+pub mod realtime;
+pub mod record;
 pub mod recording;
 pub mod replay;
 pub mod sample;
+pub mod sample_reader;
 pub mod session;
 pub mod topics;
+pub mod verdict;
+pub mod wake;
+pub mod watch;
+pub mod watch_over;
+mod wire;

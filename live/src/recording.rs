@@ -7,7 +7,7 @@ use tipwatch_binding::{MachineFile, arrivals, bind};
 use tipwatch_ingest::{Log, Losses, SensorRecording};
 use tipwatch_mechanics::signal::{Sample, Sensor};
 
-use crate::fnv::Fnv;
+use crate::identity::new_identity;
 use crate::session::{Session, machine_hash};
 
 /// The samples of a machine's sensors in a log.
@@ -52,6 +52,8 @@ impl Recording {
             streams: joints
                 .map(|stream| matched.joint_names(machine, stream))
                 .collect(),
+            pace: 1.0,
+            wants_progress: true,
             imu: matched.sensors.imu,
             odometry: matched.sensors.odometry,
             tool_wrench: matched.sensors.tool_wrench,
@@ -76,11 +78,6 @@ impl Recording {
 
     /// Gives the session an identity of its own: two replays of one log are two sessions.
     pub fn set_identity(&mut self) {
-        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-        let nanoseconds = now.map_or(0, |elapsed| elapsed.as_nanos() as u64);
-        let hash = Fnv::new()
-            .number(self.session.machine_hash)
-            .number(nanoseconds);
-        self.session.id = hash.number(std::process::id().into()).finish();
+        self.session.id = new_identity(self.session.machine_hash);
     }
 }

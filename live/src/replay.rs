@@ -2,22 +2,26 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow};
 
-use crate::node::{Delivery, Interrupted, Writer};
+use crate::interrupt::Interrupted;
+use crate::node::{Joined, pause};
+use crate::producer::Producer;
 use crate::recording::Recording;
-use crate::topics::{WireSample, WireSession};
+use crate::topics::{SAMPLE_QUEUE, WireSample, WireSession};
 
 /// How often new readers are looked for.
 const GREETING_PERIOD: Duration = Duration::from_millis(20);
-/// How often dead readers are looked for while a queue is full.
+/// How often dead readers are looked for.
 const DEAD_CHECK_PERIOD: Duration = Duration::from_millis(200);
-/// How long a reader may leave its queue full before a lossless replay gives up.
+/// How long a reader may hang before a lossless replay gives up.
 const STALL_LIMIT: Duration = Duration::from_secs(30);
-/// How long a lossy replay tries to deliver the end.
+/// How long a lossy replay waits for the end to be read.
 const END_LIMIT: Duration = Duration::from_secs(2);
-/// The wait between two attempts.
+/// The wait between two looks at the readers' progress.
 const RETRY_PERIOD: Duration = Duration::from_micros(50);
+/// How far a reader may be behind in a lossless replay: its queue overwrites what is further.
+const MOST_BEHIND: u64 = SAMPLE_QUEUE as u64 / 2;
 
 /// How fast samples are sent.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,14 +32,28 @@ pub enum Speed {
     Max,
 }
 
+impl Speed {
+    /// How many times as fast as real time the sensors' clock runs; 0 where it has nothing to do with
+    /// real time.
+    #[must_use]
+    pub fn pace(self) -> f64 {
+        match self {
+            Self::Factor(factor) => factor,
+            Self::Max => 0.0,
+        }
+    }
+}
+
 /// How a replay goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReplayOptions {
     /// How fast.
     pub speed: Speed,
-    /// Whether to wait for readers rather than to discard samples.
+    /// Whether to wait for readers rather than to overwrite what they have not read.
     pub lossless: bool,
-    /// How long to wait for the first reader.
+    /// How many readers to wait for.
+    pub readers: usize,
+    /// How long to wait for them.
     pub wait: Duration,
 }
 
@@ -44,8 +62,6 @@ pub struct ReplayOptions {
 pub struct ReplayCounts {
     /// Samples sent.
     pub sent: u64,
-    /// Of them those that found the queue of some reader full.
-    pub discarded: u64,
     /// Whether a signal ended it early.
     pub interrupted: bool,
 }
@@ -53,15 +69,17 @@ pub struct ReplayCounts {
 /// Sends all samples of `recording`, and the end.
 ///
 /// # Errors
-/// A lossless replay has no reader, or its reader goes or stalls; the shared memory fails; a sample or
+/// A lossless replay has no reader, or its reader goes or hangs; the shared memory fails; a sample or
 /// a name is too long for the wire.
 pub fn replay(
     recording: &Recording,
-    writer: &Writer,
+    joined: &Joined,
     options: ReplayOptions,
 ) -> Result<ReplayCounts> {
+    let session = &recording.session;
     let mut replay = Replay {
-        writer,
+        producer: Producer::new(joined, session.id, session.machine_hash)?,
+        joined,
         options,
         counts: ReplayCounts::default(),
         greeted: Instant::now(),
@@ -96,7 +114,8 @@ impl From<Interrupted> for Stop {
 }
 
 struct Replay<'a> {
-    writer: &'a Writer,
+    producer: Producer,
+    joined: &'a Joined,
     options: ReplayOptions,
     counts: ReplayCounts,
     greeted: Instant,
@@ -106,13 +125,12 @@ struct Replay<'a> {
 
 impl Replay<'_> {
     fn run(&mut self, recording: &Recording) -> Result<(), Stop> {
-        self.writer
-            .announce(&WireSession::try_from(&recording.session)?)?;
-        self.wait_for_reader()?;
-        let session = recording.session.id;
+        let mut session = WireSession::try_from(&recording.session)?;
+        self.producer.announce(&mut session)?;
+        self.wait_for_readers()?;
         let mut pace = None;
-        for (sequence, (sample, log_time_ns)) in (0..).zip(recording.samples()) {
-            let wire = WireSample::new(sequence, session, &sample, log_time_ns)?;
+        for (sample, log_time_ns) in recording.samples() {
+            let mut wire = WireSample::new(&sample, log_time_ns)?;
             if let Speed::Factor(factor) = self.options.speed {
                 let (start, first_ns) = *pace.get_or_insert((Instant::now(), log_time_ns));
                 let since_s = log_time_ns.saturating_sub(first_ns) as f64 * 1e-9 / factor;
@@ -120,31 +138,35 @@ impl Replay<'_> {
             }
             self.keep_company()?;
             if self.options.lossless {
-                self.deliver(&wire, STALL_LIMIT)?;
-            } else if self.writer.send(&wire)? == Delivery::SomeQueueIsFull {
-                self.counts.discarded += 1;
+                self.wait_for_room(MOST_BEHIND)?;
             }
+            self.producer.send(&mut wire)?;
             self.counts.sent += 1;
         }
-        self.end(&WireSample::end(self.counts.sent, session))
+        self.end()
     }
 
-    fn wait_for_reader(&mut self) -> Result<(), Stop> {
+    fn wait_for_readers(&mut self) -> Result<(), Stop> {
         let start = Instant::now();
-        while self.writer.readers() == 0 {
+        while self.producer.readers() < self.options.readers {
             if start.elapsed() >= self.options.wait {
                 if !self.options.lossless {
                     break;
                 }
                 let seconds = self.options.wait.as_secs_f64();
-                return Err(anyhow::anyhow!(
-                    "--lossless: expected a reader within {seconds} s, found none"
+                return Err(anyhow!(
+                    "--lossless: expected {} within {seconds} s, found {}",
+                    readers(self.options.readers),
+                    match self.producer.readers() {
+                        0 => "none".into(),
+                        found => found.to_string(),
+                    }
                 )
                 .into());
             }
-            self.writer.pause(Duration::from_millis(1))?;
+            pause(Duration::from_millis(1))?;
         }
-        Ok(self.writer.greet()?)
+        Ok(self.producer.greet()?)
     }
 
     /// Now and then: gives late joiners the session, ends a lossless replay whose readers have gone, and
@@ -154,20 +176,23 @@ impl Replay<'_> {
             return Ok(());
         }
         self.greeted = Instant::now();
-        self.writer.greet()?;
+        self.producer.greet()?;
         if self.options.lossless {
             self.check_reader()?;
         }
-        Ok(self.writer.pause(Duration::ZERO)?)
+        Ok(pause(Duration::ZERO)?)
     }
 
     fn check_reader(&mut self) -> Result<()> {
         if self.checked.elapsed() >= DEAD_CHECK_PERIOD {
             self.checked = Instant::now();
-            self.writer.forget_the_dead();
+            self.joined.forget_the_dead();
         }
-        if self.writer.readers() == 0 {
-            bail!("the reader has gone after {} samples", self.counts.sent);
+        if self.producer.readers() == 0 {
+            return Err(anyhow!(
+                "the reader has gone after {} samples",
+                self.counts.sent
+            ));
         }
         Ok(())
     }
@@ -178,65 +203,67 @@ impl Replay<'_> {
             if left.is_zero() {
                 return Ok(());
             }
-            self.writer.pause(left.min(GREETING_PERIOD))?;
+            pause(left.min(GREETING_PERIOD))?;
             self.keep_company()?;
         }
     }
 
-    /// Sends until every reader has it. A reader that had it already gets it again and drops it by its
-    /// sequence number.
-    fn deliver(&mut self, wire: &WireSample, limit: Duration) -> Result<(), Stop> {
+    /// Waits until every reader is no further behind than this.
+    fn wait_for_room(&mut self, most: u64) -> Result<(), Stop> {
         let start = Instant::now();
-        while self.writer.send(wire)? == Delivery::SomeQueueIsFull {
+        while self
+            .producer
+            .backlog()?
+            .is_none_or(|backlog| backlog > most)
+        {
             self.check_reader()?;
             // a reader that still waits for the session takes no samples
-            self.writer.greet()?;
-            if start.elapsed() >= limit {
-                let seconds = limit.as_secs();
-                return Err(anyhow::anyhow!(
-                    "sample {}: expected a reader to make room within {seconds} s, found its queue full",
-                    wire.sequence
+            self.producer.greet()?;
+            if start.elapsed() >= STALL_LIMIT {
+                let seconds = STALL_LIMIT.as_secs();
+                return Err(anyhow!(
+                    "sample {}: expected every reader to go on within {seconds} s, found one that does not",
+                    self.counts.sent
                 )
                 .into());
             }
-            self.writer.pause(RETRY_PERIOD)?;
+            pause(RETRY_PERIOD)?;
         }
         Ok(())
     }
 
-    /// Sends the end and waits for readers to leave, so that the memory lives until they have read it.
-    fn end(&mut self, wire: &WireSample) -> Result<(), Stop> {
-        if self.writer.readers() == 0 {
-            self.writer.send(wire)?;
-            return Ok(());
-        }
+    /// Sends the end and waits for readers to have read it, so that the memory lives until then.
+    fn end(&mut self) -> Result<(), Stop> {
+        self.producer.send(&mut WireSample::end())?;
         let limit = if self.options.lossless {
             STALL_LIMIT
         } else {
             END_LIMIT
         };
-        match self.deliver(wire, limit) {
-            // who has no room for the end, or has gone, learns from this process's end
-            Err(Stop::Failed(_)) if !self.options.lossless => {
-                self.counts.discarded += 1;
-                return Ok(());
-            }
-            delivered => delivered?,
-        }
         let start = Instant::now();
-        while self.writer.readers() > 0 && start.elapsed() < limit {
-            self.writer.pause(Duration::from_millis(1))?;
+        while self.producer.readers() > 0 && self.producer.backlog()? != Some(0) {
+            if start.elapsed() >= limit {
+                break;
+            }
+            pause(Duration::from_millis(1))?;
             if self.checked.elapsed() >= DEAD_CHECK_PERIOD {
                 self.checked = Instant::now();
-                self.writer.greet()?;
-                if self.writer.forget_the_dead() > 0
-                    && self.writer.readers() == 0
+                self.producer.greet()?;
+                if self.joined.forget_the_dead() > 0
+                    && self.producer.readers() == 0
                     && self.options.lossless
                 {
-                    return Err(anyhow::anyhow!("the reader died before the end").into());
+                    return Err(anyhow!("the reader died before the end").into());
                 }
             }
         }
         Ok(())
+    }
+}
+
+fn readers(count: usize) -> String {
+    match count {
+        1 => "a reader".into(),
+        _ => format!("{count} readers"),
     }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use anyhow::{Result, ensure};
 use tipwatch_mechanics::signal::{Sample, Sensor};
 
-use crate::topics::{Kind, MAX_VALUES, WireSample};
+use crate::topics::{Kind, MAX_VALUES, Wire, WireSample};
 
 /// What a message on the wire is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,11 +29,11 @@ impl fmt::Display for Malformed {
 impl std::error::Error for Malformed {}
 
 impl WireSample {
-    /// A sample as the message `sequence` of `session`.
+    /// A sample, without its head.
     ///
     /// # Errors
     /// It has more values than a message has room for.
-    pub fn new(sequence: u64, session: u64, sample: &Sample<'_>, log_time_ns: i64) -> Result<Self> {
+    pub fn new(sample: &Sample<'_>, log_time_ns: i64) -> Result<Self> {
         let count = sample.values.len();
         ensure!(
             count <= MAX_VALUES,
@@ -47,30 +47,23 @@ impl WireSample {
             Sensor::Actuator(signal) => (Kind::Actuator, signal),
         };
         let mut wire = Self {
-            stamp_ns: sample.stamp_ns,
+            time_ns: sample.stamp_ns,
             log_time_ns,
             kind: kind as u32,
             stream: u32::try_from(stream)?,
             value_count: count as u32,
-            ..Self::end(sequence, session)
+            ..Self::blank()
         };
         wire.values[..count].copy_from_slice(sample.values);
         Ok(wire)
     }
 
-    /// The last message of `session`, after `sequence` samples.
+    /// The last message of a session, without its head.
     #[must_use]
-    pub fn end(sequence: u64, session: u64) -> Self {
+    pub fn end() -> Self {
         Self {
-            sequence,
-            session,
-            stamp_ns: 0,
-            log_time_ns: 0,
             kind: Kind::End as u32,
-            stream: 0,
-            value_count: 0,
-            reserved: 0,
-            values: [0.0; MAX_VALUES],
+            ..Self::blank()
         }
     }
 }
@@ -93,7 +86,7 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
             .ok_or(Malformed)?;
         Ok(Self::Sample(Sample {
             sensor,
-            stamp_ns: wire.stamp_ns,
+            stamp_ns: wire.time_ns,
             values,
         }))
     }
@@ -102,6 +95,7 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::topics::Head;
 
     #[test]
     fn wire_keeps_every_bit() {
@@ -113,18 +107,13 @@ mod tests {
             Sensor::ToolWrench,
             Sensor::Actuator(2),
         ] {
-            let wire = WireSample::new(
-                5,
-                6,
-                &Sample {
-                    sensor,
-                    stamp_ns: -7,
-                    values: &values,
-                },
-                8,
-            )
-            .unwrap();
-            assert_eq!((wire.sequence, wire.session, wire.log_time_ns), (5, 6, 8));
+            let sample = Sample {
+                sensor,
+                stamp_ns: -7,
+                values: &values,
+            };
+            let wire = WireSample::new(&sample, 8).unwrap();
+            assert_eq!(wire.log_time_ns, 8);
             let Ok(Message::Sample(sample)) = Message::try_from(&wire) else {
                 panic!("no sample")
             };
@@ -135,8 +124,24 @@ mod tests {
     }
 
     #[test]
+    fn damage_shows() {
+        let mut wire = WireSample::end();
+        assert!(!wire.is_whole(), "all zeros");
+        let head = Head {
+            sequence: 3,
+            time_ns: 4,
+            ..Head::default()
+        };
+        wire.seal(head);
+        assert!(wire.is_whole());
+        assert_eq!(wire.head(), head);
+        wire.values[MAX_VALUES - 1] = f64::MIN_POSITIVE;
+        assert!(!wire.is_whole());
+    }
+
+    #[test]
     fn the_end_is_the_end() {
-        assert_eq!(Message::try_from(&WireSample::end(1, 2)), Ok(Message::End));
+        assert_eq!(Message::try_from(&WireSample::end()), Ok(Message::End));
     }
 
     #[test]
@@ -146,8 +151,8 @@ mod tests {
             stamp_ns: 0,
             values: &[0.0; MAX_VALUES + 1],
         };
-        assert!(WireSample::new(0, 0, &too_many, 0).is_err());
-        let good = WireSample::end(0, 0);
+        assert!(WireSample::new(&too_many, 0).is_err());
+        let good = WireSample::end();
         assert_eq!(
             Message::try_from(&WireSample { kind: 99, ..good }),
             Err(Malformed)

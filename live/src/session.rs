@@ -4,20 +4,27 @@ use anyhow::{Context, Result, bail, ensure};
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::machine::LogFacts;
-use tipwatch_mechanics::signal::{MatchedSensors, OtherSensors, Sensors};
+use tipwatch_mechanics::signal::{JointStream, MatchedSensors, OtherSensors, Sensors};
 
+use crate::clock::monotonic_ns;
 use crate::fnv::Fnv;
-use crate::topics::{MAX_JOINTS, NAME_BYTES, WireSession};
+use crate::guard::SessionFacts;
+use crate::topics::{Head, MAX_JOINTS, NAME_BYTES, Wire, WireSession};
 
 /// A session as its reader and its writer use it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Session {
     /// Tells this session from every other one.
     pub id: u64,
     /// Hash of machine file and URDF.
     pub machine_hash: u64,
-    /// Samples of the session, the end not counted.
+    /// Samples of the session, the end not counted; 0 where nobody knows.
     pub total_samples: u64,
+    /// How many times as fast as real time the sensors' clock runs; 0 where it has nothing to do with
+    /// real time.
+    pub pace: f64,
+    /// Whether readers are to report their progress.
+    pub wants_progress: bool,
     /// Names of the joints of each stream, in the order of its values.
     pub streams: Vec<Vec<String>>,
     /// Whether there is an IMU.
@@ -53,7 +60,7 @@ impl Session {
             imu_frame: self.imu_frame.as_deref(),
             static_transforms: &[],
         };
-        let machine = file.spec.check(&urdf.text, &urdf.name, facts)?;
+        let mut machine = file.spec.check(&urdf.text, &urdf.name, facts)?;
         if machine
             .payloads()
             .iter()
@@ -65,7 +72,21 @@ impl Session {
             );
         }
         let sensors = self.sensors(&machine)?;
+        if !sensors.tool_wrench {
+            machine.leave_out_tool();
+        }
         Ok((machine, sensors))
+    }
+
+    /// What a guard goes by.
+    #[must_use]
+    pub fn facts(&self, machine: &Machine) -> SessionFacts {
+        SessionFacts {
+            id: self.id,
+            machine_hash: self.machine_hash,
+            pace: self.pace,
+            max_gap_ns: (machine.estimator().max_gap * 1e9) as i64,
+        }
     }
 
     fn sensors(&self, machine: &Machine) -> Result<Sensors> {
@@ -79,21 +100,40 @@ impl Session {
             odometry: self.odometry,
             tool_wrench: self.tool_wrench,
         };
-        let matched = MatchedSensors::new(machine, &streams, others)?;
-        let found: Vec<_> = (0..matched.streams.len())
-            .map(|stream| matched.joint_names(machine, stream))
-            .collect();
+        let mut sensors = MatchedSensors::new(machine, &streams, others)?.sensors;
+        // in the order of the session's values, whatever the machine's own is
+        sensors.joints.clear();
+        for names in &self.streams {
+            let joints = names.iter().map(|name| joint_of(machine, name));
+            let joints: Vec<usize> = joints.collect::<Result<_>>()?;
+            let is_again = |place: usize| joints[..place].contains(&joints[place]);
+            if let Some(place) = (0..joints.len()).find(|&place| is_again(place)) {
+                bail!("session: joint \"{}\" twice in one stream", names[place]);
+            }
+            sensors.joints.push(JointStream { joints });
+        }
         ensure!(
-            found == self.streams,
-            "session: expected joint states of {}, found {}",
-            listed(&found),
-            listed(&self.streams)
+            !sensors.joints.is_empty(),
+            "session: expected joint states, found none"
         );
-        let mut sensors = matched.sensors;
         let is_there = |joint: usize| self.actuated_joints.contains(&(joint as u32));
         sensors.actuators = machine.contact().actuator_signals(is_there);
         Ok(sensors)
     }
+}
+
+fn joint_of(machine: &Machine, name: &str) -> Result<usize> {
+    let joints = machine.joints();
+    joints
+        .iter()
+        .position(|joint| joint.name == name)
+        .with_context(|| {
+            let known: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+            format!(
+                "session: expected joints of the machine ({}), found \"{name}\"",
+                known.join(", ")
+            )
+        })
 }
 
 /// The hash of a machine file's text and its URDF's, by which both ends know that they mean one machine.
@@ -103,14 +143,6 @@ pub fn machine_hash(file: &MachineFile, urdf: &Urdf) -> u64 {
         .bytes(file.text.as_bytes())
         .bytes(urdf.text.as_bytes())
         .finish()
-}
-
-fn listed(streams: &[Vec<String>]) -> String {
-    streams
-        .iter()
-        .map(|names| names.join(", "))
-        .collect::<Vec<_>>()
-        .join(" / ")
 }
 
 impl TryFrom<&Session> for WireSession {
@@ -123,20 +155,19 @@ impl TryFrom<&Session> for WireSession {
             "session: expected no more than {MAX_JOINTS} joints, found {joint_count}"
         );
         let mut wire = Self {
-            session: session.id,
-            machine_hash: session.machine_hash,
             total_samples: session.total_samples,
+            pace: session.pace,
             joint_count: joint_count as u32,
             stream_count: u32::try_from(session.streams.len())?,
             has_imu: session.imu.into(),
             has_odometry: session.odometry.into(),
             has_tool_wrench: session.tool_wrench.into(),
+            wants_progress: session.wants_progress.into(),
             actuated_joints: (session.actuated_joints.iter())
                 .try_fold(0_u32, |bits, &joint| Some(bits | 1_u32.checked_shl(joint)?))
                 .context("session: expected no more than 32 actuated joints")?,
             imu_frame: name_to_wire(session.imu_frame.as_deref().unwrap_or(""))?,
-            joint_streams: [0; MAX_JOINTS],
-            joint_names: [[0; NAME_BYTES]; MAX_JOINTS],
+            ..Self::blank()
         };
         let joints = (0..)
             .zip(&session.streams)
@@ -145,6 +176,12 @@ impl TryFrom<&Session> for WireSession {
             wire.joint_streams[place] = stream;
             wire.joint_names[place] = name_to_wire(name)?;
         }
+        wire.seal(Head {
+            source: session.id,
+            machine_hash: session.machine_hash,
+            published_ns: monotonic_ns(),
+            ..Head::default()
+        });
         Ok(wire)
     }
 }
@@ -153,15 +190,26 @@ impl TryFrom<&WireSession> for Session {
     type Error = anyhow::Error;
 
     fn try_from(wire: &WireSession) -> Result<Self> {
+        ensure!(
+            wire.is_whole(),
+            "session: expected a whole message of this version, found damage"
+        );
+        ensure!(
+            wire.pace.is_finite() && wire.pace >= 0.0,
+            "session: expected a pace of 0 or more, found {}",
+            wire.pace
+        );
         let (joints, streams) = (wire.joint_count as usize, wire.stream_count as usize);
         ensure!(
             joints <= MAX_JOINTS && streams <= joints,
             "session: expected no more than {MAX_JOINTS} joints in no more streams, found {joints} in {streams}"
         );
         let mut session = Self {
-            id: wire.session,
+            id: wire.source,
             machine_hash: wire.machine_hash,
             total_samples: wire.total_samples,
+            pace: wire.pace,
+            wants_progress: wire.wants_progress != 0,
             streams: vec![Vec::new(); streams],
             imu: wire.has_imu != 0,
             odometry: wire.has_odometry != 0,
@@ -186,7 +234,7 @@ impl TryFrom<&WireSession> for Session {
     }
 }
 
-fn name_to_wire(name: &str) -> Result<[u8; NAME_BYTES]> {
+pub(crate) fn name_to_wire(name: &str) -> Result<[u8; NAME_BYTES]> {
     let bytes = name.as_bytes();
     ensure!(
         bytes.len() < NAME_BYTES,
@@ -203,7 +251,7 @@ fn name_to_wire(name: &str) -> Result<[u8; NAME_BYTES]> {
     Ok(wire)
 }
 
-fn name_from_wire(wire: &[u8; NAME_BYTES]) -> Result<String> {
+pub(crate) fn name_from_wire(wire: &[u8; NAME_BYTES]) -> Result<String> {
     let Some(end) = wire.iter().position(|&byte| byte == 0) else {
         bail!("session: expected a name that ends with a zero byte");
     };
@@ -221,6 +269,8 @@ mod tests {
             id: 7,
             machine_hash: 9,
             total_samples: 11,
+            pace: 0.5,
+            wants_progress: true,
             streams: vec![vec!["a".into(), "b".repeat(63)], vec!["c".into()]],
             imu: true,
             odometry: false,
@@ -264,8 +314,11 @@ mod tests {
     fn a_session_that_makes_no_sense_is_refused() {
         let mut wire = WireSession::try_from(&session()).unwrap();
         wire.joint_streams[0] = 5;
-        assert!(Session::try_from(&wire).is_err());
+        assert!(Session::try_from(&wire).is_err(), "damage");
+        wire.seal(wire.head());
+        assert!(Session::try_from(&wire).is_err(), "a joint of no stream");
         wire.joint_count = 1000;
-        assert!(Session::try_from(&wire).is_err());
+        wire.seal(wire.head());
+        assert!(Session::try_from(&wire).is_err(), "too many joints");
     }
 }

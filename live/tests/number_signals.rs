@@ -1,54 +1,14 @@
 //! Signals that the machine file binds number by number, replayed: the monitor gives the same rows as with
 //! the usual types of messages.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-const JOINTS: [&str; 6] = ["lift", "tilt", "slew", "extension", "steer_fl", "steer_fr"];
-
-fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../tests/data")
-        .join(name)
-}
-
-/// `tiny.toml` with every joint but the wheels', the IMU and the odometry bound number by number.
-fn machine(folder: &Path) -> PathBuf {
-    let number =
-        |topic: &str, field: &str| format!("{{ topic = \"{topic}\", field = \"{field}\" }}");
-    let triple = |topic: &str, field: &str| {
-        let numbers = ["x", "y", "z"].map(|axis| number(topic, &format!("{field}.{axis}")));
-        format!("[{}]", numbers.join(", "))
-    };
-    let joints = JOINTS.map(|joint| {
-        let list = |field: &str| {
-            format!("{{ topic = \"/joint_states\", field = \"{field}\", joint = \"{joint}\" }}")
-        };
-        format!(
-            "[signals.joints.{joint}]\nposition = {}\nvelocity = {}\n",
-            list("position"),
-            list("velocity")
-        )
-    });
-    let text = std::fs::read_to_string(data("tiny.toml")).unwrap();
-    let kept = text.split("[signals]").next().unwrap();
-    let text = format!(
-        "{kept}{}[signals.imu]\nspecific_force = {}\nangular_velocity = {}\n[signals.odometry]\nvelocity = {}\n",
-        joints.concat(),
-        triple("/imu/data", "linear_acceleration"),
-        triple("/imu/data", "angular_velocity"),
-        triple("/odom", "twist.twist.linear")
-    );
-    std::fs::copy(data("tiny.urdf"), folder.join("tiny.urdf")).unwrap();
-    let path = folder.join("numbers.toml");
-    std::fs::write(&path, text).unwrap();
-    path
-}
+use crate::support::data;
+use crate::support::numbered::numbered_machine;
 
 /// The rows of a monitor that a replay of the tiny log feeds.
 fn rows(machine: &Path, world: &str) -> Vec<Value> {
@@ -111,7 +71,7 @@ fn rows(machine: &Path, world: &str) -> Vec<Value> {
 fn a_replay_of_single_numbers_gives_the_rows_of_the_usual_messages() {
     let folder = tempfile::TempDir::new().unwrap();
     let by_type = rows(&data("tiny.toml"), "type");
-    let by_number = rows(&machine(folder.path()), "number");
+    let by_number = rows(&numbered_machine(folder.path()), "number");
     assert!(by_type.len() > 100);
     assert_eq!(by_type.len(), by_number.len());
     let mut valid = 0;

@@ -1,0 +1,338 @@
+//! How long it takes: `cargo bench -p tipwatch-live --bench latency -- [ticks] [seconds]`.
+//!
+//! 1. A tick of the monitor by itself: back to back, and a thousand a second with cold caches.
+//! 2. From publishing a sample to receiving its verdict, by a monitor in another process, beside a bare
+//!    round trip through iceoryx2 with the same messages in the same run; both by polling and by events.
+//!
+//! The two processes sit on processors 0 and 1. What else runs there shows in the maxima.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    dead_code,
+    reason = "a program for people, on the helpers of the tests"
+)]
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use std::hint::black_box;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use support::World;
+use support::feed::{machine, samples};
+use tipwatch_live::clock::monotonic_ns;
+use tipwatch_live::monitor::Monitor;
+use tipwatch_live::node::{Joined, Place, Receiver, Sender};
+use tipwatch_live::producer::Producer;
+use tipwatch_live::realtime::RealTime;
+use tipwatch_live::session::{Session, machine_hash};
+use tipwatch_live::topics::{EVENT_ROW, Head, Kind, Wire, WireSample, WireSession, WireVerdict};
+use tipwatch_live::wake::{Waiter, Wake};
+
+/// The machine: four wheels and two closed chains, unless TIPWATCH_MACHINE names another of the test data.
+fn machine_name() -> String {
+    std::env::var("TIPWATCH_MACHINE").unwrap_or_else(|_| "tiny".into())
+}
+
+const PONG: &str = "--pong";
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    if let Some(at) = arguments.iter().position(|argument| argument == PONG) {
+        return pong(&arguments[at + 1], arguments[at + 2].parse().unwrap());
+    }
+    let mut numbers = arguments
+        .iter()
+        .filter_map(|argument| argument.parse::<u64>().ok());
+    let ticks = numbers.next().unwrap_or(200_000);
+    let seconds = numbers.next().unwrap_or(10);
+    pin(0);
+    tick(ticks);
+    for wake in ["poll", "event"] {
+        bare(wake, 0, 20_000);
+        bare(wake, 1_000_000, seconds * 1000);
+        monitored(wake, 0, 20_000);
+        monitored(wake, 1_000_000, seconds * 1000);
+    }
+}
+
+fn pin(core: usize) {
+    let real_time = RealTime {
+        core: Some(core),
+        ..RealTime::default()
+    };
+    real_time.apply().unwrap();
+}
+
+fn report(what: &str, mut times_ns: Vec<i64>) {
+    times_ns.sort_unstable();
+    let at = |share: f64| {
+        let last = times_ns.len() - 1;
+        times_ns[(last as f64 * share).round() as usize] as f64 * 1e-3
+    };
+    println!(
+        "{what:58} n {:8}  median {:8.2}  p99 {:8.2}  p99.9 {:8.2}  max {:9.2} us",
+        times_ns.len(),
+        at(0.5),
+        at(0.99),
+        at(0.999),
+        at(1.0)
+    );
+}
+
+/// A machine in the middle of its work, again and again: one sample of the IMU and one of the joints.
+struct Steady {
+    imu: WireSample,
+    joints: WireSample,
+    session: Session,
+    hash: u64,
+    sequence: u64,
+    time_ns: i64,
+}
+
+impl Steady {
+    fn new(source: u64) -> Self {
+        let (file, urdf) = machine(&machine_name());
+        let (recording, samples) = samples(&machine_name());
+        let middle = &samples[samples.len() / 2..];
+        let of = |kind: Kind| *middle.iter().find(|s| s.kind == kind as u32).unwrap();
+        Self {
+            imu: of(Kind::Imu),
+            joints: of(Kind::Joints),
+            session: Session {
+                id: source,
+                wants_progress: false,
+                ..recording.session
+            },
+            hash: machine_hash(&file, &urdf),
+            sequence: 0,
+            time_ns: 1_000_000_000,
+        }
+    }
+
+    /// The next samples, a millisecond of the machine's time later.
+    fn next(&mut self, published_ns: i64) -> [WireSample; 2] {
+        self.time_ns += 1_000_000;
+        [self.imu, self.joints].map(|mut sample| {
+            sample.seal(Head {
+                sequence: self.sequence,
+                source: self.session.id,
+                machine_hash: self.hash,
+                time_ns: self.time_ns,
+                published_ns,
+            });
+            self.sequence += 1;
+            sample
+        })
+    }
+}
+
+fn tick(count: u64) {
+    let mut steady = Steady::new(1);
+    let (file, urdf) = machine(&machine_name());
+    let (machine, sensors) = steady.session.machine(&file, &urdf).unwrap();
+    let session = Session {
+        pace: 0.0,
+        ..steady.session.clone()
+    };
+    let facts = session.facts(&machine);
+    let mut monitor = Monitor::new(machine, &sensors, &facts, 0);
+    let mut run = |count: u64, cold: bool, what: &str| {
+        let (mut row, mut other) = (Vec::new(), Vec::new());
+        let mut cache = vec![0_u8; 16 << 20];
+        for _ in 0..count {
+            let [imu, joints] = steady.next(0);
+            if cold {
+                std::thread::sleep(Duration::from_micros(900));
+                for byte in cache.iter_mut().step_by(64) {
+                    *byte = byte.wrapping_add(1);
+                }
+                black_box(&cache);
+            }
+            let mut publish = |verdict: &mut WireVerdict| {
+                verdict.seal(Head::default());
+                black_box(&verdict);
+                0
+            };
+            let start = monotonic_ns();
+            monitor.take(&imu, 0, &mut publish);
+            let between = monotonic_ns();
+            monitor.take(&joints, 0, &mut publish);
+            row.push(monotonic_ns() - between);
+            other.push(between - start);
+        }
+        report(&format!("tick with a row, {what}"), row);
+        report(&format!("tick without a row, {what}"), other);
+    };
+    run(1000, false, "warming up");
+    run(count, false, "back to back");
+    run(3000, true, "1 kHz, cold caches");
+    println!("level {:?}", monitor.verdict().level);
+}
+
+/// The other end of a bare round trip.
+fn pong(prefix: &str, wake: Wake) {
+    pin(1);
+    let joined = Joined::new(&bare_place(prefix), "pong").unwrap();
+    let samples: Receiver<WireSample> = joined.receiver().unwrap();
+    let verdicts: Sender<WireVerdict> = joined.sender(0, 0).unwrap();
+    let bell = joined.bell::<WireVerdict>().unwrap();
+    let waiter = Waiter::new::<WireSample>(&joined, wake).unwrap();
+    let mut verdict = WireVerdict::unknown();
+    let mut ends = false;
+    while !ends {
+        while let Some((sequence, kind)) = samples.receive(|s| (s.sequence, s.kind)).unwrap() {
+            verdict.sample_sequence = sequence;
+            verdict.event = EVENT_ROW;
+            verdicts.send_raw(&verdict).unwrap();
+            if wake == Wake::Event {
+                bell.ring();
+            }
+            ends = kind == Kind::End as u32;
+        }
+        waiter.wait();
+    }
+    std::thread::sleep(Duration::from_millis(100));
+}
+
+fn bare_place(prefix: &str) -> Place {
+    Place {
+        service: "bare".into(),
+        prefix: Some(prefix.into()),
+    }
+}
+
+/// Ended when this is.
+struct Other(Child);
+
+impl Drop for Other {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Waits for the verdict on a sample; when it came (ns).
+fn verdict_on(sequence: u64, verdicts: &Receiver<WireVerdict>, waiter: &Waiter) -> i64 {
+    loop {
+        let is_it = verdicts.receive(|v| v.event == EVENT_ROW && v.sample_sequence == sequence);
+        match is_it.unwrap() {
+            Some(true) => return monotonic_ns(),
+            Some(false) => {}
+            None => waiter.wait(),
+        }
+    }
+}
+
+/// Sleeps, then spins, until it is time.
+fn wait_until(due_ns: i64) {
+    let left_ns = due_ns - monotonic_ns() - 200_000;
+    if left_ns > 0 {
+        std::thread::sleep(Duration::from_nanos(left_ns.unsigned_abs()));
+    }
+    while monotonic_ns() < due_ns {
+        std::hint::spin_loop();
+    }
+}
+
+fn bare(wake: &str, period_ns: i64, count: u64) {
+    let world = World::new("lb");
+    let joined = Joined::new(&bare_place(&world.prefix), "ping").unwrap();
+    let wake: Wake = wake.parse().unwrap();
+    let samples: Sender<WireSample> = joined.sender(0, 0).unwrap();
+    let bell = joined.bell::<WireSample>().unwrap();
+    let verdicts: Receiver<WireVerdict> = joined.receiver().unwrap();
+    let waiter = Waiter::new::<WireVerdict>(&joined, wake).unwrap();
+    let name = if wake == Wake::Poll { "poll" } else { "event" };
+    let _pong = Other(
+        Command::new(std::env::current_exe().unwrap())
+            .args([PONG, &world.prefix, name])
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap(),
+    );
+    while samples.readers() == 0 {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    std::thread::sleep(Duration::from_millis(50));
+    let mut sample = WireSample::end();
+    sample.kind = Kind::Joints as u32;
+    let mut times = Vec::new();
+    let mut due_ns = monotonic_ns();
+    for sequence in 0..count {
+        due_ns = (due_ns + period_ns).max(monotonic_ns());
+        wait_until(due_ns);
+        sample.sequence = sequence;
+        if sequence + 1 == count {
+            sample.kind = Kind::End as u32;
+        }
+        let start_ns = monotonic_ns();
+        samples.send_raw(&sample).unwrap();
+        if wake == Wake::Event {
+            bell.ring();
+        }
+        times.push(verdict_on(sequence, &verdicts, &waiter) - start_ns);
+    }
+    report(
+        &format!("bare round trip, {name}{}", pace(period_ns)),
+        times,
+    );
+}
+
+fn pace(period_ns: i64) -> &'static str {
+    if period_ns == 0 {
+        ", back to back"
+    } else {
+        ", 1 kHz"
+    }
+}
+
+fn monitored(wake: &str, period_ns: i64, count: u64) {
+    let world = World::new("lm");
+    let joined = world.join();
+    let verdicts: Receiver<WireVerdict> = joined.receiver().unwrap();
+    let waiter = Waiter::new::<WireVerdict>(&joined, wake.parse().unwrap()).unwrap();
+    let _monitor = world.monitor(
+        &support::data(&format!("{}.toml", machine_name())),
+        &[
+            "--quiet",
+            "--stay",
+            "--wake",
+            wake,
+            "--core",
+            "1",
+            "--lock-memory",
+        ],
+    );
+    let mut steady = Steady::new(monotonic_ns().unsigned_abs());
+    // real time is checked where there is any
+    steady.session.pace = if period_ns == 0 { 0.0 } else { 1.0 };
+    let mut producer = Producer::new(&joined, steady.session.id, steady.hash).unwrap();
+    producer
+        .announce(&mut WireSession::try_from(&steady.session).unwrap())
+        .unwrap();
+    while producer.readers() == 0 {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    producer.greet().unwrap();
+    let mut times = Vec::new();
+    let mut due_ns = monotonic_ns();
+    for _ in 0..count + 500 {
+        due_ns = (due_ns + period_ns).max(monotonic_ns());
+        wait_until(due_ns);
+        let [mut imu, mut joints] = steady.next(monotonic_ns());
+        imu.time_ns = steady.time_ns;
+        producer.send(&mut imu).unwrap();
+        let start_ns = monotonic_ns();
+        producer.send(&mut joints).unwrap();
+        times.push(verdict_on(joints.sequence, &verdicts, &waiter) - start_ns);
+    }
+    // the first rows wait for the monitor's start
+    let times = times.split_off(500);
+    report(
+        &format!("sample to verdict, {wake}{}", pace(period_ns)),
+        times,
+    );
+}

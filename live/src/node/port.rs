@@ -1,0 +1,177 @@
+//! The ends of a service.
+
+use anyhow::{Context, Result};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::PortFactory as _;
+use iceoryx2::prelude::*;
+
+use super::{Service, cause};
+use crate::clock::monotonic_ns;
+use crate::topics::{Head, Topic};
+
+/// The writing end: gives messages their head and checksum, and sends them. It never waits.
+#[derive(Debug)]
+pub struct Sender<T: Topic> {
+    // The port before the service that it is of: that is the order in which they are dropped.
+    publisher: Publisher<ipc::Service, T, ()>,
+    service: Service<T>,
+    source: u64,
+    machine_hash: u64,
+    sequence: u64,
+}
+
+impl<T: Topic> Sender<T> {
+    pub(super) fn new(service: Service<T>, source: u64, machine_hash: u64) -> Result<Self> {
+        let publisher = service.publisher_builder().create();
+        let publisher = publisher.map_err(cause).with_context(|| {
+            format!(
+                "{}: cannot be written; is the same program already running?",
+                T::TYPE_NAME
+            )
+        })?;
+        Ok(Self {
+            publisher,
+            service,
+            source,
+            machine_hash,
+            sequence: 0,
+        })
+    }
+
+    /// The identity that its messages have.
+    #[must_use]
+    pub fn source(&self) -> u64 {
+        self.source
+    }
+
+    /// The number of the next message.
+    #[must_use]
+    pub fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// Leaves a number out: its message was not sent.
+    pub fn skip(&mut self) {
+        self.sequence += 1;
+    }
+
+    /// Seals a message, whose time of validity is set, and sends it; when (ns).
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn send(&mut self, message: &mut T) -> Result<i64> {
+        self.send_at(message, monotonic_ns())
+    }
+
+    /// The same, with the time that the message says it was published.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn send_at(&mut self, message: &mut T, published_ns: i64) -> Result<i64> {
+        message.seal(Head {
+            sequence: self.sequence,
+            source: self.source,
+            machine_hash: self.machine_hash,
+            time_ns: message.head().time_ns,
+            published_ns,
+        });
+        self.sequence += 1;
+        self.send_raw(message)?;
+        Ok(published_ns)
+    }
+
+    /// The same as another source.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn send_as(&mut self, source: u64, message: &mut T) -> Result<()> {
+        self.source = source;
+        self.send(message).map(|_| ())
+    }
+
+    /// Sends a message as it is.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn send_raw(&self, message: &T) -> Result<()> {
+        let loan = self.publisher.loan_uninit().map_err(cause);
+        let loan = loan.with_context(|| format!("{}: no memory", T::TYPE_NAME))?;
+        let sent = loan.write_payload(*message).send().map_err(cause);
+        sent.with_context(|| format!("{}: cannot be sent", T::TYPE_NAME))?;
+        Ok(())
+    }
+
+    /// Gives readers that have come since what is kept for them.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn greet(&self) -> Result<()> {
+        let greeted = self.publisher.update_connections().map_err(cause);
+        greeted.with_context(|| format!("{}: cannot be sent", T::TYPE_NAME))
+    }
+
+    /// How many readers there are, the dead included that were not forgotten yet.
+    #[must_use]
+    pub fn readers(&self) -> usize {
+        self.service.dynamic_config().number_of_subscribers()
+    }
+
+    /// Calls `each` with the identity of every reader.
+    pub fn each_reader(&self, mut each: impl FnMut(u128)) {
+        self.service.dynamic_config().list_subscribers(|details| {
+            each(details.subscriber_id.value());
+            CallbackProgression::Continue
+        });
+    }
+}
+
+/// The reading end.
+#[derive(Debug)]
+pub struct Receiver<T: Topic> {
+    subscriber: Subscriber<ipc::Service, T, ()>,
+    service: Service<T>,
+}
+
+impl<T: Topic> Receiver<T> {
+    pub(super) fn new(service: Service<T>) -> Result<Self> {
+        let subscriber = service.subscriber_builder().buffer_size(T::QUEUE).create();
+        let subscriber = subscriber.map_err(cause);
+        Ok(Self {
+            subscriber: subscriber.with_context(|| format!("{}: cannot be read", T::TYPE_NAME))?,
+            service,
+        })
+    }
+
+    /// Lends the next message to `take`; `None` if there is none.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn receive<R>(&self, take: impl FnOnce(&T) -> R) -> Result<Option<R>> {
+        let received = self.subscriber.receive().map_err(cause);
+        let received = received.with_context(|| format!("{}: cannot be read", T::TYPE_NAME))?;
+        Ok(received.map(|message| take(message.payload())))
+    }
+
+    /// Attaches to writers that have come since.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn attach(&self) -> Result<()> {
+        let attached = self.subscriber.update_connections().map_err(cause);
+        attached.with_context(|| format!("{}: cannot be read", T::TYPE_NAME))
+    }
+
+    /// How many writers there are, the dead included that were not forgotten yet.
+    #[must_use]
+    pub fn writers(&self) -> usize {
+        self.service.dynamic_config().number_of_publishers()
+    }
+
+    /// The identity of this reader.
+    #[must_use]
+    pub fn id(&self) -> u128 {
+        self.subscriber.id().value()
+    }
+}

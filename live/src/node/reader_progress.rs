@@ -1,0 +1,67 @@
+//! How far the readers of a replay are: so that it can wait for them, though no queue does.
+
+use std::collections::BTreeMap;
+
+use anyhow::Result;
+
+use super::{Receiver, Sender};
+use crate::topics::{WireProgress, WireSample};
+
+/// What [`WireProgress::next`] is where a reader has had no sample yet.
+pub const NOTHING_YET: u64 = u64::MAX;
+
+/// Keeps the progress of all readers of a session's samples.
+#[derive(Debug)]
+pub struct ReaderProgress {
+    reports: Receiver<WireProgress>,
+    session: u64,
+    /// By reader: the next sample that it wants.
+    next: BTreeMap<u128, u64>,
+}
+
+impl ReaderProgress {
+    /// Nobody has reported yet.
+    #[must_use]
+    pub fn new(reports: Receiver<WireProgress>, session: u64) -> Self {
+        Self {
+            reports,
+            session,
+            next: BTreeMap::new(),
+        }
+    }
+
+    /// Takes all reports. A reader that has just come wants what is sent from now on.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn update(&mut self, sent: u64) -> Result<()> {
+        let (next, session) = (&mut self.next, self.session);
+        while self
+            .reports
+            .receive(|report| {
+                if report.source == session {
+                    let reader =
+                        u128::from(report.reader_high) << 64 | u128::from(report.reader_low);
+                    let wanted = next.entry(reader).or_insert(sent);
+                    if report.next != NOTHING_YET {
+                        *wanted = (*wanted).max(report.next);
+                    }
+                }
+            })?
+            .is_some()
+        {}
+        Ok(())
+    }
+
+    /// The first sample that some reader still wants; `None` where one has not reported yet.
+    /// `sent` where there is no reader.
+    #[must_use]
+    pub fn slowest(&self, samples: &Sender<WireSample>, sent: u64) -> Option<u64> {
+        let mut slowest = Some(sent);
+        samples.each_reader(|reader| {
+            let next = self.next.get(&reader).copied();
+            slowest = slowest.zip(next).map(|(a, b)| a.min(b));
+        });
+        slowest
+    }
+}

@@ -1,0 +1,106 @@
+//! Samples and verdicts as messages of ROS 2, with every bit that they have.
+
+use tipwatch_mechanics::signal::{Sample, Sensor};
+
+use super::cdr::Cdr;
+use crate::names::Names;
+use crate::topics::WireVerdict;
+
+/// A sample; `joint_names` are those of its stream, `imu_frame` that of the IMU.
+pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &str) -> Vec<u8> {
+    let mut cdr = Cdr::with_capacity(1024);
+    let (stamp_ns, values) = (sample.stamp_ns, sample.values);
+    match sample.sensor {
+        Sensor::Joints(_) => {
+            cdr.header(stamp_ns, "");
+            cdr.u32(joint_names.len() as u32);
+            joint_names.iter().for_each(|name| cdr.text(name));
+            let (positions, rates) = values.split_at(values.len() / 2);
+            cdr.list(positions);
+            cdr.list(rates);
+            cdr.list(&[]);
+        }
+        Sensor::Imu => {
+            cdr.header(stamp_ns, imu_frame);
+            let attitude = &values[6..10];
+            cdr.f64s(attitude);
+            let mut covariance = [0.0; 9];
+            if attitude.iter().any(|q| q.is_nan()) {
+                // the agreed mark of an IMU without attitude
+                covariance[0] = -1.0;
+            }
+            cdr.f64s(&covariance);
+            cdr.f64s(&values[3..6]);
+            cdr.f64s(&[0.0; 9]);
+            cdr.f64s(&values[..3]);
+            cdr.f64s(&[0.0; 9]);
+        }
+        Sensor::Odometry => {
+            cdr.header(stamp_ns, "odom");
+            cdr.text("base_link");
+            cdr.f64s(&[0.0; 3]);
+            cdr.f64s(&values[6..10]);
+            cdr.f64s(&[0.0; 36]);
+            cdr.f64s(&values[..6]);
+            cdr.f64s(&[0.0; 36]);
+        }
+        Sensor::ToolWrench => {
+            cdr.header(stamp_ns, "");
+            cdr.f64s(&values[..6]);
+        }
+        Sensor::Actuator(_) => {
+            cdr.header(stamp_ns, "");
+            cdr.f64s(&values[..1]);
+        }
+    }
+    cdr.finish()
+}
+
+/// A verdict, in the order of its topic's definition.
+pub(super) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
+    let mut cdr = Cdr::with_capacity(2048);
+    cdr.header(verdict.time_ns, "");
+    for number in [
+        verdict.event,
+        verdict.level,
+        verdict.latched_level,
+        verdict.faults,
+        verdict.cautions,
+        verdict.reasons,
+        verdict.acknowledged,
+        verdict.untimed,
+        verdict.next_wheel,
+        verdict.wheel_count,
+    ] {
+        cdr.u32(number);
+    }
+    for number in [
+        verdict.sequence,
+        verdict.source,
+        verdict.sample_sequence,
+        verdict.rows,
+        verdict.lost,
+        verdict.refused,
+        verdict.repeated,
+    ] {
+        cdr.u64(number);
+    }
+    for time_ns in [
+        verdict.published_ns,
+        verdict.valid_until_ns,
+        verdict.sample_published_ns,
+    ] {
+        cdr.i64(time_ns);
+    }
+    names.each_number(verdict, |_, number| cdr.f64(number));
+    cdr.finish()
+}
+
+/// What could not be written.
+pub(super) fn gap(stamp_ns: i64, samples: u64, verdicts: u64) -> Vec<u8> {
+    let mut cdr = Cdr::with_capacity(64);
+    cdr.header(stamp_ns, "");
+    cdr.u64(samples);
+    cdr.u64(verdicts);
+    cdr.finish()
+}

@@ -1,0 +1,111 @@
+//! What waits to be written: between the thread that takes messages from shared memory and the one that
+//! waits for the disk.
+
+use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Bytes that may wait: half a minute of a busy machine.
+const MOST_BYTES: usize = 64 << 20;
+
+/// What a message is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A sample of this sensor, by its place among the session's.
+    Sample(usize),
+    /// A verdict; whether its level differs from the one before.
+    Verdict { is_new: bool },
+}
+
+/// A message as it will stand in the file.
+#[derive(Debug)]
+pub(super) struct Encoded {
+    pub(super) kind: Kind,
+    pub(super) sequence: u32,
+    pub(super) log_time_ns: i64,
+    pub(super) publish_time_ns: i64,
+    pub(super) data: Vec<u8>,
+}
+
+/// Messages that were dropped.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Dropped {
+    pub(super) samples: u64,
+    pub(super) verdicts: u64,
+}
+
+impl Dropped {
+    fn count(&mut self, kind: Kind) {
+        match kind {
+            Kind::Sample(_) => self.samples += 1,
+            Kind::Verdict { .. } => self.verdicts += 1,
+        }
+    }
+}
+
+/// Messages in their order. The oldest go where there are too many.
+#[derive(Debug, Default)]
+pub(super) struct Pending(Mutex<Queue>);
+
+#[derive(Debug, Default)]
+struct Queue {
+    messages: VecDeque<Encoded>,
+    bytes: usize,
+    dropped: Dropped,
+}
+
+impl Pending {
+    fn queue(&self) -> MutexGuard<'_, Queue> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn push(&self, message: Encoded) {
+        let mut queue = self.queue();
+        queue.bytes += message.data.len();
+        queue.messages.push_back(message);
+        queue.bound();
+    }
+
+    /// Notes messages that never came this far.
+    pub(super) fn note_dropped(&self, samples: u64, verdicts: u64) {
+        let dropped = &mut self.queue().dropped;
+        dropped.samples += samples;
+        dropped.verdicts += verdicts;
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.queue().bytes >= MOST_BYTES / 2
+    }
+
+    /// All that waits, and what was dropped since the last call.
+    pub(super) fn take(&self) -> (VecDeque<Encoded>, Dropped) {
+        let mut queue = self.queue();
+        queue.bytes = 0;
+        (
+            std::mem::take(&mut queue.messages),
+            std::mem::take(&mut queue.dropped),
+        )
+    }
+
+    /// Gives back what could not be written.
+    pub(super) fn give_back(&self, mut messages: VecDeque<Encoded>, dropped: Dropped) {
+        let mut queue = self.queue();
+        messages.append(&mut queue.messages);
+        queue.bytes = messages.iter().map(|message| message.data.len()).sum();
+        queue.messages = messages;
+        queue.dropped.samples += dropped.samples;
+        queue.dropped.verdicts += dropped.verdicts;
+        queue.bound();
+    }
+}
+
+impl Queue {
+    fn bound(&mut self) {
+        while self.bytes > MOST_BYTES {
+            let Some(oldest) = self.messages.pop_front() else {
+                return;
+            };
+            self.bytes -= oldest.data.len();
+            self.dropped.count(oldest.kind);
+        }
+    }
+}

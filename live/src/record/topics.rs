@@ -1,0 +1,191 @@
+//! The topics of a recorded session: names, types and definitions.
+
+use std::fmt::Write;
+
+use tipwatch_binding::monitor_topic::{self, ACTUATOR_FIELD};
+
+use crate::names::Names;
+use crate::topics::WireVerdict;
+
+/// A topic.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Topic {
+    pub(super) name: String,
+    pub(super) type_name: &'static str,
+    pub(super) definition: String,
+}
+
+const HEADER: &str = "
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+";
+const VECTOR: &str = "\
+================================================================================
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+";
+const QUATERNION: &str = "\
+================================================================================
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+";
+
+/// Joint states of a stream.
+pub(super) fn joint_states(stream: usize) -> Topic {
+    Topic {
+        name: monitor_topic::joint_states(stream),
+        type_name: "sensor_msgs/msg/JointState",
+        definition: format!(
+            "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort{HEADER}"
+        ),
+    }
+}
+
+/// The inertial measurement unit.
+pub(super) fn imu() -> Topic {
+    Topic {
+        name: monitor_topic::IMU.into(),
+        type_name: "sensor_msgs/msg/Imu",
+        definition: format!(
+            "std_msgs/Header header\n\
+             geometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
+             geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
+             geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance{HEADER}{VECTOR}{QUATERNION}"
+        ),
+    }
+}
+
+/// Odometry.
+pub(super) fn odometry() -> Topic {
+    const PARTS: &str = "\
+================================================================================
+MSG: geometry_msgs/PoseWithCovariance
+geometry_msgs/Pose pose
+float64[36] covariance
+================================================================================
+MSG: geometry_msgs/Pose
+geometry_msgs/Point position
+geometry_msgs/Quaternion orientation
+================================================================================
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+================================================================================
+MSG: geometry_msgs/TwistWithCovariance
+geometry_msgs/Twist twist
+float64[36] covariance
+================================================================================
+MSG: geometry_msgs/Twist
+geometry_msgs/Vector3 linear
+geometry_msgs/Vector3 angular
+";
+    Topic {
+        name: monitor_topic::ODOMETRY.into(),
+        type_name: "nav_msgs/msg/Odometry",
+        definition: format!(
+            "std_msgs/Header header\nstring child_frame_id\n\
+             geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist{HEADER}{PARTS}{VECTOR}{QUATERNION}"
+        ),
+    }
+}
+
+/// The tool wrench.
+pub(super) fn tool_wrench() -> Topic {
+    const WRENCH: &str = "\
+================================================================================
+MSG: geometry_msgs/Wrench
+geometry_msgs/Vector3 force
+geometry_msgs/Vector3 torque
+";
+    Topic {
+        name: monitor_topic::TOOL_WRENCH.into(),
+        type_name: "geometry_msgs/msg/WrenchStamped",
+        definition: format!(
+            "std_msgs/Header header\ngeometry_msgs/Wrench wrench{HEADER}{WRENCH}{VECTOR}"
+        ),
+    }
+}
+
+/// A signal of an actuator's force, under the name that offline knows.
+pub(super) fn actuator(name: String) -> Topic {
+    Topic {
+        name,
+        type_name: "tipwatch_msgs/msg/ActuatorSignal",
+        definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
+    }
+}
+
+/// What the monitor says: integers as on the wire, then every number under the name of its column in
+/// `samples.parquet`. The header's stamp is the time of the row.
+pub(super) fn verdict(names: &Names) -> Topic {
+    let mut definition = String::from("std_msgs/Header header\n");
+    for name in VERDICT_INTEGERS {
+        let _ = writeln!(definition, "uint32 {name}");
+    }
+    for name in VERDICT_COUNTS {
+        let _ = writeln!(definition, "uint64 {name}");
+    }
+    for name in VERDICT_TIMES {
+        let _ = writeln!(definition, "int64 {name}");
+    }
+    names.each_number(&WireVerdict::unknown(), |name, _| {
+        let _ = writeln!(definition, "float64 {}", field_name(name));
+    });
+    Topic {
+        name: monitor_topic::NAME.into(),
+        type_name: monitor_topic::TYPE_NAME,
+        definition: definition.trim_end().to_owned() + HEADER,
+    }
+}
+
+/// Fields of a verdict, as on the wire.
+pub(super) const VERDICT_INTEGERS: [&str; 10] = [
+    "event",
+    "level",
+    "latched_level",
+    "faults",
+    "cautions",
+    "reasons",
+    "acknowledged",
+    "untimed",
+    "next_wheel",
+    "wheel_count",
+];
+pub(super) const VERDICT_COUNTS: [&str; 7] = [
+    "sequence",
+    "source",
+    "sample_sequence",
+    "rows",
+    "lost",
+    "refused",
+    "repeated",
+];
+pub(super) const VERDICT_TIMES: [&str; 3] =
+    ["published_ns", "valid_until_ns", "sample_published_ns"];
+
+/// What the recorder could not write.
+pub(super) fn gap() -> Topic {
+    Topic {
+        name: "/tipwatch/record_gap".into(),
+        type_name: "tipwatch_msgs/msg/RecordGap",
+        definition: format!("std_msgs/Header header\nuint64 samples\nuint64 verdicts{HEADER}"),
+    }
+}
+
+/// A name as messages may have it: letters, digits and underscores.
+fn field_name(name: &str) -> String {
+    let allowed = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    name.to_lowercase().chars().map(allowed).collect()
+}

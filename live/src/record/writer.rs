@@ -1,0 +1,218 @@
+//! The thread that waits for the disk: batches of a few milliseconds, files of a minute, old files
+//! removed, and a new start where a file fails.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+
+use super::encode;
+use super::pending::{Dropped, Encoded, Kind, Pending};
+use super::retention::Retention;
+use super::segment::{Preamble, Segment, sync_folder};
+use super::sync::SyncThread;
+
+/// A batch gathers for so long: with the wait for its messages and its write, a process that is killed
+/// loses no more than 20 ms.
+const BATCH_PERIOD: Duration = Duration::from_millis(8);
+/// The wait before a failed file is tried anew.
+const RETRY_PERIOD: Duration = Duration::from_secs(1);
+
+/// What was written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct RecordCounts {
+    /// Samples written.
+    pub samples: u64,
+    /// Verdicts written.
+    pub verdicts: u64,
+    /// Samples that came but could not be written, or were lost on the way to the recorder.
+    pub samples_lost: u64,
+    /// Verdicts that came but could not be written, or were lost on the way to the recorder.
+    pub verdicts_lost: u64,
+}
+
+/// Where and how a session is written.
+#[derive(Debug, Clone)]
+pub(super) struct Plan {
+    pub(super) folder: PathBuf,
+    pub(super) preamble: Preamble,
+    pub(super) split: Duration,
+    pub(super) retention: Retention,
+}
+
+/// Writes all that is pending, until it ends.
+pub(super) struct FileWriter {
+    plan: Plan,
+    pending: Arc<Pending>,
+    sync: SyncThread,
+    segment: Option<Segment>,
+    segments: usize,
+    first_ns: Option<i64>,
+    failed: Option<Instant>,
+    counts: RecordCounts,
+}
+
+impl FileWriter {
+    /// Begins the first file.
+    pub(super) fn begin(plan: Plan, pending: Arc<Pending>) -> Result<Self> {
+        std::fs::create_dir_all(&plan.folder)?;
+        let mut writer = Self {
+            plan,
+            pending,
+            sync: SyncThread::start()?,
+            segment: None,
+            segments: 0,
+            first_ns: None,
+            failed: None,
+            counts: RecordCounts::default(),
+        };
+        writer.open()?;
+        Ok(writer)
+    }
+
+    /// Writes until `ends` is set and nothing waits.
+    pub(super) fn run(mut self, ends: &AtomicBool) -> Result<RecordCounts> {
+        loop {
+            let is_last = ends.load(Ordering::Acquire);
+            self.write_pending(is_last);
+            if is_last {
+                break;
+            }
+            std::thread::sleep(BATCH_PERIOD);
+        }
+        let (left, dropped) = self.pending.take();
+        self.count_lost(dropped);
+        for message in left {
+            match message.kind {
+                Kind::Sample(_) => self.counts.samples_lost += 1,
+                Kind::Verdict { .. } => self.counts.verdicts_lost += 1,
+            }
+        }
+        if let Some(segment) = self.segment.take() {
+            segment.finish()?;
+        }
+        Ok(self.counts)
+    }
+
+    fn write_pending(&mut self, is_last: bool) {
+        let is_waiting = self.failed.is_some_and(|at| at.elapsed() < RETRY_PERIOD);
+        if is_waiting && !is_last {
+            return;
+        }
+        let (messages, dropped) = self.pending.take();
+        if messages.is_empty() && dropped == Dropped::default() {
+            return;
+        }
+        match self.write(&messages, dropped) {
+            Ok(()) => {
+                if self.failed.take().is_some() {
+                    eprintln!("record: writing again");
+                }
+                self.count(&messages, dropped);
+            }
+            Err(error) => {
+                if self.failed.replace(Instant::now()).is_none() {
+                    eprintln!("record: {error:#}; trying again in a new file");
+                }
+                // What stands in the file so far stays there; what follows goes into a new one.
+                self.segment = None;
+                self.plan.retention.make_room();
+                self.pending.give_back(messages, dropped);
+            }
+        }
+    }
+
+    fn write(&mut self, messages: &VecDeque<Encoded>, dropped: Dropped) -> Result<()> {
+        self.split(messages)?;
+        if self.segment.is_none() {
+            self.open()?;
+        }
+        let Some(segment) = &mut self.segment else {
+            return Ok(());
+        };
+        let (gaps, verdicts) = {
+            let topics = self.plan.preamble.topics.len();
+            (topics - 1, topics - 2)
+        };
+        if dropped != Dropped::default() {
+            let log_time_ns = messages.front().map_or(0, |message| message.log_time_ns);
+            let message = Encoded {
+                kind: Kind::Verdict { is_new: false },
+                sequence: 0,
+                log_time_ns,
+                publish_time_ns: log_time_ns,
+                data: encode::gap(log_time_ns, dropped.samples, dropped.verdicts),
+            };
+            segment.add(gaps, &message)?;
+        }
+        let mut is_alarm = false;
+        for message in messages {
+            let channel = match message.kind {
+                Kind::Sample(sensor) => sensor,
+                Kind::Verdict { is_new } => {
+                    is_alarm |= is_new;
+                    verdicts
+                }
+            };
+            segment.add(channel, message)?;
+        }
+        segment.flush()?;
+        if is_alarm {
+            self.sync.now();
+        }
+        Ok(())
+    }
+
+    /// Ends the file if it is long enough.
+    fn split(&mut self, messages: &VecDeque<Encoded>) -> Result<()> {
+        let Some(now_ns) = messages.back().map(|message| message.log_time_ns) else {
+            return Ok(());
+        };
+        let first_ns = *self.first_ns.get_or_insert(now_ns);
+        let age_ns = now_ns.saturating_sub(first_ns);
+        if i128::from(age_ns) < self.plan.split.as_nanos().cast_signed() {
+            return Ok(());
+        }
+        if let Some(segment) = self.segment.take() {
+            segment.finish()?;
+            self.plan.retention.apply();
+        }
+        Ok(())
+    }
+
+    fn open(&mut self) -> Result<()> {
+        let path = self.next_path();
+        let segment = Segment::begin(path, &self.plan.preamble)?;
+        self.segments += 1;
+        sync_folder(&self.plan.folder);
+        self.sync.follow(segment.file()?);
+        self.plan.retention.keep(&segment.path);
+        self.segment = Some(segment);
+        self.first_ns = None;
+        Ok(())
+    }
+
+    fn next_path(&self) -> PathBuf {
+        let stem = self.plan.folder.file_name().unwrap_or_default();
+        let name = format!("{}_{}.mcap", stem.to_string_lossy(), self.segments);
+        Path::new(&self.plan.folder).join(name)
+    }
+
+    fn count(&mut self, messages: &VecDeque<Encoded>, dropped: Dropped) {
+        for message in messages {
+            match message.kind {
+                Kind::Sample(_) => self.counts.samples += 1,
+                Kind::Verdict { .. } => self.counts.verdicts += 1,
+            }
+        }
+        self.count_lost(dropped);
+    }
+
+    fn count_lost(&mut self, dropped: Dropped) {
+        self.counts.samples_lost += dropped.samples;
+        self.counts.verdicts_lost += dropped.verdicts;
+    }
+}

@@ -1,0 +1,326 @@
+//! What the recorder leaves: offline makes the same loads and verdicts of it, faults included.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::options::{Estimator, Options};
+use tipwatch_analyze::run;
+use tipwatch_binding::MachineFile;
+use tipwatch_live::clock::monotonic_ns;
+use tipwatch_live::topics::{EVENT_ROW, Head, Wire, WireVerdict};
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::verdict::{InputFault, Level};
+
+use crate::support::favour::favour;
+use crate::support::feed::Feed;
+use crate::support::killing::{Reading, Times, files, sequences};
+use crate::support::numbered::numbered_machine;
+use crate::support::producing::Producing;
+use crate::support::{World, data};
+
+fn causal(log: &Path, machine: &Path) -> Analysis {
+    let options = Options {
+        estimator: Estimator::Causal,
+        ..Options::default()
+    };
+    let file = MachineFile::read(machine).unwrap();
+    run::analyse(log, &file, options, &mut |_| {}).unwrap()
+}
+
+/// The folder of the only session in `folder`.
+fn session_in(folder: &Path) -> std::path::PathBuf {
+    let mut sessions = std::fs::read_dir(folder).unwrap();
+    let session = sessions.next().unwrap().unwrap().path();
+    assert!(sessions.next().is_none(), "one session");
+    session
+}
+
+fn assert_same_bits(live: f64, offline: f64, what: &str) {
+    let same = live.to_bits() == offline.to_bits() || live.is_nan() && offline.is_nan();
+    assert!(same, "{what}: {live:e} live, {offline:e} offline");
+}
+
+/// Every row that was published is that of the analysis, in the same order.
+fn assert_reproduced(live: &[WireVerdict], analysis: &Analysis) {
+    let rows = &analysis.rows;
+    let verdicts = rows.verdicts.as_ref().unwrap();
+    assert_eq!(live.len(), rows.len());
+    for (row, live) in live.iter().enumerate() {
+        assert_eq!(live.time_ns, rows.times_ns[row]);
+        assert_eq!(live.row_reasons(), rows.reasons[row], "row {row}");
+        assert_eq!(live.verdict(), verdicts.verdicts[row], "row {row}");
+        assert_eq!(live.conditions(), verdicts.recorded[row], "row {row}");
+        let offline = |quantity| rows.outcomes.column(quantity)[row];
+        assert_same_bits(
+            live.utilisation,
+            offline(Quantity::Utilisation),
+            "utilisation",
+        );
+        assert_same_bits(
+            live.time_to_lift_off_s,
+            verdicts.time_to_lift_off_s[row],
+            "time to lift-off",
+        );
+        for wheel in 0..live.wheel_count as usize {
+            assert_same_bits(live.load[wheel], offline(Quantity::Load(wheel)), "load");
+            assert_same_bits(live.otf[wheel], offline(Quantity::Otf(wheel)), "otf");
+            assert_same_bits(
+                live.otf_sigma[wheel],
+                offline(Quantity::OtfSigma(wheel)),
+                "sigma",
+            );
+        }
+        for edge in 0..live.edge_count as usize {
+            let angle = offline(Quantity::ForceAngle(edge));
+            assert_same_bits(live.force_angle[edge], angle, "force angle");
+        }
+    }
+}
+
+/// Sends a session with every kind of fault to a monitor and a recorder; the rows that the monitor
+/// published.
+fn faulty_session(world: &World, folder: &Path) -> Vec<WireVerdict> {
+    let _favoured = favour();
+    let machine = data("tiny_lift.toml");
+    let monitor = world.monitor(&machine, &["--quiet"]);
+    let recorder = world.record(&machine, folder, &[]);
+    let mut feed = Feed::new(&world.join(), "tiny_lift");
+    feed.wait_for_monitor();
+    while feed.producer.readers() < 2 || files(folder).is_empty() {
+        feed.producer.greet().unwrap();
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let mut rows = Vec::new();
+    while feed.next < 1000 {
+        match feed.next {
+            // lost: few, then many
+            200..=202 => feed.next += 3,
+            320 => feed.next += 25,
+            // not finite
+            440..=452 => {
+                feed.wait();
+                let mut sample = feed.peek();
+                sample.values[0] = f64::NAN;
+                sample.seal(sample.head());
+                feed.raw(&sample);
+                feed.next += 1;
+            }
+            // the clock goes back
+            560..=568 => {
+                feed.wait();
+                let mut sample = feed.peek();
+                let head = sample.head();
+                let time_ns = head.time_ns - 100_000_000;
+                sample.seal(Head { time_ns, ..head });
+                feed.raw(&sample);
+                feed.next += 1;
+            }
+            // torn
+            640..=645 => {
+                feed.wait();
+                let mut sample = feed.peek();
+                sample.values[100] = 1.0;
+                feed.raw(&sample);
+                feed.next += 1;
+            }
+            // a joint that jumps, a force that no machine feels
+            700..=716 => {
+                feed.wait();
+                let mut sample = feed.peek();
+                sample.values[0] += 30.0 * (feed.next - 699) as f64;
+                sample.seal(sample.head());
+                feed.raw(&sample);
+                feed.next += 1;
+            }
+            // silence: longer than the estimator bridges
+            760 => feed.next += 90,
+            _ => feed.send(1),
+        }
+        while let Some(row) = feed.find(|v| v.event == EVENT_ROW && v.session == feed.source) {
+            rows.push(row);
+        }
+    }
+    feed.end();
+    let monitor = monitor.end();
+    assert!(monitor.status.success(), "{}", monitor.err);
+    while let Some(row) = feed.find(|v| v.event == EVENT_ROW && v.session == feed.source) {
+        rows.push(row);
+    }
+    let recorder = recorder.end();
+    assert!(recorder.err.contains("not recorded"), "{}", recorder.err);
+    rows
+}
+
+#[test]
+fn offline_reproduces_a_recorded_session_with_all_its_faults() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("rec");
+    let rows = faulty_session(&world, folder.path());
+    let analysis = causal(&session_in(folder.path()), &data("tiny_lift.toml"));
+    assert_reproduced(&rows, &analysis);
+    for fault in [
+        InputFault::Lost,
+        InputFault::NotFinite,
+        InputFault::Disordered,
+        InputFault::Torn,
+        InputFault::OutOfRange,
+        InputFault::ImpossibleRate,
+        InputFault::Stale,
+    ] {
+        let was_told = rows.iter().any(|row| row.conditions().faults.has(fault));
+        assert!(was_told, "{}", fault.name());
+    }
+    let levels = |level| rows.iter().any(|row| row.verdict().level == level);
+    assert!(levels(Level::Danger) && levels(Level::Fault));
+}
+
+/// Replays a log to a monitor and a recorder, losing nothing: the rows that the monitor published.
+fn recorded_replay(world: &World, log: &Path, machine: &Path, out: &Path) -> Vec<WireVerdict> {
+    let _favoured = favour();
+    let recorder = world.record(machine, out, &["--split", "0.001"]);
+    let monitor = world.monitor(machine, &["--quiet"]);
+    let reading = Reading::new(&world.join());
+    let options = ["--speed", "max", "--lossless", "--readers", "2"];
+    let mut replay = world.replay_log(log, machine, &[&options[..], &["--wait", "60"]].concat());
+    let mut rows = Vec::new();
+    let mut is_over = false;
+    while !is_over {
+        // a look after the end: what was published before it is still there
+        is_over = replay.child.try_wait().unwrap().is_some();
+        while let Some(row) = reading.0.receive(|v| *v).unwrap() {
+            if row.event == EVENT_ROW {
+                rows.push(row);
+            }
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    for process in [replay, monitor, recorder] {
+        let ended = process.end();
+        assert!(ended.status.success(), "{}", ended.err);
+    }
+    rows
+}
+
+fn assert_same_columns(a: &Analysis, b: &Analysis) {
+    assert_eq!(a.rows.times_ns, b.rows.times_ns);
+    let outcomes = &a.rows.outcomes;
+    for (quantity, column) in outcomes.quantities.iter().zip(&outcomes.columns) {
+        for (a, b) in column.iter().zip(b.rows.outcomes.column(*quantity)) {
+            assert_same_bits(*a, *b, &format!("{quantity:?}"));
+        }
+    }
+}
+
+#[test]
+fn a_recorded_log_replays_to_the_same_verdicts() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("again");
+    let (log, machine) = (data("tiny_lift.mcap"), data("tiny_lift.toml"));
+    let (first, second) = (folder.path().join("1"), folder.path().join("2"));
+    let first_rows = recorded_replay(&world, &log, &machine, &first);
+    let recorded = session_in(&first);
+    assert!(files(&first).len() > 1, "split by time");
+    let second_rows = recorded_replay(&world, &recorded, &machine, &second);
+    assert_eq!((first_rows.len(), second_rows.len()), (400, 400));
+    for (a, b) in first_rows.iter().zip(&second_rows) {
+        assert_eq!((a.time_ns, a.verdict()), (b.time_ns, b.verdict()));
+        assert_same_bits(a.load[0], b.load[0], "load");
+    }
+    // and the recording gives what the log gave
+    assert_same_columns(&causal(&log, &machine), &causal(&recorded, &machine));
+}
+
+#[test]
+fn signals_bound_number_by_number_and_shifted_in_time_are_reproduced() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("number");
+    let log = data("tiny.mcap");
+    let machine = numbered_machine(folder.path());
+    let text = std::fs::read_to_string(&machine).unwrap();
+    let text = text + "\n[clock]\noffset = { \"/imu/data\" = 0.004 }\n";
+    std::fs::write(&machine, text).unwrap();
+    let out = folder.path().join("out");
+    let rows = recorded_replay(&world, &log, &machine, &out);
+    let recorded = causal(&session_in(&out), &machine);
+    assert_reproduced(&rows, &recorded);
+    assert_same_columns(&causal(&log, &machine), &recorded);
+}
+
+/// Delays from sample to verdict (ms) of what is published while `act` runs.
+fn delays(reading: &Reading, act: impl FnOnce()) -> Times {
+    reading.drain();
+    let from_ns = monotonic_ns();
+    act();
+    let mut times = Times::default();
+    while let Some(row) = reading.0.receive(|v| *v).unwrap() {
+        if row.event == EVENT_ROW && row.published_ns > from_ns {
+            times
+                .0
+                .push((row.published_ns - row.sample_published_ns) as f64 * 1e-6);
+        }
+    }
+    times
+}
+
+#[test]
+fn a_stopped_recorder_and_a_full_disk_leave_the_monitor_alone() {
+    let _favoured = favour();
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("disk");
+    let machine = data("forwarder6.toml");
+    let producing = Producing::start(&world.place(), "forwarder6");
+    let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
+    let reading = Reading::new(&world.join());
+    reading.wait_for("safe", |verdict| verdict.level == Level::Safe as u32);
+
+    let wait = || std::thread::sleep(Duration::from_secs(1));
+    let alone = delays(&reading, wait);
+    // no file may have more than half a megabyte or one, as the shell counts: every further write fails
+    let mut limited = Command::new("sh");
+    limited.args([
+        "-c",
+        "trap '' XFSZ; ulimit -f 1024; exec \"$0\" \"$@\"",
+        env!("CARGO_BIN_EXE_tipwatch-live"),
+    ]);
+    let out = folder.path().to_str().unwrap();
+    let arguments = ["record", out, "--machine", machine.to_str().unwrap()];
+    let recorder = world.start_by(limited, &arguments);
+    let full = delays(&reading, || std::thread::sleep(Duration::from_secs(8)));
+    recorder.signal("-STOP");
+    let stopped = delays(&reading, wait);
+    recorder.signal("-CONT");
+    alone.print("sample to verdict, no recorder");
+    full.print("sample to verdict, disk full again and again");
+    stopped.print("sample to verdict, recorder stopped");
+    for times in [&full, &stopped] {
+        assert!(times.0.len() > 10);
+        // one that waits for the disk or the recorder waits for seconds
+        assert!(times.quantile(0.5) < alone.quantile(0.5) + 50.0);
+    }
+    producing.end();
+    let recorder = recorder.end();
+    drop(monitor);
+    assert!(
+        recorder.err.contains("trying again in a new file"),
+        "{}",
+        recorder.err
+    );
+    assert!(
+        recorder.err.contains("not recorded: 0 samples, 0 verdicts"),
+        "{}",
+        recorder.err
+    );
+    // the files follow each other without a hole
+    let mut next = None;
+    let files = files(folder.path());
+    assert!(files.len() > 1, "{files:?}");
+    let mut spans: Vec<_> = files.iter().map(|file| sequences(file)).collect();
+    spans.sort_unstable();
+    for (first, last, holes) in spans {
+        assert_eq!(holes, 0);
+        assert!(next.is_none_or(|next| next == first), "{next:?} {first}");
+        next = Some(last + 1);
+    }
+}

@@ -1,0 +1,208 @@
+//! A session that a test sends itself: samples of a log, with whatever faults it wants.
+
+use std::time::Duration;
+
+use tipwatch_binding::{MachineFile, Urdf};
+use tipwatch_live::clock::monotonic_ns;
+use tipwatch_live::identity::new_identity;
+use tipwatch_live::node::{Joined, Receiver};
+use tipwatch_live::producer::Producer;
+use tipwatch_live::recording::Recording;
+use tipwatch_live::session::machine_hash;
+use tipwatch_live::topics::{Head, Wire, WireSample, WireSession, WireVerdict};
+use tipwatch_mechanics::verdict::{InputFault, Level};
+
+use super::data;
+
+/// A machine, its samples, and the producing end of a session of it.
+pub struct Feed {
+    pub samples: Vec<WireSample>,
+    pub producer: Producer,
+    pub verdicts: Receiver<WireVerdict>,
+    pub next: usize,
+    pub source: u64,
+    pub hash: u64,
+    /// Names of the joints of the first stream.
+    joints: Vec<String>,
+    start_ns: i64,
+}
+
+pub fn machine(name: &str) -> (MachineFile, Urdf) {
+    let file = MachineFile::read(&data(&format!("{name}.toml"))).unwrap();
+    let urdf = file.urdf(None, None).unwrap();
+    (file, urdf)
+}
+
+/// All samples of a log, without heads.
+pub fn samples(name: &str) -> (Recording, Vec<WireSample>) {
+    let (file, _) = machine(name);
+    let recording = Recording::read(&data(&format!("{name}.mcap")), &file, None).unwrap();
+    let samples = recording
+        .samples()
+        .map(|(sample, log_time_ns)| WireSample::new(&sample, log_time_ns).unwrap())
+        .collect();
+    (recording, samples)
+}
+
+impl Feed {
+    /// Opens a session in real time, and announces it.
+    pub fn new(joined: &Joined, name: &str) -> Self {
+        let (file, urdf) = machine(name);
+        let (mut recording, samples) = samples(name);
+        let hash = machine_hash(&file, &urdf);
+        let source = new_identity(hash);
+        recording.session.id = source;
+        recording.session.wants_progress = false;
+        let verdicts = joined.receiver().unwrap();
+        let mut producer = Producer::new(joined, source, hash).unwrap();
+        let mut session = WireSession::try_from(&recording.session).unwrap();
+        producer.announce(&mut session).unwrap();
+        Self {
+            samples,
+            producer,
+            verdicts,
+            next: 0,
+            source,
+            hash,
+            joints: recording.session.streams.remove(0),
+            start_ns: 0,
+        }
+    }
+
+    /// Place of a joint's position in the samples of the first stream.
+    pub fn place_of(&self, joint: &str) -> usize {
+        self.joints.iter().position(|name| name == joint).unwrap()
+    }
+
+    /// Waits until the monitor has taken the session.
+    pub fn wait_for_monitor(&mut self) {
+        for _ in 0..20_000 {
+            self.producer.greet().unwrap();
+            if self.find(|v| v.session == self.source).is_some() {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        panic!("no monitor");
+    }
+
+    /// The first verdict that waits for which `is_it` holds.
+    pub fn find(&self, is_it: impl Fn(&WireVerdict) -> bool) -> Option<WireVerdict> {
+        while let Some(verdict) = self.verdicts.receive(|v| *v).unwrap() {
+            assert!(verdict.is_whole());
+            if is_it(&verdict) {
+                return Some(verdict);
+            }
+        }
+        None
+    }
+
+    /// Waits for a verdict for which `is_it` holds, but not longer than this.
+    pub fn wait_for(
+        &self,
+        limit: Duration,
+        is_it: impl Fn(&WireVerdict) -> bool,
+    ) -> Option<WireVerdict> {
+        let until = monotonic_ns() + limit.as_nanos() as i64;
+        while monotonic_ns() < until {
+            if let Some(found) = self.find(&is_it) {
+                return Some(found);
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        None
+    }
+
+    /// The next sample of the log, with the head that it should have. Where the log ends it begins again,
+    /// later.
+    pub fn peek(&self) -> WireSample {
+        let mut sample = self.samples[self.next % self.samples.len()];
+        sample.time_ns += self.lap_ns();
+        let head = Head {
+            sequence: self.next as u64,
+            source: self.source,
+            machine_hash: self.hash,
+            time_ns: sample.time_ns,
+            published_ns: monotonic_ns(),
+        };
+        sample.seal(head);
+        sample
+    }
+
+    /// How much later than in the log the next sample is.
+    fn lap_ns(&self) -> i64 {
+        let (first, last) = (&self.samples[0], &self.samples[self.samples.len() - 1]);
+        let laps = (self.next / self.samples.len()) as i64;
+        laps * (last.log_time_ns - first.log_time_ns + 3_000_000)
+    }
+
+    /// Waits until the next sample is due.
+    pub fn wait(&mut self) {
+        if self.next == 0 {
+            self.start_ns = monotonic_ns();
+        }
+        let sample = &self.samples[self.next % self.samples.len()];
+        let since_ns = sample.log_time_ns - self.samples[0].log_time_ns + self.lap_ns();
+        let due_ns = self.start_ns + since_ns;
+        let left = u64::try_from(due_ns - monotonic_ns()).unwrap_or(0);
+        std::thread::sleep(Duration::from_nanos(left));
+    }
+
+    /// Sends samples as they are, at their pace.
+    pub fn send(&mut self, count: usize) {
+        for _ in 0..count {
+            self.wait();
+            let mut sample = self.peek();
+            let head = sample.head();
+            sample.seal(head);
+            self.raw(&sample);
+            self.next += 1;
+        }
+    }
+
+    /// Sends the end of the session.
+    pub fn end(&mut self) {
+        let mut end = WireSample::end();
+        end.seal(Head {
+            time_ns: 0,
+            ..self.peek().head()
+        });
+        self.raw(&end);
+        self.next += 1;
+    }
+
+    /// Sends a sample as it is.
+    pub fn raw(&mut self, sample: &WireSample) {
+        self.producer.samples().send_raw(sample).unwrap();
+    }
+
+    /// Sends samples until the machine is called safe.
+    pub fn run_in(&mut self) {
+        let mut last = None;
+        for _ in 0..4000 {
+            self.send(1);
+            while let Some(verdict) = self.find(|v| v.session == self.source) {
+                last = Some(verdict);
+                if verdict.level == Level::Safe as u32 {
+                    return;
+                }
+            }
+        }
+        let last = last.unwrap();
+        panic!(
+            "never safe: {:?} {:?} {:?}, utilisation {}, {} rows, {} refused, {} lost",
+            last.verdict(),
+            last.conditions(),
+            last.row_reasons().iter().collect::<Vec<_>>(),
+            last.utilisation,
+            last.rows,
+            last.refused,
+            last.lost
+        );
+    }
+}
+
+/// Whether a verdict tells of a fault.
+pub fn tells(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
+    move |verdict| verdict.conditions().faults.has(fault) && verdict.level == Level::Fault as u32
+}
