@@ -12,7 +12,7 @@ mod support;
 
 use support::World;
 use support::killing::{
-    Times, kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
+    Times, kill_controls, kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
 };
 
 fn main() {
@@ -30,6 +30,10 @@ fn main() {
 
     let world = World::new("bp");
     kill_producers(&world, count).print("producer killed: start to first row of the next");
+    clean(&world);
+
+    let world = World::new("bc");
+    kill_controls(&world, count).print("control killed: start to first row of the next");
     clean(&world);
 
     let world = World::new("bw");

@@ -4,6 +4,9 @@
 //! 2. From publishing a sample to receiving its verdict, by a monitor in another process, beside a bare
 //!    round trip through iceoryx2 with the same messages in the same run; both by polling and by events.
 //!
+//! 3. `-- --long SECONDS`: a thousand rows a second with a recorder and a neighbour that takes a whole
+//!    processor; what was lost or late.
+//!
 //! The two processes sit on processors 0 and 1. What else runs there shows in the maxima.
 
 #![allow(
@@ -23,13 +26,18 @@ use std::time::Duration;
 use support::World;
 use support::feed::{machine, samples};
 use tipwatch_live::clock::monotonic_ns;
+use tipwatch_live::command::Mode;
+use tipwatch_live::control::Control;
 use tipwatch_live::monitor::Monitor;
 use tipwatch_live::node::{Joined, Place, Receiver, Sender};
 use tipwatch_live::producer::Producer;
 use tipwatch_live::realtime::RealTime;
 use tipwatch_live::session::{Session, machine_hash};
-use tipwatch_live::topics::{EVENT_ROW, Head, Kind, Wire, WireSample, WireSession, WireVerdict};
+use tipwatch_live::topics::{
+    EVENT_ROW, Head, Kind, Wire, WireCommand, WireSample, WireSession, WireVerdict,
+};
 use tipwatch_live::wake::{Waiter, Wake};
+use tipwatch_mechanics::verdict::Level;
 
 /// The machine: four wheels and two closed chains, unless TIPWATCH_MACHINE names another of the test data.
 fn machine_name() -> String {
@@ -37,6 +45,11 @@ fn machine_name() -> String {
 }
 
 const PONG: &str = "--pong";
+/// For so many seconds with a recorder and a busy neighbour.
+const LONG: &str = "--long";
+
+#[path = "latency/long.rs"]
+mod long;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
@@ -49,7 +62,11 @@ fn main() {
     let ticks = numbers.next().unwrap_or(200_000);
     let seconds = numbers.next().unwrap_or(10);
     pin(0);
+    if let Some(at) = arguments.iter().position(|argument| argument == LONG) {
+        return long::run(arguments[at + 1].parse().unwrap());
+    }
     tick(ticks);
+    control_tick(ticks);
     for wake in ["poll", "event"] {
         bare(wake, 0, 20_000);
         bare(wake, 1_000_000, seconds * 1000);
@@ -85,6 +102,7 @@ fn report(what: &str, mut times_ns: Vec<i64>) {
 /// A machine in the middle of its work, again and again: one sample of the IMU and one of the joints.
 struct Steady {
     imu: WireSample,
+    imu_means: [f64; 6],
     joints: WireSample,
     session: Session,
     hash: u64,
@@ -93,14 +111,18 @@ struct Steady {
 }
 
 impl Steady {
-    fn new(source: u64) -> Self {
-        let (file, urdf) = machine(&machine_name());
-        let (recording, samples) = samples(&machine_name());
+    fn new(name: &str, source: u64) -> Self {
+        let (file, urdf) = machine(name);
+        let (recording, samples) = samples(name);
         let middle = &samples[samples.len() / 2..];
         let of = |kind: Kind| *middle.iter().find(|s| s.kind == kind as u32).unwrap();
+        let (imu, mut joints) = (of(Kind::Imu), of(Kind::Joints));
+        // it stands still: its joints do not move, and say so
+        joints.values[joints.value_count as usize / 2..].fill(0.0);
         Self {
-            imu: of(Kind::Imu),
-            joints: of(Kind::Joints),
+            imu_means: std::array::from_fn(|k| imu.values[k]),
+            imu,
+            joints,
             session: Session {
                 id: source,
                 wants_progress: false,
@@ -115,6 +137,13 @@ impl Steady {
     /// The next samples, a millisecond of the machine's time later.
     fn next(&mut self, published_ns: i64) -> [WireSample; 2] {
         self.time_ns += 1_000_000;
+        let imu = &mut self.imu;
+        // noise: what stands still bit for bit is taken for frozen
+        let noise =
+            (self.sequence.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as f64 / (1 << 24) as f64;
+        for (value, mean) in imu.values[..6].iter_mut().zip(&self.imu_means) {
+            *value = mean + 0.002 * (noise - 0.5);
+        }
         [self.imu, self.joints].map(|mut sample| {
             sample.seal(Head {
                 sequence: self.sequence,
@@ -130,7 +159,7 @@ impl Steady {
 }
 
 fn tick(count: u64) {
-    let mut steady = Steady::new(1);
+    let mut steady = Steady::new(&machine_name(), 1);
     let (file, urdf) = machine(&machine_name());
     let (machine, sensors) = steady.session.machine(&file, &urdf).unwrap();
     let session = Session {
@@ -170,6 +199,52 @@ fn tick(count: u64) {
     run(count, false, "back to back");
     run(3000, true, "1 kHz, cold caches");
     println!("level {:?}", monitor.verdict().level);
+}
+
+/// The control, told all along that the machine is safe; its stabiliser is asked fifty times a second.
+fn control_tick(count: u64) {
+    const MACHINE: &str = "second_paper";
+    let mut steady = Steady::new(MACHINE, 1);
+    let (file, urdf) = machine(MACHINE);
+    let (machine, sensors) = steady.session.machine(&file, &urdf).unwrap();
+    let session = Session {
+        pace: 0.0,
+        ..steady.session.clone()
+    };
+    let facts = session.facts(&machine);
+    let mut control = Control::new(machine, &sensors, &facts, 0).unwrap();
+    let mut verdict = WireVerdict::unknown();
+    verdict.session = facts.id;
+    verdict.level = Level::Safe as u32;
+    verdict.valid_until_ns = i64::MAX;
+    verdict.seal(Head::default());
+    let (mut solved, mut other, mut following) = (Vec::new(), Vec::new(), 0);
+    for _ in 0..count + 1000 {
+        let [imu, joints] = steady.next(0);
+        let mut last = WireCommand::closed();
+        let mut send = |command: &mut WireCommand| {
+            command.seal(Head::default());
+            last = *command;
+            0
+        };
+        control.acknowledge();
+        control.take(&imu, 0, &mut send).unwrap();
+        let start = monotonic_ns();
+        control.verdict(&verdict);
+        control.take(&joints, 0, &mut send).unwrap();
+        let took_ns = monotonic_ns() - start;
+        let is_following = last.mode() == Mode::Follow;
+        following += u64::from(is_following);
+        // the stabiliser's numbers are new in every twentieth row
+        if is_following && following % 20 == 1 {
+            solved.push(took_ns);
+        } else {
+            other.push(took_ns);
+        }
+    }
+    assert!(following >= count, "{following} rows followed");
+    report("control: row with a step of the stabiliser", solved);
+    report("control: other rows", other);
 }
 
 /// The other end of a bare round trip.
@@ -306,7 +381,7 @@ fn monitored(wake: &str, period_ns: i64, count: u64) {
             "--lock-memory",
         ],
     );
-    let mut steady = Steady::new(monotonic_ns().unsigned_abs());
+    let mut steady = Steady::new(&machine_name(), monotonic_ns().unsigned_abs());
     // real time is checked where there is any
     steady.session.pace = if period_ns == 0 { 0.0 } else { 1.0 };
     let mut producer = Producer::new(&joined, steady.session.id, steady.hash).unwrap();

@@ -14,6 +14,7 @@ import argparse
 import ctypes
 import math
 import pathlib
+import random
 import re
 import secrets
 import time
@@ -144,7 +145,10 @@ def main():
         session.publisher.update_connections()
         now_ns = time.time_ns()
         sample.kind, sample.stream, sample.value_count = IMU, 0, 10
-        sample.values[:10] = [0.0, 0.0, 9.8066, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+        # a sensor has noise: one that repeats itself while the arm moves is taken for frozen
+        force = [random.gauss(mean, 0.02) for mean in (0.0, 0.0, 9.8066)]
+        turning = [random.gauss(0.0, 0.001) for _ in range(3)]
+        sample.values[:10] = [*force, *turning, 0.0, 0.0, 0.0, 1.0]
         samples.send(source, machine_hash, now_ns)
         # by sine, so that the rate is known too
         joints["slew"] = 0.8 * math.sin(0.5 * elapsed)

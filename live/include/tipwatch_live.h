@@ -18,6 +18,7 @@
 #define TIPWATCH_MAGIC UINT64_C(144207827690342740)
 #define TIPWATCH_SAMPLE_QUEUE UINT64_C(2048)
 #define TIPWATCH_VERDICT_QUEUE UINT64_C(2048)
+#define TIPWATCH_COMMAND_QUEUE UINT64_C(2048)
 #define TIPWATCH_LATEST UINT64_C(1)
 #define TIPWATCH_ACKNOWLEDGE_QUEUE UINT64_C(16)
 #define TIPWATCH_PROGRESS_QUEUE UINT64_C(256)
@@ -34,13 +35,14 @@
 #define TIPWATCH_SAMPLES_SUFFIX "/samples"
 #define TIPWATCH_MACHINE_SUFFIX "/machine"
 #define TIPWATCH_VERDICT_SUFFIX "/verdict"
+#define TIPWATCH_COMMAND_SUFFIX "/command"
 #define TIPWATCH_ACKNOWLEDGE_SUFFIX "/acknowledge"
 #define TIPWATCH_PROGRESS_SUFFIX "/progress"
 #define TIPWATCH_LAYOUT_ATTRIBUTE "layout"
 
 /* What a reader must know before the first sample. Its source is the session's identity. */
 #define TIPWATCH_SESSION_TYPE "tipwatch.Session.v2"
-#define TIPWATCH_SESSION_LAYOUT "46acadc66e54ef09"
+#define TIPWATCH_SESSION_LAYOUT "a383b7ad3727650b"
 struct tipwatch_session {
     /* MAGIC */
     uint64_t magic;
@@ -71,6 +73,10 @@ struct tipwatch_session {
     uint32_t has_tool_wrench;
     /* One where readers are to report their progress. */
     uint32_t wants_progress;
+    /* A bit for each of the machine's actuated joints whose force is measured. */
+    uint32_t actuated_joints;
+    /* Zero. */
+    uint32_t reserved;
     /* The frame that the IMU names; empty where it names none. */
     uint8_t imu_frame[64];
     /* The stream of each joint, ascending. */
@@ -80,7 +86,7 @@ struct tipwatch_session {
     /* CRC-32 (the one of zlib) of all bytes before this number. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_session) == 4512, "tipwatch_session");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_session) == 4520, "tipwatch_session");
 
 /* One message of one sensor. */
 #define TIPWATCH_SAMPLE_TYPE "tipwatch.Sample.v2"
@@ -100,7 +106,8 @@ struct tipwatch_sample {
     int64_t published_ns;
     /* When the recorder of a replayed log received it (ns); 0 from a machine. */
     int64_t log_time_ns;
-    /* Which kind of sensor: joints 1, IMU 2, odometry 3, tool wrench 4, end of the session 5. */
+    /* Which kind of sensor: joints 1, IMU 2, odometry 3, tool wrench 4, end of the session 5, signal
+     * of an actuator 6. */
     uint32_t kind;
     /* Which stream of this kind. */
     uint32_t stream;
@@ -110,7 +117,8 @@ struct tipwatch_sample {
     uint32_t reserved;
     /* Joints: positions (rad, m), then rates, NaN where unknown. IMU: specific force (m/s2), angular
      * velocity (rad/s), attitude x y z w or NaN. Odometry: velocity (m/s), angular velocity, attitude.
-     * Tool wrench: force (N), moment (N m) by the surroundings on the tool. Zero beyond their count. */
+     * Tool wrench: force (N), moment (N m) by the surroundings on the tool. Actuator: its
+     * force (N) or a pressure (Pa). Zero beyond their count. */
     double values[128];
     /* CRC-32 (the one of zlib) of all bytes before this number. */
     uint64_t checksum;
@@ -155,7 +163,7 @@ TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 1696, "tipwatch_machin
 /* How the machine stands. What cannot be computed is NaN. Whoever acts on it treats one that is
  * past valid_until_ns as a fault. */
 #define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v1"
-#define TIPWATCH_VERDICT_LAYOUT "8b07c23af7581467"
+#define TIPWATCH_VERDICT_LAYOUT "d86040924a46ff8b"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -240,9 +248,9 @@ struct tipwatch_verdict {
     /* Largest load that equilibrium allows, by wheel (N). */
     double load_max[12];
     /* What each cause contributes to the load, by cause and wheel (N): chassis_weight, wheel_weight,
-     * arm_weight, slope, arm_motion, platform_acceleration, cornering, tool_force, lift_off,
-     * specific_force. */
-    double causes[10][12];
+     * arm_weight, slope, arm_motion, platform_acceleration, cornering, tool_force, warp,
+     * lift_off, specific_force. */
+    double causes[11][12];
     /* Overturning moment, wheel weights included, by edge (N m), negative = stable. */
     double itom_full[12];
     /* Overturning moment without wheel weights, by edge (N m). */
@@ -258,7 +266,70 @@ struct tipwatch_verdict {
     /* CRC-32 (the one of zlib) of all bytes before this number. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2352, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2448, "tipwatch_verdict");
+
+/* What the valves of the suspension should do. Whoever drives them closes them where it is past
+ * valid_until_ns. By actuator, in the order of the machine file's suspension.linkages. */
+#define TIPWATCH_COMMAND_TYPE "tipwatch.Command.v1"
+#define TIPWATCH_COMMAND_LAYOUT "2874e99d6e950adb"
+struct tipwatch_command {
+    /* MAGIC */
+    uint64_t magic;
+    /* Counts the messages of a source from zero: a jump is a loss. */
+    uint64_t sequence;
+    /* Tells this source from every other one. */
+    uint64_t source;
+    /* Hash of machine file and URDF. */
+    uint64_t machine_hash;
+    /* When what it says holds (ns), by the clock of the sensors. */
+    int64_t time_ns;
+    /* When it was published (ns), by CLOCK_MONOTONIC of this computer. */
+    int64_t published_ns;
+    /* Until when it may be acted on (ns), by CLOCK_MONOTONIC. */
+    int64_t valid_until_ns;
+    /* The session that the control follows; 0 where there is none. */
+    uint64_t session;
+    /* Sequence number of the sample that made the row. */
+    uint64_t sample_sequence;
+    /* When that sample was published (ns), by CLOCK_MONOTONIC. */
+    int64_t sample_published_ns;
+    /* Sequence number of the last verdict that the control has seen. */
+    uint64_t verdict_sequence;
+    /* Rows so far. */
+    uint64_t rows;
+    /* A row 1; between rows 2. */
+    uint32_t event;
+    /* What the valves do: hold closed 0, ramp to closed 1, follow 2. */
+    uint32_t mode;
+    /* Why they do not follow, as bits. */
+    uint32_t reasons;
+    /* How the stabiliser found its last command: not asked 0, optimal 1, work limit 2, margin lost 3,
+     * step too short 4, outside limits 5, no solution 6, position unknown 7. */
+    uint32_t status;
+    /* Level of the last verdict that the control has seen. */
+    uint32_t level;
+    /* How many actuators there are. */
+    uint32_t actuator_count;
+    /* Iterations of the search. */
+    uint32_t iterations;
+    /* How many motions of the suspension were looked at. */
+    uint32_t evaluations;
+    /* Opening of the valve, -1 to 1, positive where the rod is to go out. */
+    double opening[2];
+    /* Measured position of the rod (m). */
+    double measured[2];
+    /* Where the rod should be now (m); NaN where the valves do not follow. */
+    double reference[2];
+    /* How fast it should go (m/s); NaN where the valves do not follow. */
+    double velocity[2];
+    /* The optimum: where the rod is led (m), in literal mode its acceleration (m/s2). */
+    double target[2];
+    /* Cost (30) of the best point found; NaN where no problem was solved. */
+    double cost;
+    /* CRC-32 (the one of zlib) of all bytes before this number. */
+    uint64_t checksum;
+};
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_command) == 224, "tipwatch_command");
 
 /* Somebody has seen the alarm. */
 #define TIPWATCH_ACKNOWLEDGE_TYPE "tipwatch.Acknowledge.v1"

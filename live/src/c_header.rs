@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use crate::topics::{
-    ACKNOWLEDGE_QUEUE, ACKNOWLEDGE_SUFFIX, DEFAULT_SERVICE, LATEST, LAYOUT_ATTRIBUTE,
-    MACHINE_SUFFIX, MAGIC, MAX_BORROWED, MAX_JOINTS, MAX_NODES, MAX_PLACES, MAX_READERS,
-    MAX_VALUES, NAME_BYTES, ONE_WRITER, PROGRESS_QUEUE, PROGRESS_SUFFIX, SAMPLE_QUEUE,
+    ACKNOWLEDGE_QUEUE, ACKNOWLEDGE_SUFFIX, COMMAND_QUEUE, COMMAND_SUFFIX, DEFAULT_SERVICE, LATEST,
+    LAYOUT_ATTRIBUTE, MACHINE_SUFFIX, MAGIC, MAX_BORROWED, MAX_JOINTS, MAX_NODES, MAX_PLACES,
+    MAX_READERS, MAX_VALUES, NAME_BYTES, ONE_WRITER, PROGRESS_QUEUE, PROGRESS_SUFFIX, SAMPLE_QUEUE,
     SAMPLES_SUFFIX, SESSION_SUFFIX, VERDICT_QUEUE, VERDICT_SUFFIX, Wire, WireAcknowledge,
-    WireMachine, WireProgress, WireSample, WireSession, WireVerdict,
+    WireCommand, WireMachine, WireProgress, WireSample, WireSession, WireVerdict,
 };
 
 const BEGINNING: &str = "\
@@ -38,6 +38,7 @@ pub fn c_header() -> String {
         ("MAGIC", MAGIC),
         ("SAMPLE_QUEUE", SAMPLE_QUEUE as u64),
         ("VERDICT_QUEUE", VERDICT_QUEUE as u64),
+        ("COMMAND_QUEUE", COMMAND_QUEUE as u64),
         ("LATEST", LATEST as u64),
         ("ACKNOWLEDGE_QUEUE", ACKNOWLEDGE_QUEUE as u64),
         ("PROGRESS_QUEUE", PROGRESS_QUEUE as u64),
@@ -58,6 +59,7 @@ pub fn c_header() -> String {
         ("SAMPLES_SUFFIX", SAMPLES_SUFFIX),
         ("MACHINE_SUFFIX", MACHINE_SUFFIX),
         ("VERDICT_SUFFIX", VERDICT_SUFFIX),
+        ("COMMAND_SUFFIX", COMMAND_SUFFIX),
         ("ACKNOWLEDGE_SUFFIX", ACKNOWLEDGE_SUFFIX),
         ("PROGRESS_SUFFIX", PROGRESS_SUFFIX),
         ("LAYOUT_ATTRIBUTE", LAYOUT_ATTRIBUTE),
@@ -68,6 +70,7 @@ pub fn c_header() -> String {
     message::<WireSample>(&mut text, "sample");
     message::<WireMachine>(&mut text, "machine");
     message::<WireVerdict>(&mut text, "verdict");
+    message::<WireCommand>(&mut text, "command");
     message::<WireAcknowledge>(&mut text, "acknowledge");
     message::<WireProgress>(&mut text, "progress");
     text.push_str("\n#endif\n");

@@ -10,6 +10,7 @@ use tipwatch_binding::MachineFile;
 
 use crate::acknowledge::acknowledge;
 use crate::c_header::c_header;
+use crate::control_loop::{ControlLoop, ControlOptions};
 use crate::monitor_listener::MonitorListener;
 use crate::monitor_loop::{MonitorLoop, MonitorOptions};
 use crate::node::{Joined, Place};
@@ -44,7 +45,9 @@ enum Command {
     Replay(ReplayArgs),
     /// Receive samples, tell how near the machine is to tipping.
     Monitor(MonitorArgs),
-    /// Write samples and verdicts to MCAP files.
+    /// Receive samples and verdicts, steer the active suspension.
+    Control(ControlArgs),
+    /// Write samples, verdicts and commands to MCAP files.
     Record(RecordArgs),
     /// Show loads, margins and verdict on the terminal.
     Watch(WatchArgs),
@@ -108,6 +111,22 @@ struct MonitorArgs {
     /// Print nothing: verdicts go to shared memory only.
     #[arg(long, short)]
     quiet: bool,
+    #[command(flatten)]
+    running: LoopArgs,
+}
+
+#[derive(Debug, Args)]
+struct ControlArgs {
+    #[command(flatten)]
+    machine: MachineArgs,
+    #[command(flatten)]
+    place: PlaceArgs,
+    #[command(flatten)]
+    running: LoopArgs,
+}
+
+#[derive(Debug, Args)]
+struct LoopArgs {
     /// Wait for the next session when one is over.
     #[arg(long)]
     stay: bool,
@@ -174,6 +193,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
         Command::Replay(args) => run_replay(args),
         Command::Monitor(args) => run_monitor(args),
+        Command::Control(args) => run_control(args),
         Command::Record(args) => run_record(args),
         Command::Watch(args) => watch(&args.place.place()).map(|()| ExitCode::SUCCESS),
         Command::Acknowledge(args) => acknowledge(&args.place()).map(|()| ExitCode::SUCCESS),
@@ -183,6 +203,21 @@ pub fn run(cli: &Cli) -> ExitCode {
         eprintln!("error: {error:#}");
         ExitCode::from(FAILED)
     })
+}
+
+impl LoopArgs {
+    fn real_time(&self) -> Result<RealTime> {
+        if self.priority.is_some() && self.wake == Wake::Poll {
+            bail!(
+                "--priority with --wake poll: under SCHED_FIFO the kernel stops who never sleeps for 50 ms of every second; expected --wake event or microseconds"
+            );
+        }
+        Ok(RealTime {
+            lock_memory: self.lock_memory,
+            core: self.core,
+            priority: self.priority,
+        })
+    }
 }
 
 impl PlaceArgs {
@@ -232,18 +267,14 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
 }
 
 fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
-    if args.priority.is_some() && args.wake == Wake::Poll {
-        bail!(
-            "--priority with --wake poll: under SCHED_FIFO the kernel stops who never sleeps for 50 ms of every second; expected --wake event or microseconds"
-        );
-    }
+    let real_time = args.running.real_time()?;
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
     let place = args.place.place();
     let joined = Joined::new(&place, "tipwatch-monitor")?;
     let options = MonitorOptions {
-        wake: args.wake,
-        stays: args.stay,
+        wake: args.running.wake,
+        stays: args.running.stay,
     };
     let format = if args.json {
         Format::Json
@@ -253,11 +284,6 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     let mut listener =
         MonitorListener::start((!args.quiet).then_some(format), WatchOver::start(&place)?)?;
     let mut monitor = MonitorLoop::new(&joined, &file, &urdf, options)?;
-    let real_time = RealTime {
-        lock_memory: args.lock_memory,
-        core: args.core,
-        priority: args.priority,
-    };
     real_time.apply()?;
     let ran = monitor.run(&mut listener);
     let unprinted = listener.finish()?;
@@ -274,6 +300,27 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+fn run_control(args: &ControlArgs) -> Result<ExitCode> {
+    let real_time = args.running.real_time()?;
+    let file = MachineFile::read(&args.machine.machine)?;
+    let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
+    let place = args.place.place();
+    let joined = Joined::new(&place, "tipwatch-control")?;
+    let options = ControlOptions {
+        wake: args.running.wake,
+        stays: args.running.stay,
+    };
+    let watch_over = WatchOver::start(&place)?;
+    let mut control = ControlLoop::new(&joined, &file, &urdf, options)?;
+    real_time.apply()?;
+    let counts = control.run(&watch_over)?;
+    eprintln!(
+        "control: {} rows; samples: {} lost, {} refused, {} repeated",
+        counts.rows, counts.lost, counts.refused, counts.repeated
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
 fn run_record(args: &RecordArgs) -> Result<ExitCode> {
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
@@ -286,9 +333,10 @@ fn run_record(args: &RecordArgs) -> Result<ExitCode> {
     };
     let counts = record(&joined, &file, &urdf, &options)?;
     eprintln!(
-        "record: {} samples, {} verdicts in {}; not recorded: {} samples, {} verdicts",
+        "record: {} samples, {} verdicts, {} commands in {}; not recorded: {} samples, {} verdicts",
         counts.samples,
         counts.verdicts,
+        counts.commands,
         args.out.display(),
         counts.samples_lost,
         counts.verdicts_lost

@@ -9,6 +9,8 @@
 //! - [`monitor`] turns messages into verdicts, after the checks of [`guard`]; it knows no shared memory.
 //!   [`monitor_loop`] joins the two, [`print_thread`] prints with [`output`], [`watch_over`] is the thread
 //!   beside it.
+//! - [`control`] turns samples and verdicts into [`command`]s to the valves of a suspension;
+//!   [`control_loop`] joins it to the shared memory.
 //! - [`recording`] reads a log's samples, [`replay()`](replay::replay) sends them by a [`producer`].
 //! - [`record()`](record::record) writes samples and verdicts, [`watch()`](watch::watch) shows them.
 //! - [`node`] is the only caller of iceoryx2, the shared memory.
@@ -17,6 +19,9 @@ pub mod acknowledge;
 pub mod c_header;
 pub mod cli;
 pub mod clock;
+pub mod command;
+pub mod control;
+pub mod control_loop;
 pub mod fnv;
 pub mod guard;
 pub mod identity;

@@ -15,7 +15,7 @@ pub const HEARTBEAT_NS: i64 = 20_000_000;
 /// A verdict may be acted on for so long (ns).
 pub const VALIDITY_NS: i64 = 100_000_000;
 /// A verdict that comes later after its sample is late (ns).
-const DEADLINE_NS: i64 = 20_000_000;
+pub const DEADLINE_NS: i64 = 20_000_000;
 /// So many cycles of the loop in a row with late verdicts are a fault.
 const MOST_LATE: u32 = 3;
 

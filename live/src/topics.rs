@@ -6,10 +6,11 @@
 //! | `NAME/samples` | [`WireSample`] | one producer | [`SAMPLE_QUEUE`] |
 //! | `NAME/machine` | [`WireMachine`] | one monitor, once a session | the latest, for late joiners too |
 //! | `NAME/verdict` | [`WireVerdict`] | one monitor | [`VERDICT_QUEUE`] |
+//! | `NAME/command` | [`WireCommand`] | one control | [`COMMAND_QUEUE`] |
 //! | `NAME/acknowledge` | [`WireAcknowledge`] | operators | [`ACKNOWLEDGE_QUEUE`] |
 //! | `NAME/progress` | [`WireProgress`] | readers of a replay's samples | [`PROGRESS_QUEUE`] |
 //!
-//! `NAME/samples` and `NAME/verdict` also are services of events, sent after a message to whoever
+//! `NAME/samples`, `NAME/verdict` and `NAME/command` also are services of events, sent after a message to whoever
 //! wants to be woken. Every queue overwrites what is oldest: a reader that sleeps, hangs or has died
 //! loses messages, and sees it by their sequence numbers; nobody waits for it. A replay that must not
 //! lose anything goes by what its readers say on `NAME/progress`.
@@ -19,6 +20,7 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 use tipwatch_mechanics::machine::MAX_WHEELS;
+use tipwatch_mechanics::suspension::MAX_ACTUATORS;
 
 use crate::fnv::Fnv;
 pub use crate::wire::{Field, FieldType, Head, MAGIC, Wire};
@@ -34,6 +36,8 @@ pub const SAMPLES_SUFFIX: &str = "/samples";
 pub const MACHINE_SUFFIX: &str = "/machine";
 /// What follows the name in the service of verdicts.
 pub const VERDICT_SUFFIX: &str = "/verdict";
+/// What follows the name in the service of commands.
+pub const COMMAND_SUFFIX: &str = "/command";
 /// What follows the name in the service of acknowledgements.
 pub const ACKNOWLEDGE_SUFFIX: &str = "/acknowledge";
 /// What follows the name in the service of progress.
@@ -43,6 +47,8 @@ pub const PROGRESS_SUFFIX: &str = "/progress";
 pub const SAMPLE_QUEUE: usize = 2048;
 /// Unread verdicts of a reader: 2 s at 1 kHz.
 pub const VERDICT_QUEUE: usize = 2048;
+/// Unread commands of a reader: 2 s at 1 kHz.
+pub const COMMAND_QUEUE: usize = 2048;
 /// Unread sessions and machines of a reader, and how many a late joiner gets.
 pub const LATEST: usize = 1;
 /// Unread acknowledgements of the monitor.
@@ -244,6 +250,55 @@ wire! {
 }
 
 wire! {
+    /// What the valves of the suspension should do. Whoever drives them closes them where it is past
+    /// valid_until_ns. By actuator, in the order of the machine file's suspension.linkages.
+    "tipwatch.Command.v1"
+    pub struct WireCommand {
+        /// Until when it may be acted on (ns), by CLOCK_MONOTONIC.
+        pub valid_until_ns: i64,
+        /// The session that the control follows; 0 where there is none.
+        pub session: u64,
+        /// Sequence number of the sample that made the row.
+        pub sample_sequence: u64,
+        /// When that sample was published (ns), by CLOCK_MONOTONIC.
+        pub sample_published_ns: i64,
+        /// Sequence number of the last verdict that the control has seen.
+        pub verdict_sequence: u64,
+        /// Rows so far.
+        pub rows: u64,
+        /// A row 1; between rows 2.
+        pub event: u32,
+        /// What the valves do: hold closed 0, ramp to closed 1, follow 2.
+        pub mode: u32,
+        /// Why they do not follow, as bits.
+        pub reasons: u32,
+        /// How the stabiliser found its last command: not asked 0, optimal 1, work limit 2, margin lost 3,
+        /// step too short 4, outside limits 5, no solution 6, position unknown 7.
+        pub status: u32,
+        /// Level of the last verdict that the control has seen.
+        pub level: u32,
+        /// How many actuators there are.
+        pub actuator_count: u32,
+        /// Iterations of the search.
+        pub iterations: u32,
+        /// How many motions of the suspension were looked at.
+        pub evaluations: u32,
+        /// Opening of the valve, -1 to 1, positive where the rod is to go out.
+        pub opening: [f64; MAX_ACTUATORS],
+        /// Measured position of the rod (m).
+        pub measured: [f64; MAX_ACTUATORS],
+        /// Where the rod should be now (m); NaN where the valves do not follow.
+        pub reference: [f64; MAX_ACTUATORS],
+        /// How fast it should go (m/s); NaN where the valves do not follow.
+        pub velocity: [f64; MAX_ACTUATORS],
+        /// The optimum: where the rod is led (m), in literal mode its acceleration (m/s2).
+        pub target: [f64; MAX_ACTUATORS],
+        /// Cost (30) of the best point found; NaN where no problem was solved.
+        pub cost: f64,
+    }
+}
+
+wire! {
     /// Somebody has seen the alarm.
     "tipwatch.Acknowledge.v1"
     pub struct WireAcknowledge {
@@ -295,6 +350,13 @@ topic!(
     WireVerdict,
     VERDICT_SUFFIX,
     VERDICT_QUEUE,
+    false,
+    ONE_WRITER
+);
+topic!(
+    WireCommand,
+    COMMAND_SUFFIX,
+    COMMAND_QUEUE,
     false,
     ONE_WRITER
 );

@@ -3,7 +3,7 @@
 use crate::support::World;
 use crate::support::favour::favour;
 use crate::support::killing::{
-    kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
+    kill_controls, kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
 };
 
 const KILLS: usize = 4;
@@ -27,6 +27,14 @@ fn a_killed_producer_is_told_and_followed_by_the_next() {
     let _favoured = favour();
     let world = World::new("kp");
     kill_producers(&world, KILLS).print("producer: start to first row");
+    assert_eq!(left_over(&world).0, 0);
+}
+
+#[test]
+fn a_killed_control_is_followed_by_one_that_begins_closed() {
+    let _favoured = favour();
+    let world = World::new("kc");
+    kill_controls(&world, KILLS).print("control: start to first row");
     assert_eq!(left_over(&world).0, 0);
 }
 

@@ -15,7 +15,7 @@ use crate::support::feed::{Feed, tells};
 use crate::support::{Process, World, data};
 
 /// How long anything may take on a busy computer beyond its own time.
-const ROOM: Duration = Duration::from_secs(3);
+const ROOM: Duration = Duration::from_secs(15);
 
 struct Bench {
     feed: Feed,
@@ -74,7 +74,7 @@ impl Bench {
     /// After the fault everything is well again, after a second and ten good rows.
     fn recovers(&mut self) {
         self.feed.find(|_| false);
-        for _ in 0..4000 {
+        for _ in 0..15_000 {
             self.feed.send(1);
             if self.feed.find(|v| v.level == Level::Safe as u32).is_some() {
                 return;
@@ -108,8 +108,7 @@ fn one_sensor_of_several_goes_silent() {
     for _ in 0..60 {
         let is_imu = bench.feed.peek().kind == Kind::Imu as u32;
         if is_imu {
-            // left out, and what follows numbered as if it had never been meant to come
-            bench.feed.samples.remove(bench.feed.next);
+            bench.feed.leave_out();
         } else {
             bench.feed.send(1);
         }
@@ -407,7 +406,7 @@ fn the_producer_dies() {
     let verdicts = world.join().receiver::<WireVerdict>().unwrap();
     let wait_for = |level: Level| {
         let start = std::time::Instant::now();
-        while start.elapsed() < ROOM + ROOM {
+        while start.elapsed() < 4 * ROOM {
             if let Some(Some(at)) = verdicts
                 .receive(|v| (v.level == level as u32).then_some((v.published_ns, v.conditions())))
                 .unwrap()

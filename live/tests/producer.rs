@@ -35,6 +35,8 @@ fn a_producer_in_python_is_understood() {
         "{}",
         monitor.err
     );
+    // nothing of it is implausible
+    assert!(!monitor.out.contains("frozen"), "{}", monitor.err);
     assert!(
         monitor.err.contains("0 lost, 0 refused, 0 repeated"),
         "{}",

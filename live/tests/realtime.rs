@@ -17,12 +17,15 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::time::Duration;
 
+use tipwatch_live::command::Mode;
+use tipwatch_live::control::Control;
 use tipwatch_live::monitor::Monitor;
 use tipwatch_live::monitor_loop::{Listener, MonitorLoop, MonitorOptions};
 use tipwatch_live::node::Joined;
 use tipwatch_live::session::Session;
-use tipwatch_live::topics::{EVENT_ROW, Head, Wire, WireVerdict};
+use tipwatch_live::topics::{EVENT_ROW, Head, Wire, WireCommand, WireSample, WireVerdict};
 use tipwatch_live::wake::Wake;
+use tipwatch_mechanics::verdict::Level;
 
 mod support;
 
@@ -165,16 +168,17 @@ impl Listener for Counter {
 #[test]
 fn a_tick_allocates_nothing_and_calls_nobody() {
     monitor_alone();
+    control_alone();
     loop_over_shared_memory();
 }
 
-fn monitor_alone() {
-    let (file, urdf) = machine("tiny_lift");
-    let (recording, mut samples) = samples("tiny_lift");
+/// The samples of a log as its session would send them, each when the log has it.
+fn sealed(name: &str) -> (Session, Vec<WireSample>) {
+    let (file, urdf) = machine(name);
+    let (recording, mut samples) = samples(name);
     let session = recording.session;
-    let (machine, sensors) = session.machine(&file, &urdf).unwrap();
+    let (machine, _) = session.machine(&file, &urdf).unwrap();
     let facts = session.facts(&machine);
-    let mut monitor = Monitor::new(machine, &sensors, &facts, 0);
     for (sequence, sample) in samples.iter_mut().enumerate() {
         let published_ns = sample.log_time_ns;
         sample.seal(Head {
@@ -185,6 +189,15 @@ fn monitor_alone() {
             published_ns,
         });
     }
+    (session, samples)
+}
+
+fn monitor_alone() {
+    let (file, urdf) = machine("tiny_lift");
+    let (session, samples) = sealed("tiny_lift");
+    let (machine, sensors) = session.machine(&file, &urdf).unwrap();
+    let facts = session.facts(&machine);
+    let mut monitor = Monitor::new(machine, &sensors, &facts, 0);
     let mut rows = 0;
     for (at, sample) in samples.iter().enumerate() {
         IS_COUNTED.set(at > 50);
@@ -197,6 +210,35 @@ fn monitor_alone() {
     }
     IS_COUNTED.set(false);
     assert!(rows > 300, "{rows} rows");
+    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), 0);
+}
+
+/// The control, told all along that the machine is safe: it steers.
+fn control_alone() {
+    let (file, urdf) = machine("second_paper");
+    let (session, samples) = sealed("second_paper");
+    let (machine, sensors) = session.machine(&file, &urdf).unwrap();
+    let facts = session.facts(&machine);
+    let mut control = Control::new(machine, &sensors, &facts, 0).unwrap();
+    let mut verdict = WireVerdict::unknown();
+    verdict.session = facts.id;
+    verdict.level = Level::Safe as u32;
+    let mut steered = 0;
+    for (at, sample) in samples.iter().enumerate() {
+        let now_ns = sample.published_ns;
+        verdict.valid_until_ns = now_ns + 1;
+        verdict.seal(Head::default());
+        IS_COUNTED.set(at > 50);
+        let mut send = |command: &mut WireCommand| {
+            steered += u64::from(command.mode() == Mode::Follow && command.event == EVENT_ROW);
+            now_ns
+        };
+        control.verdict(&verdict);
+        control.take(sample, now_ns, &mut send).unwrap();
+        control.tick(now_ns, &mut send);
+        IS_COUNTED.set(false);
+    }
+    assert!(steered > 100, "{steered} rows steered");
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), 0);
 }
 

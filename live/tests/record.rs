@@ -2,12 +2,14 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_analyze::run;
 use tipwatch_binding::MachineFile;
+use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
 use tipwatch_live::clock::monotonic_ns;
 use tipwatch_live::topics::{EVENT_ROW, Head, Wire, WireVerdict};
 use tipwatch_mechanics::Quantity;
@@ -323,4 +325,89 @@ fn a_stopped_recorder_and_a_full_disk_leave_the_monitor_alone() {
         assert!(next.is_none_or(|next| next == first), "{next:?} {first}");
         next = Some(last + 1);
     }
+}
+
+/// Every write of the recorder takes a tenth of a second more.
+#[test]
+fn a_slow_disk_loses_nothing_and_leaves_the_monitor_alone() {
+    if Command::new("strace").arg("-V").output().is_err() {
+        eprintln!("skipped: `strace`, which makes writes slow, is not installed");
+        return;
+    }
+    let _favoured = favour();
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("slow");
+    let machine = data("forwarder6.toml");
+    let producing = Producing::start(&world.place(), "forwarder6");
+    let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
+    let reading = Reading::new(&world.join());
+    reading.wait_for("safe", |verdict| verdict.level == Level::Safe as u32);
+    let alone = delays(&reading, || std::thread::sleep(Duration::from_secs(1)));
+    let mut slowed = Command::new("strace");
+    slowed.args(["-f", "-qq", "-o", "/dev/null", "-e", "trace=write"]);
+    slowed.args(["-e", "inject=write:delay_enter=100000"]);
+    slowed.arg(env!("CARGO_BIN_EXE_tipwatch-live"));
+    let out = folder.path().to_str().unwrap();
+    let arguments = ["record", out, "--machine", machine.to_str().unwrap()];
+    let recorder = world.start_by(slowed, &arguments);
+    let slow = delays(&reading, || std::thread::sleep(Duration::from_secs(4)));
+    alone.print("sample to verdict, no recorder");
+    slow.print("sample to verdict, slow disk");
+    assert!(slow.quantile(0.5) < alone.quantile(0.5) + 50.0);
+    producing.end();
+    let recorder = recorder.end();
+    drop(monitor);
+    if recorder.err.contains("ptrace") {
+        eprintln!("skipped: strace may not trace here: {}", recorder.err);
+        return;
+    }
+    assert!(
+        recorder.err.contains("not recorded: 0 samples, 0 verdicts"),
+        "{}",
+        recorder.err
+    );
+    let files = files(folder.path());
+    assert_eq!(sequences(&files[0]).2, 0, "holes");
+}
+
+/// Far longer than its queue holds.
+#[test]
+fn a_recorder_that_is_stopped_for_ten_seconds_tells_what_it_missed() {
+    let _favoured = favour();
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("stop");
+    let machine = data("forwarder6.toml");
+    let producing = Producing::start(&world.place(), "forwarder6");
+    let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
+    let reading = Reading::new(&world.join());
+    reading.wait_for("safe", |verdict| verdict.level == Level::Safe as u32);
+    let recorder = world.record(&machine, folder.path(), &[]);
+    let recording = delays(&reading, || std::thread::sleep(Duration::from_secs(2)));
+    recorder.signal("-STOP");
+    let stopped = delays(&reading, || std::thread::sleep(Duration::from_secs(10)));
+    recorder.signal("-CONT");
+    let slowest_ms = producing.shared.slowest_ns.load(Ordering::Relaxed) as f64 * 1e-6;
+    recording.print("sample to verdict, recorder at work");
+    stopped.print("sample to verdict, recorder stopped for 10 s");
+    println!("the producer's slowest send meanwhile: {slowest_ms:.3} ms");
+    assert!(stopped.quantile(0.5) < recording.quantile(0.5) + 50.0);
+    std::thread::sleep(Duration::from_millis(300));
+    producing.end();
+    let recorder = recorder.end();
+    drop(monitor);
+    assert_eq!(recorder.status.code(), Some(3), "{}", recorder.err);
+    let log = Log::open(&files(folder.path())[0]).unwrap();
+    let gap = FieldRequest {
+        topic: "/tipwatch/record_gap".into(),
+        number: NumberField {
+            field: "samples".into(),
+            joint: None,
+            scale: 1.0,
+            offset: 0.0,
+        },
+    };
+    let (gaps, _) = record_fields(&log, &[gap], None).unwrap();
+    let missed: f64 = gaps[0].values.iter().sum();
+    let (_, _, holes) = sequences(&files(folder.path())[0]);
+    assert!(missed > 100.0 && holes as f64 == missed, "{missed} {holes}");
 }

@@ -6,6 +6,8 @@
     reason = "a test that panics has failed, helpers included; figures are printed"
 )]
 
+/// The suspension is steered, and its valves close on every fault.
+mod control;
 /// Processes that are killed.
 mod crash;
 /// Every fault of the input, injected in shared memory.

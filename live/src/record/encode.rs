@@ -1,10 +1,11 @@
 //! Samples and verdicts as messages of ROS 2, with every bit that they have.
 
 use tipwatch_mechanics::signal::{Sample, Sensor};
+use tipwatch_mechanics::suspension::MAX_ACTUATORS;
 
 use super::cdr::Cdr;
 use crate::names::Names;
-use crate::topics::WireVerdict;
+use crate::topics::{WireCommand, WireVerdict};
 
 /// A sample; `joint_names` are those of its stream, `imu_frame` that of the IMU.
 pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &str) -> Vec<u8> {
@@ -93,6 +94,53 @@ pub(super) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
         cdr.i64(time_ns);
     }
     names.each_number(verdict, |_, number| cdr.f64(number));
+    cdr.finish()
+}
+
+/// A command, in the order of its topic's definition.
+pub(super) fn command(command: &WireCommand) -> Vec<u8> {
+    let mut cdr = Cdr::with_capacity(512);
+    cdr.header(command.time_ns, "");
+    cdr.text(command.mode().name());
+    cdr.text(command.status_name());
+    cdr.u32(command.reasons().iter().count() as u32);
+    for reason in command.reasons().iter() {
+        cdr.text(reason.name());
+    }
+    for number in [
+        command.event,
+        command.level,
+        command.iterations,
+        command.evaluations,
+    ] {
+        cdr.u32(number);
+    }
+    for number in [
+        command.sequence,
+        command.source,
+        command.sample_sequence,
+        command.verdict_sequence,
+    ] {
+        cdr.u64(number);
+    }
+    for time_ns in [
+        command.published_ns,
+        command.valid_until_ns,
+        command.sample_published_ns,
+    ] {
+        cdr.i64(time_ns);
+    }
+    let actuators = (command.actuator_count as usize).min(MAX_ACTUATORS);
+    for list in [
+        &command.opening,
+        &command.measured,
+        &command.reference,
+        &command.velocity,
+        &command.target,
+    ] {
+        cdr.list(&list[..actuators]);
+    }
+    cdr.f64(command.cost);
     cdr.finish()
 }
 

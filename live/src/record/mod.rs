@@ -31,6 +31,7 @@ use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::signal::{Sensor, Sensors};
 
 use crate::clock::{monotonic_ns, unix_ns};
+use crate::command::Mode;
 use crate::guard::Guard;
 use crate::interrupt;
 use crate::names::Names;
@@ -38,10 +39,12 @@ use crate::node::{Joined, Receiver, pause};
 use crate::sample::Message;
 use crate::sample_reader::SampleReader;
 use crate::session::Session;
-use crate::topics::{EVENT_ROW, Wire, WireMachine, WireSample, WireSession, WireVerdict};
+use crate::topics::{
+    EVENT_ROW, Wire, WireCommand, WireMachine, WireSample, WireSession, WireVerdict,
+};
 use pending::{Encoded, Kind, Pending};
 use retention::Retention;
-use segment::Preamble;
+use segment::{Channels, Preamble};
 pub use writer::RecordCounts;
 use writer::{FileWriter, Plan};
 
@@ -79,6 +82,7 @@ pub fn record(
 ) -> Result<RecordCounts> {
     let mut recorder = Recorder {
         verdicts: joined.receiver()?,
+        commands: joined.receiver()?,
         reader: SampleReader::new(joined)?,
         joined,
         file,
@@ -98,6 +102,7 @@ struct Recorder<'a> {
     joined: &'a Joined,
     reader: SampleReader,
     verdicts: Receiver<WireVerdict>,
+    commands: Receiver<WireCommand>,
     file: &'a MachineFile,
     urdf: &'a Urdf,
     options: &'a RecordOptions,
@@ -122,6 +127,10 @@ struct Active {
     /// Source and sequence number of the next verdict.
     next_verdict: Option<(u64, u64)>,
     levels: [u32; 2],
+    /// Source and sequence number of the next command.
+    next_command: Option<(u64, u64)>,
+    /// What the last command does, and why.
+    modes: [u32; 2],
 }
 
 impl Recorder<'_> {
@@ -132,7 +141,7 @@ impl Recorder<'_> {
                 self.look_for_session()?;
             }
             let is_over = self.take_samples()?;
-            let verdicts = self.take_verdicts()?;
+            let verdicts = self.take_verdicts()? + self.take_commands()?;
             if is_over || (verdicts > 0 && ended.is_some()) {
                 ended = Some(Instant::now());
             }
@@ -192,6 +201,19 @@ impl Recorder<'_> {
         while let Some(is_recorded) = self
             .verdicts
             .receive(|wire| active.as_mut().is_some_and(|active| active.verdict(wire)))?
+        {
+            count += usize::from(is_recorded);
+        }
+        Ok(count)
+    }
+
+    /// Takes all commands; how many were recorded.
+    fn take_commands(&mut self) -> Result<usize> {
+        let mut count = 0;
+        let active = &mut self.active;
+        while let Some(is_recorded) = self
+            .commands
+            .receive(|wire| active.as_mut().is_some_and(|active| active.command(wire)))?
         {
             count += usize::from(is_recorded);
         }
@@ -268,6 +290,8 @@ impl Recorder<'_> {
             lost: 0,
             next_verdict: None,
             levels: [0; 2],
+            next_command: None,
+            modes: [0; 2],
         })
     }
 
@@ -283,6 +307,7 @@ impl Recorder<'_> {
             .map_err(|_| anyhow!("record: the writer has failed"))??;
         self.total.samples += counts.samples;
         self.total.verdicts += counts.verdicts;
+        self.total.commands += counts.commands;
         self.total.samples_lost += counts.samples_lost;
         self.total.verdicts_lost += counts.verdicts_lost;
         Ok(())
@@ -349,6 +374,29 @@ impl Active {
         tells
     }
 
+    /// Takes a command; whether it tells anything.
+    fn command(&mut self, wire: &WireCommand) -> bool {
+        if wire.session != self.session.id || !wire.is_whole() {
+            return false;
+        }
+        if let Some((source, next)) = self.next_command
+            && source == wire.source
+            && wire.sequence > next
+        {
+            self.pending.note_dropped(0, wire.sequence - next);
+        }
+        self.next_command = Some((wire.source, wire.sequence.saturating_add(1)));
+        let modes = [wire.mode, wire.reasons];
+        let is_new = std::mem::replace(&mut self.modes, modes) != modes;
+        let tells = wire.event == EVENT_ROW || is_new || wire.mode() == Mode::Ramp;
+        if tells {
+            let data = encode::command(wire);
+            let (sequence, published_ns) = (wire.sequence, wire.published_ns);
+            self.push(Kind::Command, sequence, published_ns, data);
+        }
+        tells
+    }
+
     fn push(&mut self, kind: Kind, sequence: u64, published_ns: i64, data: Vec<u8>) {
         // in the order in which they came, whatever the time of day does
         self.last_log_ns = unix_ns().max(self.last_log_ns + 1);
@@ -381,7 +429,12 @@ fn preamble(
             Sensor::Actuator(signal) => topics::actuator(actuator_topic(machine, sensors, signal)),
         })
         .collect();
-    topics.extend([topics::verdict(names), topics::gap()]);
+    let channels = Channels {
+        verdicts: topics.len(),
+        commands: topics.len() + 1,
+        gaps: topics.len() + 2,
+    };
+    topics.extend([topics::verdict(names), topics::command(), topics::gap()]);
     let metadata = BTreeMap::from([
         ("version".into(), env!("CARGO_PKG_VERSION").into()),
         ("session".into(), format!("{:016x}", session.id)),
@@ -402,6 +455,7 @@ fn preamble(
     };
     Preamble {
         topics,
+        channels,
         attachments: [
             (name(&file.path.to_string_lossy()), file.text.clone()),
             (name(&urdf.name), urdf.text.clone()),

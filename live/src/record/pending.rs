@@ -14,6 +14,8 @@ pub(super) enum Kind {
     Sample(usize),
     /// A verdict; whether its level differs from the one before.
     Verdict { is_new: bool },
+    /// A command to the valves of the suspension.
+    Command,
 }
 
 /// A message as it will stand in the file.
@@ -30,6 +32,7 @@ pub(super) struct Encoded {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Dropped {
     pub(super) samples: u64,
+    /// Commands count with them.
     pub(super) verdicts: u64,
 }
 
@@ -37,7 +40,7 @@ impl Dropped {
     fn count(&mut self, kind: Kind) {
         match kind {
             Kind::Sample(_) => self.samples += 1,
-            Kind::Verdict { .. } => self.verdicts += 1,
+            Kind::Verdict { .. } | Kind::Command => self.verdicts += 1,
         }
     }
 }

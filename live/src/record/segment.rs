@@ -25,10 +25,19 @@ const CHUNK_BYTES: u64 = 1 << 20;
 pub(super) struct Preamble {
     /// Topics, by channel.
     pub(super) topics: Vec<Topic>,
+    pub(super) channels: Channels,
     /// Name and content of the machine file and the URDF.
     pub(super) attachments: [(String, String); 2],
     pub(super) metadata: BTreeMap<String, String>,
     pub(super) begun_ns: i64,
+}
+
+/// Channels of what is no sample; the sensors come before them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Channels {
+    pub(super) verdicts: usize,
+    pub(super) commands: usize,
+    pub(super) gaps: usize,
 }
 
 /// A file being written.

@@ -175,6 +175,36 @@ pub(super) const VERDICT_COUNTS: [&str; 7] = [
 pub(super) const VERDICT_TIMES: [&str; 3] =
     ["published_ns", "valid_until_ns", "sample_published_ns"];
 
+/// What the control of the suspension tells the valves, as on the wire; lists have an entry for each
+/// actuator.
+pub(super) fn command() -> Topic {
+    let mut definition = String::from("std_msgs/Header header\nstring mode\nstring status\n");
+    definition.push_str("string[] hold_reasons\n");
+    for name in COMMAND_INTEGERS {
+        let _ = writeln!(definition, "uint32 {name}");
+    }
+    for name in COMMAND_COUNTS {
+        let _ = writeln!(definition, "uint64 {name}");
+    }
+    for name in VERDICT_TIMES {
+        let _ = writeln!(definition, "int64 {name}");
+    }
+    for name in COMMAND_LISTS {
+        let _ = writeln!(definition, "float64[] {name}");
+    }
+    definition.push_str("float64 cost");
+    Topic {
+        name: "/tipwatch/command".into(),
+        type_name: "tipwatch_msgs/msg/Command",
+        definition: definition + HEADER,
+    }
+}
+
+/// Fields of a command, as on the wire.
+const COMMAND_INTEGERS: [&str; 4] = ["event", "level", "iterations", "evaluations"];
+const COMMAND_COUNTS: [&str; 4] = ["sequence", "source", "sample_sequence", "verdict_sequence"];
+const COMMAND_LISTS: [&str; 5] = ["opening", "measured", "reference", "velocity", "target"];
+
 /// What the recorder could not write.
 pub(super) fn gap() -> Topic {
     Topic {

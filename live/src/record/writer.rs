@@ -28,9 +28,11 @@ pub struct RecordCounts {
     pub samples: u64,
     /// Verdicts written.
     pub verdicts: u64,
+    /// Commands written.
+    pub commands: u64,
     /// Samples that came but could not be written, or were lost on the way to the recorder.
     pub samples_lost: u64,
-    /// Verdicts that came but could not be written, or were lost on the way to the recorder.
+    /// Verdicts and commands that came but could not be written, or were lost on the way to the recorder.
     pub verdicts_lost: u64,
 }
 
@@ -88,7 +90,7 @@ impl FileWriter {
         for message in left {
             match message.kind {
                 Kind::Sample(_) => self.counts.samples_lost += 1,
-                Kind::Verdict { .. } => self.counts.verdicts_lost += 1,
+                Kind::Verdict { .. } | Kind::Command => self.counts.verdicts_lost += 1,
             }
         }
         if let Some(segment) = self.segment.take() {
@@ -133,10 +135,7 @@ impl FileWriter {
         let Some(segment) = &mut self.segment else {
             return Ok(());
         };
-        let (gaps, verdicts) = {
-            let topics = self.plan.preamble.topics.len();
-            (topics - 1, topics - 2)
-        };
+        let channels = self.plan.preamble.channels;
         if dropped != Dropped::default() {
             let log_time_ns = messages.front().map_or(0, |message| message.log_time_ns);
             let message = Encoded {
@@ -146,7 +145,7 @@ impl FileWriter {
                 publish_time_ns: log_time_ns,
                 data: encode::gap(log_time_ns, dropped.samples, dropped.verdicts),
             };
-            segment.add(gaps, &message)?;
+            segment.add(channels.gaps, &message)?;
         }
         let mut is_alarm = false;
         for message in messages {
@@ -154,8 +153,9 @@ impl FileWriter {
                 Kind::Sample(sensor) => sensor,
                 Kind::Verdict { is_new } => {
                     is_alarm |= is_new;
-                    verdicts
+                    channels.verdicts
                 }
+                Kind::Command => channels.commands,
             };
             segment.add(channel, message)?;
         }
@@ -206,6 +206,7 @@ impl FileWriter {
             match message.kind {
                 Kind::Sample(_) => self.counts.samples += 1,
                 Kind::Verdict { .. } => self.counts.verdicts += 1,
+                Kind::Command => self.counts.commands += 1,
             }
         }
         self.count_lost(dropped);

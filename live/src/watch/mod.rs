@@ -14,7 +14,7 @@ use crate::identity::new_identity;
 use crate::interrupt;
 use crate::names::Names;
 use crate::node::{Joined, Place, Receiver, Sender};
-use crate::topics::{EVENT_ROW, Wire, WireAcknowledge, WireMachine, WireVerdict};
+use crate::topics::{EVENT_ROW, Wire, WireAcknowledge, WireCommand, WireMachine, WireVerdict};
 pub use screen::{View, draw};
 
 /// Between two pictures.
@@ -34,6 +34,7 @@ pub fn watch(place: &Place) -> Result<()> {
     let mut watching = Watching {
         verdicts: joined.receiver()?,
         machines: joined.receiver()?,
+        commands: joined.receiver()?,
         acknowledge: joined.sender(new_identity(0), 0)?,
         joined,
         view: View::default(),
@@ -49,6 +50,7 @@ pub fn watch(place: &Place) -> Result<()> {
 struct Watching {
     verdicts: Receiver<WireVerdict>,
     machines: Receiver<WireMachine>,
+    commands: Receiver<WireCommand>,
     acknowledge: Sender<WireAcknowledge>,
     joined: Joined,
     view: View,
@@ -84,6 +86,15 @@ impl Watching {
                 if wire.is_whole() {
                     rows.count(u64::from(wire.event == EVENT_ROW));
                     view.verdict = Some(*wire);
+                }
+            })?
+            .is_some()
+        {}
+        while self
+            .commands
+            .receive(|wire| {
+                if wire.is_whole() {
+                    view.command = Some(*wire);
                 }
             })?
             .is_some()

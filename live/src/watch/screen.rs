@@ -8,8 +8,9 @@ use ratatui::widgets::{Block, Gauge, Paragraph};
 use tipwatch_mechanics::signal::Reason;
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
+use crate::command::{HoldReason, Mode};
 use crate::names::Names;
-use crate::topics::WireVerdict;
+use crate::topics::{WireCommand, WireVerdict};
 
 /// What is known.
 #[derive(Debug, Clone, Default)]
@@ -20,6 +21,8 @@ pub struct View {
     pub limits: [f64; 3],
     /// The last verdict.
     pub verdict: Option<WireVerdict>,
+    /// The last command to the valves of the suspension; `None` without a control.
+    pub command: Option<WireCommand>,
     /// How many rows came in a second; NaN where nobody has counted yet.
     pub rows_per_s: f64,
     /// Now (ns), by CLOCK_MONOTONIC.
@@ -38,7 +41,7 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
         Constraint::Length(4),
         Constraint::Length(3),
         Constraint::Length(2 * wheels + 1),
-        Constraint::Min(6),
+        Constraint::Min(7),
     ])
     .areas(frame.area());
     draw_level(frame, level, view, verdict);
@@ -214,10 +217,34 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
             verdict.lost, verdict.refused, verdict.repeated, verdict.rows, view.rows_per_s
         )),
         Line::from(format!("last verdict {age_ms:.0} ms ago   {timing}")),
+        Line::from(suspension(view)),
         Line::from("q: quit   a: acknowledge"),
     ];
     let health = Paragraph::new(lines).block(Block::bordered().title(" health "));
     frame.render_widget(health, area);
+}
+
+/// What the control of the suspension does.
+fn suspension(view: &View) -> String {
+    let Some(command) = &view.command else {
+        return "suspension  no control".into();
+    };
+    let over_ns = view.now_ns.saturating_sub(command.valid_until_ns);
+    if over_ns > 0 {
+        let seconds = over_ns as f64 * 1e-9;
+        return format!("suspension  the control has been silent for {seconds:.1} s");
+    }
+    let actuators = (command.actuator_count as usize).min(command.opening.len());
+    let percent = |opening: &f64| format!("{:+.0} %", 100.0 * opening);
+    let openings: Vec<String> = command.opening[..actuators].iter().map(percent).collect();
+    let why = if command.mode() == Mode::Follow {
+        command.status_name().to_owned()
+    } else {
+        let reasons: Vec<&str> = command.reasons().iter().map(HoldReason::name).collect();
+        reasons.join(", ")
+    };
+    let (mode, openings) = (command.mode().name(), openings.join("  "));
+    format!("suspension  {mode} ({why})   valves {openings}")
 }
 
 #[cfg(test)]
@@ -248,6 +275,7 @@ mod tests {
             },
             limits: [0.75, 0.9, 1.0],
             verdict: Some(verdict),
+            command: None,
             rows_per_s: 100.0,
             now_ns: 50,
         }
@@ -284,6 +312,24 @@ mod tests {
         ] {
             assert!(text.contains(expected), "{expected} in\n{text}");
         }
+    }
+
+    #[test]
+    fn the_suspension_is_told_of() {
+        let mut view = view();
+        assert!(drawn(&view).contains("no control"));
+        let mut command = WireCommand::closed();
+        command.actuator_count = 2;
+        command.valid_until_ns = 100;
+        view.command = Some(command);
+        assert!(drawn(&view).contains("hold (no_row)"));
+        command.mode = Mode::Follow as u32;
+        command.status = 1;
+        command.opening = [0.25, -0.5];
+        view.command = Some(command);
+        assert!(drawn(&view).contains("follow (optimal)   valves +25 %  -50 %"));
+        view.now_ns = 1_000_000_100;
+        assert!(drawn(&view).contains("control has been silent for 1.0 s"));
     }
 
     #[test]

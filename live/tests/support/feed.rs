@@ -20,6 +20,8 @@ pub struct Feed {
     pub producer: Producer,
     pub verdicts: Receiver<WireVerdict>,
     pub next: usize,
+    /// How many samples were never meant to be sent.
+    left_out: usize,
     pub source: u64,
     pub hash: u64,
     /// Names of the joints of the first stream.
@@ -62,6 +64,7 @@ impl Feed {
             producer,
             verdicts,
             next: 0,
+            left_out: 0,
             source,
             hash,
             joints: recording.session.streams.remove(0),
@@ -119,7 +122,7 @@ impl Feed {
         let mut sample = self.samples[self.next % self.samples.len()];
         sample.time_ns += self.lap_ns();
         let head = Head {
-            sequence: self.next as u64,
+            sequence: (self.next - self.left_out) as u64,
             source: self.source,
             machine_hash: self.hash,
             time_ns: sample.time_ns,
@@ -127,6 +130,12 @@ impl Feed {
         };
         sample.seal(head);
         sample
+    }
+
+    /// Leaves the next sample out: what follows is numbered as if it had never been meant to come.
+    pub fn leave_out(&mut self) {
+        self.next += 1;
+        self.left_out += 1;
     }
 
     /// How much later than in the log the next sample is.
@@ -179,7 +188,8 @@ impl Feed {
     /// Sends samples until the machine is called safe.
     pub fn run_in(&mut self) {
         let mut last = None;
-        for _ in 0..4000 {
+        // a minute: a busy computer makes input late, which is no less than a warning for a second
+        for _ in 0..15_000 {
             self.send(1);
             while let Some(verdict) = self.find(|v| v.session == self.source) {
                 last = Some(verdict);

@@ -11,7 +11,7 @@ use iceoryx2::prelude::*;
 use tipwatch_ingest::Log;
 use tipwatch_live::clock::monotonic_ns;
 use tipwatch_live::node::{Joined, Receiver};
-use tipwatch_live::topics::{EVENT_ROW, Wire, WireVerdict};
+use tipwatch_live::topics::{EVENT_ROW, Wire, WireCommand, WireVerdict};
 use tipwatch_mechanics::verdict::Level;
 
 use super::feed::samples;
@@ -138,6 +138,63 @@ pub fn kill_monitors(world: &World, count: usize) -> Times {
     println!("the producer's slowest send meanwhile: {slowest_ms:.3} ms");
     producing.end();
     times
+}
+
+/// Kills the control of a suspension; times from its start to its first command on a row.
+pub fn kill_controls(world: &World, count: usize) -> Times {
+    let producing = Producing::start(&world.place(), "second_paper");
+    let joined = world.join();
+    let machine = data("second_paper.toml");
+    let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
+    let reading = Reading::new(&joined);
+    let commands: Receiver<WireCommand> = joined.receiver().unwrap();
+    let mut random = Random::new();
+    let mut times = Times::default();
+    let mut source = 0;
+    for _ in 0..count {
+        let started_ns = monotonic_ns();
+        let arguments = ["control", "--machine", machine.to_str().unwrap(), "--stay"];
+        let control = world.start(&arguments);
+        let row = wait_for_command(&commands, |command| {
+            // a new one never begins with an open valve
+            let is_first = command.source != source && command.rows <= 1;
+            assert!(!is_first || command.opening == [0.0; 2], "{command:?}");
+            command.event == EVENT_ROW && command.source != source
+        });
+        source = row.source;
+        times.0.push((row.published_ns - started_ns) as f64 * 1e-6);
+        std::thread::sleep(Duration::from_millis(random.between(1, 60)));
+        control.kill();
+        // the monitor goes on
+        reading.drain();
+        let from_ns = monotonic_ns();
+        reading.wait_for("the next row", |verdict| {
+            verdict.event == EVENT_ROW && verdict.published_ns > from_ns
+        });
+        joined.forget_the_dead();
+    }
+    producing.end();
+    drop(monitor);
+    times
+}
+
+fn wait_for_command(
+    commands: &Receiver<WireCommand>,
+    is_it: impl Fn(&WireCommand) -> bool,
+) -> WireCommand {
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_secs(60) {
+        match commands.receive(|command| *command).unwrap() {
+            Some(command) => {
+                assert!(command.is_whole(), "a torn command");
+                if is_it(&command) {
+                    return command;
+                }
+            }
+            None => std::thread::sleep(Duration::from_micros(200)),
+        }
+    }
+    panic!("no such command");
 }
 
 /// Kills a reader of verdicts that has nothing to do with the others: the screen.

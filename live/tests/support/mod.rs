@@ -97,12 +97,10 @@ impl World {
 
 impl Drop for World {
     fn drop(&mut self) {
-        // iceoryx2 leaves one small file of each prefix behind.
-        for entry in std::fs::read_dir("/dev/shm")
-            .into_iter()
-            .flatten()
-            .flatten()
-        {
+        // What killed processes leave, and one small file of each prefix.
+        let folders = ["/dev/shm", "/tmp/iceoryx2"];
+        let listed = folders.map(std::fs::read_dir).into_iter().flatten();
+        for entry in listed.flatten().flatten() {
             if entry
                 .file_name()
                 .to_string_lossy()

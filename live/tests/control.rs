@@ -1,0 +1,396 @@
+//! The control of an active suspension: what it does while all is well, and every fault that must close
+//! the valves, injected at the boundary of the shared memory.
+//!
+//! The log's rods are replaced by rods that do what the valves tell them.
+
+use std::time::Duration;
+
+use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
+use tipwatch_live::clock::monotonic_ns;
+use tipwatch_live::command::{HoldReason, Mode};
+use tipwatch_live::control::RAMP_RATE;
+use tipwatch_live::node::Receiver;
+use tipwatch_live::topics::{EVENT_ROW, Kind, Wire, WireCommand, WireSample};
+
+use crate::support::favour::{Favoured, favour};
+use crate::support::feed::Feed;
+use crate::support::killing::files;
+use crate::support::{Process, World, data};
+
+const MACHINE: &str = "second_paper";
+/// Fastest motion of a rod with its valve all the way open (m/s).
+const FASTEST: f64 = 0.13;
+/// Full openings a second of the machine file's valve.
+const VALVE_RATE: f64 = 20.0;
+/// How long anything may take on a busy computer beyond its own time.
+const ROOM: Duration = Duration::from_secs(20);
+
+struct Bench {
+    feed: Feed,
+    commands: Receiver<WireCommand>,
+    last: WireCommand,
+    rods: [f64; 2],
+    /// Whether rods do what they are told.
+    rods_move: bool,
+    places: [usize; 2],
+    before_ns: Option<i64>,
+    monitor: Option<Process>,
+    control: Option<Process>,
+    world: World,
+    _favoured: Favoured,
+}
+
+impl Bench {
+    /// A machine at work, with rods far from where they do best.
+    fn new(test: &str) -> Self {
+        let favoured = favour();
+        let world = World::new(test);
+        let joined = world.join();
+        let commands = joined.receiver().unwrap();
+        let monitor = Self::monitor(&world);
+        let control = Self::control(&world);
+        let mut feed = Feed::new(&joined, MACHINE);
+        feed.wait_for_monitor();
+        let places = ["suspension_right", "suspension_left"].map(|rod| feed.place_of(rod));
+        let mut bench = Self {
+            feed,
+            commands,
+            last: WireCommand::closed(),
+            rods: [-0.18, -0.18],
+            rods_move: true,
+            places,
+            before_ns: None,
+            monitor: Some(monitor),
+            control: Some(control),
+            world,
+            _favoured: favoured,
+        };
+        bench.until("a command of the session", |command, bench| {
+            command.session == bench.feed.source
+        });
+        bench
+    }
+
+    fn monitor(world: &World) -> Process {
+        world.monitor(&data(&format!("{MACHINE}.toml")), &["--quiet", "--stay"])
+    }
+
+    fn control(world: &World) -> Process {
+        let machine = data(&format!("{MACHINE}.toml"));
+        world.start(&["control", "--machine", machine.to_str().unwrap(), "--stay"])
+    }
+
+    /// The next sample, with the rods where they are now.
+    fn send(&mut self, change: impl FnOnce(&mut WireSample)) {
+        self.feed.wait();
+        // whoever has come since gets the session
+        self.feed.producer.greet().unwrap();
+        let mut sample = self.feed.peek();
+        if sample.kind == Kind::Joints as u32 {
+            let seconds = self
+                .before_ns
+                .map_or(0.0, |before| (sample.time_ns - before) as f64 * 1e-9);
+            self.before_ns = Some(sample.time_ns);
+            let joints = sample.value_count as usize / 2;
+            for (k, place) in self.places.into_iter().enumerate() {
+                let rate = if self.rods_move {
+                    FASTEST * self.last.opening[k]
+                } else {
+                    0.0
+                };
+                self.rods[k] += rate * seconds;
+                sample.values[place] = self.rods[k];
+                sample.values[joints + place] = rate;
+            }
+        }
+        change(&mut sample);
+        sample.seal(sample.head());
+        self.feed.raw(&sample);
+        self.feed.next += 1;
+    }
+
+    /// Takes the commands that wait; every one is whole, within limits, and no jump from the one before.
+    fn take(&mut self, is_it: &mut dyn FnMut(&WireCommand, &Self) -> bool) -> bool {
+        let mut found = false;
+        while let Some(command) = self.commands.receive(|command| *command).unwrap() {
+            assert!(command.is_whole());
+            let before = std::mem::replace(&mut self.last, command);
+            let is_same = before.source == command.source && before.session == command.session;
+            let seconds = (command.published_ns - before.published_ns) as f64 * 1e-9;
+            for (now, was) in command.opening.iter().zip(before.opening) {
+                assert!(now.abs() <= 1.0);
+                let reach = match command.mode() {
+                    // the valve law goes by the time of rows, which may come in bursts
+                    Mode::Follow => VALVE_RATE * (command.time_ns - before.time_ns) as f64 * 1e-9,
+                    // what is between the control's look at the clock and its sending
+                    _ => RAMP_RATE * (seconds + 0.02),
+                };
+                let step = (now - was).abs();
+                assert!(
+                    !is_same || step <= reach + 1e-9,
+                    "{step} {reach} {command:?}"
+                );
+                let closes = command.mode() == Mode::Follow || now.abs() <= was.abs();
+                assert!(!is_same || closes, "{command:?}");
+            }
+            assert_eq!(command.valid_until_ns - command.published_ns, 100_000_000);
+            found |= is_it(&command, self);
+        }
+        found
+    }
+
+    /// Sends samples until there is such a command.
+    fn until(&mut self, what: &str, mut is_it: impl FnMut(&WireCommand, &Self) -> bool) {
+        let start_ns = monotonic_ns();
+        while !self.take(&mut is_it) {
+            assert!(
+                monotonic_ns() - start_ns < 60_000_000_000,
+                "{what}: {:?}",
+                self.last
+            );
+            self.send(|_| ());
+        }
+    }
+
+    fn runs_in(&mut self) {
+        self.until("follows, valves open", |command, _| {
+            command.mode() == Mode::Follow && command.opening.iter().all(|u| u.abs() > 0.15)
+        });
+    }
+
+    /// Waits, sending nothing, until the valves close for this reason and are closed.
+    fn closes(&mut self, reason: HoldReason, from_ns: i64, sends: bool) {
+        let (mut told_ns, mut closed_ns) = (None, None);
+        let until_ns = from_ns + ROOM.as_nanos() as i64;
+        while closed_ns.is_none() {
+            assert!(
+                monotonic_ns() < until_ns,
+                "{}: {:?}",
+                reason.name(),
+                self.last
+            );
+            self.take(&mut |command, _| {
+                let told = command.reasons().has(reason) && command.mode() != Mode::Follow;
+                if told && told_ns.is_none() {
+                    told_ns = Some(command.published_ns);
+                }
+                if told_ns.is_some() && command.mode() == Mode::Hold && closed_ns.is_none() {
+                    closed_ns = Some(command.published_ns);
+                }
+                false
+            });
+            if sends {
+                self.send(|_| ());
+            } else {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }
+        let ms = |at: Option<i64>| (at.unwrap() - from_ns) as f64 * 1e-6;
+        println!(
+            "{:14} told after {:7.2} ms, valves closed after {:7.2} ms",
+            reason.name(),
+            ms(told_ns),
+            ms(closed_ns)
+        );
+    }
+}
+
+#[test]
+fn the_rods_are_led_and_follow() {
+    let mut bench = Bench::new("led");
+    bench.runs_in();
+    let mut largest = 0.0_f64;
+    let (mut rows, mut solved) = (0, 0);
+    for _ in 0..600 {
+        bench.send(|_| ());
+        bench.take(&mut |command, _| {
+            if command.event == EVENT_ROW && command.mode() == Mode::Follow {
+                rows += 1;
+                solved += u32::from(command.status == 1);
+                for k in 0..2 {
+                    largest = largest.max((command.reference[k] - command.measured[k]).abs());
+                }
+            }
+            false
+        });
+    }
+    println!(
+        "{rows} rows, {solved} optimal; rods {:?}; largest error {largest:.3} m",
+        bench.rods
+    );
+    assert!(rows > 100 && solved > rows / 2, "{:?}", bench.last);
+    // a quarter of the stroke is where the control would give them up
+    assert!(largest < 0.05, "{largest}");
+    assert!(
+        bench.rods.iter().all(|rod| *rod > -0.17),
+        "{:?}",
+        bench.rods
+    );
+}
+
+#[test]
+fn a_fault_that_the_monitor_tells_of_closes_the_valves() {
+    let mut bench = Bench::new("fault");
+    bench.runs_in();
+    let from_ns = monotonic_ns();
+    for _ in 0..20 {
+        bench.send(|sample| {
+            if sample.kind == Kind::Imu as u32 {
+                sample.values[0] = f64::NAN;
+            }
+        });
+    }
+    bench.closes(HoldReason::Verdict, from_ns, true);
+    // and they open again when all is well
+    bench.runs_in();
+}
+
+#[test]
+fn a_producer_that_falls_silent_closes_the_valves() {
+    let mut bench = Bench::new("silent");
+    bench.runs_in();
+    let from_ns = monotonic_ns();
+    bench.closes(HoldReason::NoRow, from_ns, false);
+    bench.runs_in();
+}
+
+#[test]
+fn a_monitor_that_is_killed_closes_the_valves() {
+    let mut bench = Bench::new("killed");
+    bench.runs_in();
+    let monitor = bench.monitor.take().unwrap();
+    let from_ns = monotonic_ns();
+    monitor.kill();
+    bench.closes(HoldReason::NoVerdict, from_ns, true);
+    bench.monitor = Some(Bench::monitor(&bench.world));
+    bench.runs_in();
+}
+
+#[test]
+fn a_rod_whose_position_is_unknown_closes_the_valves() {
+    let mut bench = Bench::new("unknown");
+    bench.runs_in();
+    let from_ns = monotonic_ns();
+    let place = bench.places[0];
+    for _ in 0..20 {
+        bench.send(|sample| {
+            if sample.kind == Kind::Joints as u32 {
+                sample.values[place] = f64::NAN;
+            }
+        });
+    }
+    bench.closes(HoldReason::RowInvalid, from_ns, true);
+    bench.runs_in();
+}
+
+#[test]
+fn a_rod_that_does_not_move_closes_the_valves_until_somebody_has_seen_it() {
+    let mut bench = Bench::new("stuck");
+    bench.runs_in();
+    bench.rods_move = false;
+    let from_ns = monotonic_ns();
+    bench.closes(HoldReason::NotFollowing, from_ns, true);
+    bench.rods_move = true;
+    for _ in 0..300 {
+        bench.send(|_| ());
+    }
+    bench.take(&mut |_, _| false);
+    assert!(bench.last.reasons().has(HoldReason::NotFollowing));
+    let acknowledged = bench.world.start(&["acknowledge"]);
+    bench.runs_in();
+    assert!(acknowledged.end().status.success());
+}
+
+#[test]
+fn a_control_that_is_killed_is_followed_by_one_that_begins_closed() {
+    let mut bench = Bench::new("next");
+    bench.runs_in();
+    let control = bench.control.take().unwrap();
+    control.kill();
+    let source = bench.last.source;
+    // what it said last runs out by itself
+    bench.take(&mut |_, _| false);
+    std::thread::sleep(Duration::from_millis(150));
+    assert!(bench.last.valid_until_ns < monotonic_ns());
+    let from_ns = monotonic_ns();
+    bench.control = Some(Bench::control(&bench.world));
+    let mut first = None;
+    bench.until("a command of the next", |command, _| {
+        if command.source != source {
+            first.get_or_insert(*command);
+        }
+        first.is_some()
+    });
+    let first = first.unwrap();
+    assert_eq!((first.mode(), first.opening), (Mode::Hold, [0.0; 2]));
+    bench.runs_in();
+    let took_ms = (bench.last.published_ns - from_ns) as f64 * 1e-6;
+    println!("a new control follows {took_ms:.0} ms after its start");
+}
+
+#[test]
+fn a_machine_without_active_suspension_is_refused() {
+    let world = World::new("none");
+    let machine = data("tiny.toml");
+    let control = world.start(&["control", "--machine", machine.to_str().unwrap()]);
+    let replay = world.replay("tiny", &["--wait", "60"]);
+    let ended = control.end();
+    assert_eq!(ended.status.code(), Some(1));
+    assert!(
+        ended.err.contains("tiny.toml") && ended.err.contains("expected [suspension]"),
+        "{}",
+        ended.err
+    );
+    drop(replay);
+}
+
+#[test]
+fn commands_are_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut bench = Bench::new("recorded");
+    let machine = data(&format!("{MACHINE}.toml"));
+    let recorder = bench.world.record(&machine, folder.path(), &[]);
+    while files(folder.path()).is_empty() {
+        bench.send(|_| ());
+    }
+    bench.runs_in();
+    bench.rods_move = false;
+    bench.closes(HoldReason::NotFollowing, monotonic_ns(), true);
+    bench.feed.end();
+    let ended = recorder.end();
+    assert!(ended.status.success(), "{}", ended.err);
+    let file = &files(folder.path())[0];
+    let log = Log::open(file).unwrap();
+    let topic = log
+        .topics()
+        .iter()
+        .find(|t| t.name == "/tipwatch/command")
+        .unwrap();
+    let read = |field: &str| {
+        let number = NumberField {
+            field: field.into(),
+            joint: None,
+            scale: 1.0,
+            offset: 0.0,
+        };
+        let request = FieldRequest {
+            topic: topic.name.clone(),
+            number,
+        };
+        record_fields(&log, &[request], None)
+            .unwrap()
+            .0
+            .remove(0)
+            .values
+    };
+    let (openings, costs) = (read("opening[0]"), read("cost"));
+    assert_eq!(openings.len() as u64, topic.message_count.unwrap());
+    let last = openings.last().unwrap();
+    assert!(
+        openings.iter().any(|u| u.abs() > 0.15) && *last == 0.0,
+        "{last}"
+    );
+    assert!(costs.iter().any(|cost| cost.is_finite()));
+    let text = String::from_utf8_lossy(&std::fs::read(file).unwrap()).into_owned();
+    assert!(text.contains("not_following") && text.contains("optimal"));
+}
