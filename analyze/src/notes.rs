@@ -61,6 +61,7 @@ pub(crate) fn of(
         )
     }));
     notes.extend(loaded.losses.notes.iter().cloned());
+    notes.extend(passed_over(loaded.losses.integrity.chunks_passed_over));
     notes.extend(
         loaded
             .losses
@@ -97,6 +98,15 @@ fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
         100.0 * with as f64 / used.len() as f64,
         linkages.join(", ")
     ))
+}
+
+fn passed_over(chunks: u64) -> Option<String> {
+    (chunks > 0).then(|| {
+        format!(
+            "{chunks} chunks of the log hold nothing that is used here, as its index says: they were passed over, \
+             and damage in them was not looked for (tipwatch recover looks at every byte)."
+        )
+    })
 }
 
 fn missing_wheel_joints(loaded: &LoadedLog) -> Option<String> {

@@ -108,6 +108,9 @@ pub struct Integrity {
     pub checksums_present: bool,
     /// At least one message came without a checksum that covers it.
     pub checksums_absent: bool,
+    /// Chunks that this reading passed over, since the log's index says that they hold nothing that was
+    /// asked for: they were not looked at. Not taken over from another reading by [`Losses::merge`].
+    pub chunks_passed_over: u64,
 }
 
 impl Integrity {

@@ -14,6 +14,7 @@ mod databases; // databases as crashes leave them, and of every version
 mod layout; // fields out of CDR messages
 mod mcap_files; // the same samples however an MCAP file is written
 mod number_fields; // single numbers of any messages
+mod passed_over; // what an index says is of no use here is not read
 mod real_logs; // logs of real and simulated robots, where they are at hand
 mod recover; // the intact part as a clean file
 mod rosbag2; // databases and folders

@@ -229,6 +229,8 @@ impl<G: Grammar> Reader for RecordReader<G> {
             delivery.report_missing(&mut losses);
         }
         request.losses.merge(&losses);
+        // of all files of the log
+        request.losses.integrity.chunks_passed_over += losses.integrity.chunks_passed_over;
         Ok(flow)
     }
 

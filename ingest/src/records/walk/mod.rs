@@ -49,6 +49,7 @@ pub(super) fn walk<G: Grammar, V: Visitor>(
             loose_range: 0..0,
             loose_problems: 0,
             checksums: (false, false),
+            passed_over: 0,
             is_past_messages: false,
             grammar: PhantomData,
         }
@@ -69,6 +70,8 @@ struct Walk<'w, G, V> {
     loose_problems: u64,
     /// Whether one was present, whether one was absent.
     checksums: (bool, bool),
+    /// Chunks that the visitor did not want.
+    passed_over: u64,
     /// Whether only repetitions follow: their damage costs no message.
     is_past_messages: bool,
     grammar: PhantomData<G>,
@@ -94,6 +97,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         self.log.finish(losses);
         losses.integrity.checksums_present |= self.checksums.0;
         losses.integrity.checksums_absent |= self.checksums.1;
+        losses.integrity.chunks_passed_over += self.passed_over;
         Ok(flow)
     }
 
@@ -213,6 +217,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
     fn chunk(&mut self, bytes: &Range<u64>) -> Result<ControlFlow<()>, Error> {
         self.log.end_of_indexes();
         if !self.visitor.wants_chunk(bytes.start) {
+            self.passed_over += 1;
             return Ok(ControlFlow::Continue(()));
         }
         self.visitor.begin_chunk(bytes.start, bytes.end);
