@@ -32,7 +32,7 @@ const COST_ROUNDING: f64 = 1e-14;
 const ROUNDING_STEP: f64 = 1e-6;
 
 /// Across the box a quadratic model may be wrong by this share of the cost.
-const FLAT_SHARE: f64 = 1e-3;
+const FLAT_SHARE: f64 = 1e-2;
 /// Points across the box that may be looked at: corners and sides of two variables.
 const MAX_ACROSS: usize = 8;
 
@@ -91,8 +91,8 @@ pub(super) fn minimise<const N: usize>(
     loop {
         match search.descend(z, here) {
             Descent::Done(bottom) => {
-                // where the cost curves down or ends, there may be a lower bottom on another side
-                if elsewhere.is_none() && (bottom.curves_down || bottom.is_at_an_end()) {
+                // where the cost curves down, there may be a lower bottom on another side
+                if elsewhere.is_none() && bottom.curves_down {
                     elsewhere = Some(bottom);
                     if let Some(there) = search.elsewhere(&bottom) {
                         (z, here) = there;
@@ -125,12 +125,6 @@ struct Bottom<const N: usize> {
     hessian: [[f64; N]; N],
     /// Whether the quadratic model curves down in some direction.
     curves_down: bool,
-}
-
-impl<const N: usize> Bottom<N> {
-    fn is_at_an_end(&self) -> bool {
-        N == 1 && self.z[0].abs() == 1.0
-    }
 }
 
 /// How a descent ended.
