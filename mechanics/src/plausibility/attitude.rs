@@ -56,21 +56,8 @@ impl AttitudeWatch {
             });
             return;
         }
-        let frozen = self
-            .freeze
-            .since(stamp_ns, xyzw, turns, limits.frozen_samples);
-        if let Some(since_ns) = frozen {
-            found(Notice {
-                kind: FaultKind::Frozen,
-                component: Component::Value,
-                since_ns,
-                measure: limits.elapsed_s(since_ns, stamp_ns),
-                limit: f64::NAN,
-                amount: Amount {
-                    value: self.freeze.spread(),
-                    rate: 0.0,
-                },
-            });
+        if let Some(notice) = self.freeze.notice(stamp_ns, xyzw, turns, limits) {
+            found(notice);
         }
     }
 }

@@ -1,5 +1,8 @@
 //! A signal that repeats itself bit for bit.
 
+use super::fault::{Amount, Component, FaultKind};
+use super::{Limits, Notice};
+
 /// Weight of a sample in the running share of turning points.
 const NOISE_WEIGHT: f64 = 1.0 / 64.0;
 /// Of white noise two samples in three are turning points, of a smooth signal few are.
@@ -40,8 +43,30 @@ impl Freeze {
         }
     }
 
+    /// What is to be said if the signal is frozen. `values` are finite.
+    pub(super) fn notice(
+        &mut self,
+        stamp_ns: i64,
+        values: &[f64],
+        moves_elsewhere: bool,
+        limits: &Limits,
+    ) -> Option<Notice> {
+        let since_ns = self.since(stamp_ns, values, moves_elsewhere, limits.frozen_samples)?;
+        Some(Notice {
+            kind: FaultKind::Frozen,
+            component: Component::Value,
+            since_ns,
+            measure: limits.elapsed_s(since_ns, stamp_ns),
+            limit: f64::NAN,
+            amount: Amount {
+                value: self.spread(),
+                rate: 0.0,
+            },
+        })
+    }
+
     /// Since when the signal has been frozen, if it is. `values` are finite.
-    pub(super) fn since(
+    fn since(
         &mut self,
         stamp_ns: i64,
         values: &[f64],
@@ -65,7 +90,7 @@ impl Freeze {
     }
 
     /// Largest standard deviation that a channel has had.
-    pub(super) fn spread(&self) -> f64 {
+    fn spread(&self) -> f64 {
         let count = self.samples.max(1) as f64;
         self.squares.iter().copied().fold(0.0, f64::max).sqrt() / count.sqrt()
     }

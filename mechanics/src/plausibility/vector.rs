@@ -94,21 +94,11 @@ impl VectorWatch {
             }
         }
         self.good = Some((stamp_ns, [x, y, z]));
-        let frozen = self
+        if let Some(notice) = self
             .freeze
-            .since(stamp_ns, values, moves_elsewhere, limits.frozen_samples);
-        if let Some(since_ns) = frozen {
-            found(Notice {
-                kind: FaultKind::Frozen,
-                component: Component::Value,
-                since_ns,
-                measure: limits.elapsed_s(since_ns, stamp_ns),
-                limit: f64::NAN,
-                amount: Amount {
-                    value: self.freeze.spread(),
-                    rate: 0.0,
-                },
-            });
+            .notice(stamp_ns, values, moves_elsewhere, limits)
+        {
+            found(notice);
         }
     }
 

@@ -112,18 +112,7 @@ impl Plotter<'_> {
         values: &[f64],
         points: usize,
     ) -> Box<Scatter<f64, Option<f64>>> {
-        let rows = rows_to_draw(values, points);
-        let times = rows.iter().map(|&row| self.seconds[row]).collect();
-        Scatter::new(times, rows.iter().map(|&row| drawn(values[row])).collect())
-            .name(name)
-            .mode(Mode::Lines)
-            .connect_gaps(false)
-            .line(
-                Line::new()
-                    .width(1.8)
-                    .color(colour(index, 1.0))
-                    .dash(DASHES[index % DASHES.len()].clone()),
-            )
+        line(index, name, &self.seconds, values, points)
     }
 
     /// What lies between two curves, as a filled shape.
@@ -179,30 +168,9 @@ impl Plotter<'_> {
         traces: Traces,
         labels: bool,
     ) -> Figure {
-        let last = self.last_second().max(1e-3);
         let top = if labels { 84 } else { 32 };
         let events = shown(&self.analysis.events);
-        let time = Axis::new().tick_suffix(" s").range(vec![0.0, last]);
-        let mut layout = Layout::new()
-            .height(height)
-            .auto_size(true)
-            .margin(Margin::new().left(64).right(16).top(top).bottom(BELOW))
-            .hover_mode(HoverMode::XUnified)
-            .show_legend(true)
-            .legend(legend(height - top - BELOW))
-            .x_axis(
-                time.grid_color("#e6e6e6")
-                    .zero_line(false)
-                    .hover_format(".3f"),
-            )
-            .y_axis(
-                Axis::new()
-                    .title(unit)
-                    .grid_color("#e6e6e6")
-                    .zero_line_color("#999")
-                    .hover_format(".4~g"),
-            )
-            .plot_background_color("#fff")
+        let mut layout = layout(unit, height, top, self.last_second())
             .shapes(events.iter().map(|event| self.band(event)).collect());
         if labels {
             layout = layout.annotations(self.labels(&events));
@@ -280,6 +248,56 @@ fn shown(events: &[Event]) -> Vec<&Event> {
     shown.truncate(MOST_EVENTS);
     shown.sort_by_key(|event| (event.start_ns, rank(event.kind)));
     shown
+}
+
+/// A curve over the times of the rows (s), the same in every figure.
+fn line(
+    index: usize,
+    name: &str,
+    seconds: &[f64],
+    values: &[f64],
+    points: usize,
+) -> Box<Scatter<f64, Option<f64>>> {
+    let rows = rows_to_draw(values, points);
+    let times = rows.iter().map(|&row| seconds[row]).collect();
+    Scatter::new(times, rows.iter().map(|&row| drawn(values[row])).collect())
+        .name(name)
+        .mode(Mode::Lines)
+        .connect_gaps(false)
+        .line(
+            Line::new()
+                .width(1.8)
+                .color(colour(index, 1.0))
+                .dash(DASHES[index % DASHES.len()].clone()),
+        )
+}
+
+/// Axes, margins and legend of every figure: of a height and with so much room above (pixels), up to the
+/// last second.
+fn layout(unit: &str, height: usize, above: usize, last: f64) -> Layout {
+    Layout::new()
+        .height(height)
+        .auto_size(true)
+        .margin(Margin::new().left(64).right(16).top(above).bottom(BELOW))
+        .hover_mode(HoverMode::XUnified)
+        .show_legend(true)
+        .legend(legend(height - above - BELOW))
+        .x_axis(
+            Axis::new()
+                .tick_suffix(" s")
+                .range(vec![0.0, last.max(1e-3)])
+                .grid_color("#e6e6e6")
+                .zero_line(false)
+                .hover_format(".3f"),
+        )
+        .y_axis(
+            Axis::new()
+                .title(unit)
+                .grid_color("#e6e6e6")
+                .zero_line_color("#999")
+                .hover_format(".4~g"),
+        )
+        .plot_background_color("#fff")
 }
 
 /// Below the ticks of a plot of this height (pixels); the page makes room for its lines.
