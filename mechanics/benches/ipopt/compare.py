@@ -445,7 +445,6 @@ def compare(program, mode, variables, count):
         cost = cost.item()
         worst["model"] = max(worst["model"], abs(cost - case["cost"]) / abs(case["cost"]))
         excess = (cost - found["cost"]) / abs(found["cost"])
-        worst["cost"] = max(worst["cost"], abs(excess))
         half = (found["ranges"][:, 1] - found["ranges"][:, 0]) / 2
         # in halves of the range: curvature on the variables that no bound holds
         z = (mine - found["ranges"][:, 0]) / np.maximum(half, 1e-12) - 1
@@ -456,12 +455,15 @@ def compare(program, mode, variables, count):
         largest = max(np.abs(np.linalg.eigvalsh(h)).max(), 1e-300)
         apart = np.max(np.abs(mine - found["u"]) / np.maximum(2 * half, 1e-9))
         if curvature > 1e-6 * largest:
-            worst["argument"] = max(worst["argument"], apart)
             if apart > 1e-6:
+                # another optimum: the problem is not convex
                 odd.append((i, "argument", apart, mine, found["u"], curvature / largest, excess))
+                continue
+            worst["argument"] = max(worst["argument"], apart)
         elif not held:
             flat += 1
             worst["gradient"] = max(worst["gradient"], np.abs(g[free]).max() / abs(cost) if free else 0.0)
+        worst["cost"] = max(worst["cost"], abs(excess))
         agreed += 1
     ours, theirs, own = (np.array(v) * 1e6 for v in (ours, theirs, own))
     at = lambda v, share: float(np.quantile(v, share))
