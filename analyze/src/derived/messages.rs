@@ -121,3 +121,24 @@ pub(super) struct MeshFile<'a> {
 pub(super) struct MarkerArray<'a> {
     pub(super) markers: Vec<Marker<'a>>,
 }
+
+#[derive(Debug, Serialize)]
+pub(super) struct DiagnosticArray<'a> {
+    pub(super) header: Header<'a>,
+    pub(super) status: Vec<DiagnosticStatus<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct DiagnosticStatus<'a> {
+    pub(super) level: u8,
+    pub(super) name: &'a str,
+    pub(super) message: String,
+    pub(super) hardware_id: &'a str,
+    pub(super) values: Vec<KeyValue>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct KeyValue {
+    pub(super) key: String,
+    pub(super) value: String,
+}

@@ -4,9 +4,11 @@
 //! the log's own clock; diagnostics and markers at no more than ten a second; the report, the URDF and
 //! the machine file attached. A number that cannot be computed is NaN.
 
+mod diagnostics;
 mod flat;
 mod markers;
 mod messages;
+mod verdict;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,8 +18,10 @@ use anyhow::{Context, Result};
 use tipwatch_ingest::Ros2Writer;
 use tipwatch_mechanics::{Placement, State};
 
+use self::diagnostics::Diagnostics;
 use self::flat::FlatTopic;
 use self::markers::Markers;
+use self::verdict::VerdictTopic;
 use crate::analysis::Analysis;
 
 /// Time between messages that are drawn or read, not plotted (ns).
@@ -54,6 +58,8 @@ pub(crate) fn write(analysis: &Analysis, report: &str, path: &Path) -> Result<()
 
 fn write_rows(analysis: &Analysis, writer: &mut Ros2Writer) -> Result<()> {
     let mut flat = FlatTopic::all(analysis, writer)?;
+    let verdict = VerdictTopic::begin(analysis, writer)?;
+    let diagnostics = Diagnostics::begin(analysis, writer)?;
     let markers = Markers::begin(analysis, writer)?;
     let mut placement = Placement::new(&analysis.machine);
     let mut state = State::zero(&analysis.machine);
@@ -62,11 +68,15 @@ fn write_rows(analysis: &Analysis, writer: &mut Ros2Writer) -> Result<()> {
         for topic in &mut flat {
             topic.write(analysis, row, writer)?;
         }
+        if let Some(topic) = &verdict {
+            topic.write(analysis, row, writer)?;
+        }
         if time_ns >= next_picture_ns {
             next_picture_ns = time_ns.saturating_add(BETWEEN_PICTURES_NS);
             analysis.rows.states.get(row, &mut state);
             placement.place(&state);
             markers.write(row, &placement, writer)?;
+            diagnostics.write(row, writer)?;
         }
     }
     Ok(())
