@@ -402,35 +402,46 @@ fn the_producer_dies() {
     let _favoured = favour();
     let world = World::new("dies");
     let monitor = world.monitor(&data("forwarder6.toml"), &["--quiet", "--stay"]);
-    let replay = world.replay("forwarder6", &["--wait", "60"]);
     let verdicts = world.join().receiver::<WireVerdict>().unwrap();
-    let wait_for = |level: Level| {
+    let told = |level: Level, within: Duration| {
         let start = std::time::Instant::now();
-        while start.elapsed() < 4 * ROOM {
+        while start.elapsed() < within {
             if let Some(Some(at)) = verdicts
                 .receive(|v| (v.level == level as u32).then_some((v.published_ns, v.conditions())))
                 .unwrap()
             {
-                return at;
+                return Some(at);
             }
             std::thread::sleep(Duration::from_micros(200));
         }
-        panic!("never {}", level.name());
+        None
     };
-    wait_for(Level::Safe);
+    // where the computer is so busy that samples come late, Safe is rightly not said: once more
+    let until_safe = || {
+        let safe = (0..8).find_map(|_| {
+            let replay = world.replay("forwarder6", &["--wait", "60"]);
+            told(Level::Unknown, 4 * ROOM).unwrap();
+            match told(Level::Safe, ROOM) {
+                Some(_) => Some(replay),
+                None => {
+                    replay.kill();
+                    None
+                }
+            }
+        });
+        safe.expect("Safe in one of eight replays")
+    };
+    let replay = until_safe();
     let from_ns = monotonic_ns();
     replay.kill();
-    let (told_ns, conditions) = wait_for(Level::Fault);
+    let (told_ns, conditions) = told(Level::Fault, 4 * ROOM).unwrap();
     println!(
         "producer killed  told after {:8.2} ms: {:?}",
         (told_ns - from_ns) as f64 * 1e-6,
         conditions.faults.iter().collect::<Vec<_>>()
     );
     // and the next one is followed
-    let replay = world.replay("forwarder6", &["--wait", "60"]);
-    wait_for(Level::Unknown);
-    wait_for(Level::Safe);
-    drop(replay);
+    drop(until_safe());
     drop(monitor);
 }
 
