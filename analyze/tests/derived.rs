@@ -62,6 +62,17 @@ fn every_row_comes_back_to_the_bit_with_its_sources() {
         assert_eq!(row, rows.len());
     }
 
+    let levels = numbers(&derived, "/tipwatch/verdict", "level");
+    let verdicts = &rows.verdicts.as_ref().unwrap().verdicts;
+    let expected: Vec<f64> = verdicts.iter().map(|v| f64::from(v.level as u8)).collect();
+    assert!(
+        levels == expected && levels.contains(&4.0),
+        "danger is told"
+    );
+    // a status for the stability and one for the inputs, ten times a second
+    let statuses = numbers(&derived, "/diagnostics", "status[0].level");
+    assert!(statuses.len() > 60 && statuses.contains(&2.0) && statuses.contains(&0.0));
+
     let bytes = std::fs::read(&path).unwrap();
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
     let attached = |name: &str| {
@@ -76,4 +87,20 @@ fn every_row_comes_back_to_the_bit_with_its_sources() {
     assert_eq!(attached("machine.urdf"), urdf);
     let report = std::fs::read(folder.path().join("report.html")).unwrap();
     assert!(attached("report.html") == report);
+}
+
+/// A field of every message of a topic.
+fn numbers(log: &Log, topic: &str, field: &str) -> Vec<f64> {
+    let topic = log.topics().iter().find(|t| t.name == topic).unwrap();
+    let paths: [FieldPath; 1] = [field.parse().unwrap()];
+    let definition = topic.definition.as_deref().unwrap();
+    let layout = Layout::compile(definition, &topic.type_name, &paths).unwrap();
+    let (mut fields, mut found) = (Fields::new(), Vec::new());
+    log.read(&[topic.id], &mut |message| {
+        layout.decode(message.data, &mut fields).unwrap();
+        found.push(fields.number(0));
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    found
 }

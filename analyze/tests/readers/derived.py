@@ -20,13 +20,14 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 FLAT = ["loads", "margins", "causes", "indicators"]
+LEVELS = ["unknown", "safe", "notice", "warning", "danger", "fault"]
 
 
 def check_python(results: Path) -> None:
     samples = polars.read_parquet(results / "samples.parquet").to_dict(as_series=False)
     rows = dict.fromkeys(FLAT, 0)
     compared = 0
-    markers = statuses = 0
+    markers = statuses = verdicts = 0
     with open(results / "derived.mcap", "rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         attached = {a.name: a.data for a in reader.iter_attachments()}
@@ -36,6 +37,9 @@ def check_python(results: Path) -> None:
             name = channel.topic.removeprefix("/tipwatch/")
             markers += len(getattr(decoded, "markers", []))
             statuses += len(getattr(decoded, "status", []))
+            if name == "verdict":
+                assert LEVELS[int(decoded.level)] == samples["verdict"][verdicts], f"verdict of row {verdicts}"
+                verdicts += 1
             if name not in FLAT:
                 continue
             row = rows[name]
@@ -50,7 +54,8 @@ def check_python(results: Path) -> None:
                 compared += 1
     count = len(samples["time_ns"])
     assert all(found in (0, count) for found in rows.values()), rows
-    print(f"mcap, mcap_ros2: {count} rows, {compared} numbers equal; {markers} markers, {statuses} statuses")
+    assert verdicts == count and statuses > 0
+    print(f"mcap, mcap_ros2: {count} rows, {compared} numbers and {verdicts} verdicts equal; {markers} markers, {statuses} statuses")
 
 
 def check_rerun(results: Path) -> None:
@@ -63,8 +68,8 @@ def check_rerun(results: Path) -> None:
                        check=True, env=environment, capture_output=True)
         told = subprocess.run([rerun, "rrd", "stats", recording], check=True, env=environment,
                               capture_output=True, text=True).stdout
-    for name in ["loads", "margins", "indicators", "markers"]:
-        assert f"/tipwatch/{name}" in told, f"Rerun found no /tipwatch/{name}"
+    for name in ["/tipwatch/loads", "/tipwatch/margins", "/tipwatch/indicators", "/tipwatch/verdict", "/tipwatch/markers", "/diagnostics"]:
+        assert name in told, f"Rerun found no {name}"
     print("rerun: every topic found")
 
 
