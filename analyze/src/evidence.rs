@@ -1,5 +1,7 @@
 //! What stands behind an event: how sure it is, and what took the load away.
 
+use std::cell::OnceCell;
+
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Cause, Quantity, Scope, State, Workspace, combination_sigma, evaluate};
 
@@ -16,6 +18,9 @@ pub(crate) struct Evidence<'a> {
     machine: &'a Machine,
     rows: &'a Rows,
     scope: Scope,
+    /// For each row the last valid one before it in which the machine was steady; made when it is first
+    /// asked for, once for all events.
+    steady_before: OnceCell<Vec<Option<usize>>>,
 }
 
 /// The sum of OTF that an event is about, and what it would have to be for the event not to be.
@@ -32,6 +37,7 @@ impl<'a> Evidence<'a> {
             machine,
             rows,
             scope,
+            steady_before: OnceCell::new(),
         }
     }
 
@@ -111,9 +117,9 @@ impl<'a> Evidence<'a> {
     /// What each cause has changed since the last steady posture.
     fn causes(&self, event: &Event, row: usize, claim: &Claim) -> Option<EventCauses> {
         let start = self.rows.at(event.start_ns);
-        let before: Vec<usize> = (0..start).filter(|&row| self.rows.is_valid(row)).collect();
-        let steady = before.iter().rev().find(|&&row| self.is_steady(row));
-        let from = *steady.or(before.first())?;
+        let steady = self.steady_before(start);
+        let first_valid = || (0..start).find(|&row| self.rows.is_valid(row));
+        let from = steady.or_else(first_valid)?;
         let lost_n = self.otf(from, claim) - self.otf(row, claim);
         let by_cause = |cause: Cause, row: usize| -> f64 {
             let wheels = claim.factors.iter().enumerate().filter(|(_, f)| **f != 0.0);
@@ -145,17 +151,33 @@ impl<'a> Evidence<'a> {
         })
     }
 
-    /// Whether nothing moves but, perhaps, the wheels at constant speed.
-    fn is_steady(&self, row: usize) -> bool {
-        let mut state = State::zero(self.machine);
-        self.rows.states.get(row, &mut state);
-        let joints = self.machine.joints().iter().zip(&state.joints);
-        let still = joints
-            .filter(|(joint, _)| joint.spins_wheel.is_none())
-            .all(|(_, motion)| motion.rate.abs() < STEADY_RATE);
-        let push = state.imu.specific_force.norm() - self.machine.gravity();
-        still && state.imu.angular_velocity.norm() < STEADY_RATE && push.abs() < STEADY_ACCELERATION
+    /// The last valid row before this one in which the machine was steady.
+    fn steady_before(&self, row: usize) -> Option<usize> {
+        let all = self.steady_before.get_or_init(|| {
+            let mut state = State::zero(self.machine);
+            let mut last = None;
+            let before = |row: usize| {
+                let known = last;
+                self.rows.states.get(row, &mut state);
+                if self.rows.is_valid(row) && is_steady(self.machine, &state) {
+                    last = Some(row);
+                }
+                known
+            };
+            (0..self.rows.len()).map(before).collect()
+        });
+        all[row]
     }
+}
+
+/// Whether nothing moves but, perhaps, the wheels at constant speed.
+fn is_steady(machine: &Machine, state: &State<f64>) -> bool {
+    let joints = machine.joints().iter().zip(&state.joints);
+    let still = joints
+        .filter(|(joint, _)| joint.spins_wheel.is_none())
+        .all(|(_, motion)| motion.rate.abs() < STEADY_RATE);
+    let push = state.imu.specific_force.norm() - machine.gravity();
+    still && state.imu.angular_velocity.norm() < STEADY_RATE && push.abs() < STEADY_ACCELERATION
 }
 
 /// The distribution function of the standard normal distribution, to 1e-7 (Abramowitz and Stegun 7.1.26
