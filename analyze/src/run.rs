@@ -63,9 +63,7 @@ pub fn analyse(
         rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
     }
     let judged_from = reference.map_or(rows.len(), |(row, _)| row);
-    let signals = &loaded.signals;
-    let time_base = signals.first().map(|signal| &signal.recording.time_base);
-    rows.verdicts = verdicts::of(&log, time_base, machine, &rows, judged_from, scope)?;
+    rows.verdicts = verdicts::of(&log, machine, &rows, judged_from, scope)?;
     let comparisons = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
     let min_loads_n = min_loads(machine);
     let events = detect::events(&loaded, &heard.faults, &rows, min_loads_n.as_deref(), scope);

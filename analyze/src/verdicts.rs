@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use tipwatch_binding::monitor_topic;
-use tipwatch_ingest::{FieldRequest, Log, NumberField, TimeBase, record_fields};
+use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::verdict::{
     Conditions, InputFaults, Judge, LiftOffForecast, RowFacts, Verdict,
@@ -33,7 +33,6 @@ pub struct Verdicts {
 /// The log cannot be read.
 pub(crate) fn of(
     log: &Log,
-    time_base: Option<&TimeBase>,
     machine: &Machine,
     rows: &Rows,
     judged_from: usize,
@@ -42,7 +41,7 @@ pub(crate) fn of(
     if !scope.sensitivities {
         return Ok(None);
     }
-    let recorded = recorded(log, time_base)?;
+    let recorded = recorded(log)?;
     let wheels = 0..machine.wheels().len();
     let otf_columns: Vec<&[f64]> = wheels
         .map(|wheel| rows.outcomes.column(Quantity::Otf(wheel)))
@@ -89,7 +88,7 @@ pub(crate) fn of(
 type Recorded = BTreeMap<i64, (Conditions, bool)>;
 
 /// What a monitor that recorded the log found at each of its rows, by their time.
-fn recorded(log: &Log, time_base: Option<&TimeBase>) -> Result<Recorded> {
+fn recorded(log: &Log) -> Result<Recorded> {
     let is_there = |topic: &tipwatch_ingest::Topic| {
         topic.name == monitor_topic::NAME && topic.type_name == monitor_topic::TYPE_NAME
     };
@@ -105,8 +104,9 @@ fn recorded(log: &Log, time_base: Option<&TimeBase>) -> Result<Recorded> {
             offset: 0.0,
         },
     });
-    // what is lost of the topic is told where the sensors are read
-    let (columns, _) = record_fields(log, &requests, time_base)?;
+    // Its stamps are those of the joint states that it goes by, and stay as they are: no clock of its own.
+    // What is lost of the topic is told where the sensors are read.
+    let (columns, _) = record_fields(log, &requests, None)?;
     let [event, faults, cautions, acknowledged] = &columns[..] else {
         return Ok(Recorded::new());
     };

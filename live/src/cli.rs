@@ -10,6 +10,7 @@ use tipwatch_binding::MachineFile;
 
 use crate::acknowledge::acknowledge;
 use crate::c_header::c_header;
+use crate::clock::Monotonic;
 use crate::control_loop::{ControlLoop, ControlOptions};
 use crate::monitor_listener::MonitorListener;
 use crate::monitor_loop::{MonitorLoop, MonitorOptions};
@@ -283,7 +284,7 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     };
     let mut listener =
         MonitorListener::start((!args.quiet).then_some(format), WatchOver::start(&place)?)?;
-    let mut monitor = MonitorLoop::new(&joined, &file, &urdf, options)?;
+    let mut monitor = MonitorLoop::new(&joined, &file, &urdf, &Monotonic, options)?;
     real_time.apply()?;
     let ran = monitor.run(&mut listener);
     let unprinted = listener.finish()?;
@@ -311,7 +312,7 @@ fn run_control(args: &ControlArgs) -> Result<ExitCode> {
         stays: args.running.stay,
     };
     let watch_over = WatchOver::start(&place)?;
-    let mut control = ControlLoop::new(&joined, &file, &urdf, options)?;
+    let mut control = ControlLoop::new(&joined, &file, &urdf, &Monotonic, options)?;
     real_time.apply()?;
     let counts = control.run(&watch_over)?;
     eprintln!(
@@ -333,13 +334,15 @@ fn run_record(args: &RecordArgs) -> Result<ExitCode> {
     };
     let counts = record(&joined, &file, &urdf, &options)?;
     eprintln!(
-        "record: {} samples, {} verdicts, {} commands in {}; not recorded: {} samples, {} verdicts",
+        "record: {} samples, {} verdicts, {} commands in {}; not recorded: {} samples, {} verdicts; \
+         refused: {} samples",
         counts.samples,
         counts.verdicts,
         counts.commands,
         args.out.display(),
         counts.samples_lost,
-        counts.verdicts_lost
+        counts.verdicts_lost,
+        counts.samples_refused
     );
     let is_complete = counts.samples_lost == 0 && counts.verdicts_lost == 0;
     Ok(if is_complete {

@@ -1,5 +1,23 @@
 //! The clock that all processes of a computer share.
 
+use std::fmt::Debug;
+
+/// Where a loop has its time from. The program's is [`Monotonic`]; a test may steer one of its own.
+pub trait Clock: Debug {
+    /// Now (ns).
+    fn now_ns(&self) -> i64;
+}
+
+/// CLOCK_MONOTONIC.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Monotonic;
+
+impl Clock for Monotonic {
+    fn now_ns(&self) -> i64 {
+        monotonic_ns()
+    }
+}
+
 /// Now (ns), by CLOCK_MONOTONIC: no time of day, and never set back.
 #[must_use]
 #[allow(

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use tipwatch_binding::{MachineFile, Urdf};
 
-use crate::clock::monotonic_ns;
+use crate::clock::Clock;
 use crate::control::Control;
 use crate::guard::Counts;
 use crate::identity::new_identity;
@@ -30,11 +30,14 @@ pub struct ControlOptions {
 pub struct ControlLoop<'a> {
     file: &'a MachineFile,
     urdf: &'a Urdf,
+    clock: &'a dyn Clock,
     options: ControlOptions,
     verdicts: Receiver<WireVerdict>,
     acknowledgements: Receiver<WireAcknowledge>,
     waiter: Waiter,
-    out: Out,
+    out: Out<'a>,
+    /// When the last command was sent without a session (ns).
+    idle_ns: i64,
     reader: SampleReader,
     active: Option<Control>,
     counts: Counts,
@@ -42,15 +45,16 @@ pub struct ControlLoop<'a> {
 
 /// Where commands go.
 #[derive(Debug)]
-struct Out {
+struct Out<'a> {
+    clock: &'a dyn Clock,
     commands: Sender<WireCommand>,
     bell: Bell,
     failed: Option<anyhow::Error>,
 }
 
-impl Out {
+impl Out<'_> {
     fn send(&mut self, command: &mut WireCommand) -> i64 {
-        let now_ns = monotonic_ns();
+        let now_ns = self.clock.now_ns();
         command.valid_until_ns = now_ns.saturating_add(VALIDITY_NS);
         match self.commands.send_at(command, now_ns) {
             Ok(_) => self.bell.ring(),
@@ -71,21 +75,25 @@ impl<'a> ControlLoop<'a> {
         joined: &Joined,
         file: &'a MachineFile,
         urdf: &'a Urdf,
+        clock: &'a dyn Clock,
         options: ControlOptions,
     ) -> Result<Self> {
         let hash = machine_hash(file, urdf);
         Ok(Self {
             file,
             urdf,
+            clock,
             options,
             verdicts: joined.receiver()?,
             acknowledgements: joined.receiver()?,
             waiter: Waiter::new::<WireSample>(joined, options.wake)?,
             out: Out {
+                clock,
                 commands: joined.sender(new_identity(hash), hash)?,
                 bell: joined.bell::<WireCommand>()?,
                 failed: None,
             },
+            idle_ns: i64::MIN,
             // The reader last: who sees it may rely on the rest.
             reader: SampleReader::new(joined)?,
             active: None,
@@ -99,48 +107,55 @@ impl<'a> ControlLoop<'a> {
     /// The machine has no suspension that can be steered, the first session is of another machine, or the
     /// shared memory fails.
     pub fn run(&mut self, watch_over: &WatchOver) -> Result<Counts> {
-        let mut idle_ns = i64::MIN;
-        loop {
-            let is_told_to_end = interrupt::check().is_err();
-            if is_told_to_end {
-                self.active.iter_mut().for_each(Control::end);
-            } else if self.active.is_none() {
-                self.look_for_session()?;
-            }
-            self.take_verdicts()?;
-            if self.take_samples()? {
-                self.active.iter_mut().for_each(Control::end);
-            }
-            self.take_acknowledgements()?;
-            let now_ns = monotonic_ns();
-            let out = &mut self.out;
-            match &mut self.active {
-                Some(control) => {
-                    control.tick(now_ns, &mut |command| out.send(command));
-                    self.counts = control.counts();
-                }
-                // nobody waits for a first command in vain
-                None if now_ns.saturating_sub(idle_ns) >= HEARTBEAT_NS => {
-                    idle_ns = out.send(&mut WireCommand::closed());
-                }
-                None => {}
-            }
-            if let Some(error) = self.out.failed.take() {
-                return Err(error);
-            }
+        while self.cycle(interrupt::check().is_err())? == Progress::Running {
             watch_over.cycle_is_done();
-            if self.active.as_ref().is_some_and(Control::is_done) {
-                self.active = None;
-                if !self.options.stays {
-                    break;
-                }
-            }
-            if is_told_to_end && self.active.is_none() {
-                break;
-            }
             self.waiter.wait();
         }
         Ok(self.counts)
+    }
+
+    /// Deals with all that waits; whether more is to come. Told to end, it goes on until the valves are
+    /// closed.
+    ///
+    /// # Errors
+    /// As of [`Self::run`].
+    pub fn cycle(&mut self, is_told_to_end: bool) -> Result<Progress> {
+        if is_told_to_end {
+            self.active.iter_mut().for_each(Control::end);
+        } else if self.active.is_none() {
+            self.look_for_session()?;
+        }
+        self.take_verdicts()?;
+        if self.take_samples()? == Progress::Ended {
+            self.active.iter_mut().for_each(Control::end);
+        }
+        self.take_acknowledgements()?;
+        let now_ns = self.clock.now_ns();
+        let out = &mut self.out;
+        match &mut self.active {
+            Some(control) => {
+                control.tick(now_ns, &mut |command| out.send(command));
+                self.counts = control.counts();
+            }
+            // nobody waits for a first command in vain
+            None if now_ns.saturating_sub(self.idle_ns) >= HEARTBEAT_NS => {
+                self.idle_ns = out.send(&mut WireCommand::closed());
+            }
+            None => {}
+        }
+        if let Some(error) = self.out.failed.take() {
+            return Err(error);
+        }
+        let is_done = self.active.as_ref().is_some_and(Control::is_done);
+        if is_done {
+            self.active = None;
+        }
+        let is_last = is_done && !self.options.stays || is_told_to_end && self.active.is_none();
+        Ok(if is_last {
+            Progress::Ended
+        } else {
+            Progress::Running
+        })
     }
 
     /// Takes all verdicts that wait: the last one counts.
@@ -162,8 +177,8 @@ impl<'a> ControlLoop<'a> {
         Ok(())
     }
 
-    /// Takes all samples that wait; whether the session is over.
-    fn take_samples(&mut self) -> Result<bool> {
+    /// Takes all samples that wait; whether the session goes on.
+    fn take_samples(&mut self) -> Result<Progress> {
         while let Some(wire) = self.reader.sample(|wire| *wire)? {
             let follows = |control: &Control| control.session() == wire.source;
             if !self.active.as_ref().is_some_and(follows) {
@@ -173,16 +188,16 @@ impl<'a> ControlLoop<'a> {
             let out = &mut self.out;
             let mut send = |command: &mut WireCommand| out.send(command);
             if let Some(control) = &mut self.active
-                && control.take(&wire, monotonic_ns(), &mut send)? == Progress::Ended
+                && control.take(&wire, self.clock.now_ns(), &mut send)? == Progress::Ended
             {
-                return Ok(true);
+                return Ok(Progress::Ended);
             }
         }
         // a producer that was killed has not ended its session: the next one has another
         if self.active.is_some() && !self.reader.has_producer() {
             self.look_for_session()?;
         }
-        Ok(false)
+        Ok(Progress::Running)
     }
 
     /// Follows a session that was announced. One of another machine is an error before the first; later the
@@ -206,7 +221,7 @@ impl<'a> ControlLoop<'a> {
         let session = Session::try_from(wire)?;
         let (machine, sensors) = session.machine(self.file, self.urdf)?;
         let facts = session.facts(&machine);
-        Control::new(machine, &sensors, &facts, monotonic_ns())
+        Control::new(machine, &sensors, &facts, self.clock.now_ns())
             .with_context(|| self.file.path.display().to_string())
     }
 }

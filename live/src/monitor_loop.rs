@@ -4,7 +4,7 @@ use anyhow::Result;
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::verdict::{Conditions, InputFault, InputFaults, Level, Verdict};
 
-use crate::clock::monotonic_ns;
+use crate::clock::Clock;
 use crate::guard::Counts;
 use crate::identity::new_identity;
 use crate::interrupt;
@@ -32,17 +32,22 @@ pub struct MonitorOptions {
 pub struct MonitorLoop<'a> {
     file: &'a MachineFile,
     urdf: &'a Urdf,
+    clock: &'a dyn Clock,
     options: MonitorOptions,
     reader: SampleReader,
     acknowledgements: Receiver<WireAcknowledge>,
     machines: Sender<WireMachine>,
     waiter: Waiter,
-    out: Out,
+    out: Out<'a>,
+    idle: Idle,
+    active: Option<Monitor>,
+    counts: Counts,
 }
 
 /// Where verdicts go.
 #[derive(Debug)]
-struct Out {
+struct Out<'a> {
+    clock: &'a dyn Clock,
     verdicts: Sender<WireVerdict>,
     bell: Bell,
     failed: Option<anyhow::Error>,
@@ -68,10 +73,10 @@ pub trait Listener {
     }
 }
 
-impl Out {
+impl Out<'_> {
     /// Seals and sends; when.
     fn publish(&mut self, verdict: &mut WireVerdict, listener: &mut dyn Listener) -> i64 {
-        let now_ns = monotonic_ns();
+        let now_ns = self.clock.now_ns();
         verdict.valid_until_ns = now_ns.saturating_add(VALIDITY_NS);
         match self.verdicts.send_at(verdict, now_ns) {
             Ok(_) => self.bell.ring(),
@@ -93,6 +98,7 @@ impl<'a> MonitorLoop<'a> {
         joined: &Joined,
         file: &'a MachineFile,
         urdf: &'a Urdf,
+        clock: &'a dyn Clock,
         options: MonitorOptions,
     ) -> Result<Self> {
         let hash = machine_hash(file, urdf);
@@ -100,15 +106,20 @@ impl<'a> MonitorLoop<'a> {
         Ok(Self {
             file,
             urdf,
+            clock,
             options,
             acknowledgements: joined.receiver()?,
             machines: joined.sender(source, hash)?,
             waiter: Waiter::new::<WireSample>(joined, options.wake)?,
             out: Out {
+                clock,
                 verdicts: joined.sender(source, hash)?,
                 bell: joined.bell::<WireVerdict>()?,
                 failed: None,
             },
+            idle: Idle::new(clock.now_ns()),
+            active: None,
+            counts: Counts::default(),
             // The reader last: who sees it may rely on the rest.
             reader: SampleReader::new(joined)?,
         })
@@ -119,102 +130,105 @@ impl<'a> MonitorLoop<'a> {
     /// # Errors
     /// The first session is of another machine, or the shared memory fails.
     pub fn run(&mut self, listener: &mut dyn Listener) -> Result<Counts> {
-        let mut active: Option<Monitor> = None;
-        let mut idle = Idle::new(monotonic_ns());
-        let mut counts = Counts::default();
-        while interrupt::check().is_ok() && listener.wants_more() {
-            if active.is_none() {
-                self.look_for_session(&mut active, listener)?;
-            }
-            let ended = self.take_samples(&mut active, listener)?;
-            while self.acknowledgements.receive(|_| ())?.is_some() {
-                active.iter_mut().for_each(Monitor::acknowledge);
-            }
-            let now_ns = monotonic_ns();
-            if let Some(monitor) = &mut active
-                && !ended
-                && !self.reader.has_producer()
-            {
-                monitor.note(InputFault::ProducerGone);
-                counts = monitor.counts();
-                self.look_for_session(&mut active, listener)?;
-            }
-            let out = &mut self.out;
-            match &mut active {
-                Some(monitor) => {
-                    monitor.tick(now_ns, &mut |verdict| out.publish(verdict, listener));
-                    counts = monitor.counts();
-                }
-                None => idle.tick(now_ns, &mut |verdict| out.publish(verdict, listener)),
-            }
-            if let Some(error) = self.out.failed.take() {
-                return Err(error);
-            }
-            listener.cycle();
-            if ended {
-                if !self.options.stays {
-                    break;
-                }
-                active = None;
-                idle = Idle::new(now_ns);
-            }
-            self.machines.greet()?;
+        while interrupt::check().is_ok()
+            && listener.wants_more()
+            && self.cycle(listener)? == Progress::Running
+        {
             self.waiter.wait();
         }
-        Ok(counts)
+        Ok(self.counts)
     }
 
-    /// Takes all samples that wait; whether the session is over.
-    fn take_samples(
-        &mut self,
-        active: &mut Option<Monitor>,
-        listener: &mut dyn Listener,
-    ) -> Result<bool> {
+    /// Deals with all that waits; whether more is to come.
+    ///
+    /// # Errors
+    /// The first session is of another machine, or the shared memory fails.
+    pub fn cycle(&mut self, listener: &mut dyn Listener) -> Result<Progress> {
+        if self.active.is_none() {
+            self.look_for_session(listener)?;
+        }
+        let progress = self.take_samples(listener)?;
+        while self.acknowledgements.receive(|_| ())?.is_some() {
+            self.active.iter_mut().for_each(Monitor::acknowledge);
+        }
+        let now_ns = self.clock.now_ns();
+        if let Some(monitor) = &mut self.active
+            && progress == Progress::Running
+            && !self.reader.has_producer()
+        {
+            monitor.note(InputFault::ProducerGone);
+            self.counts = monitor.counts();
+            self.look_for_session(listener)?;
+        }
+        let mut publish = |verdict: &mut WireVerdict| self.out.publish(verdict, listener);
+        match &mut self.active {
+            Some(monitor) => {
+                monitor.tick(now_ns, &mut publish);
+                self.counts = monitor.counts();
+            }
+            None => self.idle.tick(now_ns, &mut publish),
+        }
+        if let Some(error) = self.out.failed.take() {
+            return Err(error);
+        }
+        listener.cycle();
+        if progress == Progress::Ended {
+            if !self.options.stays {
+                return Ok(Progress::Ended);
+            }
+            self.active = None;
+            self.idle = Idle::new(now_ns);
+        }
+        self.machines.greet()?;
+        Ok(Progress::Running)
+    }
+
+    /// Takes all samples that wait; whether the session goes on.
+    fn take_samples(&mut self, listener: &mut dyn Listener) -> Result<Progress> {
         loop {
-            let out = &mut self.out;
-            let monitor = &mut *active;
-            let taken = self.reader.sample(|wire| {
-                let followed = monitor.as_mut().filter(|m| m.session() == wire.source);
-                let Some(monitor) = followed else {
-                    return Err(*wire);
-                };
+            let (out, clock) = (&mut self.out, self.clock);
+            let mut take = |monitor: &mut Monitor, wire: &WireSample| {
                 let mut publish = |verdict: &mut WireVerdict| out.publish(verdict, listener);
-                Ok(monitor.take(wire, monotonic_ns(), &mut publish))
+                monitor.take(wire, clock.now_ns(), &mut publish)
+            };
+            let follows =
+                |monitor: &&mut Monitor, wire: &WireSample| monitor.session() == wire.source;
+            let taken = self.reader.sample(|wire| {
+                let followed = self.active.as_mut().filter(|m| follows(m, wire));
+                let taken = followed.map(|monitor| take(monitor, wire));
+                taken.ok_or(*wire)
             })?;
-            match taken {
-                None => return Ok(false),
-                Some(Ok(Progress::Ended)) => return Ok(true),
-                Some(Ok(Progress::Running)) => {}
+            let progress = match taken {
+                None => return Ok(Progress::Running),
+                Some(Ok(progress)) => progress,
                 // a session is announced before its first sample
                 Some(Err(foreign)) => {
-                    self.look_for_session(active, listener)?;
+                    self.look_for_session(listener)?;
                     let out = &mut self.out;
                     let mut publish = |verdict: &mut WireVerdict| out.publish(verdict, listener);
-                    if let Some(monitor) = active
-                        && monitor.take(&foreign, monotonic_ns(), &mut publish) == Progress::Ended
-                    {
-                        return Ok(true);
-                    }
+                    let monitor = self.active.as_mut();
+                    monitor.map_or(Progress::Running, |monitor| {
+                        monitor.take(&foreign, clock.now_ns(), &mut publish)
+                    })
                 }
+            };
+            if progress == Progress::Ended {
+                return Ok(Progress::Ended);
             }
         }
     }
 
     /// Follows a session that was announced, if it is of this machine.
-    fn look_for_session(
-        &mut self,
-        active: &mut Option<Monitor>,
-        listener: &mut dyn Listener,
-    ) -> Result<()> {
+    fn look_for_session(&mut self, listener: &mut dyn Listener) -> Result<()> {
         let Some(wire) = self.reader.announced()? else {
             return Ok(());
         };
-        match (self.begin(&wire, listener), &mut *active) {
+        match (self.begin(&wire, listener), &mut self.active) {
             (Ok(mut monitor), before) => {
                 if let Some(before) = before {
                     monitor.succeed(before);
                 }
-                *active = Some(monitor);
+                self.active = Some(monitor);
                 Ok(())
             }
             // what runs goes on, and tells that something is wrong
@@ -232,7 +246,7 @@ impl<'a> MonitorLoop<'a> {
         self.machines
             .send(&mut WireMachine::new(&machine, session.id)?)?;
         let facts = session.facts(&machine);
-        let monitor = Monitor::new(machine, &sensors, &facts, monotonic_ns());
+        let monitor = Monitor::new(machine, &sensors, &facts, self.clock.now_ns());
         listener.session(&monitor, &session)?;
         self.reader.follow(wire)?;
         Ok(monitor)
@@ -240,6 +254,7 @@ impl<'a> MonitorLoop<'a> {
 }
 
 /// While there is no session: unknown, and soon a fault.
+#[derive(Debug)]
 struct Idle {
     since_ns: i64,
     published_ns: i64,

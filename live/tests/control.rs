@@ -1,32 +1,33 @@
 //! The control of an active suspension: what it does while all is well, and every fault that must close
 //! the valves, injected at the boundary of the shared memory.
 //!
+//! Monitor and control are the program's own loops, in time that the test steers.
+//!
 //! The log's rods are replaced by rods that do what the valves tell them.
 
 use std::time::Duration;
 
 use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
-use tipwatch_live::clock::monotonic_ns;
 use tipwatch_live::command::{HoldReason, Mode};
 use tipwatch_live::control::RAMP_RATE;
-use tipwatch_live::node::{Joined, Receiver};
+use tipwatch_live::node::Receiver;
 use tipwatch_live::topics::{EVENT_ROW, Kind, Wire, WireCommand, WireSample};
 
-use crate::support::favour::{Favoured, favour};
-use crate::support::feed::Feed;
+use crate::support::feed::{Feed, Time};
 use crate::support::killing::files;
-use crate::support::{Process, World, data};
+use crate::support::steered::Steered;
+use crate::support::{World, data};
 
 const MACHINE: &str = "second_paper";
 /// Fastest motion of a rod with its valve all the way open (m/s).
 const FASTEST: f64 = 0.13;
 /// Full openings a second of the machine file's valve.
 const VALVE_RATE: f64 = 20.0;
-/// How long anything may take on a busy computer beyond its own time.
-const ROOM: Duration = Duration::from_secs(20);
+/// Valves that are all the way open are closed after so long (ns).
+const RAMP_NS: i64 = (1e9 / RAMP_RATE) as i64;
 
 struct Bench {
-    feed: Feed,
+    feed: Feed<Steered>,
     commands: Receiver<WireCommand>,
     last: WireCommand,
     rods: [f64; 2],
@@ -34,26 +35,18 @@ struct Bench {
     rods_move: bool,
     places: [usize; 2],
     before_ns: Option<i64>,
-    monitor: Option<Process>,
-    control: Option<Process>,
     world: World,
-    _favoured: Favoured,
 }
 
 impl Bench {
     /// A machine at work, with rods far from where they do best.
     fn new(test: &str) -> Self {
-        Self::of(test, Feed::untimed)
-    }
-
-    fn of(test: &str, feed: fn(&Joined, &str) -> Feed) -> Self {
-        let favoured = favour();
         let world = World::new(test);
         let joined = world.join();
         let commands = joined.receiver().unwrap();
-        let monitor = Self::monitor(&world);
-        let control = Self::control(&world);
-        let mut feed = feed(&joined, MACHINE);
+        let mut time = Steered::monitor(&world, MACHINE);
+        time.start_control();
+        let mut feed = Feed::new(&joined, MACHINE, time);
         feed.wait_for_monitor();
         let places = ["suspension_right", "suspension_left"].map(|rod| feed.place_of(rod));
         let mut bench = Self {
@@ -64,10 +57,7 @@ impl Bench {
             rods_move: true,
             places,
             before_ns: None,
-            monitor: Some(monitor),
-            control: Some(control),
             world,
-            _favoured: favoured,
         };
         bench.until("a command of the session", |command, bench| {
             command.session == bench.feed.source
@@ -75,13 +65,8 @@ impl Bench {
         bench
     }
 
-    fn monitor(world: &World) -> Process {
-        world.monitor(&data(&format!("{MACHINE}.toml")), &["--quiet", "--stay"])
-    }
-
-    fn control(world: &World) -> Process {
-        let machine = data(&format!("{MACHINE}.toml"));
-        world.start(&["control", "--machine", machine.to_str().unwrap(), "--stay"])
+    fn now_ns(&self) -> i64 {
+        self.feed.time.now_ns()
     }
 
     /// The next sample, with the rods where they are now.
@@ -145,10 +130,10 @@ impl Bench {
 
     /// Sends samples until there is such a command.
     fn until(&mut self, what: &str, mut is_it: impl FnMut(&WireCommand, &Self) -> bool) {
-        let start_ns = monotonic_ns();
+        let start_ns = self.now_ns();
         while !self.take(&mut is_it) {
             assert!(
-                monotonic_ns() - start_ns < 120_000_000_000,
+                self.now_ns() - start_ns < 10_000_000_000,
                 "{what}: {:?}",
                 self.last
             );
@@ -162,13 +147,12 @@ impl Bench {
         });
     }
 
-    /// Waits, sending nothing, until the valves close for this reason and are closed.
-    fn closes(&mut self, reason: HoldReason, from_ns: i64, sends: bool) {
+    /// Waits until the valves close for this reason, told after no longer than this, and are closed.
+    fn closes(&mut self, reason: HoldReason, from_ns: i64, within_ms: f64, sends: bool) {
         let (mut told_ns, mut closed_ns) = (None, None);
-        let until_ns = from_ns + ROOM.as_nanos() as i64;
         while closed_ns.is_none() {
             assert!(
-                monotonic_ns() < until_ns,
+                self.now_ns() - from_ns < 10_000_000_000,
                 "{}: {:?}",
                 reason.name(),
                 self.last
@@ -186,7 +170,7 @@ impl Bench {
             if sends {
                 self.send(|_| ());
             } else {
-                std::thread::sleep(Duration::from_millis(1));
+                self.feed.pass(Duration::from_millis(1));
             }
         }
         let ms = |at: Option<i64>| (at.unwrap() - from_ns) as f64 * 1e-6;
@@ -195,6 +179,12 @@ impl Bench {
             reason.name(),
             ms(told_ns),
             ms(closed_ns)
+        );
+        assert!(ms(told_ns) <= within_ms, "{}", reason.name());
+        assert!(
+            closed_ns.unwrap() - told_ns.unwrap() <= RAMP_NS,
+            "{}",
+            reason.name()
         );
     }
 }
@@ -236,7 +226,7 @@ fn the_rods_are_led_and_follow() {
 fn a_fault_that_the_monitor_tells_of_closes_the_valves() {
     let mut bench = Bench::new("fault");
     bench.runs_in();
-    let from_ns = monotonic_ns();
+    let from_ns = bench.now_ns();
     for _ in 0..20 {
         bench.send(|sample| {
             if sample.kind == Kind::Imu as u32 {
@@ -244,29 +234,28 @@ fn a_fault_that_the_monitor_tells_of_closes_the_valves() {
             }
         });
     }
-    bench.closes(HoldReason::Verdict, from_ns, true);
+    bench.closes(HoldReason::Verdict, from_ns, 60.0, true);
     // and they open again when all is well
     bench.runs_in();
 }
 
 #[test]
 fn a_producer_that_falls_silent_closes_the_valves() {
-    let mut bench = Bench::of("silent", Feed::new);
-    bench.until("follows", |command, _| command.mode() == Mode::Follow);
-    let from_ns = monotonic_ns();
-    bench.closes(HoldReason::NoRow, from_ns, false);
-    bench.until("follows again", |command, _| command.mode() == Mode::Follow);
+    let mut bench = Bench::new("silent");
+    bench.runs_in();
+    let from_ns = bench.now_ns();
+    bench.closes(HoldReason::NoRow, from_ns, 60.0, false);
+    bench.runs_in();
 }
 
 #[test]
-fn a_monitor_that_is_killed_closes_the_valves() {
-    let mut bench = Bench::new("killed");
+fn a_monitor_that_is_gone_closes_the_valves() {
+    let mut bench = Bench::new("gone");
     bench.runs_in();
-    let monitor = bench.monitor.take().unwrap();
-    let from_ns = monotonic_ns();
-    monitor.kill();
-    bench.closes(HoldReason::NoVerdict, from_ns, true);
-    bench.monitor = Some(Bench::monitor(&bench.world));
+    let from_ns = bench.now_ns();
+    bench.feed.time.stop_monitor();
+    bench.closes(HoldReason::NoVerdict, from_ns, 120.0, true);
+    bench.feed.time.start_monitor();
     bench.runs_in();
 }
 
@@ -274,7 +263,7 @@ fn a_monitor_that_is_killed_closes_the_valves() {
 fn a_rod_whose_position_is_unknown_closes_the_valves() {
     let mut bench = Bench::new("unknown");
     bench.runs_in();
-    let from_ns = monotonic_ns();
+    let from_ns = bench.now_ns();
     let place = bench.places[0];
     for _ in 0..20 {
         bench.send(|sample| {
@@ -283,7 +272,7 @@ fn a_rod_whose_position_is_unknown_closes_the_valves() {
             }
         });
     }
-    bench.closes(HoldReason::RowInvalid, from_ns, true);
+    bench.closes(HoldReason::RowInvalid, from_ns, 60.0, true);
     bench.runs_in();
 }
 
@@ -292,32 +281,36 @@ fn a_rod_that_does_not_move_closes_the_valves_until_somebody_has_seen_it() {
     let mut bench = Bench::new("stuck");
     bench.runs_in();
     bench.rods_move = false;
-    let from_ns = monotonic_ns();
-    bench.closes(HoldReason::NotFollowing, from_ns, true);
+    let from_ns = bench.now_ns();
+    bench.closes(HoldReason::NotFollowing, from_ns, 3000.0, true);
     bench.rods_move = true;
     for _ in 0..300 {
         bench.send(|_| ());
     }
     bench.take(&mut |_, _| false);
     assert!(bench.last.reasons().has(HoldReason::NotFollowing));
-    let acknowledged = bench.world.start(&["acknowledge"]);
+    let mut acknowledging = bench.world.start(&["acknowledge"]);
+    while acknowledging.child.try_wait().unwrap().is_none() {
+        bench.send(|_| ());
+        // the program goes by real time
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(acknowledging.end().status.success());
     bench.runs_in();
-    assert!(acknowledged.end().status.success());
 }
 
 #[test]
-fn a_control_that_is_killed_is_followed_by_one_that_begins_closed() {
+fn a_control_that_is_gone_is_followed_by_one_that_begins_closed() {
     let mut bench = Bench::new("next");
     bench.runs_in();
-    let control = bench.control.take().unwrap();
-    control.kill();
+    bench.feed.time.stop_control();
     let source = bench.last.source;
     // what it said last runs out by itself
     bench.take(&mut |_, _| false);
-    std::thread::sleep(Duration::from_millis(150));
-    assert!(bench.last.valid_until_ns < monotonic_ns());
-    let from_ns = monotonic_ns();
-    bench.control = Some(Bench::control(&bench.world));
+    bench.feed.pass(Duration::from_millis(150));
+    assert!(bench.last.valid_until_ns < bench.now_ns());
+    let from_ns = bench.now_ns();
+    bench.feed.time.start_control();
     let mut first = None;
     bench.until("a command of the next", |command, _| {
         if command.source != source {
@@ -356,10 +349,14 @@ fn commands_are_recorded() {
     let recorder = bench.world.record(&machine, folder.path(), &[]);
     while files(folder.path()).is_empty() {
         bench.send(|_| ());
+        bench.take(&mut |_, _| false);
+        // the recorder goes by real time
+        std::thread::sleep(Duration::from_millis(1));
     }
     bench.runs_in();
     bench.rods_move = false;
-    bench.closes(HoldReason::NotFollowing, monotonic_ns(), true);
+    let from_ns = bench.now_ns();
+    bench.closes(HoldReason::NotFollowing, from_ns, 3000.0, true);
     bench.feed.end();
     let ended = recorder.end();
     assert!(ended.status.success(), "{}", ended.err);

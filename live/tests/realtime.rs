@@ -17,6 +17,7 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::time::Duration;
 
+use tipwatch_live::clock::Monotonic;
 use tipwatch_live::command::Mode;
 use tipwatch_live::control::Control;
 use tipwatch_live::monitor::Monitor;
@@ -255,7 +256,7 @@ fn loop_over_shared_memory() {
             wake: Wake::Poll,
             stays: true,
         };
-        let mut monitor = MonitorLoop::new(&joined, &file, &urdf, options).unwrap();
+        let mut monitor = MonitorLoop::new(&joined, &file, &urdf, &Monotonic, options).unwrap();
         let mut counter = Counter {
             rows: 0,
             published: 0,

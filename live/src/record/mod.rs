@@ -285,7 +285,7 @@ impl Recorder<'_> {
             pending,
             ends,
             thread,
-            last_log_ns: begun_ns,
+            last_log_ns: 0,
             unix_offset_ns: begun_ns - monotonic_ns(),
             lost: 0,
             next_verdict: None,
@@ -310,6 +310,7 @@ impl Recorder<'_> {
         self.total.commands += counts.commands;
         self.total.samples_lost += counts.samples_lost;
         self.total.verdicts_lost += counts.verdicts_lost;
+        self.total.samples_refused += active.guard.counts().refused;
         Ok(())
     }
 
@@ -398,13 +399,15 @@ impl Active {
     }
 
     fn push(&mut self, kind: Kind, sequence: u64, published_ns: i64, data: Vec<u8>) {
-        // in the order in which they came, whatever the time of day does
-        self.last_log_ns = unix_ns().max(self.last_log_ns + 1);
+        // When it was published, not when this program got to it; in the order in which they came, whatever
+        // the time of day does.
+        let publish_time_ns = published_ns.saturating_add(self.unix_offset_ns);
+        self.last_log_ns = publish_time_ns.min(unix_ns()).max(self.last_log_ns + 1);
         self.pending.push(Encoded {
             kind,
             sequence: sequence as u32,
             log_time_ns: self.last_log_ns,
-            publish_time_ns: published_ns.saturating_add(self.unix_offset_ns),
+            publish_time_ns,
             data,
         });
     }

@@ -34,6 +34,8 @@ pub struct RecordCounts {
     pub samples_lost: u64,
     /// Verdicts and commands that came but could not be written, or were lost on the way to the recorder.
     pub verdicts_lost: u64,
+    /// Samples that failed the checks, as they did for the monitor; they are in no file.
+    pub samples_refused: u64,
 }
 
 /// Where and how a session is written.

@@ -14,8 +14,34 @@ use tipwatch_mechanics::verdict::{InputFault, Level};
 
 use super::data;
 
+/// How time goes by while a test sends a session.
+pub trait Time {
+    fn now_ns(&self) -> i64;
+
+    /// Lets time go by until then.
+    fn pass_until(&mut self, then_ns: i64);
+
+    /// Wakes who waits for samples.
+    fn wake(&mut self) {}
+}
+
+/// By itself.
+pub struct RealTime;
+
+impl Time for RealTime {
+    fn now_ns(&self) -> i64 {
+        monotonic_ns()
+    }
+
+    fn pass_until(&mut self, then_ns: i64) {
+        let left = u64::try_from(then_ns - monotonic_ns()).unwrap_or(0);
+        std::thread::sleep(Duration::from_nanos(left));
+    }
+}
+
 /// A machine, its samples, and the producing end of a session of it.
-pub struct Feed {
+pub struct Feed<T = RealTime> {
+    pub time: T,
     pub samples: Vec<WireSample>,
     pub producer: Producer,
     pub verdicts: Receiver<WireVerdict>,
@@ -46,30 +72,22 @@ pub fn samples(name: &str) -> (Recording, Vec<WireSample>) {
     (recording, samples)
 }
 
-impl Feed {
-    /// Opens a session in real time, and announces it.
-    pub fn new(joined: &Joined, name: &str) -> Self {
-        Self::at_pace(joined, name, 1.0)
-    }
-
-    /// The same in which real time is not checked: a busy computer makes nothing late.
-    pub fn untimed(joined: &Joined, name: &str) -> Self {
-        Self::at_pace(joined, name, 0.0)
-    }
-
-    fn at_pace(joined: &Joined, name: &str, pace: f64) -> Self {
+impl<T: Time> Feed<T> {
+    /// Opens a session, and announces it.
+    pub fn new(joined: &Joined, name: &str, time: T) -> Self {
         let (file, urdf) = machine(name);
         let (mut recording, samples) = samples(name);
         let hash = machine_hash(&file, &urdf);
         let source = new_identity(hash);
         recording.session.id = source;
-        recording.session.pace = pace;
+        recording.session.pace = 1.0;
         recording.session.wants_progress = false;
         let verdicts = joined.receiver().unwrap();
         let mut producer = Producer::new(joined, source, hash).unwrap();
         let mut session = WireSession::try_from(&recording.session).unwrap();
         producer.announce(&mut session).unwrap();
         Self {
+            time,
             samples,
             producer,
             verdicts,
@@ -94,9 +112,14 @@ impl Feed {
             if self.find(|v| v.session == self.source).is_some() {
                 return;
             }
-            std::thread::sleep(Duration::from_millis(1));
+            self.pass(Duration::from_millis(1));
         }
         panic!("no monitor");
+    }
+
+    pub fn pass(&mut self, duration: Duration) {
+        self.time
+            .pass_until(self.time.now_ns() + duration.as_nanos() as i64);
     }
 
     /// The first verdict that waits for which `is_it` holds.
@@ -112,18 +135,18 @@ impl Feed {
 
     /// Waits for a verdict for which `is_it` holds, but not longer than this.
     pub fn wait_for(
-        &self,
+        &mut self,
         limit: Duration,
         is_it: impl Fn(&WireVerdict) -> bool,
     ) -> Option<WireVerdict> {
-        let until = monotonic_ns() + limit.as_nanos() as i64;
-        while monotonic_ns() < until {
-            if let Some(found) = self.find(&is_it) {
-                return Some(found);
+        let until_ns = self.time.now_ns() + limit.as_nanos() as i64;
+        loop {
+            let found = self.find(&is_it);
+            if found.is_some() || self.time.now_ns() >= until_ns {
+                return found;
             }
-            std::thread::sleep(Duration::from_micros(200));
+            self.pass(Duration::from_micros(200));
         }
-        None
     }
 
     /// The next sample of the log, with the head that it should have. Where the log ends it begins again,
@@ -136,7 +159,7 @@ impl Feed {
             source: self.source,
             machine_hash: self.hash,
             time_ns: sample.time_ns,
-            published_ns: monotonic_ns(),
+            published_ns: self.time.now_ns(),
         };
         sample.seal(head);
         sample
@@ -158,13 +181,11 @@ impl Feed {
     /// Waits until the next sample is due.
     pub fn wait(&mut self) {
         if self.next == 0 {
-            self.start_ns = monotonic_ns();
+            self.start_ns = self.time.now_ns();
         }
         let sample = &self.samples[self.next % self.samples.len()];
         let since_ns = sample.log_time_ns - self.samples[0].log_time_ns + self.lap_ns();
-        let due_ns = self.start_ns + since_ns;
-        let left = u64::try_from(due_ns - monotonic_ns()).unwrap_or(0);
-        std::thread::sleep(Duration::from_nanos(left));
+        self.time.pass_until(self.start_ns + since_ns);
     }
 
     /// Sends samples as they are, at their pace.
@@ -193,13 +214,14 @@ impl Feed {
     /// Sends a sample as it is.
     pub fn raw(&mut self, sample: &WireSample) {
         self.producer.samples().send_raw(sample).unwrap();
+        self.time.wake();
     }
 
-    /// Sends samples until the machine is called safe.
+    /// Sends samples until the machine is called safe: after a second and ten good rows.
     pub fn run_in(&mut self) {
+        let from_ns = self.time.now_ns();
         let mut last = None;
-        // a minute: a busy computer makes input late, which is no less than a warning for a second
-        for _ in 0..15_000 {
+        while self.time.now_ns() - from_ns < 1_500_000_000 {
             self.send(1);
             while let Some(verdict) = self.find(|v| v.session == self.source) {
                 last = Some(verdict);

@@ -222,7 +222,7 @@ pub fn kill_screens(world: &World, count: usize) -> Option<Times> {
     let joined = world.join();
     let reading = Reading::new(&joined);
     let monitor = world.monitor(&data("forwarder6.toml"), &["--quiet", "--stay"]);
-    reading.wait_for("safe", |verdict| verdict.level == Level::Safe as u32);
+    reading.wait_for("a row", |verdict| verdict.event == EVENT_ROW);
     let mut random = Random::new();
     let mut gaps = Times::default();
     for _ in 0..count {

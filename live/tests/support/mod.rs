@@ -11,6 +11,7 @@ pub mod feed;
 pub mod killing;
 pub mod numbered;
 pub mod producing;
+pub mod steered;
 
 use std::io::Read;
 use std::path::{Path, PathBuf};

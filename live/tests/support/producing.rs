@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use tipwatch_live::clock::monotonic_ns;
 use tipwatch_live::node::{Joined, Place};
 
-use super::feed::Feed;
+use super::feed::{Feed, RealTime};
 
 /// Ends with this.
 pub struct Producing {
@@ -31,7 +31,7 @@ impl Producing {
             let (place, shared) = (place.clone(), Arc::clone(&shared));
             std::thread::spawn(move || {
                 let joined = Joined::new(&place, "producer").unwrap();
-                let mut feed = Feed::new(&joined, name);
+                let mut feed = Feed::new(&joined, name, RealTime);
                 while !shared.ends.load(Ordering::Relaxed) {
                     feed.wait();
                     let sample = feed.peek();

@@ -1,0 +1,128 @@
+//! Monitor and control in time that the test steers: the program's own loops over shared memory, in the
+//! thread of the test. What is told when is exact, however busy the computer is.
+
+use std::cell::Cell;
+use std::time::Duration;
+
+use tipwatch_binding::{MachineFile, Urdf};
+use tipwatch_live::clock::{Clock, monotonic_ns};
+use tipwatch_live::control_loop::{ControlLoop, ControlOptions};
+use tipwatch_live::monitor::Monitor;
+use tipwatch_live::monitor_loop::{Listener, MonitorLoop, MonitorOptions};
+use tipwatch_live::node::Joined;
+use tipwatch_live::session::Session;
+use tipwatch_live::topics::WireVerdict;
+use tipwatch_live::wake::Wake;
+
+use super::World;
+use super::feed::{Time, machine};
+
+/// Before now, so that programs in real time beside it find no message from the future (ns).
+const BEFORE_NS: i64 = 3_600_000_000_000;
+/// A loop that nobody wakes looks so often (ns).
+const CYCLE_NS: i64 = 1_000_000;
+
+#[derive(Debug)]
+struct SteeredClock(Cell<i64>);
+
+impl Clock for SteeredClock {
+    fn now_ns(&self) -> i64 {
+        self.0.get()
+    }
+}
+
+/// The loops, and the clock that they go by.
+pub struct Steered {
+    clock: &'static SteeredClock,
+    file: &'static MachineFile,
+    urdf: &'static Urdf,
+    joined: Joined,
+    monitor: Option<MonitorLoop<'static>>,
+    control: Option<ControlLoop<'static>>,
+    /// While they hang, time goes on without them.
+    pub hang: bool,
+}
+
+impl Steered {
+    /// A monitor of a machine of the test data. What the loops borrow lives as long as the tests.
+    pub fn monitor(world: &World, name: &str) -> Self {
+        let (file, urdf) = machine(name);
+        let clock = SteeredClock(Cell::new(monotonic_ns() - BEFORE_NS));
+        let mut steered = Self {
+            clock: Box::leak(Box::new(clock)),
+            file: Box::leak(Box::new(file)),
+            urdf: Box::leak(Box::new(urdf)),
+            joined: world.join(),
+            monitor: None,
+            control: None,
+            hang: false,
+        };
+        steered.start_monitor();
+        steered
+    }
+
+    pub fn start_monitor(&mut self) {
+        let options = MonitorOptions {
+            wake: Wake::Poll,
+            stays: true,
+        };
+        let started = MonitorLoop::new(&self.joined, self.file, self.urdf, self.clock, options);
+        self.monitor = Some(started.unwrap());
+    }
+
+    pub fn stop_monitor(&mut self) {
+        self.monitor = None;
+    }
+
+    pub fn start_control(&mut self) {
+        let options = ControlOptions {
+            wake: Wake::Poll,
+            stays: true,
+        };
+        let started = ControlLoop::new(&self.joined, self.file, self.urdf, self.clock, options);
+        self.control = Some(started.unwrap());
+    }
+
+    pub fn stop_control(&mut self) {
+        self.control = None;
+    }
+
+    pub fn pass(&mut self, duration: Duration) {
+        self.pass_until(self.now_ns() + duration.as_nanos() as i64);
+    }
+}
+
+impl Time for Steered {
+    fn now_ns(&self) -> i64 {
+        self.clock.now_ns()
+    }
+
+    fn pass_until(&mut self, then_ns: i64) {
+        while self.now_ns() < then_ns {
+            self.clock.0.set(then_ns.min(self.now_ns() + CYCLE_NS));
+            self.wake();
+        }
+    }
+
+    fn wake(&mut self) {
+        if self.hang {
+            return;
+        }
+        if let Some(monitor) = &mut self.monitor {
+            monitor.cycle(&mut Silent).unwrap();
+        }
+        if let Some(control) = &mut self.control {
+            control.cycle(false).unwrap();
+        }
+    }
+}
+
+struct Silent;
+
+impl Listener for Silent {
+    fn session(&mut self, _: &Monitor, _: &Session) -> anyhow::Result<()> {
+        Ok(())
+    }
+
+    fn verdict(&mut self, _: &WireVerdict) {}
+}
