@@ -39,6 +39,7 @@ pub mod policy;
 mod prevention;
 mod progress;
 pub mod provenance;
+mod recorder_gaps;
 pub mod report;
 pub mod run;
 pub mod screen;

@@ -21,7 +21,8 @@ use crate::notes;
 use crate::options::{ApplyClockOffsets, Estimator, Options};
 use crate::provenance::Provenance;
 use crate::{
-    clock, evaluation, imu_check, linkage_force, monte_carlo, payload, sensitivity, verdicts,
+    clock, evaluation, imu_check, linkage_force, monte_carlo, payload, recorder_gaps, sensitivity,
+    verdicts,
 };
 
 /// Share of the static load below which a wheel is light where the machine file sets no limit.
@@ -39,6 +40,7 @@ pub fn analyse(
 ) -> Result<Analysis> {
     let log = Log::open(path)?;
     let mut loaded = load(&log, file, progress)?;
+    loaded.notes.extend(recorder_gaps::note(&log)?);
     let mut forces = linkage_force::read_all(&log, file, &loaded);
     let (mut rows, heard, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
     if rows.is_empty() {

@@ -15,6 +15,13 @@ pub const TYPE_NAME: &str = "tipwatch_msgs/msg/Verdict";
 pub const FIELDS: [&str; 4] = ["event", "faults", "cautions", "acknowledged"];
 /// [`FIELDS`]: a verdict on a row.
 pub const EVENT_ROW: u32 = 1;
+/// Name of the topic on which the recorder tells what it missed.
+pub const GAPS: &str = "/tipwatch/record_gap";
+/// Type of its messages.
+pub const GAPS_TYPE_NAME: &str = "tipwatch_msgs/msg/RecordGap";
+/// The fields that offline reads: how many samples, and how many verdicts and commands are missing before
+/// the message.
+pub const GAPS_FIELDS: [&str; 2] = ["samples", "verdicts"];
 /// Topic of the IMU.
 pub const IMU: &str = "/imu/data";
 /// Topic of the odometry.

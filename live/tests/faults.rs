@@ -424,6 +424,23 @@ fn the_producer_is_gone() {
 }
 
 #[test]
+fn verdicts_come_late() {
+    let mut bench = Bench::new("late");
+    // a row is published two looks after its sample: the limit is 20 ms
+    bench.feed.time.slow_down(Duration::from_millis(9));
+    bench.feed.send(20);
+    bench.is_quiet_about(InputFault::VerdictLate);
+    bench.feed.time.slow_down(Duration::from_millis(11));
+    let from_ns = bench.now_ns();
+    bench.feed.send(20);
+    bench.feed.time.slow_down(Duration::ZERO);
+    // three rows, and what comes between them
+    let limit = Duration::from_millis(500);
+    bench.told_within(InputFault::VerdictLate, limit, from_ns);
+    bench.recovers();
+}
+
+#[test]
 fn a_verdict_says_until_when_it_holds() {
     let mut bench = Bench::new("until");
     bench.feed.send(5);

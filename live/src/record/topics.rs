@@ -208,9 +208,14 @@ const COMMAND_LISTS: [&str; 5] = ["opening", "measured", "reference", "velocity"
 /// What the recorder could not write.
 pub(super) fn gap() -> Topic {
     Topic {
-        name: "/tipwatch/record_gap".into(),
-        type_name: "tipwatch_msgs/msg/RecordGap",
-        definition: format!("std_msgs/Header header\nuint64 samples\nuint64 verdicts{HEADER}"),
+        name: monitor_topic::GAPS.into(),
+        type_name: monitor_topic::GAPS_TYPE_NAME,
+        definition: format!(
+            "std_msgs/Header header\n{}{HEADER}",
+            monitor_topic::GAPS_FIELDS
+                .map(|field| format!("uint64 {field}"))
+                .join("\n")
+        ),
     }
 }
 

@@ -23,11 +23,16 @@ const BEFORE_NS: i64 = 3_600_000_000_000;
 const CYCLE_NS: i64 = 1_000_000;
 
 #[derive(Debug)]
-struct SteeredClock(Cell<i64>);
+struct SteeredClock {
+    now_ns: Cell<i64>,
+    /// How long it is from one look at the clock to the next.
+    look_ns: Cell<i64>,
+}
 
 impl Clock for SteeredClock {
     fn now_ns(&self) -> i64 {
-        self.0.get()
+        self.now_ns.set(self.now_ns.get() + self.look_ns.get());
+        self.now_ns.get()
     }
 }
 
@@ -47,7 +52,10 @@ impl Steered {
     /// A monitor of a machine of the test data. What the loops borrow lives as long as the tests.
     pub fn monitor(world: &World, name: &str) -> Self {
         let (file, urdf) = machine(name);
-        let clock = SteeredClock(Cell::new(monotonic_ns() - BEFORE_NS));
+        let clock = SteeredClock {
+            now_ns: Cell::new(monotonic_ns() - BEFORE_NS),
+            look_ns: Cell::new(0),
+        };
         let mut steered = Self {
             clock: Box::leak(Box::new(clock)),
             file: Box::leak(Box::new(file)),
@@ -87,6 +95,11 @@ impl Steered {
         self.control = None;
     }
 
+    /// From one look at the clock to the next the loops take so long.
+    pub fn slow_down(&mut self, look: Duration) {
+        self.clock.look_ns.set(look.as_nanos() as i64);
+    }
+
     pub fn pass(&mut self, duration: Duration) {
         self.pass_until(self.now_ns() + duration.as_nanos() as i64);
     }
@@ -94,12 +107,12 @@ impl Steered {
 
 impl Time for Steered {
     fn now_ns(&self) -> i64 {
-        self.clock.now_ns()
+        self.clock.now_ns.get()
     }
 
     fn pass_until(&mut self, then_ns: i64) {
         while self.now_ns() < then_ns {
-            self.clock.0.set(then_ns.min(self.now_ns() + CYCLE_NS));
+            self.clock.now_ns.set(then_ns.min(self.now_ns() + CYCLE_NS));
             self.wake();
         }
     }

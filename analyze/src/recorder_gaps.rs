@@ -1,0 +1,42 @@
+//! What a log's recorder says that it missed.
+
+use anyhow::Result;
+use tipwatch_binding::monitor_topic;
+use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
+
+/// The gaps in a sentence; none where the log is not of our recorder, or complete.
+///
+/// # Errors
+/// The log cannot be read.
+pub(crate) fn note(log: &Log) -> Result<Option<String>> {
+    let is_there = log.topics().iter().any(|topic| {
+        topic.name == monitor_topic::GAPS && topic.type_name == monitor_topic::GAPS_TYPE_NAME
+    });
+    if !is_there {
+        return Ok(None);
+    }
+    let requests = monitor_topic::GAPS_FIELDS.map(|field| FieldRequest {
+        topic: monitor_topic::GAPS.into(),
+        number: NumberField {
+            field: field.into(),
+            joint: None,
+            scale: 1.0,
+            offset: 0.0,
+        },
+    });
+    let (columns, _) = record_fields(log, &requests, None)?;
+    let [samples, verdicts] = &columns[..] else {
+        return Ok(None);
+    };
+    let places = samples.values.len();
+    if places == 0 {
+        return Ok(None);
+    }
+    Ok(Some(format!(
+        "The recorder of this log missed {} samples and {} verdicts or commands, at {places} places (topic {}). The monitor may \
+         have had them: its rows there need not be those that are computed here.",
+        samples.values.iter().sum::<f64>(),
+        verdicts.values.iter().sum::<f64>(),
+        monitor_topic::GAPS
+    )))
+}
