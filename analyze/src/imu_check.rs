@@ -18,6 +18,8 @@ const STEADY_RAD_S: f64 = 0.05;
 const STEADY_SHARE: f64 = 0.05;
 /// Fewer steady rows tell nothing.
 const FEWEST_ROWS: usize = 10;
+/// Of more rows only some are looked at, evenly.
+const MOST_ROWS: usize = 1000;
 
 /// What is found if the IMU does not feel gravity from below.
 #[must_use]
@@ -26,7 +28,7 @@ pub(crate) fn note(machine: &Machine, rows: &Rows) -> Option<String> {
     let tilt = felt.z.clamp(-1.0, 1.0).acos().to_degrees();
     (tilt > SUSPICIOUS_DEG).then(|| {
         format!(
-            "{FAULT}: imu: in {steady_rows} steady rows the specific force points {tilt:.0} degrees off the normal of the wheels' \
+            "{FAULT}: imu: in {steady_rows} steady rows that were looked at the specific force points {tilt:.0} degrees off the normal of the wheels' \
              contact plane, on average ({:.2}, {:.2}, {:.2}) forward, left and up; expected less than {SUSPICIOUS_DEG:.0}. Mounting: \
              {}. {} Nothing was corrected: loads and findings hold only if the mounting is right.",
             felt.x,
@@ -39,11 +41,12 @@ pub(crate) fn note(machine: &Machine, rows: &Rows) -> Option<String> {
 }
 
 /// Mean direction of what the machine feels in steady rows, in axes forward, left and normal of the
-/// contact plane, and the number of those rows.
+/// contact plane, and the number of those rows that were looked at.
 fn mean_direction(machine: &Machine, rows: &Rows) -> Option<(Vector3<f64>, usize)> {
     let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
     let (mut sum, mut count) = (Vector3::zeros(), 0);
-    for row in (0..rows.len()).filter(|&row| !rows.reasons[row].leave_state_unknown()) {
+    let looked_at = (0..rows.len()).step_by(rows.len().div_ceil(MOST_ROWS).max(1));
+    for row in looked_at.filter(|&row| !rows.reasons[row].leave_state_unknown()) {
         rows.states.get(row, &mut state);
         let imu = &state.imu;
         let off = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();

@@ -6,10 +6,11 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use crate::analysis::Analysis;
+use crate::derived::Derived;
 use crate::policy::Judgement;
 use crate::report::PlotLibrary;
 use crate::summary::Summary;
-use crate::{derived, parquet, report, table};
+use crate::{parquet, report, table};
 
 /// Which files are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -69,12 +70,21 @@ fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<()> {
 }
 
 fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
+    let (page, derived) = rayon::join(
+        || write_report(analysis, folder),
+        || Derived::begin(analysis, &folder.join("derived.mcap")),
+    );
+    derived?.finish(&page?)
+}
+
+/// Writes the summary and the report; the report's text.
+fn write_report(analysis: &Analysis, folder: &Path) -> Result<String> {
     let summary = Summary::of(analysis, report::findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
     write_text(&folder.join("summary.json"), &text)?;
     let page = report::render(analysis, PlotLibrary::Inside);
     write_text(&folder.join("report.html"), &page)?;
-    derived::write(analysis, &page, &folder.join("derived.mcap"))
+    Ok(page)
 }
 
 /// Writes what a policy says of an analysis: `policy.json`.

@@ -132,7 +132,6 @@ impl Sums {
             .into_iter()
             .chain((0..width).map(|k| &channel.known[k][from..to]))
             .collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let shifted = |delay: usize| {
             let ahead = from + delay - FARTHEST;
             &channel.late[ahead..ahead + to - from]
@@ -149,6 +148,20 @@ impl Sums {
             late: delays().map(|late| dot(late, late)).collect(),
         }
     }
+}
+
+/// Sum of products, in eight sums that do not wait for each other.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, a_rest) = a.as_chunks::<8>();
+    let (b, b_rest) = b.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 /// Constant and time of a stretch.

@@ -13,6 +13,7 @@
 //! agree best and so count most. A platform on tyres leans a little later than its load: see [`LEAN_S`].
 
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 use tipwatch_mechanics::signal::Sensor;
 use tipwatch_mechanics::{Motion, Scope, State, Workspace, actuator_force, evaluate};
 
@@ -40,15 +41,47 @@ const SMOOTH_TURNING_S: f64 = 0.08;
 const SMOOTH_ACCELERATION_S: f64 = 0.15;
 const SMOOTH_LEANING_S: f64 = 0.1;
 
-/// Compares every pair of topics that feel the same.
+/// A pair of topics, and how the delay between them is found.
+struct Pair<'a> {
+    topic: &'a str,
+    against: &'a str,
+    by: &'static str,
+    find: Box<dyn Fn() -> Result<Delay, String> + Sync + Send + 'a>,
+}
+
+impl<'a> Pair<'a> {
+    fn new(
+        topic: &'a str,
+        against: &'a str,
+        by: &'static str,
+        find: impl Fn() -> Result<Delay, String> + Sync + Send + 'a,
+    ) -> Self {
+        Self {
+            topic,
+            against,
+            by,
+            find: Box::new(find),
+        }
+    }
+}
+
+/// Compares every pair of topics that feel the same, several at once.
 pub(super) fn compare(loaded: &LoadedLog, forces: &[LinkageForce], rows: &Rows) -> Vec<PairOffset> {
     let scene = Scene::of(loaded, rows);
+    let pairs = pairs(&scene, forces);
+    let compare =
+        |pair: &Pair<'_>| PairOffset::new(pair.topic, pair.against, pair.by, (pair.find)());
+    pairs.par_iter().map(compare).collect()
+}
+
+fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> {
+    let loaded = scene.loaded;
     let mut pairs = Vec::new();
     let (imu, odometry) = (scene.signal(Sensor::Imu), scene.signal(Sensor::Odometry));
     if let (Some(imu), Some(odometry)) = (imu, odometry) {
-        let found = scene.turning_and_acceleration(odometry);
         let by = "turning and acceleration of the machine";
-        pairs.push(PairOffset::new(&odometry.topic, &imu.topic, by, found));
+        let find = move || scene.turning_and_acceleration(odometry);
+        pairs.push(Pair::new(&odometry.topic, &imu.topic, by, find));
     }
     for joints in &loaded.signals {
         let Sensor::Joints(stream) = joints.sensor else {
@@ -57,28 +90,28 @@ pub(super) fn compare(loaded: &LoadedLog, forces: &[LinkageForce], rows: &Rows) 
         if let Some(odometry) = odometry
             && !scene.wheels_of(stream).is_empty()
         {
-            let found = scene.rolling(stream, odometry);
             let by = "wheels that turn as the machine travels";
-            pairs.push(PairOffset::new(&joints.topic, &odometry.topic, by, found));
+            let find = move || scene.rolling(stream, odometry);
+            pairs.push(Pair::new(&joints.topic, &odometry.topic, by, find));
         } else if let Some(imu) = imu
             && !scene.wheels_of(stream).is_empty()
         {
-            let found = scene.gaining_speed(stream);
             let by = "wheels that gain speed as the machine accelerates";
-            pairs.push(PairOffset::new(&joints.topic, &imu.topic, by, found));
+            let find = move || scene.gaining_speed(stream);
+            pairs.push(Pair::new(&joints.topic, &imu.topic, by, find));
         }
         if let Some(imu) = imu
             && scene.has_other_joints(stream)
         {
-            let found = scene.leaning(Some(stream));
             let by = "how the platform leans as joints move its weight";
-            pairs.push(PairOffset::new(&joints.topic, &imu.topic, by, found));
+            let find = move || scene.leaning(Some(stream));
+            pairs.push(Pair::new(&joints.topic, &imu.topic, by, find));
         }
     }
     if let (Some(imu), Some(wrench)) = (imu, scene.signal(Sensor::ToolWrench)) {
-        let found = scene.leaning(None);
         let by = "how the platform leans under the tool's force";
-        pairs.push(PairOffset::new(&wrench.topic, &imu.topic, by, found));
+        let find = || scene.leaning(None);
+        pairs.push(Pair::new(&wrench.topic, &imu.topic, by, find));
     }
     for force in forces {
         let joint = loaded.machine.linkages()[force.linkage].measured_joint;
@@ -91,12 +124,12 @@ pub(super) fn compare(loaded: &LoadedLog, forces: &[LinkageForce], rows: &Rows) 
         let Some(joints) = loaded.signals.iter().find(of_joint) else {
             continue;
         };
-        let found = match &force.series {
+        let by = "the force that moves and carries what the joints tell";
+        let find = move || match &force.series {
             Ok(series) => scene.carrying(force.linkage, series),
             Err(error) => Err(format!("{error:#}")),
         };
-        let by = "the force that moves and carries what the joints tell";
-        pairs.push(PairOffset::new(&force.topic, &joints.topic, by, found));
+        pairs.push(Pair::new(&force.topic, &joints.topic, by, find));
     }
     pairs
 }

@@ -27,33 +27,48 @@ use crate::analysis::Analysis;
 /// Time between messages that are drawn or read, not plotted (ns).
 const BETWEEN_PICTURES_NS: i64 = 100_000_000;
 
-/// Writes the file, over an older one of the same name.
-///
-/// # Errors
-/// The file cannot be written.
-pub(crate) fn write(analysis: &Analysis, report: &str, path: &Path) -> Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            return Err(error).context(format!("{}: cannot be replaced", path.display()));
+/// A file that has its messages, and waits for what is attached.
+pub(crate) struct Derived<'a> {
+    analysis: &'a Analysis,
+    writer: Ros2Writer,
+}
+
+impl<'a> Derived<'a> {
+    /// Begins the file, over an older one of the same name, and writes its messages.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn begin(analysis: &'a Analysis, path: &Path) -> Result<Self> {
+        match fs::remove_file(path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(error).context(format!("{}: cannot be replaced", path.display()));
+            }
+            _ => {}
         }
-        _ => {}
+        let mut writer = Ros2Writer::create(path)?;
+        write_rows(analysis, &mut writer)?;
+        Ok(Self { analysis, writer })
     }
-    let mut writer = Ros2Writer::create(path)?;
-    write_rows(analysis, &mut writer)?;
-    let time_ns = analysis.rows.times_ns.first().copied().unwrap_or(0);
-    for (name, media_type, text) in [
-        ("report.html", "text/html", report),
-        (
-            "machine.toml",
-            "application/toml",
-            &analysis.sources.machine_file,
-        ),
-        ("machine.urdf", "application/xml", &analysis.sources.urdf),
-    ] {
-        writer.attach(name, media_type, time_ns, text.as_bytes())?;
+
+    /// Attaches the report and the sources, and ends the file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn finish(mut self, report: &str) -> Result<()> {
+        let (times_ns, sources) = (&self.analysis.rows.times_ns, &self.analysis.sources);
+        let time_ns = times_ns.first().copied().unwrap_or(0);
+        for (name, media_type, text) in [
+            ("report.html", "text/html", report),
+            ("machine.toml", "application/toml", &sources.machine_file),
+            ("machine.urdf", "application/xml", &sources.urdf),
+        ] {
+            self.writer
+                .attach(name, media_type, time_ns, text.as_bytes())?;
+        }
+        self.writer
+            .metadata("tipwatch", provenance(self.analysis))?;
+        Ok(self.writer.finish()?)
     }
-    writer.metadata("tipwatch", provenance(analysis))?;
-    Ok(writer.finish()?)
 }
 
 fn write_rows(analysis: &Analysis, writer: &mut Ros2Writer) -> Result<()> {

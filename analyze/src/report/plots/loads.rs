@@ -2,10 +2,10 @@
 
 use plotly::color::Rgba;
 use plotly::common::{DashType, Line, Mode, Visible};
-use plotly::{Scatter, Trace, Traces};
+use plotly::{Trace, Traces};
 use tipwatch_mechanics::Quantity;
 
-use super::{Figure, Plotter, colour, drawn};
+use super::{Figure, Plotter, colour, scatter};
 
 impl Plotter<'_> {
     pub(super) fn loads(&self) -> Figure {
@@ -88,10 +88,10 @@ impl Plotter<'_> {
             } else {
                 colour(wheel, 0.7)
             };
-            let ends = vec![0.0, self.seconds.last().copied().unwrap_or(0.0)];
+            let ends = [0.0, self.last_second()];
             let line = Line::new().width(1.2).color(tint).dash(DashType::LongDash);
             traces.push(
-                Scatter::new(ends, vec![drawn(limit); 2])
+                scatter(&ends, &[limit; 2])
                     .name(name)
                     .mode(Mode::Lines)
                     .line(line),

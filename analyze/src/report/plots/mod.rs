@@ -2,6 +2,7 @@
 
 mod causes;
 mod chart;
+mod column;
 mod indicators;
 mod inputs;
 mod loads;
@@ -14,11 +15,12 @@ use plotly::configuration::DisplayModeBar;
 use plotly::layout::{
     Annotation, Axis, HoverMode, Legend, Margin, Shape, ShapeLayer, ShapeLine, ShapeType,
 };
-use plotly::{Configuration, Layout, Scatter, Traces};
+use plotly::{Configuration, Layout, Traces};
 use serde::Serialize;
 use tipwatch_mechanics::Quantity;
 
 pub(super) use chart::{Curve, chart};
+use column::{ColumnScatter, scatter};
 
 use super::decimate::rows_to_draw;
 use super::findings::{Scene, rank};
@@ -101,7 +103,7 @@ impl Plotter<'_> {
             .collect()
     }
 
-    fn curve(&self, index: usize, name: &str, values: &[f64]) -> Box<Scatter<f64, Option<f64>>> {
+    fn curve(&self, index: usize, name: &str, values: &[f64]) -> Box<ColumnScatter> {
         self.curve_of(index, name, values, MOST_POINTS)
     }
 
@@ -111,18 +113,12 @@ impl Plotter<'_> {
         name: &str,
         values: &[f64],
         points: usize,
-    ) -> Box<Scatter<f64, Option<f64>>> {
+    ) -> Box<ColumnScatter> {
         line(index, name, &self.seconds, values, points)
     }
 
     /// What lies between two curves, as a filled shape.
-    fn between(
-        &self,
-        name: &str,
-        low: &[f64],
-        high: &[f64],
-        fill: Rgba,
-    ) -> Box<Scatter<f64, Option<f64>>> {
+    fn between(&self, name: &str, low: &[f64], high: &[f64], fill: Rgba) -> Box<ColumnScatter> {
         let mut rows = rows_to_draw(low, FEWER_POINTS);
         rows.extend(rows_to_draw(high, FEWER_POINTS));
         rows.sort_unstable();
@@ -136,12 +132,12 @@ impl Plotter<'_> {
             let back = run.iter().rev().map(|&row| (row, low[row]));
             for (row, value) in there.chain(back) {
                 times.push(self.seconds[row]);
-                values.push(drawn(value));
+                values.push(value);
             }
             times.push(self.seconds[run[run.len() - 1]]);
-            values.push(None);
+            values.push(f64::NAN);
         }
-        Scatter::new(times, values)
+        scatter(&times, &values)
             .name(name)
             .mode(Mode::Lines)
             .fill(Fill::ToSelf)
@@ -257,10 +253,10 @@ fn line(
     seconds: &[f64],
     values: &[f64],
     points: usize,
-) -> Box<Scatter<f64, Option<f64>>> {
+) -> Box<ColumnScatter> {
     let rows = rows_to_draw(values, points);
-    let times = rows.iter().map(|&row| seconds[row]).collect();
-    Scatter::new(times, rows.iter().map(|&row| drawn(values[row])).collect())
+    let of_rows = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
+    scatter(&of_rows(seconds), &of_rows(values))
         .name(name)
         .mode(Mode::Lines)
         .connect_gaps(false)
@@ -327,17 +323,6 @@ fn seconds(analysis: &Analysis) -> Vec<f64> {
         .collect()
 }
 
-/// A value with the digits that a plot can show; `None` breaks the line.
-fn drawn(value: f64) -> Option<f64> {
-    if !value.is_finite() || value == 0.0 {
-        return value.is_finite().then_some(0.0);
-    }
-    let digits = 5 - value.abs().log10().floor() as i32;
-    let scale = 10f64.powi(digits);
-    let rounded = (value * scale).round() / scale;
-    Some(if rounded.is_finite() { rounded } else { value })
-}
-
 /// The library reads some markup in names; a name means only itself.
 fn plain(name: &str) -> String {
     name.replace('&', "&amp;")
@@ -365,15 +350,6 @@ fn tint(kind: EventKind) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_short_and_missing_ones_break_the_line() {
-        assert_eq!(drawn(12_345.678_912), Some(12_345.7));
-        assert_eq!(drawn(-0.001_234_567_89), Some(-0.001_234_57));
-        assert_eq!(drawn(0.0), Some(0.0));
-        assert_eq!(drawn(f64::NAN), None);
-        assert_eq!(drawn(f64::INFINITY), None);
-    }
 
     #[test]
     fn names_carry_no_markup() {

@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
+use plotly::Traces;
 use plotly::common::{Anchor, Font, HoverInfo, Line, Mode};
 use plotly::layout::Annotation;
-use plotly::{Scatter, Traces};
 
-use super::{Figure, Plotter, colour, plain};
+use super::{ColumnScatter, Figure, Plotter, colour, plain, scatter};
 use crate::events::EventKind;
 
 /// Height that a lane takes (pixels).
@@ -67,14 +67,14 @@ impl Plotter<'_> {
         figure
     }
 
-    fn bar(&self, place: usize, lane: &Lane) -> Box<Scatter<f64, Option<f64>>> {
+    fn bar(&self, place: usize, lane: &Lane) -> Box<ColumnScatter> {
         let least = self.last_second() * SHORTEST;
         let (mut times, mut values) = (Vec::new(), Vec::new());
         for &(start, end) in &lane.spans {
             times.extend([start, end.max(start + least), end]);
-            values.extend([Some(height(place)), Some(height(place)), None]);
+            values.extend([height(place), height(place), f64::NAN]);
         }
-        Scatter::new(times, values)
+        scatter(&times, &values)
             .name(&lane.name)
             .mode(Mode::Lines)
             .connect_gaps(false)
