@@ -4,13 +4,16 @@ use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, Gauge, Paragraph};
+use ratatui::widgets::{Block, Paragraph};
 use tipwatch_mechanics::signal::Reason;
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
 use crate::command::{HoldReason, Mode};
 use crate::names::Names;
 use crate::topics::{WireCommand, WireVerdict};
+
+/// What words beside a bar take (letters).
+const WORDS: u16 = 42;
 
 /// What is known.
 #[derive(Debug, Clone, Default)]
@@ -92,7 +95,7 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
     let mut second = vec![];
     if verdict.time_to_lift_off_s.is_finite() {
         let wheel = view.names.wheels.get(verdict.next_wheel as usize);
-        let wheel = wheel.map_or("?", String::as_str);
+        let wheel = wheel.map_or("?".into(), |name| name.to_uppercase());
         let text = match verdict.time_to_lift_off_s {
             0.0 => format!("{wheel} is off the ground"),
             seconds => format!("{wheel} lifts in {seconds:.1} s if its load falls on as it does"),
@@ -113,7 +116,7 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
 fn draw_margin(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
     let [notice, warning, limit] = view.limits;
     let used = verdict.utilisation;
-    let bar = match used {
+    let color = match used {
         used if !used.is_finite() => Color::DarkGray,
         used if used >= limit => Color::Red,
         used if used >= warning => Color::Yellow,
@@ -121,16 +124,28 @@ fn draw_margin(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
         _ => Color::Green,
     };
     let label = if used.is_finite() {
-        format!("{:.0} % of the worst wheel's load is used up", 100.0 * used)
+        format!("{:4.0} % of the worst wheel's load used up", 100.0 * used)
     } else {
-        "unknown".into()
+        "   ? %".into()
     };
-    let gauge = Gauge::default()
-        .block(Block::bordered().title(" utilisation "))
-        .gauge_style(bar)
-        .ratio(share(used))
-        .label(label);
-    frame.render_widget(gauge, area);
+    let block = Block::bordered().title(" utilisation ");
+    let [text, beside] = beside(block.inner(area));
+    frame.render_widget(block, area);
+    frame.render_widget(Paragraph::new(label), text);
+    draw_bar(frame, beside, share(used), color);
+}
+
+/// Room for words and for the bar beside them.
+fn beside(area: Rect) -> [Rect; 2] {
+    Layout::horizontal([Constraint::Length(WORDS), Constraint::Min(10)]).areas(area)
+}
+
+/// A bar as long as this share of a line, to an eighth of a letter.
+fn draw_bar(frame: &mut Frame<'_>, line: Rect, share: f64, color: Color) {
+    const PARTS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+    let eighths = (share * 8.0 * f64::from(line.width)).round() as usize;
+    let bar = "█".repeat(eighths / 8) + PARTS[eighths % 8];
+    frame.render_widget(Paragraph::new(bar).style(Style::new().fg(color)), line);
 }
 
 fn draw_loads(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
@@ -138,11 +153,10 @@ fn draw_loads(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
         Layout::vertical(view.names.wheels.iter().map(|_| Constraint::Length(2))).split(area);
     let mean = verdict.normal_force / view.names.wheels.len() as f64;
     for (wheel, (name, &row)) in view.names.wheels.iter().zip(rows.iter()).enumerate() {
-        let [label, bar] =
-            Layout::horizontal([Constraint::Length(34), Constraint::Min(10)]).areas(row);
+        let [label, bar] = beside(row);
         let (load, sigma) = (verdict.load[wheel], verdict.load_sigma[wheel]);
         let text = format!(
-            "{:>4} {} ± {} kN  otf {}",
+            "{:>4} {} ± {} kN  otf {} kN",
             name.to_uppercase(),
             kilonewtons(load),
             kilonewtons(2.0 * sigma),
@@ -151,16 +165,13 @@ fn draw_loads(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
         frame.render_widget(Paragraph::new(text), label);
         // the whole bar is twice the mean load
         let share = share(load / (2.0 * mean));
-        let style = if verdict.otf[wheel] - 2.0 * verdict.otf_sigma[wheel] > 0.0 {
+        let is_surely_down = verdict.otf[wheel] - 2.0 * verdict.otf_sigma[wheel] > 0.0;
+        let color = if is_surely_down {
             Color::Blue
         } else {
             Color::Red
         };
-        let bar_row = Rect { height: 1, ..bar };
-        frame.render_widget(
-            Gauge::default().gauge_style(style).ratio(share).label(""),
-            bar_row,
-        );
+        draw_bar(frame, Rect { height: 1, ..bar }, share, color);
     }
 }
 
@@ -304,7 +315,8 @@ mod tests {
             "forwarder-7",
             "WARNING",
             "danger not acknowledged",
-            "rr lifts in 1.3 s",
+            "RR lifts in 1.3 s",
+            "otf  20.10 kN",
             "93 %",
             "20.10 ±   0.20 kN",
             "1.23 ±      ? kN",
@@ -312,6 +324,18 @@ mod tests {
         ] {
             assert!(text.contains(expected), "{expected} in\n{text}");
         }
+    }
+
+    #[test]
+    fn bars_are_as_long_as_their_share() {
+        let text = drawn(&view());
+        let bar = |of: &str| {
+            let line = text.lines().find(|line| line.contains(of));
+            line.unwrap().matches('█').count()
+        };
+        // of 100 letters 42 are words, and the frame takes two where there is one
+        assert_eq!(bar("93 %"), (0.93 * 56.0) as usize);
+        assert_eq!(bar("20.10 ±"), (58.0 * 20_100.0 / 40_000.0) as usize);
     }
 
     #[test]
