@@ -340,6 +340,16 @@ fn a_rate_that_is_not_that_of_the_position() {
 }
 
 #[test]
+fn an_attitude_that_does_not_fit_what_is_felt() {
+    let within = Duration::from_millis(10_500);
+    implausible(Kind::Imu, InputFault::Disagreement, within, |imu, _, _| {
+        // axes down: half a turn about the way ahead
+        let [x, y, z, w] = [6, 7, 8, 9].map(|at| imu.values[at]);
+        imu.values[6..10].copy_from_slice(&[w, z, -y, -x]);
+    });
+}
+
+#[test]
 fn torn_and_empty_messages() {
     for test in ["torn", "zero", "kind", "length"] {
         let mut bench = Bench::new(test);

@@ -25,6 +25,11 @@ pub(super) fn how_bad(event: &Event, fault: &InputFault) -> String {
         FaultKind::ImpossibleRate => format!("changes as fast as {worst}{limit}"),
         FaultKind::Frozen => format!("frozen for {:.2} s", event.worst),
         FaultKind::NotUnit => format!("a quaternion of length {}", number(event.worst)),
+        FaultKind::Disagreement if event.subject.ends_with(".attitude") => {
+            format!(
+                "gravity by the attitude is not what the specific force feels, up to {worst} apart{limit}"
+            )
+        }
         FaultKind::Disagreement => {
             format!("the rate is not the derivative of the position, up to {worst} apart{limit}")
         }

@@ -47,7 +47,8 @@ pub struct PlausibilitySpec {
     pub frozen: Option<Policy>,
     /// Policy for quaternions that are not of length one.
     pub quaternion: Option<Policy>,
-    /// Policy for joint rates that are not the derivative of the position.
+    /// Policy for joint rates that are not the derivative of the position, and for attitudes that do not fit
+    /// the specific force.
     pub disagreement: Option<Policy>,
     /// Largest specific force (m/s^2).
     pub specific_force_max: f64,
@@ -87,6 +88,8 @@ pub struct PlausibilitySpec {
     pub rate_tolerance_linear: f64,
     /// The same as a share of the rate, added to it.
     pub rate_tolerance_share: f64,
+    /// How far gravity by the IMU's attitude may be from the mean specific force of ten seconds (m/s^2).
+    pub gravity_tolerance: f64,
 }
 
 impl Default for PlausibilitySpec {
@@ -119,6 +122,7 @@ impl Default for PlausibilitySpec {
             rate_tolerance: 0.1,
             rate_tolerance_linear: 0.05,
             rate_tolerance_share: 0.2,
+            gravity_tolerance: 3.0,
         }
     }
 }
@@ -143,7 +147,7 @@ impl PlausibilitySpec {
     }
 
     /// The limits by key, those that are stated or have a default.
-    pub(super) fn limits_by_key(&self) -> [(&'static str, Option<f64>); 18] {
+    pub(super) fn limits_by_key(&self) -> [(&'static str, Option<f64>); 19] {
         [
             ("specific_force_max", Some(self.specific_force_max)),
             ("angular_velocity_max", Some(self.angular_velocity_max)),
@@ -166,6 +170,7 @@ impl PlausibilitySpec {
             ("rate_tolerance", Some(self.rate_tolerance)),
             ("rate_tolerance_linear", Some(self.rate_tolerance_linear)),
             ("rate_tolerance_share", Some(self.rate_tolerance_share)),
+            ("gravity_tolerance", Some(self.gravity_tolerance)),
         ]
     }
 }

@@ -18,7 +18,8 @@ pub enum FaultKind {
     Frozen,
     /// A quaternion that is not of length one.
     NotUnit,
-    /// A joint's rate is not the derivative of its position.
+    /// Two measurements of the same do not agree: a joint's rate and its position, an IMU's attitude and the
+    /// gravity that it feels.
     Disagreement,
 }
 
@@ -97,8 +98,8 @@ pub struct Finding {
     /// Stamp of this sample (ns).
     pub stamp_ns: i64,
     /// How bad it is, in the unit of its kind: the value out of range, the rate, how long the signal has
-    /// been frozen, the length of the quaternion, the difference of the rates; 1 of a value that is
-    /// not finite.
+    /// been frozen, the length of the quaternion, the difference of the rates or of gravity; 1 of a value that
+    /// is not finite.
     pub measure: f64,
     /// What `measure` was held against, in the same unit; NaN where nothing is.
     pub limit: f64,
@@ -192,6 +193,7 @@ impl Part {
         match kind {
             FaultKind::NotFinite => "samples",
             FaultKind::OutOfRange | FaultKind::JointLimit => value,
+            FaultKind::Disagreement if self == Self::Attitude => "m/s^2",
             FaultKind::ImpossibleRate | FaultKind::Disagreement => rate,
             FaultKind::Frozen => "s",
             FaultKind::NotUnit => "-",

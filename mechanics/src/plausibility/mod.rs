@@ -14,16 +14,19 @@
 //! | `frozen` | every signal | the same bits again and again: of a signal that was noisy, or while motion is seen elsewhere; a joint whose rate says that it moves |
 //! | `not_unit` | attitudes | a quaternion whose length is not one |
 //! | `disagreement` | joints | the change of position is not the integral of the rate |
+//! | `disagreement` | attitude of the IMU | gravity as it has it is not what the specific force feels |
 
 mod attitude;
 mod fault;
 mod freeze;
+mod gravity;
 mod joint;
 mod spans;
 mod treatment;
 mod vector;
 
 use self::attitude::AttitudeWatch;
+use self::gravity::GravityWatch;
 use self::joint::{JointLimits, JointWatch};
 use self::vector::{Slew, VectorWatch};
 use crate::machine::{Machine, Policy};
@@ -102,6 +105,7 @@ pub struct Plausibility {
     force: VectorWatch,
     turning: VectorWatch,
     attitude: AttitudeWatch,
+    gravity: GravityWatch,
     velocity: VectorWatch,
     odometry_turning: VectorWatch,
     odometry_attitude: AttitudeWatch,
@@ -162,6 +166,7 @@ impl Plausibility {
             force: VectorWatch::new(spec.specific_force_max, None),
             turning: turning(),
             attitude: AttitudeWatch::new(),
+            gravity: GravityWatch::new(machine.gravity(), spec.gravity_tolerance),
             velocity: VectorWatch::new(spec.speed_max, slew(spec.acceleration_max)),
             odometry_turning: turning(),
             odometry_attitude: AttitudeWatch::new(),
@@ -279,6 +284,8 @@ impl Plausibility {
         let part = Part::Attitude;
         self.attitude
             .check(stamp_ns, attitude, turns, limits, &mut note.of(part));
+        self.gravity
+            .check(stamp_ns, force, attitude, limits, &mut note.of(part));
         self.motion.turning = turns;
     }
 
