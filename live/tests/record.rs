@@ -273,6 +273,12 @@ fn delays(reading: &Reading, act: impl FnOnce()) -> Times {
     times
 }
 
+/// Whether delays are those of before: who waits for a disk or a recorder does so at every row, for a tenth of
+/// a second and more, while a busy computer leaves some rows alone.
+fn is_no_slower(delays: &Times, before: &Times) -> bool {
+    delays.quantile(0.25) < before.quantile(0.25) + 50.0
+}
+
 #[test]
 fn a_stopped_recorder_and_a_full_disk_leave_the_monitor_alone() {
     let _favoured = favour();
@@ -305,8 +311,7 @@ fn a_stopped_recorder_and_a_full_disk_leave_the_monitor_alone() {
     stopped.print("sample to verdict, recorder stopped");
     for times in [&full, &stopped] {
         assert!(times.0.len() > 10);
-        // one that waits for the disk or the recorder waits for seconds
-        assert!(times.quantile(0.5) < alone.quantile(0.5) + 50.0);
+        assert!(is_no_slower(times, &alone));
     }
     producing.end();
     let recorder = recorder.end();
@@ -360,7 +365,7 @@ fn a_slow_disk_loses_nothing_and_leaves_the_monitor_alone() {
     let slow = delays(&reading, || std::thread::sleep(Duration::from_secs(4)));
     alone.print("sample to verdict, no recorder");
     slow.print("sample to verdict, slow disk");
-    assert!(slow.quantile(0.5) < alone.quantile(0.5) + 50.0);
+    assert!(is_no_slower(&slow, &alone));
     producing.end();
     let recorder = recorder.end();
     drop(monitor);
@@ -397,7 +402,7 @@ fn a_recorder_that_is_stopped_for_ten_seconds_tells_what_it_missed() {
     recording.print("sample to verdict, recorder at work");
     stopped.print("sample to verdict, recorder stopped for 10 s");
     println!("the producer's slowest send meanwhile: {slowest_ms:.3} ms");
-    assert!(stopped.quantile(0.5) < recording.quantile(0.5) + 50.0);
+    assert!(is_no_slower(&stopped, &recording));
     std::thread::sleep(Duration::from_millis(300));
     producing.end();
     let recorder = recorder.end();
