@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use tipwatch_binding::monitor_topic;
-use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
+use tipwatch_ingest::{FieldRequest, Log, record_fields};
 
 /// The gaps in a sentence; none where the log is not of our recorder, or complete.
 ///
@@ -15,15 +15,8 @@ pub(crate) fn note(log: &Log) -> Result<Option<String>> {
     if !is_there {
         return Ok(None);
     }
-    let requests = monitor_topic::GAPS_FIELDS.map(|field| FieldRequest {
-        topic: monitor_topic::GAPS.into(),
-        number: NumberField {
-            field: field.into(),
-            joint: None,
-            scale: 1.0,
-            offset: 0.0,
-        },
-    });
+    let requests =
+        monitor_topic::GAPS_FIELDS.map(|field| FieldRequest::as_it_is(monitor_topic::GAPS, field));
     let (columns, _) = record_fields(log, &requests, None)?;
     let [samples, verdicts] = &columns[..] else {
         return Ok(None);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use tipwatch_binding::monitor_topic;
-use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
+use tipwatch_ingest::{FieldRequest, Log, record_fields};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::verdict::{
     Conditions, InputFaults, Judge, LiftOffForecast, RowFacts, Verdict,
@@ -95,15 +95,8 @@ fn recorded(log: &Log) -> Result<Recorded> {
     if !log.topics().iter().any(is_there) {
         return Ok(Recorded::new());
     }
-    let requests = monitor_topic::FIELDS.map(|field| FieldRequest {
-        topic: monitor_topic::NAME.into(),
-        number: NumberField {
-            field: field.into(),
-            joint: None,
-            scale: 1.0,
-            offset: 0.0,
-        },
-    });
+    let requests =
+        monitor_topic::FIELDS.map(|field| FieldRequest::as_it_is(monitor_topic::NAME, field));
     // Its stamps are those of the joint states that it goes by, and stay as they are: no clock of its own.
     // What is lost of the topic is told where the sensors are read.
     let (columns, _) = record_fields(log, &requests, None)?;

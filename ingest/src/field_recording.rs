@@ -21,6 +21,22 @@ pub struct FieldRequest {
     pub number: NumberField,
 }
 
+impl FieldRequest {
+    /// A number of a topic as the messages have it.
+    #[must_use]
+    pub fn as_it_is(topic: &str, field: &str) -> Self {
+        Self {
+            topic: topic.into(),
+            number: NumberField {
+                field: field.into(),
+                joint: None,
+                scale: 1.0,
+                offset: 0.0,
+            },
+        }
+    }
+}
+
 /// A wanted number of all messages, in the order in which the file has them.
 #[derive(Debug, Clone)]
 pub struct FieldRecording {

@@ -7,7 +7,7 @@
 
 use std::time::Duration;
 
-use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
+use tipwatch_ingest::{FieldRequest, Log, record_fields};
 use tipwatch_live::command::{HoldReason, Mode};
 use tipwatch_live::control::RAMP_RATE;
 use tipwatch_live::node::Receiver;
@@ -368,16 +368,7 @@ fn commands_are_recorded() {
         .find(|t| t.name == "/tipwatch/command")
         .unwrap();
     let read = |field: &str| {
-        let number = NumberField {
-            field: field.into(),
-            joint: None,
-            scale: 1.0,
-            offset: 0.0,
-        };
-        let request = FieldRequest {
-            topic: topic.name.clone(),
-            number,
-        };
+        let request = FieldRequest::as_it_is(&topic.name, field);
         record_fields(&log, &[request], None)
             .unwrap()
             .0

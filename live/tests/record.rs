@@ -9,7 +9,7 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_analyze::run;
 use tipwatch_binding::MachineFile;
-use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
+use tipwatch_ingest::{FieldRequest, Log, record_fields};
 use tipwatch_live::clock::monotonic_ns;
 use tipwatch_live::topics::{EVENT_ROW, Head, Wire, WireVerdict};
 use tipwatch_mechanics::Quantity;
@@ -409,15 +409,7 @@ fn a_recorder_that_is_stopped_for_ten_seconds_tells_what_it_missed() {
     drop(monitor);
     assert_eq!(recorder.status.code(), Some(3), "{}", recorder.err);
     let log = Log::open(&files(folder.path())[0]).unwrap();
-    let gap = FieldRequest {
-        topic: "/tipwatch/record_gap".into(),
-        number: NumberField {
-            field: "samples".into(),
-            joint: None,
-            scale: 1.0,
-            offset: 0.0,
-        },
-    };
+    let gap = FieldRequest::as_it_is("/tipwatch/record_gap", "samples");
     let (gaps, _) = record_fields(&log, &[gap], None).unwrap();
     let missed: f64 = gaps[0].values.iter().sum();
     let (_, _, holes) = sequences(&files(folder.path())[0]);
