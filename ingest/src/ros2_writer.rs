@@ -210,6 +210,8 @@ pub(crate) fn options(profile: &str) -> WriteOptions {
         .profile(profile)
         .library(concat!("tipwatch ", env!("CARGO_PKG_VERSION")))
         .compression(Some(Compression::Zstd))
+        // digits of measurements gain nothing from more
+        .compression_level(1)
         .compression_threads(0)
         .chunk_size(Some(CHUNK_BYTES))
 }
