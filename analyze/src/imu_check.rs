@@ -18,7 +18,7 @@ const STEADY_RAD_S: f64 = 0.05;
 const STEADY_SHARE: f64 = 0.05;
 /// Fewer steady rows tell nothing.
 const FEWEST_ROWS: usize = 10;
-/// Of more rows only some are looked at, evenly.
+/// Of more steady rows only some are looked at, evenly.
 const MOST_ROWS: usize = 1000;
 
 /// What is found if the IMU does not feel gravity from below.
@@ -45,14 +45,20 @@ pub(crate) fn note(machine: &Machine, rows: &Rows) -> Option<String> {
 fn mean_direction(machine: &Machine, rows: &Rows) -> Option<(Vector3<f64>, usize)> {
     let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
     let (mut sum, mut count) = (Vector3::zeros(), 0);
-    let looked_at = (0..rows.len()).step_by(rows.len().div_ceil(MOST_ROWS).max(1));
-    for row in looked_at.filter(|&row| !rows.reasons[row].leave_state_unknown()) {
-        rows.states.get(row, &mut state);
+    let is_steady = |row: usize, state: &mut State<f64>| {
+        rows.states.get(row, state);
         let imu = &state.imu;
         let off = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();
-        if !(off < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S) {
-            continue;
-        }
+        off < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S
+    };
+    let steady: Vec<usize> = (0..rows.len())
+        .filter(|&row| !rows.reasons[row].leave_state_unknown() && is_steady(row, &mut state))
+        .collect();
+    for &row in steady
+        .iter()
+        .step_by(steady.len().div_ceil(MOST_ROWS).max(1))
+    {
+        rows.states.get(row, &mut state);
         // at rest every part of the machine feels the same, which the ground supplies
         state.tool_wrench.force = Vector3::zeros();
         state.tool_wrench.moment = Vector3::zeros();

@@ -70,10 +70,15 @@ fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<()> {
 }
 
 fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
+    let path = folder.join("derived.mcap");
     let (page, derived) = rayon::join(
         || write_report(analysis, folder),
-        || Derived::begin(analysis, &folder.join("derived.mcap")),
+        || Derived::begin(analysis, &path),
     );
+    if page.is_err() {
+        // without the report it would look whole
+        let _ = fs::remove_file(&path);
+    }
     derived?.finish(&page?)
 }
 

@@ -21,13 +21,14 @@ pub(crate) fn note(log: &Log) -> Result<Option<String>> {
     let [samples, verdicts] = &columns[..] else {
         return Ok(None);
     };
-    let places = samples.values.len();
-    if places == 0 {
-        return Ok(None);
-    }
+    let places = match samples.values.len() {
+        0 => return Ok(None),
+        1 => "1 place".to_owned(),
+        places => format!("{places} places"),
+    };
     Ok(Some(format!(
-        "The recorder of this log missed {} samples and {} verdicts or commands, at {places} places (topic {}). The monitor may \
-         have had them: its rows there need not be those that are computed here.",
+        "The recorder of this log did not get, or could not read, {} samples and {} verdicts or commands, at {places} (topic {}). The \
+         monitor may have had them: its rows there need not be those that are computed here.",
         samples.values.iter().sum::<f64>(),
         verdicts.values.iter().sum::<f64>(),
         monitor_topic::GAPS

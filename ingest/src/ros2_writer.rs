@@ -87,7 +87,9 @@ impl Ros2Writer {
             path: path.into(),
             source,
         })?;
-        let writer = options("ros2").create(BufWriter::new(file));
+        // numbers that differ in every digit gain nothing from more
+        let options = options("ros2").compression_level(1);
+        let writer = options.create(BufWriter::new(file));
         Ok(Self {
             writer: writer.map_err(|source| failed(path, source))?,
             path: path.into(),
@@ -210,8 +212,6 @@ pub(crate) fn options(profile: &str) -> WriteOptions {
         .profile(profile)
         .library(concat!("tipwatch ", env!("CARGO_PKG_VERSION")))
         .compression(Some(Compression::Zstd))
-        // digits of measurements gain nothing from more
-        .compression_level(1)
         .compression_threads(0)
         .chunk_size(Some(CHUNK_BYTES))
 }

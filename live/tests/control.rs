@@ -5,7 +5,7 @@
 //!
 //! The log's rods are replaced by rods that do what the valves tell them.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
 use tipwatch_live::command::{HoldReason, Mode};
@@ -15,6 +15,7 @@ use tipwatch_live::topics::{EVENT_ROW, Kind, Wire, WireCommand, WireSample};
 
 use crate::support::feed::{Feed, Time};
 use crate::support::killing::files;
+use crate::support::producing::Producing;
 use crate::support::steered::Steered;
 use crate::support::{World, data};
 
@@ -257,6 +258,42 @@ fn a_monitor_that_is_gone_closes_the_valves() {
     bench.closes(HoldReason::NoVerdict, from_ns, 120.0, true);
     bench.feed.time.start_monitor();
     bench.runs_in();
+}
+
+#[test]
+fn a_real_monitor_that_is_killed_or_stopped_closes_the_valves() {
+    let world = World::new("real");
+    let machine = data(&format!("{MACHINE}.toml"));
+    let producing = Producing::start(&world.place(), MACHINE);
+    let commands: Receiver<WireCommand> = world.join().receiver().unwrap();
+    let control = world.start(&["control", "--machine", machine.to_str().unwrap(), "--stay"]);
+    let until = |is_it: &dyn Fn(&WireCommand) -> bool| {
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(60) {
+            match commands.receive(|command| *command).unwrap() {
+                Some(command) if is_it(&command) => return,
+                Some(_) => {}
+                None => std::thread::sleep(Duration::from_millis(1)),
+            }
+        }
+        panic!("no such command");
+    };
+    let has_verdict = |command: &WireCommand| {
+        command.event == EVENT_ROW && !command.reasons().has(HoldReason::NoVerdict)
+    };
+    let is_closed = |command: &WireCommand| {
+        command.reasons().has(HoldReason::NoVerdict) && command.opening == [0.0; 2]
+    };
+    let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
+    until(&has_verdict);
+    monitor.signal("-STOP");
+    until(&is_closed);
+    monitor.signal("-CONT");
+    until(&has_verdict);
+    monitor.kill();
+    until(&is_closed);
+    producing.end();
+    drop(control);
 }
 
 #[test]

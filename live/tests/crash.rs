@@ -57,5 +57,5 @@ fn a_killed_recorder_leaves_all_but_the_last_moment() {
     recorded.lost.print("recorder killed: samples lost");
     assert_eq!(recorded.holes, 0);
     // 20 ms by itself; the rest is the wait for a processor of a busy computer, which not every kill meets
-    assert!(recorded.lost.quantile(0.0) < 60.0, "{:?}", recorded.lost);
+    assert!(recorded.lost.quantile(0.25) < 60.0, "{:?}", recorded.lost);
 }

@@ -458,9 +458,7 @@ fn a_verdict_says_until_when_it_holds() {
     assert_eq!(verdict.valid_until_ns - verdict.published_ns, 100_000_000);
     // a monitor that hangs gives no verdict: what it gave runs out
     bench.feed.time.hang = true;
-    bench.feed.find(|_| false);
     bench.feed.send(60);
-    assert!(bench.feed.find(|_| true).is_none());
     assert!(verdict.valid_until_ns < bench.now_ns());
     let from_ns = bench.now_ns();
     bench.feed.time.hang = false;

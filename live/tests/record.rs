@@ -160,7 +160,7 @@ fn offline_reproduces_a_recorded_session_with_all_its_faults() {
     let analysis = causal(&session_in(folder.path()), &data("tiny_lift.toml"));
     assert_reproduced(&rows, &analysis);
     // 118 were left out and 6 torn
-    let tells = |note: &String| note.contains("missed 124 samples and 0 verdicts");
+    let tells = |note: &String| note.contains(" 124 samples and 0 verdicts");
     assert!(analysis.notes.iter().any(tells), "{:?}", analysis.notes);
     for fault in [
         InputFault::Lost,

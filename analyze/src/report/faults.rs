@@ -6,6 +6,9 @@ use tipwatch_mechanics::plausibility::FaultKind;
 use super::findings::number;
 use crate::events::{Event, InputFault};
 
+/// How the subjects of orientations end.
+const ATTITUDE: &str = ".attitude";
+
 /// What was wrong, how much, and what became of the rows.
 pub(super) fn how_bad(event: &Event, fault: &InputFault) -> String {
     let worst = format!("{} {}", number(event.worst), event.unit);
@@ -25,7 +28,7 @@ pub(super) fn how_bad(event: &Event, fault: &InputFault) -> String {
         FaultKind::ImpossibleRate => format!("changes as fast as {worst}{limit}"),
         FaultKind::Frozen => format!("frozen for {:.2} s", event.worst),
         FaultKind::NotUnit => format!("a quaternion of length {}", number(event.worst)),
-        FaultKind::Disagreement if event.subject.ends_with(".attitude") => {
+        FaultKind::Disagreement if event.subject.ends_with(ATTITUDE) => {
             format!(
                 "gravity by the attitude is not what the specific force feels, up to {worst} apart{limit}"
             )
@@ -34,7 +37,10 @@ pub(super) fn how_bad(event: &Event, fault: &InputFault) -> String {
             format!("the rate is not the derivative of the position, up to {worst} apart{limit}")
         }
     };
+    let is_of_gravity = fault.kind == FaultKind::Disagreement && event.subject.ends_with(ATTITUDE);
     let rows = match fault.policy {
+        // one of the two is wrong, and loads rest on the other alone
+        _ if is_of_gravity => "loads rest on the specific force and stay as they are",
         Policy::Invalid => "what rests on it is not valid",
         Policy::Widen => "what rests on it has a wider standard deviation",
         Policy::Report => "it was used all the same",

@@ -2,16 +2,18 @@
 (function () {
   const figures = JSON.parse(document.getElementById('figures').textContent);
 
-  // A column of numbers comes as the bytes of all, in base64.
-  function numbers(column, Numbers) {
-    const bytes = Uint8Array.from(atob(column[0]), function (byte) { return byte.charCodeAt(0); });
-    return new Numbers(bytes.buffer);
+  // A column of numbers comes as "type:" and the bytes of all in base64; ticks are of 0.1 ms.
+  const ARRAYS = { ticks: Uint32Array, f32: Float32Array, f64: Float64Array };
+  function numbers(column) {
+    const parts = column[0].split(':');
+    const bytes = Uint8Array.from(atob(parts[1]), function (byte) { return byte.charCodeAt(0); });
+    const found = new ARRAYS[parts[0]](bytes.buffer);
+    return parts[0] === 'ticks' ? Float64Array.from(found, function (tick) { return tick / 1e4; }) : found;
   }
   figures.forEach(function (figure) {
     figure.data.forEach(function (trace) {
-      // ticks of 0.1 ms
-      trace.x = Float64Array.from(numbers(trace.x, Uint32Array), function (tick) { return tick / 1e4; });
-      trace.y = numbers(trace.y, Float32Array);
+      trace.x = numbers(trace.x);
+      trace.y = numbers(trace.y);
     });
   });
 

@@ -286,7 +286,7 @@ impl Recorder<'_> {
             ends,
             thread,
             last_log_ns: 0,
-            unix_offset_ns: begun_ns - monotonic_ns(),
+            unix_offset_ns: unix_ns() - monotonic_ns(),
             lost: 0,
             next_verdict: None,
             levels: [0; 2],
@@ -399,10 +399,11 @@ impl Active {
     }
 
     fn push(&mut self, kind: Kind, sequence: u64, published_ns: i64, data: Vec<u8>) {
-        // When it was published, not when this program got to it; in the order in which they came, whatever
-        // the time of day does.
+        // When it was published, not when this program got to it; never in the future, and in the order in
+        // which they came, whatever the time of day does.
         let publish_time_ns = published_ns.saturating_add(self.unix_offset_ns);
-        self.last_log_ns = publish_time_ns.min(unix_ns()).max(self.last_log_ns + 1);
+        let now_ns = monotonic_ns().saturating_add(self.unix_offset_ns);
+        self.last_log_ns = publish_time_ns.min(now_ns).max(self.last_log_ns + 1);
         self.pending.push(Encoded {
             kind,
             sequence: sequence as u32,

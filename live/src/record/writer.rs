@@ -34,7 +34,8 @@ pub struct RecordCounts {
     pub samples_lost: u64,
     /// Verdicts and commands that came but could not be written, or were lost on the way to the recorder.
     pub verdicts_lost: u64,
-    /// Samples that failed the checks, as they did for the monitor; they are in no file.
+    /// Samples that failed the checks, as they did for the monitor; they are in no file. One whose number could
+    /// not be read counts as lost, too.
     pub samples_refused: u64,
 }
 

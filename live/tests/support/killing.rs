@@ -16,7 +16,7 @@ use tipwatch_mechanics::verdict::Level;
 
 use super::feed::samples;
 use super::producing::Producing;
-use super::{Process, World, data};
+use super::{World, data};
 
 /// Numbers without a pattern that matters.
 pub struct Random(u64);
@@ -384,6 +384,3 @@ pub fn sequences(file: &Path) -> (u64, u64, u64) {
     let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
     (first, last, last - first + 1 - numbers.len() as u64)
 }
-
-/// Keeps a process for as long as this lives.
-pub type Running = Process;

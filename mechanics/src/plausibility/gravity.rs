@@ -2,10 +2,11 @@
 //!
 //! ```text
 //!     a = R f - g z        the acceleration in level axes, as attitude and specific force have it
-//!     m                    its mean over the time T
+//!     m' = (a - m) / T     its mean, over the time since the start while that is shorter than T
 //! ```
-//! What accelerates so for so long ends up faster by `|m| T`: beyond what a machine can reach, one of the two
-//! is wrong, and nothing tells which. Turning on the spot or in a circle does not matter, for the axes do not turn.
+//! What gains the speed dv has `|m| <= dv / T`: beyond what a machine can reach, one of the two is wrong. Nothing
+//! tells which; it is told of the attitude, on which no load rests. Going in a circle does not matter, for the
+//! axes do not turn, unless the attitude has no heading.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -19,6 +20,7 @@ const AVERAGED_S: f64 = 10.0;
 #[derive(Debug, Clone)]
 pub(super) struct GravityWatch {
     gravity: f64,
+    largest_force: f64,
     tolerance: f64,
     mean: Vector3<f64>,
     /// How long there has been one (s), no longer than [`AVERAGED_S`].
@@ -27,10 +29,11 @@ pub(super) struct GravityWatch {
 }
 
 impl GravityWatch {
-    /// Gravity, and the largest mean acceleration (m/s^2).
-    pub(super) fn new(gravity: f64, tolerance: f64) -> Self {
+    /// Gravity, the largest credible specific force, and the largest mean acceleration (m/s^2).
+    pub(super) fn new(gravity: f64, largest_force: f64, tolerance: f64) -> Self {
         Self {
             gravity,
+            largest_force,
             tolerance,
             mean: Vector3::zeros(),
             known_s: 0.0,
@@ -90,7 +93,8 @@ impl GravityWatch {
         let is_unit = (attitude.norm() - 1.0).abs() <= limits.quaternion_tolerance;
         let felt = Vector3::new(fx, fy, fz);
         let level = UnitQuaternion::from_quaternion(attitude) * felt;
-        (is_unit && felt.iter().all(|f| f.is_finite())).then(|| level - Vector3::z() * self.gravity)
+        // a NaN is not credible either
+        (is_unit && felt.norm() <= self.largest_force).then(|| level - Vector3::z() * self.gravity)
     }
 }
 
@@ -107,7 +111,7 @@ mod tests {
 
     /// After how many seconds it is told of; forces at ten milliseconds' distance.
     fn told_after_s(attitude: [f64; 4], force: impl Fn(f64) -> [f64; 3]) -> Option<f64> {
-        let mut watch = GravityWatch::new(9.81, 3.0);
+        let mut watch = GravityWatch::new(9.81, 39.2, 3.0);
         (0..6000_i64).find_map(|step| {
             let (stamp_ns, time_s) = (step * 10_000_000, step as f64 * 0.01);
             let mut told = None;
@@ -133,6 +137,15 @@ mod tests {
         let braking = |t: f64| if t % 10.0 < 2.5 { -6.0 } else { 2.0 };
         let rough = |t: f64| 9.81 + 8.0 * (20.0 * t).sin();
         assert_eq!(told_after_s(LEVEL, |t| [braking(t), 0.0, rough(t)]), None);
+        // a force that no machine feels, which another check refuses
+        let spiked = |t: f64| {
+            if (t - 12.0).abs() < 0.005 {
+                1e300
+            } else {
+                9.81
+            }
+        };
+        assert_eq!(told_after_s(LEVEL, |t| [0.0, 0.0, spiked(t)]), None);
         // no attitude, or one that another check refuses
         let upside_down = |_: f64| [0.0, 0.0, -9.81];
         for none in [[f64::NAN; 4], [0.0; 4], [2.0, 0.0, 0.0, 0.0]] {
@@ -156,7 +169,7 @@ mod tests {
 
     #[test]
     fn a_gap_begins_anew() {
-        let mut watch = GravityWatch::new(9.81, 3.0);
+        let mut watch = GravityWatch::new(9.81, 39.2, 3.0);
         for step in 0..3000_i64 {
             let gaps = step / 900;
             let stamp_ns = step * 10_000_000 + gaps * 1_000_000_000;

@@ -166,7 +166,11 @@ impl Plausibility {
             force: VectorWatch::new(spec.specific_force_max, None),
             turning: turning(),
             attitude: AttitudeWatch::new(),
-            gravity: GravityWatch::new(machine.gravity(), spec.gravity_tolerance),
+            gravity: GravityWatch::new(
+                machine.gravity(),
+                spec.specific_force_max,
+                spec.gravity_tolerance,
+            ),
             velocity: VectorWatch::new(spec.speed_max, slew(spec.acceleration_max)),
             odometry_turning: turning(),
             odometry_attitude: AttitudeWatch::new(),

@@ -8,8 +8,8 @@ use serde::Serialize;
 /// A curve of the plotting library whose numbers stand in one [`Column`] each for times and values.
 pub(super) type ColumnScatter = Scatter<Column, Column>;
 
-/// A whole column, in base64; it stands as the only element where the library has a list of numbers, and
-/// the page puts the numbers there.
+/// A whole column: `type:` and the numbers' bytes in base64. It stands as the only element where the library
+/// has a list of numbers, and the page puts the numbers there.
 #[derive(Debug, Clone, Serialize)]
 #[serde(transparent)]
 pub(super) struct Column(String);
@@ -17,42 +17,62 @@ pub(super) struct Column(String);
 /// A tick of the page's times (s).
 const TICK_S: f64 = 1e-4;
 
-/// A curve over times (s from the first row), written as ticks of 32 bits, which last for five days, and
-/// values, written with the seven digits of 32 bits. What is not finite breaks the line.
+/// A curve over times (s from the first row) and values. Times are ticks of 32 bits where these can hold them,
+/// which is five days, else all 64 bits; values have the seven digits of 32 bits. What is not finite breaks
+/// the line.
 pub(super) fn scatter(times: &[f64], values: &[f64]) -> Box<ColumnScatter> {
-    let ticks = times.iter().map(|time| (time / TICK_S).round() as u32);
-    let values = values.iter().map(|&value| {
+    let last_s = f64::from(u32::MAX) * TICK_S;
+    let times = if times.iter().all(|time| (0.0..=last_s).contains(time)) {
+        let ticks = times.iter().map(|time| (time / TICK_S).round() as u32);
+        Column::of("ticks", ticks.map(u32::to_le_bytes))
+    } else {
+        Column::of("f64", times.iter().map(|time| time.to_le_bytes()))
+    };
+    let drawn = |&value: &f64| {
         if value.is_finite() {
             value as f32
         } else {
             f32::NAN
         }
-    });
-    let column = |bytes: Vec<u8>| vec![Column(STANDARD.encode(bytes))];
-    Scatter::new(
-        column(ticks.flat_map(u32::to_le_bytes).collect()),
-        column(values.flat_map(f32::to_le_bytes).collect()),
-    )
+    };
+    let values = Column::of("f32", values.iter().map(drawn).map(f32::to_le_bytes));
+    Scatter::new(vec![times], vec![values])
+}
+
+impl Column {
+    fn of<const N: usize>(type_name: &str, numbers: impl Iterator<Item = [u8; N]>) -> Self {
+        let bytes: Vec<u8> = numbers.flatten().collect();
+        Self(format!("{type_name}:{}", STANDARD.encode(bytes)))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn bytes(curve: &ColumnScatter, axis: &str) -> (String, Vec<u8>) {
+        let json = serde_json::to_value(curve).unwrap_or_default();
+        assert_eq!(json[axis].as_array().map(Vec::len), Some(1));
+        let column = json[axis][0].as_str().unwrap_or_default().to_owned();
+        let (type_name, text) = column.split_once(':').unwrap_or_default();
+        (type_name.into(), STANDARD.decode(text).unwrap_or_default())
+    }
+
     #[test]
     fn times_are_ticks_and_values_have_seven_digits() {
         let curve = scatter(&[0.0123, 360_000.1], &[12_345.678_912, f64::INFINITY]);
-        let json = serde_json::to_value(&curve).unwrap_or_default();
-        let bytes = |axis: &str| {
-            let text = json[axis][0].as_str().unwrap_or_default();
-            STANDARD.decode(text).unwrap_or_default()
-        };
-        assert_eq!(
-            bytes("x"),
-            [123_u32, 3_600_001_000].map(u32::to_le_bytes).concat()
-        );
+        let ticks = [123_u32, 3_600_001_000].map(u32::to_le_bytes).concat();
+        assert_eq!(bytes(&curve, "x"), ("ticks".into(), ticks));
         let values = [12_345.679_f32, f32::NAN].map(f32::to_le_bytes).concat();
-        assert_eq!(bytes("y"), values);
-        assert_eq!(json["x"].as_array().map(Vec::len), Some(1));
+        assert_eq!(bytes(&curve, "y"), ("f32".into(), values));
+    }
+
+    #[test]
+    fn times_that_no_tick_can_tell_have_all_digits() {
+        for times in [[0.0, 500_000.0], [-1.0, 0.0]] {
+            let curve = scatter(&times, &[1.0, 2.0]);
+            let whole = times.map(f64::to_le_bytes).concat();
+            assert_eq!(bytes(&curve, "x"), ("f64".into(), whole));
+        }
     }
 }
