@@ -2,23 +2,14 @@
 
 use anyhow::Result;
 use tipwatch_binding::monitor_topic;
-use tipwatch_ingest::{FieldRequest, Log, record_fields};
+use tipwatch_ingest::Log;
 
 /// The gaps in a sentence; none where the log is not of our recorder, or complete.
 ///
 /// # Errors
 /// The log cannot be read.
 pub(crate) fn note(log: &Log) -> Result<Option<String>> {
-    let is_there = log.topics().iter().any(|topic| {
-        topic.name == monitor_topic::GAPS && topic.type_name == monitor_topic::GAPS_TYPE_NAME
-    });
-    if !is_there {
-        return Ok(None);
-    }
-    let requests =
-        monitor_topic::GAPS_FIELDS.map(|field| FieldRequest::as_it_is(monitor_topic::GAPS, field));
-    let (columns, _) = record_fields(log, &requests, None)?;
-    let [samples, verdicts] = &columns[..] else {
+    let Some([samples, verdicts]) = monitor_topic::gaps(log)? else {
         return Ok(None);
     };
     let places = match samples.values.len() {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use tipwatch_binding::monitor_topic;
-use tipwatch_ingest::{FieldRequest, Log, record_fields};
+use tipwatch_ingest::Log;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::verdict::{
     Conditions, InputFaults, Judge, LiftOffForecast, RowFacts, Verdict,
@@ -89,20 +89,10 @@ type Recorded = BTreeMap<i64, (Conditions, bool)>;
 
 /// What a monitor that recorded the log found at each of its rows, by their time.
 fn recorded(log: &Log) -> Result<Recorded> {
-    let is_there = |topic: &tipwatch_ingest::Topic| {
-        topic.name == monitor_topic::NAME && topic.type_name == monitor_topic::TYPE_NAME
-    };
-    if !log.topics().iter().any(is_there) {
-        return Ok(Recorded::new());
-    }
-    let requests =
-        monitor_topic::FIELDS.map(|field| FieldRequest::as_it_is(monitor_topic::NAME, field));
-    // Its stamps are those of the joint states that it goes by, and stay as they are: no clock of its own.
-    // What is lost of the topic is told where the sensors are read.
-    let (columns, _) = record_fields(log, &requests, None)?;
-    let [event, faults, cautions, acknowledged] = &columns[..] else {
+    let Some(columns) = monitor_topic::verdicts(log)? else {
         return Ok(Recorded::new());
     };
+    let [event, faults, cautions, acknowledged] = &columns;
     let set = |number: f64| InputFaults::from_bits(number as u32);
     let rows = (0..event.values.len())
         .filter(|&at| event.values[at] == f64::from(monitor_topic::EVENT_ROW))

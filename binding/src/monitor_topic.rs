@@ -2,7 +2,7 @@
 //! stands in a topic of its own, as the monitor used it, and what the machine file says of topics, scales
 //! and clocks has been applied already.
 
-use tipwatch_ingest::Log;
+use tipwatch_ingest::{Error, FieldRecording, FieldRequest, Log, record_fields};
 use tipwatch_mechanics::machine::{FieldSpec, MachineSpec, OneOrMany, SignalSpec, SignalsSpec};
 
 /// Name of the topic of verdicts: offline takes from it what no sample tells: which of them never came,
@@ -61,8 +61,46 @@ pub fn rod_pressure(linkage: &str) -> String {
 /// Whether a monitor's recorder wrote the log.
 #[must_use]
 pub fn is_in(log: &Log) -> bool {
+    has(log, NAME, TYPE_NAME)
+}
+
+fn has(log: &Log, name: &str, type_name: &str) -> bool {
     let mut topics = log.topics().iter();
-    topics.any(|topic| topic.name == NAME && topic.type_name == TYPE_NAME)
+    topics.any(|topic| topic.name == name && topic.type_name == type_name)
+}
+
+/// [`FIELDS`] of all verdicts that the recorder wrote; none where the log is not of a recorder. Their
+/// stamps are those of the joint states that the monitor went by, and stay as they are: they have no
+/// clock of their own.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn verdicts(log: &Log) -> Result<Option<[FieldRecording; 4]>, Error> {
+    columns(log, NAME, TYPE_NAME, FIELDS)
+}
+
+/// [`GAPS_FIELDS`] of all places where the recorder missed something; none where the log is not of a
+/// recorder.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn gaps(log: &Log) -> Result<Option<[FieldRecording; 2]>, Error> {
+    columns(log, GAPS, GAPS_TYPE_NAME, GAPS_FIELDS)
+}
+
+fn columns<const N: usize>(
+    log: &Log,
+    name: &str,
+    type_name: &str,
+    fields: [&str; N],
+) -> Result<Option<[FieldRecording; N]>, Error> {
+    if !has(log, name, type_name) {
+        return Ok(None);
+    }
+    let requests = fields.map(|field| FieldRequest::as_it_is(name, field));
+    // what is lost of the topic is told where the sensors are read
+    let (columns, _) = record_fields(log, &requests, None)?;
+    Ok(columns.try_into().ok())
 }
 
 /// The machine with its signals bound to those of a recorder's log.

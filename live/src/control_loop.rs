@@ -30,7 +30,6 @@ pub struct ControlOptions {
 pub struct ControlLoop<'a> {
     file: &'a MachineFile,
     urdf: &'a Urdf,
-    clock: &'a dyn Clock,
     options: ControlOptions,
     verdicts: Receiver<WireVerdict>,
     acknowledgements: Receiver<WireAcknowledge>,
@@ -82,7 +81,6 @@ impl<'a> ControlLoop<'a> {
         Ok(Self {
             file,
             urdf,
-            clock,
             options,
             verdicts: joined.receiver()?,
             acknowledgements: joined.receiver()?,
@@ -130,7 +128,7 @@ impl<'a> ControlLoop<'a> {
             self.active.iter_mut().for_each(Control::end);
         }
         self.take_acknowledgements()?;
-        let now_ns = self.clock.now_ns();
+        let now_ns = self.out.clock.now_ns();
         let out = &mut self.out;
         match &mut self.active {
             Some(control) => {
@@ -185,10 +183,10 @@ impl<'a> ControlLoop<'a> {
                 // a session is announced before its first sample
                 self.look_for_session()?;
             }
-            let out = &mut self.out;
+            let (now_ns, out) = (self.out.clock.now_ns(), &mut self.out);
             let mut send = |command: &mut WireCommand| out.send(command);
             if let Some(control) = &mut self.active
-                && control.take(&wire, self.clock.now_ns(), &mut send)? == Progress::Ended
+                && control.take(&wire, now_ns, &mut send)? == Progress::Ended
             {
                 return Ok(Progress::Ended);
             }
@@ -221,7 +219,7 @@ impl<'a> ControlLoop<'a> {
         let session = Session::try_from(wire)?;
         let (machine, sensors) = session.machine(self.file, self.urdf)?;
         let facts = session.facts(&machine);
-        Control::new(machine, &sensors, &facts, self.clock.now_ns())
+        Control::new(machine, &sensors, &facts, self.out.clock.now_ns())
             .with_context(|| self.file.path.display().to_string())
     }
 }

@@ -32,7 +32,6 @@ pub struct MonitorOptions {
 pub struct MonitorLoop<'a> {
     file: &'a MachineFile,
     urdf: &'a Urdf,
-    clock: &'a dyn Clock,
     options: MonitorOptions,
     reader: SampleReader,
     acknowledgements: Receiver<WireAcknowledge>,
@@ -74,6 +73,17 @@ pub trait Listener {
 }
 
 impl Out<'_> {
+    /// Gives a message to the monitor, and publishes what comes of it.
+    fn take(
+        &mut self,
+        monitor: &mut Monitor,
+        wire: &WireSample,
+        listener: &mut dyn Listener,
+    ) -> Progress {
+        let now_ns = self.clock.now_ns();
+        monitor.take(wire, now_ns, &mut |verdict| self.publish(verdict, listener))
+    }
+
     /// Seals and sends; when.
     fn publish(&mut self, verdict: &mut WireVerdict, listener: &mut dyn Listener) -> i64 {
         let now_ns = self.clock.now_ns();
@@ -106,7 +116,6 @@ impl<'a> MonitorLoop<'a> {
         Ok(Self {
             file,
             urdf,
-            clock,
             options,
             acknowledgements: joined.receiver()?,
             machines: joined.sender(source, hash)?,
@@ -151,7 +160,7 @@ impl<'a> MonitorLoop<'a> {
         while self.acknowledgements.receive(|_| ())?.is_some() {
             self.active.iter_mut().for_each(Monitor::acknowledge);
         }
-        let now_ns = self.clock.now_ns();
+        let now_ns = self.out.clock.now_ns();
         if let Some(monitor) = &mut self.active
             && progress == Progress::Running
             && !self.reader.has_producer()
@@ -186,17 +195,14 @@ impl<'a> MonitorLoop<'a> {
     /// Takes all samples that wait; whether the session goes on.
     fn take_samples(&mut self, listener: &mut dyn Listener) -> Result<Progress> {
         loop {
-            let (out, clock) = (&mut self.out, self.clock);
-            let mut take = |monitor: &mut Monitor, wire: &WireSample| {
-                let mut publish = |verdict: &mut WireVerdict| out.publish(verdict, listener);
-                monitor.take(wire, clock.now_ns(), &mut publish)
-            };
-            let follows =
-                |monitor: &&mut Monitor, wire: &WireSample| monitor.session() == wire.source;
+            let out = &mut self.out;
             let taken = self.reader.sample(|wire| {
-                let followed = self.active.as_mut().filter(|m| follows(m, wire));
-                let taken = followed.map(|monitor| take(monitor, wire));
-                taken.ok_or(*wire)
+                let followed = self.active.as_mut().filter(|m| m.session() == wire.source);
+                // only one that is not followed is copied
+                let Some(monitor) = followed else {
+                    return Err(*wire);
+                };
+                Ok(out.take(monitor, wire, listener))
             })?;
             let progress = match taken {
                 None => return Ok(Progress::Running),
@@ -205,11 +211,8 @@ impl<'a> MonitorLoop<'a> {
                 Some(Err(foreign)) => {
                     self.look_for_session(listener)?;
                     let out = &mut self.out;
-                    let mut publish = |verdict: &mut WireVerdict| out.publish(verdict, listener);
                     let monitor = self.active.as_mut();
-                    monitor.map_or(Progress::Running, |monitor| {
-                        monitor.take(&foreign, clock.now_ns(), &mut publish)
-                    })
+                    monitor.map_or(Progress::Running, |m| out.take(m, &foreign, listener))
                 }
             };
             if progress == Progress::Ended {
@@ -246,7 +249,7 @@ impl<'a> MonitorLoop<'a> {
         self.machines
             .send(&mut WireMachine::new(&machine, session.id)?)?;
         let facts = session.facts(&machine);
-        let monitor = Monitor::new(machine, &sensors, &facts, self.clock.now_ns());
+        let monitor = Monitor::new(machine, &sensors, &facts, self.out.clock.now_ns());
         listener.session(&monitor, &session)?;
         self.reader.follow(wire)?;
         Ok(monitor)

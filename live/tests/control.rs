@@ -5,7 +5,7 @@
 //!
 //! The log's rods are replaced by rods that do what the valves tell them.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
 use tipwatch_live::command::{HoldReason, Mode};
@@ -14,7 +14,7 @@ use tipwatch_live::node::Receiver;
 use tipwatch_live::topics::{EVENT_ROW, Kind, Wire, WireCommand, WireSample};
 
 use crate::support::feed::{Feed, Time};
-use crate::support::killing::files;
+use crate::support::killing::{files, wait_for_command};
 use crate::support::producing::Producing;
 use crate::support::steered::Steered;
 use crate::support::{World, data};
@@ -171,7 +171,7 @@ impl Bench {
             if sends {
                 self.send(|_| ());
             } else {
-                self.feed.pass(Duration::from_millis(1));
+                self.feed.time.pass(Duration::from_millis(1));
             }
         }
         let ms = |at: Option<i64>| (at.unwrap() - from_ns) as f64 * 1e-6;
@@ -266,18 +266,7 @@ fn a_real_monitor_that_is_killed_or_stopped_closes_the_valves() {
     let machine = data(&format!("{MACHINE}.toml"));
     let producing = Producing::start(&world.place(), MACHINE);
     let commands: Receiver<WireCommand> = world.join().receiver().unwrap();
-    let control = world.start(&["control", "--machine", machine.to_str().unwrap(), "--stay"]);
-    let until = |is_it: &dyn Fn(&WireCommand) -> bool| {
-        let start = Instant::now();
-        while start.elapsed() < Duration::from_secs(60) {
-            match commands.receive(|command| *command).unwrap() {
-                Some(command) if is_it(&command) => return,
-                Some(_) => {}
-                None => std::thread::sleep(Duration::from_millis(1)),
-            }
-        }
-        panic!("no such command");
-    };
+    let control = world.control(&machine, &["--stay"]);
     let has_verdict = |command: &WireCommand| {
         command.event == EVENT_ROW && !command.reasons().has(HoldReason::NoVerdict)
     };
@@ -285,13 +274,13 @@ fn a_real_monitor_that_is_killed_or_stopped_closes_the_valves() {
         command.reasons().has(HoldReason::NoVerdict) && command.opening == [0.0; 2]
     };
     let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
-    until(&has_verdict);
+    wait_for_command(&commands, has_verdict);
     monitor.signal("-STOP");
-    until(&is_closed);
+    wait_for_command(&commands, is_closed);
     monitor.signal("-CONT");
-    until(&has_verdict);
+    wait_for_command(&commands, has_verdict);
     monitor.kill();
-    until(&is_closed);
+    wait_for_command(&commands, is_closed);
     producing.end();
     drop(control);
 }
@@ -344,7 +333,7 @@ fn a_control_that_is_gone_is_followed_by_one_that_begins_closed() {
     let source = bench.last.source;
     // what it said last runs out by itself
     bench.take(&mut |_, _| false);
-    bench.feed.pass(Duration::from_millis(150));
+    bench.feed.time.pass(Duration::from_millis(150));
     assert!(bench.last.valid_until_ns < bench.now_ns());
     let from_ns = bench.now_ns();
     bench.feed.time.start_control();
@@ -366,7 +355,7 @@ fn a_control_that_is_gone_is_followed_by_one_that_begins_closed() {
 fn a_machine_without_active_suspension_is_refused() {
     let world = World::new("none");
     let machine = data("tiny.toml");
-    let control = world.start(&["control", "--machine", machine.to_str().unwrap()]);
+    let control = world.control(&machine, &[]);
     let replay = world.replay("tiny", &["--wait", "60"]);
     let ended = control.end();
     assert_eq!(ended.status.code(), Some(1));

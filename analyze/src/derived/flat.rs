@@ -82,16 +82,27 @@ impl FlatTopic {
         for (value, &column) in self.values.iter_mut().zip(&self.columns) {
             *value = columns[column][row];
         }
-        let time_ns = analysis.rows.times_ns[row];
-        let message = Flat {
-            header: Header {
-                stamp: Time::from_ns(time_ns),
-                frame_id: analysis.machine.base_link(),
-            },
-            values: &self.values,
-        };
-        Ok(writer.write(self.topic, time_ns, &message)?)
+        write_numbers(analysis, row, self.topic, &self.values, writer)
     }
+}
+
+/// Writes numbers of a row as a flat message.
+pub(super) fn write_numbers(
+    analysis: &Analysis,
+    row: usize,
+    topic: OutTopic,
+    values: &[f64],
+    writer: &mut Ros2Writer,
+) -> Result<()> {
+    let time_ns = analysis.rows.times_ns[row];
+    let message = Flat {
+        header: Header {
+            stamp: Time::from_ns(time_ns),
+            frame_id: analysis.machine.base_link(),
+        },
+        values,
+    };
+    Ok(writer.write(topic, time_ns, &message)?)
 }
 
 /// A column's name as a field may be named: letters, digits and single underscores, a letter first, and

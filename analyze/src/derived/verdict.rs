@@ -3,7 +3,7 @@
 use anyhow::Result;
 use tipwatch_ingest::{OutTopic, Ros2Writer};
 
-use super::messages::{Flat, Header, Time};
+use super::flat::write_numbers;
 use crate::analysis::Analysis;
 use crate::verdicts::Verdicts;
 
@@ -46,14 +46,6 @@ impl<'a> VerdictTopic<'a> {
             f64::from(verdict.latched_level as u8),
             self.verdicts.time_to_lift_off_s[row],
         ];
-        let time_ns = analysis.rows.times_ns[row];
-        let message = Flat {
-            header: Header {
-                stamp: Time::from_ns(time_ns),
-                frame_id: analysis.machine.base_link(),
-            },
-            values: &values,
-        };
-        Ok(writer.write(self.topic, time_ns, &message)?)
+        write_numbers(analysis, row, self.topic, &values, writer)
     }
 }

@@ -19,6 +19,7 @@ pub(super) fn how_bad(event: &Event, fault: &InputFault) -> String {
         1 => "1 sample".to_string(),
         samples => format!("{samples} samples"),
     };
+    let is_of_gravity = fault.kind == FaultKind::Disagreement && event.subject.ends_with(ATTITUDE);
     let what = match fault.kind {
         FaultKind::NotFinite => "NaN or infinite values".to_string(),
         FaultKind::OutOfRange => format!("out of range, up to {worst}{limit}"),
@@ -28,7 +29,7 @@ pub(super) fn how_bad(event: &Event, fault: &InputFault) -> String {
         FaultKind::ImpossibleRate => format!("changes as fast as {worst}{limit}"),
         FaultKind::Frozen => format!("frozen for {:.2} s", event.worst),
         FaultKind::NotUnit => format!("a quaternion of length {}", number(event.worst)),
-        FaultKind::Disagreement if event.subject.ends_with(ATTITUDE) => {
+        FaultKind::Disagreement if is_of_gravity => {
             format!(
                 "gravity by the attitude is not what the specific force feels, up to {worst} apart{limit}"
             )
@@ -37,7 +38,6 @@ pub(super) fn how_bad(event: &Event, fault: &InputFault) -> String {
             format!("the rate is not the derivative of the position, up to {worst} apart{limit}")
         }
     };
-    let is_of_gravity = fault.kind == FaultKind::Disagreement && event.subject.ends_with(ATTITUDE);
     let rows = match fault.policy {
         // one of the two is wrong, and loads rest on the other alone
         _ if is_of_gravity => "loads rest on the specific force and stay as they are",

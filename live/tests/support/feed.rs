@@ -21,6 +21,10 @@ pub trait Time {
     /// Lets time go by until then.
     fn pass_until(&mut self, then_ns: i64);
 
+    fn pass(&mut self, duration: Duration) {
+        self.pass_until(self.now_ns() + duration.as_nanos() as i64);
+    }
+
     /// Wakes who waits for samples.
     fn wake(&mut self) {}
 }
@@ -112,14 +116,9 @@ impl<T: Time> Feed<T> {
             if self.find(|v| v.session == self.source).is_some() {
                 return;
             }
-            self.pass(Duration::from_millis(1));
+            self.time.pass(Duration::from_millis(1));
         }
         panic!("no monitor");
-    }
-
-    pub fn pass(&mut self, duration: Duration) {
-        self.time
-            .pass_until(self.time.now_ns() + duration.as_nanos() as i64);
     }
 
     /// The first verdict that waits for which `is_it` holds.
@@ -145,7 +144,7 @@ impl<T: Time> Feed<T> {
             if found.is_some() || self.time.now_ns() >= until_ns {
                 return found;
             }
-            self.pass(Duration::from_micros(200));
+            self.time.pass(Duration::from_micros(200));
         }
     }
 

@@ -167,8 +167,7 @@ pub fn kill_controls(world: &World, count: usize) -> Times {
     let mut source = 0;
     for _ in 0..count {
         let started_ns = monotonic_ns();
-        let arguments = ["control", "--machine", machine.to_str().unwrap(), "--stay"];
-        let control = world.start(&arguments);
+        let control = world.control(&machine, &["--stay"]);
         let row = wait_for_command(&commands, |command| {
             // a new one never begins with an open valve
             let is_first = command.source != source && command.rows <= 1;
@@ -192,7 +191,8 @@ pub fn kill_controls(world: &World, count: usize) -> Times {
     times
 }
 
-fn wait_for_command(
+/// The first command for which `is_it` holds; panics after a minute.
+pub fn wait_for_command(
     commands: &Receiver<WireCommand>,
     is_it: impl Fn(&WireCommand) -> bool,
 ) -> WireCommand {

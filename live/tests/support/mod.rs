@@ -75,6 +75,12 @@ impl World {
         self.start(&arguments)
     }
 
+    pub fn control(&self, machine: &Path, more: &[&str]) -> Process {
+        let mut arguments = vec!["control", "--machine", machine.to_str().unwrap()];
+        arguments.extend(more);
+        self.start(&arguments)
+    }
+
     pub fn record(&self, machine: &Path, folder: &Path, more: &[&str]) -> Process {
         let mut arguments = vec!["record", folder.to_str().unwrap(), "--machine"];
         arguments.push(machine.to_str().unwrap());

@@ -99,10 +99,6 @@ impl Steered {
     pub fn slow_down(&mut self, look: Duration) {
         self.clock.look_ns.set(look.as_nanos() as i64);
     }
-
-    pub fn pass(&mut self, duration: Duration) {
-        self.pass_until(self.now_ns() + duration.as_nanos() as i64);
-    }
 }
 
 impl Time for Steered {

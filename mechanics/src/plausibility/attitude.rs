@@ -20,7 +20,7 @@ impl AttitudeWatch {
     }
 
     /// Tells `found` what is wrong with a quaternion; all of it NaN or zero from the start on means that
-    /// the sensor gives none.
+    /// the sensor gives none. Whether there is one, credible by itself.
     pub(super) fn check(
         &mut self,
         stamp_ns: i64,
@@ -28,17 +28,17 @@ impl AttitudeWatch {
         turns: bool,
         limits: &Limits,
         found: &mut Found<'_>,
-    ) {
+    ) -> bool {
         if !xyzw.iter().all(|v| v.is_finite()) {
             let is_absent = !self.was_given && xyzw.iter().all(|v| v.is_nan());
             if !is_absent {
                 found(Notice::not_finite(stamp_ns, Component::Value));
             }
-            return;
+            return false;
         }
         let length = xyzw.iter().map(|v| v * v).sum::<f64>().sqrt();
         if length == 0.0 && !self.was_given {
-            return;
+            return false;
         }
         self.was_given = true;
         let excess = (length - 1.0).abs();
@@ -54,10 +54,11 @@ impl AttitudeWatch {
                     rate: 0.0,
                 },
             });
-            return;
+            return false;
         }
         if let Some(notice) = self.freeze.notice(stamp_ns, xyzw, turns, limits) {
             found(notice);
         }
+        true
     }
 }

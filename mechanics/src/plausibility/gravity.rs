@@ -20,7 +20,6 @@ const AVERAGED_S: f64 = 10.0;
 #[derive(Debug, Clone)]
 pub(super) struct GravityWatch {
     gravity: f64,
-    largest_force: f64,
     tolerance: f64,
     mean: Vector3<f64>,
     /// How long there has been one (s), no longer than [`AVERAGED_S`].
@@ -29,11 +28,10 @@ pub(super) struct GravityWatch {
 }
 
 impl GravityWatch {
-    /// Gravity, the largest credible specific force, and the largest mean acceleration (m/s^2).
-    pub(super) fn new(gravity: f64, largest_force: f64, tolerance: f64) -> Self {
+    /// Gravity, and the largest mean acceleration (m/s^2).
+    pub(super) fn new(gravity: f64, tolerance: f64) -> Self {
         Self {
             gravity,
-            largest_force,
             tolerance,
             mean: Vector3::zeros(),
             known_s: 0.0,
@@ -41,7 +39,8 @@ impl GravityWatch {
         }
     }
 
-    /// Tells `found` if attitude and specific force of a sample, and of those before it, do not agree.
+    /// Tells `found` if attitude and specific force of a sample, and of those before it, do not agree. Both
+    /// are credible by themselves.
     pub(super) fn check(
         &mut self,
         stamp_ns: i64,
@@ -50,9 +49,11 @@ impl GravityWatch {
         limits: &Limits,
         found: &mut Found<'_>,
     ) {
-        let Some(acceleration) = self.acceleration(specific_force, xyzw, limits) else {
+        let (&[fx, fy, fz], &[x, y, z, w]) = (specific_force, xyzw) else {
             return;
         };
+        let attitude = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let acceleration = attitude * Vector3::new(fx, fy, fz) - Vector3::z() * self.gravity;
         let last_ns = self.last_ns.replace(stamp_ns);
         let step_s = last_ns.map_or(0.0, |last| limits.elapsed_s(last, stamp_ns));
         if step_s > limits.max_gap_s {
@@ -78,28 +79,12 @@ impl GravityWatch {
             });
         }
     }
-
-    /// In level axes; `None` where the IMU tells no attitude, or other checks refuse the sample.
-    fn acceleration(
-        &self,
-        specific_force: &[f64],
-        xyzw: &[f64],
-        limits: &Limits,
-    ) -> Option<Vector3<f64>> {
-        let (&[fx, fy, fz], &[x, y, z, w]) = (specific_force, xyzw) else {
-            return None;
-        };
-        let attitude = Quaternion::new(w, x, y, z);
-        let is_unit = (attitude.norm() - 1.0).abs() <= limits.quaternion_tolerance;
-        let felt = Vector3::new(fx, fy, fz);
-        let level = UnitQuaternion::from_quaternion(attitude) * felt;
-        // a NaN is not credible either
-        (is_unit && felt.norm() <= self.largest_force).then(|| level - Vector3::z() * self.gravity)
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::attitude::AttitudeWatch;
+    use super::super::vector::VectorWatch;
     use super::*;
 
     const LIMITS: Limits = Limits {
@@ -111,20 +96,20 @@ mod tests {
 
     /// After how many seconds it is told of; forces at ten milliseconds' distance.
     fn told_after_s(attitude: [f64; 4], force: impl Fn(f64) -> [f64; 3]) -> Option<f64> {
-        let mut watch = GravityWatch::new(9.81, 39.2, 3.0);
+        let (mut felt, mut given) = (VectorWatch::new(39.2, None), AttitudeWatch::new());
+        let mut watch = GravityWatch::new(9.81, 3.0);
         (0..6000_i64).find_map(|step| {
             let (stamp_ns, time_s) = (step * 10_000_000, step as f64 * 0.01);
             let mut told = None;
-            watch.check(
-                stamp_ns,
-                &force(time_s),
-                &attitude,
-                &LIMITS,
-                &mut |notice| {
+            let force = force(time_s);
+            let is_felt = felt.check(stamp_ns, &force, false, &LIMITS, &mut |_| ());
+            let is_given = given.check(stamp_ns, &attitude, false, &LIMITS, &mut |_| ());
+            if is_felt && is_given {
+                watch.check(stamp_ns, &force, &attitude, &LIMITS, &mut |notice| {
                     assert_eq!(notice.kind, FaultKind::Disagreement);
                     told = Some(time_s);
-                },
-            );
+                });
+            }
             told
         })
     }
@@ -169,7 +154,7 @@ mod tests {
 
     #[test]
     fn a_gap_begins_anew() {
-        let mut watch = GravityWatch::new(9.81, 39.2, 3.0);
+        let mut watch = GravityWatch::new(9.81, 3.0);
         for step in 0..3000_i64 {
             let gaps = step / 900;
             let stamp_ns = step * 10_000_000 + gaps * 1_000_000_000;

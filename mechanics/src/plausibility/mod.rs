@@ -166,11 +166,7 @@ impl Plausibility {
             force: VectorWatch::new(spec.specific_force_max, None),
             turning: turning(),
             attitude: AttitudeWatch::new(),
-            gravity: GravityWatch::new(
-                machine.gravity(),
-                spec.specific_force_max,
-                spec.gravity_tolerance,
-            ),
+            gravity: GravityWatch::new(machine.gravity(), spec.gravity_tolerance),
             velocity: VectorWatch::new(spec.speed_max, slew(spec.acceleration_max)),
             odometry_turning: turning(),
             odometry_attitude: AttitudeWatch::new(),
@@ -279,17 +275,21 @@ impl Plausibility {
         let moves = seen.joints || seen.travelling;
         let (force, turning, attitude) = (&values[..3], &values[3..6], &values[6..]);
         let part = Part::SpecificForce;
-        self.force
+        let has_force = self
+            .force
             .check(stamp_ns, force, moves, limits, &mut note.of(part));
         let part = Part::AngularVelocity;
         self.turning
             .check(stamp_ns, turning, moves, limits, &mut note.of(part));
         let turns = is_faster(turning, TURNING);
         let part = Part::Attitude;
-        self.attitude
-            .check(stamp_ns, attitude, turns, limits, &mut note.of(part));
-        self.gravity
-            .check(stamp_ns, force, attitude, limits, &mut note.of(part));
+        let has_attitude =
+            self.attitude
+                .check(stamp_ns, attitude, turns, limits, &mut note.of(part));
+        if has_force && has_attitude {
+            self.gravity
+                .check(stamp_ns, force, attitude, limits, &mut note.of(part));
+        }
         self.motion.turning = turns;
     }
 

@@ -42,7 +42,7 @@ impl VectorWatch {
         self.last_ns.is_none()
     }
 
-    /// Tells `found` what is wrong with a sample.
+    /// Tells `found` what is wrong with a sample; whether it is credible by itself.
     pub(super) fn check(
         &mut self,
         stamp_ns: i64,
@@ -50,11 +50,11 @@ impl VectorWatch {
         moves_elsewhere: bool,
         limits: &Limits,
         found: &mut Found<'_>,
-    ) {
-        let &[x, y, z] = values else { return };
+    ) -> bool {
+        let &[x, y, z] = values else { return false };
         if !values.iter().all(|v| v.is_finite()) {
             found(Notice::not_finite(stamp_ns, Component::Value));
-            return;
+            return false;
         }
         self.follow_period(stamp_ns, limits);
         let length = length([x, y, z]);
@@ -73,7 +73,7 @@ impl VectorWatch {
                     rate: 0.0,
                 },
             });
-            return;
+            return false;
         }
         if let (Some(slew), Some((good_ns, good))) = (self.slew, self.good) {
             let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
@@ -90,7 +90,7 @@ impl VectorWatch {
                         rate: change / elapsed_s,
                     },
                 });
-                return;
+                return false;
             }
         }
         self.good = Some((stamp_ns, [x, y, z]));
@@ -100,6 +100,7 @@ impl VectorWatch {
         {
             found(notice);
         }
+        true
     }
 
     /// The usual time between two samples: stamps that bunch up must not look like haste.
