@@ -17,12 +17,10 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
+use tipwatch_mechanics::estimation::plausibility::{FaultSpans, Plausibility};
+use tipwatch_mechanics::estimation::{CausalEstimator, Recording, RowClock, smooth};
 use tipwatch_mechanics::machine::{LogFacts, Machine};
-use tipwatch_mechanics::plausibility::{FaultSpans, Plausibility};
-use tipwatch_mechanics::signal::{
-    CausalEstimator, MatchedSensors, OtherSensors, Recording, RowClock, Sample, Sensor, Sensors,
-    smooth,
-};
+use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Sample, Sensor, Sensors};
 use tipwatch_mechanics::{
     ClosedForm, MachineSpec, Scope, State, Workspace, closed_form, evaluate, static_outcome,
 };

@@ -1,18 +1,15 @@
 //! Attitude, and the motion of platform and wheels over the ground.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::closed_form::{assert_all_close, assert_close, motion, platform};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use proptest::prelude::*;
-use support::closed_form::{assert_all_close, assert_close, motion, platform};
 use tipwatch_mechanics::closed_form::{
     Attitude, LEAST_SPEED, PlanarMotion, axle_heading, heading_of_spin_axis, steering_angle,
 };
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
+    #![proptest_config(support::cases(400))]
 
     #[test]
     fn attitude_and_up_go_both_ways(

@@ -1,12 +1,9 @@
 //! What holds for the analytic model whatever the platform and its motion.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::closed_form::{assert_all_close, assert_close, motion, platform, wrench};
 use nalgebra::{Matrix4, Vector3, Vector4};
 use proptest::prelude::*;
-use support::closed_form::{assert_all_close, assert_close, motion, platform, wrench};
 use tipwatch_mechanics::closed_form::{
     Attitude, Causes, Counted, FeltMotion, LoadGradient, PlanarMotion, Platform, sigma,
     sigma_gradient,
@@ -105,7 +102,7 @@ fn printed_terms((p, up, v, arm): &Case, f: f64, s: f64) -> [f64; 11] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
+    #![proptest_config(support::cases(400))]
 
     #[test]
     fn terms_add_up_to_the_solution_of_the_equations(case in cases()) {

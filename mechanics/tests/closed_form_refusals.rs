@@ -1,9 +1,6 @@
 //! Machines that the analytic model does not describe are told so.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
 use tipwatch_mechanics::closed_form::{ClosedFormError, Platform, PlatformParts};
 use tipwatch_mechanics::machine::LogFacts;
 use tipwatch_mechanics::{Machine, MachineSpec};

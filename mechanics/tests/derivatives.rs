@@ -1,11 +1,7 @@
 //! Sensitivities against two other ways: dual numbers through the same equations, and differences.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support::{bogie_by_rods, edited, machine, moving, set_joint, six_wheels};
 use nalgebra::{Matrix3, Vector3};
-use support::{bogie_by_rods, edited, machine, moving, set_joint, six_wheels};
 use tipwatch_mechanics::{
     Dual, Machine, Parameter, Real, Scope, State, Travel, Workspace, evaluate,
 };

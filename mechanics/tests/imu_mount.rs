@@ -1,9 +1,6 @@
 //! Where the IMU sits: machine file, URDF, static transforms of the log, in this order; contradictions told.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
 use nalgebra::Vector3;
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec, StaticTransform};

@@ -1,12 +1,9 @@
 //! What physics demands of every result, whatever the numbers.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::{edited, machine, moving, set_joint, six_wheels, upright, wheel};
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
-use support::{edited, machine, moving, set_joint, six_wheels, upright, wheel};
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{
     Cause, Machine, Outcome, Scope, State, Workspace, evaluate, static_outcome,
@@ -22,7 +19,7 @@ fn vector(range: f64) -> impl Strategy<Value = Vector3<f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+    #![proptest_config(support::cases(300))]
 
     #[test]
     fn loads_are_never_negative_and_sum_to_the_normal_force(
@@ -217,7 +214,7 @@ fn three_wheels() -> Machine {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
+    #![proptest_config(support::cases(200))]
 
     /// At rest Force-Angle, stability angle, overturning moments and the centre of pressure agree on
     /// whether and how the machine stands, on any polygon, with a wheel in the air or without.

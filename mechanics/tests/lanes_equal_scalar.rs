@@ -1,13 +1,10 @@
 //! Four samples side by side give the bits that each gives alone, over random and extreme states.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
 use std::sync::Arc;
 
+use crate::support::machine;
 use proptest::prelude::*;
-use support::machine;
 use tipwatch_mechanics::{
     Machine, Model, OutcomeColumns, Quantity, Scope, State, StateColumns, Workspace, evaluate,
     evaluate_rows,
@@ -92,7 +89,7 @@ fn rows_of(machine: &Machine, rows: usize) -> impl Strategy<Value = Vec<f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+    #![proptest_config(support::cases(300))]
 
     #[test]
     fn on_a_machine_with_pivots_measured(numbers in rows_of(&machine("rigid"), 7)) {

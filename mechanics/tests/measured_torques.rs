@@ -1,12 +1,9 @@
 //! Joints of measured torque pin what equilibrium leaves open.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::{bogie_by_rods, moving, set_joint, wheel};
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use support::{bogie_by_rods, moving, set_joint, wheel};
 use tipwatch_mechanics::{
     Cause, Machine, Outcome, Quantity, Scope, State, StateColumns, Workspace, actuator_force,
     evaluate, evaluate_rows,
@@ -200,7 +197,7 @@ fn forces_that_contradict_each_other_show_in_the_residuals() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60) })]
+    #![proptest_config(support::cases(60))]
 
     #[test]
     fn lanes_equal_scalar(

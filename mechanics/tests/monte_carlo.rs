@@ -1,12 +1,8 @@
 //! The study of drawn machines.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support::{machine, moving};
 use nalgebra::Vector3;
-use support::{machine, moving};
-use tipwatch_mechanics::monte_carlo::{Band, Study, bands};
+use tipwatch_mechanics::studies::monte_carlo::{Band, Study, bands};
 use tipwatch_mechanics::{Machine, Quantity, Scope, StateColumns, Workspace, evaluate};
 
 const ROWS: usize = 18;

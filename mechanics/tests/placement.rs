@@ -1,16 +1,9 @@
 //! Where the parts are: a machine at rest presses where its centre of mass is above.
 
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test that panics has failed, helpers included"
-)]
-
-mod support;
-
 use nalgebra::Vector3;
 use tipwatch_mechanics::{Placement, State, Workspace, evaluate};
 
-use support::{machine, set_joint};
+use crate::support::{machine, set_joint};
 
 /// At rest ZMP = projection of the centre of mass along gravity, whichever way the machine leans.
 #[test]

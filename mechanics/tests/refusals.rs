@@ -1,9 +1,6 @@
 //! What is no machine is refused, with what was expected, what was found and where.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{Machine, MachineError};
 

@@ -1,11 +1,8 @@
 //! Reference numbers of the analytic model, computed by two other routes (g = 9.8066).
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::closed_form::{assert_all_close, assert_close, table_1, wrench};
 use nalgebra::Vector3;
-use support::closed_form::{assert_all_close, assert_close, table_1, wrench};
 use tipwatch_mechanics::Wrench;
 use tipwatch_mechanics::closed_form::{
     Attitude, Causes, Counted, EdgeMoments, FeltMotion, LoadGradient, PlanarMotion, Platform,

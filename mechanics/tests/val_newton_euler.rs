@@ -3,8 +3,6 @@
 //! `data/rnea_reference.json` comes from `data/make_rnea_reference.py`, which shares no code with this
 //! crate.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use std::path::Path;
 
 use nalgebra::Vector3;

@@ -1,11 +1,8 @@
 //! Reference numbers of the first paper's machine, computed by two other routes (g = 9.8066).
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::{machine, set_joint, wheel};
 use nalgebra::Vector3;
-use support::{machine, set_joint, wheel};
 use tipwatch_mechanics::{
     Cause, Machine, Outcome, Scope, State, Workspace, actuator_force, evaluate,
 };

@@ -1,14 +1,11 @@
 //! The second paper's model: a platform whose inertia follows its actuators.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
 use std::sync::Arc;
 
+use crate::support::{bogie_by_rods, moving, set_joint};
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use support::{bogie_by_rods, moving, set_joint};
 use tipwatch_mechanics::closed_form::{ClosedFormInput, PlatformParts};
 use tipwatch_mechanics::{
     ClosedForm, Dual, Machine, Model, Parameter, Real, Scope, State, StateColumns, Workspace,
@@ -93,7 +90,7 @@ fn in_motion(machine: &Machine, seed: f64) -> State<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(100) })]
+    #![proptest_config(support::cases(100))]
 
     /// Nothing is counted twice and nothing left out: at rest the second paper's platform and the
     /// arm's wrench hold what Newton-Euler over every body holds, wherever the rods and the arm are.

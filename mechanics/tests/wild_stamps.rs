@@ -1,12 +1,8 @@
 //! Stamps that are years, or the whole range of numbers, away from all others.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
+use tipwatch_mechanics::estimation::{CausalEstimator, Recording, RowClock, smooth};
 use tipwatch_mechanics::machine::LogFacts;
-use tipwatch_mechanics::signal::{
-    CausalEstimator, MatchedSensors, OtherSensors, Reason, Recording, RowClock, Sample, Sensor,
-    smooth,
-};
+use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Reason, Sample, Sensor};
 use tipwatch_mechanics::{Machine, MachineSpec};
 
 const TOML: &str = include_str!("data/rigid.toml");

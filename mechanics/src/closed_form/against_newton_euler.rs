@@ -6,12 +6,12 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::{Causes, Demand, FeltMotion, PlacedPlatform, PlatformParts};
-use crate::coordinate::Coordinate;
-use crate::kinematics::{self, BodyMotion};
+use crate::dynamics::kinematics::{self, BodyMotion};
+use crate::dynamics::newton_euler;
+use crate::geometry::coordinate::Coordinate;
+use crate::geometry::spatial::Wrench;
 use crate::machine::{LinkGroup, LogFacts, Machine};
-use crate::newton_euler;
 use crate::number::{Lanes, Real};
-use crate::spatial::Wrench;
 use crate::state::State;
 use crate::{MachineSpec, static_outcome};
 
@@ -146,7 +146,7 @@ fn assert_same_demand(machine: &Machine, arm: f64, slope: [f64; 2], push: [f64; 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(100) })]
+    #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
     fn demands_what_newton_euler_demands(

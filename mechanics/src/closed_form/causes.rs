@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::{Demand, PlanarMotion, Platform};
+use crate::geometry::spatial::Wrench;
 use crate::number::Real;
-use crate::spatial::Wrench;
 
 /// The platform's motion as an inertial measurement unit feels it, in platform axes.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,13 +3,13 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{ClosedFormError, Platform, PlatformParts, PlatformPose};
-use crate::composite::{Composite, InertialParameters};
-use crate::contact_plane::ContactPlane;
-use crate::coordinate::{Coordinate, Motion};
-use crate::kinematics::{self, BodyMotion};
+use crate::dynamics::composite::{Composite, InertialParameters};
+use crate::dynamics::kinematics::{self, BodyMotion};
+use crate::geometry::contact_plane::ContactPlane;
+use crate::geometry::coordinate::{Coordinate, Motion};
+use crate::geometry::spatial::rotate;
 use crate::machine::Machine;
 use crate::number::Real;
-use crate::spatial::rotate;
 use crate::state::State;
 
 /// Wheels may be this share of wheelbase or track off the rectangle that the model makes of them.

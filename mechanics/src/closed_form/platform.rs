@@ -3,9 +3,9 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{ClosedFormError, PlatformParts};
+use crate::geometry::spatial::{Wrench, constant, cross, rotate, rotate_back};
 use crate::machine::Machine;
 use crate::number::Real;
-use crate::spatial::{Wrench, constant, cross, rotate, rotate_back};
 
 /// A wheel's place; its value is its index wherever four wheels stand in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,11 +6,11 @@ use super::{
     Causes, Counted, EdgeMoments, FeltMotion, PlacedPlatform, PlanarMotion, PlatformParts,
     PlatformPose, PointVelocity, Terms, axle_heading, heading_of_spin_axis,
 };
-use crate::contact_plane::ContactPlane;
-use crate::kinematics::BodyMotion;
+use crate::dynamics::kinematics::BodyMotion;
+use crate::geometry::contact_plane::ContactPlane;
+use crate::geometry::spatial::{Wrench, cross};
 use crate::machine::Machine;
 use crate::number::Real;
-use crate::spatial::{Wrench, cross};
 use crate::state::BaseState;
 
 /// Where the model takes the acceleration of the platform from.

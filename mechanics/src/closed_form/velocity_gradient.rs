@@ -58,7 +58,7 @@ fn by_wheel<T: Real>(demands: &[Demand<T>; 3], platform: &Platform<T>) -> [[T; 3
 /// sigma = 1/2 sum (OTF_i - OTF_i,opt)^2 of (110), (111): how far loads are from the optimal ones (N^2).
 #[must_use]
 pub fn sigma<T: Real>(loads: &[T; 4], optimal: &[T; 4]) -> T {
-    crate::indicators::sigma(loads.iter().copied(), optimal.iter().copied())
+    crate::wheel_loads::sigma(loads.iter().copied(), optimal.iter().copied())
 }
 
 /// dsigma/dxi = sum (OTF_i - OTF_i,opt) dOTF_i/dxi, for the derivatives of the loads by any xi.

@@ -1,7 +1,6 @@
 //! Joints that an actuator of known force turns, with some of the wheels beyond them.
 
 use super::{Contact, LinkageSpec, Machine, MachineSpec};
-use crate::signal::ActuatorSignal;
 
 /// A joint whose torque enters an equation of the loads.
 #[derive(Debug, Clone)]
@@ -28,6 +27,15 @@ pub struct ActuatedJoint {
     pub force_sigma: f64,
     /// Standard deviation of the friction in the cylinder, as a share of the force.
     pub friction_share: f64,
+}
+
+/// A signal of an actuator's force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ActuatorSignal {
+    /// Index of the joint among the [`actuated`](Contact::actuated_joints) ones.
+    pub joint: usize,
+    /// Index among its [`signals`](ActuatedJoint::signals).
+    pub signal: usize,
 }
 
 impl ActuatedJoint {

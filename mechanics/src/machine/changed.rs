@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
 
+use super::parameter::{Axis, Parameter};
 use super::{Inertia, LinkGroup, Machine, MassMoments, Seat, Split, link_parts};
-use crate::sensitivity::{Axis, Parameter};
 
 impl Machine {
     /// This machine with each parameter changed by an amount in its unit. Signals are no part of a

@@ -20,7 +20,7 @@ use nalgebra::{Isometry3, Point3, Vector2, Vector3};
 use super::spec::LinkageSpec;
 use super::tree::Tree;
 use super::{JointKind, MachineError};
-use crate::coordinate::{Coordinate, Motion};
+use crate::geometry::coordinate::{Coordinate, Motion};
 use crate::number::Real;
 
 /// Axes that should be parallel or across may be this far off [-].
@@ -38,7 +38,7 @@ pub struct Linkage {
     /// Index of that measured joint.
     pub measured_joint: usize,
     /// The bodies that its joints carry.
-    pub(crate) bodies: LinkageBodies,
+    pub bodies: LinkageBodies,
     /// The fixed geometry.
     geometry: Triangle,
 }
@@ -54,13 +54,16 @@ pub enum LinkageInput {
 
 /// The three joints of a triangle as they move together.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LinkageMotion<T> {
-    pub(crate) pivot: Coordinate<T>,
-    pub(crate) cylinder: Coordinate<T>,
-    pub(crate) rod: Coordinate<T>,
+pub struct LinkageMotion<T> {
+    /// The pivot.
+    pub pivot: Coordinate<T>,
+    /// The cylinder's hinge.
+    pub cylinder: Coordinate<T>,
+    /// The rod.
+    pub rod: Coordinate<T>,
     /// Square of the length or of the sine that closure needs: not below zero where the triangle
     /// closes.
-    pub(crate) closure: T,
+    pub closure: T,
 }
 
 /// See the module's equations; in the plane x runs along the rod at cylinder angle zero, y completes a
@@ -110,12 +113,12 @@ impl Linkage {
 
     /// The motion of the three joints from that of the rod.
     #[inline]
-    pub(crate) fn solve_by_rod<T: Real>(&self, rod: &Motion<T>) -> LinkageMotion<T> {
+    pub fn solve_by_rod<T: Real>(&self, rod: &Motion<T>) -> LinkageMotion<T> {
         self.geometry.by_rod(rod)
     }
 
     /// The motion of the three joints from that of the measured one.
-    pub(crate) fn solve<T: Real>(&self, measured: &Motion<T>) -> LinkageMotion<T> {
+    pub fn solve<T: Real>(&self, measured: &Motion<T>) -> LinkageMotion<T> {
         match self.input {
             LinkageInput::PivotAngle => {
                 let (sin, cos) = measured.position.sin_cos();
@@ -239,10 +242,13 @@ impl Triangle {
 
 /// The bodies that a linkage's joints carry.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LinkageBodies {
-    pub(crate) pivot: usize,
-    pub(crate) cylinder: usize,
-    pub(crate) rod: usize,
+pub struct LinkageBodies {
+    /// That of the pivot.
+    pub pivot: usize,
+    /// That of the cylinder's hinge.
+    pub cylinder: usize,
+    /// That of the rod.
+    pub rod: usize,
 }
 
 /// Builds a linkage from its specification; `input` and `measured_joint` say what the log measures.

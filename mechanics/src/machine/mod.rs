@@ -8,16 +8,22 @@ mod changed;
 mod check;
 mod drawn;
 mod error;
+mod fault_kind;
+mod hydraulics;
 mod inertia;
 mod linkage;
+mod nominal;
 mod outline;
+mod parameter;
 mod plausibility_spec;
 mod signals;
 mod spec;
+mod stated_sigma;
 mod static_transform;
 mod support_polygon;
 mod suspension;
 mod suspension_control;
+mod travel;
 mod tree;
 mod urdf;
 #[cfg(test)]
@@ -27,13 +33,17 @@ mod weighed;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-pub use actuated_joint::{ActuatedJoint, TorqueJoint};
+pub use actuated_joint::{ActuatedJoint, ActuatorSignal, TorqueJoint};
 pub use check::LogFacts;
 pub(crate) use drawn::Draws;
 pub use error::MachineError;
+pub use fault_kind::FaultKind;
+pub use hydraulics::{HydraulicParameters, HydraulicsSpec};
 pub use inertia::{Inertia, MassMoments};
-pub use linkage::{Linkage, LinkageInput};
+pub use linkage::{Linkage, LinkageBodies, LinkageInput, LinkageMotion};
 pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
+pub(crate) use parameter::massive_links;
+pub use parameter::{Axis, InertiaElement, Parameter};
 pub use plausibility_spec::{PlausibilitySpec, Policy};
 pub use signals::{
     FieldSpec, ImuFields, JointFields, NumberSpec, OdometryFields, OneOrMany, SignalSpec,
@@ -48,6 +58,7 @@ pub use static_transform::StaticTransform;
 pub use support_polygon::{Edge, SupportPolygon};
 pub use suspension::Suspension;
 pub use suspension_control::{ControlMode, ControlWeights, PairWeight, SuspensionControl};
+pub use travel::Travel;
 pub use warp::Warp;
 pub use weighed::{WeighedSpec, WeighedSum, WeighedUnit};
 
@@ -173,7 +184,7 @@ pub struct Link {
     /// Its inertial parameters in the body's frame, of its payloads not counted.
     pub inertia: Inertia,
     /// The same as moments.
-    pub(crate) moments: MassMoments,
+    pub moments: MassMoments,
     /// The part of the machine that it belongs to.
     pub group: LinkGroup,
 }
@@ -290,6 +301,11 @@ pub struct Mount {
     pub source: String,
 }
 
+/// Orientation of a mount in its body.
+pub(crate) fn rotation_in_body(mount: &Mount) -> Matrix3<f64> {
+    *mount.body_from_mount.rotation.to_rotation_matrix().matrix()
+}
+
 /// A load that hangs on a link for a time.
 #[derive(Debug, Clone)]
 pub struct Payload {
@@ -304,7 +320,7 @@ pub struct Payload {
     /// Its inertial parameters in the body's frame.
     pub inertia: Inertia,
     /// The same as moments.
-    pub(crate) moments: MassMoments,
+    pub moments: MassMoments,
     /// From and until when it hangs there (s from the first sample).
     pub window_s: [f64; 2],
 }
@@ -428,6 +444,11 @@ impl Machine {
         self.tool = None;
     }
 
+    /// Takes the forces of actuators out of the machine: where nobody has measured them.
+    pub fn leave_out_actuator_forces(&mut self) {
+        self.contact.actuated_joints.clear();
+    }
+
     /// What carries the arm.
     #[must_use]
     pub fn arm_seat(&self) -> Option<&Seat> {
@@ -459,7 +480,8 @@ impl Machine {
     }
 
     /// Whether `body` is `carrier` or carried by it.
-    pub(crate) fn is_carried_by(&self, mut body: usize, carrier: usize) -> bool {
+    #[must_use]
+    pub fn is_carried_by(&self, mut body: usize, carrier: usize) -> bool {
         while body > carrier {
             body = self.bodies[body].parent;
         }

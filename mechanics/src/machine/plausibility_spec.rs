@@ -3,7 +3,7 @@
 
 use serde::Deserialize;
 
-use crate::plausibility::FaultKind;
+use super::fault_kind::FaultKind;
 
 /// What becomes of rows that rest on an implausible sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use crate::suspension::hydraulics::HydraulicsSpec;
+use crate::machine::HydraulicsSpec;
 
 use super::{
     FieldSpec, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl, WeighedSpec,

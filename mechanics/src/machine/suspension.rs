@@ -1,7 +1,7 @@
 //! The active suspension: linkages whose rods lift and lower the platform.
 
 use super::{LinkageInput, Machine, SuspensionControl};
-use crate::suspension::hydraulics::HydraulicParameters;
+use crate::machine::HydraulicParameters;
 
 /// The actuators of an active suspension.
 #[derive(Debug, Clone, PartialEq)]

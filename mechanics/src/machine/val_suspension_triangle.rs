@@ -5,7 +5,7 @@
 use nalgebra::Vector2;
 
 use super::{LogFacts, MachineSpec};
-use crate::coordinate::Motion;
+use crate::geometry::coordinate::Motion;
 
 /// (11)-(17) with q the exterior angle at the pivot (the printed one contradicts (14)-(19)), q1 that at
 /// the cylinder's hinge; L_a, L_b, X = L_x the sides:

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use super::Real;
+use super::real::Real;
 
 /// pi/2 less its nearest `f64`.
 const HALF_PI_REST: f64 = 6.123_233_995_736_766e-17;

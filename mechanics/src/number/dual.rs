@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-use super::Real;
+use super::real::Real;
 
 /// A value and its exact derivative by one variable: `a + b e` with `e^2 = 0`.
 ///

@@ -7,7 +7,8 @@ use std::ops::{
 use num_traits::{One, Zero};
 use wide::f64x4;
 
-use super::{Mask, Real, atan2, sin_cos};
+use super::real::{Mask, Real};
+use super::{atan2, sin_cos};
 
 /// Four `f64`, each a sample of its own. Every lane has the same bits as the `f64` computed alone.
 #[derive(Debug, Clone, Copy, PartialEq)]

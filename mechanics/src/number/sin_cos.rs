@@ -1,7 +1,7 @@
 //! Sine and cosine in the operations that every [`Real`] has, so that all number types agree to the
 //! bit and four lanes cost little more than one.
 
-use super::Real;
+use super::real::Real;
 
 /// 1.5 * 2^52: adding and subtracting it rounds a number below 2^51 to the nearest integer.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;

@@ -1,6 +1,6 @@
 //! What can be wrong with an input, as whoever takes the samples finds it.
 
-use crate::plausibility::FaultKind;
+use crate::machine::FaultKind;
 
 /// Something wrong with the input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -4,7 +4,7 @@ use super::alarm::{Alarm, HOLD_NS};
 use super::input_fault::InputFaults;
 use super::level::Level;
 use crate::machine::LimitsSpec;
-use crate::signal::{Reason, Reasons};
+use crate::state::{Reason, Reasons};
 
 /// Good rows in a row before anything is called safe.
 const GOOD_ROWS: u32 = 10;

@@ -7,8 +7,8 @@
 //! extrapolation by the present rate alone: a load that falls faster and faster lifts sooner. Nothing is
 //! said of a rate that may be noise.
 
+use crate::estimation::{Doubt, Model, Track};
 use crate::machine::Machine;
-use crate::signal::{Doubt, Model, Track};
 
 /// Standard deviation of an OTF by noise, as a share of the static load.
 const NOISE: f64 = 0.003;

@@ -19,18 +19,12 @@
 //!     N = K (u + A' l),   (A K A' + diag S) l = b - A K u;      covariance s_0^2 (I - L A) K                   A(3)
 //! ```
 
-use nalgebra::Vector3;
-
-use super::{Beyond, Equations};
-use crate::coordinate::Motion;
-use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, Machine, Split};
-use crate::newton_euler_derivatives::joint_form;
+use super::equilibrium::{Beyond, Equations, RULE_COMPLIANCE};
+use crate::dynamics::newton_euler_derivatives::joint_form;
+use crate::geometry::coordinate::Motion;
+use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, Machine};
 use crate::number::{Mask, Real};
 use crate::state::State;
-
-/// The rule's compliance against that of the springs on which the wheels stand beside it: the rule
-/// decides, whatever its share, where nothing is measured.
-const RULE_COMPLIANCE: f64 = 0.25;
 
 /// Rows that give way by less than this (m^2) may contradict each other within rounding.
 const LEAST_COMPLIANCE: f64 = 1e-7;
@@ -105,16 +99,6 @@ impl<T: Real> Actuation<T> {
                 known: T::select(known, T::one(), T::zero()),
             };
         }
-    }
-}
-
-/// s_0 of A(3), in terms of the standard deviation of a wheel's share in the warp (N).
-pub(super) fn prior_scale(machine: &Machine) -> f64 {
-    // a warp of w at each of four wheels is one of 2 w, and so is the residual of the rule
-    let residual = 2.0 * machine.warp_sigma();
-    match machine.contact.split {
-        Split::Springs => residual,
-        Split::FrontShare { .. } => residual / RULE_COMPLIANCE.sqrt(),
     }
 }
 
@@ -239,16 +223,4 @@ impl<T: Real> Equations<T> {
         let known = T::zero().lt(self.holds[row]);
         T::select(known, residual, T::constant(f64::NAN))
     }
-}
-
-/// The largest torque about an axis of a unit force in the ground's plane, at a lever r.
-pub(super) fn horizontal_lever<T: Real>(
-    axis: &Vector3<T>,
-    lever: &Vector3<T>,
-    normal: &Vector3<T>,
-) -> T {
-    let by_force = axis.cross(lever);
-    let up = normal.dot(&by_force);
-    let flat = by_force - normal * up;
-    flat.dot(&flat).sqrt()
 }

@@ -6,7 +6,7 @@
 //! takes its extremes at corners, where as many wheels carry as there are equations: every such set of
 //! wheels is tried.
 
-use super::Equations;
+use super::equilibrium::Equations;
 use super::least_energy::LeastEnergy;
 use super::unilateral::Loads;
 use crate::machine::{MAX_WHEELS, Machine};

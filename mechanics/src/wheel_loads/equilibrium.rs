@@ -2,18 +2,17 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::actuated::{horizontal_lever, prior_scale};
-use crate::contact_plane::ContactPlane;
-use crate::kinematics::BodyMotion;
+use crate::dynamics::kinematics::BodyMotion;
+use crate::dynamics::newton_euler;
+use crate::geometry::contact_plane::ContactPlane;
+use crate::geometry::spatial::Wrench;
 use crate::machine::{MAX_WHEELS, Machine, Split, TorqueJoint};
-use crate::newton_euler;
 use crate::number::Real;
-use crate::spatial::Wrench;
 
 /// The wrench of the ground in the contact plane's axes, moments about the projection of the base
 /// frame's origin.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct GroundForce<T> {
+pub struct GroundForce<T> {
     /// Along the normal (N).
     pub(crate) normal: T,
     /// About the forward and the left axis (N m).
@@ -22,7 +21,7 @@ pub(crate) struct GroundForce<T> {
 
 impl<T: Real> GroundForce<T> {
     /// From the wrench about the base origin, base axes.
-    pub(crate) fn in_plane(wrench: &Wrench<T>, plane: &ContactPlane<T>) -> Self {
+    pub fn in_plane(wrench: &Wrench<T>, plane: &ContactPlane<T>) -> Self {
         let projected = wrench.about(&(plane.normal * plane.height));
         Self {
             normal: plane.normal.dot(&wrench.force),
@@ -43,7 +42,7 @@ impl<T: Real> GroundForce<T> {
 /// always hold; after them stands the split rule, if it is an equation; after that, from
 /// [`Equations::measured`] on, a row for each joint of measured torque.
 #[derive(Debug)]
-pub(crate) struct Equations<T> {
+pub struct Equations<T> {
     pub(crate) factor: Vec<[T; MAX_WHEELS]>,
     pub(crate) value: Vec<T>,
     pub(crate) wheels: usize,
@@ -63,7 +62,9 @@ pub(crate) struct Equations<T> {
 }
 
 impl<T: Real> Equations<T> {
-    pub(crate) fn new(machine: &Machine) -> Self {
+    /// The equations of a machine, without values.
+    #[must_use]
+    pub fn new(machine: &Machine) -> Self {
         let certain = 3 + machine.contact.free_joints.len();
         let measured = certain + usize::from(machine.contact.split != Split::Springs);
         let rows = measured + machine.contact.actuated_joints.len();
@@ -97,7 +98,7 @@ impl<T: Real> Equations<T> {
     }
 
     /// Force along the normal and moments in the plane of the contact points.
-    pub(crate) fn set_equilibrium(&mut self, ground: &GroundForce<T>, contacts: &[Vector2<T>]) {
+    pub fn set_equilibrium(&mut self, ground: &GroundForce<T>, contacts: &[Vector2<T>]) {
         for (wheel, contact) in contacts.iter().enumerate() {
             self.factor[1][wheel] = contact.y;
             self.factor[2][wheel] = -contact.x;
@@ -110,7 +111,7 @@ impl<T: Real> Equations<T> {
     /// Heights of the wheels off the plane, where the ground is one: u = k (R_0 + h - n.c) is how far
     /// the ground would press a tyre of unloaded radius R_0. On springs they are offsets, under the
     /// front share's rule the value of its equation.
-    pub(crate) fn set_offsets(
+    pub fn set_offsets(
         &mut self,
         machine: &Machine,
         plane: &ContactPlane<T>,
@@ -201,4 +202,30 @@ pub(crate) fn beyond_torque_joints<T: Real>(
             _ => moved,
         };
     }
+}
+
+/// The rule's compliance against that of the springs on which the wheels stand beside it: the rule
+/// decides, whatever its share, where nothing is measured.
+pub(super) const RULE_COMPLIANCE: f64 = 0.25;
+
+/// s_0 of A(3), in terms of the standard deviation of a wheel's share in the warp (N).
+fn prior_scale(machine: &Machine) -> f64 {
+    // a warp of w at each of four wheels is one of 2 w, and so is the residual of the rule
+    let residual = 2.0 * machine.warp_sigma();
+    match machine.contact.split {
+        Split::Springs => residual,
+        Split::FrontShare { .. } => residual / RULE_COMPLIANCE.sqrt(),
+    }
+}
+
+/// The largest torque about an axis of a unit force in the ground's plane, at a lever r.
+pub(super) fn horizontal_lever<T: Real>(
+    axis: &Vector3<T>,
+    lever: &Vector3<T>,
+    normal: &Vector3<T>,
+) -> T {
+    let by_force = axis.cross(lever);
+    let up = normal.dot(&by_force);
+    let flat = by_force - normal * up;
+    flat.dot(&flat).sqrt()
 }

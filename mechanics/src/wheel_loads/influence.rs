@@ -8,16 +8,16 @@
 
 use nalgebra::Vector3;
 
-use super::Equations;
 use super::actuated::Actuation;
+use super::equilibrium::Equations;
 use super::response::Response;
 use super::unilateral::Solver;
-use crate::contact_plane::ContactPlane;
-use crate::contact_plane_derivatives::{PlaneDerivatives, PlaneGradient};
-use crate::kinematics::BodyMotion;
+use crate::dynamics::kinematics::BodyMotion;
+use crate::geometry::contact_plane::ContactPlane;
+use crate::geometry::contact_plane_derivatives::{PlaneDerivatives, PlaneGradient};
+use crate::geometry::spatial::{Wrench, cross};
 use crate::machine::{JointKind, MAX_WHEELS, Machine, Split, TorqueJoint};
 use crate::number::Real;
-use crate::spatial::{Wrench, cross};
 
 /// Derivatives of one wheel's load; where the load is linear and homogeneous in a wrench, its
 /// coefficients.

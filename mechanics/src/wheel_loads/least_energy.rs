@@ -1,6 +1,6 @@
 //! Loads of least spring energy that satisfy the equations, or nearly where those give way.
 
-use super::Equations;
+use super::equilibrium::Equations;
 use crate::machine::MAX_WHEELS;
 use crate::number::Real;
 

@@ -12,6 +12,7 @@
 //! about the nearest edge, and only the wheels on it carry.
 
 mod actuated;
+mod deviation;
 mod envelope;
 mod equilibrium;
 mod influence;
@@ -20,6 +21,9 @@ mod response;
 mod unilateral;
 
 pub(crate) use actuated::Actuation;
-pub(crate) use equilibrium::{Beyond, Equations, GroundForce, beyond_torque_joints};
+pub(crate) use deviation::sigma;
+pub(crate) use equilibrium::{Beyond, beyond_torque_joints};
+pub use equilibrium::{Equations, GroundForce};
 pub(crate) use influence::{Influence, Influences, Stance};
-pub(crate) use unilateral::{Loads, Solver};
+pub(crate) use unilateral::Loads;
+pub use unilateral::Solver;

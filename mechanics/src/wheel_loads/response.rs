@@ -1,6 +1,6 @@
 //! How the loads answer to the right-hand side of their equations.
 
-use super::Equations;
+use super::equilibrium::Equations;
 use super::least_energy::LeastEnergy;
 use crate::machine::MAX_WHEELS;
 use crate::number::Real;

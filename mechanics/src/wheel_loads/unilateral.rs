@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 
-use super::Equations;
 use super::envelope::{self, Envelope};
+use super::equilibrium::Equations;
 use super::least_energy::LeastEnergy;
 use super::response::Response;
 use crate::machine::{MAX_WHEELS, Machine, Split};
@@ -15,7 +15,7 @@ const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Solves for the loads; holds what it needs so that a step allocates nothing.
 #[derive(Debug)]
-pub(crate) struct Solver<T: Real> {
+pub struct Solver<T: Real> {
     least_energy: LeastEnergy<T>,
     relative_stiffness: [T; MAX_WHEELS],
     /// Whether all wheels are of the mean stiffness.
@@ -54,7 +54,8 @@ pub(crate) struct Loads<'a, T> {
 
 impl<T: Real> Solver<T> {
     /// `responds`: whether it keeps what derivatives need.
-    pub(crate) fn new(machine: &Machine, responds: bool) -> Self {
+    #[must_use]
+    pub fn new(machine: &Machine, responds: bool) -> Self {
         let rows = Equations::<T>::new(machine).value.len();
         let mut relative_stiffness = [T::zero(); MAX_WHEELS];
         for (stiffness, wheel) in relative_stiffness.iter_mut().zip(&machine.wheels) {
@@ -94,7 +95,7 @@ impl<T: Real> Solver<T> {
 
     /// The signed loads alone: all wheels held to the ground, OTF.
     #[inline]
-    pub(crate) fn hold_down(&mut self, machine: &Machine, equations: &Equations<T>, otf: &mut [T]) {
+    pub fn hold_down(&mut self, machine: &Machine, equations: &Equations<T>, otf: &mut [T]) {
         let pressed = machine.contact.mean_stiffness.is_some() && machine.contact.warp.is_none();
         let exact = equations.measured == equations.value.len();
         if self.alike && exact && !pressed {

@@ -1,15 +1,23 @@
 //! What the tests share: machines from the files in `data/`.
 
-#![allow(dead_code, reason = "every test file uses some of it")]
-
 pub(crate) mod closed_form;
 
 use std::path::Path;
 
 use nalgebra::Vector3;
+use proptest::test_runner::{Config, FileFailurePersistence};
 
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{Machine, MachineError, Motion, State};
+
+/// So many random cases; one that fails is kept beside the test, and is tried first from then on.
+pub(crate) fn cases(cases: u32) -> Config {
+    let kept = FileFailurePersistence::WithSource("regressions");
+    Config {
+        failure_persistence: Some(Box::new(kept)),
+        ..Config::with_cases(cases)
+    }
+}
 
 /// Text of a file in `data/`.
 pub(crate) fn data(name: &str) -> String {

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector2, Vector3};
 
 use super::Checker;
-use crate::contact_plane::ContactPlane;
+use crate::geometry::contact_plane::ContactPlane;
 use crate::machine::spec::Stiffness;
 use crate::machine::{MAX_WHEELS, MachineError, SupportPolygon, Wheel};
 

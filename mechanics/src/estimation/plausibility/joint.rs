@@ -1,0 +1,329 @@
+//! Checks of a joint: its position, its rate, and whether the one is the derivative of the other.
+
+use super::fault::{Amount, Component};
+use super::{Found, Limits, Notice};
+use crate::machine::FaultKind;
+
+/// Memory of the comparison of rate and position (s).
+const MEMORY_S: f64 = 0.5;
+/// Memory of the difference that is reported (s).
+const DIFFERENCE_MEMORY_S: f64 = 0.1;
+/// What noise and resolution of a position may add to a difference (rad or m).
+const POSITION_ALLOWANCE: f64 = 0.01;
+/// What noise of a measured rate may add to its change (rad/s or m/s).
+const RATE_ALLOWANCE: f64 = 0.2;
+/// So many identical positions while the rate says otherwise: frozen, not merely different.
+const FEWEST_IDENTICAL: u32 = 5;
+/// A wheel that turns further between two samples (rad) may be taken for one that turns back.
+const LARGEST_WHEEL_STEP: f64 = 2.0;
+/// A joint faster than this moves (rad/s or m/s), a wheel when it is ten times as fast.
+const MOVING_RATE: f64 = 0.05;
+
+/// What is known of a joint.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct JointLimits {
+    /// Least and greatest position, as the URDF has them.
+    pub(super) range: Option<[f64; 2]>,
+    /// How far beyond them is not yet a finding.
+    pub(super) margin: f64,
+    pub(super) max_rate: f64,
+    pub(super) max_acceleration: f64,
+    /// How far the rate may be from the derivative of the position.
+    pub(super) rate_tolerance: f64,
+    pub(super) spins_wheel: bool,
+    /// Whether a position may jump by a turn.
+    pub(super) wraps: bool,
+}
+
+/// Remembers what the checks of one joint need.
+#[derive(Debug, Clone)]
+pub(super) struct JointWatch {
+    pub(super) limits: JointLimits,
+    /// The last position that was credible.
+    good: Option<(i64, f64)>,
+    good_rate: Option<(i64, f64)>,
+    /// Position and rate of the last sample that was compared.
+    last: Option<(i64, f64, f64)>,
+    last_ns: Option<i64>,
+    period_s: f64,
+    has_rates: bool,
+    moves: bool,
+    /// Identical positions in a row, and since when.
+    run: u32,
+    run_since_ns: i64,
+    agreement: Agreement,
+}
+
+/// The change of position and the integral of the rate, over the last half second.
+///
+/// ```text
+///     e <- e T/(T + dt) + dq - (r + r_before)/2 dt,    T = 0.5 s
+/// ```
+/// A rate that is off by d makes e tend to d T. The difference counts beyond
+/// `allowance + T tolerance + share * motion`; it is held at twice that, so that a fault that ends is
+/// soon forgotten.
+#[derive(Debug, Clone, Copy, Default)]
+struct Agreement {
+    apart: f64,
+    motion: f64,
+    /// Difference of the rates, smoothed.
+    difference: f64,
+    /// The whole difference since the fault began.
+    since_quiet: f64,
+    quiet_ns: i64,
+}
+
+impl JointWatch {
+    pub(super) fn new(limits: JointLimits) -> Self {
+        Self {
+            limits,
+            good: None,
+            good_rate: None,
+            last: None,
+            last_ns: None,
+            period_s: 0.0,
+            has_rates: false,
+            moves: false,
+            run: 0,
+            run_since_ns: 0,
+            agreement: Agreement::default(),
+        }
+    }
+
+    /// Whether the last sample says that the joint moves.
+    pub(super) fn moves(&self) -> bool {
+        self.moves
+    }
+
+    /// Tells `found` what is wrong with a position and its rate, NaN where the message has none.
+    pub(super) fn check(
+        &mut self,
+        stamp_ns: i64,
+        position: f64,
+        rate: f64,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) {
+        let rate_is_wrong = rate.is_infinite() || (rate.is_nan() && self.has_rates);
+        if rate_is_wrong {
+            found(Notice::not_finite(stamp_ns, Component::Rate));
+        }
+        if !position.is_finite() {
+            found(Notice::not_finite(stamp_ns, Component::Value));
+            return;
+        }
+        self.has_rates |= rate.is_finite();
+        self.begin(stamp_ns, limits);
+        self.check_range(stamp_ns, position, found);
+        let is_credible = self.check_step(stamp_ns, position, limits, found);
+        let rate = if rate.is_finite() && self.check_rate(stamp_ns, rate, limits, found) {
+            rate
+        } else {
+            f64::NAN
+        };
+        if is_credible {
+            self.check_agreement(stamp_ns, position, rate, limits, found);
+        }
+    }
+
+    /// Follows the usual time between samples; after a gap everything begins anew.
+    fn begin(&mut self, stamp_ns: i64, limits: &Limits) {
+        let Some(last_ns) = self.last_ns.replace(stamp_ns) else {
+            self.agreement.quiet_ns = stamp_ns;
+            return;
+        };
+        let step_s = limits.elapsed_s(last_ns, stamp_ns);
+        if step_s > limits.max_gap_s {
+            (self.good, self.good_rate, self.last) = (None, None, None);
+            self.agreement = Agreement {
+                quiet_ns: stamp_ns,
+                ..Agreement::default()
+            };
+        } else {
+            self.period_s += 0.1 * (step_s - self.period_s);
+        }
+    }
+
+    fn check_range(&self, stamp_ns: i64, position: f64, found: &mut Found<'_>) {
+        let Some([least, greatest]) = self.limits.range else {
+            return;
+        };
+        let nearest = position.clamp(least, greatest);
+        let excess = (position - nearest).abs();
+        if excess > self.limits.margin {
+            found(Notice {
+                kind: FaultKind::JointLimit,
+                component: Component::Value,
+                since_ns: stamp_ns,
+                measure: position,
+                limit: nearest,
+                amount: Amount {
+                    value: excess,
+                    rate: 0.0,
+                },
+            });
+        }
+    }
+
+    /// Whether a machine can have come here since the last credible position. Where a wheel stands
+    /// does not matter.
+    fn check_step(
+        &mut self,
+        stamp_ns: i64,
+        position: f64,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) -> bool {
+        if !self.limits.spins_wheel
+            && let Some((good_ns, good)) = self.good
+        {
+            let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
+            let step = self.step(good, position).abs();
+            if step > self.limits.max_rate * elapsed_s + 2.0 * POSITION_ALLOWANCE {
+                found(Notice {
+                    kind: FaultKind::ImpossibleRate,
+                    component: Component::Value,
+                    since_ns: stamp_ns,
+                    measure: step / elapsed_s,
+                    limit: self.limits.max_rate,
+                    amount: Amount {
+                        value: step,
+                        rate: step / elapsed_s,
+                    },
+                });
+                return false;
+            }
+        }
+        self.good = Some((stamp_ns, position));
+        true
+    }
+
+    fn check_rate(
+        &mut self,
+        stamp_ns: i64,
+        rate: f64,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) -> bool {
+        let mut notice = |measure: f64, limit: f64| {
+            found(Notice {
+                kind: FaultKind::ImpossibleRate,
+                component: Component::Rate,
+                since_ns: stamp_ns,
+                measure,
+                limit,
+                amount: Amount {
+                    value: 0.0,
+                    rate: rate.abs(),
+                },
+            });
+            false
+        };
+        if rate.abs() > self.limits.max_rate {
+            return notice(rate.abs(), self.limits.max_rate);
+        }
+        if !self.limits.spins_wheel
+            && let Some((good_ns, good)) = self.good_rate
+        {
+            let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
+            let change = (rate - good).abs();
+            if change > self.limits.max_acceleration * elapsed_s + RATE_ALLOWANCE {
+                return notice(rate.abs(), self.limits.max_acceleration * elapsed_s);
+            }
+        }
+        self.good_rate = Some((stamp_ns, rate));
+        true
+    }
+
+    /// `rate` is NaN where there is none.
+    fn check_agreement(
+        &mut self,
+        stamp_ns: i64,
+        position: f64,
+        rate: f64,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) {
+        let before = self.last.replace((stamp_ns, position, rate));
+        let Some((last_ns, last_position, last_rate)) = before else {
+            (self.run, self.run_since_ns) = (1, stamp_ns);
+            return;
+        };
+        if position.to_bits() == last_position.to_bits() {
+            self.run = self.run.saturating_add(1);
+        } else {
+            (self.run, self.run_since_ns) = (1, stamp_ns);
+        }
+        let dt = limits.elapsed_s(last_ns, stamp_ns);
+        let step = self.step(last_position, position);
+        let derived = step / dt.max(self.period_s);
+        let told = if rate.is_finite() { rate } else { derived };
+        let slowest = if self.limits.spins_wheel { 10.0 } else { 1.0 } * MOVING_RATE;
+        self.moves = told.abs() > slowest;
+        let mean = 0.5 * (rate + last_rate);
+        let is_ambiguous = self.limits.spins_wheel && (mean * dt).abs() > LARGEST_WHEEL_STEP;
+        if !mean.is_finite() || is_ambiguous {
+            return;
+        }
+        let tolerance = self.limits.rate_tolerance;
+        let share = limits.rate_tolerance_share;
+        let it = &mut self.agreement;
+        let kept = MEMORY_S / (MEMORY_S + dt);
+        it.motion = it.motion * kept + step.abs().max((mean * dt).abs());
+        let allowed = POSITION_ALLOWANCE + MEMORY_S * tolerance + share * it.motion;
+        it.apart = (it.apart * kept + step - mean * dt).clamp(-2.0 * allowed, 2.0 * allowed);
+        let newer = dt / (DIFFERENCE_MEMORY_S + dt);
+        it.difference += newer * (step / dt - mean - it.difference);
+        // the sum forgets slowly that a fault is over, the difference at once
+        if it.apart.abs() <= allowed || it.difference.abs() <= tolerance {
+            it.since_quiet = it.apart;
+            if it.apart.abs() <= 0.25 * allowed {
+                it.quiet_ns = stamp_ns;
+            }
+            return;
+        }
+        it.since_quiet += step - mean * dt;
+        let is_frozen = self.run >= FEWEST_IDENTICAL;
+        let since_ns = match is_frozen {
+            true => it.quiet_ns.max(self.run_since_ns),
+            false => it.quiet_ns,
+        };
+        found(Notice {
+            since_ns,
+            kind: match is_frozen {
+                true => FaultKind::Frozen,
+                false => FaultKind::Disagreement,
+            },
+            component: match is_frozen {
+                true => Component::Value,
+                false => Component::Rate,
+            },
+            measure: match is_frozen {
+                true => limits.elapsed_s(since_ns, stamp_ns),
+                false => it.difference.abs(),
+            },
+            limit: match is_frozen {
+                true => f64::NAN,
+                false => tolerance + share * mean.abs().max((step / dt).abs()),
+            },
+            amount: Amount {
+                value: match is_frozen {
+                    true => it.since_quiet.abs(),
+                    false => it.apart.abs(),
+                },
+                rate: it.difference.abs(),
+            },
+        });
+    }
+
+    /// From one position to another; of a joint that turns without end the shorter way.
+    fn step(&self, from: f64, to: f64) -> f64 {
+        use std::f64::consts::{PI, TAU};
+        let step = to - from;
+        if self.limits.wraps && step.abs() > PI {
+            step - TAU * (step / TAU).round()
+        } else {
+            step
+        }
+    }
+}

@@ -1,0 +1,411 @@
+//! A group of channels that one sensor measures together, followed in time.
+//!
+//! Each channel has a value, its first and its second derivative; the third is white noise of density
+//! q. With F(dt) the Taylor step, the filter is the textbook one:
+//!
+//! ```text
+//!     predict:  x = F x,  P = F P F' + Q(dt)
+//!     update:   K = P h / (h' P h + r),  x = x + K (z - h' x),  P = P - K h' P
+//! ```
+//! The covariance P depends on the stamps alone, so all channels share it and its gains.
+
+use crate::state::SampleError;
+
+/// Value, first and second time derivative of a channel.
+pub(crate) type Jet = [f64; 3];
+
+/// Covariance of a jet, or a gain.
+pub(crate) type Matrix = [[f64; 3]; 3];
+
+/// How uncertain a channel's derivatives are at first, as multiples of its agility.
+const INITIAL_SPREAD: f64 = 10.0;
+
+/// What is added to the variances of one sample, because it is less credible than others.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Doubt {
+    pub(crate) value_variance: f64,
+    pub(crate) rate_variance: f64,
+}
+
+/// What is assumed of a group of channels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Model {
+    /// Variance of a measured value.
+    pub(crate) value_variance: f64,
+    /// Variance of a measured rate.
+    pub(crate) rate_variance: f64,
+    /// Density q of the third derivative: variance of the second derivative's change in a second.
+    pub(crate) density: f64,
+    /// Samples further apart than this do not belong together (ns).
+    pub(crate) max_gap_ns: i64,
+}
+
+/// The filter's state after the last sample, and what a smoother needs of the ones before.
+#[derive(Debug, Clone)]
+pub(crate) struct Track {
+    model: Model,
+    covariance: Matrix,
+    jets: Vec<Jet>,
+    last_ns: Option<i64>,
+    started_ns: i64,
+    history: Option<History>,
+}
+
+/// Every step of the filter.
+#[derive(Debug, Clone, Default)]
+pub(super) struct History {
+    pub(super) stamps_ns: Vec<i64>,
+    /// Jets of all channels, step by step: filtered, and smoothed after [`Track::smoothed`].
+    pub(super) jets: Vec<Jet>,
+    /// For each step the gain that carries the next one's correction back; zero where the next step
+    /// starts anew.
+    gains: Vec<Matrix>,
+    /// Covariance of the jets, the same for all channels: filtered, and smoothed as they are.
+    pub(super) covariances: Vec<Matrix>,
+    /// Density q of the third derivative.
+    density: f64,
+}
+
+impl Track {
+    pub(crate) fn new(model: Model, channels: usize, keeps_history: bool) -> Self {
+        Self {
+            model,
+            covariance: [[0.0; 3]; 3],
+            jets: vec![[0.0; 3]; channels],
+            last_ns: None,
+            started_ns: i64::MIN,
+            history: keeps_history.then(|| History {
+                density: model.density,
+                ..History::default()
+            }),
+        }
+    }
+
+    pub(super) fn channels(&self) -> usize {
+        self.jets.len()
+    }
+
+    /// Stamp of the last sample.
+    pub(super) fn last_ns(&self) -> Option<i64> {
+        self.last_ns
+    }
+
+    /// Stamp of the first sample since the start or the last gap.
+    pub(super) fn started_ns(&self) -> i64 {
+        self.started_ns
+    }
+
+    /// Takes a sample, with what is to be added to the variances of its values and rates. `rates` are
+    /// used if all of them are finite.
+    pub(crate) fn push(
+        &mut self,
+        stamp_ns: i64,
+        values: &[f64],
+        rates: Option<&[f64]>,
+        doubt: Doubt,
+    ) -> Result<(), SampleError> {
+        if self.last_ns.is_some_and(|last| stamp_ns <= last) {
+            return Err(SampleError::NotLater);
+        }
+        if !values.iter().all(|v| v.is_finite()) {
+            return Err(SampleError::NotFinite);
+        }
+        let rates = rates.filter(|rates| rates.iter().all(|r| r.is_finite()));
+        match self
+            .last_ns
+            .map(|last| stamp_ns.saturating_sub(last))
+            .filter(|&step| step <= self.model.max_gap_ns)
+        {
+            Some(step_ns) => self.follow(step_ns, values, rates, doubt),
+            None => self.start(stamp_ns, values, rates, doubt),
+        }
+        self.last_ns = Some(stamp_ns);
+        if let Some(history) = &mut self.history {
+            history.stamps_ns.push(stamp_ns);
+            history.jets.extend_from_slice(&self.jets);
+            history.gains.push([[0.0; 3]; 3]);
+            history.covariances.push(self.covariance);
+        }
+        Ok(())
+    }
+
+    /// Covariance of the jets at a stamp near the last sample.
+    pub(crate) fn covariance_at(&self, stamp_ns: i64) -> Matrix {
+        let ahead = stamp_ns.saturating_sub(self.last_ns.unwrap_or(stamp_ns));
+        predicted(&self.covariance, seconds(ahead), self.model.density)
+    }
+
+    /// The jet of a channel at a stamp near the last sample, by its Taylor series.
+    pub(crate) fn at(&self, channel: usize, stamp_ns: i64) -> Jet {
+        let last = self.last_ns.unwrap_or(stamp_ns);
+        step(&self.jets[channel], seconds(stamp_ns.saturating_sub(last)))
+    }
+
+    fn start(&mut self, stamp_ns: i64, values: &[f64], rates: Option<&[f64]>, doubt: Doubt) {
+        self.started_ns = stamp_ns;
+        let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.model.density;
+        let rate_variance = if rates.is_some() {
+            self.model.rate_variance + doubt.rate_variance
+        } else {
+            spread
+        };
+        self.covariance = [
+            [self.model.value_variance + doubt.value_variance, 0.0, 0.0],
+            [0.0, rate_variance, 0.0],
+            [0.0, 0.0, spread],
+        ];
+        for (channel, jet) in self.jets.iter_mut().enumerate() {
+            *jet = [
+                values[channel],
+                rates.map_or(0.0, |rates| rates[channel]),
+                0.0,
+            ];
+        }
+    }
+
+    fn follow(&mut self, step_ns: i64, values: &[f64], rates: Option<&[f64]>, doubt: Doubt) {
+        let dt = seconds(step_ns);
+        let filtered = self.covariance;
+        self.covariance = predicted(&filtered, dt, self.model.density);
+        if let Some(history) = &mut self.history
+            && let Some(gain) = history.gains.last_mut()
+        {
+            *gain = smoother_gain(&filtered, &self.covariance, dt);
+        }
+        for jet in &mut self.jets {
+            *jet = step(jet, dt);
+        }
+        self.update(0, self.model.value_variance + doubt.value_variance, values);
+        if let Some(rates) = rates {
+            self.update(1, self.model.rate_variance + doubt.rate_variance, rates);
+        }
+    }
+
+    /// Measurement of component `measured` of every channel's jet.
+    fn update(&mut self, measured: usize, variance: f64, values: &[f64]) {
+        let row = self.covariance[measured];
+        let innovation_variance = row[measured] + variance;
+        let gain = row.map(|p| p / innovation_variance);
+        for i in 0..3 {
+            for j in 0..3 {
+                self.covariance[i][j] -= gain[i] * row[j];
+            }
+        }
+        for (jet, value) in self.jets.iter_mut().zip(values) {
+            let innovation = value - jet[measured];
+            for i in 0..3 {
+                jet[i] += gain[i] * innovation;
+            }
+        }
+    }
+
+    /// The whole history, each step improved by all that come after it:
+    /// `x_k = x_k + G_k (x_(k+1) - F x_k)` from the last to the first, and its covariance
+    /// `P_k = P_k + G_k (P_(k+1) - P_(k+1|k)) G_k'`.
+    pub(super) fn smoothed(self) -> History {
+        let channels = self.jets.len();
+        let mut history = self.history.unwrap_or_default();
+        for k in (0..history.stamps_ns.len().saturating_sub(1)).rev() {
+            let dt = seconds(history.stamps_ns[k + 1].saturating_sub(history.stamps_ns[k]));
+            let gain = history.gains[k];
+            let (before, after) = history.jets.split_at_mut((k + 1) * channels);
+            for (jet, next) in before[k * channels..].iter_mut().zip(&after[..channels]) {
+                let ahead = step(jet, dt);
+                let correction: Jet = std::array::from_fn(|i| next[i] - ahead[i]);
+                for i in 0..3 {
+                    jet[i] += gain[i][0] * correction[0]
+                        + gain[i][1] * correction[1]
+                        + gain[i][2] * correction[2];
+                }
+            }
+            history.smooth_covariance(k, dt);
+        }
+        history
+    }
+}
+
+impl History {
+    fn smooth_covariance(&mut self, k: usize, dt: f64) {
+        let gain = self.gains[k];
+        let (next, ahead) = (
+            self.covariances[k + 1],
+            predicted(&self.covariances[k], dt, self.density),
+        );
+        let change: Matrix = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                (0..3)
+                    .map(|m| gain[i][m] * (next[m][j] - ahead[m][j]))
+                    .sum()
+            })
+        });
+        for i in 0..3 {
+            for j in 0..3 {
+                self.covariances[k][i][j] += (0..3).map(|m| change[i][m] * gain[j][m]).sum::<f64>();
+            }
+        }
+    }
+}
+
+pub(super) fn seconds(ns: i64) -> f64 {
+    ns as f64 * 1e-9
+}
+
+/// F(dt) x
+pub(super) fn step(jet: &Jet, dt: f64) -> Jet {
+    let [value, first, second] = *jet;
+    [
+        value + dt * (first + 0.5 * dt * second),
+        first + dt * second,
+        second,
+    ]
+}
+
+/// F P F' + Q, Q the covariance that white noise of this density adds in dt.
+fn predicted(p: &Matrix, dt: f64, density: f64) -> Matrix {
+    let (d1, d2) = (dt, 0.5 * dt * dt);
+    // F P: rows of P stepped
+    let fp: Matrix = std::array::from_fn(|i| {
+        std::array::from_fn(|j| match i {
+            0 => p[0][j] + d1 * p[1][j] + d2 * p[2][j],
+            1 => p[1][j] + d1 * p[2][j],
+            _ => p[2][j],
+        })
+    });
+    let (q1, q2, q3) = (density * dt, density * dt * dt, density * dt * dt * dt);
+    let q: Matrix = [
+        [q3 * dt * dt / 20.0, q3 * dt / 8.0, q3 / 6.0],
+        [q3 * dt / 8.0, q3 / 3.0, q2 / 2.0],
+        [q3 / 6.0, q2 / 2.0, q1],
+    ];
+    std::array::from_fn(|i| {
+        let r = fp[i];
+        [
+            r[0] + d1 * r[1] + d2 * r[2] + q[i][0],
+            r[1] + d1 * r[2] + q[i][1],
+            r[2] + q[i][2],
+        ]
+    })
+}
+
+/// G = P F' inv(P_next)
+fn smoother_gain(filtered: &Matrix, next: &Matrix, dt: f64) -> Matrix {
+    let (d1, d2) = (dt, 0.5 * dt * dt);
+    let inverse = inverse(next);
+    std::array::from_fn(|i| {
+        let r = filtered[i];
+        let pf = [r[0] + d1 * r[1] + d2 * r[2], r[1] + d1 * r[2], r[2]];
+        std::array::from_fn(|j| {
+            pf[0] * inverse[0][j] + pf[1] * inverse[1][j] + pf[2] * inverse[2][j]
+        })
+    })
+}
+
+/// Inverse of a symmetric positive definite matrix, by its adjugate.
+fn inverse(m: &Matrix) -> Matrix {
+    let minor = |a: usize, b: usize, c: usize, d: usize| m[a][c] * m[b][d] - m[a][d] * m[b][c];
+    let (c00, c01, c02) = (minor(1, 2, 1, 2), -minor(1, 2, 0, 2), minor(1, 2, 0, 1));
+    let (c11, c12, c22) = (minor(0, 2, 0, 2), -minor(0, 2, 0, 1), minor(0, 1, 0, 1));
+    let scale = 1.0 / (m[0][0] * c00 + m[0][1] * c01 + m[0][2] * c02);
+    [
+        [c00 * scale, c01 * scale, c02 * scale],
+        [c01 * scale, c11 * scale, c12 * scale],
+        [c02 * scale, c12 * scale, c22 * scale],
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MODEL: Model = Model {
+        value_variance: 1e-6,
+        rate_variance: 1e-6,
+        density: 1.0,
+        max_gap_ns: 100_000_000,
+    };
+
+    fn parabola(t: f64) -> Jet {
+        [1.0 + 2.0 * t - 1.5 * t * t, 2.0 - 3.0 * t, -3.0]
+    }
+
+    /// A jerk-free motion sampled with jitter.
+    fn parabolic_track(keeps_history: bool) -> Track {
+        let mut track = Track::new(MODEL, 1, keeps_history);
+        for k in 0..400_i64 {
+            let stamp = k * 10_000_000 + (k * 7919 % 13) * 200_000;
+            track
+                .push(
+                    stamp,
+                    &[parabola(seconds(stamp))[0]],
+                    None,
+                    Doubt::default(),
+                )
+                .unwrap();
+        }
+        track
+    }
+
+    #[test]
+    fn a_filter_follows_a_parabola_without_lag() {
+        let track = parabolic_track(false);
+        let stamp = track.last_ns().unwrap() + 3_000_000;
+        let (found, truth) = (track.at(0, stamp), parabola(seconds(stamp)));
+        for i in 0..3 {
+            assert!((found[i] - truth[i]).abs() < 1e-4, "{found:?} {truth:?}");
+        }
+    }
+
+    #[test]
+    fn a_smoother_is_exact_on_a_parabola_from_end_to_end() {
+        let history = parabolic_track(true).smoothed();
+        for (jet, &stamp) in history.jets.iter().zip(&history.stamps_ns) {
+            let truth = parabola(seconds(stamp));
+            for i in 0..3 {
+                assert!(
+                    (jet[i] - truth[i]).abs() < 1e-3 * (1 + i) as f64,
+                    "{stamp}: {jet:?} {truth:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn measured_rates_are_used_only_if_all_are_finite() {
+        let mut track = Track::new(MODEL, 2, false);
+        track
+            .push(0, &[0.0, 0.0], Some(&[1.0, f64::NAN]), Doubt::default())
+            .unwrap();
+        assert_eq!(track.jets[0][1], 0.0);
+        assert_eq!(
+            track.push(0, &[0.0, 0.0], None, Doubt::default()),
+            Err(SampleError::NotLater)
+        );
+        assert_eq!(
+            track.push(1, &[0.0, f64::INFINITY], None, Doubt::default()),
+            Err(SampleError::NotFinite)
+        );
+    }
+
+    #[test]
+    fn a_gap_starts_anew_and_is_not_smoothed_across() {
+        let mut track = Track::new(MODEL, 1, true);
+        for k in 0..20 {
+            track
+                .push(k * 10_000_000, &[0.0], None, Doubt::default())
+                .unwrap();
+        }
+        for k in 0..20 {
+            track
+                .push(
+                    1_000_000_000 + k * 10_000_000,
+                    &[5.0],
+                    None,
+                    Doubt::default(),
+                )
+                .unwrap();
+        }
+        assert_eq!(track.started_ns(), 1_000_000_000);
+        let history = track.smoothed();
+        assert!(history.jets[19][0].abs() < 1e-9 && (history.jets[20][0] - 5.0).abs() < 1e-9);
+    }
+}

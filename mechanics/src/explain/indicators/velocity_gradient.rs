@@ -1,0 +1,85 @@
+//! Derivatives of sigma by the travel of the base: the avoidance gradient of the first paper (111), with
+//! the whole machine's dynamics and the arm carried along.
+//!
+//! With f = vdot + w x v + g up the specific force at the base origin, v and vdot as components in base
+//! axes:
+//! ```text
+//!     dN/dv_x = dN/df . (w x e_x)       dN/dw_z = dN/df . (e_z x v) + dN/dw_z|f       dN/dvdot_x = dN/df . e_x
+//! ```
+//! The first three hold the accelerations; braking shows in the last three.
+
+use super::Balance;
+use crate::dynamics::newton_euler_derivatives::by_travel;
+use crate::explain::sensitivity::Sensitivity;
+use crate::machine::Travel;
+use crate::number::Real;
+
+/// Derivatives of sigma.
+#[derive(Debug, Clone, Copy)]
+pub struct VelocityGradient<T> {
+    /// By the forward velocity v_x, accelerations held (N^2 s/m).
+    pub forward_velocity: T,
+    /// By the velocity to the left v_y (N^2 s/m).
+    pub left_velocity: T,
+    /// By the yaw rate (N^2 s/rad); NaN where the velocity is unknown.
+    pub yaw_rate: T,
+    /// By the rate of v_x (N^2 s^2/m).
+    pub forward_acceleration: T,
+    /// By the rate of v_y (N^2 s^2/m).
+    pub left_acceleration: T,
+    /// By the yaw acceleration (N^2 s^2/rad).
+    pub yaw_acceleration: T,
+}
+
+impl<T: Real> VelocityGradient<T> {
+    pub(crate) fn get(&self, travel: Travel) -> T {
+        match travel {
+            Travel::ForwardVelocity => self.forward_velocity,
+            Travel::LeftVelocity => self.left_velocity,
+            Travel::YawRate => self.yaw_rate,
+            Travel::ForwardAcceleration => self.forward_acceleration,
+            Travel::LeftAcceleration => self.left_acceleration,
+            Travel::YawAcceleration => self.yaw_acceleration,
+        }
+    }
+
+    pub(crate) fn unknown() -> Self {
+        let unknown = T::constant(f64::NAN);
+        Self {
+            forward_velocity: unknown,
+            left_velocity: unknown,
+            yaw_rate: unknown,
+            forward_acceleration: unknown,
+            left_acceleration: unknown,
+            yaw_acceleration: unknown,
+        }
+    }
+}
+
+pub(super) fn of<T: Real>(
+    balance: &Balance<'_, T>,
+    sensitivity: &Sensitivity<T>,
+    otf: &[T],
+) -> VelocityGradient<T> {
+    let (w, velocity) = (
+        &balance.motions[0].angular_velocity,
+        &balance.state.base.velocity,
+    );
+    let mut sums = [T::zero(); Travel::ALL.len()];
+    let optimal = &balance.machine.reference.optimal_load;
+    for (wheel, (&otf, optimal)) in otf.iter().zip(optimal).enumerate() {
+        let off = otf - T::constant(*optimal);
+        let by = by_travel(sensitivity.by_base(wheel), w, velocity);
+        for (sum, by) in sums.iter_mut().zip(by) {
+            *sum += by * off;
+        }
+    }
+    VelocityGradient {
+        forward_velocity: sums[0],
+        left_velocity: sums[1],
+        yaw_rate: sums[2],
+        forward_acceleration: sums[3],
+        left_acceleration: sums[4],
+        yaw_acceleration: sums[5],
+    }
+}

@@ -1,0 +1,444 @@
+//! From a load's influence to the signals: through the bodies' wrench, joint by joint.
+
+use nalgebra::Vector3;
+
+use super::Writer;
+use super::regressor::FeltLink;
+use crate::dynamics::composite::{Composite, Field};
+use crate::dynamics::groups::Groups;
+use crate::dynamics::kinematics::{BodyMotion, ImuSeat, base_motion};
+use crate::dynamics::newton_euler_derivatives::{
+    BaseGradient, BaseWrenches, JointWrenches, MotionFields, MovingJoint, joint_form,
+};
+use crate::geometry::coordinate::Coordinate;
+use crate::geometry::spatial::{Wrench, cross, rotate_back};
+use crate::machine::{
+    Drive, JointKind, Linkage, Machine, TorqueJoint, massive_links, rotation_in_body,
+};
+use crate::number::{Dual, Real};
+use crate::state::{ImuState, State};
+use crate::wheel_loads::{Actuation, Influence};
+
+/// An evaluation, as the derivatives need it.
+pub(crate) struct SensedMotion<'a, T: Real> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) state: &'a State<T>,
+    pub(crate) seat: &'a ImuSeat<T>,
+    pub(crate) coordinates: &'a [Coordinate<T>],
+    pub(crate) motions: &'a [BodyMotion<T>],
+    /// Wrench of every body with its payloads.
+    pub(crate) wrenches: &'a [Wrench<T>],
+    pub(crate) groups: &'a Groups<T>,
+    pub(crate) actuations: &'a [Actuation<T>],
+    pub(crate) tool_wrench: &'a Wrench<T>,
+    pub(crate) centres: &'a [Vector3<T>],
+}
+
+/// Derivatives of a joint's coordinate by the measured joint that it follows.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Following<T> {
+    /// Of the coordinate by the position; also of rate by rate, of acceleration by acceleration.
+    pub(crate) coordinate: T,
+    /// Of the rate by the position; half of acceleration by rate.
+    rate: T,
+    /// Of the acceleration by the position.
+    acceleration: T,
+}
+
+/// What of one evaluation serves all wheels, and scratch for one.
+#[derive(Debug)]
+pub(super) struct Chain<T: Real> {
+    /// Moments of every body and all beyond it.
+    pub(super) beyond: Vec<Composite<T>>,
+    /// Wrench of every body and all beyond it, less that on the tool.
+    pub(super) wrench_beyond: Vec<Wrench<T>>,
+    /// Every link with mass.
+    pub(super) links: Vec<FeltLink<T>>,
+    fields: Vec<MotionFields<T>>,
+    joints: Vec<MovingJoint<T>>,
+    wrenches: Vec<JointWrenches<T>>,
+    following: Vec<Following<T>>,
+    base: BaseWrenches<T>,
+    /// Of the bodies beyond each joint of known torque.
+    base_beyond: Vec<BaseWrenches<T>>,
+    /// Coefficients of every body's wrench in the load at hand.
+    pub(super) form: Vec<Wrench<T>>,
+    /// Its derivatives by position, rate and acceleration of every measured joint.
+    by_joint: Vec<[T; 3]>,
+    dual_coordinates: Vec<Coordinate<Dual<T>>>,
+}
+
+impl<T: Real> Chain<T> {
+    pub(super) fn new(machine: &Machine) -> Self {
+        let (n, zero) = (machine.bodies.len(), T::zero());
+        let still = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+        let fields = MotionFields::of(&still);
+        let joint = MovingJoint::new(JointKind::Revolute, &still, &fields);
+        let nothing = Composite::zero();
+        let base = BaseWrenches::of(&nothing, &Vector3::zeros());
+        let dual = Dual::constant(0.0);
+        Self {
+            beyond: vec![nothing; n],
+            wrench_beyond: vec![Wrench::zero(); n],
+            links: massive_links(machine).map(FeltLink::still).collect(),
+            fields: vec![fields; n],
+            joints: vec![joint; n],
+            wrenches: vec![joint.wrenches(&nothing, &Wrench::zero()); n],
+            following: vec![
+                Following {
+                    coordinate: zero,
+                    rate: zero,
+                    acceleration: zero
+                };
+                n
+            ],
+            base,
+            base_beyond: vec![base; machine.contact.torque_joints().count()],
+            form: vec![Wrench::zero(); n],
+            by_joint: vec![[zero; 3]; machine.joints.len()],
+            dual_coordinates: vec![Coordinate::slid(dual, dual, dual); n],
+        }
+    }
+
+    /// What does not depend on the wheel.
+    pub(super) fn fill(&mut self, motion: &SensedMotion<'_, T>) {
+        let machine = motion.machine;
+        self.beyond.copy_from_slice(&motion.groups.bodies);
+        self.wrench_beyond.copy_from_slice(motion.wrenches);
+        if let Some(tool) = &machine.tool {
+            let beyond = &mut self.wrench_beyond[tool.body];
+            *beyond = beyond.minus(motion.tool_wrench);
+        }
+        for (i, body) in machine.bodies.iter().enumerate().skip(1).rev() {
+            let (beyond, wrench) = (self.beyond[i], self.wrench_beyond[i]);
+            self.beyond[body.parent].add(&beyond);
+            self.wrench_beyond[body.parent] = self.wrench_beyond[body.parent].plus(&wrench);
+        }
+        for (fields, body) in self.fields.iter_mut().zip(motion.motions) {
+            *fields = MotionFields::of(body);
+        }
+        for (i, body) in machine.bodies.iter().enumerate().skip(1) {
+            let parent = &self.fields[body.parent];
+            self.joints[i] = MovingJoint::new(body.kind, &motion.motions[i], parent);
+            self.wrenches[i] = self.joints[i].wrenches(&self.beyond[i], &self.wrench_beyond[i]);
+        }
+        let w = &motion.motions[0].angular_velocity;
+        self.base = BaseWrenches::of(&self.beyond[0], w);
+        for (k, joint) in machine.contact.torque_joints().enumerate() {
+            self.base_beyond[k] = BaseWrenches::of(&self.beyond[joint.body], w);
+        }
+        for link in &mut self.links {
+            link.feel(motion);
+        }
+        self.follow_measured(motion);
+    }
+
+    /// How every joint follows the measured ones; a closed triangle by its own equations in dual
+    /// numbers.
+    fn follow_measured(&mut self, motion: &SensedMotion<'_, T>) {
+        let machine = motion.machine;
+        let directly = |factor: T| Following {
+            coordinate: factor,
+            rate: T::zero(),
+            acceleration: T::zero(),
+        };
+        for (following, body) in self.following.iter_mut().zip(&machine.bodies) {
+            match body.drive {
+                Drive::Measured(_) => *following = directly(T::one()),
+                Drive::Mimic { multiplier, .. } => *following = directly(T::constant(multiplier)),
+                _ => {}
+            }
+        }
+        for linkage in &machine.linkages {
+            let [pivot, cylinder, rod] = followed_by(linkage, motion.state);
+            self.following[linkage.bodies.pivot] = pivot;
+            self.following[linkage.bodies.cylinder] = cylinder;
+            self.following[linkage.bodies.rod] = rod;
+        }
+    }
+
+    /// Takes up the load of `influence`: fills `form` and `by_joint`; gives the derivatives by the
+    /// base's motion.
+    pub(super) fn follow(
+        &mut self,
+        motion: &SensedMotion<'_, T>,
+        influence: &Influence<T>,
+    ) -> BaseGradient<T> {
+        let machine = motion.machine;
+        let form_of = |joint: &TorqueJoint, factor: T| {
+            let kind = machine.bodies[joint.body].kind;
+            joint_form(kind, &motion.motions[joint.body], factor)
+        };
+        self.form.fill(influence.wrench);
+        self.by_joint.fill([T::zero(); 3]);
+        let mut base = self.base.contracted(&influence.wrench);
+        for (k, joint) in machine.contact.torque_joints().enumerate() {
+            let torque = form_of(joint, influence.torque[k]);
+            base.add(&self.base_beyond[k].contracted(&torque));
+            for (form, &carried) in self.form.iter_mut().zip(&joint.carries_body) {
+                if carried {
+                    *form = form.plus(&torque);
+                }
+            }
+        }
+        for body in 1..machine.bodies.len() {
+            let mut by = self.wrenches[body].contracted(&self.form[body]);
+            let field = &self.joints[body].field;
+            by[0] += by_places(machine, motion, influence, body, field);
+            for (k, joint) in machine.contact.torque_joints().enumerate() {
+                // a joint nearer to the base moves what is beyond the free one as a whole
+                if joint.body != body && machine.is_carried_by(joint.body, body) {
+                    let torque = form_of(joint, influence.torque[k]);
+                    let (moments, wrench) =
+                        (&self.beyond[joint.body], &self.wrench_beyond[joint.body]);
+                    let more = self.joints[body]
+                        .wrenches(moments, wrench)
+                        .contracted(&torque);
+                    for (by, more) in by.iter_mut().zip(more) {
+                        *by += more;
+                    }
+                }
+            }
+            self.by_joint_of(machine, body, by);
+        }
+        self.follow_gearing(motion, influence);
+        self.follow_imu(motion, &base);
+        base
+    }
+
+    /// How cylinder and rod follow the pivot changes with it: the value of an actuated joint's equation,
+    /// T_p + phi' T_c + x' (T_r - f), by the derivatives of phi' and x'.
+    fn follow_gearing(&mut self, motion: &SensedMotion<'_, T>, influence: &Influence<T>) {
+        let (machine, contact) = (motion.machine, &motion.machine.contact);
+        for (j, joint) in contact.actuated_joints.iter().enumerate() {
+            let actuation = &motion.actuations[j];
+            let [_, _, by_rod] = actuation.gearing.slope;
+            let mut by_position = -(by_rod * actuation.force);
+            for (step, &slope) in joint.steps.iter().zip(&actuation.gearing.slope) {
+                let kind = machine.bodies[step.body].kind;
+                let form = joint_form(kind, &motion.motions[step.body], slope);
+                by_position += self.wrench_beyond[step.body].contracted(&form);
+            }
+            let measured = machine.linkages[joint.linkage].measured_joint;
+            self.by_joint[measured][0] += by_position * influence.gearing[j];
+        }
+    }
+
+    /// Adds the derivatives by a joint's coordinate to those by the measured joint it follows.
+    fn by_joint_of(&mut self, machine: &Machine, body: usize, by: [T; 3]) {
+        let Some(measured) = measured_by(machine, body) else {
+            return;
+        };
+        let following = &self.following[body];
+        let [position, rate, acceleration] = by;
+        let total = &mut self.by_joint[measured];
+        total[0] += position * following.coordinate
+            + rate * following.rate
+            + acceleration * following.acceleration;
+        total[1] += rate * following.coordinate + acceleration * following.rate * T::constant(2.0);
+        total[2] += acceleration * following.coordinate;
+    }
+
+    /// On a moving body, the IMU's joints change what it tells of the base: the base's motion in dual
+    /// numbers, joint by joint.
+    fn follow_imu(&mut self, motion: &SensedMotion<'_, T>, base: &BaseGradient<T>) {
+        let machine = motion.machine;
+        let imu = ImuState {
+            specific_force: motion.state.imu.specific_force.map(Dual::fixed),
+            angular_velocity: motion.state.imu.angular_velocity.map(Dual::fixed),
+            angular_acceleration: motion.state.imu.angular_acceleration.map(Dual::fixed),
+        };
+        let mut carrier = machine.imu.body;
+        while carrier != 0 {
+            if let Some(measured) = measured_by(machine, carrier) {
+                for jet in 0..3 {
+                    self.vary(motion, carrier, jet);
+                    let seat = ImuSeat::of(machine, &self.dual_coordinates);
+                    let moved = base_motion(machine, &seat, &imu);
+                    self.by_joint[measured][jet] += base.by_change(&moved);
+                }
+            }
+            carrier = machine.bodies[carrier].parent;
+        }
+    }
+
+    /// Coordinates of all joints, that of `body` a function of its measured joint's position (0),
+    /// rate (1) or acceleration (2).
+    fn vary(&mut self, motion: &SensedMotion<'_, T>, body: usize, jet: usize) {
+        for (dual, coordinate) in self.dual_coordinates.iter_mut().zip(motion.coordinates) {
+            *dual = coordinate.map(Dual::fixed);
+        }
+        let (following, zero) = (&self.following[body], T::zero());
+        let two = T::constant(2.0);
+        let [moved, rate, acceleration] = match jet {
+            0 => [following.coordinate, following.rate, following.acceleration],
+            1 => [zero, following.coordinate, following.rate * two],
+            _ => [zero, zero, following.coordinate],
+        };
+        let dual = &mut self.dual_coordinates[body];
+        match motion.machine.bodies[body].kind {
+            JointKind::Revolute => {
+                (dual.sin.slope, dual.cos.slope) =
+                    (dual.cos.value * moved, -dual.sin.value * moved);
+            }
+            JointKind::Prismatic => dual.displacement.slope = moved,
+        }
+        dual.rate.slope = rate;
+        dual.acceleration.slope = acceleration;
+    }
+
+    /// Joints, IMU, tool, actuators: in the order of the parameters.
+    pub(super) fn write_signals(
+        &self,
+        motion: &SensedMotion<'_, T>,
+        influence: &Influence<T>,
+        base: &BaseGradient<T>,
+        write: &mut Writer<'_, T>,
+    ) {
+        for &by in &self.by_joint {
+            write.write(by);
+        }
+        let sensed = base.by_sensor(motion);
+        for by in [
+            sensed.specific_force,
+            sensed.angular_velocity,
+            sensed.angular_acceleration,
+        ] {
+            write.vector(&rotate_back(&motion.seat.rotation, &by));
+        }
+        if let Some(tool) = &motion.machine.tool {
+            let carrier = &motion.motions[tool.body];
+            let rotation = carrier.rotation * rotation_in_body(tool).map(T::constant);
+            let origin = carrier.point(&tool.body_from_mount.translation.vector);
+            let form = &self.form[tool.body];
+            let by_force = -(form.force + cross(&form.moment, &origin));
+            for by in [by_force, -form.moment] {
+                write.vector(&rotate_back(&rotation, &by));
+            }
+        }
+        for &by in &influence.actuator {
+            write.write([by]);
+        }
+    }
+}
+
+/// How a joint's position moves wheels and joints of known torque beyond it.
+fn by_places<T: Real>(
+    machine: &Machine,
+    motion: &SensedMotion<'_, T>,
+    influence: &Influence<T>,
+    body: usize,
+    field: &Field<T>,
+) -> T {
+    let mut by = T::zero();
+    for (wheel, spec) in machine.wheels.iter().enumerate() {
+        if machine.is_carried_by(spec.body, body) {
+            by += influence.centre[wheel].dot(&field.at(&motion.centres[wheel]));
+        }
+    }
+    for (k, joint) in machine.contact.torque_joints().enumerate() {
+        if machine.is_carried_by(joint.body, body) {
+            let free = &motion.motions[joint.body];
+            let axis: Vector3<T> = free.rotation.column(2).into_owned();
+            let [by_origin, by_axis] = &influence.axis[k];
+            by +=
+                by_origin.dot(&field.at(&free.origin)) + by_axis.dot(&cross(&field.angular, &axis));
+        }
+    }
+    by
+}
+
+/// The measured joint that a body's joint follows.
+fn measured_by(machine: &Machine, body: usize) -> Option<usize> {
+    match machine.bodies[body].drive {
+        Drive::Root => None,
+        Drive::Measured(joint) | Drive::Mimic { joint, .. } => Some(joint),
+        Drive::Pivot(linkage) | Drive::Cylinder(linkage) | Drive::Rod(linkage) => {
+            Some(machine.linkages[linkage].measured_joint)
+        }
+    }
+}
+
+/// How pivot, cylinder and rod follow the measured side.
+pub(crate) fn followed_by<T: Real>(linkage: &Linkage, state: &State<T>) -> [Following<T>; 3] {
+    let mut measured = state.joints[linkage.measured_joint].map(Dual::fixed);
+    measured.position.slope = T::one();
+    let solved = linkage.solve(&measured);
+    let turned = |c: &Coordinate<Dual<T>>| c.cos.value * c.sin.slope - c.sin.value * c.cos.slope;
+    let following = |c: &Coordinate<Dual<T>>, coordinate: T| Following {
+        coordinate,
+        rate: c.rate.slope,
+        acceleration: c.acceleration.slope,
+    };
+    [
+        following(&solved.pivot, turned(&solved.pivot)),
+        following(&solved.cylinder, turned(&solved.cylinder)),
+        following(&solved.rod, solved.rod.displacement.slope),
+    ]
+}
+
+impl<T: Real> JointWrenches<T> {
+    fn contracted(&self, form: &Wrench<T>) -> [T; 3] {
+        [
+            self.position.contracted(form),
+            self.rate.contracted(form),
+            self.acceleration.contracted(form),
+        ]
+    }
+}
+
+impl<T: Real> BaseWrenches<T> {
+    fn contracted(&self, form: &Wrench<T>) -> BaseGradient<T> {
+        let by = |wrenches: &[Wrench<T>; 3]| {
+            Vector3::from(wrenches.each_ref().map(|wrench| wrench.contracted(form)))
+        };
+        BaseGradient {
+            specific_force: by(&self.specific_force),
+            angular_velocity: by(&self.angular_velocity),
+            angular_acceleration: by(&self.angular_acceleration),
+        }
+    }
+}
+
+impl<T: Real> BaseGradient<T> {
+    pub(super) fn zero() -> Self {
+        Self {
+            specific_force: Vector3::zeros(),
+            angular_velocity: Vector3::zeros(),
+            angular_acceleration: Vector3::zeros(),
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.specific_force += other.specific_force;
+        self.angular_velocity += other.angular_velocity;
+        self.angular_acceleration += other.angular_acceleration;
+    }
+
+    /// The change of the load with a change of the base's motion.
+    fn by_change(&self, moved: &BodyMotion<Dual<T>>) -> T {
+        let slopes = |v: &Vector3<Dual<T>>| v.map(|component| component.slope);
+        self.specific_force.dot(&slopes(&moved.specific_force))
+            + self.angular_velocity.dot(&slopes(&moved.angular_velocity))
+            + self
+                .angular_acceleration
+                .dot(&slopes(&moved.angular_acceleration))
+    }
+
+    /// Derivatives by the sensor's readings turned into base axes: [`base_motion`] backwards.
+    pub(super) fn by_sensor(&self, motion: &SensedMotion<'_, T>) -> Self {
+        let (seat, w) = (motion.seat, &motion.motions[0].angular_velocity);
+        let (p, f) = (&seat.position, &self.specific_force);
+        let angular_acceleration = self.angular_acceleration - cross(p, f);
+        let angular_velocity = self.angular_velocity
+            - cross(&cross(w, p), f)
+            - cross(p, &cross(f, w))
+            - cross(&seat.velocity, f) * T::constant(2.0)
+            - cross(&seat.angular_velocity, &angular_acceleration);
+        Self {
+            specific_force: *f,
+            angular_velocity,
+            angular_acceleration,
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Unit, nominal value and stated uncertainty of every parameter.
+
+use super::parameter::Parameter;
+use super::stated_sigma::stated_sigma;
+use super::{Machine, Seat, Split};
+
+impl Parameter {
+    /// Unit of its value.
+    #[must_use]
+    pub fn unit(self, machine: &Machine) -> &'static str {
+        let of_joint = |joint: usize, turning, sliding| {
+            if machine.joint_slides(joint) {
+                sliding
+            } else {
+                turning
+            }
+        };
+        match self {
+            Self::JointPosition(joint) => of_joint(joint, "rad", "m"),
+            Self::JointRate(joint) => of_joint(joint, "rad/s", "m/s"),
+            Self::JointAcceleration(joint) => of_joint(joint, "rad/s^2", "m/s^2"),
+            Self::SpecificForce(_) => "m/s^2",
+            Self::AngularVelocity(_) => "rad/s",
+            Self::AngularAcceleration(_) => "rad/s^2",
+            Self::ToolForce(_) | Self::ActuatorForce(_) => "N",
+            Self::ToolMoment(_) => "N m",
+            Self::LinkMass(_) | Self::PayloadMass(_) => "kg",
+            Self::LinkInertia(..) => "kg m^2",
+            Self::LinkCom(..)
+            | Self::WheelPosition(..)
+            | Self::WheelRadius(_)
+            | Self::ArmPosition(_)
+            | Self::ImuPosition(_) => "m",
+            Self::ImuRotation(_) => "rad",
+            Self::FrontShare | Self::TyreStiffness(_) => "-",
+            Self::Travel(travel) => travel.unit(),
+        }
+    }
+
+    /// Its value in the machine; `None` for signals, and where only a change has a meaning.
+    #[must_use]
+    pub fn nominal(self, machine: &Machine) -> Option<f64> {
+        match self {
+            Self::LinkMass(link) => Some(machine.links[link].inertia.mass),
+            Self::LinkCom(link, axis) => {
+                let link = &machine.links[link];
+                let com = link.body_from_link.inverse() * nalgebra::Point3::from(link.inertia.com);
+                Some(com[axis as usize])
+            }
+            Self::LinkInertia(link, element) => {
+                let link = &machine.links[link];
+                let rotation = link.body_from_link.rotation.to_rotation_matrix();
+                let tensor =
+                    rotation.matrix().transpose() * link.inertia.about_com * rotation.matrix();
+                Some(tensor[element.place()])
+            }
+            Self::PayloadMass(payload) => Some(machine.payloads[payload].inertia.mass),
+            Self::WheelPosition(wheel, axis) => {
+                let wheel = &machine.wheels[wheel];
+                let place = if wheel.body == wheel.seat.carrier {
+                    wheel.centre_in_body
+                } else {
+                    machine.bodies[wheel.body].joint_in_parent
+                };
+                Some(in_seat(&wheel.seat, &place)[axis as usize])
+            }
+            Self::WheelRadius(wheel) => Some(machine.wheels[wheel].radius),
+            Self::ArmPosition(axis) => {
+                let (seat, root) = (machine.arm_seat.as_ref()?, machine.arm_root.as_ref()?);
+                let place = if root.body == seat.carrier {
+                    root.body_from_mount.translation.vector
+                } else {
+                    machine.bodies[root.body].joint_in_parent
+                };
+                Some(in_seat(seat, &place)[axis as usize])
+            }
+            Self::ImuPosition(axis) => {
+                Some(machine.imu.body_from_mount.translation.vector[axis as usize])
+            }
+            Self::FrontShare => match machine.contact.split {
+                Split::FrontShare { share, .. } => Some(share),
+                Split::Springs => None,
+            },
+            Self::ImuRotation(_)
+            | Self::TyreStiffness(_)
+            | Self::JointPosition(_)
+            | Self::JointRate(_)
+            | Self::JointAcceleration(_)
+            | Self::SpecificForce(_)
+            | Self::AngularVelocity(_)
+            | Self::AngularAcceleration(_)
+            | Self::ToolForce(_)
+            | Self::ToolMoment(_)
+            | Self::ActuatorForce(_)
+            | Self::Travel(_) => None,
+        }
+    }
+
+    /// One standard deviation of it as the machine file states it, or the default, in its unit; of a
+    /// signal that of its constant error.
+    #[must_use]
+    pub fn sigma(self, machine: &Machine) -> f64 {
+        stated_sigma(machine, self)
+    }
+}
+
+/// A place in the carrier in the axes that the seat gives positions in.
+fn in_seat(seat: &Seat, place: &nalgebra::Vector3<f64>) -> nalgebra::Vector3<f64> {
+    seat.carrier_from_axes.transpose() * place
+}

@@ -1,0 +1,213 @@
+//! What the loads may be differentiated by: signals and parameters, by name, unit and nominal value.
+
+use super::travel::Travel;
+use super::{Machine, Split};
+
+/// An axis of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
+/// An element of an inertia tensor (a tensor element, not a product of inertia: I_xy = -sum m x y).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum InertiaElement {
+    /// I_xx
+    Xx,
+    /// I_yy
+    Yy,
+    /// I_zz
+    Zz,
+    /// I_xy = I_yx
+    Xy,
+    /// I_xz = I_zx
+    Xz,
+    /// I_yz = I_zy
+    Yz,
+}
+
+/// A signal, or a parameter of the machine. Indices are those of the machine's lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Parameter {
+    /// Position of a measured joint, and so the offset of its encoder (rad or m).
+    JointPosition(usize),
+    /// Rate of a measured joint (rad/s or m/s).
+    JointRate(usize),
+    /// Acceleration of a measured joint (rad/s^2 or m/s^2).
+    JointAcceleration(usize),
+    /// Specific force in the IMU's frame, and so the accelerometer's bias (m/s^2).
+    SpecificForce(Axis),
+    /// Angular velocity in the IMU's frame, and so the gyro's bias (rad/s).
+    AngularVelocity(Axis),
+    /// Angular acceleration in the IMU's frame (rad/s^2).
+    AngularAcceleration(Axis),
+    /// Force on the tool, in the tool's frame (N).
+    ToolForce(Axis),
+    /// Moment on the tool, in the tool's frame (N m).
+    ToolMoment(Axis),
+    /// Force of the actuator of an actuated joint (N).
+    ActuatorForce(usize),
+    /// Mass of a link, its centre of mass and inertia about it held (kg).
+    LinkMass(usize),
+    /// Centre of mass of a link, in the link's frame (m).
+    LinkCom(usize, Axis),
+    /// Inertia of a link about its centre of mass, in the link's axes (kg m^2).
+    LinkInertia(usize, InertiaElement),
+    /// Mass of a payload (kg).
+    PayloadMass(usize),
+    /// Where a wheel is joined to the link that carries it, in that link's axes (m).
+    WheelPosition(usize, Axis),
+    /// Radius of a wheel without load (m).
+    WheelRadius(usize),
+    /// Where the arm is joined to the link that carries it, in that link's axes (m).
+    ArmPosition(Axis),
+    /// Position of the IMU, in the axes of its body (m).
+    ImuPosition(Axis),
+    /// A small turn of the IMU about an axis of its body (rad).
+    ImuRotation(Axis),
+    /// D of assumption 8 of the first paper (no unit).
+    FrontShare,
+    /// Logarithm of a tyre's stiffness: its relative change (no unit).
+    TyreStiffness(usize),
+    /// Travel of the base: a velocity with the accelerations held, or an acceleration, through the
+    /// specific force that it makes.
+    Travel(Travel),
+}
+
+impl Axis {
+    /// The three axes.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// Its letter.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        ["x", "y", "z"][self as usize]
+    }
+}
+
+impl InertiaElement {
+    /// The elements in the order of a [`crate::machine::PayloadSpec`].
+    pub const ALL: [Self; 6] = [Self::Xx, Self::Yy, Self::Zz, Self::Xy, Self::Xz, Self::Yz];
+
+    /// Row and column.
+    #[must_use]
+    pub fn place(self) -> (usize, usize) {
+        [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)][self as usize]
+    }
+
+    /// Its two letters.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        ["xx", "yy", "zz", "xy", "xz", "yz"][self as usize]
+    }
+}
+
+impl Parameter {
+    /// All signals and parameters of a machine, signals first: the order of every gradient.
+    #[must_use]
+    pub fn all(machine: &Machine) -> Vec<Self> {
+        let mut all = Vec::new();
+        for joint in 0..machine.joints.len() {
+            all.extend([
+                Self::JointPosition(joint),
+                Self::JointRate(joint),
+                Self::JointAcceleration(joint),
+            ]);
+        }
+        let mut triple = |of: fn(Axis) -> Self| all.extend(Axis::ALL.map(of));
+        triple(Self::SpecificForce);
+        triple(Self::AngularVelocity);
+        triple(Self::AngularAcceleration);
+        if machine.tool.is_some() {
+            triple(Self::ToolForce);
+            triple(Self::ToolMoment);
+        }
+        all.extend((0..machine.contact.actuated_joints.len()).map(Self::ActuatorForce));
+        let mut triple = |of: fn(Axis) -> Self| all.extend(Axis::ALL.map(of));
+        triple(Self::ImuPosition);
+        triple(Self::ImuRotation);
+        if machine.arm_seat.is_some() {
+            triple(Self::ArmPosition);
+        }
+        for link in massive_links(machine) {
+            all.push(Self::LinkMass(link));
+            all.extend(Axis::ALL.map(|axis| Self::LinkCom(link, axis)));
+            all.extend(InertiaElement::ALL.map(|element| Self::LinkInertia(link, element)));
+        }
+        all.extend((0..machine.payloads.len()).map(Self::PayloadMass));
+        for wheel in 0..machine.wheels.len() {
+            all.extend(Axis::ALL.map(|axis| Self::WheelPosition(wheel, axis)));
+            all.push(Self::WheelRadius(wheel));
+        }
+        if matches!(machine.contact.split, Split::FrontShare { .. }) {
+            all.push(Self::FrontShare);
+        }
+        if machine.contact.tyres_deflect {
+            all.extend((0..machine.wheels.len()).map(Self::TyreStiffness));
+        }
+        all.extend(Travel::ALL.map(Self::Travel));
+        all
+    }
+
+    /// Whether it is a signal, which changes with time, and not a parameter of the machine.
+    #[must_use]
+    pub fn is_signal(self) -> bool {
+        matches!(
+            self,
+            Self::JointPosition(_)
+                | Self::JointRate(_)
+                | Self::JointAcceleration(_)
+                | Self::SpecificForce(_)
+                | Self::AngularVelocity(_)
+                | Self::AngularAcceleration(_)
+                | Self::ToolForce(_)
+                | Self::ToolMoment(_)
+                | Self::ActuatorForce(_)
+                | Self::Travel(_)
+        )
+    }
+
+    /// Its name, made of the names of the machine's parts.
+    #[must_use]
+    pub fn name(self, machine: &Machine) -> String {
+        let joint = |j: usize| &machine.joints[j].name;
+        let link = |l: usize| &machine.links[l].name;
+        let wheel = |w: usize| machine.wheels[w].name.to_lowercase();
+        match self {
+            Self::JointPosition(j) => format!("{}.position", joint(j)),
+            Self::JointRate(j) => format!("{}.rate", joint(j)),
+            Self::JointAcceleration(j) => format!("{}.acceleration", joint(j)),
+            Self::SpecificForce(axis) => format!("imu.specific_force_{}", axis.name()),
+            Self::AngularVelocity(axis) => format!("imu.angular_velocity_{}", axis.name()),
+            Self::AngularAcceleration(axis) => format!("imu.angular_acceleration_{}", axis.name()),
+            Self::ToolForce(axis) => format!("tool.force_{}", axis.name()),
+            Self::ToolMoment(axis) => format!("tool.moment_{}", axis.name()),
+            Self::ActuatorForce(j) => {
+                let joint = &machine.contact.actuated_joints[j];
+                format!("{}.force", machine.linkages[joint.linkage].name)
+            }
+            Self::LinkMass(l) => format!("{}.mass", link(l)),
+            Self::LinkCom(l, axis) => format!("{}.com_{}", link(l), axis.name()),
+            Self::LinkInertia(l, element) => format!("{}.inertia_{}", link(l), element.name()),
+            Self::PayloadMass(p) => format!("payload_{}.mass", p + 1),
+            Self::WheelPosition(w, axis) => format!("wheel_{}.position_{}", wheel(w), axis.name()),
+            Self::WheelRadius(w) => format!("wheel_{}.radius", wheel(w)),
+            Self::ArmPosition(axis) => format!("arm.position_{}", axis.name()),
+            Self::ImuPosition(axis) => format!("imu.position_{}", axis.name()),
+            Self::ImuRotation(axis) => format!("imu.rotation_{}", axis.name()),
+            Self::FrontShare => "contact.front_share".into(),
+            Self::TyreStiffness(w) => format!("wheel_{}.stiffness_share", wheel(w)),
+            Self::Travel(travel) => format!("base.{}", travel.name()),
+        }
+    }
+}
+
+/// Links that have mass, by index.
+pub(crate) fn massive_links(machine: &Machine) -> impl Iterator<Item = usize> + '_ {
+    (0..machine.links.len()).filter(|&link| machine.links[link].inertia.mass > 0.0)
+}

@@ -1,0 +1,254 @@
+//! The state of a machine at one instant: all that the memoryless equations need.
+
+use nalgebra::Vector3;
+
+use crate::geometry::coordinate::Motion;
+use crate::geometry::spatial::Wrench;
+use crate::machine::{Machine, Parameter, Travel};
+use crate::number::Real;
+
+/// The state at one instant, or at several side by side: see [`Real`].
+#[derive(Debug, Clone)]
+pub struct State<T> {
+    /// Motion of [`Machine::joints`], in their order.
+    pub joints: Vec<Motion<T>>,
+    /// What the inertial measurement unit feels, in its own frame.
+    pub imu: ImuState<T>,
+    /// Force and moment by the surroundings on the tool, at the origin of the tool's frame and in its
+    /// axes (N, N m); zero without one.
+    pub tool_wrench: Wrench<T>,
+    /// Force of the actuator of each of the [`actuated joints`](crate::machine::Contact::actuated_joints)
+    /// (N), positive where it pushes its rod out; NaN where it is unknown, and then the split rule decides.
+    pub actuator_force: Vec<T>,
+    /// How much of each of [`Machine::payloads`] hangs on its link: 1 or 0.
+    pub payload_share: Vec<T>,
+    /// What is known of the base beside what the IMU feels.
+    pub base: BaseState<T>,
+    /// How uncertain the numbers above are by the noise of their signals.
+    pub noise: SignalNoise<T>,
+}
+
+/// Attitude and travel of the base, in base axes; NaN where they are unknown.
+///
+/// The loads do not need them. They split what the IMU feels into slope, acceleration and cornering.
+#[derive(Debug, Clone, Copy)]
+pub struct BaseState<T> {
+    /// Unit vector against gravity.
+    pub up: Vector3<T>,
+    /// Velocity of the base origin (m/s).
+    pub velocity: Vector3<T>,
+    /// Derivative of the components of that velocity (m/s^2): not the inertial acceleration.
+    pub velocity_rate: Vector3<T>,
+}
+
+/// Covariance of a channel's value, first and second derivative.
+#[derive(Debug, Clone, Copy)]
+pub struct JetCovariance<T> {
+    /// Of value with value, value with first and value with second derivative.
+    pub value: [T; 3],
+    /// Of first with first, and first with second derivative.
+    pub first: [T; 2],
+    /// Of second with second derivative.
+    pub second: T,
+}
+
+/// How uncertain a state is by the noise of the signals it was estimated from: covariances of the
+/// estimate, zero where nothing was measured. Of several channels of a kind it is the largest.
+#[derive(Debug, Clone, Copy)]
+pub struct SignalNoise<T> {
+    /// Of a joint's position, rate and acceleration.
+    pub joint: JetCovariance<T>,
+    /// Of a component of the specific force (m^2/s^4).
+    pub specific_force: T,
+    /// Of a component of the angular velocity, of that with its acceleration, of the acceleration
+    /// (rad^2/s^2, rad^2/s^3, rad^2/s^4).
+    pub turning: [T; 3],
+    /// Of a component of the tool wrench (N^2 or N^2 m^2).
+    pub tool_wrench: T,
+}
+
+/// What an inertial measurement unit at rest in its body feels, in its own frame.
+#[derive(Debug, Clone, Copy)]
+pub struct ImuState<T> {
+    /// Acceleration minus gravity [m/s^2]: upwards at rest.
+    pub specific_force: Vector3<T>,
+    /// Angular velocity (rad/s).
+    pub angular_velocity: Vector3<T>,
+    /// Angular acceleration (rad/s^2).
+    pub angular_acceleration: Vector3<T>,
+}
+
+impl<T: Real> State<T> {
+    /// Nothing moves, nothing is felt, not even gravity, without noise; payloads of unlimited time are
+    /// in place; attitude and travel of the base are unknown.
+    #[must_use]
+    pub fn zero(machine: &Machine) -> Self {
+        let always = |window: [f64; 2]| {
+            if window[0].is_finite() || window[1].is_finite() {
+                T::zero()
+            } else {
+                T::one()
+            }
+        };
+        Self {
+            joints: vec![Motion::zero(); machine.joints().len()],
+            imu: ImuState {
+                specific_force: Vector3::zeros(),
+                angular_velocity: Vector3::zeros(),
+                angular_acceleration: Vector3::zeros(),
+            },
+            tool_wrench: Wrench::zero(),
+            actuator_force: vec![T::constant(f64::NAN); machine.contact.actuated_joints.len()],
+            payload_share: machine
+                .payloads()
+                .iter()
+                .map(|p| always(p.window_s))
+                .collect(),
+            base: BaseState::unknown(),
+            noise: SignalNoise::zero(),
+        }
+    }
+
+    /// How many numbers a state holds: the columns of [`StateColumns`](crate::StateColumns).
+    #[must_use]
+    pub fn size(machine: &Machine) -> usize {
+        let (joints, actuated) = (machine.joints.len(), machine.contact.actuated_joints.len());
+        3 * joints + 9 + 6 + actuated + machine.payloads.len() + 9 + 11
+    }
+
+    /// The same state in another type of number.
+    #[must_use]
+    pub fn map<U: Real>(&self, convert: impl Fn(T) -> U) -> State<U> {
+        let vector = |v: &Vector3<T>| v.map(&convert);
+        State {
+            joints: self.joints.iter().map(|m| m.map(&convert)).collect(),
+            imu: ImuState {
+                specific_force: vector(&self.imu.specific_force),
+                angular_velocity: vector(&self.imu.angular_velocity),
+                angular_acceleration: vector(&self.imu.angular_acceleration),
+            },
+            tool_wrench: Wrench {
+                force: vector(&self.tool_wrench.force),
+                moment: vector(&self.tool_wrench.moment),
+            },
+            actuator_force: self.actuator_force.iter().map(|&f| convert(f)).collect(),
+            payload_share: self.payload_share.iter().map(|&s| convert(s)).collect(),
+            base: BaseState {
+                up: vector(&self.base.up),
+                velocity: vector(&self.base.velocity),
+                velocity_rate: vector(&self.base.velocity_rate),
+            },
+            noise: SignalNoise {
+                joint: JetCovariance {
+                    value: self.noise.joint.value.map(&convert),
+                    first: self.noise.joint.first.map(&convert),
+                    second: convert(self.noise.joint.second),
+                },
+                specific_force: convert(self.noise.specific_force),
+                turning: self.noise.turning.map(&convert),
+                tool_wrench: convert(self.noise.tool_wrench),
+            },
+        }
+    }
+
+    /// Adds an amount to a signal. Parameters of the machine are no part of a state: changes of them
+    /// are left out, see [`Machine::changed`].
+    pub fn change(&mut self, signal: Parameter, amount: T) {
+        let (imu, tool) = (&mut self.imu, &mut self.tool_wrench);
+        let place = match signal {
+            Parameter::JointPosition(joint) => &mut self.joints[joint].position,
+            Parameter::JointRate(joint) => &mut self.joints[joint].rate,
+            Parameter::JointAcceleration(joint) => &mut self.joints[joint].acceleration,
+            Parameter::SpecificForce(axis) => &mut imu.specific_force[axis as usize],
+            Parameter::AngularVelocity(axis) => &mut imu.angular_velocity[axis as usize],
+            Parameter::AngularAcceleration(axis) => &mut imu.angular_acceleration[axis as usize],
+            Parameter::ToolForce(axis) => &mut tool.force[axis as usize],
+            Parameter::ToolMoment(axis) => &mut tool.moment[axis as usize],
+            Parameter::ActuatorForce(joint) => &mut self.actuator_force[joint],
+            _ => return,
+        };
+        *place += amount;
+    }
+
+    /// The value of a signal; `None` of a parameter of the machine.
+    #[must_use]
+    pub fn value(&self, signal: Parameter) -> Option<T> {
+        let (imu, tool) = (&self.imu, &self.tool_wrench);
+        Some(match signal {
+            Parameter::JointPosition(joint) => self.joints[joint].position,
+            Parameter::JointRate(joint) => self.joints[joint].rate,
+            Parameter::JointAcceleration(joint) => self.joints[joint].acceleration,
+            Parameter::SpecificForce(axis) => imu.specific_force[axis as usize],
+            Parameter::AngularVelocity(axis) => imu.angular_velocity[axis as usize],
+            Parameter::AngularAcceleration(axis) => imu.angular_acceleration[axis as usize],
+            Parameter::ToolForce(axis) => tool.force[axis as usize],
+            Parameter::ToolMoment(axis) => tool.moment[axis as usize],
+            Parameter::ActuatorForce(joint) => self.actuator_force[joint],
+            Parameter::Travel(Travel::ForwardVelocity) => self.base.velocity.x,
+            Parameter::Travel(Travel::LeftVelocity) => self.base.velocity.y,
+            Parameter::Travel(Travel::ForwardAcceleration) => self.base.velocity_rate.x,
+            Parameter::Travel(Travel::LeftAcceleration) => self.base.velocity_rate.y,
+            _ => return None,
+        })
+    }
+
+    /// Visits the numbers in their fixed order: joints (position, rate, acceleration each), specific force,
+    /// angular velocity, angular acceleration, tool force, tool moment, actuator forces, payload shares,
+    /// up, velocity and its rate, noise.
+    pub(crate) fn for_each_value(&mut self, mut visit: impl FnMut(&mut T)) {
+        for joint in &mut self.joints {
+            visit(&mut joint.position);
+            visit(&mut joint.rate);
+            visit(&mut joint.acceleration);
+        }
+        let (imu, tool) = (&mut self.imu, &mut self.tool_wrench);
+        imu.specific_force.iter_mut().for_each(&mut visit);
+        imu.angular_velocity.iter_mut().for_each(&mut visit);
+        imu.angular_acceleration.iter_mut().for_each(&mut visit);
+        tool.force.iter_mut().for_each(&mut visit);
+        tool.moment.iter_mut().for_each(&mut visit);
+        self.actuator_force.iter_mut().for_each(&mut visit);
+        self.payload_share.iter_mut().for_each(&mut visit);
+        self.base.up.iter_mut().for_each(&mut visit);
+        self.base.velocity.iter_mut().for_each(&mut visit);
+        self.base.velocity_rate.iter_mut().for_each(&mut visit);
+        let noise = &mut self.noise;
+        noise.joint.value.iter_mut().for_each(&mut visit);
+        noise.joint.first.iter_mut().for_each(&mut visit);
+        visit(&mut noise.joint.second);
+        visit(&mut noise.specific_force);
+        noise.turning.iter_mut().for_each(&mut visit);
+        visit(&mut noise.tool_wrench);
+    }
+}
+
+impl<T: Real> BaseState<T> {
+    /// Nothing is known.
+    #[must_use]
+    pub fn unknown() -> Self {
+        let unknown = Vector3::repeat(T::constant(f64::NAN));
+        Self {
+            up: unknown,
+            velocity: unknown,
+            velocity_rate: unknown,
+        }
+    }
+}
+
+impl<T: Real> SignalNoise<T> {
+    /// Exactly known signals.
+    #[must_use]
+    pub fn zero() -> Self {
+        let zero = T::zero();
+        Self {
+            joint: JetCovariance {
+                value: [zero; 3],
+                first: [zero; 2],
+                second: zero,
+            },
+            specific_force: zero,
+            turning: [zero; 3],
+            tool_wrench: zero,
+        }
+    }
+}

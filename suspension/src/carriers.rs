@@ -1,0 +1,127 @@
+//! Which bodies the suspension moves against each other: the machine as few rigid carriers, each with
+//! all that sits on it.
+//!
+//! A carrier is the base, a body of a suspension's linkage, or a body between those. Every other body
+//! (arm, wheels, steering) is counted to the carrier it sits on, with its own motion on it.
+
+use tipwatch_mechanics::geometry::coordinate::Coordinate;
+use tipwatch_mechanics::machine::{Body, Drive, Machine};
+use tipwatch_mechanics::number::Real;
+
+/// A body that carries others.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Carrier {
+    /// Index of the body.
+    pub(super) body: usize,
+    /// Index of the carrier that it sits on; the base's is 0, itself.
+    pub(super) parent: usize,
+    /// What moves it on its parent.
+    pub(super) drive: CarrierDrive,
+    /// The actuator that moves it on the base, itself or through what it sits on; the last of several.
+    pub(super) actuator: Option<usize>,
+}
+
+/// What moves a carrier on the one it sits on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum CarrierDrive {
+    /// Nothing that the suspension does.
+    Fixed,
+    /// The pivot of the actuator of this index.
+    Pivot(usize),
+    /// The cylinder's hinge of the actuator of this index.
+    Cylinder(usize),
+    /// The rod of the actuator of this index.
+    Rod(usize),
+}
+
+impl CarrierDrive {
+    fn actuator(self) -> Option<usize> {
+        match self {
+            Self::Fixed => None,
+            Self::Pivot(actuator) | Self::Cylinder(actuator) | Self::Rod(actuator) => {
+                Some(actuator)
+            }
+        }
+    }
+}
+
+/// The carriers of a machine, parents first, the base first.
+#[derive(Debug, Clone)]
+pub(super) struct Carriers {
+    pub(super) carriers: Vec<Carrier>,
+    /// The carrier of every body.
+    pub(super) of_body: Vec<usize>,
+    /// Whether the suspension's rods alone move them against each other.
+    pub(super) by_rods_alone: bool,
+    /// Whether no actuator carries another.
+    pub(super) apart: bool,
+}
+
+impl Carriers {
+    /// `linkages` are those of the suspension, by actuator.
+    pub(super) fn of(machine: &Machine, linkages: &[usize]) -> Self {
+        let actuator = |linkage: usize| linkages.iter().position(|&l| l == linkage);
+        let drive = |body: &Body| match body.drive {
+            Drive::Pivot(l) => actuator(l).map(CarrierDrive::Pivot),
+            Drive::Cylinder(l) => actuator(l).map(CarrierDrive::Cylinder),
+            Drive::Rod(l) => actuator(l).map(CarrierDrive::Rod),
+            Drive::Root | Drive::Measured(_) | Drive::Mimic { .. } => None,
+        };
+        let drives = machine.bodies().iter().map(drive);
+        let drives: Vec<_> = drives.map(|d| d.unwrap_or(CarrierDrive::Fixed)).collect();
+        let moved = |body: usize| drives[body] != CarrierDrive::Fixed;
+        let carries = |body: usize| {
+            let mut others = 0..machine.bodies().len();
+            body == 0 || others.any(|other| moved(other) && machine.is_carried_by(other, body))
+        };
+        let mut found = Self {
+            carriers: Vec::new(),
+            of_body: Vec::new(),
+            by_rods_alone: true,
+            apart: true,
+        };
+        for (body, spec) in machine.bodies().iter().enumerate() {
+            let parent = found.of_body.get(spec.parent).copied().unwrap_or(0);
+            if !carries(body) {
+                found.of_body.push(parent);
+                continue;
+            }
+            let below = found.carriers.get(parent).and_then(|c| c.actuator);
+            let own = drives[body].actuator();
+            found.by_rods_alone &= body == 0 || own.is_some();
+            found.apart &= own.is_none() || below.is_none() || own == below;
+            found.of_body.push(found.carriers.len());
+            found.carriers.push(Carrier {
+                body,
+                parent,
+                drive: drives[body],
+                actuator: own.or(below),
+            });
+        }
+        found
+    }
+}
+
+/// Coordinates of the joints that an actuator moves.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ActuatorCoordinates<T> {
+    pub(super) pivot: Coordinate<T>,
+    pub(super) cylinder: Coordinate<T>,
+    pub(super) rod: Coordinate<T>,
+}
+
+impl CarrierDrive {
+    /// The coordinate of a carrier's joint; `fixed` is that of one that no actuator moves.
+    pub(super) fn coordinate<T: Real>(
+        self,
+        actuators: &[ActuatorCoordinates<T>],
+        fixed: &Coordinate<f64>,
+    ) -> Coordinate<T> {
+        match self {
+            Self::Fixed => fixed.map(T::constant),
+            Self::Pivot(actuator) => actuators[actuator].pivot,
+            Self::Cylinder(actuator) => actuators[actuator].cylinder,
+            Self::Rod(actuator) => actuators[actuator].rod,
+        }
+    }
+}

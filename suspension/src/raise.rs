@@ -1,0 +1,105 @@
+//! Where the margins cannot all be met: the step that makes the smallest of them as large as it can be.
+//!
+//! Linearised, the smallest margin over the box is a roof of planes: its top lies where as many of them
+//! cross, or sides of the box, as there are variables and one more. All such places are tried.
+
+use crate::evaluation::{Evaluation, MAX_MARGINS};
+use crate::quadratic_step::dot;
+
+/// The change of z after which the smallest linearised margin is largest in the box from -1 to 1, and how
+/// large it is then.
+pub(super) fn raising_step<const N: usize>(z: &[f64; N], here: &Evaluation<N>) -> ([f64; N], f64) {
+    let mut roof = Roof {
+        value: [0.0; MAX_MARGINS],
+        slope: [[0.0; N]; MAX_MARGINS],
+        count: here.margins().len(),
+        low: z.map(|z| -1.0 - z),
+        high: z.map(|z| 1.0 - z),
+        best: [0.0; N],
+        top: f64::NEG_INFINITY,
+    };
+    for (j, margin) in here.margins().iter().enumerate() {
+        roof.value[j] = margin.value;
+        roof.slope[j] = margin.slopes;
+    }
+    roof.consider([0.0; N]);
+    if N == 1 {
+        roof.along(0, [0.0; N]);
+    } else {
+        roof.over_two();
+    }
+    (roof.best, roof.top)
+}
+
+struct Roof<const N: usize> {
+    value: [f64; MAX_MARGINS],
+    slope: [[f64; N]; MAX_MARGINS],
+    count: usize,
+    low: [f64; N],
+    high: [f64; N],
+    best: [f64; N],
+    top: f64,
+}
+
+impl<const N: usize> Roof<N> {
+    /// Takes a place, pulled into the box, if the roof is higher there.
+    fn consider(&mut self, d: [f64; N]) {
+        let d: [f64; N] = std::array::from_fn(|i| d[i].max(self.low[i]).min(self.high[i]));
+        let heights = (0..self.count).map(|j| self.value[j] + dot(&self.slope[j], &d));
+        let height = heights.fold(f64::INFINITY, f64::min);
+        if height > self.top {
+            (self.top, self.best) = (height, d);
+        }
+    }
+
+    /// Places on the line from `d` along one axis: its ends, and where two planes cross on it.
+    fn along(&mut self, axis: usize, d: [f64; N]) {
+        let mut place = d;
+        for end in [self.low[axis], self.high[axis]] {
+            place[axis] = end;
+            self.consider(place);
+        }
+        place[axis] = 0.0;
+        let base = place;
+        for j in 0..self.count {
+            for k in j + 1..self.count {
+                let height = |i: usize| self.value[i] + dot(&self.slope[i], &base);
+                let apart = self.slope[j][axis] - self.slope[k][axis];
+                let crossing = (height(k) - height(j)) / apart;
+                if crossing.is_finite() {
+                    place[axis] = crossing;
+                    self.consider(place);
+                }
+            }
+        }
+    }
+
+    /// The sides of the box, and where three planes cross.
+    fn over_two(&mut self) {
+        for (side, axis) in [(0, 1), (1, 0)] {
+            for end in [self.low[side], self.high[side]] {
+                let mut d = [0.0; N];
+                d[side] = end;
+                self.along(axis, d);
+            }
+        }
+        for i in 0..self.count {
+            for j in i + 1..self.count {
+                for k in j + 1..self.count {
+                    let less = |a: usize| -> ([f64; 2], f64) {
+                        let slope = |axis: usize| self.slope[a][axis] - self.slope[i][axis];
+                        ([slope(0), slope(1)], self.value[i] - self.value[a])
+                    };
+                    let ((p, b), (q, c)) = (less(j), less(k));
+                    let determinant = p[0] * q[1] - p[1] * q[0];
+                    let mut d = [0.0; N];
+                    d[0] = (b * q[1] - c * p[1]) / determinant;
+                    d[1] = (p[0] * c - q[0] * b) / determinant;
+                    if d[0].is_finite() && d[1].is_finite() {
+                        self.consider(d);
+                    }
+                }
+            }
+        }
+    }
+}
