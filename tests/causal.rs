@@ -6,7 +6,8 @@ use tipwatch_analyze::load::load;
 use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::signal::{CausalEstimator, Reason, Reasons, RowClock};
+use tipwatch_mechanics::estimation::{CausalEstimator, RowClock};
+use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::{Quantity, Scope, Workspace, evaluate};
 use tipwatch_tests::{analysed, analysed_with, data, write_edited};
 

@@ -3,7 +3,8 @@
 use tipwatch_analyze::load::load;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::signal::{Reason, Recording, RowClock, Sensor, SmoothedRows, smooth};
+use tipwatch_mechanics::estimation::{Recording, RowClock, SmoothedRows, smooth};
+use tipwatch_mechanics::state::{Reason, Sensor};
 use tipwatch_tests::data;
 
 /// Smooths the short log after `edit` changed its recordings.

@@ -7,7 +7,7 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::signal::Reason;
+use tipwatch_mechanics::state::Reason;
 use tipwatch_tests::{Values, analysed_with, data, write_edited};
 
 /// A fault and what is to be found of it.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tipwatch_ingest::{Losses, StampCorrection, TopicStatistics};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::signal::{Reasons, StreamCounts};
+use tipwatch_mechanics::state::{Reasons, StreamCounts};
 use tipwatch_mechanics::{OutcomeColumns, State, StateColumns};
 
 use crate::clock::{ClockOffsets, words::TopicsFinding};

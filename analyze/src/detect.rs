@@ -1,8 +1,8 @@
 //! Finds events in the rows: see [`EventKind`] for what each means.
 
 use nalgebra::Vector3;
+use tipwatch_mechanics::estimation::plausibility::FaultSpan;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::plausibility::FaultSpan;
 use tipwatch_mechanics::{Quantity, Scope, State};
 
 use crate::analysis::Rows;

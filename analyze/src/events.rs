@@ -2,8 +2,8 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
-use tipwatch_mechanics::plausibility::FaultKind;
 
 /// A finding that lasted a while.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,7 @@
 //! Events of the inputs: signals that are missing, and signals that cannot be true.
 
-use tipwatch_mechanics::plausibility::{FaultKind, FaultSpan};
+use tipwatch_mechanics::estimation::plausibility::FaultSpan;
+use tipwatch_mechanics::machine::FaultKind;
 
 use crate::analysis::Rows;
 use crate::detect::MERGED_NS;

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use tipwatch_binding::{MachineFile, arrivals, bind};
 use tipwatch_ingest::{Log, Losses, SensorRecording};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::signal::{MatchedSensors, Sample, Sensor};
+use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
 
 use crate::provenance::FileHash;
 

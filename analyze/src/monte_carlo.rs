@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use tipwatch_mechanics::StateColumns;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::monte_carlo::{Band, Study, bands};
+use tipwatch_mechanics::studies::monte_carlo::{Band, Study, bands};
 
 /// Rows of one piece of parallel work.
 const BLOCK_ROWS: usize = 128;

@@ -1,7 +1,7 @@
 //! What a reader must know of how the results came about.
 
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::signal::Sensor;
+use tipwatch_mechanics::state::Sensor;
 
 use crate::analysis::Rows;
 use crate::clock::{self, ClockOffsets, words::TopicsFinding};

@@ -5,11 +5,10 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
+use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
+use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, Recording, RowClock, smooth};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::plausibility::{FaultSpan, FaultSpans};
-use tipwatch_mechanics::signal::{
-    CausalEstimator, Estimate, Recording, RowClock, SampleError, Sensor, StreamCounts, smooth,
-};
+use tipwatch_mechanics::state::{SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, reference_posture};
 
 use crate::analysis::{Analysis, Input, Rows, Sources};

@@ -19,8 +19,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::{ControlMode, LogFacts, Machine};
-use tipwatch_mechanics::suspension::Controller;
 use tipwatch_mechanics::{Motion, State};
+use tipwatch_suspension::Controller;
 
 /// The first line.
 #[derive(Debug, Deserialize)]

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::monte_carlo::Band;
+use tipwatch_mechanics::studies::monte_carlo::Band;
 
 use crate::analysis::{Analysis, Input};
 use crate::clock::{ClockOffsets, words::TopicsFinding};

@@ -166,7 +166,7 @@ fn known(name: &str, values: &[f64]) -> Column {
 fn reasons(rows: &Rows) -> Column {
     let mut builder = ListStringChunkedBuilder::new("reasons".into(), rows.len(), 0);
     for reasons in &rows.reasons {
-        builder.append_values_iter(reasons.iter().map(tipwatch_mechanics::signal::Reason::name));
+        builder.append_values_iter(reasons.iter().map(tipwatch_mechanics::state::Reason::name));
     }
     builder.finish().into_column()
 }

@@ -3,8 +3,9 @@
 use tipwatch_ingest::{
     Error, Log, NumberSample, SampleValue, SensorKind, SensorRequest, topic_of_field,
 };
+use tipwatch_mechanics::machine::ActuatorSignal;
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine, MachineSpec};
-use tipwatch_mechanics::signal::{ActuatorSignal, Sensor};
+use tipwatch_mechanics::state::Sensor;
 
 use crate::BoundSensor;
 use crate::number_signals::number_field;
@@ -12,7 +13,7 @@ use crate::number_signals::number_field;
 /// What a log has of the actuated joints' forces.
 #[derive(Debug, Default)]
 pub(crate) struct FoundActuators {
-    /// For [`Sensors::actuators`](tipwatch_mechanics::signal::Sensors::actuators).
+    /// For [`Sensors::actuators`](tipwatch_mechanics::state::Sensors::actuators).
     pub(crate) signals: Vec<ActuatorSignal>,
     /// What to read, in that order.
     pub(crate) sensors: Vec<BoundSensor>,

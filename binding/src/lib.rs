@@ -22,7 +22,7 @@ use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{
     LogFacts, Machine, MachineSpec, OneOrMany, SignalSpec, StaticTransform,
 };
-use tipwatch_mechanics::signal::{JointTwice, MatchedSensors, OtherSensors, Sample, Sensor};
+use tipwatch_mechanics::state::{JointTwice, MatchedSensors, OtherSensors, Sample, Sensor};
 
 pub use machine_file::{MachineFile, MachineFileError, Urdf};
 pub use number_signals::number_field;
@@ -37,7 +37,7 @@ pub struct BoundLog {
     /// Its sensors, as the estimators want them.
     pub matched: MatchedSensors,
     /// What to read for each sensor, in the order of
-    /// [`Sensors::iter`](tipwatch_mechanics::signal::Sensors::iter).
+    /// [`Sensors::iter`](tipwatch_mechanics::state::Sensors::iter).
     pub sensors: Vec<BoundSensor>,
     /// The topics found, used or not.
     pub topics: SensorTopics,

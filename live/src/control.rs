@@ -11,10 +11,11 @@
 //! helps.
 
 use anyhow::Result;
-use tipwatch_mechanics::signal::{CausalEstimator, RowClock, Sensor, Sensors};
-use tipwatch_mechanics::suspension::{Controller, MAX_ACTUATORS, Replay};
+use tipwatch_mechanics::estimation::{CausalEstimator, RowClock};
+use tipwatch_mechanics::state::{Sensor, Sensors};
 use tipwatch_mechanics::verdict::Level;
 use tipwatch_mechanics::{Machine, reference_posture};
+use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay};
 
 use crate::command::{HoldReason, HoldReasons, Mode, status_number};
 use crate::guard::{Counts, Guard, SessionFacts};

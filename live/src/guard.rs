@@ -5,9 +5,9 @@
 //!
 //! Only a sample that passed every check refreshes its sensor's clock.
 
+use tipwatch_mechanics::estimation::plausibility::Finding;
 use tipwatch_mechanics::machine::Policy;
-use tipwatch_mechanics::plausibility::Finding;
-use tipwatch_mechanics::signal::{Sample, SampleError, Sensor, Sensors};
+use tipwatch_mechanics::state::{Sample, SampleError, Sensor, Sensors};
 use tipwatch_mechanics::verdict::{Conditions, InputFault};
 
 use crate::sample::Message;

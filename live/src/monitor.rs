@@ -1,6 +1,7 @@
 //! The monitor: messages in, verdicts out. It knows nothing of where they come from or go to.
 
-use tipwatch_mechanics::signal::{CausalEstimator, RowClock, Sensors};
+use tipwatch_mechanics::estimation::{CausalEstimator, RowClock};
+use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{
     Conditions, InputFault, Judge, LiftOffForecast, RowFacts, Verdict,
 };

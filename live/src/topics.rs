@@ -20,7 +20,7 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 use tipwatch_mechanics::machine::MAX_WHEELS;
-use tipwatch_mechanics::suspension::MAX_ACTUATORS;
+use tipwatch_suspension::MAX_ACTUATORS;
 
 use crate::fnv::Fnv;
 pub use crate::wire::{Field, FieldType, Head, MAGIC, Wire};

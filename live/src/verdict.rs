@@ -1,7 +1,7 @@
 //! Verdicts between the monitor and the wire.
 
 use anyhow::Result;
-use tipwatch_mechanics::signal::Reasons;
+use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::verdict::{Conditions, InputFaults, Level, LiftOff, Verdict};
 use tipwatch_mechanics::{Machine, Outcome};
 

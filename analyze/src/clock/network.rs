@@ -7,7 +7,7 @@
 //! and their variances are the diagonal of the inverse of its matrix.
 
 use nalgebra::{DMatrix, DVector};
-use tipwatch_mechanics::signal::Sensor;
+use tipwatch_mechanics::state::Sensor;
 
 use super::{ClockOffsets, PairOffset, TopicOffset};
 use crate::linkage_force::LinkageForce;

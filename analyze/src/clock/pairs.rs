@@ -14,7 +14,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
-use tipwatch_mechanics::signal::Sensor;
+use tipwatch_mechanics::state::Sensor;
 use tipwatch_mechanics::{Motion, Scope, State, Workspace, actuator_force, evaluate};
 
 use super::PairOffset;

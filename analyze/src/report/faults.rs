@@ -1,7 +1,7 @@
 //! Implausible inputs in words.
 
+use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
-use tipwatch_mechanics::plausibility::FaultKind;
 
 use super::findings::number;
 use crate::events::{Event, InputFault};

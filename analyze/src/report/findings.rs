@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::signal::Reason;
+use tipwatch_mechanics::state::Reason;
 
 use super::faults;
 use crate::analysis::Analysis;

@@ -212,7 +212,7 @@ fn slope(placement: &Placement<'_>, up: &Vector3<f64>) -> ([Option<f64>; 2], Opt
 
 fn reasons(analysis: &Analysis, row: usize) -> String {
     let names: Vec<&str> = (analysis.rows.reasons[row].iter())
-        .map(tipwatch_mechanics::signal::Reason::name)
+        .map(tipwatch_mechanics::state::Reason::name)
         .collect();
     names.join(", ").replace('_', " ")
 }

@@ -1,8 +1,8 @@
 //! What the best posture of the stroke could do, taken at rest at each sample.
 
 use anyhow::Result;
-use tipwatch_mechanics::suspension::{MAX_ACTUATORS, Replay};
 use tipwatch_mechanics::{Motion, State};
+use tipwatch_suspension::{MAX_ACTUATORS, Replay};
 
 use crate::analysis::Analysis;
 

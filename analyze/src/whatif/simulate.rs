@@ -2,9 +2,9 @@
 
 use anyhow::{Result, anyhow};
 use tipwatch_mechanics::machine::{Machine, Suspension};
-use tipwatch_mechanics::suspension::hydraulics::{Actuator, ActuatorState, Drive};
-use tipwatch_mechanics::suspension::{Command, Controller, MAX_ACTUATORS, Replay};
 use tipwatch_mechanics::{Motion, State};
+use tipwatch_suspension::hydraulics::{Actuator, ActuatorState, Drive};
+use tipwatch_suspension::{Command, Controller, MAX_ACTUATORS, Replay};
 
 use super::SuspensionMode;
 use super::track::{Driven, Track};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use tipwatch_mechanics::suspension::Status;
+use tipwatch_suspension::Status;
 
 use super::table::rod_names;
 use super::{CAVEATS, SuspensionMode, Track, WhatIf, WhatIfOptions};

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use polars::prelude::{Column, DataFrame, IntoColumn, NamedFrom, PlSmallStr, Series};
 
-use tipwatch_mechanics::suspension::Status;
+use tipwatch_suspension::Status;
 
 use super::{Track, WhatIf};
 use crate::table::Table;

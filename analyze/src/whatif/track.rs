@@ -2,8 +2,8 @@
 
 use tipwatch_mechanics::Motion;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::suspension::hydraulics::Pressures;
-use tipwatch_mechanics::suspension::{Replay, Status};
+use tipwatch_suspension::hydraulics::Pressures;
+use tipwatch_suspension::{Replay, Status};
 
 /// What comes of one way that the suspension moves; by row, NaN where it is not known.
 #[derive(Debug, Clone)]

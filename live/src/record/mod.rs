@@ -28,7 +28,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow};
 use tipwatch_binding::{MachineFile, Urdf, monitor_topic};
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::signal::{Sensor, Sensors};
+use tipwatch_mechanics::state::{Sensor, Sensors};
 
 use crate::clock::{monotonic_ns, unix_ns};
 use crate::command::Mode;

@@ -3,7 +3,7 @@
 
 use plotly::Traces;
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::monte_carlo::Band;
+use tipwatch_mechanics::studies::monte_carlo::Band;
 
 use super::{Figure, Plotter, colour, plain};
 use crate::table::name_and_unit;
