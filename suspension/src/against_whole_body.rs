@@ -5,7 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::carriers::Carriers;
 use crate::instant::Instant;
-use crate::prospect::{Own, Prospect, SuspendedMachine};
+use crate::prospect::{Own, Prospect};
+use crate::suspended_machine::SuspendedMachine;
 use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::Workspace;
 use tipwatch_mechanics::dynamics::kinematics::{ImuSeat, base_motion};

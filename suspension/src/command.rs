@@ -1,6 +1,6 @@
 //! What a step of the stabiliser gives.
 
-use crate::problem::MAX_ACTUATORS;
+use crate::suspended_machine::MAX_ACTUATORS;
 
 /// The next motion of the suspension's rods, in the order of its linkages; zero for actuators that the
 /// machine does not have.

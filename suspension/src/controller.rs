@@ -7,8 +7,8 @@
 use crate::command::{Command, Status};
 use crate::error::StabiliserError;
 use crate::hydraulics::Valve;
-use crate::problem::MAX_ACTUATORS;
 use crate::stabiliser::Stabiliser;
+use crate::suspended_machine::MAX_ACTUATORS;
 use tipwatch_mechanics::machine::{HydraulicParameters, Machine, SuspensionControl};
 use tipwatch_mechanics::state::State;
 

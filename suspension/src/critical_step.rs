@@ -11,13 +11,11 @@
 //! difference front - rear by acceleration and by position where that is what counts.
 
 use crate::instant::Instant;
-use crate::prospect::{Own, Prospect, SuspendedMachine};
+use crate::prospect::{Own, Prospect};
+use crate::suspended_machine::SuspendedMachine;
 use crate::weights::Weights;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::number::Gradient;
-
-/// T* must not be nearer to the step than this factor.
-pub(super) const STEP_FACTOR: f64 = 1.5;
 
 /// How the loads answer to the rods, at rest in one position, and what follows for the step.
 #[derive(Debug, Clone, Copy, PartialEq)]

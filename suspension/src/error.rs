@@ -1,5 +1,8 @@
 //! Why a machine or a setting cannot be stabilised.
 
+/// T* must not be nearer to the step than this factor.
+pub(super) const STEP_FACTOR: f64 = 1.5;
+
 /// What keeps a [`Stabiliser`](crate::Stabiliser) from being made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -57,7 +60,7 @@ pub enum StabiliserError {
         "suspension.control.rate: literal mode needs steps of {least_step:.3} s or more, {factor} times the {critical:.3} s \
          below which the inertia of the step itself outweighs what it is for (largest at rod position {position:.3} m), \
          found {step:.3} s; mode \"look-ahead\" has no such limit",
-        factor = crate::critical_step::STEP_FACTOR
+        factor = STEP_FACTOR
     )]
     StepTooShort {
         /// The step asked for (s).

@@ -3,11 +3,10 @@
 use nalgebra::Vector3;
 
 use crate::condensed::{Condensed, Whole};
-use crate::prospect::{Prospect, SuspendedMachine};
-use tipwatch_mechanics::dynamics::kinematics::{self, BodyMotion, ImuSeat};
-use tipwatch_mechanics::geometry::coordinate::{Coordinate, Motion};
-use tipwatch_mechanics::geometry::spatial::rotate_back;
-use tipwatch_mechanics::state::{ImuState, State};
+use crate::suspended_machine::SuspendedMachine;
+use tipwatch_mechanics::dynamics::kinematics::BodyMotion;
+use tipwatch_mechanics::geometry::coordinate::Coordinate;
+use tipwatch_mechanics::state::ImuState;
 
 /// All that does not depend on how the rods move.
 #[derive(Debug)]
@@ -46,35 +45,8 @@ impl Instant {
         }
     }
 
-    /// The instant of a state in which the rods move so.
-    pub(super) fn fill(
-        &mut self,
-        suspended: &SuspendedMachine,
-        state: &State<f64>,
-        rods: &[Motion<f64>],
-        scratch: &mut Prospect<f64>,
-    ) {
-        let machine = &suspended.machine;
-        kinematics::coordinates(machine, state, &mut self.coordinates);
-        for (rod, &linkage) in rods.iter().zip(&suspended.linkages) {
-            let linkage = &machine.linkages()[linkage];
-            let solved = linkage.solve_by_rod(rod);
-            self.coordinates[linkage.bodies.pivot] = solved.pivot;
-            self.coordinates[linkage.bodies.cylinder] = solved.cylinder;
-            self.coordinates[linkage.bodies.rod] = solved.rod;
-        }
-        self.condensed
-            .fill(machine, &suspended.carriers, state, &self.coordinates);
-        self.move_fixed(suspended);
-        let support = scratch.observe(suspended, self, rods);
-        let seat = ImuSeat::of(machine, &self.coordinates);
-        let base = kinematics::base_motion(machine, &seat, &state.imu);
-        self.on_ground = support.seat.felt(&base);
-        self.up_on_ground = rotate_back(&support.seat.rotation, &state.base.up);
-    }
-
     /// The carriers that no actuator moves, the base first.
-    fn move_fixed(&mut self, suspended: &SuspendedMachine) {
+    pub(super) fn move_fixed(&mut self, suspended: &SuspendedMachine) {
         self.fixed = Whole::nothing();
         for (i, carrier) in suspended.carriers.carriers.iter().enumerate() {
             if carrier.actuator.is_some() {

@@ -27,6 +27,7 @@ mod replay;
 mod response;
 mod stabiliser;
 mod support;
+mod suspended_machine;
 mod weights;
 
 #[cfg(test)]
@@ -36,6 +37,6 @@ pub use command::{Command, Status};
 pub use controller::Controller;
 pub use critical_step::CriticalStep;
 pub use error::StabiliserError;
-pub use problem::MAX_ACTUATORS;
 pub use replay::Replay;
 pub use stabiliser::Stabiliser;
+pub use suspended_machine::MAX_ACTUATORS;

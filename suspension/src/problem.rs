@@ -18,14 +18,12 @@ use crate::evaluation::Evaluation;
 use crate::instant::Instant;
 use crate::limits::{Allowed, RodLimits, clamp};
 use crate::minimise::{Ending, Minimum, minimise};
-use crate::prospect::{Own, Prospect, SuspendedMachine};
+use crate::prospect::{Own, Prospect};
 use crate::response::Among;
+use crate::suspended_machine::{MAX_ACTUATORS, SuspendedMachine};
 use crate::weights::Weights;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::number::{Gradient, Real};
-
-/// Most actuators.
-pub const MAX_ACTUATORS: usize = 2;
 
 /// What is weighed, and from where: the same for every step of a machine.
 #[derive(Debug, Clone)]

@@ -2,30 +2,24 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::carriers::{ActuatorCoordinates, Carriers};
+use crate::carriers::ActuatorCoordinates;
 use crate::condensed::Whole;
 use crate::instant::Instant;
 use crate::response::Among;
 use crate::support::Support;
+use crate::suspended_machine::SuspendedMachine;
 use tipwatch_mechanics::dynamics::composite::Composite;
-use tipwatch_mechanics::dynamics::kinematics::BodyMotion;
+use tipwatch_mechanics::dynamics::kinematics::{self, BodyMotion, ImuSeat};
 use tipwatch_mechanics::explain::indicators::TippingAngles;
 use tipwatch_mechanics::geometry::contact_plane::ContactPlane;
 use tipwatch_mechanics::geometry::coordinate::{Coordinate, Motion};
-use tipwatch_mechanics::geometry::spatial::{Wrench, constant, cross, rotate_constant};
+use tipwatch_mechanics::geometry::spatial::{
+    Wrench, constant, cross, rotate_back, rotate_constant,
+};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::number::{Jet, Real};
-use tipwatch_mechanics::state::ImuState;
+use tipwatch_mechanics::state::{ImuState, State};
 use tipwatch_mechanics::wheel_loads::{Equations, GroundForce, Solver};
-
-/// A machine and which of its linkages are the suspension's.
-#[derive(Debug, Clone)]
-pub(super) struct SuspendedMachine {
-    pub(super) machine: Machine,
-    /// Indices of the linkages, by actuator.
-    pub(super) linkages: Vec<usize>,
-    pub(super) carriers: Carriers,
-}
 
 /// Whether a prospect counts the inertia of the rods' own motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -287,6 +281,35 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         for (angle, edge) in self.angle.iter_mut().zip(machine.polygon().edges()) {
             *angle = angles.angle(edge, &resting);
         }
+    }
+}
+
+impl Instant {
+    /// The instant of a state in which the rods move so.
+    pub(super) fn fill(
+        &mut self,
+        suspended: &SuspendedMachine,
+        state: &State<f64>,
+        rods: &[Motion<f64>],
+        scratch: &mut Prospect<f64>,
+    ) {
+        let machine = &suspended.machine;
+        kinematics::coordinates(machine, state, &mut self.coordinates);
+        for (rod, &linkage) in rods.iter().zip(&suspended.linkages) {
+            let linkage = &machine.linkages()[linkage];
+            let solved = linkage.solve_by_rod(rod);
+            self.coordinates[linkage.bodies.pivot] = solved.pivot;
+            self.coordinates[linkage.bodies.cylinder] = solved.cylinder;
+            self.coordinates[linkage.bodies.rod] = solved.rod;
+        }
+        self.condensed
+            .fill(machine, &suspended.carriers, state, &self.coordinates);
+        self.move_fixed(suspended);
+        let support = scratch.observe(suspended, self, rods);
+        let seat = ImuSeat::of(machine, &self.coordinates);
+        let base = kinematics::base_motion(machine, &seat, &state.imu);
+        self.on_ground = support.seat.felt(&base);
+        self.up_on_ground = rotate_back(&support.seat.rotation, &state.base.up);
     }
 }
 

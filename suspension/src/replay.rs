@@ -6,12 +6,11 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::carriers::Carriers;
 use crate::error::StabiliserError;
 use crate::instant::Instant;
-use crate::problem::MAX_ACTUATORS;
-use crate::prospect::{Own, Prospect, SuspendedMachine};
-use crate::stabiliser::check_stroke;
+use crate::prospect::{Own, Prospect};
+use crate::suspended_machine::MAX_ACTUATORS;
+use crate::suspended_machine::SuspendedMachine;
 use tipwatch_mechanics::Outcome;
 use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::Workspace;
@@ -20,7 +19,7 @@ use tipwatch_mechanics::dynamics::kinematics::{self, ImuSeat};
 use tipwatch_mechanics::evaluate;
 use tipwatch_mechanics::geometry::coordinate::{Coordinate, Motion};
 use tipwatch_mechanics::geometry::spatial::rotate;
-use tipwatch_mechanics::machine::{LinkageInput, Machine, Suspension};
+use tipwatch_mechanics::machine::{LinkageInput, Machine};
 use tipwatch_mechanics::number::Real;
 use tipwatch_mechanics::state::{BaseState, State};
 
@@ -35,34 +34,6 @@ pub struct Replay {
     state: State<f64>,
     workspace: Workspace<f64>,
     com_offset: Vector2<f64>,
-}
-
-impl SuspendedMachine {
-    /// A machine and its suspension, if that can be steered.
-    pub(super) fn of(machine: &Machine) -> Result<(Self, Suspension), StabiliserError> {
-        let Some(suspension) = machine.suspension().cloned() else {
-            return Err(StabiliserError::NoSuspension);
-        };
-        let actuators = suspension.linkages.len();
-        if !(1..=MAX_ACTUATORS).contains(&actuators) {
-            return Err(StabiliserError::Actuators { found: actuators });
-        }
-        if !machine.contact().free_joints.is_empty() {
-            return Err(StabiliserError::FreeJoints {
-                found: machine.contact().free_joints.len(),
-            });
-        }
-        check_stroke(machine, &suspension)?;
-        let mut unmeasured = machine.clone();
-        // what the joints' torques will be in another posture nobody has measured
-        unmeasured.leave_out_actuator_forces();
-        let suspended = Self {
-            carriers: Carriers::of(&unmeasured, &suspension.linkages),
-            machine: unmeasured,
-            linkages: suspension.linkages.clone(),
-        };
-        Ok((suspended, suspension))
-    }
 }
 
 impl Replay {

@@ -1,21 +1,20 @@
 //! The stabiliser: from the state of the machine to the next motion of its suspension.
 
 use crate::command::{Command, Status};
-use crate::critical_step::{CriticalStep, STEP_FACTOR, StepFinder};
-use crate::error::StabiliserError;
+use crate::critical_step::{CriticalStep, StepFinder};
+use crate::error::{STEP_FACTOR, StabiliserError};
 use crate::instant::Instant;
 use crate::limits::{Allowed, RodLimits, clamp};
 use crate::minimise::Ending;
-use crate::problem::{Aim, MAX_ACTUATORS, Problem, Rod, Solved};
-use crate::prospect::{Prospect, SuspendedMachine};
+use crate::problem::{Aim, Problem, Rod, Solved};
+use crate::prospect::Prospect;
+use crate::suspended_machine::MAX_ACTUATORS;
+use crate::suspended_machine::{STROKE_POSITIONS, SuspendedMachine};
 use crate::weights::Weights;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{ControlMode, Machine, Suspension, SuspensionControl};
 use tipwatch_mechanics::resting_state;
 use tipwatch_mechanics::state::State;
-
-/// How many positions of the stroke T* is looked at.
-const STROKE_POSITIONS: usize = 33;
 
 /// Finds, step by step, how the rods of an active suspension should move so that the wheels stay on the
 /// ground: the second paper's (30)-(31), see [`ControlMode`].
@@ -332,29 +331,4 @@ impl Stabiliser {
         self.reference = Some(command.position);
         command
     }
-}
-
-/// Whether every triangle closes over the stroke.
-pub(super) fn check_stroke(
-    machine: &Machine,
-    suspension: &Suspension,
-) -> Result<(), StabiliserError> {
-    let [least, greatest] = suspension.stroke;
-    for &linkage in &suspension.linkages {
-        let linkage = &machine.linkages()[linkage];
-        for k in 0..STROKE_POSITIONS {
-            let position = least + (greatest - least) * k as f64 / (STROKE_POSITIONS - 1) as f64;
-            let rod = Motion {
-                position,
-                ..Motion::zero()
-            };
-            if !(linkage.solve_by_rod(&rod).closure > 0.0) {
-                return Err(StabiliserError::Stroke {
-                    linkage: linkage.name.clone(),
-                    position,
-                });
-            }
-        }
-    }
-    Ok(())
 }

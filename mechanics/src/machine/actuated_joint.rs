@@ -1,6 +1,6 @@
 //! Joints that an actuator of known force turns, with some of the wheels beyond them.
 
-use super::{Contact, LinkageSpec, Machine, MachineSpec};
+use super::spec::{LinkageSpec, MachineSpec};
 
 /// A joint whose torque enters an equation of the loads.
 #[derive(Debug, Clone)]
@@ -46,48 +46,5 @@ impl ActuatedJoint {
             (None, Some(pressure)) => vec![pressure.piston_area, -pressure.rod_area],
             (None, None) => Vec::new(),
         }
-    }
-}
-
-impl Contact {
-    /// Every joint whose torque enters an equation: the free ones, then pivot, cylinder and rod of each
-    /// actuated one.
-    pub(crate) fn torque_joints(&self) -> impl Iterator<Item = &TorqueJoint> {
-        let steps = self.actuated_joints.iter().flat_map(|joint| &joint.steps);
-        self.free_joints.iter().chain(steps)
-    }
-
-    /// The signals of those actuated joints whose force a log or a live system has, in the order in which
-    /// its sensors have them.
-    #[must_use]
-    pub fn actuator_signals(&self, is_there: impl Fn(usize) -> bool) -> Vec<ActuatorSignal> {
-        let joints = self.actuated_joints.iter().enumerate();
-        let there = joints.filter(|(joint, _)| is_there(*joint));
-        let signals = there.flat_map(|(joint, spec)| {
-            (0..spec.signals.len()).map(move |signal| ActuatorSignal { joint, signal })
-        });
-        signals.collect()
-    }
-
-    /// Where a step of an actuated joint stands among [`Contact::torque_joints`].
-    pub(crate) fn torque_place(&self, actuated: usize, step: usize) -> usize {
-        self.free_joints.len() + 3 * actuated + step
-    }
-}
-
-/// How far a load may be off what the split rule says before anything is measured, as a share of the
-/// mean load: on uneven ground a stiff frame moves that much from one diagonal to the other.
-const WARP_SHARE: f64 = 0.5;
-
-impl Machine {
-    /// Standard deviation of each wheel's share in the warp before it is measured (N): half the mean
-    /// load; on ground that is declared a plane no more than the stated uncertainty of the wheels'
-    /// height makes of it.
-    pub(crate) fn warp_sigma(&self) -> f64 {
-        let unknown = WARP_SHARE * self.mass() * self.gravity / self.wheels.len() as f64;
-        // four heights, each sigma off, press one diagonal by half a height at each wheel
-        let by_heights = |stiffness: f64| 0.5 * stiffness * self.uncertainty.wheel_position;
-        (self.contact.mean_stiffness)
-            .map_or(unknown, |stiffness| by_heights(stiffness).min(unknown))
     }
 }

@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
 
+use super::body::link_parts;
 use super::parameter::{Axis, Parameter};
-use super::{Inertia, LinkGroup, Machine, MassMoments, Seat, Split, link_parts};
+use super::{Inertia, LinkGroup, Machine, MassMoments, Seat, Split};
 
 impl Machine {
     /// This machine with each parameter changed by an amount in its unit. Signals are no part of a

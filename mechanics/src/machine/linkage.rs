@@ -17,9 +17,10 @@
 
 use nalgebra::{Isometry3, Point3, Vector2, Vector3};
 
+use super::body::JointKind;
+use super::error::MachineError;
 use super::spec::LinkageSpec;
 use super::tree::Tree;
-use super::{JointKind, MachineError};
 use crate::geometry::coordinate::{Coordinate, Motion};
 use crate::number::Real;
 

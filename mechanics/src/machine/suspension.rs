@@ -1,7 +1,7 @@
 //! The active suspension: linkages whose rods lift and lower the platform.
 
-use super::{LinkageInput, Machine, SuspensionControl};
-use crate::machine::HydraulicParameters;
+use super::hydraulics::HydraulicParameters;
+use super::suspension_control::SuspensionControl;
 
 /// The actuators of an active suspension.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,28 +18,4 @@ pub struct Suspension {
     pub hydraulics: HydraulicParameters,
     /// How it is steered.
     pub control: SuspensionControl,
-}
-
-impl Machine {
-    /// Joint positions with every rod of the suspension in the middle of its stroke, the others as they
-    /// are.
-    #[must_use]
-    pub fn at_mid_stroke(&self, joint_positions: &[f64]) -> Vec<f64> {
-        let mut positions = joint_positions.to_vec();
-        let Some(suspension) = &self.suspension else {
-            return positions;
-        };
-        let [least, greatest] = suspension.stroke;
-        let middle = 0.5 * (least + greatest);
-        for &linkage in &suspension.linkages {
-            let linkage = &self.linkages[linkage];
-            if let Some(position) = positions.get_mut(linkage.measured_joint) {
-                *position = match linkage.input {
-                    LinkageInput::RodLength => middle,
-                    LinkageInput::PivotAngle => linkage.pivot_at_rod(middle),
-                };
-            }
-        }
-        positions
-    }
 }

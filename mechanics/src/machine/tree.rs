@@ -5,8 +5,10 @@ use std::collections::HashMap;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::body::JointKind;
+use super::error::MachineError;
+use super::inertia::Inertia;
 use super::urdf::{Mimic, Urdf, UrdfJoint, UrdfJointKind};
-use super::{Inertia, JointKind, MachineError};
 
 /// A tree of bodies before it is known what drives its joints.
 #[derive(Debug)]

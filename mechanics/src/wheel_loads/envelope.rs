@@ -8,7 +8,7 @@
 
 use super::equilibrium::Equations;
 use super::least_energy::LeastEnergy;
-use super::unilateral::Loads;
+use super::loads::Loads;
 use crate::machine::{MAX_WHEELS, Machine};
 use crate::number::{Mask, Real};
 

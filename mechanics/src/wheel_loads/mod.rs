@@ -17,6 +17,7 @@ mod envelope;
 mod equilibrium;
 mod influence;
 mod least_energy;
+mod loads;
 mod response;
 mod unilateral;
 
@@ -25,5 +26,5 @@ pub(crate) use deviation::sigma;
 pub(crate) use equilibrium::{Beyond, beyond_torque_joints};
 pub use equilibrium::{Equations, GroundForce};
 pub(crate) use influence::{Influence, Influences, Stance};
-pub(crate) use unilateral::Loads;
+pub(crate) use loads::Loads;
 pub use unilateral::Solver;

@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use super::envelope::{self, Envelope};
 use super::equilibrium::Equations;
 use super::least_energy::LeastEnergy;
+use super::loads::Loads;
 use super::response::Response;
 use crate::machine::{MAX_WHEELS, Machine, Split};
 use crate::number::{Mask, Real};
@@ -38,18 +39,6 @@ pub struct Solver<T: Real> {
     rule_response: Response<T>,
     /// Whether a wheel is in the air in any sample: then the loads answer in their own way.
     lifted: bool,
-}
-
-/// Loads of one solution, by wheel (N).
-pub(crate) struct Loads<'a, T> {
-    /// All wheels held to the ground: the signed OTF.
-    pub(crate) otf: &'a mut [T],
-    /// What the wheels carry.
-    pub(crate) load: &'a mut [T],
-    /// Least load that equilibrium allows.
-    pub(crate) least: &'a mut [T],
-    /// Largest load that equilibrium allows.
-    pub(crate) largest: &'a mut [T],
 }
 
 impl<T: Real> Solver<T> {

@@ -1,7 +1,7 @@
 //! A signal that repeats itself bit for bit.
 
 use super::fault::{Amount, Component};
-use super::{Limits, Notice};
+use super::notice::{Limits, Notice};
 use crate::machine::FaultKind;
 
 /// Weight of a sample in the running share of turning points.

@@ -11,7 +11,7 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::fault::{Amount, Component};
-use super::{Found, Limits, Notice};
+use super::notice::{Found, Limits, Notice};
 use crate::machine::FaultKind;
 
 /// The time over which the acceleration is averaged (s).

@@ -1,7 +1,7 @@
 //! Checks of a joint: its position, its rate, and whether the one is the derivative of the other.
 
 use super::fault::{Amount, Component};
-use super::{Found, Limits, Notice};
+use super::notice::{Found, Limits, Notice};
 use crate::machine::FaultKind;
 
 /// Memory of the comparison of rate and position (s).

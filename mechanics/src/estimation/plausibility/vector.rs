@@ -2,7 +2,7 @@
 
 use super::fault::{Amount, Component};
 use super::freeze::Freeze;
-use super::{Found, Limits, Notice};
+use super::notice::{Found, Limits, Notice};
 use crate::machine::FaultKind;
 
 /// Remembers what the checks of one vector need.

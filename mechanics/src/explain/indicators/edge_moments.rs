@@ -12,7 +12,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Balance, Indicators};
+use super::balance::Balance;
+use super::values::Indicators;
 use crate::geometry::spatial::Wrench;
 use crate::machine::Edge;
 use crate::number::Real;

@@ -9,7 +9,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::Balance;
+use super::balance::Balance;
 use crate::geometry::contact_plane::ContactPlane;
 use crate::geometry::spatial::{Wrench, cross};
 use crate::machine::Edge;

@@ -1,6 +1,7 @@
 //! How the weight is spread over the wheels.
 
-use super::{Balance, Indicators};
+use super::balance::Balance;
+use super::values::Indicators;
 use crate::machine::Machine;
 use crate::number::Real;
 use crate::wheel_loads::sigma;

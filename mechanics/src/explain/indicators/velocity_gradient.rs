@@ -8,7 +8,7 @@
 //! ```
 //! The first three hold the accelerations; braking shows in the last three.
 
-use super::Balance;
+use super::balance::Balance;
 use crate::dynamics::newton_euler_derivatives::by_travel;
 use crate::explain::sensitivity::Sensitivity;
 use crate::machine::Travel;

@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::Writer;
-use super::regressor::FeltLink;
+use super::regressor::{FeltLink, at_com, lever};
+use super::sensed_motion::SensedMotion;
+use super::writer::Writer;
 use crate::dynamics::composite::{Composite, Field};
-use crate::dynamics::groups::Groups;
 use crate::dynamics::kinematics::{BodyMotion, ImuSeat, base_motion};
 use crate::dynamics::newton_euler_derivatives::{
     BaseGradient, BaseWrenches, JointWrenches, MotionFields, MovingJoint, joint_form,
@@ -17,22 +17,7 @@ use crate::machine::{
 };
 use crate::number::{Dual, Real};
 use crate::state::{ImuState, State};
-use crate::wheel_loads::{Actuation, Influence};
-
-/// An evaluation, as the derivatives need it.
-pub(crate) struct SensedMotion<'a, T: Real> {
-    pub(crate) machine: &'a Machine,
-    pub(crate) state: &'a State<T>,
-    pub(crate) seat: &'a ImuSeat<T>,
-    pub(crate) coordinates: &'a [Coordinate<T>],
-    pub(crate) motions: &'a [BodyMotion<T>],
-    /// Wrench of every body with its payloads.
-    pub(crate) wrenches: &'a [Wrench<T>],
-    pub(crate) groups: &'a Groups<T>,
-    pub(crate) actuations: &'a [Actuation<T>],
-    pub(crate) tool_wrench: &'a Wrench<T>,
-    pub(crate) centres: &'a [Vector3<T>],
-}
+use crate::wheel_loads::Influence;
 
 /// Derivatives of a joint's coordinate by the measured joint that it follows.
 #[derive(Debug, Clone, Copy)]
@@ -318,6 +303,27 @@ impl<T: Real> Chain<T> {
         }
         for &by in &influence.actuator {
             write.write([by]);
+        }
+    }
+}
+
+impl<T: Real> Chain<T> {
+    /// Mass, centre of mass and inertia of every link with mass.
+    pub(super) fn write_links(&self, motion: &SensedMotion<'_, T>, write: &mut Writer<'_, T>) {
+        for felt in &self.links {
+            let link = &motion.machine.links[felt.link];
+            let body = &motion.motions[link.body];
+            felt.write(link.inertia.mass, body, &self.form[link.body], write);
+        }
+    }
+
+    /// Mass of every payload.
+    pub(super) fn write_payloads(&self, motion: &SensedMotion<'_, T>, write: &mut Writer<'_, T>) {
+        let payloads = motion.machine.payloads.iter();
+        for (payload, &share) in payloads.zip(&motion.state.payload_share) {
+            let body = &motion.motions[payload.body];
+            let (place, felt) = at_com(&payload.inertia, body);
+            write.write([lever(&self.form[payload.body], &place).dot(&felt) * share]);
         }
     }
 }

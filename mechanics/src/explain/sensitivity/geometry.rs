@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::Writer;
-use super::chain::{Chain, SensedMotion};
+use super::chain::Chain;
+use super::regressor::pulled;
+use super::sensed_motion::SensedMotion;
+use super::writer::Writer;
 use crate::dynamics::composite::Composite;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler_derivatives::BaseGradient;
@@ -110,12 +112,6 @@ fn shifted<T: Real>(
 ) -> Vector3<T> {
     let lever = form.force * moments.mass + cross(&form.moment, &moments.first);
     pulled(carrier, &lever) + cross(force, &form.moment)
-}
-
-/// The transpose of d -> alpha x d + w x (w x d).
-pub(super) fn pulled<T: Real>(carrier: &BodyMotion<T>, by: &Vector3<T>) -> Vector3<T> {
-    let (w, alpha) = (&carrier.angular_velocity, &carrier.angular_acceleration);
-    cross(by, alpha) + cross(w, &cross(w, by))
 }
 
 fn write_in_seat<T: Real>(

@@ -10,9 +10,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Writer;
-use super::chain::{Chain, SensedMotion};
-use super::geometry::pulled;
+use super::sensed_motion::SensedMotion;
+use super::writer::Writer;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::spatial::{Wrench, compose, constant, cross, rotate, rotate_back};
 use crate::machine::Inertia;
@@ -22,7 +21,7 @@ use crate::number::Real;
 #[derive(Debug, Clone)]
 pub(super) struct FeltLink<T: Real> {
     /// Index of the link.
-    link: usize,
+    pub(super) link: usize,
     /// Orientation: base from link.
     rotation: Matrix3<T>,
     /// Centre of mass in base axes (m).
@@ -58,7 +57,13 @@ impl<T: Real> FeltLink<T> {
 
     /// Mass, centre of mass and inertia, `form` being the coefficients of its body's wrench.
     #[inline(always)]
-    fn write(&self, mass: f64, body: &BodyMotion<T>, form: &Wrench<T>, write: &mut Writer<'_, T>) {
+    pub(super) fn write(
+        &self,
+        mass: f64,
+        body: &BodyMotion<T>,
+        form: &Wrench<T>,
+        write: &mut Writer<'_, T>,
+    ) {
         let s = lever(form, &self.place);
         let by_com = pulled(body, &s) + cross(&self.felt, &form.moment);
         let by_com = rotate_back(&self.rotation, &by_com) * T::constant(mass);
@@ -81,29 +86,8 @@ impl<T: Real> FeltLink<T> {
     }
 }
 
-impl<T: Real> Chain<T> {
-    /// Mass, centre of mass and inertia of every link with mass.
-    pub(super) fn write_links(&self, motion: &SensedMotion<'_, T>, write: &mut Writer<'_, T>) {
-        for felt in &self.links {
-            let link = &motion.machine.links[felt.link];
-            let body = &motion.motions[link.body];
-            felt.write(link.inertia.mass, body, &self.form[link.body], write);
-        }
-    }
-
-    /// Mass of every payload.
-    pub(super) fn write_payloads(&self, motion: &SensedMotion<'_, T>, write: &mut Writer<'_, T>) {
-        let payloads = motion.machine.payloads.iter();
-        for (payload, &share) in payloads.zip(&motion.state.payload_share) {
-            let body = &motion.motions[payload.body];
-            let (place, felt) = at_com(&payload.inertia, body);
-            write.write([lever(&self.form[payload.body], &place).dot(&felt) * share]);
-        }
-    }
-}
-
 /// Place of the centre of mass and the specific force there.
-fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vector3<T>, Vector3<T>) {
+pub(super) fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vector3<T>, Vector3<T>) {
     let com = rotate(&body.rotation, &constant(&inertia.com));
     let (w, alpha) = (&body.angular_velocity, &body.angular_acceleration);
     let felt = body.specific_force + cross(alpha, &com) + cross(w, &cross(w, &com));
@@ -111,6 +95,12 @@ fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vector3<T>, Vect
 }
 
 /// s = u + t x r
-fn lever<T: Real>(form: &Wrench<T>, place: &Vector3<T>) -> Vector3<T> {
+pub(super) fn lever<T: Real>(form: &Wrench<T>, place: &Vector3<T>) -> Vector3<T> {
     form.force + cross(&form.moment, place)
+}
+
+/// The transpose of d -> alpha x d + w x (w x d).
+pub(super) fn pulled<T: Real>(carrier: &BodyMotion<T>, by: &Vector3<T>) -> Vector3<T> {
+    let (w, alpha) = (&carrier.angular_velocity, &carrier.angular_acceleration);
+    cross(by, alpha) + cross(w, &cross(w, by))
 }

@@ -1,6 +1,6 @@
 //! The derivatives of many rows, summed up.
 
-use super::Sensitivity;
+use super::derivatives::Sensitivity;
 use crate::machine::{Machine, Parameter};
 use crate::number::{Lanes, Mask, Real};
 

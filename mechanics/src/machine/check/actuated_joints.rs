@@ -1,6 +1,6 @@
 //! Linkages with a bound force whose pivot carries wheels.
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, MachineError, TorqueJoint, Wheel};
 
 /// Traction that is not in proportion to the loads, where the machine file does not tell.

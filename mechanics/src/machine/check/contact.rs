@@ -1,6 +1,6 @@
 //! How the ground carries the wheels: free joints and the rule that splits the loads.
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::spec::Stiffness;
 use crate::machine::{
     Contact, Ground, Linkage, MachineError, Split, SupportPolygon, TorqueJoint, Wheel,

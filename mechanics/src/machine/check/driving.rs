@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::linkage::{self, LinkageBodies, LinkageInput};
 use crate::machine::spec::LinkageSpec;
 use crate::machine::tree::TreeJoint;

@@ -3,7 +3,7 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::static_transform::ancestors;
 use crate::machine::{MachineError, Mount};
 

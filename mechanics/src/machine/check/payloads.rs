@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::spec::{PayloadMass, PayloadSpec};
 use crate::machine::{Inertia, Link, MachineError, MassMoments, Payload};
 

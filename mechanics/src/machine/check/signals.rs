@@ -1,6 +1,6 @@
 //! `[signals]`: numbers that say where they are, and belong together where they must.
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::{FieldSpec, JointFields, MachineError, NumberSpec, SignalSpec};
 
 impl Checker<'_> {

@@ -1,6 +1,6 @@
 //! The active suspension's linkages and limits.
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::{MachineError, Suspension};
 
 impl Checker<'_> {

@@ -1,6 +1,6 @@
 //! The numbers and names of `[suspension.control]`.
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::{MachineError, SuspensionControl};
 
 /// What a value must be, and whether it is.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector2, Vector3};
 
-use super::Checker;
+use super::checker::Checker;
 use crate::geometry::contact_plane::ContactPlane;
 use crate::machine::spec::Stiffness;
 use crate::machine::{MAX_WHEELS, MachineError, SupportPolygon, Wheel};

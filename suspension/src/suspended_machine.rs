@@ -1,0 +1,71 @@
+//! A machine whose suspension can be controlled.
+
+use crate::carriers::Carriers;
+use crate::error::StabiliserError;
+use tipwatch_mechanics::geometry::coordinate::Motion;
+use tipwatch_mechanics::machine::{Machine, Suspension};
+
+/// Most actuators.
+pub const MAX_ACTUATORS: usize = 2;
+
+/// How many positions of the stroke T* is looked at.
+pub(super) const STROKE_POSITIONS: usize = 33;
+
+/// A machine and which of its linkages are the suspension's.
+#[derive(Debug, Clone)]
+pub(super) struct SuspendedMachine {
+    pub(super) machine: Machine,
+    /// Indices of the linkages, by actuator.
+    pub(super) linkages: Vec<usize>,
+    pub(super) carriers: Carriers,
+}
+
+impl SuspendedMachine {
+    /// A machine and its suspension, if that can be steered.
+    pub(super) fn of(machine: &Machine) -> Result<(Self, Suspension), StabiliserError> {
+        let Some(suspension) = machine.suspension().cloned() else {
+            return Err(StabiliserError::NoSuspension);
+        };
+        let actuators = suspension.linkages.len();
+        if !(1..=MAX_ACTUATORS).contains(&actuators) {
+            return Err(StabiliserError::Actuators { found: actuators });
+        }
+        if !machine.contact().free_joints.is_empty() {
+            return Err(StabiliserError::FreeJoints {
+                found: machine.contact().free_joints.len(),
+            });
+        }
+        check_stroke(machine, &suspension)?;
+        let mut unmeasured = machine.clone();
+        // what the joints' torques will be in another posture nobody has measured
+        unmeasured.leave_out_actuator_forces();
+        let suspended = Self {
+            carriers: Carriers::of(&unmeasured, &suspension.linkages),
+            machine: unmeasured,
+            linkages: suspension.linkages.clone(),
+        };
+        Ok((suspended, suspension))
+    }
+}
+
+/// Whether every triangle closes over the stroke.
+fn check_stroke(machine: &Machine, suspension: &Suspension) -> Result<(), StabiliserError> {
+    let [least, greatest] = suspension.stroke;
+    for &linkage in &suspension.linkages {
+        let linkage = &machine.linkages()[linkage];
+        for k in 0..STROKE_POSITIONS {
+            let position = least + (greatest - least) * k as f64 / (STROKE_POSITIONS - 1) as f64;
+            let rod = Motion {
+                position,
+                ..Motion::zero()
+            };
+            if !(linkage.solve_by_rod(&rod).closure > 0.0) {
+                return Err(StabiliserError::Stroke {
+                    linkage: linkage.name.clone(),
+                    position,
+                });
+            }
+        }
+    }
+    Ok(())
+}
