@@ -18,12 +18,29 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use tipwatch_mechanics::estimation::plausibility::{FaultSpans, Plausibility};
-use tipwatch_mechanics::estimation::{CausalEstimator, Recording, RowClock, smooth};
+use tipwatch_mechanics::estimation::{CausalEstimator, RowClock, SensorSamples, smooth};
 use tipwatch_mechanics::machine::{LogFacts, Machine};
 use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Sample, Sensor, Sensors};
 use tipwatch_mechanics::{
     ClosedForm, MachineSpec, Scope, State, Workspace, closed_form, evaluate, static_outcome,
 };
+
+/// The samples of one sensor.
+struct Recording {
+    sensor: Sensor,
+    stamps_ns: Vec<i64>,
+    values: Vec<f64>,
+}
+
+impl Recording {
+    fn samples(&self) -> SensorSamples<'_> {
+        SensorSamples {
+            sensor: self.sensor,
+            stamps_ns: &self.stamps_ns,
+            values: &self.values,
+        }
+    }
+}
 
 const SLOWEST: Duration = Duration::from_secs(10);
 
@@ -303,7 +320,8 @@ fn read_samples(random: &mut Random) {
         recording.values.extend(values);
     }
     check_all(&machine, &sensors, &recordings);
-    let _ = smooth(&machine, &sensors, &recordings, RowClock::JointStates);
+    let samples: Vec<_> = recordings.iter().map(Recording::samples).collect();
+    let _ = smooth(&machine, &sensors, &samples, RowClock::JointStates);
 }
 
 fn row_clock(random: &mut Random) -> RowClock {

@@ -1,6 +1,6 @@
 //! Stamps that are years, or the whole range of numbers, away from all others.
 
-use tipwatch_mechanics::estimation::{CausalEstimator, Recording, RowClock, smooth};
+use tipwatch_mechanics::estimation::{CausalEstimator, RowClock, SensorSamples, smooth};
 use tipwatch_mechanics::machine::LogFacts;
 use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Reason, Sample, Sensor};
 use tipwatch_mechanics::{Machine, MachineSpec};
@@ -42,12 +42,12 @@ fn a_regular_rate_ends_whatever_the_stamps() {
                 let _ = causal.push(&machine, &sample, &mut |_| rows += 1);
             }
             assert!((1..=300).contains(&rows), "{rows}");
-            let recording = Recording {
+            let samples = SensorSamples {
                 sensor: Sensor::Joints(0),
-                stamps_ns: stamps.clone(),
-                values: values.repeat(stamps.len()),
+                stamps_ns: &stamps,
+                values: &values.repeat(stamps.len()),
             };
-            let smoothed = smooth(&machine, sensors, &[recording], clock);
+            let smoothed = smooth(&machine, sensors, &[samples], clock);
             let times = &smoothed.times_ns;
             assert!((90..=210).contains(&times.len()), "{}", times.len());
             assert!(times.is_sorted(), "{times:?}");

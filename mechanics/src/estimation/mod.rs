@@ -18,5 +18,5 @@ mod track;
 
 pub use causal::CausalEstimator;
 pub use rows::{Estimate, RowClock};
-pub use smoother::{Recording, SmoothedRows, smooth};
+pub use smoother::{SensorSamples, SmoothedRows, smooth};
 pub(crate) use track::{Doubt, Model, Track};

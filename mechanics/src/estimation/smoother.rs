@@ -12,15 +12,15 @@ use crate::state::{
 /// A longer time without joint states is none of one recording, or its stamps are wrong (ns).
 const LONGEST_GRID_NS: i64 = 3_600_000_000_000;
 
-/// All samples of one sensor.
-#[derive(Debug, Clone)]
-pub struct Recording {
+/// All samples of one sensor, wherever they are kept.
+#[derive(Debug, Clone, Copy)]
+pub struct SensorSamples<'a> {
     /// Which sensor.
     pub sensor: Sensor,
     /// Stamps (ns), in any order.
-    pub stamps_ns: Vec<i64>,
+    pub stamps_ns: &'a [i64],
     /// The values of all samples, one sample after the other: see [`Sample`].
-    pub values: Vec<f64>,
+    pub values: &'a [f64],
 }
 
 /// States of all rows.
@@ -45,11 +45,11 @@ pub struct SmoothedRows {
 pub fn smooth(
     machine: &Machine,
     sensors: &Sensors,
-    recordings: &[Recording],
+    recordings: &[SensorSamples<'_>],
     clock: RowClock,
 ) -> SmoothedRows {
     let ordered: Vec<Ordered<'_>> = (recordings.iter())
-        .filter_map(|recording| Ordered::new(recording, sensors))
+        .filter_map(|&recording| Ordered::new(recording, sensors))
         .collect();
     let faults = find_faults(machine, sensors, &ordered);
     let mut tracks = Tracks::new(machine, sensors, true);
@@ -77,14 +77,14 @@ pub fn smooth(
 
 /// The samples of a recording, sorted by stamp.
 struct Ordered<'r> {
-    recording: &'r Recording,
+    recording: SensorSamples<'r>,
     width: usize,
     order: Vec<usize>,
 }
 
 impl<'r> Ordered<'r> {
     /// `None` where there is no such sensor.
-    fn new(recording: &'r Recording, sensors: &Sensors) -> Option<Self> {
+    fn new(recording: SensorSamples<'r>, sensors: &Sensors) -> Option<Self> {
         let mut order: Vec<usize> = (0..recording.stamps_ns.len()).collect();
         order.sort_by_key(|&i| recording.stamps_ns[i]);
         Some(Self {
