@@ -3,9 +3,26 @@
 use tipwatch_analyze::load::load;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::estimation::{Recording, RowClock, SmoothedRows, smooth};
+use tipwatch_mechanics::estimation::{RowClock, SensorSamples, SmoothedRows, smooth};
 use tipwatch_mechanics::state::{Reason, Sensor};
 use tipwatch_tests::data;
+
+/// The samples of one sensor.
+struct Recording {
+    sensor: Sensor,
+    stamps_ns: Vec<i64>,
+    values: Vec<f64>,
+}
+
+impl Recording {
+    fn samples(&self) -> SensorSamples<'_> {
+        SensorSamples {
+            sensor: self.sensor,
+            stamps_ns: &self.stamps_ns,
+            values: &self.values,
+        }
+    }
+}
 
 /// Smooths the short log after `edit` changed its recordings.
 fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
@@ -34,10 +51,11 @@ fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
             recording
         })
         .collect();
+    let samples: Vec<_> = recordings.iter().map(Recording::samples).collect();
     smooth(
         &loaded.machine,
         &loaded.matched.sensors,
-        &recordings,
+        &samples,
         RowClock::JointStates,
     )
 }

@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
-use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, Recording, RowClock, smooth};
+use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, SensorSamples, smooth};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, reference_posture};
@@ -130,8 +130,8 @@ struct Heard {
 
 /// A log's machine and the positions of its joints in the log's first valid row; NaN if there is none.
 pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine, Vec<f64>)> {
-    let mut loaded = load(&Log::open(path)?, file, &mut |_| {})?;
-    let (rows, _) = estimate(&mut loaded, &Options::default());
+    let loaded = load(&Log::open(path)?, file, &mut |_| {})?;
+    let (rows, _) = estimate(&loaded, &Options::default());
     let posture = match first_posture(&loaded.machine, &rows) {
         Some((_, posture)) => posture,
         None => unknown_posture(&loaded.machine),
@@ -144,8 +144,8 @@ pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine
 /// # Errors
 /// The machine does not fit the log, or it cannot be read.
 pub fn clock_offsets(log: &Log, file: &MachineFile) -> Result<ClockOffsets> {
-    let mut loaded = load(log, file, &mut |_| {})?;
-    let (rows, _) = smoothed(&mut loaded, RowClock::JointStates);
+    let loaded = load(log, file, &mut |_| {})?;
+    let (rows, _) = smoothed(&loaded, RowClock::JointStates);
     let forces = linkage_force::read_all(log, file, &loaded);
     Ok(clock::estimate(&loaded, &forces, &rows))
 }
@@ -180,7 +180,7 @@ fn estimate_on_one_clock(
 }
 
 /// The states of all rows within the asked time.
-fn estimate(loaded: &mut LoadedLog, options: &Options) -> (Rows, Heard) {
+fn estimate(loaded: &LoadedLog, options: &Options) -> (Rows, Heard) {
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
@@ -191,20 +191,15 @@ fn estimate(loaded: &mut LoadedLog, options: &Options) -> (Rows, Heard) {
     (within(rows, &loaded.machine, options), heard)
 }
 
-fn smoothed(loaded: &mut LoadedLog, clock: RowClock) -> (Rows, Heard) {
-    let recordings: Vec<Recording> = loaded
-        .signals
-        .iter_mut()
-        .map(|signal| Recording {
+fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (Rows, Heard) {
+    let samples: Vec<SensorSamples<'_>> = (loaded.signals.iter())
+        .map(|signal| SensorSamples {
             sensor: signal.sensor,
-            stamps_ns: signal.recording.stamps_ns.clone(),
-            values: std::mem::take(&mut signal.recording.values),
+            stamps_ns: &signal.recording.stamps_ns,
+            values: &signal.recording.values,
         })
         .collect();
-    let smoothed = smooth(&loaded.machine, &loaded.matched.sensors, &recordings, clock);
-    for (signal, recording) in loaded.signals.iter_mut().zip(recordings) {
-        signal.recording.values = recording.values;
-    }
+    let smoothed = smooth(&loaded.machine, &loaded.matched.sensors, &samples, clock);
     let rows = Rows {
         times_ns: smoothed.times_ns,
         reasons: smoothed.reasons,
