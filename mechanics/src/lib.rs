@@ -1,7 +1,7 @@
 //! Mechanics of wheeled machines with an arm: from what the sensors feel to what the wheels carry.
 //!
 //! [`MachineSpec`] (a machine file) and a URDF are checked into an immutable [`Machine`];
-//! [`signal`] turns sensor samples into [`State`]s; [`evaluate`] turns a state into an [`Outcome`]:
+//! [`estimation`] turns sensor samples into [`State`]s; [`evaluate`] turns a state into an [`Outcome`]:
 //! wheel loads, their envelope, and how far the machine is from tipping. [`evaluate`] remembers
 //! nothing, allocates nothing and is generic over the number: [`evaluate_rows`] does four samples
 //! side by side and gives the same bits.

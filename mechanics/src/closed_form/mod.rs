@@ -34,8 +34,6 @@
 //! }
 //! ```
 
-#[cfg(test)]
-mod against_newton_euler;
 mod attitude;
 mod causes;
 mod demand;

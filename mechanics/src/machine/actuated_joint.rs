@@ -32,7 +32,7 @@ pub struct ActuatedJoint {
 /// A signal of an actuator's force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ActuatorSignal {
-    /// Index of the joint among the [`actuated`](Contact::actuated_joints) ones.
+    /// Index of the joint among the [`actuated`](super::Contact::actuated_joints) ones.
     pub joint: usize,
     /// Index among its [`signals`](ActuatedJoint::signals).
     pub signal: usize,

@@ -6,7 +6,7 @@ use super::suspension_control::SuspensionControl;
 /// The actuators of an active suspension.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suspension {
-    /// Indices of its linkages, into [`Machine::linkages`].
+    /// Indices of its linkages, into [`Machine::linkages`](super::Machine::linkages).
     pub linkages: Vec<usize>,
     /// Least and greatest rod coordinate (m).
     pub stroke: [f64; 2],

@@ -1,6 +1,6 @@
 //! What of the base's travel the loads are differentiated by.
 
-/// What of the base's travel [`VelocityGradient`] differentiates by.
+/// What of the base's travel [`VelocityGradient`](crate::VelocityGradient) differentiates by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Travel {
     /// v_x

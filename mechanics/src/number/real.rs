@@ -17,7 +17,7 @@ pub trait Mask:
     fn any(self) -> bool;
 }
 
-/// A number of the mechanics: see the [module](self).
+/// A number of the mechanics: see the [module](super).
 pub trait Real:
     Copy
     + Debug

@@ -38,9 +38,9 @@ impl<T: Real> GroundForce<T> {
     }
 }
 
-/// `sum over wheels of factor[row][wheel] * load = value[row]`. The first [`Equations::certain`] rows
+/// `sum over wheels of factor[row][wheel] * load = value[row]`. The first `certain` rows
 /// always hold; after them stands the split rule, if it is an equation; after that, from
-/// [`Equations::measured`] on, a row for each joint of measured torque.
+/// `measured` on, a row for each joint of measured torque.
 #[derive(Debug)]
 pub struct Equations<T> {
     pub(crate) factor: Vec<[T; MAX_WHEELS]>,

@@ -8,7 +8,7 @@
 //! ```
 //! Among all loads that satisfy them, wheels on springs take those of least energy: N = K A' l with
 //! (A K A') l = b. Contact is unilateral: a wheel that would have to pull is taken off the ground and
-//! the rest is solved again. Joints of measured torque tell of the split what they know ([`actuated`]). Where the centre of pressure leaves the support polygon the machine tips
+//! the rest is solved again. Joints of measured torque tell of the split what they know (`actuated`). Where the centre of pressure leaves the support polygon the machine tips
 //! about the nearest edge, and only the wheels on it carry.
 
 mod actuated;

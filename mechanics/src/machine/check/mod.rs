@@ -1,4 +1,4 @@
-//! From a machine file as written, a URDF and what a log offers to a [`Machine`], or the first thing
+//! From a machine file as written, a URDF and what a log offers to a [`Machine`](super::Machine), or the first thing
 //! that is wrong with it.
 
 mod actuated_joints;

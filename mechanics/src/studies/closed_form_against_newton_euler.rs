@@ -5,15 +5,15 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-use super::{Causes, Demand, FeltMotion, PlacedPlatform, PlatformParts};
+use super::static_posture::static_outcome;
+use crate::closed_form::{Causes, Demand, FeltMotion, PlacedPlatform, PlatformParts};
 use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::dynamics::newton_euler;
 use crate::geometry::coordinate::Coordinate;
 use crate::geometry::spatial::Wrench;
-use crate::machine::{LinkGroup, LogFacts, Machine};
+use crate::machine::{LinkGroup, LogFacts, Machine, MachineSpec};
 use crate::number::{Lanes, Real};
 use crate::state::State;
-use crate::{MachineSpec, static_outcome};
 
 /// A machine of the test data whose tyres do not deflect.
 fn machine(name: &str) -> Machine {
