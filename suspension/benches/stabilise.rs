@@ -1,7 +1,7 @@
 //! One step of the stabiliser on random problems of the machine on bogies, each solved from scratch:
 //! median and 99.9th percentile, with the machine condensed and all that belongs to the step.
 //!
-//! `cargo bench -p tipwatch-mechanics --bench stabilise [-- NAME]`, NAME a part of a line's name
+//! `cargo bench -p tipwatch-suspension --bench stabilise [-- NAME]`, NAME a part of a line's name
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 
