@@ -3,7 +3,7 @@
 use crate::support::{bogie_by_rods, edited};
 
 #[test]
-fn the_machine_file_says_what_is_wrong_with_it() {
+fn invalid_hydraulics_are_rejected_with_their_key() {
     let with = |table: &str| {
         edited("bogie", |text| {
             format!("{text}\n[suspension.hydraulics]\n{table}\n")
@@ -28,7 +28,7 @@ fn the_machine_file_says_what_is_wrong_with_it() {
     let parameters = &machine.suspension().unwrap().hydraulics;
     assert!((parameters.piston_area - 78.5398e-4).abs() < 1e-8 && parameters.gain == 4.0);
     let default = bogie_by_rods(|text| text);
-    // stroke of [suspension], areas of the published lift cylinder
+    // Stroke from [suspension], areas of the published lift cylinder.
     let parameters = &default.suspension().unwrap().hydraulics;
     assert!((parameters.stroke - 0.2).abs() < 1e-12);
     assert!((parameters.piston_area - 50.265e-4).abs() < 1e-7);

@@ -1,6 +1,6 @@
 //! What the mechanics must hold: one binary, a theme a module.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 mod support;
 

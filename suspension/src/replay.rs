@@ -1,8 +1,8 @@
-//! The same instant with the suspension elsewhere: what a recorded state would have been.
+//! A recorded state with the suspension moved elsewhere: the state as it would have been.
 //!
-//! The contact plane's frame goes where it went: how the wheels travel over the ground is as recorded, and
-//! what moves in the base beside the suspension too. Where the base is and how it moves above the wheels follows
-//! from the rods, S(1)-(3), and with it what the IMU feels.
+//! The frame of the contact plane moves as recorded: the wheels' path over the ground is unchanged, and so is
+//! the motion of all other joints. The pose and motion of the base above the wheels follow from the rods,
+//! S(1)-(3), and with them the IMU's measurement.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -23,7 +23,7 @@ use tipwatch_mechanics::machine::{LinkageInput, Machine};
 use tipwatch_mechanics::number::Real;
 use tipwatch_mechanics::state::{BaseState, State};
 
-/// Puts other motions of the suspension's rods into recorded states. A step allocates nothing.
+/// Replaces the motion of the suspension's rods in recorded states. A step does not allocate.
 #[derive(Debug)]
 pub struct Replay {
     suspended: SuspendedMachine,
@@ -40,7 +40,7 @@ impl Replay {
     /// For a machine with a suspension.
     ///
     /// # Errors
-    /// [`StabiliserError`]: the machine has no suspension that can be steered.
+    /// [`StabiliserError`]: the machine has no suspension that can be controlled.
     pub fn new(machine: &Machine) -> Result<Self, StabiliserError> {
         let (suspended, _) = SuspendedMachine::of(machine)?;
         let own = &suspended.machine;
@@ -60,13 +60,13 @@ impl Replay {
         })
     }
 
-    /// How many rods there are.
+    /// Number of rods.
     #[must_use]
     pub fn actuators(&self) -> usize {
         self.suspended.linkages.len()
     }
 
-    /// Motion of the rods in a state (m, m/s, m/s^2), by actuator; zero beyond the machine's.
+    /// Motion of the rods in a state (m, m/s, m/s^2), by actuator; zero beyond the machine's actuators.
     #[must_use]
     pub fn rods(&self, state: &State<f64>) -> [Motion<f64>; MAX_ACTUATORS] {
         let mut rods = [Motion::zero(); MAX_ACTUATORS];
@@ -82,9 +82,8 @@ impl Replay {
         rods
     }
 
-    /// The state as it would have been with the rods moving so, by actuator, and what the wheels would
-    /// have carried. What is not finite makes what rests on it NaN. Forces of actuators are unknown there, and the
-    /// base's velocity.
+    /// The state with the given motion of the rods, by actuator, which is also evaluated. Non-finite inputs make
+    /// the dependent values NaN. Actuator forces and the base's velocity are unknown in it.
     pub fn moved(&mut self, state: &State<f64>, rods: &[Motion<f64>]) -> &State<f64> {
         let recorded = self.rods(state);
         let actuators = self.actuators();
@@ -137,20 +136,20 @@ impl Replay {
         &self.state
     }
 
-    /// Loads and indicators of the state that [`Self::moved`] gave last.
+    /// Loads and indicators of the state from the last [`Self::moved`].
     #[must_use]
     pub fn outcome(&self) -> &Outcome<f64> {
         self.workspace.outcome()
     }
 
-    /// Where the centre of mass of the whole machine is, along gravity, in the contact plane: forward and
-    /// left of the middle of the contact points (m).
+    /// Position of the centre of mass of the whole machine, projected along gravity onto the contact plane:
+    /// forward and left of the centre of the contact points (m).
     #[must_use]
     pub fn com_offset(&self) -> Vector2<f64> {
         self.com_offset
     }
 
-    /// Force that an actuator needs there (N), positive where it pushes its rod out; without friction.
+    /// Force that an actuator needs in that state, without friction (N), positive when it extends its rod.
     #[must_use]
     pub fn rod_force(&self, actuator: usize) -> f64 {
         let linkage = self.suspended.linkages[actuator];

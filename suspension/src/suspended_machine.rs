@@ -5,13 +5,13 @@ use crate::error::StabiliserError;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{Machine, Suspension};
 
-/// Most actuators.
+/// Maximum number of actuators.
 pub const MAX_ACTUATORS: usize = 2;
 
-/// How many positions of the stroke T* is looked at.
+/// Number of strokes at which T* is evaluated.
 pub(super) const STROKE_POSITIONS: usize = 33;
 
-/// A machine and which of its linkages are the suspension's.
+/// A machine with its suspension linkages.
 #[derive(Debug, Clone)]
 pub(super) struct SuspendedMachine {
     pub(super) machine: Machine,
@@ -21,7 +21,7 @@ pub(super) struct SuspendedMachine {
 }
 
 impl SuspendedMachine {
-    /// A machine and its suspension, if that can be steered.
+    /// For a machine with a suspension that can be controlled.
     pub(super) fn of(machine: &Machine) -> Result<(Self, Suspension), StabiliserError> {
         let Some(suspension) = machine.suspension().cloned() else {
             return Err(StabiliserError::NoSuspension);
@@ -37,7 +37,7 @@ impl SuspendedMachine {
         }
         check_stroke(machine, &suspension)?;
         let mut unmeasured = machine.clone();
-        // what the joints' torques will be in another posture nobody has measured
+        // The joint torques in another posture are unknown.
         unmeasured.leave_out_actuator_forces();
         let suspended = Self {
             carriers: Carriers::of(&unmeasured, &suspension.linkages),
@@ -48,7 +48,7 @@ impl SuspendedMachine {
     }
 }
 
-/// Whether every triangle closes over the stroke.
+/// Checks that every triangle closes over the stroke.
 fn check_stroke(machine: &Machine, suspension: &Suspension) -> Result<(), StabiliserError> {
     let [least, greatest] = suspension.stroke;
     for &linkage in &suspension.linkages {

@@ -1,7 +1,7 @@
-//! Whatever state and input the control gets: no panic, no command outside the limits, no more work than
-//! stated.
+//! Robustness of the suspension control: for any input no panic, no command outside the limits, and no more
+//! work than the documented bound.
 
-#![allow(clippy::print_stdout, reason = "the endings are told")]
+#![allow(clippy::print_stdout, reason = "the outcomes are printed")]
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,10 @@ use tipwatch_mechanics::machine::ControlMode;
 use tipwatch_mechanics::{Machine, State};
 use tipwatch_suspension::{Command, Controller, Stabiliser, Status};
 
-/// States a control; `TIPWATCH_STATES=250000` makes a million of the four.
+/// States per configuration; `TIPWATCH_STATES=250000` gives a million for the four configurations.
 const STATES: usize = 4000;
 
-/// Numbers that no sensor gives.
+/// Values that no sensor delivers.
 const ODD: [f64; 10] = [
     f64::NAN,
     f64::INFINITY,
@@ -27,7 +27,7 @@ const ODD: [f64; 10] = [
     1e9,
 ];
 
-/// A problem with some numbers spoilt: a little, out of every limit, or not numbers at all.
+/// A problem with some values corrupted: slightly, beyond every limit, or not finite.
 fn spoilt(draws: &mut Draws, machine: &Machine, stabiliser: &Stabiliser, alike: bool) -> Problem {
     let mut problem = Problem::draw(draws, machine, stabiliser, alike);
     let how = draws.signed();
@@ -69,13 +69,13 @@ fn spoil_state(state: &mut State<f64>, spoil: &mut impl FnMut(&mut f64, f64)) {
     }
 }
 
-/// What holds of every command.
+/// Invariants of every command.
 fn check(command: &Command, problem: &Problem, stabiliser: &Stabiliser, limits: &Limits) {
-    let told = || format!("{command:?} of {problem:?}");
+    let describe = || format!("{command:?} of {problem:?}");
     assert!(
         command.evaluations <= Stabiliser::MAX_EVALUATIONS,
         "{}",
-        told()
+        describe()
     );
     let dt = stabiliser.step_length();
     for k in 0..2 {
@@ -84,20 +84,32 @@ fn check(command: &Command, problem: &Problem, stabiliser: &Stabiliser, limits: 
             command.velocity[k],
             command.position[k],
         ];
-        assert!(a.abs() <= limits.acceleration * ROUNDED, "{}", told());
-        assert!(v.abs() <= limits.velocity * ROUNDED, "{}", told());
-        assert!(limits.stroke[0] <= x && x <= limits.stroke[1], "{}", told());
+        assert!(a.abs() <= limits.acceleration * ROUNDED, "{}", describe());
+        assert!(v.abs() <= limits.velocity * ROUNDED, "{}", describe());
+        assert!(
+            limits.stroke[0] <= x && x <= limits.stroke[1],
+            "{}",
+            describe()
+        );
         if command.status > Status::StepTooShort {
             continue;
         }
-        // (31b-f) hold to rounding
+        // (31b-f) hold up to rounding
         let (x0, v0) = (problem.x[k], problem.v[k]);
         let [least, greatest] = stabiliser.acceleration_limits(x0);
-        assert!(least - SLACK <= a && a <= greatest + SLACK, "{}", told());
+        assert!(
+            least - SLACK <= a && a <= greatest + SLACK,
+            "{}",
+            describe()
+        );
         let [least, greatest] = stabiliser.velocity_limits(x0);
-        assert!(least - SLACK <= v && v <= greatest + SLACK, "{}", told());
-        assert!((v - (v0 + dt * a)).abs() < SLACK, "{}", told());
-        assert!((x - (x0 + dt * v)).abs() < SLACK, "{}", told());
+        assert!(
+            least - SLACK <= v && v <= greatest + SLACK,
+            "{}",
+            describe()
+        );
+        assert!((v - (v0 + dt * a)).abs() < SLACK, "{}", describe());
+        assert!((x - (x0 + dt * v)).abs() < SLACK, "{}", describe());
     }
     if command.status == Status::PositionUnknown {
         assert!(command.hold);
@@ -114,7 +126,7 @@ struct Limits {
 }
 
 #[test]
-fn any_state_gives_a_command_within_the_limits() {
+fn any_state_gives_a_command_within_limits() {
     let states = std::env::var("TIPWATCH_STATES").map_or(STATES, |n| n.parse().unwrap());
     let machine = machine();
     let suspension = machine.suspension().unwrap();
@@ -149,15 +161,15 @@ fn any_state_gives_a_command_within_the_limits() {
     ] {
         assert!(
             endings.contains_key(&status),
-            "{status:?} never came up: {endings:?}"
+            "{status:?} never occurred: {endings:?}"
         );
     }
 }
 
-/// Tick and valves together: the reference stays in the stroke, valves open at most all the way, and close where
-/// nothing is known.
+/// Optimiser and valves combined: the reference stays within the stroke, the valve commands saturate, and the
+/// valves close where the input is unknown.
 #[test]
-fn a_controller_follows_only_what_is_known() {
+fn controller_closes_valves_on_unknown_input() {
     let machine = machine();
     let control = control(ControlMode::LookAhead, false);
     let stabiliser = stabiliser(&machine, &control);

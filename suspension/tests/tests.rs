@@ -1,6 +1,6 @@
 //! What the control of a suspension must hold: one binary, a theme a module.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 #[path = "../benches/problems/mod.rs"]
 mod problems;

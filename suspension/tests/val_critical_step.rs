@@ -1,4 +1,4 @@
-//! T*, below which the second paper's problem steers the wrong way, against Pinocchio.
+//! Validation of T*, below which the second paper's problem moves the rods the wrong way, with Pinocchio.
 
 use crate::support::{bogie, data};
 use serde_json::Value;
@@ -19,7 +19,7 @@ fn postures(machine: &Machine) -> Vec<(Vec<f64>, f64, [f64; 3])> {
 }
 
 #[test]
-fn val_critical_step_is_that_of_pinocchio() {
+fn val_critical_step_equals_pinocchio() {
     let machine = bogie(|text| text.replace("tyre_stiffness = 8.0e5\n", "")).unwrap();
     let postures = postures(&machine);
     let mut stabiliser =
@@ -39,10 +39,10 @@ fn val_critical_step_is_that_of_pinocchio() {
             ),
             "{found:?} {by_acceleration}"
         );
-        // the cost counts pairs of wheels, not front and rear alone
+        // The cost contains pairs of wheels, not only front and rear.
         assert!(near(found.time.unwrap(), *time, 1e-3), "{found:?} {time}");
     }
-    // arm to the side, back, forward, far forward, in the middle of the stroke
+    // Arm to the side, back, forward, far forward, with the cylinders at mid-stroke.
     let middle: Vec<f64> = postures
         .iter()
         .filter(|(_, rod, _)| *rod == -0.1)
@@ -54,7 +54,7 @@ fn val_critical_step_is_that_of_pinocchio() {
 }
 
 #[test]
-fn literal_mode_refuses_steps_that_steer_the_wrong_way() {
+fn one_step_mode_rejects_steps_below_critical() {
     let machine = bogie(|text| text).unwrap();
     let joints = &postures(&machine)[0].0;
     let control = |rate: f64| SuspensionControl {
@@ -77,11 +77,11 @@ fn literal_mode_refuses_steps_that_steer_the_wrong_way() {
     let least_step = refused(50.0);
     refused(1.001 / least_step);
     Stabiliser::new(&machine, &control(0.999 / least_step), joints).unwrap();
-    let told = Stabiliser::new(&machine, &control(50.0), joints)
+    let message = Stabiliser::new(&machine, &control(50.0), joints)
         .unwrap_err()
         .to_string();
     assert!(
-        told.contains("suspension.control.rate") && told.contains("found 0.020 s"),
-        "{told}"
+        message.contains("suspension.control.rate") && message.contains("found 0.020 s"),
+        "{message}"
     );
 }

@@ -1,4 +1,4 @@
-//! Many samples: columns of numbers in, columns out, several samples side by side between.
+//! Evaluation of many samples: columns in, columns out, several samples per vector register.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -14,14 +14,14 @@ use crate::machine::Machine;
 use crate::number::Lanes;
 use crate::state::{Reasons, State, StateColumns};
 
-/// The outcomes of many rows, a column for each [`Quantity`].
+/// The outcomes of many rows, with one column per [`Quantity`].
 #[derive(Debug, Clone)]
 pub struct OutcomeColumns {
-    /// What the columns are.
+    /// The quantity of each column.
     pub quantities: Vec<Quantity>,
     /// The columns, in the order of `quantities`; NaN where a number cannot be computed.
     pub columns: Vec<Vec<f64>>,
-    /// The derivatives of the rows summed up, if the scope has them.
+    /// Sums of the rows' derivatives, if the scope includes them.
     pub sensitivity: SensitivitySums,
 }
 
@@ -37,18 +37,18 @@ impl OutcomeColumns {
         }
     }
 
-    /// The column of a quantity.
+    /// The column of this quantity.
     ///
     /// # Panics
-    /// If the machine has no such quantity.
+    /// If there is no such column.
     #[must_use]
     pub fn column(&self, quantity: Quantity) -> &[f64] {
         let found = self.quantities.iter().position(|&q| q == quantity);
         &self.columns[found.unwrap_or_else(|| panic!("no column of {quantity:?}"))]
     }
 
-    /// The reasons of a row and those that its outcome adds, as
-    /// [`Reasons::with_outcome`] for one evaluation.
+    /// The reasons `so_far` of a row and those that its outcome adds, as [`Reasons::with_outcome`] does for a
+    /// single evaluation.
     #[must_use]
     pub fn reasons(&self, row: usize, so_far: Reasons) -> Reasons {
         let mut signs = OutcomeSigns {
@@ -72,7 +72,7 @@ impl OutcomeColumns {
         so_far.with_signs(&signs)
     }
 
-    /// Appends the rows of `other`, which come after these.
+    /// Appends the rows of `other`.
     pub fn append(&mut self, mut other: Self) {
         for (column, more) in self.columns.iter_mut().zip(&mut other.columns) {
             column.append(more);
@@ -81,7 +81,7 @@ impl OutcomeColumns {
     }
 }
 
-/// Evaluates `rows` of `states`, [`Lanes::COUNT`] at a time: the same bits as one by one.
+/// Evaluates `rows` of `states`, [`Lanes::COUNT`] at a time, with the same bits as one by one.
 #[must_use]
 pub fn evaluate_rows(
     machine: &Machine,

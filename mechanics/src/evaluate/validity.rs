@@ -3,7 +3,7 @@
 use super::outcome::Outcome;
 use crate::state::{Reason, Reasons};
 
-/// The numbers of an outcome that tell whether it is valid.
+/// The values of an outcome that determine whether it is valid.
 pub(crate) struct OutcomeSigns {
     pub(crate) linkage_closure: f64,
     pub(crate) normal_force: f64,
@@ -12,7 +12,7 @@ pub(crate) struct OutcomeSigns {
 }
 
 impl Reasons {
-    /// These reasons and those that the outcome of the row's evaluation adds.
+    /// These reasons and those that the row's outcome adds.
     #[must_use]
     pub fn with_outcome(self, outcome: &Outcome<f64>) -> Self {
         self.with_signs(&OutcomeSigns {

@@ -4,17 +4,17 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::inertia::{Inertia, MassMoments};
 
-/// A rigid body: links welded by fixed joints. Its frame has the z axis along the joint that carries
-/// it; the root's frame is the base frame.
+/// A rigid body: links connected by fixed joints. The z axis of its frame is the axis of its joint; the root's
+/// frame is the base frame.
 #[derive(Debug, Clone)]
 pub struct Body {
-    /// Name of the link that its joint carries.
+    /// Name of the link that its joint moves.
     pub name: String,
-    /// Index of the parent body; the root's is 0, itself.
+    /// Index of the parent body; the root is its own parent (0).
     pub parent: usize,
     /// Revolute about or prismatic along z.
     pub kind: JointKind,
-    /// What the joint's coordinate follows from.
+    /// Source of the joint's coordinate.
     pub drive: Drive,
     /// Orientation of the joint in the parent body.
     pub parent_from_joint: Matrix3<f64>,
@@ -22,42 +22,42 @@ pub struct Body {
     pub joint_in_parent: Vector3<f64>,
     /// Inertial parameters in the body's frame.
     pub inertia: Inertia,
-    /// The same as moments, by the groups of its links; groups without mass left out.
+    /// The same as moments, by the groups of its links; groups without mass are omitted.
     pub parts: Vec<(LinkGroup, MassMoments)>,
 }
 
-/// Which part of the machine a link is.
+/// The part of the machine that a link belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LinkGroup {
-    /// Neither wheel nor arm: what the first paper calls chassis.
+    /// Neither wheel nor arm: the chassis of the first paper.
     Chassis,
     /// A wheel.
     Wheel,
-    /// The manipulator, with what hangs on it.
+    /// The manipulator, including its payloads.
     Arm,
 }
 
-/// How a joint moves.
+/// Type of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
-    /// It turns (rad).
+    /// Rotation about its axis (rad).
     Revolute,
-    /// It slides (m).
+    /// Displacement along its axis (m).
     Prismatic,
 }
 
-/// What a joint's coordinate follows from.
+/// Source of a joint's coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
     /// The root has no joint.
     Root,
-    /// The measured joint of this index.
+    /// The measured joint with this index.
     Measured(usize),
     /// `multiplier * measured joint + offset`.
     Mimic {
         /// Index of the measured joint.
         joint: usize,
-        /// Factor, no unit or the ratio of the joints' units.
+        /// Factor (dimensionless, or the ratio of the joints' units).
         multiplier: f64,
         /// Offset (rad or m).
         offset: f64,
@@ -70,16 +70,16 @@ pub enum Drive {
     Rod(usize),
 }
 
-/// A link of the URDF as a part of a body.
+/// A URDF link, part of a body.
 #[derive(Debug, Clone)]
 pub struct Link {
     /// Name in the URDF.
     pub name: String,
-    /// The body that it is part of.
+    /// The body that it belongs to.
     pub body: usize,
     /// Its pose in the body's frame.
     pub body_from_link: Isometry3<f64>,
-    /// Its inertial parameters in the body's frame, of its payloads not counted.
+    /// Its inertial parameters in the body's frame, without payloads.
     pub inertia: Inertia,
     /// The same as moments.
     pub moments: MassMoments,
@@ -87,38 +87,38 @@ pub struct Link {
     pub group: LinkGroup,
 }
 
-/// A joint whose position a log tells.
+/// A joint whose position is logged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredJoint {
     /// Name in the URDF and in the log.
     pub name: String,
-    /// Whether the log has it. Only the joint that spins a wheel may be missing.
+    /// Whether the log contains it. Only a wheel's spin joint may be missing.
     pub logged: bool,
-    /// The wheel that it spins.
+    /// The wheel that it spins, if any.
     pub spins_wheel: Option<usize>,
-    /// Least and greatest position (rad or m), where the URDF has them.
+    /// Smallest and largest position (rad or m), where the URDF states them.
     pub limits: Option<[f64; 2]>,
-    /// Largest rate (rad/s or m/s), where the URDF has it.
+    /// Largest velocity (rad/s or m/s), where the URDF states it.
     pub max_rate: Option<f64>,
 }
 
-/// Where a part of the machine sits on another: what its position is measured in.
+/// The mount of a part on another body: the reference for its position.
 #[derive(Debug, Clone, Copy)]
 pub struct Seat {
-    /// The body that carries the part.
+    /// Index of the body that carries the part.
     pub carrier: usize,
-    /// Axes in which the position is given, those of the link that carries it, in the carrier's frame.
+    /// Axes of its position, those of the carrying link, in the carrier's frame.
     pub carrier_from_axes: Matrix3<f64>,
 }
 
-/// Something fixed to a body.
+/// A frame fixed to a body.
 #[derive(Debug, Clone)]
 pub struct Mount {
     /// The body.
     pub body: usize,
     /// Its pose in the body's frame.
     pub body_from_mount: Isometry3<f64>,
-    /// Where the pose comes from, for the report.
+    /// Source of the pose, for the report.
     pub source: String,
 }
 
@@ -127,26 +127,26 @@ pub(crate) fn rotation_in_body(mount: &Mount) -> Matrix3<f64> {
     *mount.body_from_mount.rotation.to_rotation_matrix().matrix()
 }
 
-/// A load that hangs on a link for a time.
+/// A load attached to a link for a time.
 #[derive(Debug, Clone)]
 pub struct Payload {
     /// The body that carries it.
     pub body: usize,
-    /// The part of the machine that it hangs on.
+    /// The part of the machine that it is attached to.
     pub group: LinkGroup,
     /// Standard deviation of its mass (kg), where it is stated.
     pub mass_sigma: Option<f64>,
-    /// Whether its mass is to be estimated; until then it is zero.
+    /// Whether its mass is to be estimated; zero until then.
     pub is_estimated: bool,
     /// Its inertial parameters in the body's frame.
     pub inertia: Inertia,
     /// The same as moments.
     pub moments: MassMoments,
-    /// From and until when it hangs there (s from the first sample).
+    /// Times of attachment and release (s after the first sample).
     pub window_s: [f64; 2],
 }
 
-/// The moments of a body's links, by group.
+/// Moments of a body's links, by group.
 pub(super) fn link_parts(links: &[Link], body: usize) -> Vec<(LinkGroup, MassMoments)> {
     let mut parts: Vec<(LinkGroup, Inertia)> = Vec::new();
     let massive = |link: &&Link| link.body == body && link.inertia != Inertia::zero();

@@ -10,10 +10,10 @@ use super::support_polygon::SupportPolygon;
 use super::suspension::Suspension;
 use super::wheel::Wheel;
 
-/// A machine that can be computed: valid by construction, shared freely.
+/// A machine that is ready for computation: valid by construction and cheap to share.
 ///
-/// The base frame is that of the link `base_link` where the URDF has one rigid with its root, else the
-/// root link's: x forward, y left, z up (REP-103).
+/// The base frame is that of the link `base_link` if the URDF has one rigidly connected to its root, else the
+/// frame of the root link: x forward, y left, z up (REP-103).
 #[derive(Debug, Clone)]
 pub struct Machine {
     pub(crate) name: String,
@@ -41,13 +41,13 @@ pub struct Machine {
     pub(crate) suspension: Option<Suspension>,
 }
 
-/// Loads that others are compared with, by wheel (N); NaN until the machine's posture is known: see
+/// Reference loads by wheel (N); NaN until the reference posture is known: see
 /// [`Machine::refer_to_posture`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// Level and at rest.
+    /// Loads at rest on level ground.
     pub static_load: Vec<f64>,
-    /// Those of the machine file, else the static ones.
+    /// Optimal loads from the machine file, else the static ones.
     pub optimal_load: Vec<f64>,
 }
 
@@ -100,43 +100,43 @@ impl Machine {
         &self.wheels
     }
 
-    /// The polygon of the contact points.
+    /// The support polygon of the contact points.
     #[must_use]
     pub fn polygon(&self) -> &SupportPolygon {
         &self.polygon
     }
 
-    /// How the ground carries the wheels.
+    /// Contact between wheels and ground.
     #[must_use]
     pub fn contact(&self) -> &Contact {
         &self.contact
     }
 
-    /// Where the inertial measurement unit sits.
+    /// Pose of the inertial measurement unit.
     #[must_use]
     pub fn imu(&self) -> &Mount {
         &self.imu
     }
 
-    /// What is odd about it and yet no error, in plain sentences.
+    /// Peculiarities that are not errors, as plain sentences.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Where the tool wrench acts.
+    /// Pose of the frame in which the tool wrench acts.
     #[must_use]
     pub fn tool(&self) -> Option<&Mount> {
         self.tool.as_ref()
     }
 
-    /// How uncertain its parameters are.
+    /// Uncertainty of its parameters.
     #[must_use]
     pub fn uncertainty(&self) -> &UncertaintySpec {
         &self.uncertainty
     }
 
-    /// What counts as an implausible signal.
+    /// Limits of plausible signals.
     #[must_use]
     pub fn plausibility(&self) -> &PlausibilitySpec {
         &self.plausibility
@@ -148,13 +148,13 @@ impl Machine {
         self.suspension.as_ref()
     }
 
-    /// Loads that others are compared with.
+    /// The reference loads.
     #[must_use]
     pub fn reference(&self) -> &Reference {
         &self.reference
     }
 
-    /// Whether a measured joint slides (m), not turns (rad).
+    /// Whether a measured joint is prismatic (m) and not revolute (rad).
     #[must_use]
     pub fn joint_slides(&self, joint: usize) -> bool {
         let measured_rod = |linkage: &Linkage| {
@@ -165,7 +165,7 @@ impl Machine {
         self.linkages.iter().any(measured_rod) || self.bodies.iter().any(driven)
     }
 
-    /// Takes the force on the tool out of the machine: for logs that do not measure it.
+    /// Removes the tool, for logs without a measured tool wrench.
     pub fn leave_out_tool(&mut self) {
         self.tool = None;
     }
@@ -175,37 +175,37 @@ impl Machine {
         self.contact.actuated_joints.clear();
     }
 
-    /// What carries the arm.
+    /// The mount of the arm.
     #[must_use]
     pub fn arm_seat(&self) -> Option<&Seat> {
         self.arm_seat.as_ref()
     }
 
-    /// Loads that hang on links.
+    /// Loads attached to links.
     #[must_use]
     pub fn payloads(&self) -> &[Payload] {
         &self.payloads
     }
 
-    /// What counts as a finding.
+    /// Thresholds for findings.
     #[must_use]
     pub fn limits(&self) -> &LimitsSpec {
         &self.limits
     }
 
-    /// Topics that the machine file names.
+    /// Topics named in the machine file.
     #[must_use]
     pub fn signals(&self) -> &SignalsSpec {
         &self.signals
     }
 
-    /// How signals become a state.
+    /// Settings of the state estimator.
     #[must_use]
     pub fn estimator(&self) -> &EstimatorSpec {
         &self.estimator
     }
 
-    /// Whether `body` is `carrier` or carried by it.
+    /// Whether `body` is `carrier` or in its distal subtree.
     #[must_use]
     pub fn is_carried_by(&self, mut body: usize, carrier: usize) -> bool {
         while body > carrier {
@@ -214,7 +214,7 @@ impl Machine {
         body == carrier
     }
 
-    /// Mass of all bodies and of the payloads that always hang (kg).
+    /// Mass of all bodies and of the payloads without a time limit (kg).
     #[must_use]
     pub fn mass(&self) -> f64 {
         let always = |p: &&Payload| p.window_s == [f64::NEG_INFINITY, f64::INFINITY];
@@ -228,17 +228,16 @@ impl Machine {
     }
 }
 
-/// How far a load may be off what the split rule says before anything is measured, as a share of the
-/// mean load: on uneven ground a stiff frame moves that much from one diagonal to the other.
+/// Prior standard deviation of a load from the split rule before any measurement, as a fraction of the mean
+/// load: on uneven ground a stiff frame shifts that much from one diagonal to the other.
 const WARP_SHARE: f64 = 0.5;
 
 impl Machine {
-    /// Standard deviation of each wheel's share in the warp before it is measured (N): half the mean
-    /// load; on ground that is declared a plane no more than the stated uncertainty of the wheels'
-    /// height makes of it.
+    /// Prior standard deviation of each wheel's share of the warp (N): half the mean load; on ground declared
+    /// flat, at most what the stated uncertainty of the wheels' heights causes.
     pub(crate) fn warp_sigma(&self) -> f64 {
         let unknown = WARP_SHARE * self.mass() * self.gravity / self.wheels.len() as f64;
-        // four heights, each sigma off, press one diagonal by half a height at each wheel
+        // Four heights, each off by sigma, deflect each wheel of one diagonal by half a height.
         let by_heights = |stiffness: f64| 0.5 * stiffness * self.uncertainty.wheel_position;
         (self.contact.mean_stiffness)
             .map_or(unknown, |stiffness| by_heights(stiffness).min(unknown))
@@ -246,8 +245,7 @@ impl Machine {
 }
 
 impl Machine {
-    /// Joint positions with every rod of the suspension in the middle of its stroke, the others as they
-    /// are.
+    /// Joint positions with every cylinder of the suspension at mid-stroke and the other joints unchanged.
     #[must_use]
     pub fn at_mid_stroke(&self, joint_positions: &[f64]) -> Vec<f64> {
         let mut positions = joint_positions.to_vec();

@@ -6,28 +6,28 @@ use super::split::Split;
 use super::warp::{Warp, exchange, mean_stiffness};
 use super::wheel::Wheel;
 
-/// How the ground carries the wheels.
+/// Contact between wheels and ground.
 #[derive(Debug, Clone)]
 pub struct Contact {
-    /// The rule that splits what equilibrium leaves open.
+    /// The rule for the load split that equilibrium leaves open.
     pub split: Split,
     /// Joints that carry no torque.
     pub free_joints: Vec<TorqueJoint>,
-    /// Joints whose torque a log may tell.
+    /// Joints whose torque may be logged.
     pub actuated_joints: Vec<ActuatedJoint>,
-    /// Traction of a wheel beyond such a joint that is not its share of the whole, one standard deviation
-    /// as a share of its load.
+    /// Standard deviation of a distal wheel's traction from its proportional share, as a fraction of its load,
+    /// for such joints.
     pub traction_share: f64,
-    /// Whether the wheels' radii differ without load.
+    /// Whether the unloaded radii of the wheels differ.
     pub radii_differ: bool,
-    /// Whether the tyres' stiffness is known, so that their deflection is.
+    /// Whether the tyres' stiffness is known, so that their deflection is included.
     pub tyres_deflect: bool,
-    /// Whether the machine file declares the ground a plane.
+    /// Whether the machine file declares the ground flat.
     pub ground: Ground,
-    /// Mean stiffness of the tyres (N/m), where the ground is a plane and they are known: then heights
-    /// of the wheels off one plane press them.
+    /// Mean stiffness of the tyres (N/m), if the ground is flat and the stiffness known: then the wheels' heights
+    /// off a common plane deflect the tyres.
     pub mean_stiffness: Option<f64>,
-    /// What such heights do under the front share's rule.
+    /// Effect of such heights under the split rule by roll moment distribution.
     pub warp: Option<Warp>,
 }
 
@@ -39,8 +39,8 @@ impl Contact {
         self.free_joints.iter().chain(steps)
     }
 
-    /// The signals of those actuated joints whose force a log or a live system has, in the order in which
-    /// its sensors have them.
+    /// The signals of those actuated joints whose force the log or live system provides, in the order of its
+    /// sensors.
     #[must_use]
     pub fn actuator_signals(&self, is_there: impl Fn(usize) -> bool) -> Vec<ActuatorSignal> {
         let joints = self.actuated_joints.iter().enumerate();
@@ -51,16 +51,16 @@ impl Contact {
         signals.collect()
     }
 
-    /// Where a step of an actuated joint stands among [`Contact::torque_joints`].
+    /// Index of a joint of an actuated linkage in [`Contact::torque_joints`].
     pub(crate) fn torque_place(&self, actuated: usize, step: usize) -> usize {
         self.free_joints.len() + 3 * actuated + step
     }
 }
 
 impl Contact {
-    /// Sets what follows from the wheels' stiffness on plane ground. Under the front share's rule the
-    /// loads in equilibrium with themselves, z, are those with all joints at zero; a height u of each
-    /// wheel below the plane then gives z (z.u) / (z' K^-1 z).
+    /// Sets the quantities derived from the wheels' stiffness on flat ground. Under the split rule by roll moment
+    /// distribution, z are the self-equilibrated loads with all joints at zero; heights u of the wheels below
+    /// the plane then give the loads z (z.u) / (z' K^-1 z).
     pub(super) fn set_warp(&mut self, wheels: &[Wheel]) {
         if self.ground != Ground::Plane || !self.tyres_deflect {
             return;
@@ -80,7 +80,7 @@ impl Contact {
         }
     }
 
-    /// Sets the same again for tyres of another stiffness; where z is stays as it was.
+    /// Updates them for another tyre stiffness; z stays the same.
     pub(super) fn renew_warp(&mut self, wheels: &[Wheel]) {
         self.mean_stiffness = self.mean_stiffness.map(|_| mean_stiffness(wheels));
         let exchange = self.warp.take().map(|warp| warp.exchange);

@@ -1,48 +1,48 @@
 //! The kinds of implausible signals that a machine file sets policies for.
 
-/// What is wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+/// Kind of a fault.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 pub enum FaultKind {
     /// A NaN or an infinite value.
     NotFinite,
-    /// A value that no such sensor can truly have.
+    /// A value outside the range of such a sensor.
     OutOfRange,
     /// A joint position beyond the limits of the URDF.
     JointLimit,
-    /// A rate, or a change from one sample to the next, that no machine has.
+    /// A velocity, or a change between consecutive samples, that is physically impossible.
     ImpossibleRate,
-    /// The same raw values again and again, where noise is expected or motion is seen elsewhere.
+    /// Identical raw values repeat where noise is expected or motion is detected elsewhere.
     Frozen,
-    /// A quaternion that is not of length one.
+    /// A quaternion of non-unit norm.
     NotUnit,
-    /// Two measurements of the same do not agree: a joint's rate and its position, an IMU's attitude and the
-    /// gravity that it feels.
+    /// Two measurements of the same quantity disagree: a joint's velocity with its position, or an IMU's
+    /// attitude with the measured gravity.
     Disagreement,
 }
 
 impl FaultKind {
-    /// All kinds, in their order.
-    pub const ALL: [Self; 7] = [
-        Self::NotFinite,
-        Self::OutOfRange,
-        Self::JointLimit,
-        Self::ImpossibleRate,
-        Self::Frozen,
-        Self::NotUnit,
-        Self::Disagreement,
-    ];
+    /// All kinds, in order.
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
 
-    /// Its name in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::NotFinite => "not_finite",
-            Self::OutOfRange => "out_of_range",
-            Self::JointLimit => "joint_limit",
-            Self::ImpossibleRate => "impossible_rate",
-            Self::Frozen => "frozen",
-            Self::NotUnit => "not_unit",
-            Self::Disagreement => "disagreement",
-        }
+        self.into()
     }
 }

@@ -1,7 +1,7 @@
-//! The machine: bodies, joints, closed chains, wheels and sensors, checked once and then immutable.
+//! The machine: bodies, joints, closed chains, wheels and sensors, validated once and then immutable.
 //!
-//! [`MachineSpec`] is the machine file as written; [`MachineSpec::check`] puts it beside a URDF and a
-//! log's joint names and gives a [`Machine`], or says what is wrong with it.
+//! [`MachineSpec`] is the machine file as written; [`MachineSpec::check`] combines it with a URDF and a log's
+//! joint names into a [`Machine`], or explains what is wrong.
 
 mod actuated_joint;
 mod body;

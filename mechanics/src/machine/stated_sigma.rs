@@ -3,7 +3,7 @@
 use super::Machine;
 use super::parameter::Parameter;
 
-/// Standard deviation of a signal's constant error or of a parameter, in its unit.
+/// Standard deviation of a signal's systematic error or of a parameter, in its unit.
 pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
     let spec = &machine.uncertainty;
     match parameter {
@@ -17,7 +17,7 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::JointRate(_)
         | Parameter::JointAcceleration(_)
         | Parameter::AngularAcceleration(_)
-        // it is in what the measured torques leave
+        // Part of the variance that the measured torques leave.
         | Parameter::ActuatorForce(_)
         | Parameter::Travel(_) => 0.0,
         Parameter::LinkInertia(..) => {
@@ -35,7 +35,7 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::ArmPosition(_) => spec.arm_position,
         Parameter::ImuPosition(_) => spec.imu_position,
         Parameter::ImuRotation(_) => spec.imu_rotation,
-        Parameter::FrontShare => spec.front_share,
+        Parameter::FrontShare => spec.roll_moment_distribution,
         Parameter::TyreStiffness(_) => spec.tyre_stiffness_share,
     }
 }

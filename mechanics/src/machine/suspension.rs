@@ -1,4 +1,4 @@
-//! The active suspension: linkages whose rods lift and lower the platform.
+//! The active suspension: linkages whose cylinders lift and lower the platform.
 
 use super::hydraulics::HydraulicParameters;
 use super::suspension_control::SuspensionControl;
@@ -6,16 +6,16 @@ use super::suspension_control::SuspensionControl;
 /// The actuators of an active suspension.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suspension {
-    /// Indices of its linkages, into [`Machine::linkages`](super::Machine::linkages).
+    /// Indices of its linkages in [`Machine::linkages`](super::Machine::linkages).
     pub linkages: Vec<usize>,
-    /// Least and greatest rod coordinate (m).
+    /// Smallest and largest cylinder stroke (m).
     pub stroke: [f64; 2],
-    /// Largest rod velocity (m/s).
+    /// Largest stroke velocity (m/s).
     pub max_velocity: f64,
-    /// Largest rod acceleration (m/s^2).
+    /// Largest stroke acceleration (m/s^2).
     pub max_acceleration: f64,
     /// Cylinders, oil and valves of its actuators.
     pub hydraulics: HydraulicParameters,
-    /// How it is steered.
+    /// Settings of its controller.
     pub control: SuspensionControl,
 }

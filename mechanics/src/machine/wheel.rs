@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::body::Seat;
 
-/// Most wheels a machine may have; the load envelope looks at every way to stand on some of them.
+/// Maximum number of wheels; the load envelope enumerates the possible sets of loaded wheels.
 pub const MAX_WHEELS: usize = 12;
 
 /// A wheel.
@@ -12,18 +12,18 @@ pub const MAX_WHEELS: usize = 12;
 pub struct Wheel {
     /// Name in the machine file.
     pub name: String,
-    /// The body whose point is the centre.
+    /// The body that carries the wheel's centre.
     pub body: usize,
     /// Centre in the body's frame (m).
     pub centre_in_body: Vector3<f64>,
-    /// Radius without load (m).
+    /// Unloaded radius (m).
     pub radius: f64,
-    /// Vertical stiffness, where the machine file tells it (N/m).
+    /// Vertical stiffness (N/m), where the machine file states it.
     pub stiffness: Option<f64>,
-    /// Vertical stiffness as a share of the mean of all wheels.
+    /// Vertical stiffness relative to the mean of all wheels.
     pub relative_stiffness: f64,
     /// Centre in the base frame with all joints at zero (m).
     pub centre_at_zero: Vector3<f64>,
-    /// What carries it.
+    /// The mount on the body that carries it.
     pub seat: Seat,
 }

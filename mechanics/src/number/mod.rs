@@ -1,9 +1,9 @@
-//! The number the equations are written in: `f64` for one sample, [`Lanes`] for four samples side by
-//! side, dual numbers for derivatives. One set of equations serves them all.
+//! The number type of the equations: `f64` for one sample, [`Lanes`] for four samples at once, dual numbers
+//! for derivatives. One set of equations serves all of them.
 //!
-//! The operations are those of IEEE 754 (add, subtract, multiply, divide, square root, compare) and
-//! nothing else: no fused multiply-add, no platform `sin`. So every lane of a [`Lanes`] holds the
-//! same bits as the `f64` computed alone.
+//! Operations are restricted to those that IEEE 754 defines exactly (add, subtract, multiply, divide,
+//! square root, compare): no fused multiply-add, no platform `sin`. Every lane of a [`Lanes`] therefore
+//! holds the same bits as a scalar `f64` evaluation.
 
 mod atan2;
 mod dual;

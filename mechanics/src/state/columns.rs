@@ -4,7 +4,7 @@ use super::machine_state::State;
 use crate::machine::Machine;
 use crate::number::Lanes;
 
-/// The states of many rows, a column for each number of a [`State`].
+/// The states of many rows, with one column per number of a [`State`].
 #[derive(Debug, Clone)]
 pub struct StateColumns {
     columns: Vec<Vec<f64>>,
@@ -12,7 +12,7 @@ pub struct StateColumns {
 }
 
 impl StateColumns {
-    /// `rows` states of which nothing is known: NaN.
+    /// `rows` unknown states: NaN throughout.
     #[must_use]
     pub fn unknown(machine: &Machine, rows: usize) -> Self {
         Self {
@@ -21,7 +21,7 @@ impl StateColumns {
         }
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
@@ -32,7 +32,7 @@ impl StateColumns {
         values.clone_from(&self.columns[column]);
     }
 
-    /// Sets a row from its numbers in the order of the columns.
+    /// Sets a row from its numbers, in column order.
     pub fn set_values(&mut self, row: usize, values: &[f64]) {
         for (column, &value) in self.columns.iter_mut().zip(values) {
             column[row] = value;
@@ -59,7 +59,7 @@ impl StateColumns {
         });
     }
 
-    /// Reads rows from `first` on side by side; beyond `end` the last one again.
+    /// Reads consecutive rows from `first` into lanes; repeats the last row before `end` where they run out.
     pub(crate) fn get_lanes(&self, first: usize, end: usize, state: &mut State<Lanes>) {
         let mut columns = self.columns.iter();
         state.for_each_value(|value| {

@@ -5,8 +5,8 @@ use crate::explain::uncertainty::SignalPlaces;
 use crate::machine::Machine;
 use crate::state::State;
 
-/// Standard deviation of a sum of the OTF, each times a factor, at the last evaluation of `workspace`,
-/// which was of `state` and had sensitivities in its scope.
+/// Standard deviation of a weighted sum of the OTF at the last evaluation of `workspace`, which must have
+/// been of `state` with sensitivities in its scope.
 #[must_use]
 pub fn combination_sigma(
     machine: &Machine,

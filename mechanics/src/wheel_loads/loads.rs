@@ -1,12 +1,12 @@
 //! Where the loads of one solution go.
 
-/// Loads of one solution, by wheel (N).
+/// The loads of one solution, by wheel (N).
 pub(crate) struct Loads<'a, T> {
     /// All wheels held to the ground: the signed OTF.
     pub(crate) otf: &'a mut [T],
     /// What the wheels carry.
     pub(crate) load: &'a mut [T],
-    /// Least load that equilibrium allows.
+    /// Smallest load that equilibrium allows.
     pub(crate) least: &'a mut [T],
     /// Largest load that equilibrium allows.
     pub(crate) largest: &'a mut [T],

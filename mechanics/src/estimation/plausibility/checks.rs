@@ -10,21 +10,20 @@ use super::vector::{Slew, VectorWatch};
 use crate::machine::{FaultKind, Machine, Policy};
 use crate::state::{Sample, SampleError, Sensor, Sensors};
 
-/// What noise and jitter of stamps may add to the change of an angular velocity (rad/s) and of a velocity
-/// (m/s).
+/// Allowance for noise and stamp jitter in the change of an angular velocity (rad/s) and of a velocity (m/s).
 const SLEW_ALLOWANCE: f64 = 0.5;
-/// Turning faster than this is motion (rad/s).
+/// Angular velocity above which the machine counts as moving (rad/s).
 const TURNING: f64 = 0.1;
-/// Travelling faster than this is motion (m/s).
+/// Velocity above which the machine counts as moving (m/s).
 const TRAVELLING: f64 = 0.1;
-/// Lever at which the largest force on the tool makes its largest moment (m).
+/// Lever arm that relates the largest moment on the tool to the largest force (m).
 const TOOL_LEVER: f64 = 1.0;
 /// Largest force of an actuator, or of one of its chambers, as a multiple of the machine's weight.
 const ACTUATOR_WEIGHTS: f64 = 100.0;
 /// Largest force on the tool as a multiple of the machine's weight, where none is stated.
 const TOOL_FORCE_WEIGHTS: f64 = 10.0;
 
-/// Looks at samples, each sensor's in the order of their stamps.
+/// Checks samples, each sensor's in stamp order.
 #[derive(Debug, Clone)]
 pub struct Plausibility {
     sensors: Sensors,
@@ -32,7 +31,7 @@ pub struct Plausibility {
     policies: [Policy; FaultKind::ALL.len()],
     /// Stamp of the last sample of each sensor, in the order of [`Sensors::iter`].
     last_ns: Vec<(Sensor, Option<i64>)>,
-    /// By stream and place in it.
+    /// By stream and index in it.
     joints: Vec<Vec<JointWatch>>,
     force: VectorWatch,
     turning: VectorWatch,
@@ -48,7 +47,7 @@ pub struct Plausibility {
     findings: Vec<Finding>,
 }
 
-/// What the last samples say of motion.
+/// Motion detected in the last samples.
 #[derive(Debug, Clone, Copy, Default)]
 struct Motion {
     joints: bool,
@@ -58,7 +57,7 @@ struct Motion {
 }
 
 impl Plausibility {
-    /// Checks that have seen nothing.
+    /// Checks before their first sample.
     #[must_use]
     pub fn new(machine: &Machine, sensors: &Sensors) -> Self {
         let spec = machine.plausibility();
@@ -122,21 +121,21 @@ impl Plausibility {
         }
     }
 
-    /// What is wrong with the last sample.
+    /// The faults of the last sample.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }
 
-    /// Whether a value that the estimate needs was not finite in the last sample.
+    /// Whether a value that the estimate requires was not finite in the last sample.
     pub(crate) fn lacks_a_value(&self) -> bool {
         self.findings.iter().any(Finding::lacks_a_value)
     }
 
-    /// Looks at a sample; see [`Self::findings`] for what was found.
+    /// Checks a sample; [`Self::findings`] returns the faults found.
     ///
     /// # Errors
-    /// No such sensor, another number of values, or not later than the sensor's sample before.
+    /// The sensor does not exist, the number of values is wrong, or the stamp is not later than the preceding one.
     pub fn step(&mut self, sample: &Sample<'_>) -> Result<Judgement, SampleError> {
         self.findings.clear();
         if self.sensors.value_count(sample.sensor) != Some(sample.values.len()) {
@@ -165,7 +164,7 @@ impl Plausibility {
         Ok(judgement)
     }
 
-    /// What the findings of the last sample do to rows until the sensor's next one.
+    /// Effect of the last sample's findings on rows until the sensor's next one.
     pub(crate) fn row_effect(&self, machine: &Machine) -> RowEffect {
         let mut effect = RowEffect::default();
         for finding in &self.findings {
@@ -236,7 +235,7 @@ impl Plausibility {
             .check(stamp_ns, velocity, moves, limits, &mut note.of(part));
         let turns = seen.turning || is_faster(turning, TURNING);
         let part = Part::AngularVelocity;
-        // where there is an IMU, odometry may be bound without it
+        // With an IMU, the odometry may be bound without angular velocity.
         let is_absent = self.sensors.imu
             && self.odometry_turning.was_never_given()
             && turning.iter().all(|v| v.is_nan());
@@ -256,7 +255,7 @@ impl Plausibility {
         let parts = [Part::ToolForce, Part::ToolMoment];
         let vectors = sample.values.chunks_exact(3);
         for ((watch, part), values) in self.tool.iter_mut().zip(parts).zip(vectors) {
-            // a constant force is nothing odd: only noise that stops is
+            // A constant force is legitimate: only vanishing noise counts.
             watch.check(stamp_ns, values, false, limits, &mut note.of(part));
         }
     }
@@ -268,12 +267,12 @@ impl Plausibility {
         let part = Part::Actuator(self.sensors.actuators[signal].joint);
         let along = [sample.values[0], 0.0, 0.0];
         let (stamp_ns, limits) = (sample.stamp_ns, &self.limits);
-        // as of the tool: a constant force is nothing odd
+        // The same as for the tool: a constant force is legitimate.
         self.actuators[signal].check(stamp_ns, &along, false, limits, &mut note.of(part));
     }
 }
 
-/// Writes findings down, no more than there is room for.
+/// Collects findings, up to the capacity reserved.
 struct Note<'n> {
     findings: &'n mut Vec<Finding>,
     policies: &'n [Policy; FaultKind::ALL.len()],

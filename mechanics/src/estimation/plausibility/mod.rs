@@ -1,20 +1,20 @@
-//! Plausibility: what a sensor says that cannot be true.
+//! Plausibility checks: detection of sensor values that cannot be true.
 //!
-//! [`Plausibility`] looks at the raw samples one by one, before anything is made of them, remembers a
-//! few numbers of each signal and allocates nothing in a step: the same checks serve a whole log and a
-//! live monitor. What is found is a [`Finding`]; the machine file's policy says whether rows that rest
-//! on it are invalid, widened or merely reported. [`FaultSpans`] puts the findings of a log together.
+//! [`Plausibility`] checks the raw samples one by one, before they are processed. It keeps a few numbers per
+//! signal and does not allocate in a step, so the same checks serve a whole log and a live monitor. A fault is
+//! reported as a [`Finding`]; the policy in the machine file decides whether rows that depend on it are
+//! invalidated, widened or merely reported. [`FaultSpans`] merges the findings of a log.
 //!
-//! | fault | of | found by |
+//! | fault | of | criterion |
 //! |---|---|---|
-//! | `not_finite` | every signal | NaN or infinity; a rate or attitude that was never given is absent, not at fault |
-//! | `out_of_range` | vectors | length beyond what such a sensor or machine has |
+//! | `not_finite` | every signal | NaN or infinity; a velocity or attitude that was never given is absent, not faulty |
+//! | `out_of_range` | vectors | norm beyond the range of such a sensor or machine |
 //! | `joint_limit` | joints | position beyond the URDF's limits and a margin |
-//! | `impossible_rate` | joints, angular velocity, odometry | change since the last credible sample too fast; measured rate too large |
-//! | `frozen` | every signal | the same bits again and again: of a signal that was noisy, or while motion is seen elsewhere; a joint whose rate says that it moves |
-//! | `not_unit` | attitudes | a quaternion whose length is not one |
-//! | `disagreement` | joints | the change of position is not the integral of the rate |
-//! | `disagreement` | attitude of the IMU | gravity as it has it is not what the specific force feels |
+//! | `impossible_rate` | joints, angular velocity, odometry | change since the last credible sample too fast; measured velocity too large |
+//! | `frozen` | every signal | identical bits repeat: after noise, during motion detected elsewhere, or at a joint with velocity |
+//! | `not_unit` | attitudes | non-unit quaternion |
+//! | `disagreement` | joints | the change of position differs from the integral of the velocity |
+//! | `disagreement` | attitude of the IMU | gravity according to the attitude differs from the specific force |
 
 mod attitude;
 mod checks;

@@ -3,7 +3,7 @@
 use super::fault::{Amount, Component};
 use crate::machine::FaultKind;
 
-/// What all checks share.
+/// Settings shared by all checks.
 #[derive(Debug, Clone)]
 pub(super) struct Limits {
     pub(super) max_gap_s: f64,
@@ -18,7 +18,7 @@ impl Limits {
     }
 }
 
-/// A fault as a check tells it, without the part that it is of.
+/// A fault as reported by a check, before it is assigned to a part.
 pub(super) struct Notice {
     pub(super) kind: FaultKind,
     pub(super) component: Component,

@@ -11,7 +11,7 @@ use crate::machine::Machine;
 use crate::number::Real;
 use crate::state::State;
 
-/// An evaluation, as the indicators need it.
+/// An evaluation, with what the indicators need of it.
 pub(crate) struct Balance<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) state: &'a State<T>,
@@ -26,6 +26,6 @@ pub(crate) struct Balance<'a, T: Real> {
     pub(crate) otf: &'a [T],
     /// Loads, by wheel.
     pub(crate) load: &'a [T],
-    /// The derivatives, if they were computed.
+    /// The derivatives, if computed.
     pub(crate) sensitivity: Option<&'a Sensitivity<T>>,
 }

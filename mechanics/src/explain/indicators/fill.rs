@@ -9,7 +9,7 @@ use crate::geometry::spatial::Wrench;
 use crate::machine::Machine;
 use crate::number::Real;
 
-/// Fills what follows from the loads and from gravity alone.
+/// Fills the indicators that depend on the loads and on gravity alone.
 pub(crate) fn fill_what_needs_no_wrench<T: Real>(
     balance: &Balance<'_, T>,
     out: &mut Indicators<T>,
@@ -28,7 +28,7 @@ pub(crate) fn fill_what_needs_no_wrench<T: Real>(
     out.arm_wrench = arm_wrench(balance);
 }
 
-/// Fills the indicators of an outcome whose loads are known.
+/// Fills the indicators of an outcome whose loads are already computed.
 pub(crate) fn fill<T: Real>(balance: &Balance<'_, T>, out: &mut Indicators<T>) {
     let machine = balance.machine;
     let gravity = balance.state.base.up * T::constant(machine.gravity());
@@ -46,14 +46,14 @@ pub(crate) fn fill<T: Real>(balance: &Balance<'_, T>, out: &mut Indicators<T>) {
     }
 }
 
-/// Minus what moves the arm, about the arm's root.
+/// Negative of the wrench that accelerates the arm, about the arm's root.
 fn arm_wrench<T: Real>(balance: &Balance<'_, T>) -> Wrench<T> {
     let parts = balance.whole;
     let by_arm = parts.tool.minus(&parts.arm.wrench);
     arm_wrench_of(balance.machine, balance.motions, &by_arm)
 }
 
-/// A wrench about the base origin, about the arm's root; nothing without an arm.
+/// A wrench about the base origin, moved to the arm's root; zero without an arm.
 pub(crate) fn arm_wrench_of<T: Real>(
     machine: &Machine,
     motions: &[BodyMotion<T>],

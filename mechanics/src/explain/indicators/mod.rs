@@ -1,4 +1,4 @@
-//! Measures of stability beside the loads, for any support polygon.
+//! Stability measures besides the loads, for any support polygon.
 
 mod balance;
 mod edge_moments;

@@ -9,14 +9,14 @@ use crate::machine::{Machine, Parameter};
 use crate::number::Real;
 use crate::wheel_loads::{Influence, Influences};
 
-/// Derivatives of the loads at one instant, or at several side by side.
+/// Derivatives of the loads at one instant, or at several instants at once.
 #[derive(Debug)]
 pub struct Sensitivity<T: Real> {
     /// Of the OTF of each wheel, in the order of [`Parameter::all`].
     otf: Vec<Vec<T>>,
-    /// Of the loads, where they are not the OTF.
+    /// Of the loads, where they differ from the OTF.
     load: Vec<Vec<T>>,
-    /// Of the OTF by the motion of the base frame.
+    /// Of the OTF with respect to the motion of the base frame.
     base: Vec<BaseGradient<T>>,
     lifted: bool,
     chain: Chain<T>,
@@ -40,7 +40,7 @@ impl<T: Real> Sensitivity<T> {
         &self.otf[wheel]
     }
 
-    /// Derivatives of a wheel's load: zero for a wheel in the air, NaN while the machine tips.
+    /// Derivatives of a wheel's load: zero for a lifted wheel, NaN while the machine tips.
     #[must_use]
     pub fn load(&self, wheel: usize) -> &[T] {
         if self.lifted {
@@ -50,12 +50,12 @@ impl<T: Real> Sensitivity<T> {
         }
     }
 
-    /// Whether a wheel is in the air in any of the samples.
+    /// Whether a wheel is lifted in any of the samples.
     pub(crate) fn loads_differ(&self) -> bool {
         self.lifted
     }
 
-    /// Derivatives of a wheel's OTF by specific force, angular velocity and angular acceleration of
+    /// Derivatives of a wheel's OTF with respect to specific force, angular velocity and angular acceleration of
     /// the base frame.
     pub(crate) fn by_base(&self, wheel: usize) -> &BaseGradient<T> {
         &self.base[wheel]
@@ -75,7 +75,7 @@ impl<T: Real> Sensitivity<T> {
 }
 
 impl<T: Real> Chain<T> {
-    /// Writes the derivatives of one load; gives those by the base's motion.
+    /// Writes the derivatives of one load; returns those with respect to the base's motion.
     fn gradient(
         &mut self,
         motion: &SensedMotion<'_, T>,

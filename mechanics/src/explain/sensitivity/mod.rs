@@ -1,9 +1,9 @@
-//! Derivatives of every wheel's load by every signal and parameter: exact, in one backward pass.
+//! Exact derivatives of every wheel's load with respect to every signal and parameter, in one reverse pass.
 //!
-//! The load's [`Influence`](crate::wheel_loads) says how it answers to the ground wrench and to the
-//! wheels' places. What changes those is followed from there: the joints' and the base's motion
-//! ([`motion`](self)), the links' inertial parameters in which the wrench is linear (the regressor),
-//! and the places of wheels, arm and IMU.
+//! The adjoint of a load ([`Influence`](crate::wheel_loads)) holds its derivatives with respect to the ground
+//! wrench and the wheel positions. The reverse pass continues to what these depend on: the motion of joints and
+//! base ([`motion`](self)), the inertial parameters of the links, in which the wrench is linear (the
+//! regressor), and the positions of wheels, arm and IMU.
 
 mod chain;
 mod derivatives;

@@ -1,7 +1,7 @@
-//! Derivatives by the inertial parameters of links and payloads, in which the wrench is linear.
+//! Derivatives with respect to inertial parameters of links and payloads, in which the wrench is linear.
 //!
-//! With (u, t) the coefficients of a body's force and moment in a load, r its centre of mass, a the
-//! specific force there, s = u + t x r, and B' the transpose of c -> alpha x c + w x (w x c):
+//! With (u, t) the coefficients of a body's force and moment in a load, r its centre of mass, a the specific
+//! force there, s = u + t x r, and B' the transpose of c -> alpha x c + w x (w x c):
 //! ```text
 //!     dN/dm    = s.a
 //!     dN/dc    = m B's + f x t                                       f = m a
@@ -17,7 +17,7 @@ use crate::geometry::spatial::{Wrench, compose, constant, cross, rotate, rotate_
 use crate::machine::Inertia;
 use crate::number::Real;
 
-/// A link with mass and the motion that it feels; the same for all wheels.
+/// A link with mass and its motion; the same for all wheels.
 #[derive(Debug, Clone)]
 pub(super) struct FeltLink<T: Real> {
     /// Index of the link.
@@ -55,7 +55,7 @@ impl<T: Real> FeltLink<T> {
             .map(|v| rotate_back(&self.rotation, &v));
     }
 
-    /// Mass, centre of mass and inertia, `form` being the coefficients of its body's wrench.
+    /// Writes mass, centre of mass and inertia; `form` holds the coefficients of its body's wrench.
     #[inline(always)]
     pub(super) fn write(
         &self,
@@ -86,7 +86,7 @@ impl<T: Real> FeltLink<T> {
     }
 }
 
-/// Place of the centre of mass and the specific force there.
+/// Position of the centre of mass and the specific force there.
 pub(super) fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vector3<T>, Vector3<T>) {
     let com = rotate(&body.rotation, &constant(&inertia.com));
     let (w, alpha) = (&body.angular_velocity, &body.angular_acceleration);

@@ -11,14 +11,14 @@ use crate::number::Real;
 use crate::state::State;
 use crate::wheel_loads::Actuation;
 
-/// An evaluation, as the derivatives need it.
+/// An evaluation, with what the derivatives need of it.
 pub(crate) struct SensedMotion<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) state: &'a State<T>,
     pub(crate) seat: &'a ImuSeat<T>,
     pub(crate) coordinates: &'a [Coordinate<T>],
     pub(crate) motions: &'a [BodyMotion<T>],
-    /// Wrench of every body with its payloads.
+    /// Wrench of every body including its payloads.
     pub(crate) wrenches: &'a [Wrench<T>],
     pub(crate) groups: &'a Groups<T>,
     pub(crate) actuations: &'a [Actuation<T>],

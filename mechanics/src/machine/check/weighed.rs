@@ -3,7 +3,7 @@
 use crate::machine::{MachineError, MachineSpec, MeasuredJoint};
 
 impl MachineSpec {
-    /// Refuses loads of wheels and positions of joints that the machine does not have.
+    /// Rejects loads of wheels and positions of joints that the machine does not have.
     pub(super) fn check_weighed(&self, joints: &[MeasuredJoint]) -> Result<(), MachineError> {
         let Some(weighed) = &self.weighed else {
             return Ok(());
