@@ -1,12 +1,12 @@
-//! The force of a linkage's actuator, from the motion of what it moves.
+//! The force of a linkage's actuator, from the motion of the bodies that it moves.
 //!
-//! By virtual work: a step of the rod moves the bodies beyond the pivot, the cylinder and the rod with the
-//! fields S_i; what moves the bodies does as much work as the actuator,
+//! By virtual work: a virtual displacement of the rod moves the pivot's distal subtree, the cylinder and the
+//! rod with the fields S_i, and the actuator does the same work as the wrenches that accelerate them:
 //! ```text
 //!     f = sum over bodies S_i . W_i - S_tool . W_tool - sum over wheels S_j . W_j                  P(1)
 //! ```
-//! W_i the wrench that gives body i its motion, weight included, W_j that of the ground on a wheel beyond the
-//! pivot, its traction in proportion to its load. Friction is not part of it.
+//! where W_i is the wrench that accelerates body i, weight included, and W_j that of the ground on a wheel in
+//! the distal subtree, with its traction proportional to its load. Friction is not included.
 
 use nalgebra::Vector3;
 
@@ -19,9 +19,9 @@ use crate::spatial::Wrench;
 use crate::state::State;
 use crate::workspace::Workspace;
 
-/// Force of an actuator (N): positive where it pushes its rod out.
+/// Force of an actuator (N), positive when it extends the rod.
 ///
-/// `linkage` is an index of [`Machine::linkages`]; `workspace` holds the evaluation of `state`.
+/// `linkage` is an index into [`Machine::linkages`]; `workspace` must hold the evaluation of `state`.
 #[must_use]
 pub fn actuator_force(
     machine: &Machine,
@@ -55,7 +55,7 @@ pub fn actuator_force(
     force
 }
 
-/// What a kilogram of a payload adds to the force (N/kg); zero where the actuator does not carry it.
+/// Force per payload mass (N/kg); zero where the actuator does not carry the payload.
 #[must_use]
 pub(crate) fn force_by_payload_mass(
     machine: &Machine,
@@ -75,16 +75,16 @@ pub(crate) fn force_by_payload_mass(
     step.work(machine, payload.body, &wrench)
 }
 
-/// Whether the actuator of a linkage carries a payload.
+/// Whether the actuator of a linkage carries the payload.
 #[must_use]
 pub fn carries_payload(machine: &Machine, linkage: usize, payload: usize) -> bool {
     let pivot = machine.linkages[linkage].bodies.pivot;
     machine.is_carried_by(machine.payloads[payload].body, pivot)
 }
 
-/// The fields of a step of a rod by one metre.
+/// Motion fields for a rod displacement of one metre.
 struct RodStep {
-    /// Body that each field carries, and what is beyond it.
+    /// The body that each field moves together with its distal subtree.
     fields: [(usize, Field<f64>); 3],
 }
 
@@ -112,7 +112,7 @@ impl RodStep {
         }
     }
 
-    /// Work of a body's wrench.
+    /// Work of a body's wrench in that displacement.
     fn work(&self, machine: &Machine, body: usize, wrench: &Wrench<f64>) -> f64 {
         let carried = self
             .fields

@@ -1,21 +1,22 @@
-//! What causes each wheel's load.
+//! Contributions to each wheel's load: how much of it is due to weight, slope, motion and tool force.
 //!
-//! The OTF is linear in the wrench of every body (with the equations' factors held), so it is the sum of
-//! what each part of the wrench contributes. The causes take the wrench apart:
+//! The OTF is linear in the wrench of every body (with the equations' factors fixed), so it is the sum of the
+//! contributions of the parts of the wrench. The parts are:
 //!
 //! ```text
 //!     weights                 g n            over chassis, wheels and arm, n the contact plane's normal
 //!     slope                   g (up - n)
-//!     arm motion              what the arm's own joints add to its wrench
-//!     cornering               w x v + w x (w x r), and the gyroscopic moment of the whole
-//!     platform acceleration   the rest of the base's acceleration, alpha x r, and what wheels and
-//!                             suspension add by their own motion
-//!     tool force              on the tool
-//!     warp                    no wrench: what measured torques or heights on a plane add to the rule's split
+//!     arm motion              due to the motion of the arm's own joints
+//!     cornering               w x v + w x (w x r), and the gyroscopic moment of all bodies
+//!     platform acceleration   the remaining acceleration of the base, alpha x r, and the motion of wheels
+//!                             and suspension relative to it
+//!     tool force              the wrench on the tool
+//!     warp                    not a wrench: what measured torques, or wheel heights on ground declared a
+//!                             plane, add to the load split by the split rule
 //! ```
-//! with v the velocity of the base origin. Where the log does not know v, the part w x v of cornering
-//! stays in the platform's acceleration; where it does not know up, slope and platform acceleration are
-//! only known together, as specific force.
+//! with v the velocity of the base origin. Where v is unknown, the term w x v of cornering remains in the
+//! platform acceleration. Where up is unknown, only the sum of slope and platform acceleration is known: the
+//! specific force.
 
 use nalgebra::Vector3;
 
@@ -29,36 +30,36 @@ use crate::spatial::{Wrench, cross};
 use crate::state::BaseState;
 use crate::wheel_loads::Influence;
 
-/// A cause of a wheel's load.
+/// A contribution to a wheel's load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Cause {
-    /// Weight of what is neither wheel nor arm, along the contact plane's normal.
+    /// Weight of all links other than wheels and arm, along the contact plane's normal.
     ChassisWeight,
     /// Weight of the wheels.
     WheelWeight,
-    /// Weight of the arm and of what hangs on it.
+    /// Weight of the arm and its payloads.
     ArmWeight,
-    /// What gravity adds because the plane is not level.
+    /// Gravity due to the inclination of the contact plane.
     Slope,
-    /// What the motion of the arm's joints adds.
+    /// Inertia forces of the motion of the arm's joints.
     ArmMotion,
-    /// Acceleration of the platform, in a line and in turning.
+    /// Linear and angular acceleration of the platform.
     PlatformAcceleration,
-    /// What turning at speed adds.
+    /// Centripetal acceleration and gyroscopic moment of turning at speed.
     Cornering,
     /// Force and moment on the tool.
     ToolForce,
-    /// What measured joint torques, or heights of the wheels on ground declared a plane, say of the
-    /// split beyond the rule.
+    /// Change of the load split due to measured joint torques, or due to wheel heights on ground declared a
+    /// plane.
     Warp,
-    /// What lifted wheels give to the others: load less OTF.
+    /// Load transferred from lifted wheels to the others: load minus OTF.
     LiftOff,
-    /// Slope and platform acceleration together, where the attitude is unknown.
+    /// Sum of slope and platform acceleration, where the attitude is unknown.
     SpecificForce,
 }
 
 impl Cause {
-    /// All causes, in the order of their columns.
+    /// All contributions, in column order.
     pub const ALL: [Self; 11] = [
         Self::ChassisWeight,
         Self::WheelWeight,
@@ -73,7 +74,7 @@ impl Cause {
         Self::SpecificForce,
     ];
 
-    /// Its name in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -92,13 +93,13 @@ impl Cause {
     }
 }
 
-/// What each cause contributes to a wheel's load, in the order of [`Cause::ALL`] (N).
+/// Contributions to one wheel's load, in the order of [`Cause::ALL`] (N).
 ///
-/// Without `LiftOff` they add up to the OTF, with it to the load. Either `SpecificForce` is NaN, or
+/// Without `LiftOff` they add up to the OTF, with it to the load. Either `SpecificForce` is NaN, or both
 /// `Slope` and `PlatformAcceleration` are.
 pub type Causes<T> = [T; Cause::ALL.len()];
 
-/// The base's motion and what is known of it.
+/// Motion of the base, as far as it is known.
 pub(crate) struct Circumstances<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) base: &'a BodyMotion<T>,
@@ -107,10 +108,10 @@ pub(crate) struct Circumstances<'a, T: Real> {
     pub(crate) normal: &'a Vector3<T>,
 }
 
-/// Wrenches of the causes; those of warp and lift-off are none.
+/// Wrenches of the contributions; zero for warp and lift-off, which are not wrenches.
 type CauseWrenches<T> = [Wrench<T>; Cause::ALL.len()];
 
-/// Fills the causes of every wheel; `motions` are those of all bodies.
+/// Computes the contributions to every wheel's load; `motions` holds the motion of every body.
 pub(crate) fn attribute<T: Real>(
     circumstances: &Circumstances<'_, T>,
     groups: &Groups<T>,
@@ -194,7 +195,7 @@ impl<T: Real> Circumstances<'_, T> {
         wrenches
     }
 
-    /// The wrench of bodies that the base carries with their joints held.
+    /// Wrench of bodies that move with the base, their joints locked.
     fn frozen(&self, moments: &Composite<T>) -> Wrench<T> {
         let field = Field {
             angular: self.base.angular_acceleration,
@@ -228,7 +229,7 @@ impl<T: Real> Circumstances<'_, T> {
     }
 }
 
-/// What each link's wrench contributes to the OTF of each wheel; links without mass contribute nothing.
+/// Contribution of each link's wrench to the OTF of each wheel; zero for links without mass.
 pub(crate) fn attribute_links<T: Real>(
     machine: &Machine,
     motions: &[BodyMotion<T>],

@@ -1,4 +1,4 @@
-//! Many samples: columns of numbers in, columns out, several samples side by side between.
+//! Evaluation of many samples: columns in, columns out, several samples per vector register.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::signal::{OutcomeSigns, Reasons};
 use crate::state::State;
 use crate::workspace::Workspace;
 
-/// The states of many rows, a column for each number of a [`State`].
+/// The states of many rows, with one column per number of a [`State`].
 #[derive(Debug, Clone)]
 pub struct StateColumns {
     columns: Vec<Vec<f64>>,
@@ -22,7 +22,7 @@ pub struct StateColumns {
 }
 
 impl StateColumns {
-    /// `rows` states of which nothing is known: NaN.
+    /// `rows` unknown states: NaN throughout.
     #[must_use]
     pub fn unknown(machine: &Machine, rows: usize) -> Self {
         Self {
@@ -31,7 +31,7 @@ impl StateColumns {
         }
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
@@ -42,7 +42,7 @@ impl StateColumns {
         values.clone_from(&self.columns[column]);
     }
 
-    /// Sets a row from its numbers in the order of the columns.
+    /// Sets a row from its numbers, in column order.
     pub fn set_values(&mut self, row: usize, values: &[f64]) {
         for (column, &value) in self.columns.iter_mut().zip(values) {
             column[row] = value;
@@ -69,7 +69,7 @@ impl StateColumns {
         });
     }
 
-    /// Reads rows from `first` on side by side; beyond `end` the last one again.
+    /// Reads consecutive rows from `first` into lanes; repeats the last row before `end` where they run out.
     pub(crate) fn get_lanes(&self, first: usize, end: usize, state: &mut State<Lanes>) {
         let mut columns = self.columns.iter();
         state.for_each_value(|value| {
@@ -86,14 +86,14 @@ impl StateColumns {
     }
 }
 
-/// The outcomes of many rows, a column for each [`Quantity`].
+/// The outcomes of many rows, with one column per [`Quantity`].
 #[derive(Debug, Clone)]
 pub struct OutcomeColumns {
-    /// What the columns are.
+    /// The quantity of each column.
     pub quantities: Vec<Quantity>,
     /// The columns, in the order of `quantities`; NaN where a number cannot be computed.
     pub columns: Vec<Vec<f64>>,
-    /// The derivatives of the rows summed up, if the scope has them.
+    /// Sums of the rows' derivatives, if the scope includes them.
     pub sensitivity: SensitivitySums,
 }
 
@@ -109,18 +109,18 @@ impl OutcomeColumns {
         }
     }
 
-    /// The column of a quantity.
+    /// The column of this quantity.
     ///
     /// # Panics
-    /// If the machine has no such quantity.
+    /// If there is no such column.
     #[must_use]
     pub fn column(&self, quantity: Quantity) -> &[f64] {
         let found = self.quantities.iter().position(|&q| q == quantity);
         &self.columns[found.unwrap_or_else(|| panic!("no column of {quantity:?}"))]
     }
 
-    /// The reasons of a row and those that its outcome adds, as
-    /// [`Reasons::with_outcome`] for one evaluation.
+    /// The reasons `so_far` of a row and those that its outcome adds, as [`Reasons::with_outcome`] does for a
+    /// single evaluation.
     #[must_use]
     pub fn reasons(&self, row: usize, so_far: Reasons) -> Reasons {
         let mut signs = OutcomeSigns {
@@ -144,7 +144,7 @@ impl OutcomeColumns {
         so_far.with_signs(&signs)
     }
 
-    /// Appends the rows of `other`, which come after these.
+    /// Appends the rows of `other`.
     pub fn append(&mut self, mut other: Self) {
         for (column, more) in self.columns.iter_mut().zip(&mut other.columns) {
             column.append(more);
@@ -153,7 +153,7 @@ impl OutcomeColumns {
     }
 }
 
-/// Evaluates `rows` of `states`, [`Lanes::COUNT`] at a time: the same bits as one by one.
+/// Evaluates `rows` of `states`, [`Lanes::COUNT`] at a time, with the same bits as one by one.
 #[must_use]
 pub fn evaluate_rows(
     machine: &Machine,

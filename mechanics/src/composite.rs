@@ -1,12 +1,12 @@
-//! Mass moments and momenta of bodies taken together, about the base origin in base axes.
+//! Mass moments and momenta of sets of bodies, about the base origin in base axes.
 //!
-//! Over all particles of mass m at r with velocity v:
+//! Summed over all particles of mass m at r with velocity v:
 //! ```text
 //!     mass = sum m      first = sum m r      second = sum m r r'
 //!     momentum = sum m v      swept = sum m r v'
 //! ```
-//! They add up over bodies, whatever the joints between them, and are all that the derivatives of the
-//! bodies' wrench need.
+//! They are additive over bodies, whatever the joints between them, and sufficient for the derivatives of
+//! the bodies' wrench.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -15,7 +15,7 @@ use crate::machine::MassMoments;
 use crate::number::Real;
 use crate::spatial::{Wrench, compose, cross, rotate_constant};
 
-/// Moments of a set of bodies: see the module.
+/// Moments of a set of bodies, see the module documentation.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Composite<T> {
     /// (kg)
@@ -30,14 +30,14 @@ pub(crate) struct Composite<T> {
     pub(crate) swept: Matrix3<T>,
 }
 
-/// Inertial parameters of bodies taken for one.
+/// Inertial parameters of several bodies treated as one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct InertialParameters<T> {
     /// (kg)
     pub(crate) mass: T,
     /// Centre of mass (m).
     pub(crate) centre: Vector3<T>,
-    /// Inertia tensor about it (kg m^2).
+    /// Inertia tensor about the centre of mass (kg m^2).
     pub(crate) tensor: Matrix3<T>,
 }
 
@@ -45,14 +45,14 @@ pub(crate) struct InertialParameters<T> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Field<T> {
     pub(crate) angular: Vector3<T>,
-    /// At the base origin.
+    /// Velocity at the base origin.
     pub(crate) linear: Vector3<T>,
 }
 
 impl<T: Real> Composite<T> {
     #[inline(always)]
     pub(crate) fn zero() -> Self {
-        // written out: the library's zeros cost several samples side by side ten times as much
+        // Written out, because nalgebra's zeros take ten times as long for lanes.
         let o = T::zero();
         let none = Vector3::new(o, o, o);
         Self {
@@ -64,7 +64,7 @@ impl<T: Real> Composite<T> {
         }
     }
 
-    /// The moments of a rigid body, given in its frame, that moves as `motion`.
+    /// The moments of a rigid body, given in its own frame, with the motion `motion`.
     #[inline(always)]
     pub(crate) fn of(body: &MassMoments, motion: &BodyMotion<T>) -> Self {
         let mut composite = Self::at_rest(body, motion);
@@ -79,8 +79,8 @@ impl<T: Real> Composite<T> {
         composite
     }
 
-    /// The same with the body at rest: its spatial inertia moved to the base origin, one summand of
-    /// the second paper's (21).
+    /// The same with the body at rest: its spatial inertia transformed to the base origin, one term of (21)
+    /// of the second paper.
     #[inline(always)]
     pub(crate) fn at_rest(body: &MassMoments, pose: &BodyMotion<T>) -> Self {
         let (r, o) = (&pose.rotation, &pose.origin);
@@ -104,13 +104,13 @@ impl<T: Real> Composite<T> {
         }
     }
 
-    /// Mass, centre of mass and the tensor about it, of all bodies taken for one: (23)-(25) of the
-    /// second paper.
+    /// Mass, centre of mass and inertia tensor about it of all bodies treated as one, (23)-(25) of the second
+    /// paper:
     ///
     /// ```text
     ///     m = M(1,1)      r = [M(6,2) M(4,3) M(5,1)] / m      I = M(4:6,4:6) + m [r]^2
     /// ```
-    /// With the second moments S about the origin, I = tr(S_c) - S_c of S_c = S - m r r'.
+    /// With the second moments S about the origin: I = tr(S_c) - S_c, where S_c = S - m r r'.
     pub(crate) fn inertial_parameters(&self) -> InertialParameters<T> {
         let centre = self.first * (T::one() / self.mass);
         let [xx, yy, zz, xy, xz, yz] = self.second;
@@ -144,7 +144,7 @@ impl<T: Real> Composite<T> {
         self.swept += other.swept;
     }
 
-    /// The same bodies, of this share of the mass.
+    /// The same bodies with this share of their mass.
     pub(crate) fn scaled(&self, share: T) -> Self {
         Self {
             mass: self.mass * share,
@@ -155,7 +155,7 @@ impl<T: Real> Composite<T> {
         }
     }
 
-    /// Force and moment that give all particles the acceleration of a field:
+    /// Wrench that gives all particles the acceleration of a field:
     /// `F = m a + alpha x h`, `M = h x a + sum m r x (alpha x r)`.
     #[inline(always)]
     pub(crate) fn accelerated(&self, field: &Field<T>) -> Wrench<T> {
@@ -166,7 +166,7 @@ impl<T: Real> Composite<T> {
         }
     }
 
-    /// Force and moment of a uniform acceleration.
+    /// Wrench of a uniform acceleration.
     #[inline(always)]
     pub(crate) fn uniformly_accelerated(&self, acceleration: &Vector3<T>) -> Wrench<T> {
         Wrench {
@@ -175,7 +175,7 @@ impl<T: Real> Composite<T> {
         }
     }
 
-    /// Force and moment of the bodies turning together with w: centripetal and gyroscopic.
+    /// Wrench of the bodies rotating together with w: centripetal and gyroscopic.
     pub(crate) fn spun(&self, w: &Vector3<T>) -> Wrench<T> {
         Wrench {
             force: cross(w, &cross(w, &self.first)),
@@ -194,7 +194,7 @@ impl<T: Real> Composite<T> {
         )
     }
 
-    /// Force and moment of the acceleration `2 w x v` of all particles.
+    /// Wrench of the acceleration `2 w x v` of all particles.
     #[inline(always)]
     pub(crate) fn coriolis(&self, w: &Vector3<T>) -> Wrench<T> {
         let two = T::constant(2.0);
@@ -213,7 +213,7 @@ impl<T: Real> Composite<T> {
 }
 
 impl<T: Real> Field<T> {
-    /// The field of a turn about an axis through a point, one radian a second.
+    /// The velocity field of a unit rotation (1 rad/s) about an axis through a point.
     pub(crate) fn turning(axis: &Vector3<T>, point: &Vector3<T>) -> Self {
         Self {
             angular: *axis,
@@ -221,7 +221,7 @@ impl<T: Real> Field<T> {
         }
     }
 
-    /// The field of a uniform motion.
+    /// The velocity field of a uniform translation.
     pub(crate) fn sliding(direction: &Vector3<T>) -> Self {
         Self {
             angular: Vector3::zeros(),
@@ -229,7 +229,7 @@ impl<T: Real> Field<T> {
         }
     }
 
-    /// The same motion, faster.
+    /// The same field times a factor.
     pub(crate) fn scaled(&self, factor: T) -> Self {
         Self {
             angular: self.angular * factor,
@@ -242,7 +242,7 @@ impl<T: Real> Field<T> {
         self.linear + cross(&self.angular, point)
     }
 
-    /// The rate of `other` when it is carried along by this field.
+    /// Time derivative of `other` when it is convected by this field.
     #[inline(always)]
     pub(crate) fn carries(&self, other: &Self) -> Self {
         Self {
@@ -251,7 +251,7 @@ impl<T: Real> Field<T> {
         }
     }
 
-    /// The change of a wrench that is carried along by this field.
+    /// Time derivative of a wrench that is convected by this field.
     #[inline(always)]
     pub(crate) fn carries_wrench(&self, wrench: &Wrench<T>) -> Wrench<T> {
         Wrench {
@@ -269,7 +269,7 @@ impl<T: Real> Field<T> {
 }
 
 impl<T: Real> BodyMotion<T> {
-    /// Velocities of the body's points, relative to the base origin.
+    /// Velocity field of the body's points, with respect to the base origin.
     #[inline(always)]
     pub(crate) fn velocity_field(&self) -> Field<T> {
         Field {
@@ -278,8 +278,7 @@ impl<T: Real> BodyMotion<T> {
         }
     }
 
-    /// The field whose value at r, with `w x v(r)` added, is the specific force there (spatial
-    /// acceleration).
+    /// Spatial acceleration: the field whose value at r, with `w x v(r)` added, is the specific force there.
     #[inline(always)]
     pub(crate) fn acceleration_field(&self) -> Field<T> {
         Field {

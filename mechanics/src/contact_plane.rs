@@ -1,4 +1,4 @@
-//! The plane that the wheels stand on, found from their centres.
+//! The contact plane, fitted to the wheels' centres and radii.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -7,7 +7,7 @@ use crate::number::Real;
 /// The tangent plane of the wheels, in base axes: x forward and y left in the plane, z its normal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ContactPlane<T> {
-    /// Unit normal, upwards.
+    /// Unit normal, pointing up.
     pub(crate) normal: Vector3<T>,
     /// Unit vector in the plane, the base's x axis projected onto it.
     pub(crate) forward: Vector3<T>,
@@ -27,8 +27,8 @@ pub(crate) struct Axes<T> {
 }
 
 impl<T: Real> Axes<T> {
-    /// Of the plane z = a x + b y + d: n = (-a, -b, 1) / s, forward the base's x axis less its part
-    /// along n, normalised.
+    /// Axes of the plane z = a x + b y + d: n = (-a, -b, 1) / s; forward is the base's x axis minus its
+    /// component along n, normalised.
     pub(crate) fn of(slope: &Vector2<T>) -> Self {
         let s = length(*slope);
         let normal = Vector3::new(-slope.x / s, -slope.y / s, T::one() / s);
@@ -48,16 +48,16 @@ impl<T: Real> Axes<T> {
 }
 
 impl<T: Real> ContactPlane<T> {
-    /// Newton steps where radii differ: each squares the error, which is a thousandth at first for a
-    /// base that leans by a tenth and radii that differ by a tenth.
+    /// Newton steps for wheels of different radii. Each squares the error, which starts near 1e-3 for a slope
+    /// of 0.1 and radii that differ by a tenth.
     const NEWTON_STEPS: usize = 3;
 
-    /// The plane with n . c_i - R_i = height for all wheels, in the least-squares sense (exact for
-    /// three wheels, and for any number on plane ground).
+    /// The plane with n . c_i - R_i = height for all wheels, in the least-squares sense (exact for three
+    /// wheels, and for any number of wheels on flat ground).
     ///
-    /// With n = (-a, -b, 1) / s and s^2 = 1 + a^2 + b^2 it reads z_i - s R_i = a x_i + b y_i + d. With m =
-    /// (a, b), rho the places from their mean, S = sum rho rho', q = sum rho R, the normal equations
-    /// S m + s q = sum rho z are linear where radii do not differ (q = 0). Newton's step is
+    /// With n = (-a, -b, 1) / s and s^2 = 1 + a^2 + b^2 this reads z_i - s R_i = a x_i + b y_i + d. With m =
+    /// (a, b), rho the centres relative to their mean, S = sum rho rho', q = sum rho R, the normal equations
+    /// S m + s q = sum rho z are linear for equal radii (q = 0). The Newton step is
     /// ```text
     ///     (S + q m' / s) m_next = sum rho z - q / s
     /// ```
@@ -66,7 +66,7 @@ impl<T: Real> ContactPlane<T> {
         Self::with_axes(slope, Axes::of(&slope), centres, radii)
     }
 
-    /// a and b of that plane.
+    /// a and b of this plane.
     #[inline(always)]
     pub(crate) fn slope_through(
         centres: &[Vector3<T>],
@@ -81,7 +81,7 @@ impl<T: Real> ContactPlane<T> {
         slope
     }
 
-    /// The plane of this slope, whose axes are known, at its height.
+    /// The plane with this slope and these axes, at its height.
     #[inline(always)]
     pub(crate) fn with_axes(
         slope: Vector2<T>,
@@ -109,7 +109,7 @@ impl<T: Real> ContactPlane<T> {
         }
     }
 
-    /// Coordinates of a point in the plane's axes, origin the projection of the base frame's (m).
+    /// Coordinates of a point along the plane's axes, relative to the projected base origin (m).
     pub(crate) fn coordinates(&self, point: &Vector3<T>) -> Vector2<T> {
         Vector2::new(self.forward.dot(point), self.left.dot(point))
     }

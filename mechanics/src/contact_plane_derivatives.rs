@@ -1,7 +1,7 @@
-//! How the contact plane changes with the wheels' centres and radii.
+//! Derivatives of the contact plane with respect to the wheels' centres and radii.
 //!
-//! With rho_j the place of centre j in x and y from the mean, e_j how far it is above the plane, s and
-//! (a, b) as in the plane's fit, the normal equations S (a, b) = sum rho_j zeta_j differentiated give
+//! With rho_j the centre j in x and y relative to the mean, e_j its height above the plane, and s and (a, b)
+//! as in the fit, differentiating the normal equations S (a, b) = sum rho_j zeta_j gives
 //!
 //! ```text
 //!     (S + (sum rho_j R_j) (a, b)' / s) d(a, b) =
@@ -13,11 +13,11 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 use crate::contact_plane::{Axes, ContactPlane, length};
 use crate::number::{Dual, Real};
 
-/// What the derivatives of the plane need, for one set of wheels.
+/// Quantities for the derivatives of the plane, for one set of wheels.
 pub(crate) struct PlaneDerivatives<T> {
-    /// Derivatives of the axes by a and by b.
+    /// Derivatives of the axes with respect to a and b.
     axes: [Axes<T>; 2],
-    /// Inverse of the left-hand side's matrix.
+    /// Inverse of the matrix on the left-hand side.
     inverse: Matrix2<T>,
     slope: Vector2<T>,
     s: T,
@@ -26,7 +26,7 @@ pub(crate) struct PlaneDerivatives<T> {
     count: T,
 }
 
-/// Derivatives of some number by the plane's axes and height, taken as independent.
+/// Derivatives of a scalar with respect to the plane's axes and height, treated as independent.
 pub(crate) struct PlaneGradient<T> {
     pub(crate) forward: Vector3<T>,
     pub(crate) left: Vector3<T>,
@@ -34,9 +34,9 @@ pub(crate) struct PlaneGradient<T> {
     pub(crate) height: T,
 }
 
-/// Derivatives of that number by a and b, and by the height.
+/// Derivatives of that scalar with respect to a and b, and to the height.
 pub(crate) struct SlopeGradient<T> {
-    /// By the right-hand side of the normal equations.
+    /// With respect to the right-hand side of the normal equations.
     load: Vector2<T>,
     height_share: T,
 }
@@ -68,9 +68,9 @@ impl<T: Real> PlaneDerivatives<T> {
         }
     }
 
-    /// From derivatives by axes and height to derivatives by the fit.
+    /// Converts derivatives with respect to axes and height into derivatives with respect to the fit.
     pub(crate) fn gradient(&self, by: &PlaneGradient<T>) -> SlopeGradient<T> {
-        // height = mean of n.c - R: the normal's change moves it by dn . mean centre
+        // height = mean of n.c - R, so a change dn of the normal changes it by dn . mean centre
         let by_slope = self.axes.each_ref().map(|axes| {
             by.forward.dot(&axes.forward)
                 + by.left.dot(&axes.left)
@@ -84,7 +84,7 @@ impl<T: Real> PlaneDerivatives<T> {
         }
     }
 
-    /// Derivatives by a wheel's centre and by its radius.
+    /// Derivatives with respect to a wheel's centre and radius.
     pub(crate) fn by_wheel(
         &self,
         by: &SlopeGradient<T>,
@@ -101,13 +101,13 @@ impl<T: Real> PlaneDerivatives<T> {
         )
     }
 
-    /// How far a wheel's lowest point is above the fitted plane, in the fit's own measure.
+    /// Height of a wheel's lowest point above the fitted plane, in the measure of the fit.
     pub(crate) fn above_plane(&self, plane: &ContactPlane<T>, centre: &Vector3<T>, radius: T) -> T {
         (plane.normal.dot(centre) - radius - plane.height) * self.s
     }
 }
 
-/// The slope as a variable in its component `k`.
+/// The slope with its component `k` as the variable of differentiation.
 fn along<T: Real>(slope: &Vector2<T>, k: usize) -> Vector2<Dual<T>> {
     let mut dual = slope.map(Dual::fixed);
     dual[k] = Dual::variable(slope[k]);

@@ -1,13 +1,13 @@
-//! Motion of one joint, as measured and as the kinematics needs it.
+//! Motion of one joint, as measured and in the form that the kinematics uses.
 
 use crate::number::Real;
 
-/// Position, rate and acceleration of a joint.
+/// Position, velocity and acceleration of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion<T> {
     /// Position (rad or m).
     pub position: T,
-    /// Rate (rad/s or m/s).
+    /// Velocity (rad/s or m/s).
     pub rate: T,
     /// Acceleration (rad/s^2 or m/s^2).
     pub acceleration: T,
@@ -24,7 +24,7 @@ impl<T: Real> Motion<T> {
         }
     }
 
-    /// The same motion in another type of number.
+    /// The same motion in another number type.
     pub(crate) fn map<U>(&self, convert: impl Fn(T) -> U) -> Motion<U> {
         Motion {
             position: convert(self.position),
@@ -33,7 +33,7 @@ impl<T: Real> Motion<T> {
         }
     }
 
-    /// The motion of a joint that follows this one: `multiplier * this + offset`.
+    /// Motion of a joint coupled to this one: `multiplier * this + offset`.
     pub(crate) fn scaled(&self, multiplier: f64, offset: f64) -> Self {
         let factor = T::constant(multiplier);
         Self {
@@ -44,7 +44,7 @@ impl<T: Real> Motion<T> {
     }
 }
 
-/// A joint's coordinate as the kinematics needs it: a turn as cosine and sine, or a displacement.
+/// A joint coordinate for the kinematics: cosine and sine of an angle, or a displacement.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Coordinate<T> {
     pub(crate) cos: T,
@@ -65,7 +65,7 @@ impl<T: Real> Coordinate<T> {
         }
     }
 
-    /// The same coordinate in another type of number.
+    /// The same coordinate in another number type.
     pub(crate) fn map<U>(&self, convert: impl Fn(T) -> U) -> Coordinate<U> {
         Coordinate {
             cos: convert(self.cos),

@@ -1,4 +1,4 @@
-//! The one entry: a state in, wheel loads out.
+//! The evaluation: from a state to wheel loads.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::state::State;
 use crate::wheel_loads::{Actuation, Beyond, GroundForce, Loads, Stance, beyond_torque_joints};
 use crate::workspace::Workspace;
 
-/// The solution that a workspace holds.
+/// The support solution that a workspace holds.
 macro_rules! stance {
     ($machine:expr, $w:expr, $plane:expr, $ground:expr) => {
         Stance {
@@ -38,11 +38,11 @@ macro_rules! stance {
     };
 }
 
-/// Wheel loads and stability of `machine` in `state`, by the workspace's model and as far as its scope.
+/// Wheel loads and stability of `machine` in `state`, with the workspace's model and scope.
 ///
-/// It remembers nothing and allocates nothing: the same state gives the same bits. What cannot be
-/// computed is NaN: everything where an input is NaN or a linkage cannot close, positions of the
-/// centre of pressure where the ground does not push, all of the analytic model without an attitude.
+/// It keeps no state between calls and does not allocate: the same input gives the same bits. Values that
+/// cannot be computed are NaN: all of them where an input is NaN or a linkage cannot close, the centre of
+/// pressure where the ground does not push, and the whole analytic model without an attitude.
 pub fn evaluate<'w, T: Real>(
     machine: &Machine,
     state: &State<T>,
@@ -90,7 +90,7 @@ pub fn evaluate<'w, T: Real>(
     &w.outcome
 }
 
-/// Newton-Euler over every body; tyres that deflect under their load are solved for twice.
+/// Newton-Euler equations over every body; solved twice for tyres that deflect under load.
 fn whole_body<T: Real>(
     machine: &Machine,
     state: &State<T>,
@@ -112,8 +112,8 @@ fn whole_body<T: Real>(
                 .fill_undeflected(&stance, &w.solver, &w.outcome.load);
         }
         w.pressing.copy_from_slice(&w.outcome.load);
-        // A tyre is shorter by its load over its stiffness. The plane then leans towards the heavy
-        // side; its lean changes the loads by some per mille, so that once is enough.
+        // A tyre's radius decreases by load over stiffness, so the plane leans towards the heavier side. The
+        // lean changes the loads by a few per mille, so one iteration suffices.
         for (wheel, spec) in machine.wheels.iter().enumerate() {
             let compliance = T::constant(spec.stiffness.map_or(0.0, |stiffness| 1.0 / stiffness));
             w.radii[wheel] -= w.outcome.load[wheel] * compliance;
@@ -134,8 +134,8 @@ fn whole_body<T: Real>(
     plane
 }
 
-/// Solves by the split rule beside the measured torques: the causes share that load, and what the
-/// torques add is one of them.
+/// Solves with the split rule in addition to the measured torques: the load contributions divide that
+/// solution, and the difference due to the torques is a contribution of its own.
 fn share_by_rule<T: Real>(
     machine: &Machine,
     w: &mut Workspace<T>,
@@ -151,7 +151,7 @@ fn share_by_rule<T: Real>(
     w.equations.take_measured_up();
 }
 
-/// How many torques were used, and what each is more than the loads make of it.
+/// Writes the number of torques used and the residual of each: measured minus predicted.
 fn tell_of_measured<T: Real>(w: &mut Workspace<T>) {
     let out = &mut w.outcome;
     out.measured_torques = w.equations.known_torques();
@@ -160,7 +160,7 @@ fn tell_of_measured<T: Real>(w: &mut Workspace<T>) {
     }
 }
 
-/// The analytic model: the ground holds its b1, b2, b3 on the platform's own rectangle.
+/// The analytic model: the ground balances its b1, b2, b3 at the platform's own rectangle.
 fn closed_form<T: Real>(
     machine: &Machine,
     state: &State<T>,
@@ -211,7 +211,7 @@ fn move_bodies<T: Real>(machine: &Machine, w: &mut Workspace<T>, base: BodyMotio
     }
 }
 
-/// Puts the machine on the plane that its wheels touch, and loads them.
+/// Determines the plane through the contact points and solves for the loads.
 fn stand<T: Real>(
     machine: &Machine,
     w: &mut Workspace<T>,
@@ -240,7 +240,7 @@ fn stand<T: Real>(
     load_wheels(machine, w, &force, &plane.normal);
 }
 
-/// Loads the wheels with the force whose equations are set.
+/// Solves for the wheel loads by the support configuration whose equations are set.
 fn load_wheels<T: Real>(
     machine: &Machine,
     w: &mut Workspace<T>,

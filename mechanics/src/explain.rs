@@ -1,4 +1,4 @@
-//! What an evaluation tells beyond the loads: derivatives, uncertainty, indicators, causes.
+//! Results beyond the loads: derivatives, uncertainty, indicators, load contributions.
 
 use crate::attribution::{Cause, Circumstances, attribute, attribute_links};
 use crate::contact_plane::ContactPlane;
@@ -13,7 +13,7 @@ use crate::state::State;
 use crate::uncertainty;
 use crate::workspace::Workspace;
 
-/// An evaluation whose loads are known.
+/// An evaluation after the loads are computed.
 pub(crate) struct Explained<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) state: &'a State<T>,
@@ -22,7 +22,8 @@ pub(crate) struct Explained<'a, T: Real> {
     pub(crate) tool_wrench: &'a Wrench<T>,
 }
 
-/// What the scope asks for. Of the analytic model there are only indicators: its terms are its causes.
+/// Computes what the scope requests. The analytic model gets only indicators: its own terms are its load
+/// contributions.
 pub(crate) fn explain<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>, model: &Model) {
     let whole_body = matches!(model, Model::WholeBody);
     if whole_body && w.scope.sensitivities {

@@ -1,4 +1,4 @@
-//! Chassis, wheels and arm taken apart: moments and wrench of each.
+//! Moments and wrenches of chassis, wheels and arm separately.
 
 use crate::composite::Composite;
 use crate::kinematics::BodyMotion;
@@ -7,11 +7,11 @@ use crate::number::Real;
 use crate::spatial::Wrench;
 use crate::state::State;
 
-/// Moments of a part of the machine and the wrench that moves it, about the base origin.
+/// Moments of a part of the machine and the wrench that accelerates it, about the base origin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Part<T> {
     pub(crate) moments: Composite<T>,
-    /// Of the arm, that on the tool is not taken off.
+    /// For the arm, the tool wrench is not subtracted.
     pub(crate) wrench: Wrench<T>,
 }
 
@@ -21,16 +21,16 @@ pub(crate) struct Parts<T> {
     pub(crate) chassis: Part<T>,
     pub(crate) wheels: Part<T>,
     pub(crate) arm: Part<T>,
-    /// Wrench by the surroundings on the tool, if it belongs to the set.
+    /// Wrench of the surroundings on the tool, if the tool belongs to the set.
     pub(crate) tool: Wrench<T>,
 }
 
-/// The parts of the whole machine, and of what is beyond each free joint.
+/// The parts of the whole machine and of the distal subtree of each free joint.
 #[derive(Debug)]
 pub(crate) struct Groups<T> {
-    /// The whole first, then beyond each free joint.
+    /// The whole machine first, then the distal subtree of each free joint.
     pub(crate) sets: Vec<Parts<T>>,
-    /// Moments of every body with its payloads.
+    /// Moments of every body including its payloads.
     pub(crate) bodies: Vec<Composite<T>>,
 }
 
@@ -95,7 +95,7 @@ impl<T: Real> Groups<T> {
         for (i, body) in machine.bodies.iter().enumerate() {
             let laden = machine.payloads.iter().any(|payload| payload.body == i);
             if let ([(group, moments)], false) = (&body.parts[..], laden) {
-                // a body of one part moves by the wrench that is known already
+                // A body in a single group moves by its wrench, which is already known.
                 self.bodies[i] = Composite::of(moments, &motions[i]);
                 self.count(machine, i, *group, &wrenches[i]);
                 continue;
@@ -121,7 +121,7 @@ impl<T: Real> Groups<T> {
         }
     }
 
-    /// Counts a body of one group to that group.
+    /// Adds a body that belongs to a single group.
     fn count(&mut self, machine: &Machine, body: usize, group: LinkGroup, wrench: &Wrench<T>) {
         let moments = &self.bodies[body];
         self.sets[0].of(group).add(moments, wrench);
@@ -132,7 +132,7 @@ impl<T: Real> Groups<T> {
         }
     }
 
-    /// Counts a part of a body.
+    /// Adds a part of a body.
     fn add(
         &mut self,
         machine: &Machine,
@@ -153,8 +153,8 @@ impl<T: Real> Groups<T> {
 }
 
 impl<T: Real> Composite<T> {
-    /// The wrench that gives a body with these moments its motion: the acceleration field and w x v of
-    /// every particle.
+    /// Wrench that produces the motion of a body with these moments: the acceleration field and w x v of every
+    /// particle.
     pub(crate) fn moved(&self, motion: &BodyMotion<T>) -> Wrench<T> {
         let half = T::constant(0.5);
         let turning = self.coriolis(&motion.angular_velocity);

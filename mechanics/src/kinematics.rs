@@ -1,8 +1,8 @@
-//! Forward kinematics: pose and motion of every body from the joints and the base's motion, all
+//! Forward kinematics: pose and motion of every body from the motion of the joints and the base, all
 //! vectors in base axes.
 //!
-//! Accelerations are specific forces: with gravity taken as an upward acceleration of the base, the
-//! inertial force of a body counts its weight.
+//! Accelerations are specific forces: gravity is treated as an upward acceleration of the base, so that the
+//! inertial force of a body includes its weight.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -12,15 +12,15 @@ use crate::number::Real;
 use crate::spatial::{compose, constant, cross, rotate_back, rotate_constant};
 use crate::state::{ImuState, State};
 
-/// Pose and motion of a body, in base axes; positions and velocities relative to the base frame's
-/// origin.
+/// Pose and motion of a body, in base axes; positions and velocities relative to the origin of the base
+/// frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BodyMotion<T> {
     /// Orientation: base from body.
     pub(crate) rotation: Matrix3<T>,
     /// Position of the body frame's origin (m).
     pub(crate) origin: Vector3<T>,
-    /// Velocity of that origin minus the base origin's (m/s).
+    /// Velocity of that origin relative to the base origin (m/s).
     pub(crate) velocity: Vector3<T>,
     /// Specific force at that origin (m/s^2).
     pub(crate) specific_force: Vector3<T>,
@@ -31,7 +31,7 @@ pub(crate) struct BodyMotion<T> {
 }
 
 impl<T: Real> BodyMotion<T> {
-    /// A base at the origin of its own axes.
+    /// The base body, at the origin of its own axes.
     pub(crate) fn base(
         specific_force: Vector3<T>,
         angular_velocity: Vector3<T>,
@@ -47,7 +47,7 @@ impl<T: Real> BodyMotion<T> {
         }
     }
 
-    /// The body that `joint` carries at `coordinate` on this one.
+    /// Motion of the child `body` whose joint has this `coordinate`.
     #[inline(always)]
     pub(crate) fn carry(&self, body: &Body, coordinate: &Coordinate<T>) -> Self {
         let joint_rotation = compose(&self.rotation, &body.parent_from_joint);
@@ -83,7 +83,7 @@ impl<T: Real> BodyMotion<T> {
         moved
     }
 
-    /// What [`Self::carry`] gives on a base at rest that feels nothing.
+    /// The result of [`Self::carry`] on a base at rest with zero specific force.
     #[inline(always)]
     pub(crate) fn on_resting_base(body: &Body, coordinate: &Coordinate<T>) -> Self {
         let joint = &body.parent_from_joint;
@@ -124,7 +124,7 @@ impl<T: Real> BodyMotion<T> {
         moved
     }
 
-    /// The pose that [`Self::carry`] gives, at rest.
+    /// The pose from [`Self::carry`], without motion.
     #[inline(always)]
     pub(crate) fn carry_at_rest(&self, body: &Body, coordinate: &Coordinate<T>) -> Self {
         let joint_rotation = compose(&self.rotation, &body.parent_from_joint);
@@ -149,7 +149,7 @@ impl<T: Real> BodyMotion<T> {
         }
     }
 
-    /// The same motion in another type of number.
+    /// The same motion in another number type.
     pub(crate) fn map<U: Real>(&self, convert: impl Fn(T) -> U) -> BodyMotion<U> {
         BodyMotion {
             rotation: self.rotation.map(&convert),
@@ -161,7 +161,7 @@ impl<T: Real> BodyMotion<T> {
         }
     }
 
-    /// A point fixed in the body, given in its frame, from the base origin (m).
+    /// A point fixed to the body, given in its frame, relative to the base origin (m).
     #[inline]
     pub(crate) fn point(&self, in_body: &Vector3<f64>) -> Vector3<T> {
         self.origin + rotate_constant(&self.rotation, in_body)
@@ -179,8 +179,8 @@ fn turned_about_z<T: Real>(rotation: &Matrix3<T>, cos: T, sin: T) -> Matrix3<T> 
     ])
 }
 
-/// Coordinates of all joints by body. Gives the smallest closure of the linkages: below zero where
-/// one cannot close.
+/// Computes the coordinates of all joints, by body. Returns the smallest closure of the linkages, negative
+/// where one cannot close.
 pub(crate) fn coordinates<T: Real>(
     machine: &Machine,
     state: &State<T>,
@@ -217,7 +217,7 @@ pub(crate) fn coordinates<T: Real>(
     closure
 }
 
-/// Where the IMU is and how it moves relative to a base at rest, in base axes.
+/// Pose of the IMU and its motion relative to a base at rest, in base axes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ImuSeat<T> {
     /// Orientation: base from IMU.
@@ -253,7 +253,7 @@ impl<T: Real> ImuSeat<T> {
     }
 }
 
-/// Motion of the base frame from what the IMU feels: see [`ImuSeat::base_motion`].
+/// Motion of the base frame from the IMU's measurement: see [`ImuSeat::base_motion`].
 pub(crate) fn base_motion<T: Real>(
     machine: &Machine,
     seat: &ImuSeat<T>,
@@ -263,10 +263,11 @@ pub(crate) fn base_motion<T: Real>(
 }
 
 impl<T: Real> ImuSeat<T> {
-    /// Motion of the base frame from what is felt at the seat.
+    /// Motion of the base frame from the IMU's measurement.
     ///
-    /// On the root body that is the lever arm alone. On a body that `moves`, its motion relative to a
-    /// resting base is taken off first: with p, v, w, alpha, a of the seat relative to the base,
+    /// On the root body only the lever arm matters. On a body that `moves`, the motion of the sensor relative
+    /// to a base at rest is subtracted first: with its position p, velocity v, acceleration a, angular velocity
+    /// w and angular acceleration alpha relative to the base,
     /// ```text
     ///     w_base     = w_imu - w
     ///     alpha_base = alpha_imu - alpha - w_base x w
@@ -287,7 +288,7 @@ impl<T: Real> ImuSeat<T> {
         BodyMotion::base(specific_force, angular_velocity, angular_acceleration)
     }
 
-    /// What is felt at the seat, in its axes, where the base moves so: [`Self::base_motion`] backwards.
+    /// The IMU's measurement, in its own axes, for a given base motion: the inverse of [`Self::base_motion`].
     pub(crate) fn felt(&self, base: &BodyMotion<T>) -> ImuState<T> {
         let (w, alpha) = (&base.angular_velocity, &base.angular_acceleration);
         let force = base.specific_force
@@ -304,7 +305,7 @@ impl<T: Real> ImuSeat<T> {
     }
 }
 
-/// Motion of `body` from that of the root.
+/// Motion of `body`, propagated from that of the root.
 fn carry_along<T: Real>(
     machine: &Machine,
     body: usize,

@@ -1,21 +1,21 @@
-//! Which model of the ground wrench the loads come from.
+//! The choice between models of the ground wrench.
 
 use crate::closed_form::{ClosedFormError, ClosedFormInput, PlacedPlatform, PlatformParts};
 use crate::kinematics::BodyMotion;
 use crate::machine::Machine;
 use crate::number::Real;
 
-/// A model of the ground wrench. What follows from the wrench (loads, contact, envelope) is the same code
-/// for all.
+/// A model of the ground wrench. What follows from the wrench (loads, contact, envelope) is computed by the
+/// same code for every model.
 #[derive(Debug, Clone)]
 pub enum Model {
-    /// Newton-Euler over every body.
+    /// Newton-Euler equations over every body.
     WholeBody,
-    /// An analytic model: the first paper's, or the second's with its inertia recomputed.
+    /// An analytic model: that of the first paper, or of the second with recomputed inertia.
     ClosedForm(Box<ClosedForm>),
 }
 
-/// The analytic model for one machine: a rigid platform on four wheels, the arm as a wrench on it.
+/// The analytic model of one machine: a rigid platform on four wheels, loaded by the wrench of the arm.
 #[derive(Debug, Clone)]
 pub struct ClosedForm {
     pub(crate) parts: PlatformParts,
@@ -23,22 +23,22 @@ pub struct ClosedForm {
     pub(crate) input: ClosedFormInput,
 }
 
-/// Where the platform's parameters come from: the equations after them are the same.
+/// Source of the platform's parameters; the remaining equations are the same.
 #[derive(Debug, Clone)]
 enum PlatformSource {
-    /// Constant, those of one posture: the first paper.
+    /// Constant, from one posture: the first paper.
     Frozen(Box<PlacedPlatform<f64>>),
-    /// Those of every posture, as linkages and steering move: the second paper.
+    /// Recomputed for every posture as linkages and steering move: the second paper.
     Variable,
 }
 
 impl ClosedForm {
-    /// The first paper's model of `machine`: constant inertial parameters and wheel distances, those of
-    /// the posture with its joints at these positions (rad or m), in the order of [`Machine::joints`],
-    /// the rods of an active suspension in the middle of their stroke.
+    /// The first paper's model of `machine`: constant inertial parameters and wheel distances, from the posture
+    /// with these joint positions (rad or m) in the order of [`Machine::joints`] and the cylinders of an active
+    /// suspension at mid-stroke.
     ///
     /// # Errors
-    /// [`ClosedFormError`]: the machine is not of the kind that the analytic model describes.
+    /// [`ClosedFormError`]: the analytic model does not apply to the machine.
     pub fn new(
         machine: &Machine,
         joint_positions: &[f64],
@@ -53,12 +53,12 @@ impl ClosedForm {
         })
     }
 
-    /// The second paper's model: mass, centre of mass, inertia tensor, wheel distances, half tracks and
-    /// the arm's base follow the joints, sample by sample. The positions are only to see whether the
-    /// wheels stand in a rectangle there.
+    /// The second paper's model: mass, centre of mass, inertia tensor, wheel distances, half tracks and the
+    /// arm's root follow the joints, sample by sample. The joint positions serve only to check that the
+    /// wheels form a rectangle there.
     ///
     /// # Errors
-    /// As of [`ClosedForm::new`].
+    /// Those of [`ClosedForm::new`].
     pub fn with_variable_inertia(
         machine: &Machine,
         joint_positions: &[f64],
@@ -73,13 +73,13 @@ impl ClosedForm {
         })
     }
 
-    /// Which signals it takes the platform's acceleration from.
+    /// The signals from which it takes the platform's acceleration.
     #[must_use]
     pub fn input(&self) -> ClosedFormInput {
         self.input
     }
 
-    /// The platform for a pose of all bodies.
+    /// The platform at a given pose of all bodies.
     pub(crate) fn placed<T: Real>(
         &self,
         machine: &Machine,

@@ -1,8 +1,8 @@
-//! The first paper's study of parametric uncertainty (its section VIII.C, Figs. 13 and 14): all lengths,
-//! fixed angles, masses and inertias of the machine vary at random, and the loads with them.
+//! The first paper's study of parametric uncertainty (section VIII.C, Figs. 13 and 14): random variation of
+//! all lengths, fixed angles, masses and inertias of the machine, and its effect on the loads.
 //!
-//! Every drawn machine is evaluated on every row, side by side: nothing is linearised. Where a drawn
-//! triangle cannot close, or the machine tips, the draw is left out of that row's band and counted.
+//! Every sampled machine is evaluated on every row, without linearisation. Where a sampled triangle cannot
+//! close, or the machine tips, the sample is excluded from that row's band and counted.
 
 use std::ops::Range;
 
@@ -17,37 +17,37 @@ use crate::sensitivity::Axis;
 use crate::state::State;
 use crate::workspace::Workspace;
 
-/// Rows whose draws are held at once: they fit into the cache of a core.
+/// Rows whose samples are held at once: they fit into the cache of a core.
 const BLOCK_ROWS: usize = 16;
 
-/// What a study varies by how much.
+/// Settings of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Study {
-    /// How many machines are drawn.
+    /// Number of machines sampled.
     pub draws: usize,
-    /// Largest relative deviation of a parameter, 0.1 in the paper; it is uniform up to there.
+    /// Largest relative deviation of a parameter, 0.1 in the paper; deviations are uniformly distributed.
     pub spread: f64,
-    /// Where the random numbers start: the same seed draws the same machines.
+    /// Seed of the random numbers: the same seed gives the same machines.
     pub seed: u64,
 }
 
-/// The spread of one quantity over the draws, row by row.
+/// Distribution of one quantity over the samples, row by row.
 #[derive(Debug, Clone)]
 pub struct Band {
     /// The quantity: a load, or a component of the wrench at the arm's base.
     pub quantity: Quantity,
-    /// The value that 2.5 % of the draws are below; NaN where no draw can be evaluated.
+    /// 2.5 % quantile of the samples; NaN where no sample can be evaluated.
     pub low: Vec<f64>,
-    /// The value that 2.5 % of the draws are above.
+    /// 97.5 % quantile of the samples.
     pub high: Vec<f64>,
-    /// Standard deviation of the draws.
+    /// Standard deviation of the samples.
     pub sigma: Vec<f64>,
-    /// Draws left out.
+    /// Samples excluded.
     pub left_out: Vec<u32>,
 }
 
 impl Study {
-    /// The machines of the study.
+    /// The sampled machines.
     #[must_use]
     pub fn machines(&self, machine: &Machine) -> Vec<Machine> {
         let mut draws = Draws::new(self.seed, self.spread);
@@ -55,8 +55,8 @@ impl Study {
     }
 }
 
-/// The bands of `rows` over machines drawn around `machine`: of the load of every wheel, and of the six
-/// components of the wrench at the arm's base, if there is an arm.
+/// The bands of `rows` over machines sampled around `machine`: of every wheel's load, and of the six
+/// components of the wrench at the arm's root if there is an arm.
 #[must_use]
 pub fn bands(
     machine: &Machine,
@@ -78,17 +78,17 @@ pub fn bands(
     bands
 }
 
-/// Values of the draws on a block of rows.
+/// Values of the samples on a block of rows.
 struct Sampler {
     quantities: Vec<Quantity>,
     draws: usize,
     /// Whether each body belongs to the arm.
     in_arm: Vec<bool>,
-    /// The block's rows, side by side.
+    /// The block's rows, in lanes.
     states: Vec<State<Lanes>>,
-    /// Draws change neither what is allocated nor what is chosen by the machine's structure.
+    /// Shared by all samples: they change neither its size nor the structure of the machine.
     workspace: Workspace<Lanes>,
-    /// By quantity, row of the block and draw.
+    /// By quantity, row of the block and sample.
     values: Vec<f64>,
 }
 
@@ -119,7 +119,7 @@ impl Sampler {
         for (first, state) in firsts.zip(&mut self.states) {
             states.get_lanes(first, block.end, state);
         }
-        // a machine is larger than the rows: it is looked at once for all of them
+        // A machine is larger than the rows, so each machine is loaded only once for all of them.
         for (draw, machine) in drawn.iter().enumerate() {
             for group in 0..groups {
                 self.evaluate(machine, draw, group);
@@ -172,7 +172,7 @@ impl Band {
         self.left_out.append(&mut other.left_out);
     }
 
-    /// Takes the draws of one row; their order is lost.
+    /// Takes the samples of one row and sorts them in place.
     fn push(&mut self, draws: &mut [f64]) {
         let mut known = 0;
         for i in 0..draws.len() {

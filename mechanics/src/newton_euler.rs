@@ -1,11 +1,11 @@
-//! Newton-Euler over all bodies: the wrench that moves each of them, about the base origin.
+//! Newton-Euler equations: the wrench that accelerates each body, about the base origin.
 //!
 //! ```text
 //!     f_i = m_i (a_i + alpha_i x c_i + w_i x (w_i x c_i))
 //!     n_i = I_i alpha_i + w_i x I_i w_i + (p_i + c_i) x f_i
 //! ```
-//! a_i is a specific force, so f_i counts the weight: the sum over all bodies, less the tool wrench, is
-//! what the ground supplies. The wheel dynamics (32)-(44) of the first paper are part of it.
+//! a_i is a specific force, so f_i includes the weight: the sum over all bodies minus the tool wrench is the
+//! ground wrench. It includes the wheel dynamics (32)-(44) of the first paper.
 
 use nalgebra::Vector3;
 
@@ -15,7 +15,7 @@ use crate::number::Real;
 use crate::spatial::{Wrench, cross, rotate, rotate_back, rotate_constant};
 use crate::state::State;
 
-/// Force and moment about the base origin that give a body its motion, base axes.
+/// Wrench about the base origin that produces a body's motion, base axes.
 #[inline(always)]
 pub(crate) fn body_wrench<T: Real>(inertia: &Inertia, motion: &BodyMotion<T>) -> Wrench<T> {
     let (w, alpha) = (&motion.angular_velocity, &motion.angular_acceleration);
@@ -33,7 +33,7 @@ pub(crate) fn body_wrench<T: Real>(inertia: &Inertia, motion: &BodyMotion<T>) ->
     Wrench { force, moment }
 }
 
-/// Force and moment about the base origin by the surroundings on the tool, base axes.
+/// Wrench of the surroundings on the tool, about the base origin, base axes.
 pub(crate) fn tool_wrench<T: Real>(
     machine: &Machine,
     state: &State<T>,
@@ -52,7 +52,7 @@ pub(crate) fn tool_wrench<T: Real>(
     }
 }
 
-/// Adds the wrench of the payloads to that of the bodies that carry them.
+/// Adds the wrench of each payload to that of the body that carries it.
 pub(crate) fn add_payloads<T: Real>(
     machine: &Machine,
     state: &State<T>,
@@ -69,7 +69,7 @@ pub(crate) fn add_payloads<T: Real>(
     }
 }
 
-/// The sum of the wrenches of the bodies for which `counted` holds.
+/// Sum of the wrenches of the bodies for which `counted` holds.
 pub(crate) fn sum<T: Real>(wrenches: &[Wrench<T>], counted: impl Fn(usize) -> bool) -> Wrench<T> {
     let mut total = Wrench {
         force: Vector3::zeros(),

@@ -1,16 +1,16 @@
-//! How the wrench of the bodies changes with the motion of the joints and of the base.
+//! Derivatives of the bodies' wrench with respect to the motion of the joints and of the base.
 //!
-//! For a joint whose motion carries the bodies beyond it with the field S, its parent moving with the
-//! fields v (velocity) and a (acceleration), F the wrench of the bodies beyond:
+//! For a joint whose motion moves its distal subtree with the field S, on a parent that moves with the
+//! velocity field v and the acceleration field a, and with F the wrench of the distal subtree:
 //!
 //! ```text
-//!     psi     = v x S                                                the rate of S
+//!     psi     = v x S                                                time derivative of S
 //!     dF/dq   = S x F + I (a x S - psi x v) + C(psi)
 //!     dF/dq'  = 2 I psi + C(S)
 //!     dF/dq'' = I S
 //! ```
-//! with I the moments of the bodies beyond as a map from acceleration field to wrench, and C(x) the wrench
-//! of the acceleration 2 x_angular x v(r) of their particles: exact, no term left out (T(22)).
+//! where I maps an acceleration field of the distal subtree to its wrench, and C(x) is the wrench of the
+//! acceleration 2 x_angular x v(r) of its particles. The derivatives are exact, no term is neglected (T(22)).
 
 use nalgebra::Vector3;
 
@@ -20,7 +20,7 @@ use crate::machine::JointKind;
 use crate::number::Real;
 use crate::spatial::{Wrench, cross};
 
-/// Derivatives of a wrench by position, rate and acceleration of a joint.
+/// Derivatives of a wrench with respect to position, velocity and acceleration of a joint.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct JointWrenches<T> {
     pub(crate) position: Wrench<T>,
@@ -28,7 +28,7 @@ pub(crate) struct JointWrenches<T> {
     pub(crate) acceleration: Wrench<T>,
 }
 
-/// Fields of velocity and acceleration of a body.
+/// Velocity and acceleration fields of a body.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotionFields<T> {
     velocity: Field<T>,
@@ -45,7 +45,7 @@ impl<T: Real> MotionFields<T> {
     }
 }
 
-/// A joint's field and what its parent's motion makes of it.
+/// A joint's motion field and its products with the parent's motion.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MovingJoint<T> {
     /// S
@@ -57,7 +57,7 @@ pub(crate) struct MovingJoint<T> {
 }
 
 impl<T: Real> MovingJoint<T> {
-    /// The joint that carries `body` on `parent`; its axis is z of the body.
+    /// The joint between `parent` and `body`; its axis is the body's z axis.
     #[inline(always)]
     pub(crate) fn new(kind: JointKind, body: &BodyMotion<T>, parent: &MotionFields<T>) -> Self {
         let z: Vector3<T> = body.rotation.column(2).into_owned();
@@ -74,7 +74,7 @@ impl<T: Real> MovingJoint<T> {
         }
     }
 
-    /// Derivatives of `wrench`, that of bodies beyond this joint with these moments.
+    /// Derivatives of `wrench`, the wrench of the distal subtree with the moments `beyond`.
     #[inline(always)]
     pub(crate) fn wrenches(&self, beyond: &Composite<T>, wrench: &Wrench<T>) -> JointWrenches<T> {
         let two = T::constant(2.0);
@@ -95,19 +95,19 @@ impl<T: Real> MovingJoint<T> {
     }
 }
 
-/// Derivatives of the wrench of bodies by the base's motion, contracted with the coefficients of one
-/// number: its gradient.
+/// Gradient of one scalar with respect to the motion of the base: the derivatives of the bodies' wrench,
+/// contracted with the scalar's coefficients.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BaseGradient<T> {
-    /// By the specific force at the base origin.
+    /// With respect to the specific force at the base origin.
     pub(crate) specific_force: Vector3<T>,
-    /// By the base's angular velocity, the motion of the joints held.
+    /// With respect to the angular velocity of the base, at fixed joint motion.
     pub(crate) angular_velocity: Vector3<T>,
-    /// By its angular acceleration.
+    /// With respect to the angular acceleration of the base.
     pub(crate) angular_acceleration: Vector3<T>,
 }
 
-/// Wrenches of a change of the base's motion, axis by axis.
+/// Wrenches of a unit change of the base's motion, by axis.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BaseWrenches<T> {
     pub(crate) specific_force: [Wrench<T>; 3],
@@ -116,8 +116,7 @@ pub(crate) struct BaseWrenches<T> {
 }
 
 impl<T: Real> BaseWrenches<T> {
-    /// Of bodies with these moments on a base that turns with `w`:
-    /// `dF/dw_e = C(e) + I (w x e)`.
+    /// For bodies with these moments on a base with angular velocity `w`: `dF/dw_e = C(e) + I (w x e)`.
     pub(crate) fn of(bodies: &Composite<T>, w: &Vector3<T>) -> Self {
         let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
         let zero = Vector3::zeros();
@@ -135,12 +134,12 @@ impl<T: Real> BaseWrenches<T> {
     }
 }
 
-/// Coefficients of a wrench about the base origin in its torque about a joint, times `factor`.
+/// Coefficients of a wrench about the base origin in its torque about a joint axis, times `factor`.
 pub(crate) fn torque_form<T: Real>(joint: &BodyMotion<T>, factor: T) -> Wrench<T> {
     joint_form(JointKind::Revolute, joint, factor)
 }
 
-/// The same of a joint that turns, or of the force along one that slides.
+/// The same for the torque about a revolute joint, or the force along a prismatic one.
 pub(crate) fn joint_form<T: Real>(kind: JointKind, joint: &BodyMotion<T>, factor: T) -> Wrench<T> {
     let axis: Vector3<T> = joint.rotation.column(2).into_owned();
     let field = match kind {

@@ -1,9 +1,9 @@
-//! The number the equations are written in: `f64` for one sample, [`Lanes`] for four samples side by
-//! side, dual numbers for derivatives. One set of equations serves them all.
+//! The number type of the equations: `f64` for one sample, [`Lanes`] for four samples at once, dual numbers
+//! for derivatives. One set of equations serves all of them.
 //!
-//! The operations are those of IEEE 754 (add, subtract, multiply, divide, square root, compare) and
-//! nothing else: no fused multiply-add, no platform `sin`. So every lane of a [`Lanes`] holds the
-//! same bits as the `f64` computed alone.
+//! Operations are restricted to those that IEEE 754 defines exactly (add, subtract, multiply, divide,
+//! square root, compare): no fused multiply-add, no platform `sin`. Every lane of a [`Lanes`] therefore
+//! holds the same bits as a scalar `f64` evaluation.
 
 mod atan2;
 mod dual;
@@ -24,17 +24,17 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
-/// The outcome of a comparison: one truth value for each sample that a [`Real`] carries.
+/// The result of a comparison: one truth value for each sample that a [`Real`] holds.
 pub trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
     /// The same truth value for every sample.
     fn splat(value: bool) -> Self;
-    /// Whether any sample's value is true.
+    /// Whether the value of any sample is true.
     fn any(self) -> bool;
 }
 
-/// A number of the mechanics: see the [module](self).
+/// A number type of the mechanics, see the [module](self).
 pub trait Real:
     Copy
     + Debug
@@ -57,11 +57,11 @@ pub trait Real:
     /// Result type of comparisons.
     type Mask: Mask;
 
-    /// The constant `value` in every sample.
+    /// The constant `value` for every sample.
     fn constant(value: f64) -> Self;
 
-    /// This number times a constant: `self * Self::constant(factor)` with less work where derivatives are
-    /// carried along.
+    /// This number times a constant: `self * Self::constant(factor)`, cheaper for types that carry
+    /// derivatives.
     #[inline(always)]
     #[must_use]
     fn scaled(self, factor: f64) -> Self {
@@ -74,28 +74,27 @@ pub trait Real:
     /// Sine and cosine of an angle in radians.
     fn sin_cos(self) -> (Self, Self);
 
-    /// The angle of the direction (x, self) from the x axis (rad), -pi to pi; 0 for (0, 0), NaN where
-    /// either is NaN.
+    /// Angle of the direction (x, self) from the x axis (rad), -pi to pi; 0 for (0, 0), NaN if either is NaN.
     fn atan2(self, x: Self) -> Self;
 
-    /// `self < other`; false where either is NaN.
+    /// `self < other`; false if either is NaN.
     fn lt(self, other: Self) -> Self::Mask;
 
-    /// `if_true` where `mask` holds, else `if_false`.
+    /// `if_true` where `mask` is true, `if_false` elsewhere.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
 
-    /// The same value as a constant: what is derived from does not follow it.
+    /// The same value as a constant, with zero derivatives.
     #[must_use]
     fn held(self) -> Self {
         self
     }
 
-    /// The smaller of the two; `other` where either is NaN.
+    /// The smaller of the two; `other` if either is NaN.
     fn min(self, other: Self) -> Self {
         Self::select(self.lt(other), self, other)
     }
 
-    /// The larger of the two; `other` where either is NaN.
+    /// The larger of the two; `other` if either is NaN.
     fn max(self, other: Self) -> Self {
         Self::select(other.lt(self), self, other)
     }

@@ -1,4 +1,4 @@
-//! What one evaluation gives, and the list of its numbers by name.
+//! The result of an evaluation, and the list of its quantities.
 
 use std::ops::Range;
 
@@ -14,56 +14,56 @@ use crate::sensitivity::{Axis, massive_links};
 use crate::spatial::Wrench;
 use crate::uncertainty::Uncertainty;
 
-/// Wheel loads and stability of one instant, or of several side by side: see [`Real`].
+/// Wheel loads and stability at one instant, or at several instants at once: see [`Real`].
 ///
-/// A number that cannot be computed is NaN; nothing else is.
+/// NaN means that a value cannot be computed, and nothing else.
 #[derive(Debug, Clone)]
 pub struct Outcome<T> {
-    /// Force and moment that the ground supplies, about the base origin, in base axes (N, N m).
+    /// Force and moment of the ground on the machine, about the base origin, in base axes (N, N m).
     pub ground_wrench: Wrench<T>,
-    /// Unit normal of the plane through the contact points, upwards, in base axes.
+    /// Unit normal of the plane through the contact points, pointing up, in base axes.
     pub contact_normal: Vector3<T>,
     /// Force of the ground along the normal: the sum of the loads (N).
     pub normal_force: T,
-    /// Load with all wheels held to the ground, by wheel: OTF (109) of the first paper, negative where
-    /// a wheel would have to pull (N).
+    /// Overturning force by wheel: its load if every wheel were held to the ground, OTF (109) of the first
+    /// paper; negative where the ground would have to pull (N).
     pub otf: Vec<T>,
-    /// Load, by wheel (N): never negative.
+    /// Load by wheel (N), never negative.
     pub load: Vec<T>,
-    /// Least load that equilibrium allows, by wheel (N).
+    /// Smallest load by wheel that equilibrium allows (N).
     pub load_least: Vec<T>,
-    /// Largest load that equilibrium allows, by wheel (N).
+    /// Largest load by wheel that equilibrium allows (N).
     pub load_largest: Vec<T>,
-    /// Centre of pressure forward of the base origin's projection, in the contact plane (m).
+    /// Centre of pressure in the contact plane, forward of the projected base origin (m).
     pub zmp_x: T,
-    /// Centre of pressure to the left of it (m).
+    /// Centre of pressure in the contact plane, left of the projected base origin (m).
     pub zmp_y: T,
-    /// Distance of the centre of pressure from the nearest edge, inside positive (m).
+    /// Distance of the centre of pressure from the nearest edge (m), positive inside the polygon.
     pub zmp_margin: T,
-    /// Overturning moment about each edge of the support polygon, wheel weights included (ITOM of the
-    /// first paper with wheel weights), negative = stable (N m).
+    /// Overturning moment about each edge of the support polygon, wheel weights included (the first paper's
+    /// ITOM with wheel weights); negative = stable (N m).
     pub itom_full: Vec<T>,
-    /// How many measured torques of actuated joints told of the split.
+    /// Number of measured torques of actuated joints that determined the load split.
     pub measured_torques: T,
-    /// What each of them is more than motion and loads make of it, about its pivot (N m); NaN where it is
-    /// not known. Large ones say that a sensor, the machine or its traction is not what it was taken for.
+    /// Residual of each measured torque: measured minus predicted, about its pivot (N m); NaN where
+    /// unknown. Large residuals indicate an error of a sensor, of the machine description or of its traction.
     pub torque_residual: Vec<T>,
-    /// Smallest closure of the linkages, not below zero where all close.
+    /// Smallest closure of the linkages; not negative where all of them close.
     pub linkage_closure: T,
-    /// Other measures of stability; NaN where the scope leaves them out.
+    /// Further measures of stability; NaN where the scope excludes them.
     pub indicators: Indicators<T>,
-    /// What causes the load, by wheel.
+    /// Contributions to the load, by wheel.
     pub causes: Vec<Causes<T>>,
-    /// What each link contributes to the OTF, by link and wheel (N); empty where the scope leaves
-    /// them out. Less what the tool wrench contributes, they add up to the OTF.
+    /// Contribution of each link to the OTF, by link and wheel (N); empty where the scope excludes them.
+    /// Minus the contribution of the tool wrench they add up to the OTF.
     pub parts: Vec<Vec<T>>,
     /// Standard deviations of the loads.
     pub uncertainty: Uncertainty<T>,
-    /// What the analytic model tells beside the loads; NaN of another model.
+    /// Results of the analytic model beyond the loads; NaN with another model.
     pub closed_form: ClosedFormOutcome<T>,
 }
 
-/// What travels over the ground.
+/// A point that travels over the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Place {
     /// The wheel of this index.
@@ -74,7 +74,7 @@ pub enum Place {
     RearAxle,
 }
 
-/// A number of an [`Outcome`], by meaning.
+/// A quantity of an [`Outcome`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// [`Outcome::otf`] of this wheel.
@@ -123,9 +123,9 @@ pub enum Quantity {
     ArmForce(Axis),
     /// Moment of [`Indicators::arm_wrench`] about this axis.
     ArmMoment(Axis),
-    /// What a cause contributes to the load of this wheel.
+    /// This contribution to the load of this wheel.
     Cause(Cause, usize),
-    /// What a link, the first index, contributes to the OTF of a wheel, the second.
+    /// Contribution of a link, the first index, to the OTF of a wheel, the second.
     Part(usize, usize),
     /// [`Uncertainty::load`] of this wheel.
     LoadSigma(usize),
@@ -133,13 +133,13 @@ pub enum Quantity {
     OtfSigma(usize),
     /// [`Uncertainty::utilisation`].
     Utilisation,
-    /// A term of the analytic model, 0 to 10 for zeta 1 to 11, of this wheel.
+    /// A term of the analytic model, 0 to 10 for zeta 1 to 11, for this wheel.
     Term(usize, usize),
-    /// Speed of a place on the ground.
+    /// Ground speed of this point.
     Speed(Place),
-    /// Direction of its travel.
+    /// Direction of travel of this point.
     Direction(Place),
-    /// Its sideslip angle.
+    /// Sideslip angle of this point.
     Sideslip(Place),
 }
 
@@ -169,7 +169,7 @@ impl<T: Real> Outcome<T> {
         }
     }
 
-    /// One of its numbers.
+    /// The value of a quantity.
     #[must_use]
     pub fn get(&self, quantity: Quantity) -> T {
         match quantity {
@@ -210,7 +210,7 @@ impl<T: Real> ClosedFormOutcome<T> {
 }
 
 impl<T: Real> Indicators<T> {
-    /// One of its numbers; NaN where the quantity is none of them.
+    /// The value of a quantity; NaN if it is not one of the analytic model.
     fn get(&self, quantity: Quantity) -> T {
         match quantity {
             Quantity::Mhs(edge) => self.mhs[edge],
@@ -230,7 +230,7 @@ impl<T: Real> Indicators<T> {
 }
 
 impl Quantity {
-    /// All numbers of an outcome of this machine that the scope fills, in the order of their columns.
+    /// All quantities that the scope fills for this machine, in column order.
     #[must_use]
     pub fn all(machine: &Machine, scope: Scope) -> Vec<Self> {
         let (wheels, edges) = (0..machine.wheels.len(), 0..machine.polygon.edges.len());

@@ -1,12 +1,12 @@
-//! The mass of a payload from the force of the cylinder that lifts it.
+//! Estimation of a payload's mass from the force of the cylinder that lifts it.
 //!
-//! The actuator's force is linear in the mass. Over the rows of the payload's time,
+//! The actuator's force is linear in the mass. Over the rows in which the payload is attached,
 //! ```text
 //!     F_measured - f(without it) = m df/dm + mu |F| sign(rod velocity) + noise                    P(2)
 //! ```
-//! is solved for m and the friction mu by least squares, mu near zero within the stated share. What
-//! does not average out (masses and centres of mass of the links, the payload's place) is added to the
-//! variance from differences.
+//! is solved for m and the friction mu by least squares, with mu constrained to zero within its stated
+//! standard deviation. Errors that do not average out (masses and centres of mass of the links, position of
+//! the payload) are added to the variance by finite differences.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -17,48 +17,48 @@ use crate::sensitivity::{Axis, Parameter, followed_by, massive_links};
 use crate::state::State;
 use crate::workspace::Workspace;
 
-/// Rods that move slower than this (m/s) tell nothing of the sign of friction.
+/// Below this rod speed (m/s) the sign of the friction is undetermined.
 const LEAST_ROD_SPEED: f64 = 1e-3;
-/// Seconds after which errors of the force count as independent.
+/// Time (s) after which force errors count as independent.
 const CORRELATION_S: f64 = 0.2;
 
-/// A measured force of an actuator and the state it belongs to.
+/// A measured actuator force with its state.
 #[derive(Debug, Clone)]
 pub struct MeasuredForce {
-    /// The state; its payload shares tell which payloads hang.
+    /// The state; its payload shares say which payloads are attached.
     pub state: State<f64>,
-    /// Force (N), positive where the rod is pushed out.
+    /// Force (N), positive when it extends the rod.
     pub force: f64,
 }
 
-/// How well the force is known.
+/// Accuracy of the measured force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceQuality {
     /// Standard deviation of one sample (N).
     pub sigma: f64,
-    /// Standard deviation of the friction, as a share of the force.
+    /// Standard deviation of the friction, as a fraction of the force.
     pub friction_share: f64,
-    /// Time between two samples (s).
+    /// Sampling interval (s).
     pub interval_s: f64,
 }
 
-/// The mass of a payload.
+/// Estimated mass of a payload.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PayloadEstimate {
     /// Mass (kg).
     pub mass: f64,
     /// Standard deviation (kg).
     pub sigma: f64,
-    /// Friction as a share of the force.
+    /// Friction as a fraction of the force.
     pub friction_share: f64,
-    /// Root mean square of what the fit leaves (N).
+    /// Root mean square residual of the fit (N).
     pub residual: f64,
-    /// Samples used.
+    /// Number of samples used.
     pub samples: usize,
 }
 
-/// Estimates a payload's mass from the force of a linkage that carries it; `None` where it does not, or
-/// where no sample tells anything.
+/// Estimates a payload's mass from the actuator force of a linkage; `None` if the actuator does not carry
+/// the payload or if no sample contains information.
 #[must_use]
 pub fn estimate_payload(
     machine: &Machine,
@@ -92,11 +92,11 @@ pub fn estimate_payload(
 /// One equation of the fit.
 struct Row {
     state: State<f64>,
-    /// Measured force less that without the payload (N).
+    /// Measured force minus the force without the payload (N).
     excess: f64,
-    /// N/kg
+    /// Derivative with respect to the mass (N/kg).
     by_mass: f64,
-    /// N by friction share.
+    /// Derivative with respect to the friction fraction (N).
     by_friction: f64,
 }
 
@@ -128,7 +128,7 @@ impl Row {
 struct Fit {
     mass: f64,
     friction: f64,
-    /// Of the mass, were the samples independent (kg^2).
+    /// Variance of the mass for independent samples (kg^2).
     variance: f64,
     /// (N)
     residual: f64,
@@ -142,7 +142,7 @@ impl Fit {
             normal += factors * factors.transpose();
             right += factors * row.excess;
         }
-        // friction near zero, as surely as is stated
+        // Prior: friction is zero within its stated standard deviation.
         normal[(1, 1)] += (quality.sigma / quality.friction_share).powi(2);
         let inverse = normal.try_inverse()?;
         let solution = inverse * right;
@@ -160,8 +160,8 @@ impl Fit {
     }
 }
 
-/// Variance of the mass from what is uncertain of the links beyond the pivot, and from the payload's own
-/// place, in one posture (kg^2).
+/// Variance of the mass due to uncertain links in the pivot's distal subtree and to the uncertain position
+/// of the payload, in one posture (kg^2).
 fn systematic_variance(
     empty: &Machine,
     linkage: usize,
@@ -196,7 +196,7 @@ fn systematic_variance(
 }
 
 impl Machine {
-    /// This machine with another mass of a payload, and its standard deviation (kg).
+    /// This machine with a different mass of a payload and its standard deviation (kg).
     #[must_use]
     pub fn with_payload_mass(&self, payload: usize, mass: f64, sigma: f64) -> Self {
         let change = mass - self.payloads[payload].inertia.mass;

@@ -1,4 +1,4 @@
-//! Where the parts of a machine are in one state: what a drawing of it needs.
+//! Positions of the parts of a machine in one state, as a drawing needs them.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -9,23 +9,23 @@ use crate::spatial::rotate;
 use crate::state::State;
 use crate::workspace::Workspace;
 
-/// The places of a machine's parts in the base frame, state by state.
+/// Positions of a machine's parts in the base frame, updated state by state.
 #[derive(Debug)]
 pub struct Placement<'a> {
     machine: &'a Machine,
     workspace: Workspace<f64>,
     arm: Vec<[ArmPoint; 2]>,
-    /// Unit normal of the contact plane, upwards.
+    /// Unit normal of the contact plane, pointing up.
     pub normal: Vector3<f64>,
     /// Unit vector in the contact plane: the base's x axis projected onto it.
     pub forward: Vector3<f64>,
     /// Unit vector in the contact plane, to the left.
     pub left: Vector3<f64>,
-    /// Where each wheel touches the ground (m).
+    /// Contact point of each wheel (m).
     pub contacts: Vec<Vector3<f64>>,
-    /// The arm as a stick figure: from and to, in pairs (m).
+    /// The arm as a stick figure: line segments as start and end (m).
     pub arm_segments: Vec<[Vector3<f64>; 2]>,
-    /// The centre of mass of the machine, payloads of unlimited time included (m).
+    /// Centre of mass of the machine, payloads without a time limit included (m).
     pub centre_of_mass: Vector3<f64>,
 }
 
@@ -37,7 +37,7 @@ struct ArmPoint {
 }
 
 impl<'a> Placement<'a> {
-    /// A placement without a state: all places are NaN.
+    /// A placement before its first state: every position is NaN.
     #[must_use]
     pub fn new(machine: &'a Machine) -> Self {
         let unknown = Vector3::repeat(f64::NAN);
@@ -55,12 +55,12 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// Places the parts as they are in `state`. A place that cannot be computed, because an input is
-    /// not known or a linkage cannot close, is NaN.
+    /// Computes all positions in `state`. A position is NaN where an input is unknown or a linkage cannot
+    /// close.
     pub fn place(&mut self, state: &State<f64>) {
         let outcome = evaluate(self.machine, state, &mut self.workspace);
         self.normal = outcome.contact_normal;
-        // forward = (x - (x . n) n) / |x - (x . n) n|, as the indicators have it
+        // forward = (x - (x . n) n) / |x - (x . n) n|, the same as in the indicators
         let along = Vector3::x() - self.normal * self.normal.x;
         self.forward = along / along.norm();
         self.left = self.normal.cross(&self.forward);
@@ -92,8 +92,8 @@ impl<'a> Placement<'a> {
         self.centre_of_mass = first / mass;
     }
 
-    /// A point of the base frame in the axes of `zmp_x` and `zmp_y`: forward and left in the contact
-    /// plane, origin the projection of the base frame's (m).
+    /// Coordinates of a point of the base frame along the axes of `zmp_x` and `zmp_y`: forward and left in
+    /// the contact plane, relative to the projected base origin (m).
     #[must_use]
     pub fn on_plane(&self, point: &Vector3<f64>) -> Vector2<f64> {
         Vector2::new(self.forward.dot(point), self.left.dot(point))
@@ -113,7 +113,7 @@ impl<'a> Placement<'a> {
     }
 }
 
-/// From the joint of each body of the arm to the joint of the body that it carries, and on to the tool.
+/// Segments from each arm body's joint to the joint of the next body, and on to the tool.
 fn arm_points(machine: &Machine) -> Vec<[ArmPoint; 2]> {
     let of_arm: Vec<bool> = (0..machine.bodies().len())
         .map(|body| {
@@ -132,7 +132,7 @@ fn arm_points(machine: &Machine) -> Vec<[ArmPoint; 2]> {
             segments.push([origin(body.parent), origin(index)]);
         }
     }
-    // A body that carries no other ends where its farthest link is, or its mass.
+    // The last body of a branch ends at its farthest link frame, or at its centre of mass.
     for (body, _) in of_arm.iter().enumerate().filter(|(_, is_arm)| **is_arm) {
         let carries = machine.bodies().iter().enumerate().skip(1);
         if carries

@@ -1,17 +1,17 @@
 //! How much an evaluation computes.
 
-/// What an evaluation computes beside the loads, their envelope and the centre of pressure.
+/// What an evaluation computes besides the loads, their envelope and the centre of pressure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Scope {
-    /// Every other measure of stability.
+    /// All other measures of stability.
     pub indicators: bool,
-    /// What causes each wheel's load.
+    /// Contributions to each wheel's load.
     pub causes: bool,
-    /// The share of every link in each wheel's load.
+    /// Contribution of every link to each wheel's load.
     pub parts: bool,
-    /// Derivatives by every signal and parameter, and the uncertainty that follows from them.
+    /// Derivatives with respect to every signal and parameter, and the resulting uncertainty.
     pub sensitivities: bool,
-    /// Terms and wheel travel of the analytic model, where that is the model.
+    /// Terms and wheel motion of the analytic model, where that model is used.
     pub terms: bool,
 }
 
@@ -25,7 +25,7 @@ impl Scope {
         terms: false,
     };
 
-    /// Everything but the parts by link.
+    /// Everything except the contributions by link.
     pub const ALL: Self = Self {
         indicators: true,
         causes: true,

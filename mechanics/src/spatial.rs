@@ -1,10 +1,10 @@
-//! Force and moment together.
+//! Wrenches, and products of vectors and matrices that are fast for every number type.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::number::Real;
 
-/// A force and the moment about a stated point, in stated axes.
+/// A force and its moment about a stated point, in stated axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wrench<T> {
     /// Force (N).
@@ -14,7 +14,7 @@ pub struct Wrench<T> {
 }
 
 impl<T: Real> Wrench<T> {
-    /// No force, no moment.
+    /// Zero force and moment.
     #[must_use]
     #[inline]
     pub fn zero() -> Self {
@@ -44,12 +44,12 @@ impl<T: Real> Wrench<T> {
         }
     }
 
-    /// The sum of its components, each times that of the coefficients.
+    /// Scalar product with coefficients: the sum of the products of corresponding components.
     pub(crate) fn contracted(&self, coefficients: &Self) -> T {
         self.force.dot(&coefficients.force) + self.moment.dot(&coefficients.moment)
     }
 
-    /// The same wrench with the moment about `point`, given from the present one.
+    /// The same wrench with its moment taken about `point`, given relative to the present point.
     #[must_use]
     pub fn about(&self, point: &Vector3<T>) -> Self {
         Self {
@@ -59,7 +59,7 @@ impl<T: Real> Wrench<T> {
     }
 }
 
-/// R v. Written out: the library's general product costs several samples side by side twice as much.
+/// R v. Written out, because nalgebra's general product takes twice as long for lanes.
 #[inline(always)]
 pub(crate) fn rotate<T: Real>(r: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
     Vector3::new(
@@ -98,7 +98,7 @@ pub(crate) fn compose<T: Real>(a: &Matrix3<T>, b: &Matrix3<f64>) -> Matrix3<T> {
     )
 }
 
-/// R v of a constant v.
+/// R v for a constant v.
 #[inline(always)]
 pub(crate) fn rotate_constant<T: Real>(r: &Matrix3<T>, v: &Vector3<f64>) -> Vector3<T> {
     Vector3::new(
@@ -108,7 +108,7 @@ pub(crate) fn rotate_constant<T: Real>(r: &Matrix3<T>, v: &Vector3<f64>) -> Vect
     )
 }
 
-/// A constant vector in every sample.
+/// The same constant vector for every sample.
 #[inline(always)]
 pub(crate) fn constant<T: Real>(v: &Vector3<f64>) -> Vector3<T> {
     Vector3::new(T::constant(v.x), T::constant(v.y), T::constant(v.z))

@@ -1,4 +1,4 @@
-//! A machine at rest on level ground: what it weighs where, and what its wheels carry.
+//! A machine at rest on level ground: mass distribution and wheel loads.
 
 use nalgebra::Vector3;
 
@@ -15,17 +15,17 @@ pub struct Standing {
     at_rest: AtRest,
     /// Centres of the wheels in the base frame (m).
     pub wheel_centres: Vec<Vector3<f64>>,
-    /// Platform: neither wheels nor arm.
+    /// Platform: all links other than wheels and arm.
     pub chassis: MassShare,
     /// The wheels.
     pub wheels: MassShare,
-    /// The arm, without what hangs on it.
+    /// The arm, without payloads.
     pub arm: MassShare,
-    /// The payloads of unlimited time.
+    /// The payloads without a time limit.
     pub payloads: MassShare,
 }
 
-/// Mass of a part and where it is.
+/// Mass and centre of mass of a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassShare {
     /// Mass (kg).
@@ -47,8 +47,8 @@ impl MassShare {
 }
 
 impl Standing {
-    /// The machine at rest on level ground, its joints at these positions (rad or m) in the order of
-    /// [`Machine::joints`]. What cannot be computed, because a linkage cannot close there, is NaN.
+    /// The machine at rest on level ground with these joint positions (rad or m) in the order of
+    /// [`Machine::joints`]. NaN where a linkage cannot close at these positions.
     #[must_use]
     pub fn new(machine: &Machine, joint_positions: &[f64]) -> Self {
         let scope = Scope {
@@ -87,9 +87,9 @@ impl Standing {
         self.at_rest.workspace.outcome()
     }
 
-    /// Load of wheels together (N), and its standard deviation (N) by the stated uncertainty of the
-    /// machine's parameters. Sensors do not count: gravity and level ground are given. The standard
-    /// deviation is NaN where a wheel carries nothing.
+    /// Total load of these wheels (N) and its standard deviation (N) due to the stated uncertainty of the
+    /// machine's parameters. Sensor errors do not enter: gravity and level ground are given. The standard
+    /// deviation is NaN if one of the wheels is lifted.
     #[must_use]
     pub fn load_of(&self, wheels: &[usize]) -> (f64, f64) {
         let loads = &self.outcome().load;

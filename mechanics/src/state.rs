@@ -1,4 +1,4 @@
-//! The state of a machine at one instant: all that the memoryless equations need.
+//! The state of a machine at one instant: the complete input of the memoryless equations.
 
 use nalgebra::Vector3;
 
@@ -9,70 +9,70 @@ use crate::number::Real;
 use crate::sensitivity::Parameter;
 use crate::spatial::Wrench;
 
-/// The state at one instant, or at several side by side: see [`Real`].
+/// The state at one instant, or at several instants at once: see [`Real`].
 #[derive(Debug, Clone)]
 pub struct State<T> {
     /// Motion of [`Machine::joints`], in their order.
     pub joints: Vec<Motion<T>>,
-    /// What the inertial measurement unit feels, in its own frame.
+    /// Measurement of the IMU, in its own frame.
     pub imu: ImuState<T>,
-    /// Force and moment by the surroundings on the tool, at the origin of the tool's frame and in its
-    /// axes (N, N m); zero without one.
+    /// Force and moment of the surroundings on the tool, about the origin of the tool frame and in its axes
+    /// (N, N m); zero without a tool load.
     pub tool_wrench: Wrench<T>,
-    /// Force of the actuator of each of the [`actuated joints`](crate::machine::Contact::actuated_joints)
-    /// (N), positive where it pushes its rod out; NaN where it is unknown, and then the split rule decides.
+    /// Actuator force of each of the [`actuated joints`](crate::machine::Contact::actuated_joints) (N),
+    /// positive when it extends the rod; NaN where unknown, which leaves the load split to the split rule.
     pub actuator_force: Vec<T>,
-    /// How much of each of [`Machine::payloads`] hangs on its link: 1 or 0.
+    /// Share of each of [`Machine::payloads`] that is attached to its link: 1 or 0.
     pub payload_share: Vec<T>,
-    /// What is known of the base beside what the IMU feels.
+    /// Attitude and velocity of the base, in addition to the IMU's measurement.
     pub base: BaseState<T>,
-    /// How uncertain the numbers above are by the noise of their signals.
+    /// Covariance of the numbers above due to signal noise.
     pub noise: SignalNoise<T>,
 }
 
-/// Attitude and travel of the base, in base axes; NaN where they are unknown.
+/// Attitude and velocity of the base, in base axes; NaN where unknown.
 ///
-/// The loads do not need them. They split what the IMU feels into slope, acceleration and cornering.
+/// The loads do not depend on them. They separate the specific force into slope, acceleration and cornering.
 #[derive(Debug, Clone, Copy)]
 pub struct BaseState<T> {
-    /// Unit vector against gravity.
+    /// Unit vector pointing up, against gravity.
     pub up: Vector3<T>,
     /// Velocity of the base origin (m/s).
     pub velocity: Vector3<T>,
-    /// Derivative of the components of that velocity (m/s^2): not the inertial acceleration.
+    /// Time derivative of the components of that velocity (m/s^2): not the inertial acceleration.
     pub velocity_rate: Vector3<T>,
 }
 
-/// Covariance of a channel's value, first and second derivative.
+/// Covariance of a channel's value and its first and second time derivative.
 #[derive(Debug, Clone, Copy)]
 pub struct JetCovariance<T> {
-    /// Of value with value, value with first and value with second derivative.
+    /// Value with value, with first and with second derivative.
     pub value: [T; 3],
-    /// Of first with first, and first with second derivative.
+    /// First with first and with second derivative.
     pub first: [T; 2],
-    /// Of second with second derivative.
+    /// Second with second derivative.
     pub second: T,
 }
 
-/// How uncertain a state is by the noise of the signals it was estimated from: covariances of the
-/// estimate, zero where nothing was measured. Of several channels of a kind it is the largest.
+/// Covariance of the estimated state due to the noise of the signals; zero where nothing was measured. For
+/// several channels of a kind, the largest.
 #[derive(Debug, Clone, Copy)]
 pub struct SignalNoise<T> {
-    /// Of a joint's position, rate and acceleration.
+    /// Of a joint's position, velocity and acceleration.
     pub joint: JetCovariance<T>,
     /// Of a component of the specific force (m^2/s^4).
     pub specific_force: T,
-    /// Of a component of the angular velocity, of that with its acceleration, of the acceleration
-    /// (rad^2/s^2, rad^2/s^3, rad^2/s^4).
+    /// Of a component of the angular velocity: its variance, its covariance with the angular acceleration,
+    /// and the variance of the latter (rad^2/s^2, rad^2/s^3, rad^2/s^4).
     pub turning: [T; 3],
     /// Of a component of the tool wrench (N^2 or N^2 m^2).
     pub tool_wrench: T,
 }
 
-/// What an inertial measurement unit at rest in its body feels, in its own frame.
+/// Measurement of an inertial measurement unit fixed to its body, in its own frame.
 #[derive(Debug, Clone, Copy)]
 pub struct ImuState<T> {
-    /// Acceleration minus gravity [m/s^2]: upwards at rest.
+    /// Acceleration minus gravity (m/s^2): points up at rest.
     pub specific_force: Vector3<T>,
     /// Angular velocity (rad/s).
     pub angular_velocity: Vector3<T>,
@@ -81,8 +81,8 @@ pub struct ImuState<T> {
 }
 
 impl<T: Real> State<T> {
-    /// Nothing moves, nothing is felt, not even gravity, without noise; payloads of unlimited time are
-    /// in place; attitude and travel of the base are unknown.
+    /// No motion, no specific force (not even gravity), no noise; payloads without a time limit are attached;
+    /// attitude and velocity of the base are unknown.
     #[must_use]
     pub fn zero(machine: &Machine) -> Self {
         let always = |window: [f64; 2]| {
@@ -111,14 +111,14 @@ impl<T: Real> State<T> {
         }
     }
 
-    /// How many numbers a state holds: the columns of [`StateColumns`](crate::StateColumns).
+    /// Number of values in a state: the columns of [`StateColumns`](crate::StateColumns).
     #[must_use]
     pub fn size(machine: &Machine) -> usize {
         let (joints, actuated) = (machine.joints.len(), machine.contact.actuated_joints.len());
         3 * joints + 9 + 6 + actuated + machine.payloads.len() + 9 + 11
     }
 
-    /// The same state in another type of number.
+    /// The same state in another number type.
     #[must_use]
     pub fn map<U: Real>(&self, convert: impl Fn(T) -> U) -> State<U> {
         let vector = |v: &Vector3<T>| v.map(&convert);
@@ -153,8 +153,8 @@ impl<T: Real> State<T> {
         }
     }
 
-    /// Adds an amount to a signal. Parameters of the machine are no part of a state: changes of them
-    /// are left out, see [`Machine::changed`].
+    /// Adds an amount to a signal. Machine parameters are not part of a state and are ignored; for them see
+    /// [`Machine::changed`].
     pub fn change(&mut self, signal: Parameter, amount: T) {
         let (imu, tool) = (&mut self.imu, &mut self.tool_wrench);
         let place = match signal {
@@ -172,7 +172,7 @@ impl<T: Real> State<T> {
         *place += amount;
     }
 
-    /// The value of a signal; `None` of a parameter of the machine.
+    /// The value of a signal; `None` for a machine parameter.
     #[must_use]
     pub fn value(&self, signal: Parameter) -> Option<T> {
         let (imu, tool) = (&self.imu, &self.tool_wrench);
@@ -194,9 +194,9 @@ impl<T: Real> State<T> {
         })
     }
 
-    /// Visits the numbers in their fixed order: joints (position, rate, acceleration each), specific force,
-    /// angular velocity, angular acceleration, tool force, tool moment, actuator forces, payload shares,
-    /// up, velocity and its rate, noise.
+    /// Visits all values in their fixed order: joints (position, velocity, acceleration each), specific force,
+    /// angular velocity, angular acceleration, tool force, tool moment, actuator forces, payload shares, up,
+    /// velocity and its derivative, noise.
     pub(crate) fn for_each_value(&mut self, mut visit: impl FnMut(&mut T)) {
         for joint in &mut self.joints {
             visit(&mut joint.position);
@@ -225,7 +225,7 @@ impl<T: Real> State<T> {
 }
 
 impl<T: Real> BaseState<T> {
-    /// Nothing is known.
+    /// Attitude and velocity unknown.
     #[must_use]
     pub fn unknown() -> Self {
         let unknown = Vector3::repeat(T::constant(f64::NAN));
@@ -238,7 +238,7 @@ impl<T: Real> BaseState<T> {
 }
 
 impl<T: Real> SignalNoise<T> {
-    /// Exactly known signals.
+    /// Signals without noise.
     #[must_use]
     pub fn zero() -> Self {
         let zero = T::zero();

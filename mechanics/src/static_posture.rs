@@ -1,4 +1,4 @@
-//! The static load: what the wheels carry level and at rest.
+//! Static loads: wheel loads at rest on level ground.
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -11,10 +11,10 @@ use crate::signal::{Reason, Reasons};
 use crate::state::State;
 use crate::workspace::Workspace;
 
-/// Wheel loads of `machine` at rest on level ground, its joints at these positions (rad or m) in the
-/// order of [`Machine::joints`], payloads of unlimited time in place.
+/// Wheel loads of `machine` at rest on level ground with these joint positions (rad or m) in the order of
+/// [`Machine::joints`], payloads without a time limit attached.
 ///
-/// Level means gravity along the normal of the contact plane, wherever the base frame points.
+/// Level means that gravity acts along the normal of the contact plane, whatever the tilt of the base frame.
 #[must_use]
 pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64> {
     at_rest(machine, joint_positions, Scope::LOADS)
@@ -22,16 +22,16 @@ pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64
         .outcome
 }
 
-/// A machine at rest on level ground, evaluated.
+/// Evaluation of a machine at rest on level ground.
 #[derive(Debug)]
 pub(crate) struct AtRest {
-    /// The machine, feeling gravity at its base frame.
+    /// The machine, with the specific force given at its base frame.
     pub(crate) machine: Machine,
     pub(crate) state: State<f64>,
     pub(crate) workspace: Workspace<f64>,
 }
 
-/// The evaluation of the machine at rest on level ground.
+/// Evaluates the machine at rest on level ground.
 pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64], scope: Scope) -> AtRest {
     let resting = machine.felt_at_base();
     let mut state = resting_state(&resting, joint_positions);
@@ -47,9 +47,9 @@ pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64], scope: Scope) 
     }
 }
 
-/// Positions of the joints in a row whose posture static loads may be referred to, see
-/// [`Machine::refer_to_posture`]: the signals tell it, if perhaps not settled yet, and the machine can
-/// stand in it. The first such row of a recording is its reference, offline and live.
+/// Joint positions of a row that can serve as the reference posture of static loads, see
+/// [`Machine::refer_to_posture`]: the signals determine it (the estimator may still be warming up), and the
+/// machine can stand in it. The first such row of a recording is its reference, offline and live.
 #[must_use]
 pub fn reference_posture(
     machine: &Machine,
@@ -67,7 +67,7 @@ pub fn reference_posture(
         .then_some(positions)
 }
 
-/// Joints at rest at these positions, and nothing felt.
+/// A state with these joint positions, at rest, without specific force.
 pub(crate) fn resting_state(machine: &Machine, joint_positions: &[f64]) -> State<f64> {
     let mut state = State::<f64>::zero(machine);
     for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
@@ -80,8 +80,8 @@ pub(crate) fn resting_state(machine: &Machine, joint_positions: &[f64]) -> State
 }
 
 impl Machine {
-    /// Sets the reference loads to those of a posture: its joints' positions (rad or m) in the order of
-    /// [`Machine::joints`]. Optimal loads that the machine file states stay.
+    /// Sets the reference loads to those of a posture, given as joint positions (rad or m) in the order of
+    /// [`Machine::joints`]. Optimal loads stated in the machine file are kept.
     pub fn refer_to_posture(&mut self, joint_positions: &[f64]) {
         let loads = static_outcome(self, joint_positions).load;
         for (optimal, &load) in self.reference.optimal_load.iter_mut().zip(&loads) {
@@ -91,8 +91,8 @@ impl Machine {
         self.reference.static_load = loads;
     }
 
-    /// The same machine with an inertial measurement unit at the base frame that is no source of error:
-    /// what a machine at rest on level ground feels is given.
+    /// The same machine with an error-free inertial measurement unit at the base frame: the specific force of
+    /// a machine at rest on level ground is given.
     pub(crate) fn felt_at_base(&self) -> Self {
         let imu = Mount {
             body: 0,

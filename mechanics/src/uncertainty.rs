@@ -1,13 +1,13 @@
-//! How uncertain the loads are: one standard deviation, to first order, from the stated uncertainty of
-//! parameters and the noise of the signals.
+//! Standard deviations of the loads, to first order, from the stated uncertainty of parameters and the
+//! noise of the signals.
 //!
 //! ```text
 //!     var N = sum over parameters (dN/dp sigma_p)^2 + sum over signals g' P g + (model share * mean load)^2
-//!             + what measured torques leave of the split, A(3)
+//!             + what the measured torques leave undetermined of the load split, A(3)
 //! ```
-//! with g the derivatives by value, rate and acceleration of a signal and P their covariance as the
-//! estimator has it. Parameters are taken as independent; the elements of one link's inertia are not:
-//! they share one factor.
+//! where g are the derivatives with respect to value, velocity and acceleration of a signal, and P is their
+//! covariance from the estimator. Parameters are treated as independent, except for the elements of one
+//! link's inertia tensor, which share one factor.
 
 use crate::machine::{MAX_WHEELS, Machine};
 use crate::number::Real;
@@ -21,10 +21,10 @@ use crate::workspace::Workspace;
 pub struct Uncertainty<T> {
     /// Of the OTF, by wheel (N).
     pub otf: Vec<T>,
-    /// Of the load, by wheel (N). Of a wheel in the air it is that of its OTF: how sure it is that it
-    /// is in the air. NaN while the machine tips.
+    /// Of the load, by wheel (N). For a lifted wheel it is that of its OTF, which shows how certain the
+    /// lift-off is. NaN while the machine tips.
     pub load: Vec<T>,
-    /// U = 1 - (OTF - 2 sigma) / static load of the worst wheel; NaN without a static load.
+    /// U = 1 - (OTF - 2 sigma) / static load, of the worst wheel; NaN without a static load.
     pub utilisation: T,
 }
 
@@ -39,13 +39,12 @@ impl<T: Real> Uncertainty<T> {
     }
 }
 
-/// How the parameters' derivatives enter the variance, made once for a machine.
+/// How the derivatives with respect to parameters enter the variance; built once per machine.
 #[derive(Debug, Clone)]
 pub(crate) struct ParameterSigmas {
-    /// Place of each parameter that is uncertain by itself, in the order of [`Parameter::all`], and its
-    /// variance.
+    /// Index of each independently uncertain parameter in the order of [`Parameter::all`], and its variance.
     variances: Vec<(usize, f64)>,
-    /// Where the inertia of each link starts, and the standard deviations of its elements, which share
+    /// Start index of each link's inertia tensor, and the standard deviations of its elements, which share
     /// one factor.
     inertias: Vec<(usize, [f64; 6])>,
     model_share: f64,
@@ -76,7 +75,7 @@ impl ParameterSigmas {
         }
     }
 
-    /// Variance of a number with these derivatives from the parameters.
+    /// Variance due to the parameters of a number with these derivatives.
     fn variance<T: Real>(&self, derivatives: &[T]) -> T {
         let mut variance = T::zero();
         for &(place, own) in &self.variances {
@@ -94,7 +93,7 @@ impl ParameterSigmas {
     }
 }
 
-/// Standard deviation of a signal's constant error or of a parameter, in its unit.
+/// Standard deviation of a signal's systematic error or of a parameter, in its unit.
 pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
     let spec = &machine.uncertainty;
     match parameter {
@@ -108,7 +107,7 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::JointRate(_)
         | Parameter::JointAcceleration(_)
         | Parameter::AngularAcceleration(_)
-        // it is in what the measured torques leave
+        // Part of the variance that the measured torques leave.
         | Parameter::ActuatorForce(_)
         | Parameter::Travel(_) => 0.0,
         Parameter::LinkInertia(..) => {
@@ -157,7 +156,7 @@ pub(crate) fn fill<T: Real>(
         if sensitivity.loads_differ() {
             let carries = T::zero().lt(out.load[wheel]);
             let load = of(sensitivity.load(wheel), load_measured[wheel]);
-            // unknown of one is unknown of the other
+            // NaN in either makes both NaN.
             let unknown = load * T::zero();
             out.uncertainty.load[wheel] = T::select(carries, load, otf + unknown);
         }
@@ -165,8 +164,8 @@ pub(crate) fn fill<T: Real>(
     out.uncertainty.utilisation = utilisation(machine, out);
 }
 
-/// Standard deviation of a sum of the OTF, each times a factor, at the last evaluation of `workspace`,
-/// which was of `state` and had sensitivities in its scope.
+/// Standard deviation of a weighted sum of the OTF at the last evaluation of `workspace`, which must have
+/// been of `state` with sensitivities in its scope.
 #[must_use]
 pub fn combination_sigma(
     machine: &Machine,
@@ -199,13 +198,13 @@ fn utilisation<T: Real>(machine: &Machine, out: &Outcome<T>) -> T {
     for (wheel, &static_load) in machine.reference.static_load.iter().enumerate() {
         let sure = out.otf[wheel] - out.uncertainty.otf[wheel] * T::constant(2.0);
         let used = T::one() - sure / T::constant(static_load);
-        // the other way round a NaN would be passed over
+        // In the opposite order a NaN would be ignored.
         worst = T::select(used.lt(worst), worst, used);
     }
     worst
 }
 
-/// Where the signals stand in a gradient.
+/// Indices of the signals in a gradient.
 struct SignalPlaces {
     joints: usize,
     tool: bool,
@@ -219,7 +218,7 @@ impl SignalPlaces {
         }
     }
 
-    /// Variance from the noise of the signals.
+    /// Variance due to the noise of the signals.
     fn variance<T: Real>(&self, derivatives: &[T], noise: &SignalNoise<T>) -> T {
         let two = T::constant(2.0);
         let (joints, rest) = derivatives.split_at(3 * self.joints);

@@ -1,4 +1,4 @@
-//! Scratch of an evaluation: made once for a machine, used again for every step.
+//! Scratch memory of an evaluation, allocated once per machine and reused by every step.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::spatial::Wrench;
 use crate::uncertainty::ParameterSigmas;
 use crate::wheel_loads::{Actuation, Equations, Influences, Solver};
 
-/// Reusable scratch of [`evaluate`](crate::evaluate), for one machine. A step allocates nothing.
+/// Reusable scratch memory of [`evaluate`](crate::evaluate) for one machine. A step does not allocate.
 #[derive(Debug)]
 pub struct Workspace<T: Real> {
     pub(crate) scope: Scope,
@@ -25,15 +25,15 @@ pub struct Workspace<T: Real> {
     pub(crate) coordinates: Vec<Coordinate<T>>,
     pub(crate) motions: Vec<BodyMotion<T>>,
     pub(crate) wrenches: Vec<Wrench<T>>,
-    /// Wrench beyond each joint of known torque.
+    /// Wrench of the distal subtree of each joint with a known torque.
     pub(crate) beyond: Vec<Wrench<T>>,
     pub(crate) actuations: Vec<Actuation<T>>,
     /// OTF by the split rule alone, where torques are measured (N).
     pub(crate) otf_by_rule: Vec<T>,
     pub(crate) wheel_centres: Vec<Vector3<T>>,
-    /// Distance of each wheel's centre from the ground, along the contact plane's normal (m).
+    /// Distance of each wheel's centre from the ground along the contact plane's normal (m).
     pub(crate) radii: Vec<T>,
-    /// The loads that press the tyres in (N).
+    /// The loads that deflect the tyres (N).
     pub(crate) pressing: Vec<T>,
     pub(crate) contacts: Vec<Vector2<T>>,
     pub(crate) equations: Equations<T>,
@@ -46,19 +46,19 @@ pub struct Workspace<T: Real> {
 }
 
 impl<T: Real> Workspace<T> {
-    /// Scratch for the loads of `machine`; using it with another one panics or gives nonsense.
+    /// Scratch memory for the loads of `machine`; with another machine it panics or gives wrong results.
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
         Self::with_scope(machine, Scope::LOADS)
     }
 
-    /// Scratch for as much as `scope` says, by the whole-body model.
+    /// Scratch memory for this scope, with the whole-body model.
     #[must_use]
     pub fn with_scope(machine: &Machine, scope: Scope) -> Self {
         Self::with_model(machine, scope, Arc::new(Model::WholeBody))
     }
 
-    /// Scratch for as much as `scope` says, by this model.
+    /// Scratch memory for this scope and model.
     #[must_use]
     pub fn with_model(machine: &Machine, scope: Scope, model: Arc<Model>) -> Self {
         let zero = Vector3::zeros();
@@ -90,14 +90,14 @@ impl<T: Real> Workspace<T> {
         }
     }
 
-    /// What the last evaluation gave.
+    /// The result of the last evaluation.
     #[must_use]
     pub fn outcome(&self) -> &Outcome<T> {
         &self.outcome
     }
 
-    /// Variance that measured torques leave of a sum of the OTF, each times a factor (N^2); zero without
-    /// any.
+    /// Variance of a weighted sum of the OTF that the measured torques leave (N^2); zero without measured
+    /// torques.
     pub(crate) fn measured_split_variance(&self, factors: &[T]) -> T {
         let mut variance = T::zero();
         if self.equations.are_measured() {
@@ -112,7 +112,7 @@ impl<T: Real> Workspace<T> {
         variance.max(T::zero())
     }
 
-    /// The derivatives of the last evaluation, if its scope has them.
+    /// The derivatives from the last evaluation, if its scope includes them.
     #[must_use]
     pub fn sensitivity(&self) -> &Sensitivity<T> {
         &self.sensitivity

@@ -1,14 +1,15 @@
-//! Overturning moments about the edges of the support polygon: MHS-type, TOM, ITOM.
+//! Overturning moments about the edges of the support polygon: MHS-type (moment height stability), TOM
+//! (tip-over moment), ITOM (improved tip-over moment).
 //!
-//! Each is the moment about the edge of what the ground would have to hold of some of the bodies, with
-//! the sign of the first paper: negative = stable. The flags of the parts are those of its (44)-(45):
+//! Each is the moment about the edge of the wrench that the ground must support for a subset of the bodies,
+//! with the sign of the first paper: negative = stable. The subsets follow the flags in its (44)-(45):
 //!
 //! ```text
 //!     MHS-type   arm and tool force
-//!     TOM        arm, tool force, weight of the chassis
-//!     ITOM       arm, tool force, all of the chassis; the wheels without mass
+//!     TOM        arm, tool force, chassis weight
+//!     ITOM       arm, tool force, all chassis terms; massless wheels
 //! ```
-//! ITOM with wheel weights is [`Outcome::itom_full`](crate::Outcome), that of all bodies.
+//! ITOM with wheel weights is [`Outcome::itom_full`](crate::Outcome): the moment of all bodies.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -18,8 +19,8 @@ use crate::number::Real;
 use crate::spatial::Wrench;
 use crate::wheel_loads::GroundForce;
 
-/// Overturning moment about an edge of a wrench that the ground has to hold:
-/// with e the edge's unit vector, counter-clockwise, from p, M = -(e . (M_xy + p x F_n)).
+/// Overturning moment about an edge of a wrench that the ground must support: with e the unit vector of the
+/// edge, counter-clockwise, starting at p, M = -(e . (M_xy + p x F_n)).
 pub(crate) fn overturning<T: Real>(
     force: &GroundForce<T>,
     edge: &Edge,

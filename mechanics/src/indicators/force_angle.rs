@@ -1,7 +1,7 @@
 //! Force-Angle measure (Papadopoulos and Rey) and stability angles (Iagnemma and others).
 //!
-//! With p_c the centre of mass, l the shortest vector from it to an edge with unit vector a, f and n the
-//! force and moment about p_c that the ground has to hold, turned round:
+//! With p_c the centre of mass, l the shortest vector from it to an edge with unit vector a, and f and n the
+//! force and moment about p_c that the ground must support, with opposite sign:
 //! ```text
 //!     f* = (1 - a a')(-f) + l x (a a')(-n) / |l|^2
 //!     angle from l to f* about a, positive inside
@@ -15,7 +15,7 @@ use crate::machine::Edge;
 use crate::number::Real;
 use crate::spatial::{Wrench, cross};
 
-/// The machine over its polygon.
+/// The machine above its support polygon.
 pub(crate) struct Standing<'a, T: Real> {
     plane: &'a ContactPlane<T>,
     contacts: &'a [Vector2<T>],
@@ -27,7 +27,7 @@ impl<'a, T: Real> Standing<'a, T> {
         Self::over(balance.plane, balance.contacts, com)
     }
 
-    /// With the centre of mass in base axes, the contact points in those of the plane.
+    /// With the centre of mass in base axes and the contact points in the axes of the contact plane.
     pub(crate) fn over(
         plane: &'a ContactPlane<T>,
         contacts: &'a [Vector2<T>],
@@ -40,14 +40,14 @@ impl<'a, T: Real> Standing<'a, T> {
         }
     }
 
-    /// Contact point of a wheel in base axes.
+    /// Contact point of a wheel, in base axes.
     fn contact(&self, wheel: usize) -> Vector3<T> {
         let (plane, place) = (self.plane, &self.contacts[wheel]);
         plane.forward * place.x + plane.left * place.y + plane.normal * plane.height
     }
 
-    /// The angle about an edge under the force and moment about the centre of mass that the ground has to
-    /// hold (rad); NaN without a force.
+    /// Angle about an edge (rad) for the force and moment about the centre of mass that the ground must
+    /// support; NaN for zero force.
     pub(crate) fn angle(&self, edge: &Edge, held: &Wrench<T>) -> T {
         let (from, to) = (self.contact(edge.from), self.contact(edge.to));
         let along = to - from;
@@ -57,7 +57,7 @@ impl<'a, T: Real> Standing<'a, T> {
         let turning = a * -a.dot(&held.moment);
         let force = across(&-held.force) + cross(&l, &turning) / l.dot(&l);
         let angle = cross(&l, &force).dot(&a).atan2(l.dot(&force));
-        // no force, no direction
+        // A zero force has no direction.
         let pushes = T::zero().lt(force.dot(&force));
         T::select(pushes, angle, T::constant(f64::NAN))
     }

@@ -1,10 +1,10 @@
-//! How the weight is spread over the wheels.
+//! Measures of how the weight is distributed over the wheels.
 
 use crate::machine::Machine;
 use crate::number::Real;
 use crate::outcome::Outcome;
 
-/// A wheel nearer to the middle than this share of the half track is on neither side.
+/// A wheel closer to the centre line than this fraction of the half track belongs to neither side.
 const MIDDLE_SHARE: f64 = 0.05;
 
 pub(super) fn fill<T: Real>(machine: &Machine, out: &mut Outcome<T>) {
@@ -42,7 +42,7 @@ pub(crate) fn sigma<T: Real>(otf: impl Iterator<Item = T>, optimal: impl Iterato
     sum * T::constant(0.5)
 }
 
-/// 1 for a wheel on the left, -1 on the right, 0 in the middle.
+/// 1 for a left wheel, -1 for a right wheel, 0 near the centre line.
 fn sides(machine: &Machine) -> impl Iterator<Item = f64> + '_ {
     let lateral = |w: &crate::machine::Wheel| w.centre_at_zero.y;
     let (least, largest) = machine

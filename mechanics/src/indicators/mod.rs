@@ -1,4 +1,4 @@
-//! Measures of stability beside the loads, for any support polygon.
+//! Stability measures besides the loads, for any support polygon.
 
 mod edge_moments;
 mod force_angle;
@@ -24,34 +24,34 @@ use crate::spatial::Wrench;
 use crate::state::State;
 pub(crate) use force_angle::Standing;
 
-/// Measures of stability at one instant; NaN where one cannot be computed.
+/// Stability measures at one instant; NaN where one cannot be computed.
 #[derive(Debug, Clone)]
 pub struct Indicators<T> {
-    /// Overturning moment of the arm and the tool force alone about each edge, "MHS-type" (N m);
-    /// negative = stable.
+    /// Overturning moment of the arm and the tool force alone about each edge, MHS-type (N m); negative =
+    /// stable.
     pub mhs: Vec<T>,
-    /// TOM: that and the weight of the chassis (N m).
+    /// TOM: MHS-type plus the weight of the chassis (N m).
     pub tom: Vec<T>,
-    /// ITOM: that and the chassis' inertia forces, of massless wheels (N m).
+    /// ITOM: TOM plus the inertia forces of the chassis, with massless wheels (N m).
     pub itom: Vec<T>,
     /// Force-Angle of Papadopoulos and Rey about each edge (rad); positive = stable.
     pub force_angle: Vec<T>,
-    /// Stability angle about each edge: the Force-Angle of gravity alone (rad); positive = stable.
+    /// Stability angle about each edge: the Force-Angle due to gravity alone (rad); positive = stable.
     pub stability_angle: Vec<T>,
-    /// Load transfer ratio: right less left by the sum of the loads.
+    /// Load transfer ratio: right minus left load, divided by the sum of the loads.
     pub load_transfer_ratio: T,
-    /// Metric (35) of the second paper: differences of the loads over all pairs of wheels (N).
+    /// Metric (35) of the second paper: sum of the load differences over all pairs of wheels (N).
     pub spread: T,
     /// sigma (110): half the squared distance of the OTF from the optimal loads (N^2).
     pub sigma: T,
-    /// Derivatives of sigma by the travel of the base.
+    /// Derivatives of sigma with respect to the motion of the base.
     pub sigma_gradient: VelocityGradient<T>,
-    /// Force and moment by the arm, and by the tool force through it, on what carries it, about the
-    /// arm's root, base axes: B_M F of the first paper (N, N m).
+    /// Force and moment of the arm, including the tool force, on the link that carries it, about the arm's
+    /// root, base axes: B_M F of the first paper (N, N m).
     pub arm_wrench: Wrench<T>,
 }
 
-/// An evaluation, as the indicators need it.
+/// An evaluation, with what the indicators need of it.
 pub(crate) struct Balance<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) state: &'a State<T>,
@@ -60,7 +60,7 @@ pub(crate) struct Balance<'a, T: Real> {
     pub(crate) contacts: &'a [Vector2<T>],
     pub(crate) whole: &'a Parts<T>,
     pub(crate) motions: &'a [BodyMotion<T>],
-    /// The derivatives, if they were computed.
+    /// The derivatives, if computed.
     pub(crate) sensitivity: Option<&'a Sensitivity<T>>,
 }
 
@@ -84,7 +84,7 @@ impl<T: Real> Indicators<T> {
 }
 
 impl<T: Real> Indicators<T> {
-    /// Sets MHS-type, TOM and ITOM as the analytic model has them, about the edges of its rectangle.
+    /// Sets MHS-type, TOM and ITOM from the analytic model, about the edges of its rectangle.
     pub(crate) fn set_edge_moments(&mut self, [mhs, tom, itom]: &[EdgeMoments<T>; 3]) {
         for (edges, moments) in [
             (&mut self.mhs, mhs),
@@ -96,7 +96,7 @@ impl<T: Real> Indicators<T> {
     }
 }
 
-/// Fills what follows from the loads and from gravity alone.
+/// Fills the indicators that depend on the loads and on gravity alone.
 pub(crate) fn fill_what_needs_no_wrench<T: Real>(balance: &Balance<'_, T>, out: &mut Outcome<T>) {
     let whole = balance.whole.whole();
     let standing = Standing::new(balance, &(whole.first / whole.mass));
@@ -112,7 +112,7 @@ pub(crate) fn fill_what_needs_no_wrench<T: Real>(balance: &Balance<'_, T>, out: 
     out.indicators.arm_wrench = arm_wrench(balance);
 }
 
-/// Fills the indicators of an outcome whose loads are known.
+/// Fills the indicators of an outcome whose loads are already computed.
 pub(crate) fn fill<T: Real>(balance: &Balance<'_, T>, out: &mut Outcome<T>) {
     let machine = balance.machine;
     let gravity = balance.state.base.up * T::constant(machine.gravity());
@@ -130,14 +130,14 @@ pub(crate) fn fill<T: Real>(balance: &Balance<'_, T>, out: &mut Outcome<T>) {
     }
 }
 
-/// Minus what moves the arm, about the arm's root.
+/// Negative of the wrench that accelerates the arm, about the arm's root.
 fn arm_wrench<T: Real>(balance: &Balance<'_, T>) -> Wrench<T> {
     let parts = balance.whole;
     let by_arm = parts.tool.minus(&parts.arm.wrench);
     arm_wrench_of(balance.machine, balance.motions, &by_arm)
 }
 
-/// A wrench about the base origin, about the arm's root; nothing without an arm.
+/// A wrench about the base origin, moved to the arm's root; zero without an arm.
 pub(crate) fn arm_wrench_of<T: Real>(
     machine: &Machine,
     motions: &[BodyMotion<T>],

@@ -1,12 +1,11 @@
-//! Derivatives of sigma by the travel of the base: the avoidance gradient of the first paper (111), with
-//! the whole machine's dynamics and the arm carried along.
+//! Derivatives of sigma with respect to the motion of the base: the avoidance gradient (111) of the first
+//! paper, with the dynamics of the whole machine, the arm moving with the base.
 //!
-//! With f = vdot + w x v + g up the specific force at the base origin, v and vdot as components in base
-//! axes:
+//! With f = vdot + w x v + g up the specific force at the base origin, v and vdot as components in base axes:
 //! ```text
 //!     dN/dv_x = dN/df . (w x e_x)       dN/dw_z = dN/df . (e_z x v) + dN/dw_z|f       dN/dvdot_x = dN/df . e_x
 //! ```
-//! The first three hold the accelerations; braking shows in the last three.
+//! The first three are at constant accelerations; braking appears in the last three.
 
 use nalgebra::Vector3;
 
@@ -16,24 +15,24 @@ use crate::number::Real;
 use crate::sensitivity::Sensitivity;
 use crate::spatial::cross;
 
-/// Derivatives of sigma.
+/// Derivatives of sigma with respect to the motion of the base.
 #[derive(Debug, Clone, Copy)]
 pub struct VelocityGradient<T> {
-    /// By the forward velocity v_x, accelerations held (N^2 s/m).
+    /// With respect to the forward velocity v_x, at constant accelerations (N^2 s/m).
     pub forward_velocity: T,
-    /// By the velocity to the left v_y (N^2 s/m).
+    /// With respect to the velocity to the left v_y (N^2 s/m).
     pub left_velocity: T,
-    /// By the yaw rate (N^2 s/rad); NaN where the velocity is unknown.
+    /// With respect to the yaw rate (N^2 s/rad); NaN where the velocity is unknown.
     pub yaw_rate: T,
-    /// By the rate of v_x (N^2 s^2/m).
+    /// With respect to the derivative of v_x (N^2 s^2/m).
     pub forward_acceleration: T,
-    /// By the rate of v_y (N^2 s^2/m).
+    /// With respect to the derivative of v_y (N^2 s^2/m).
     pub left_acceleration: T,
-    /// By the yaw acceleration (N^2 s^2/rad).
+    /// With respect to the yaw acceleration (N^2 s^2/rad).
     pub yaw_acceleration: T,
 }
 
-/// What of the base's travel [`VelocityGradient`] differentiates by.
+/// Components of the base's motion that [`VelocityGradient`] differentiates by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Travel {
     /// v_x
@@ -42,16 +41,16 @@ pub enum Travel {
     LeftVelocity,
     /// Yaw rate.
     YawRate,
-    /// Rate of v_x.
+    /// Time derivative of v_x.
     ForwardAcceleration,
-    /// Rate of v_y.
+    /// Time derivative of v_y.
     LeftAcceleration,
     /// Yaw acceleration.
     YawAcceleration,
 }
 
 impl Travel {
-    /// All of them, in the order of their columns.
+    /// All components, in column order.
     pub const ALL: [Self; 6] = [
         Self::ForwardVelocity,
         Self::LeftVelocity,
@@ -61,7 +60,7 @@ impl Travel {
         Self::YawAcceleration,
     ];
 
-    /// Its name in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -74,7 +73,7 @@ impl Travel {
         }
     }
 
-    /// Its unit.
+    /// Unit.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -111,7 +110,7 @@ impl<T: Real> VelocityGradient<T> {
     }
 }
 
-/// Derivatives of a load by travel, from those by the base's motion.
+/// Converts derivatives of a load with respect to the base's motion into those of [`VelocityGradient`].
 pub(crate) fn by_travel<T: Real>(
     by: &BaseGradient<T>,
     w: &Vector3<T>,

@@ -1,4 +1,4 @@
-//! The same machine with some parameters changed.
+//! Copies of a machine with changed parameters.
 
 use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
 
@@ -6,10 +6,10 @@ use super::{Inertia, LinkGroup, Machine, MassMoments, Seat, Split, link_parts};
 use crate::sensitivity::{Axis, Parameter};
 
 impl Machine {
-    /// This machine with each parameter changed by an amount in its unit. Signals are no part of a
-    /// machine: changes of them are left out, see [`State::change`](crate::State::change).
+    /// This machine with each parameter changed by an amount in its unit. Signals are not part of a machine and
+    /// are ignored, see [`State::change`](crate::State::change).
     ///
-    /// A change may make the machine impossible (a negative mass, say): it is not checked again.
+    /// The result is not validated: a change can make the machine impossible, for example by a negative mass.
     #[must_use]
     pub fn changed(&self, changes: &[(Parameter, f64)]) -> Self {
         let mut changed = self.clone();
@@ -99,7 +99,7 @@ impl Machine {
         }
     }
 
-    /// Makes again what follows from the parameters.
+    /// Recomputes the quantities derived from the parameters.
     pub(super) fn gather(&mut self) {
         for i in 0..self.bodies.len() {
             let links = self.links.iter().filter(|link| link.body == i);

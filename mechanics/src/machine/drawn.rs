@@ -1,10 +1,10 @@
-//! Machines drawn at random around this one: the first paper's study of parametric uncertainty.
+//! Random variation of a machine's parameters: the first paper's study of parametric uncertainty.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{Inertia, Machine};
 
-/// A stream of random numbers: SplitMix64 (Steele, Lea and Flood). Written out, because a study must draw
+/// A stream of random numbers: SplitMix64 (Steele, Lea and Flood). Implemented here so that a study samples
 /// the same machines with every version of every library.
 #[derive(Debug, Clone)]
 pub(crate) struct Draws {
@@ -29,7 +29,7 @@ impl Draws {
         z ^ (z >> 31)
     }
 
-    /// 1 + delta, delta uniform between minus and plus the spread.
+    /// 1 + delta, with delta uniform in plus or minus the spread.
     pub(crate) fn factor(&mut self) -> f64 {
         let uniform = (self.next() >> 11) as f64 / (1_u64 << 53) as f64;
         1.0 + self.spread * (2.0 * uniform - 1.0)
@@ -41,7 +41,7 @@ impl Draws {
             .for_each(|component| *component *= self.factor());
     }
 
-    /// A turn about the same axis by another angle.
+    /// Scales the angle of a rotation, keeping its axis.
     fn angle(&mut self, rotation: &mut UnitQuaternion<f64>) {
         *rotation = UnitQuaternion::from_scaled_axis(rotation.scaled_axis() * self.factor());
     }
@@ -54,9 +54,10 @@ impl Draws {
 }
 
 impl Machine {
-    /// This machine with every length, fixed angle, mass and inertia multiplied by a factor of its own.
-    /// The tensor of a link has one factor, so that it stays one of a body; the sides of a closed
-    /// triangle have theirs beside those of the tree, so that it may fail to close in some posture.
+    /// This machine with every length, fixed angle, mass and inertia multiplied by a random factor of its own.
+    /// An inertia tensor has a single factor, so that it remains physically valid. The sides of a closed
+    /// triangle have factors of their own besides those of the tree, so the triangle may fail to close in some
+    /// postures.
     pub(crate) fn drawn(&self, draws: &mut Draws) -> Self {
         let mut drawn = self.clone();
         for body in &mut drawn.bodies[1..] {

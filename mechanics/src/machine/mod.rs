@@ -1,7 +1,7 @@
-//! The machine: bodies, joints, closed chains, wheels and sensors, checked once and then immutable.
+//! The machine: bodies, joints, closed chains, wheels and sensors, validated once and then immutable.
 //!
-//! [`MachineSpec`] is the machine file as written; [`MachineSpec::check`] puts it beside a URDF and a
-//! log's joint names and gives a [`Machine`], or says what is wrong with it.
+//! [`MachineSpec`] is the machine file as written; [`MachineSpec::check`] combines it with a URDF and a log's
+//! joint names into a [`Machine`], or explains what is wrong.
 
 mod actuated_joint;
 mod changed;
@@ -51,13 +51,13 @@ pub use suspension_control::{ControlMode, ControlWeights, PairWeight, Suspension
 pub use warp::Warp;
 pub use weighed::{WeighedSpec, WeighedSum, WeighedUnit};
 
-/// Most wheels a machine may have; the load envelope looks at every way to stand on some of them.
+/// Maximum number of wheels; the load envelope enumerates the possible sets of loaded wheels.
 pub const MAX_WHEELS: usize = 12;
 
-/// A machine that can be computed: valid by construction, shared freely.
+/// A machine that is ready for computation: valid by construction and cheap to share.
 ///
-/// The base frame is that of the link `base_link` where the URDF has one rigid with its root, else the
-/// root link's: x forward, y left, z up (REP-103).
+/// The base frame is that of the link `base_link` if the URDF has one rigidly connected to its root, else the
+/// frame of the root link: x forward, y left, z up (REP-103).
 #[derive(Debug, Clone)]
 pub struct Machine {
     pub(crate) name: String,
@@ -85,27 +85,27 @@ pub struct Machine {
     pub(crate) suspension: Option<Suspension>,
 }
 
-/// Loads that others are compared with, by wheel (N); NaN until the machine's posture is known: see
+/// Reference loads by wheel (N); NaN until the reference posture is known: see
 /// [`Machine::refer_to_posture`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// Level and at rest.
+    /// Loads at rest on level ground.
     pub static_load: Vec<f64>,
-    /// Those of the machine file, else the static ones.
+    /// Optimal loads from the machine file, else the static ones.
     pub optimal_load: Vec<f64>,
 }
 
-/// A rigid body: links welded by fixed joints. Its frame has the z axis along the joint that carries
-/// it; the root's frame is the base frame.
+/// A rigid body: links connected by fixed joints. The z axis of its frame is the axis of its joint; the root's
+/// frame is the base frame.
 #[derive(Debug, Clone)]
 pub struct Body {
-    /// Name of the link that its joint carries.
+    /// Name of the link that its joint moves.
     pub name: String,
-    /// Index of the parent body; the root's is 0, itself.
+    /// Index of the parent body; the root is its own parent (0).
     pub parent: usize,
     /// Revolute about or prismatic along z.
     pub kind: JointKind,
-    /// What the joint's coordinate follows from.
+    /// Source of the joint's coordinate.
     pub drive: Drive,
     /// Orientation of the joint in the parent body.
     pub parent_from_joint: Matrix3<f64>,
@@ -113,42 +113,42 @@ pub struct Body {
     pub joint_in_parent: Vector3<f64>,
     /// Inertial parameters in the body's frame.
     pub inertia: Inertia,
-    /// The same as moments, by the groups of its links; groups without mass left out.
+    /// The same as moments, by the groups of its links; groups without mass are omitted.
     pub parts: Vec<(LinkGroup, MassMoments)>,
 }
 
-/// Which part of the machine a link is.
+/// The part of the machine that a link belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LinkGroup {
-    /// Neither wheel nor arm: what the first paper calls chassis.
+    /// Neither wheel nor arm: the chassis of the first paper.
     Chassis,
     /// A wheel.
     Wheel,
-    /// The manipulator, with what hangs on it.
+    /// The manipulator, including its payloads.
     Arm,
 }
 
-/// How a joint moves.
+/// Type of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
-    /// It turns (rad).
+    /// Rotation about its axis (rad).
     Revolute,
-    /// It slides (m).
+    /// Displacement along its axis (m).
     Prismatic,
 }
 
-/// What a joint's coordinate follows from.
+/// Source of a joint's coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
     /// The root has no joint.
     Root,
-    /// The measured joint of this index.
+    /// The measured joint with this index.
     Measured(usize),
     /// `multiplier * measured joint + offset`.
     Mimic {
         /// Index of the measured joint.
         joint: usize,
-        /// Factor, no unit or the ratio of the joints' units.
+        /// Factor (dimensionless, or the ratio of the joints' units).
         multiplier: f64,
         /// Offset (rad or m).
         offset: f64,
@@ -161,16 +161,16 @@ pub enum Drive {
     Rod(usize),
 }
 
-/// A link of the URDF as a part of a body.
+/// A URDF link, part of a body.
 #[derive(Debug, Clone)]
 pub struct Link {
     /// Name in the URDF.
     pub name: String,
-    /// The body that it is part of.
+    /// The body that it belongs to.
     pub body: usize,
     /// Its pose in the body's frame.
     pub body_from_link: Isometry3<f64>,
-    /// Its inertial parameters in the body's frame, of its payloads not counted.
+    /// Its inertial parameters in the body's frame, without payloads.
     pub inertia: Inertia,
     /// The same as moments.
     pub(crate) moments: MassMoments,
@@ -178,18 +178,18 @@ pub struct Link {
     pub group: LinkGroup,
 }
 
-/// A joint whose position a log tells.
+/// A joint whose position is logged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredJoint {
     /// Name in the URDF and in the log.
     pub name: String,
-    /// Whether the log has it. Only the joint that spins a wheel may be missing.
+    /// Whether the log contains it. Only a wheel's spin joint may be missing.
     pub logged: bool,
-    /// The wheel that it spins.
+    /// The wheel that it spins, if any.
     pub spins_wheel: Option<usize>,
-    /// Least and greatest position (rad or m), where the URDF has them.
+    /// Smallest and largest position (rad or m), where the URDF states them.
     pub limits: Option<[f64; 2]>,
-    /// Largest rate (rad/s or m/s), where the URDF has it.
+    /// Largest velocity (rad/s or m/s), where the URDF states it.
     pub max_rate: Option<f64>,
 }
 
@@ -198,57 +198,57 @@ pub struct MeasuredJoint {
 pub struct Wheel {
     /// Name in the machine file.
     pub name: String,
-    /// The body whose point is the centre.
+    /// The body that carries the wheel's centre.
     pub body: usize,
     /// Centre in the body's frame (m).
     pub centre_in_body: Vector3<f64>,
-    /// Radius without load (m).
+    /// Unloaded radius (m).
     pub radius: f64,
-    /// Vertical stiffness, where the machine file tells it (N/m).
+    /// Vertical stiffness (N/m), where the machine file states it.
     pub stiffness: Option<f64>,
-    /// Vertical stiffness as a share of the mean of all wheels.
+    /// Vertical stiffness relative to the mean of all wheels.
     pub relative_stiffness: f64,
     /// Centre in the base frame with all joints at zero (m).
     pub centre_at_zero: Vector3<f64>,
-    /// What carries it.
+    /// The mount on the body that carries it.
     pub seat: Seat,
 }
 
-/// Where a part of the machine sits on another: what its position is measured in.
+/// The mount of a part on another body: the reference for its position.
 #[derive(Debug, Clone, Copy)]
 pub struct Seat {
-    /// The body that carries the part.
+    /// Index of the body that carries the part.
     pub carrier: usize,
-    /// Axes in which the position is given, those of the link that carries it, in the carrier's frame.
+    /// Axes of its position, those of the carrying link, in the carrier's frame.
     pub carrier_from_axes: Matrix3<f64>,
 }
 
-/// How the ground carries the wheels.
+/// Contact between wheels and ground.
 #[derive(Debug, Clone)]
 pub struct Contact {
-    /// The rule that splits what equilibrium leaves open.
+    /// The rule for the load split that equilibrium leaves open.
     pub split: Split,
     /// Joints that carry no torque.
     pub free_joints: Vec<TorqueJoint>,
-    /// Joints whose torque a log may tell.
+    /// Joints whose torque may be logged.
     pub actuated_joints: Vec<ActuatedJoint>,
-    /// Traction of a wheel beyond such a joint that is not its share of the whole, one standard deviation
-    /// as a share of its load.
+    /// Standard deviation of a distal wheel's traction from its proportional share, as a fraction of its load,
+    /// for such joints.
     pub traction_share: f64,
-    /// Whether the wheels' radii differ without load.
+    /// Whether the unloaded radii of the wheels differ.
     pub radii_differ: bool,
-    /// Whether the tyres' stiffness is known, so that their deflection is.
+    /// Whether the tyres' stiffness is known, so that their deflection is included.
     pub tyres_deflect: bool,
-    /// Whether the machine file declares the ground a plane.
+    /// Whether the machine file declares the ground flat.
     pub ground: Ground,
-    /// Mean stiffness of the tyres (N/m), where the ground is a plane and they are known: then heights
-    /// of the wheels off one plane press them.
+    /// Mean stiffness of the tyres (N/m), if the ground is flat and the stiffness known: then the wheels' heights
+    /// off a common plane deflect the tyres.
     pub mean_stiffness: Option<f64>,
-    /// What such heights do under the front share's rule.
+    /// Effect of such heights under the split rule by roll moment distribution.
     pub warp: Option<Warp>,
 }
 
-/// The moments of a body's links, by group.
+/// Moments of a body's links, by group.
 fn link_parts(links: &[Link], body: usize) -> Vec<(LinkGroup, MassMoments)> {
     let mut parts: Vec<(LinkGroup, Inertia)> = Vec::new();
     let massive = |link: &&Link| link.body == body && link.inertia != Inertia::zero();
@@ -264,48 +264,48 @@ fn link_parts(links: &[Link], body: usize) -> Vec<(LinkGroup, MassMoments)> {
         .collect()
 }
 
-/// The rule that splits the load where equilibrium leaves it open.
+/// The rule for the load split that equilibrium leaves open.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Split {
-    /// Assumption 8, (54) of the first paper: right minus left of the front axle is the share D of
-    /// right minus left of the machine.
+    /// Assumption 8, (54) of the first paper: the front axle carries the share D of the load difference between
+    /// the right and the left side.
     FrontShare {
         /// D, 0 to 1.
         share: f64,
         /// Indices of the wheels front left, front right, rear left, rear right.
         wheels: [usize; 4],
     },
-    /// The wheels stand on springs of their stiffness on a rigid frame.
+    /// The wheels are springs of their stiffness under a rigid frame.
     Springs,
 }
 
-/// Something fixed to a body.
+/// A frame fixed to a body.
 #[derive(Debug, Clone)]
 pub struct Mount {
     /// The body.
     pub body: usize,
     /// Its pose in the body's frame.
     pub body_from_mount: Isometry3<f64>,
-    /// Where the pose comes from, for the report.
+    /// Source of the pose, for the report.
     pub source: String,
 }
 
-/// A load that hangs on a link for a time.
+/// A load attached to a link for a time.
 #[derive(Debug, Clone)]
 pub struct Payload {
     /// The body that carries it.
     pub body: usize,
-    /// The part of the machine that it hangs on.
+    /// The part of the machine that it is attached to.
     pub group: LinkGroup,
     /// Standard deviation of its mass (kg), where it is stated.
     pub mass_sigma: Option<f64>,
-    /// Whether its mass is to be estimated; until then it is zero.
+    /// Whether its mass is to be estimated; zero until then.
     pub is_estimated: bool,
     /// Its inertial parameters in the body's frame.
     pub inertia: Inertia,
     /// The same as moments.
     pub(crate) moments: MassMoments,
-    /// From and until when it hangs there (s from the first sample).
+    /// Times of attachment and release (s after the first sample).
     pub window_s: [f64; 2],
 }
 
@@ -358,43 +358,43 @@ impl Machine {
         &self.wheels
     }
 
-    /// The polygon of the contact points.
+    /// The support polygon of the contact points.
     #[must_use]
     pub fn polygon(&self) -> &SupportPolygon {
         &self.polygon
     }
 
-    /// How the ground carries the wheels.
+    /// Contact between wheels and ground.
     #[must_use]
     pub fn contact(&self) -> &Contact {
         &self.contact
     }
 
-    /// Where the inertial measurement unit sits.
+    /// Pose of the inertial measurement unit.
     #[must_use]
     pub fn imu(&self) -> &Mount {
         &self.imu
     }
 
-    /// What is odd about it and yet no error, in plain sentences.
+    /// Peculiarities that are not errors, as plain sentences.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Where the tool wrench acts.
+    /// Pose of the frame in which the tool wrench acts.
     #[must_use]
     pub fn tool(&self) -> Option<&Mount> {
         self.tool.as_ref()
     }
 
-    /// How uncertain its parameters are.
+    /// Uncertainty of its parameters.
     #[must_use]
     pub fn uncertainty(&self) -> &UncertaintySpec {
         &self.uncertainty
     }
 
-    /// What counts as an implausible signal.
+    /// Limits of plausible signals.
     #[must_use]
     pub fn plausibility(&self) -> &PlausibilitySpec {
         &self.plausibility
@@ -406,13 +406,13 @@ impl Machine {
         self.suspension.as_ref()
     }
 
-    /// Loads that others are compared with.
+    /// The reference loads.
     #[must_use]
     pub fn reference(&self) -> &Reference {
         &self.reference
     }
 
-    /// Whether a measured joint slides (m), not turns (rad).
+    /// Whether a measured joint is prismatic (m) and not revolute (rad).
     #[must_use]
     pub fn joint_slides(&self, joint: usize) -> bool {
         let measured_rod = |linkage: &Linkage| {
@@ -423,42 +423,42 @@ impl Machine {
         self.linkages.iter().any(measured_rod) || self.bodies.iter().any(driven)
     }
 
-    /// Takes the force on the tool out of the machine: for logs that do not measure it.
+    /// Removes the tool, for logs without a measured tool wrench.
     pub fn leave_out_tool(&mut self) {
         self.tool = None;
     }
 
-    /// What carries the arm.
+    /// The mount of the arm.
     #[must_use]
     pub fn arm_seat(&self) -> Option<&Seat> {
         self.arm_seat.as_ref()
     }
 
-    /// Loads that hang on links.
+    /// Loads attached to links.
     #[must_use]
     pub fn payloads(&self) -> &[Payload] {
         &self.payloads
     }
 
-    /// What counts as a finding.
+    /// Thresholds for findings.
     #[must_use]
     pub fn limits(&self) -> &LimitsSpec {
         &self.limits
     }
 
-    /// Topics that the machine file names.
+    /// Topics named in the machine file.
     #[must_use]
     pub fn signals(&self) -> &SignalsSpec {
         &self.signals
     }
 
-    /// How signals become a state.
+    /// Settings of the state estimator.
     #[must_use]
     pub fn estimator(&self) -> &EstimatorSpec {
         &self.estimator
     }
 
-    /// Whether `body` is `carrier` or carried by it.
+    /// Whether `body` is `carrier` or in its distal subtree.
     pub(crate) fn is_carried_by(&self, mut body: usize, carrier: usize) -> bool {
         while body > carrier {
             body = self.bodies[body].parent;
@@ -466,7 +466,7 @@ impl Machine {
         body == carrier
     }
 
-    /// Mass of all bodies and of the payloads that always hang (kg).
+    /// Mass of all bodies and of the payloads without a time limit (kg).
     #[must_use]
     pub fn mass(&self) -> f64 {
         let always = |p: &&Payload| p.window_s == [f64::NEG_INFINITY, f64::INFINITY];

@@ -1,4 +1,4 @@
-//! The active suspension: linkages whose rods lift and lower the platform.
+//! The active suspension: linkages whose cylinders lift and lower the platform.
 
 use super::{LinkageInput, Machine, SuspensionControl};
 use crate::suspension::hydraulics::HydraulicParameters;
@@ -6,23 +6,22 @@ use crate::suspension::hydraulics::HydraulicParameters;
 /// The actuators of an active suspension.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suspension {
-    /// Indices of its linkages, into [`Machine::linkages`].
+    /// Indices of its linkages in [`Machine::linkages`].
     pub linkages: Vec<usize>,
-    /// Least and greatest rod coordinate (m).
+    /// Smallest and largest cylinder stroke (m).
     pub stroke: [f64; 2],
-    /// Largest rod velocity (m/s).
+    /// Largest stroke velocity (m/s).
     pub max_velocity: f64,
-    /// Largest rod acceleration (m/s^2).
+    /// Largest stroke acceleration (m/s^2).
     pub max_acceleration: f64,
     /// Cylinders, oil and valves of its actuators.
     pub hydraulics: HydraulicParameters,
-    /// How it is steered.
+    /// Settings of its controller.
     pub control: SuspensionControl,
 }
 
 impl Machine {
-    /// Joint positions with every rod of the suspension in the middle of its stroke, the others as they
-    /// are.
+    /// Joint positions with every cylinder of the suspension at mid-stroke and the other joints unchanged.
     #[must_use]
     pub fn at_mid_stroke(&self, joint_positions: &[f64]) -> Vec<f64> {
         let mut positions = joint_positions.to_vec();

@@ -1,4 +1,4 @@
-//! `[weighed]`: what scales said, to hold a model against.
+//! `[weighed]`: weighing results, to validate a model.
 
 use std::collections::BTreeMap;
 
@@ -6,24 +6,24 @@ use serde::Deserialize;
 
 use super::{MachineError, MachineSpec, MeasuredJoint};
 
-/// `[weighed]`: loads of the real machine, standing level and at rest.
+/// `[weighed]`: measured loads of the real machine at rest on level ground.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WeighedSpec {
-    /// The unit of every load here.
+    /// Unit of all loads in this table.
     pub unit: WeighedUnit,
-    /// Load of single wheels, by name.
+    /// Loads of single wheels, by name.
     #[serde(default)]
     pub wheels: BTreeMap<String, f64>,
     /// Loads that several wheels had together on one scale: axles, sides, the whole machine.
     #[serde(default)]
     pub sums: Vec<WeighedSum>,
-    /// Standard deviation of every reading that states none of its own, in the unit; absent: the
-    /// readings count as exact.
+    /// Standard deviation of readings that state none, in the unit; if absent, the readings are treated as
+    /// exact.
     #[serde(default)]
     pub sigma: f64,
-    /// Positions of joints while it was weighed (rad or m); absent: the posture that is looked at, a
-    /// joint left out of a stated posture is at zero.
+    /// Joint positions during the weighing (rad or m). If absent, the posture under evaluation; in a stated
+    /// posture, joints not listed are at zero.
     #[serde(default)]
     pub posture: BTreeMap<String, f64>,
 }
@@ -32,17 +32,17 @@ pub struct WeighedSpec {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WeighedSum {
-    /// What to call it; default: the wheels.
+    /// Name of the reading; default: its wheels.
     pub name: Option<String>,
     /// The wheels on the scale.
     pub wheels: Vec<String>,
-    /// What it said.
+    /// The reading.
     pub load: f64,
-    /// Standard deviation of what it said, in the unit.
+    /// Standard deviation of the reading, in the unit.
     pub sigma: Option<f64>,
 }
 
-/// In what scales were read.
+/// Unit of the readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 pub enum WeighedUnit {
     /// Newtons.
@@ -54,7 +54,7 @@ pub enum WeighedUnit {
 }
 
 impl WeighedUnit {
-    /// What one unit is in newtons where gravity is so large (m/s^2).
+    /// One unit in newtons at this gravity (m/s^2).
     #[must_use]
     pub fn newtons(self, gravity: f64) -> f64 {
         match self {
@@ -65,7 +65,7 @@ impl WeighedUnit {
 }
 
 impl WeighedSum {
-    /// Its name, or its wheels'.
+    /// Its name, or the names of its wheels.
     #[must_use]
     pub fn label(&self) -> String {
         self.name.clone().unwrap_or_else(|| self.wheels.join(" + "))
@@ -73,7 +73,7 @@ impl WeighedSum {
 }
 
 impl MachineSpec {
-    /// Refuses loads of wheels and positions of joints that the machine does not have.
+    /// Rejects loads of wheels and positions of joints that the machine does not have.
     pub(super) fn check_weighed(&self, joints: &[MeasuredJoint]) -> Result<(), MachineError> {
         let Some(weighed) = &self.weighed else {
             return Ok(());

@@ -1,4 +1,4 @@
-//! The tracks of all sensors, and the state that they make together.
+//! One Kalman filter for each measured quantity, and the machine state assembled from their estimates.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -11,10 +11,10 @@ use crate::machine::Machine;
 use crate::plausibility::{Judgement, RowEffect, Treatment};
 use crate::state::{BaseState, JetCovariance, SignalNoise, State};
 
-/// A quaternion whose length is farther from one than this is no orientation at all.
+/// A quaternion whose norm differs from one by more than this is not an orientation.
 const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
 
-/// What a track follows.
+/// The quantity that a filter estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Followed {
     Joints(usize),
@@ -27,7 +27,7 @@ pub(super) enum Followed {
 }
 
 impl Followed {
-    /// The reason that a gap of this track gives; `None` where rows are valid without it.
+    /// Why a row is invalid during a gap of this filter; `None` where rows are valid without it.
     pub(super) fn gap(self, imu: bool) -> Option<Reason> {
         match self {
             Self::Joints(_) => Some(Reason::JointsGap),
@@ -42,7 +42,7 @@ impl Followed {
     }
 }
 
-/// Whether a track tells anything at some time.
+/// Whether a filter's estimate is valid at a given time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Standing {
     Known,
@@ -50,11 +50,11 @@ pub(super) enum Standing {
     Unknown,
 }
 
-/// What a track says of its jets at some time.
+/// A filter's estimate at a given time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reading {
     pub(super) standing: Standing,
-    /// Covariance of the jets, the same for all channels; zero where nothing is known.
+    /// Covariance of a channel's derivatives, shared by all channels; zero where nothing is measured.
     pub(super) covariance: Matrix,
 }
 
@@ -65,7 +65,7 @@ impl Reading {
     };
 }
 
-/// All tracks of a set of sensors.
+/// The filters of a set of sensors.
 #[derive(Debug, Clone)]
 pub(super) struct Tracks {
     pub(super) list: Vec<(Followed, Track)>,
@@ -109,7 +109,7 @@ impl Tracks {
             add(Followed::ToolWrench, tool, 6);
         }
         for (k, signal) in sensors.actuators.iter().enumerate() {
-            // each of several signals as uncertain as makes the force so
+            // Each of several signals gets a sigma that makes the sum as uncertain as the force is stated to be.
             let joint = &machine.contact.actuated_joints[signal.joint];
             let unit = joint.signals[signal.signal].abs();
             let noise = joint.force_sigma.max(1.0) / (unit * (joint.signals.len() as f64).sqrt());
@@ -155,7 +155,7 @@ impl Tracks {
             .push(stamp_ns, values, rates, doubt)
     }
 
-    /// Takes a sample apart into the tracks that follow its parts, as it was judged.
+    /// Passes the parts of a sample to their filters, as the plausibility check judged them.
     pub(super) fn push(
         &mut self,
         sample: &Sample<'_>,
@@ -190,21 +190,21 @@ impl Tracks {
         }
     }
 
-    /// The direction up in the sensor's frame from its orientation; nothing where that is unknown.
+    /// Updates the up direction in the sensor frame from an orientation; does nothing where it is unknown.
     fn push_up(&mut self, stamp_ns: i64, xyzw: &[f64], treatment: &Treatment) {
         let &[x, y, z, w] = xyzw else { return };
         let quaternion = Quaternion::new(w, x, y, z);
-        // NaN is not within
+        // Written so that NaN is rejected.
         if (quaternion.norm() - 1.0).abs() <= QUATERNION_NORM_TOLERANCE {
             let orientation = UnitQuaternion::from_quaternion(quaternion);
             let up = orientation.inverse_transform_vector(&Vector3::z());
-            // an orientation that is no use leaves a gap in a track that rows do without
+            // A useless orientation only leaves a gap in a filter whose estimate rows do not require.
             let _ = self.push_to(Followed::Up, stamp_ns, up.as_slice(), None, treatment);
         }
     }
 }
 
-/// Makes states from what the tracks say at a time.
+/// Assembles states from the filters' estimates.
 #[derive(Debug, Clone)]
 pub(super) struct Assembler {
     sensors: Sensors,
@@ -212,11 +212,11 @@ pub(super) struct Assembler {
     jets: Vec<Jet>,
 }
 
-/// A wheel whose joint no log has: its rate follows from rolling without slip.
+/// A wheel without a joint state: its velocity follows from rolling without slip.
 #[derive(Debug, Clone)]
 struct RollingWheel {
     joint: usize,
-    /// Direction in which the wheel's centre moves when the joint turns forward, base axes.
+    /// Direction of motion of the wheel's centre for a positive joint velocity, base axes.
     forward: Vector3<f64>,
     centre: Vector3<f64>,
     radius: f64,
@@ -247,9 +247,9 @@ impl Assembler {
         }
     }
 
-    /// Fills `state` from `read`, which writes a track's jets and says whether they mean anything;
-    /// `elapsed_s` is the time since the first row, `effect` what implausible samples do to it. Gives
-    /// the reasons for which the row is not valid.
+    /// Fills `state` by `read`, which writes a filter's channels and returns their validity. `elapsed_s` is
+    /// the time since the first row, `effect` the effect of implausible samples on this row. Returns the
+    /// reasons why the row is invalid.
     pub(super) fn assemble(
         &mut self,
         machine: &Machine,
@@ -258,7 +258,7 @@ impl Assembler {
         read: &mut dyn FnMut(Followed, &mut [Jet]) -> Reading,
         state: &mut State<f64>,
     ) -> Reasons {
-        // what no sensor tells is zero again after a row that was unknown
+        // Quantities without a sensor must return to zero after a row that was unknown.
         state.for_each_value(|value| *value = 0.0);
         state.base = BaseState::unknown();
         let mut reasons = Reasons::NONE;
@@ -356,7 +356,7 @@ impl Assembler {
 }
 
 impl Assembler {
-    /// The forces of actuated joints, of those whose signals are all there.
+    /// Assembles the forces of actuated joints whose signals are all available.
     fn read_actuators(
         &self,
         machine: &Machine,
@@ -385,8 +385,8 @@ impl Assembler {
 }
 
 impl SignalNoise<f64> {
-    /// Takes in the covariance of a stream of joints: the larger of the two by the acceleration, which
-    /// is what loads feel most.
+    /// Merges the covariance of a joint stream: keeps the one with the larger acceleration variance, to which
+    /// the loads are most sensitive.
     fn allow_for_joints(&mut self, covariance: &Matrix) {
         let [[p00, p01, p02], [_, p11, p12], [_, _, p22]] = *covariance;
         if p22 >= self.joint.second {
@@ -400,8 +400,8 @@ impl SignalNoise<f64> {
 }
 
 impl RollingWheel {
-    /// Rate and acceleration of rolling: the centre's speed along the wheel by its radius; at rest
-    /// where the speed is unknown. The angle of a round wheel does not matter.
+    /// Velocity and acceleration of a rolling wheel: speed of its centre over its radius; zero where the
+    /// speed is unknown. The angle of a round wheel has no effect.
     fn motion(
         &self,
         travel: Option<&Triple>,
@@ -431,7 +431,7 @@ fn note(reasons: &mut Reasons, followed: Followed, standing: Standing, imu: bool
     }
 }
 
-/// A track of three channels as vectors.
+/// A filter's three channels as vectors.
 #[derive(Debug, Clone, Copy, Default)]
 struct Triple {
     value: Vector3<f64>,
@@ -463,13 +463,13 @@ fn vectors(
     })
 }
 
-/// Up in base axes from up in the IMU's; unknown where the IMU is not on the base.
+/// Up in base axes from up in sensor axes; unknown where the IMU is not mounted on the base.
 fn up_in_base(machine: &Machine, up_in_imu: &Vector3<f64>) -> Option<Vector3<f64>> {
     (machine.imu().body == 0).then(|| rotation_in_body(machine.imu()) * up_in_imu)
 }
 
 impl Machine {
-    /// Axis of the joint that carries `body`, in base axes with all joints at zero.
+    /// Axis of the joint that carries `body`, in base axes at zero joint positions.
     fn axis_at_zero(&self, mut body: usize) -> Vector3<f64> {
         let mut axis = Vector3::z();
         while body != 0 {

@@ -1,4 +1,4 @@
-//! The estimator that looks back only: for live use, and offline to reproduce it.
+//! The causal estimator: it uses past samples only, live and to reproduce a live run offline.
 
 use super::assembly::{Assembler, Followed, Reading, Standing, Tracks};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
@@ -7,17 +7,17 @@ use super::track::{Jet, seconds};
 use crate::machine::Machine;
 use crate::plausibility::{Finding, Plausibility, RowEffect};
 
-/// Takes samples in the order in which they arrive; gives a row at each sample of the first stream of
-/// joint states, or at a regular rate.
+/// Takes samples in order of arrival and emits a row at each sample of the first stream of joint states,
+/// or at a regular rate.
 ///
-/// The same samples in the same order give the same bits, offline and live. A step allocates nothing.
+/// The same samples in the same order give identical bits, offline and live. A step never allocates.
 #[derive(Debug, Clone)]
 pub struct CausalEstimator {
     tracks: Tracks,
     assembler: Assembler,
     sensors: Sensors,
     plausibility: Plausibility,
-    /// What the last sample of each sensor does to rows.
+    /// Effect of each sensor's last sample on rows.
     standing: Vec<(Sensor, RowEffect)>,
     counts: Vec<(Sensor, StreamCounts)>,
     clock: RowClock,
@@ -29,7 +29,7 @@ pub struct CausalEstimator {
 }
 
 impl CausalEstimator {
-    /// An estimator that has seen nothing.
+    /// An estimator without samples.
     #[must_use]
     pub fn new(machine: &Machine, sensors: &Sensors, clock: RowClock) -> Self {
         Self {
@@ -54,35 +54,35 @@ impl CausalEstimator {
         }
     }
 
-    /// The sensors that it listens to.
+    /// The sensors it expects.
     #[must_use]
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
     }
 
-    /// How many samples of each sensor were used.
+    /// Number of samples used and not used, by sensor.
     #[must_use]
     pub fn counts(&self) -> &[(Sensor, StreamCounts)] {
         &self.counts
     }
 
-    /// What is implausible about the last sample.
+    /// Implausibilities found in the last sample.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
         self.plausibility.findings()
     }
 
-    /// The last row given.
+    /// The last row emitted.
     #[must_use]
     pub fn last(&self) -> &Estimate {
         &self.estimate
     }
 
-    /// Takes a sample; `row` is called with each row that it completes.
+    /// Takes a sample and calls `row` with each row that it completes.
     ///
     /// # Errors
-    /// [`SampleError`] where the sample is not used; it is counted, and the estimator goes on. A sample of
-    /// joint states that is not finite still has its row, which says so.
+    /// [`SampleError`] where the sample is not used; it is counted, and the estimator continues. A joint
+    /// sample with a non-finite value still completes its row, marked invalid.
     pub fn push(
         &mut self,
         machine: &Machine,
@@ -108,10 +108,10 @@ impl CausalEstimator {
             RowClock::JointStates => self.give_row(machine, sample.stamp_ns, row),
             RowClock::Rate(hz) => {
                 let behind = sample.stamp_ns.saturating_sub(self.max_gap_ns);
-                // one wrong stamp may be years away
+                // One wrong stamp may be years away.
                 self.rows_given = self.rows_given.max(regular_index(first, behind, hz));
                 while let Some(stamp) = regular_row(first, self.rows_given, hz, sample.stamp_ns) {
-                    // rows inside a long gap are left out, as they are at the joints' own stamps
+                    // A long gap gets no rows, the same as at the joints' own stamps.
                     if stamp >= behind {
                         self.give_row(machine, stamp, row);
                     }
@@ -122,7 +122,7 @@ impl CausalEstimator {
         result.map(|_| ())
     }
 
-    /// Judges a sample and gives it to the tracks.
+    /// Judges a sample and passes it to the filters.
     fn take(&mut self, machine: &Machine, sample: &Sample<'_>) -> Result<Credible, SampleError> {
         let judgement = self.plausibility.step(sample)?;
         if let Some((_, standing)) = self

@@ -1,13 +1,13 @@
-//! From sensor samples to states: everything that remembers time.
+//! Estimation of states from sensor samples: everything that depends on earlier or later samples.
 //!
-//! Samples of different sensors come at different rates, late, twice or not at all. Each group of
-//! channels that a sensor measures together is a track with a constant-second-derivative model
-//! driven by white noise. Forward in time that is a Kalman filter, sample by sample, the same offline
-//! and live ([`CausalEstimator`]); with a backward pass over the stored filter it is the
-//! Rauch-Tung-Striebel smoother of the same model ([`smooth`]), which also looks ahead.
+//! Samples of different sensors arrive at different rates, late, twice or not at all. The channels that a
+//! sensor measures together share one Kalman filter with a constant-acceleration model driven by white
+//! jerk. Run forwards, sample by sample, it is the causal estimator ([`CausalEstimator`]), identical
+//! offline and live. With a backward pass over the stored steps it is the Rauch-Tung-Striebel smoother
+//! of the same model ([`smooth`]), which uses later samples too.
 //!
-//! No value is carried over a gap longer than [`EstimatorSpec::max_gap`](crate::machine::EstimatorSpec):
-//! rows in it are invalid and say so.
+//! No value is extrapolated over a gap longer than
+//! [`EstimatorSpec::max_gap`](crate::machine::EstimatorSpec): rows in it are marked invalid.
 
 mod assembly;
 mod causal;

@@ -1,41 +1,41 @@
-//! Why a row is not valid.
+//! Why a row is invalid.
 
 use crate::outcome::Outcome;
 
-/// A reason for which a row is not valid.
+/// A reason why a row is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Reason {
-    /// No joint states near enough in time.
+    /// No joint states close enough in time.
     JointsGap,
-    /// No IMU sample near enough in time.
+    /// No IMU sample close enough in time.
     ImuGap,
-    /// No odometry near enough in time, where it stands in for another sensor.
+    /// No odometry close enough in time, where it replaces another sensor.
     OdometryGap,
-    /// No tool wrench near enough in time.
+    /// No tool wrench close enough in time.
     ToolWrenchGap,
-    /// The joint states are implausible.
+    /// Implausible joint states.
     JointsFault,
-    /// What the IMU says is implausible.
+    /// Implausible IMU samples.
     ImuFault,
-    /// The odometry is implausible, where it stands in for another sensor.
+    /// Implausible odometry, where it replaces another sensor.
     OdometryFault,
-    /// The tool wrench is implausible.
+    /// Implausible tool wrench.
     ToolWrenchFault,
-    /// The estimator has only just started, or started again after a gap.
+    /// The estimator is warming up after its start or a gap.
     Settling,
     /// A linkage cannot close at the measured position.
     LinkageOpen,
-    /// The ground does not push: the machine is in the air, or an input is wrong.
+    /// The computed ground force does not push up: the machine is airborne, or an input is wrong.
     NoGroundContact,
     /// The machine is tipping about an edge.
     Tipping,
-    /// An input or result is no finite number.
+    /// An input or result is not finite.
     NotFinite,
 }
 
 impl Reason {
-    /// All reasons, in their order.
+    /// All reasons, in order.
     pub const ALL: [Self; 13] = [
         Self::JointsGap,
         Self::ImuGap,
@@ -52,7 +52,7 @@ impl Reason {
         Self::NotFinite,
     ];
 
-    /// Its name in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -78,7 +78,7 @@ impl Reason {
 pub struct Reasons(u16);
 
 impl Reasons {
-    /// The set without reasons.
+    /// The empty set.
     pub const NONE: Self = Self(0);
 
     /// Adds a reason.
@@ -86,12 +86,12 @@ impl Reasons {
         self.0 |= 1 << reason as u8;
     }
 
-    /// Adds all reasons of another set.
+    /// Adds every reason of another set.
     pub fn add_all(&mut self, others: Self) {
         self.0 |= others.0;
     }
 
-    /// Whether the set has `reason`.
+    /// Whether the set contains `reason`.
     #[must_use]
     pub fn has(self, reason: Reason) -> bool {
         self.0 >> reason as u8 & 1 == 1
@@ -103,14 +103,14 @@ impl Reasons {
         self.0 == 0
     }
 
-    /// Whether the loads mean something: the row is valid, or the machine is tipping, when accuracy is
-    /// no longer claimed.
+    /// Whether loads are meaningful: the row is valid, or the machine is tipping, where their accuracy is no
+    /// longer guaranteed.
     #[must_use]
     pub fn leave_loads(self) -> bool {
         self.iter().all(|reason| reason == Reason::Tipping)
     }
 
-    /// Whether a gap or an implausible signal leaves the state unknown.
+    /// Whether a gap or an implausible signal makes the state unknown.
     #[must_use]
     pub fn leave_state_unknown(self) -> bool {
         self.have_gap() || self.have_implausible_signal()
@@ -125,7 +125,7 @@ impl Reasons {
             || self.has(Reason::ToolWrenchGap)
     }
 
-    /// Whether a signal that the row rests on is implausible.
+    /// Whether a signal that the row depends on is implausible.
     #[must_use]
     pub fn have_implausible_signal(self) -> bool {
         self.has(Reason::JointsFault)
@@ -134,25 +134,25 @@ impl Reasons {
             || self.has(Reason::ToolWrenchFault)
     }
 
-    /// The reasons, in their order.
+    /// The reasons, in order.
     pub fn iter(self) -> impl Iterator<Item = Reason> {
         Reason::ALL.into_iter().filter(move |&r| self.has(r))
     }
 
-    /// The set as bits, for a wire or a file; see [`Self::from_bits`].
+    /// The set as bits, for messages and files; see [`Self::from_bits`].
     #[must_use]
     pub fn bits(self) -> u16 {
         self.0
     }
 
-    /// The set of these bits; bits of no reason are dropped.
+    /// The set with these bits; unknown bits are ignored.
     #[must_use]
     pub fn from_bits(bits: u16) -> Self {
         Self(bits & ((1 << Reason::ALL.len()) - 1))
     }
 }
 
-/// The numbers of an outcome that tell whether it is valid.
+/// The values of an outcome that determine whether it is valid.
 pub(crate) struct OutcomeSigns {
     pub(crate) linkage_closure: f64,
     pub(crate) normal_force: f64,
@@ -161,7 +161,7 @@ pub(crate) struct OutcomeSigns {
 }
 
 impl Reasons {
-    /// These reasons and those that the outcome of the row's evaluation adds.
+    /// These reasons and those that the row's outcome adds.
     #[must_use]
     pub fn with_outcome(self, outcome: &Outcome<f64>) -> Self {
         self.with_signs(&OutcomeSigns {

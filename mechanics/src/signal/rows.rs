@@ -1,44 +1,44 @@
-//! When rows are, and what a row of states holds.
+//! Row times, and the estimate of one row.
 
 use super::reason::Reasons;
 use crate::state::State;
 
-/// When rows are.
+/// When rows are emitted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RowClock {
     /// At every sample of the first stream of joint states.
     JointStates,
-    /// At this regular rate (Hz), from the first sample of that stream on.
+    /// At a regular rate (Hz), starting at the first sample of that stream.
     Rate(f64),
 }
 
-/// The state at the time of a row.
+/// Estimate of the state at one row time.
 #[derive(Debug, Clone)]
 pub struct Estimate {
-    /// Time of the row (ns), in the stamps' clock.
+    /// Row time (ns), in the clock of the stamps.
     pub time_ns: i64,
     /// The state; NaN throughout where a gap leaves it unknown.
     pub state: State<f64>,
-    /// Why the row is not valid, so far as the signals tell.
+    /// Why the row is invalid, as far as the signals show.
     pub reasons: Reasons,
 }
 
-/// Stamps of a regular clock: the k-th after `start_ns`, without drift.
+/// Stamp of a regular clock: the k-th after `start_ns`, without accumulated rounding.
 pub(super) fn regular_stamp(start_ns: i64, k: u64, rate_hz: f64) -> i64 {
-    // two stamps may be further apart than a stamp is from zero
+    // The difference of two i64 stamps may exceed i64.
     let stamp = i128::from(start_ns) + (k as f64 * 1e9 / rate_hz).round() as i128;
     i64::try_from(stamp).unwrap_or(i64::MAX)
 }
 
-/// The k-th stamp of the regular clock, if it is not after `until_ns` nor beyond what can be counted.
+/// The k-th stamp of the regular clock, unless it is later than `until_ns` or not representable.
 pub(super) fn regular_row(start_ns: i64, k: u64, rate_hz: f64, until_ns: i64) -> Option<i64> {
     let stamp = regular_stamp(start_ns, k, rate_hz);
     (stamp <= until_ns && stamp < i64::MAX).then_some(stamp)
 }
 
-/// A stamp of the regular clock that is not after `stamp_ns` and near it, by its number.
+/// Index of a stamp of the regular clock that is at most, and close to, `stamp_ns`.
 pub(super) fn regular_index(start_ns: i64, stamp_ns: i64, rate_hz: f64) -> u64 {
-    // a negative time is before the first
+    // A negative time, before the first row, saturates at zero.
     let elapsed_s = (i128::from(stamp_ns) - i128::from(start_ns)) as f64 * 1e-9;
     (elapsed_s * rate_hz - 1.0).floor() as u64
 }

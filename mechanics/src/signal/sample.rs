@@ -1,11 +1,11 @@
-//! Samples of the sensors, as a log or a live sensor gives them.
+//! Sensors and their samples, as read from a log or a live system.
 
 use crate::machine::Machine;
 
-/// Which sensors a log or a live system has.
+/// The sensors that a log or a live system provides.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sensors {
-    /// Streams of joint states, at least one; rows are at the stamps of the first.
+    /// Streams of joint states, at least one; rows follow the stamps of the first.
     pub joints: Vec<JointStream>,
     /// Whether there is an inertial measurement unit.
     pub imu: bool,
@@ -13,30 +13,30 @@ pub struct Sensors {
     pub odometry: bool,
     /// Whether the tool wrench is measured.
     pub tool_wrench: bool,
-    /// Signals that the forces of actuated joints are made of.
+    /// Signals from which the forces of actuated joints are assembled.
     pub actuators: Vec<ActuatorSignal>,
 }
 
-/// A signal of an actuator's force.
+/// A signal of an actuated joint's force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ActuatorSignal {
-    /// Index of the joint among the [`actuated`](crate::machine::Contact::actuated_joints) ones.
+    /// Index of the joint in [`actuated_joints`](crate::machine::Contact::actuated_joints).
     pub joint: usize,
-    /// Index among its [`signals`](crate::machine::ActuatedJoint::signals).
+    /// Index in its [`signals`](crate::machine::ActuatedJoint::signals).
     pub signal: usize,
 }
 
 /// A stream of joint states.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct JointStream {
-    /// Indices of the joints it measures, into [`Machine::joints`].
+    /// Indices into [`Machine::joints`] of the joints that it measures.
     pub joints: Vec<usize>,
 }
 
-/// A sensor by its place in [`Sensors`].
+/// A sensor, identified by its position in [`Sensors`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Sensor {
-    /// The stream of joint states of this index.
+    /// The stream of joint states with this index.
     Joints(usize),
     /// The inertial measurement unit.
     Imu,
@@ -44,60 +44,60 @@ pub enum Sensor {
     Odometry,
     /// The tool wrench.
     ToolWrench,
-    /// The signal of an actuator of this index among [`Sensors::actuators`].
+    /// The actuator signal with this index in [`Sensors::actuators`].
     Actuator(usize),
 }
 
 /// One message of one sensor.
 ///
-/// The values by sensor:
-/// - joints: positions of the stream's joints (rad or m), then their rates (rad/s or m/s), NaN where
-///   the message has none;
+/// Its values, by sensor:
+/// - joints: positions of the stream's joints (rad or m), then their velocities (rad/s or m/s), NaN where
+///   the message has no velocity;
 /// - IMU, in its own frame: specific force x y z (m/s^2), angular velocity x y z (rad/s), orientation
 ///   quaternion x y z w of the IMU in an upright frame, NaN where unknown;
 /// - odometry, in the base frame: velocity x y z (m/s), angular velocity x y z (rad/s), orientation
 ///   quaternion x y z w;
-/// - tool wrench: force x y z (N) and moment x y z (N m) by the surroundings on the tool, in its frame;
-/// - actuator: its force (N), positive where it pushes its rod out, or the pressure in a chamber (Pa).
+/// - tool wrench: force x y z (N) and moment x y z (N m) of the surroundings on the tool, in its frame;
+/// - actuator: force (N), positive when it extends the rod, or pressure in a chamber (Pa).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
-    /// Which sensor.
+    /// The sensor.
     pub sensor: Sensor,
-    /// When the sensor measured (ns).
+    /// Time of measurement (ns).
     pub stamp_ns: i64,
-    /// What it measured.
+    /// The measured values.
     pub values: &'a [f64],
 }
 
 /// Why a sample was not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SampleError {
-    /// It is not later than the sample before it.
-    #[error("stamp is not later than that of the sample before")]
+    /// Its stamp is not later than that of the preceding sample.
+    #[error("stamp is not later than that of the preceding sample")]
     NotLater,
-    /// A value that is needed is no finite number.
+    /// A required value is not finite.
     #[error("a value is not finite")]
     NotFinite,
-    /// There is no such sensor, or it gives another number of values.
-    #[error("no such sensor, or another number of values")]
+    /// There is no such sensor, or its number of values differs.
+    #[error("no such sensor, or wrong number of values")]
     UnknownSensor,
 }
 
-/// Whether a sample was used as it is.
+/// Whether a sample was used unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Credible(pub(super) bool);
 
-/// How many samples of a stream were used and how many were not.
+/// Numbers of samples of a stream that were used and not used, by cause.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StreamCounts {
     /// Samples used.
     pub used: u64,
-    /// Samples that were not later than the one before.
+    /// Samples with a stamp not later than the preceding one.
     pub not_later: u64,
-    /// Samples with values that were not finite.
+    /// Samples with a non-finite value.
     pub not_finite: u64,
-    /// Samples that were left out in part or counted less because they are implausible; those used in
-    /// part are among the used ones.
+    /// Samples excluded or down-weighted, wholly or in part, because they are implausible; those used in part
+    /// also count as used.
     pub implausible: u64,
 }
 
@@ -115,7 +115,7 @@ impl StreamCounts {
 }
 
 impl Sensors {
-    /// The sensors in their order.
+    /// The sensors in their fixed order.
     pub fn iter(&self) -> impl Iterator<Item = Sensor> {
         let joints = (0..self.joints.len()).map(Sensor::Joints);
         let others = [
@@ -134,7 +134,7 @@ impl Sensors {
             .chain(actuators)
     }
 
-    /// How many values a sample of `sensor` has; `None` if there is no such sensor.
+    /// Number of values in a sample of `sensor`; `None` if there is no such sensor.
     #[must_use]
     pub fn value_count(&self, sensor: Sensor) -> Option<usize> {
         match sensor {
@@ -147,12 +147,12 @@ impl Sensors {
     }
 }
 
-/// The sensors of a log in terms of a machine: which of its joints each stream measures.
+/// A log's sensors matched to a machine: which of its joints each stream measures.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MatchedSensors {
     /// The sensors.
     pub sensors: Sensors,
-    /// For each of [`Sensors::joints`], the index of the log's stream that it is.
+    /// For each entry of [`Sensors::joints`], the index of its stream in the log.
     pub streams: Vec<usize>,
 }
 
@@ -169,8 +169,8 @@ pub struct JointTwice {
 }
 
 impl MatchedSensors {
-    /// Matches streams of joint states, each with its name and the joints it has, to the machine's
-    /// joints. Streams without a joint of the machine are left out; the order stays.
+    /// Matches streams of joint states, given as name and joints, to the machine's joints. Drops streams
+    /// without a joint of the machine and keeps the order.
     ///
     /// # Errors
     /// [`JointTwice`]: two streams measure one joint.
@@ -212,7 +212,7 @@ impl MatchedSensors {
         Ok(matched)
     }
 
-    /// Names of the joints of one of [`Sensors::joints`], in its order.
+    /// Names of the joints of the stream with this index in [`Sensors::joints`], in its order.
     #[must_use]
     pub fn joint_names(&self, machine: &Machine, stream: usize) -> Vec<String> {
         let name = |&joint: &usize| machine.joints()[joint].name.clone();
@@ -224,7 +224,7 @@ impl MatchedSensors {
     }
 }
 
-/// Which sensors there are beside joint states.
+/// The available sensors other than joint states.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct OtherSensors {
     /// Whether there is an inertial measurement unit.

@@ -1,4 +1,4 @@
-//! The estimator that looks both ways: for logs.
+//! The smoother: estimates each row from past and future samples of a log.
 
 use super::assembly::{Assembler, Followed, Reading, Standing, Tracks};
 use super::reason::Reasons;
@@ -10,7 +10,7 @@ use crate::machine::Machine;
 use crate::plausibility::{FaultSpan, FaultSpans, Plausibility, SpanWalk};
 use crate::state::State;
 
-/// A longer time without joint states is none of one recording, or its stamps are wrong (ns).
+/// A gap in the joint states longer than this separates recordings, or its stamps are wrong (ns).
 const LONGEST_GRID_NS: i64 = 3_600_000_000_000;
 
 /// All samples of one sensor.
@@ -20,28 +20,28 @@ pub struct Recording {
     pub sensor: Sensor,
     /// Stamps (ns), in any order.
     pub stamps_ns: Vec<i64>,
-    /// The values of all samples, one sample after the other: see [`Sample`].
+    /// Values of all samples, one sample after another: see [`Sample`].
     pub values: Vec<f64>,
 }
 
-/// States of all rows.
+/// Estimates of all rows.
 #[derive(Debug, Clone)]
 pub struct SmoothedRows {
-    /// Times of the rows (ns).
+    /// Row times (ns).
     pub times_ns: Vec<i64>,
     /// The states; NaN where a gap leaves them unknown.
     pub states: StateColumns,
-    /// Why rows are not valid, so far as the signals tell.
+    /// Why rows are invalid, as far as the signals show.
     pub reasons: Vec<Reasons>,
-    /// How many samples of each sensor were used.
+    /// Number of samples used and not used, by sensor.
     pub counts: Vec<(Sensor, StreamCounts)>,
-    /// What of the signals is implausible, by start.
+    /// Implausible spans of the signals, sorted by start.
     pub faults: Vec<FaultSpan>,
 }
 
-/// Smooths a whole recording: a sensor's samples are sorted by stamp, those of equal stamp taken once.
+/// Smooths a whole recording. Samples of a sensor are sorted by stamp; of equal stamps only one is used.
 ///
-/// Rows are at the samples of the first stream of joint states or at a regular rate.
+/// Rows are at the samples of the first stream of joint states, or at a regular rate.
 #[must_use]
 pub fn smooth(
     machine: &Machine,
@@ -117,7 +117,7 @@ impl<'r> Ordered<'r> {
     }
 }
 
-/// What is implausible: all sensors looked at together, in the order of the stamps.
+/// Finds implausible spans, checking all sensors together in stamp order.
 fn find_faults(machine: &Machine, sensors: &Sensors, ordered: &[Ordered<'_>]) -> Vec<FaultSpan> {
     let mut plausibility = Plausibility::new(machine, sensors);
     let mut spans = FaultSpans::default();
@@ -130,7 +130,7 @@ fn find_faults(machine: &Machine, sensors: &Sensors, ordered: &[Ordered<'_>]) ->
             break;
         };
         next[which] += 1;
-        // what is not later than the sample before is counted where it is refused
+        // A repeated or backward stamp is counted where the filter refuses it.
         if plausibility.step(&sample).is_ok() {
             spans.take(sample.sensor, sample.stamp_ns, plausibility.findings());
         }
@@ -138,7 +138,7 @@ fn find_faults(machine: &Machine, sensors: &Sensors, ordered: &[Ordered<'_>]) ->
     spans.finish()
 }
 
-/// Gives a sensor's samples to the tracks, those within faults as the faults want it.
+/// Feeds a sensor's samples to its filters, those within faults treated as the fault requires.
 fn feed(tracks: &mut Tracks, recording: &Ordered<'_>, faults: &[FaultSpan]) -> StreamCounts {
     let mut counts = StreamCounts::default();
     let own = faults
@@ -162,8 +162,8 @@ fn feed(tracks: &mut Tracks, recording: &Ordered<'_>, faults: &[FaultSpan]) -> S
     counts
 }
 
-/// Times of the rows; in a gap of the joint states one row in its middle, so that tables and curves
-/// show that there is one. At a regular rate only gaps beyond [`LONGEST_GRID_NS`] are left out so.
+/// Row times. A gap in the joint states gets a single row in its middle, so that tables and curves show it.
+/// At a regular rate this applies only to gaps longer than [`LONGEST_GRID_NS`].
 fn row_times(joint_stamps_ns: &[i64], clock: RowClock, max_gap_ns: i64) -> Vec<i64> {
     let Some(&first) = joint_stamps_ns.first() else {
         return Vec::new();
@@ -233,11 +233,11 @@ fn fill(
     rows.faults = faults;
 }
 
-/// Reads a smoothed history at times that increase.
+/// Reads a smoothed history at increasing times.
 struct Reader<'a> {
     history: &'a History,
     max_gap_ns: i64,
-    /// Index of the first sample after the time last read.
+    /// Index of the first sample after the last time read.
     next: usize,
 }
 
@@ -250,8 +250,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Between two samples that belong together the expected jet is the quintic that meets both; beyond
-    /// the ends, for half of the longest gap, the Taylor series of the end.
+    /// Between two samples of one segment, the expected state is the quintic through both; beyond either end,
+    /// for up to half the longest gap, the Taylor series at that end.
     fn read(&mut self, time_ns: i64, jets: &mut [Jet]) -> Reading {
         let stamps = &self.history.stamps_ns;
         while self.next < stamps.len() && stamps[self.next] <= time_ns {
@@ -293,7 +293,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Covariance between two samples, in a straight line.
+/// Linear interpolation of the covariance between two samples.
 fn between(a: &Matrix, b: &Matrix, share: f64) -> Matrix {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + share * (b[i][j] - a[i][j])))
 }
@@ -304,7 +304,7 @@ fn extrapolate(jets: &mut [Jet], from: &[Jet], dt: f64) {
     }
 }
 
-/// The polynomial of fifth degree through two jets: the mean of the model between two known states.
+/// The quintic through two position-velocity-acceleration states: the model's mean between two known states.
 struct Quintic {
     /// Time since the first jet and between both (s).
     t: f64,
@@ -316,8 +316,8 @@ impl Quintic {
         Self { t, h }
     }
 
-    /// The Taylor series of the first jet plus c3 s^3 + c4 s^4 + c5 s^5, s = t / h, such that the
-    /// second jet is met.
+    /// The Taylor series of the first state plus c3 s^3 + c4 s^4 + c5 s^5, s = t / h, with coefficients that
+    /// meet the second state.
     fn blend(&self, from: &Jet, to: &Jet) -> Jet {
         let (t, h) = (self.t, self.h);
         let ahead = step(from, h);
@@ -346,7 +346,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quintic_between_two_jets_is_met_again() {
+    fn quintic_interpolation_reproduces_a_quintic() {
         let jet = |t: f64| {
             [
                 t.powi(5) - 2.0 * t.powi(3) + t,

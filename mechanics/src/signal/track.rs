@@ -1,46 +1,46 @@
-//! A group of channels that one sensor measures together, followed in time.
+//! Kalman filter of the channels that one sensor measures together.
 //!
-//! Each channel has a value, its first and its second derivative; the third is white noise of density
-//! q. With F(dt) the Taylor step, the filter is the textbook one:
+//! Each channel has a position-velocity-acceleration state, driven by white jerk of spectral density q.
+//! With F(dt) the Taylor step:
 //!
 //! ```text
 //!     predict:  x = F x,  P = F P F' + Q(dt)
 //!     update:   K = P h / (h' P h + r),  x = x + K (z - h' x),  P = P - K h' P
 //! ```
-//! The covariance P depends on the stamps alone, so all channels share it and its gains.
+//! The covariance P depends only on the stamps, so all channels share it and the gains.
 
 use super::sample::SampleError;
 
-/// Value, first and second time derivative of a channel.
+/// Position-velocity-acceleration state of a channel: value, first and second time derivative.
 pub(crate) type Jet = [f64; 3];
 
-/// Covariance of a jet, or a gain.
+/// Covariance of such a state, or a gain.
 pub(crate) type Matrix = [[f64; 3]; 3];
 
-/// How uncertain a channel's derivatives are at first, as multiples of its agility.
+/// Initial standard deviation of a channel's derivatives, as multiples of the process noise.
 const INITIAL_SPREAD: f64 = 10.0;
 
-/// What is added to the variances of one sample, because it is less credible than others.
+/// Variance added to one sample because it is less credible.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Doubt {
     pub(crate) value_variance: f64,
     pub(crate) rate_variance: f64,
 }
 
-/// What is assumed of a group of channels.
+/// Model of a group of channels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Model {
     /// Variance of a measured value.
     pub(crate) value_variance: f64,
-    /// Variance of a measured rate.
+    /// Variance of a measured velocity.
     pub(crate) rate_variance: f64,
-    /// Density q of the third derivative: variance of the second derivative's change in a second.
+    /// Spectral density q of the jerk: growth of the acceleration's variance per second.
     pub(crate) density: f64,
-    /// Samples further apart than this do not belong together (ns).
+    /// Samples further apart than this belong to different segments (ns).
     pub(crate) max_gap_ns: i64,
 }
 
-/// The filter's state after the last sample, and what a smoother needs of the ones before.
+/// Filter state after the last sample, and the earlier steps where a smoother needs them.
 #[derive(Debug, Clone)]
 pub(crate) struct Track {
     model: Model,
@@ -51,18 +51,18 @@ pub(crate) struct Track {
     history: Option<History>,
 }
 
-/// Every step of the filter.
+/// All steps of the filter.
 #[derive(Debug, Clone, Default)]
 pub(super) struct History {
     pub(super) stamps_ns: Vec<i64>,
-    /// Jets of all channels, step by step: filtered, and smoothed after [`Track::smoothed`].
+    /// States of all channels, step by step: filtered, and smoothed after [`Track::smoothed`].
     pub(super) jets: Vec<Jet>,
-    /// For each step the gain that carries the next one's correction back; zero where the next step
-    /// starts anew.
+    /// Smoother gain of each step, which propagates the next step's correction backwards; zero where the next
+    /// step starts a new segment.
     gains: Vec<Matrix>,
-    /// Covariance of the jets, the same for all channels: filtered, and smoothed as they are.
+    /// Covariance of each step, shared by all channels: filtered, and smoothed with the states.
     pub(super) covariances: Vec<Matrix>,
-    /// Density q of the third derivative.
+    /// Spectral density q of the jerk.
     density: f64,
 }
 
@@ -90,13 +90,13 @@ impl Track {
         self.last_ns
     }
 
-    /// Stamp of the first sample since the start or the last gap.
+    /// Stamp of the first sample after the start or the last gap.
     pub(super) fn started_ns(&self) -> i64 {
         self.started_ns
     }
 
-    /// Takes a sample, with what is to be added to the variances of its values and rates. `rates` are
-    /// used if all of them are finite.
+    /// Updates the filter with a sample, `doubt` added to the variances of its values and velocities. `rates`
+    /// are used only if all are finite.
     pub(crate) fn push(
         &mut self,
         stamp_ns: i64,
@@ -129,13 +129,13 @@ impl Track {
         Ok(())
     }
 
-    /// Covariance of the jets at a stamp near the last sample.
+    /// Covariance predicted to a stamp close to the last sample.
     pub(crate) fn covariance_at(&self, stamp_ns: i64) -> Matrix {
         let ahead = stamp_ns.saturating_sub(self.last_ns.unwrap_or(stamp_ns));
         predicted(&self.covariance, seconds(ahead), self.model.density)
     }
 
-    /// The jet of a channel at a stamp near the last sample, by its Taylor series.
+    /// State of a channel extrapolated to a stamp close to the last sample, by its Taylor series.
     pub(crate) fn at(&self, channel: usize, stamp_ns: i64) -> Jet {
         let last = self.last_ns.unwrap_or(stamp_ns);
         step(&self.jets[channel], seconds(stamp_ns.saturating_sub(last)))
@@ -181,7 +181,7 @@ impl Track {
         }
     }
 
-    /// Measurement of component `measured` of every channel's jet.
+    /// Updates every channel with a measurement of the component `measured` of its state.
     fn update(&mut self, measured: usize, variance: f64, values: &[f64]) {
         let row = self.covariance[measured];
         let innovation_variance = row[measured] + variance;
@@ -199,9 +199,8 @@ impl Track {
         }
     }
 
-    /// The whole history, each step improved by all that come after it:
-    /// `x_k = x_k + G_k (x_(k+1) - F x_k)` from the last to the first, and its covariance
-    /// `P_k = P_k + G_k (P_(k+1) - P_(k+1|k)) G_k'`.
+    /// Smooths the whole history, from the last step to the first (Rauch-Tung-Striebel):
+    /// `x_k = x_k + G_k (x_(k+1) - F x_k)` and `P_k = P_k + G_k (P_(k+1) - P_(k+1|k)) G_k'`.
     pub(super) fn smoothed(self) -> History {
         let channels = self.jets.len();
         let mut history = self.history.unwrap_or_default();
@@ -260,10 +259,10 @@ pub(super) fn step(jet: &Jet, dt: f64) -> Jet {
     ]
 }
 
-/// F P F' + Q, Q the covariance that white noise of this density adds in dt.
+/// F P F' + Q, with Q the covariance that white jerk of this density adds over dt.
 fn predicted(p: &Matrix, dt: f64, density: f64) -> Matrix {
     let (d1, d2) = (dt, 0.5 * dt * dt);
-    // F P: rows of P stepped
+    // F P: the Taylor step applied to the rows of P
     let fp: Matrix = std::array::from_fn(|i| {
         std::array::from_fn(|j| match i {
             0 => p[0][j] + d1 * p[1][j] + d2 * p[2][j],
@@ -328,7 +327,7 @@ mod tests {
         [1.0 + 2.0 * t - 1.5 * t * t, 2.0 - 3.0 * t, -3.0]
     }
 
-    /// A jerk-free motion sampled with jitter.
+    /// Filter of a jerk-free motion, sampled with jitter.
     fn parabolic_track(keeps_history: bool) -> Track {
         let mut track = Track::new(MODEL, 1, keeps_history);
         for k in 0..400_i64 {
@@ -346,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn a_filter_follows_a_parabola_without_lag() {
+    fn filter_follows_parabola_without_lag() {
         let track = parabolic_track(false);
         let stamp = track.last_ns().unwrap() + 3_000_000;
         let (found, truth) = (track.at(0, stamp), parabola(seconds(stamp)));
@@ -356,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn a_smoother_is_exact_on_a_parabola_from_end_to_end() {
+    fn smoother_reproduces_parabola_exactly() {
         let history = parabolic_track(true).smoothed();
         for (jet, &stamp) in history.jets.iter().zip(&history.stamps_ns) {
             let truth = parabola(seconds(stamp));
@@ -370,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn measured_rates_are_used_only_if_all_are_finite() {
+    fn velocities_are_used_only_if_all_are_finite() {
         let mut track = Track::new(MODEL, 2, false);
         track
             .push(0, &[0.0, 0.0], Some(&[1.0, f64::NAN]), Doubt::default())
@@ -387,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_starts_anew_and_is_not_smoothed_across() {
+    fn smoother_does_not_cross_gaps() {
         let mut track = Track::new(MODEL, 1, true);
         for k in 0..20 {
             track

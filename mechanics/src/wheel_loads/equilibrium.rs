@@ -1,4 +1,4 @@
-//! The equations that the loads satisfy, whatever the rule that splits them.
+//! The equations that the loads satisfy: equilibrium, split rule, free and actuated joints.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -10,8 +10,7 @@ use crate::newton_euler;
 use crate::number::Real;
 use crate::spatial::Wrench;
 
-/// The wrench of the ground in the contact plane's axes, moments about the projection of the base
-/// frame's origin.
+/// The ground wrench in the axes of the contact plane, moments about the projected base origin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GroundForce<T> {
     /// Along the normal (N).
@@ -33,15 +32,15 @@ impl<T: Real> GroundForce<T> {
         }
     }
 
-    /// Where the normal force acts as one: x = -M_y / F_n, y = M_x / F_n (m).
+    /// Centre of pressure, where the normal force has no moment: x = -M_y / F_n, y = M_x / F_n (m).
     pub(crate) fn centre_of_pressure(&self) -> Vector2<T> {
         Vector2::new(-self.moment.y / self.normal, self.moment.x / self.normal)
     }
 }
 
-/// `sum over wheels of factor[row][wheel] * load = value[row]`. The first [`Equations::certain`] rows
-/// always hold; after them stands the split rule, if it is an equation; after that, from
-/// [`Equations::measured`] on, a row for each joint of measured torque.
+/// `sum over wheels of factor[row][wheel] * load = value[row]`. The first [`Equations::certain`] rows are
+/// exact; then the split rule, if it is an equation; then, from [`Equations::measured`] on, one row per
+/// joint with measured torque.
 #[derive(Debug)]
 pub(crate) struct Equations<T> {
     pub(crate) factor: Vec<[T; MAX_WHEELS]>,
@@ -49,16 +48,16 @@ pub(crate) struct Equations<T> {
     pub(crate) wheels: usize,
     pub(crate) certain: usize,
     pub(crate) measured: usize,
-    /// 1 for a row that counts, 0 for one that does not.
+    /// 1 for an active row, 0 for an inactive one.
     pub(crate) holds: Vec<T>,
-    /// How far a row may give way: zero for one that holds exactly.
+    /// Compliance of each row: zero for a row that holds exactly.
     pub(crate) compliance: Vec<T>,
-    /// How far the loads may be off the split rule where torques are measured (N).
+    /// Prior standard deviation of the loads from the split rule where torques are measured (N).
     pub(super) prior_scale: f64,
-    /// What [`Equations::set_measured_aside`] put away: holds and compliance.
+    /// The values that [`Equations::set_measured_aside`] saved: `holds` and `compliance`.
     pub(super) aside: [Vec<T>; 2],
-    /// How far each tyre is pressed in before the machine leans, in units of load by relative
-    /// stiffness: u of N = K (u + A' l). Zero but on springs on plane ground.
+    /// Deflection of each tyre before the machine leans, in units of load by relative stiffness: u of
+    /// N = K (u + A' l). Zero except on springs on flat ground.
     pub(crate) offset: [T; MAX_WHEELS],
 }
 
@@ -96,7 +95,7 @@ impl<T: Real> Equations<T> {
         equations
     }
 
-    /// Force along the normal and moments in the plane of the contact points.
+    /// Sets force along the normal and moments about the axes in the contact plane.
     pub(crate) fn set_equilibrium(&mut self, ground: &GroundForce<T>, contacts: &[Vector2<T>]) {
         for (wheel, contact) in contacts.iter().enumerate() {
             self.factor[1][wheel] = contact.y;
@@ -107,9 +106,9 @@ impl<T: Real> Equations<T> {
         self.value[2] = ground.moment.y;
     }
 
-    /// Heights of the wheels off the plane, where the ground is one: u = k (R_0 + h - n.c) is how far
-    /// the ground would press a tyre of unloaded radius R_0. On springs they are offsets, under the
-    /// front share's rule the value of its equation.
+    /// Sets the offsets of the wheels from ground declared a plane: u = k (R_0 + h - n.c) is the deflection of
+    /// a tyre with unloaded radius R_0. With springs they are offsets, with the split rule by roll moment
+    /// distribution they are the value of its equation.
     pub(crate) fn set_offsets(
         &mut self,
         machine: &Machine,
@@ -134,12 +133,12 @@ impl<T: Real> Equations<T> {
         }
     }
 
-    /// The moment about the axis of each joint without torque, of all that is beyond it. The traction
-    /// of a wheel is taken as its load's share of the whole, so that its force is q = F / F_n by load:
+    /// Sets the moment about the axis of each joint without torque, of its distal subtree. The traction of a
+    /// wheel is assumed proportional to its load, so that its force per load is q = F / F_n:
     /// ```text
-    ///     sum over wheels beyond of z . (r_i - p) x q N_i = z . (M_b - p x F_b)
+    ///     sum over distal wheels of z . (r_i - p) x q N_i = z . (M_b - p x F_b)
     /// ```
-    /// with F_b, M_b the wrench that moves the bodies beyond, about the base origin.
+    /// where F_b, M_b is the wrench that accelerates the distal subtree, about the base origin.
     pub(crate) fn set_free_joints(&mut self, machine: &Machine, beyond: &Beyond<'_, T>) {
         let joints = machine.contact.free_joints.iter().zip(beyond.wrenches);
         for (k, (joint, wrench)) in joints.enumerate() {
@@ -150,8 +149,8 @@ impl<T: Real> Equations<T> {
         }
     }
 
-    /// The factors of a joint's row; gives the sum of the levers of horizontal forces at the wheels beyond
-    /// it (m).
+    /// Sets the factors of a joint's row; returns the sum of the lever arms of horizontal forces at the distal
+    /// wheels (m).
     pub(super) fn set_wheels_beyond(
         &mut self,
         row: usize,
@@ -174,20 +173,20 @@ impl<T: Real> Equations<T> {
     }
 }
 
-/// What the equations of joints need of the bodies beyond them.
+/// What the joint equations need of the distal subtrees.
 pub(crate) struct Beyond<'a, T: Real> {
     pub(crate) motions: &'a [BodyMotion<T>],
-    /// Wrench of the bodies beyond each joint of known torque, less that on the tool if it is beyond.
+    /// Wrench of the distal subtree of each joint with known torque, minus the tool wrench if the tool is in it.
     pub(crate) wrenches: &'a [Wrench<T>],
     pub(crate) plane: &'a ContactPlane<T>,
     pub(crate) centres: &'a [Vector3<T>],
     /// Distance of the wheels' centres from the ground (m).
     pub(crate) radii: &'a [T],
-    /// Contact force of a wheel by its load: q.
+    /// Contact force of a wheel per load: q.
     pub(crate) force_per_load: Vector3<T>,
 }
 
-/// The wrenches beyond the joints of known torque, less that on the tool where it is beyond.
+/// The wrench of each such distal subtree, minus the tool wrench where the tool is in it.
 pub(crate) fn beyond_torque_joints<T: Real>(
     machine: &Machine,
     wrenches: &[Wrench<T>],

@@ -1,10 +1,10 @@
-//! What each wheel's load takes from the ground wrench, the wheels' places and the free joints.
+//! Adjoint of each wheel's load: its sensitivity to the ground wrench, the wheel positions and the joints.
 //!
 //! The loads N = K A' l with A N = b change by
 //! ```text
 //!     dN = L (db - dA N) + (I - L A) K dA' l + (I - L A) dK A' l,      L = K A' (A K A')^-1      T(23)
 //! ```
-//! so a wheel's load is a linear form in dA and db, and by them in all that A and b are made of.
+//! so a wheel's load is a linear form in dA and db, and through them in everything that A and b depend on.
 
 use nalgebra::Vector3;
 
@@ -19,48 +19,47 @@ use crate::machine::{JointKind, MAX_WHEELS, Machine, Split, TorqueJoint};
 use crate::number::Real;
 use crate::spatial::{Wrench, cross};
 
-/// Derivatives of one wheel's load; where the load is linear and homogeneous in a wrench, its
-/// coefficients.
+/// Derivatives of one wheel's load; where the load is linear and homogeneous in a wrench, its coefficients.
 #[derive(Debug, Clone)]
 pub(crate) struct Influence<T> {
-    /// Coefficients of the ground wrench about the base origin with the equations' factors held: what
-    /// a part of the wrench contributes to the load.
+    /// Coefficients of the ground wrench about the base origin with the equations' factors fixed: the
+    /// contribution of a part of the wrench to the load.
     pub(crate) share: Wrench<T>,
-    /// Coefficients of what the wrench beyond each free joint contributes: of its torque.
+    /// Coefficients of the torque about each free joint due to its distal subtree.
     pub(crate) torque_share: Vec<T>,
-    /// Derivative by the ground wrench; it differs from `share` where the wrench leans the traction
-    /// in the equations of free joints, or presses tyres.
+    /// Derivative with respect to the ground wrench; it differs from `share` where the wrench tilts the
+    /// traction in the equations of free joints, or deflects tyres.
     pub(crate) wrench: Wrench<T>,
-    /// Derivative by the torque about each joint of known torque, or the force along it.
+    /// Derivative with respect to the torque about (or the force along) each joint with known torque.
     pub(crate) torque: Vec<T>,
-    /// Derivative by the force of each actuated joint's actuator.
+    /// Derivative with respect to the actuator force of each actuated joint.
     pub(crate) actuator: Vec<T>,
-    /// Derivative by the value of each actuated joint's equation.
+    /// Derivative with respect to the value of each actuated joint's equation.
     pub(crate) gearing: Vec<T>,
-    /// Derivative by the place of each such joint's axis: its origin, its direction.
+    /// Derivative with respect to each such joint's axis: its origin, its direction.
     pub(crate) axis: Vec<[Vector3<T>; 2]>,
-    /// Derivative by each wheel's centre.
+    /// Derivative with respect to each wheel's centre.
     pub(crate) centre: Vec<Vector3<T>>,
-    /// Derivative by the distance of each wheel's centre from the ground.
+    /// Derivative with respect to the distance of each wheel's centre from the ground.
     pub(crate) radius: Vec<T>,
-    /// Derivative by the radius of each wheel without load, where heights press tyres.
+    /// Derivative with respect to the unloaded radius of each wheel, where heights deflect tyres.
     pub(crate) rest_radius: Vec<T>,
-    /// Derivative by the front share D.
+    /// Derivative with respect to the roll moment distribution D.
     pub(crate) front_share: T,
-    /// Derivative by the logarithm of each wheel's stiffness.
+    /// Derivative with respect to the logarithm of each wheel's stiffness.
     pub(crate) stiffness: Vec<T>,
 }
 
-/// The influences on all wheels' loads.
+/// The adjoints of all wheels' loads.
 #[derive(Debug)]
 pub(crate) struct Influences<T> {
-    /// On the OTF.
+    /// Of the OTF.
     pub(crate) otf: Vec<Influence<T>>,
-    /// On the loads, where they are not the OTF.
+    /// Of the loads, where they differ from the OTF.
     load: Vec<Influence<T>>,
-    /// On the OTF by the split rule alone, where torques are measured.
+    /// Of the OTF by the split rule alone, where torques are measured.
     rule: Vec<Influence<T>>,
-    /// On the loads of the first solution, by which tyres were pressed.
+    /// Of the loads of the first solution, which deflect the tyres.
     undeflected: Vec<Influence<T>>,
     lifted: bool,
     by_rule: bool,
@@ -79,17 +78,17 @@ impl<T: Real> Influences<T> {
         }
     }
 
-    /// On the loads; `None` where they are the OTF.
+    /// Those of the loads; `None` where the loads equal the OTF.
     pub(crate) fn load(&self) -> Option<&[Influence<T>]> {
         self.lifted.then_some(&self.load)
     }
 
-    /// On the OTF by the split rule, whatever torques say: how the causes share the load.
+    /// Those of the OTF by the split rule without measured torques: the basis of the load contributions.
     pub(crate) fn by_rule(&self) -> &[Influence<T>] {
         if self.by_rule { &self.rule } else { &self.otf }
     }
 
-    /// Of the OTF by the rule alone, which `response` gave.
+    /// Fills those of the OTF by the split rule alone, whose solution is `response`.
     pub(crate) fn fill_by_rule(
         &mut self,
         stance: &Stance<'_, T>,
@@ -100,7 +99,7 @@ impl<T: Real> Influences<T> {
         self.by_rule = true;
     }
 
-    /// Of the loads by which tyres will be pressed.
+    /// Fills those of the loads that deflect the tyres.
     pub(crate) fn fill_undeflected(
         &mut self,
         stance: &Stance<'_, T>,
@@ -111,7 +110,7 @@ impl<T: Real> Influences<T> {
         stance.influences(response, loads, &mut self.undeflected);
     }
 
-    /// Of OTF and loads; `pressing` are the loads by which tyres were pressed.
+    /// Fills those of OTF and loads; `pressing` are the loads that deflected the tyres.
     pub(crate) fn fill(
         &mut self,
         stance: &Stance<'_, T>,
@@ -133,7 +132,7 @@ impl<T: Real> Influences<T> {
     }
 }
 
-/// R = R_0 - N / k with N the load of the first solution and its influences `undeflected`.
+/// R = R_0 - N / k, with N the load of the first solution and `undeflected` its adjoint.
 fn deflect<T: Real>(
     machine: &Machine,
     undeflected: &[Influence<T>],
@@ -152,7 +151,7 @@ fn deflect<T: Real>(
     }
 }
 
-/// One solution that influences are taken of.
+/// A solution whose adjoint is computed.
 pub(crate) struct Stance<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) plane: &'a ContactPlane<T>,
@@ -162,7 +161,7 @@ pub(crate) struct Stance<'a, T: Real> {
     /// Distance of the wheels' centres from the ground (m).
     pub(crate) radii: &'a [T],
     pub(crate) motions: &'a [BodyMotion<T>],
-    /// What is beyond each joint of known torque: its wrench about the base origin.
+    /// Wrench about the base origin of the distal subtree of each joint with known torque.
     pub(crate) beyond: &'a [Wrench<T>],
     pub(crate) actuations: &'a [Actuation<T>],
     pub(crate) equations: &'a Equations<T>,
@@ -220,7 +219,7 @@ impl<T: Real> Influence<T> {
 }
 
 impl<T: Real> Stance<'_, T> {
-    /// The influences on the loads of all wheels, `loads` being what `response` gave.
+    /// The adjoints of all wheels' loads; `loads` are those of `response`.
     pub(crate) fn influences(
         &self,
         response: &Response<T>,
@@ -240,7 +239,7 @@ impl<T: Real> Stance<'_, T> {
     }
 }
 
-/// The load of one wheel as a linear form in the changes of the equations.
+/// One wheel's load as a linear form in the changes of the equations.
 struct LinearForm<'a, T: Real> {
     stance: &'a Stance<'a, T>,
     response: &'a Response<T>,
@@ -266,14 +265,14 @@ impl<T: Real> LinearForm<'_, T> {
         coefficient
     }
 
-    /// Whether the springs choose among several loads: with as many equations as wheels they do not,
-    /// but where some give way.
+    /// Whether the springs determine part of the solution: with as many equations as wheels they do so only
+    /// if some rows are compliant.
     fn has_slack(&self) -> bool {
         let equations = self.stance.equations;
         equations.measured < equations.wheels || equations.are_measured()
     }
 
-    /// The gradient by the plane's axes and height, and by the wheels in a plane that is held:
+    /// Gradient with respect to the plane's axes and height, and to the wheels at a fixed plane:
     /// ```text
     ///     b_0 = n.F    b_1 = f.M + h l.F    b_2 = l.M - h f.F      A_1j = l.c_j    A_2j = -f.c_j
     /// ```
@@ -315,8 +314,8 @@ impl<T: Real> LinearForm<'_, T> {
         self.fill_split(out);
     }
 
-    /// Heights off a plane: u_j = k (R_0j + h - n.c_j), on springs by (I - L A) K, under the front
-    /// share's rule by the value of its equation.
+    /// Heights off a plane, u_j = k (R_0j + h - n.c_j): with springs they act through (I - L A) K, with the
+    /// split rule by roll moment distribution through the value of its equation.
     fn fill_offsets(&self, by_plane: &mut PlaneGradient<T>, out: &mut Influence<T>) {
         let (stance, contact) = (self.stance, &self.stance.machine.contact);
         let Some(stiffness) = contact.mean_stiffness else {
@@ -337,7 +336,7 @@ impl<T: Real> LinearForm<'_, T> {
         }
     }
 
-    /// Equations of joints, with z and p their axis and q = F / F_n:
+    /// Equations of joints, with z and p their axis and origin and q = F / F_n:
     /// ```text
     ///     b = z.(M_b - p x F_b)      A_j = z.((c_j - n R_j - p) x q)
     /// ```
@@ -379,7 +378,7 @@ impl<T: Real> LinearForm<'_, T> {
         by_plane.normal -= traction * along;
     }
 
-    /// What the wheels beyond joint `k` do to its row.
+    /// Derivatives due to the distal wheels in the row of joint `k`.
     fn fill_wheels_beyond(
         &self,
         row: usize,
@@ -411,7 +410,7 @@ impl<T: Real> LinearForm<'_, T> {
         }
     }
 
-    /// What `factor` times the torque about joint `k`, or the force along it, does to its row's value.
+    /// Adds `factor` times the torque about (or the force along) joint `k` as the value of its row.
     fn add_torque(
         &self,
         row: usize,
@@ -435,7 +434,7 @@ impl<T: Real> LinearForm<'_, T> {
         }
     }
 
-    /// What the rule that splits the loads does: the front share's row, or the springs' stiffness.
+    /// Derivatives of the split rule: of the roll moment distribution, or of the springs' stiffness.
     fn fill_split(&self, out: &mut Influence<T>) {
         let equations = self.stance.equations;
         if let Split::FrontShare {
@@ -451,7 +450,7 @@ impl<T: Real> LinearForm<'_, T> {
         for (wheel, by_stiffness) in out.stiffness.iter_mut().enumerate() {
             *by_stiffness = T::zero();
             if let Some(warp) = &self.stance.machine.contact.warp {
-                // the warp is as stiff as its softest tyres
+                // The warp is dominated by its softest tyres.
                 let row = equations.certain;
                 let share = T::constant(warp.compliance_share[wheel]);
                 *by_stiffness = self.value(row) * equations.value[row] * share;
