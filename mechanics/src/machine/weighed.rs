@@ -15,7 +15,7 @@ pub struct WeighedSpec {
     /// Loads of single wheels, by name.
     #[serde(default)]
     pub wheels: BTreeMap<String, f64>,
-    /// Loads that several wheels had together on one scale: axles, sides, the whole machine.
+    /// Total loads of several wheels on one scale: axles, sides, the whole machine.
     #[serde(default)]
     pub sums: Vec<WeighedSum>,
     /// Standard deviation of readings that state none, in the unit; if absent, the readings are treated as
@@ -48,7 +48,7 @@ pub enum WeighedUnit {
     /// Newtons.
     #[serde(rename = "N")]
     Newton,
-    /// Kilograms: times the machine file's gravity.
+    /// Kilograms, multiplied by the machine file's gravity.
     #[serde(rename = "kg")]
     Kilogram,
 }

@@ -1,34 +1,34 @@
-//! How long until a wheel lifts, if its load goes on falling as it does now.
+//! Time until a wheel lifts off, extrapolated from the present rate of change of its load.
 //!
 //! ```text
-//!     t = OTF / -(dOTF/dt),   of the wheel for which that is least
+//!     t = OTF / -(dOTF/dt),   for the wheel with the smallest t
 //! ```
-//! with the OTF, as shares of the static loads, followed by the same filter as every signal. It is an
-//! extrapolation by the present rate alone: a load that falls faster and faster lifts sooner. Nothing is
-//! said of a rate that may be noise.
+//! The OTF, as fractions of the static loads, are filtered by the same Kalman filter as every signal. The
+//! extrapolation is linear: if the load falls at an increasing rate, the wheel lifts sooner. Rates within the
+//! noise give no forecast.
 
 use crate::machine::Machine;
 use crate::signal::{Doubt, Model, Track};
 
-/// Standard deviation of an OTF by noise, as a share of the static load.
+/// Standard deviation of the OTF due to noise, as a fraction of the static load.
 const NOISE: f64 = 0.003;
-/// Standard deviation of the change of its second derivative in one second, in shares (1/s^2).
+/// Process noise: standard deviation of the change of its second derivative in one second (1/s^2).
 const AGILITY: f64 = 10.0;
-/// Further ahead nothing is said (s).
+/// Forecast horizon (s).
 const HORIZON_S: f64 = 5.0;
-/// A rate counts where it is so many of its standard deviations from zero.
+/// Number of standard deviations by which a rate must differ from zero.
 const SURE: f64 = 2.0;
 
-/// The wheel that lifts next.
+/// The wheel predicted to lift next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiftOff {
-    /// Its index.
+    /// Index of the wheel.
     pub wheel: usize,
-    /// When (s from now); zero where it has lifted.
+    /// Time until lift-off (s); zero if it has lifted.
     pub in_s: f64,
 }
 
-/// Follows the OTF of all wheels.
+/// Forecasts lift-off from the OTF of all wheels.
 #[derive(Debug, Clone)]
 pub struct LiftOffForecast {
     track: Track,
@@ -36,7 +36,7 @@ pub struct LiftOffForecast {
 }
 
 impl LiftOffForecast {
-    /// A forecast that has seen nothing.
+    /// A forecast before its first row.
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
         let wheels = machine.wheels().len();
@@ -52,8 +52,8 @@ impl LiftOffForecast {
         }
     }
 
-    /// Takes the OTF of a valid row (N); `None` where no wheel lifts within five seconds, and where
-    /// nothing is known. Allocates nothing.
+    /// Updates with the OTF of a valid row (N); `None` if no wheel is predicted to lift within five seconds or
+    /// nothing is known. Does not allocate.
     pub fn row(&mut self, machine: &Machine, time_ns: i64, otf: &[f64]) -> Option<LiftOff> {
         let static_loads = &machine.reference().static_load;
         for ((share, &otf), &load) in self.shares.iter_mut().zip(otf).zip(static_loads) {

@@ -3,11 +3,11 @@
 use super::Checker;
 use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, MachineError, TorqueJoint, Wheel};
 
-/// Traction that is not in proportion to the loads, where the machine file does not tell.
+/// Default standard deviation of the traction from its proportional share.
 const TRACTION_SHARE: f64 = 0.1;
 
 impl Checker<'_> {
-    /// The bodies and wheels beyond the joint that carries a body.
+    /// The distal subtree of the joint of this body: its bodies and wheels.
     pub(super) fn torque_joint(&self, body: usize, wheels: &[Wheel]) -> TorqueJoint {
         let carries_body: Vec<bool> = (0..self.tree.bodies.len())
             .map(|b| self.tree.is_carried_by(b, body))
@@ -19,7 +19,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Those of the linkages that tell how the load is split; `rows` equations stand already.
+    /// The linkages that determine the load split; `rows` is the number of equations already present.
     pub(super) fn actuated_joints(
         &self,
         linkages: &[Linkage],
@@ -66,7 +66,7 @@ impl Checker<'_> {
         }
         if rows + joints.len() > MAX_WHEELS {
             let expected = format!(
-                "force or pressure of at most {} linkages with wheels beyond",
+                "force or pressure of at most {} linkages that carry wheels",
                 MAX_WHEELS - rows
             );
             return Err(self.value_error("linkage", expected, joints.len()));

@@ -1,4 +1,4 @@
-//! How the ground carries the wheels: free joints and the rule that splits the loads.
+//! Contact between wheels and ground: free joints and the rule for the load split.
 
 use super::Checker;
 use crate::machine::spec::Stiffness;
@@ -22,7 +22,7 @@ impl Checker<'_> {
             if !carried.iter().any(|&c| c) || carried.iter().all(|&c| c) {
                 return Err(self.value_error(
                     "contact.free_joints",
-                    "joints with some but not all wheels beyond them",
+                    "joints that carry some but not all wheels",
                     format!("\"{name}\""),
                 ));
             }
@@ -61,7 +61,7 @@ impl Checker<'_> {
                 return Err(self.value_error("contact.front_share", "0 to 1", share));
             }
             Some(share) => share,
-            // springs of known stiffness on a plane decide by themselves
+            // On flat ground, springs of known stiffness determine the split by themselves.
             None if matches!(spec.tyre_stiffness, Some(Stiffness::PerWheel(_)))
                 || (spec.tyre_stiffness.is_some() && spec.ground == Ground::Plane) =>
             {
@@ -75,7 +75,7 @@ impl Checker<'_> {
                 Some(_) => Err(self.value_error(
                     "contact.front_share",
                     "four wheels at four corners and no free joints",
-                    "another machine",
+                    "a different machine",
                 )),
                 None => Ok(Split::Springs),
             };

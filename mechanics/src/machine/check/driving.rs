@@ -1,4 +1,4 @@
-//! What moves each joint: a measurement, a linkage, a mimic rule.
+//! Source of each joint's motion: a measurement, a linkage or a mimic rule.
 
 use nalgebra::Vector3;
 
@@ -8,7 +8,7 @@ use crate::machine::spec::LinkageSpec;
 use crate::machine::tree::TreeJoint;
 use crate::machine::{Drive, JointKind, Linkage, MachineError, MeasuredJoint, Wheel};
 
-/// What moves each body, and the measured joints and closed chains that follow from it.
+/// The coupling of each body's joint, and the resulting measured joints and closed chains.
 pub(super) struct Driving {
     pub(super) drives: Vec<Option<Drive>>,
     pub(super) joints: Vec<MeasuredJoint>,
@@ -20,7 +20,7 @@ fn measured_joint(joint: &TreeJoint, logged: bool, spins_wheel: Option<usize>) -
         name: joint.name.clone(),
         logged,
         spins_wheel,
-        // equal limits are those of a URDF that states none
+        // Equal limits mean that the URDF states none.
         limits: joint.limits.filter(|[least, greatest]| least < greatest),
         max_rate: joint.max_rate,
     }
@@ -100,7 +100,7 @@ impl Checker<'_> {
             if driving.drives[body].is_some() {
                 return Err(self.value_error(
                     format!("linkage.{}", spec.name),
-                    "joints of its own",
+                    "joints that no other linkage uses",
                     format!("\"{name}\" twice"),
                 ));
             }
@@ -135,7 +135,7 @@ impl Checker<'_> {
         Ok(())
     }
 
-    /// A mimic joint follows a measured one; a chain of mimics is followed to its start.
+    /// A mimic joint is coupled to a measured one; a chain of mimic joints is resolved to its source.
     fn follow_mimics(&self, driving: &mut Driving, missing: &mut Vec<String>) {
         for (i, body) in self.tree.bodies.iter().enumerate() {
             let Some(mut mimic) = body
@@ -177,8 +177,8 @@ impl Checker<'_> {
         }
     }
 
-    /// The wheel whose centre lies on the axis of the revolute joint of `body` and which that joint
-    /// carries: such a joint only spins it.
+    /// The wheel whose centre lies on the axis of the revolute joint of `body` and in its distal subtree: such a
+    /// joint only spins the wheel.
     pub(super) fn wheel_spun_by(&self, body: usize, wheels: &[Wheel]) -> Option<usize> {
         let revolute = self.tree.bodies[body]
             .joint

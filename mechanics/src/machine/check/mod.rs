@@ -1,5 +1,5 @@
-//! From a machine file as written, a URDF and what a log offers to a [`Machine`], or the first thing
-//! that is wrong with it.
+//! Validation: a machine file, a URDF and facts about a log give a [`Machine`], or the first error found in
+//! them.
 
 mod actuated_joints;
 mod contact;
@@ -21,17 +21,17 @@ use super::{
     Mount, Reference, Seat, StaticTransform, Wheel,
 };
 
-/// What a log offers that a machine is checked against.
+/// Facts about a log against which a machine is checked.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LogFacts<'a> {
-    /// Names in its joint states; `None` where there is no log: every joint counts as measured that
-    /// no linkage moves.
+    /// Names in its joint states; `None` without a log: then every joint counts as measured unless a linkage
+    /// moves it.
     pub joint_names: Option<&'a [String]>,
-    /// Whether the log lacks an IMU: what it would feel is then reckoned at the base origin.
+    /// Whether the log lacks an IMU: its measurement is then computed at the base origin.
     pub lacks_imu: bool,
-    /// The frame that its IMU messages name.
+    /// Frame of its IMU messages.
     pub imu_frame: Option<&'a str>,
-    /// Frames that it places once and for all (`/tf_static`).
+    /// Its static transforms (`/tf_static`).
     pub static_transforms: &'a [StaticTransform],
 }
 
@@ -39,7 +39,7 @@ impl MachineSpec {
     /// Checks the machine against its URDF (`urdf_name` is for messages) and a log.
     ///
     /// # Errors
-    /// [`MachineError`]: the first thing that makes the machine impossible or leaves it undefined.
+    /// [`MachineError`]: the first error that makes the machine impossible or ambiguous.
     pub fn check(
         &self,
         urdf_text: &str,
@@ -183,7 +183,7 @@ impl Checker<'_> {
         }
     }
 
-    /// What is known of the reference loads without a posture.
+    /// Reference loads before a posture is known.
     fn reference(&self) -> Reference {
         let unknown = vec![f64::NAN; self.spec.wheels.len()];
         let stated = self.spec.limits.optimal_load.as_ref();
@@ -215,7 +215,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Whether a link is a wheel's, below it, or turns with it.
+    /// Whether a link is a wheel, is in its distal subtree, or rotates with it.
     fn is_part_of_wheel(&self, index: usize, wheels: &[Wheel]) -> bool {
         let named = self
             .spec
@@ -229,7 +229,7 @@ impl Checker<'_> {
                 .any(|w| wheels[w].body == body && self.wheel_spun_by(body, wheels) == Some(w))
     }
 
-    /// What carries a link.
+    /// The mount of a link.
     fn seat(&self, link: usize) -> Seat {
         let carrier = self.tree.links[link].parent_link.unwrap_or(link);
         let carrier = &self.tree.links[carrier];
@@ -243,7 +243,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Numbers that must be positive, or lie in a range, whatever the URDF says.
+    /// Checks the ranges of numbers that do not depend on the URDF.
     fn check_numbers(&self) -> Result<(), MachineError> {
         let (spec, e) = (self.spec, &self.spec.estimator);
         let limits = &spec.limits;

@@ -1,4 +1,4 @@
-//! The wheels and the polygon that they span.
+//! Validation of the wheels and their support polygon.
 
 use nalgebra::{Point3, Vector2, Vector3};
 
@@ -31,7 +31,7 @@ impl Checker<'_> {
                 .iter()
                 .find(|w| w.name.to_lowercase() == name.to_lowercase())
             {
-                let found = format!("\"{name}\" beside \"{}\"", same.name);
+                let found = format!("\"{name}\" and \"{}\"", same.name);
                 return Err(self.value_error(
                     "wheels",
                     "names that differ by more than case",
@@ -55,7 +55,7 @@ impl Checker<'_> {
         Ok(wheels)
     }
 
-    /// Tyre stiffness by wheel, sorted by name; all 1 where the machine file is silent (N/m or 1).
+    /// Tyre stiffness by wheel, sorted by name; 1 for all if the machine file states none (N/m or 1).
     fn stiffness(&self) -> Result<Vec<f64>, MachineError> {
         let names = self.spec.wheels.keys();
         let values: Vec<f64> = match &self.spec.contact.tyre_stiffness {
