@@ -1,6 +1,6 @@
-//! The analytic model against Newton-Euler over the bodies of machines with bogies, knuckles and arms.
+//! Verifies the analytic model against Newton-Euler for machines with bogies, knuckles and arms.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -15,7 +15,7 @@ use crate::spatial::Wrench;
 use crate::state::State;
 use crate::{MachineSpec, static_outcome};
 
-/// A machine of the test data whose tyres do not deflect.
+/// A machine of the test data with rigid tyres.
 fn machine(name: &str) -> Machine {
     let (spec, urdf) = match name {
         "rigid" => (
@@ -33,7 +33,7 @@ fn machine(name: &str) -> Machine {
         .unwrap()
 }
 
-/// Joint positions: half the rods' strokes, the rest by `arm`.
+/// Joint positions: cylinders at half stroke, all others at `arm`.
 fn positions(machine: &Machine, arm: f64) -> Vec<f64> {
     let of_joint = |name: &str| match name {
         "suspension_right" | "suspension_left" => -0.1,
@@ -46,7 +46,7 @@ fn positions(machine: &Machine, arm: f64) -> Vec<f64> {
     machine.joints().iter().map(|j| of_joint(&j.name)).collect()
 }
 
-/// Motions of all bodies, the joints at rest, from the base's specific force and rates.
+/// Motions of all bodies, the joints at rest, from the base's specific force and angular motion.
 fn motions<T: Real>(
     machine: &Machine,
     positions: &[T],
@@ -67,7 +67,7 @@ fn motions<T: Real>(
     motions
 }
 
-/// Wrench about the base origin that moves the bodies for which `counted` holds.
+/// Wrench about the base origin that accelerates the bodies for which `counted` holds.
 fn moving_wrench(
     machine: &Machine,
     motions: &[BodyMotion<f64>],
@@ -89,7 +89,7 @@ fn is_wheel(machine: &Machine, body: usize) -> bool {
     machine.wheels.iter().any(|wheel| wheel.body == body)
 }
 
-/// The arm's wrench on the platform at its base.
+/// Wrench of the arm on the platform at the arm's root.
 fn arm_wrench(
     machine: &Machine,
     motions: &[BodyMotion<f64>],
@@ -102,10 +102,10 @@ fn arm_wrench(
 
 fn assert_close(found: f64, expected: f64, allowed: f64) {
     let error = (found - expected).abs();
-    assert!(error <= allowed, "{found} instead of {expected}");
+    assert!(error <= allowed, "{found}, expected {expected}");
 }
 
-/// The demand by the model and by Newton-Euler, for a motion in the plane of the wheels.
+/// Asserts that model and Newton-Euler demand the same, for a motion in the plane of the wheels.
 fn assert_same_demand(machine: &Machine, arm: f64, slope: [f64; 2], push: [f64; 2], yaw: [f64; 2]) {
     let parts = PlatformParts::of(machine).unwrap();
     let positions = positions(machine, arm);
@@ -113,7 +113,7 @@ fn assert_same_demand(machine: &Machine, arm: f64, slope: [f64; 2], push: [f64; 
     let (pose, g) = (&placed.pose, machine.gravity);
     let up = Vector3::new(slope[0], slope[1], 1.0).normalize();
     let to_base = pose.platform_from_base.transpose();
-    // The model's platform stays on its plane: what it feels along the normal is gravity's.
+    // The model's platform stays on its plane, so the normal specific force is due to gravity alone.
     let felt = Vector3::new(push[0], push[1], g * up.z);
     let [rate, acceleration] = yaw.map(|yaw| to_base * Vector3::new(0.0, 0.0, yaw));
     let centre = pose.centre;
@@ -149,7 +149,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(100) })]
 
     #[test]
-    fn demands_what_newton_euler_demands(
+    fn demand_equals_newton_euler(
         arm in -1.0..1.0_f64,
         slope in prop::array::uniform2(-0.4..0.4_f64),
         push in prop::array::uniform2(-3.0..3.0_f64),
@@ -162,7 +162,7 @@ proptest! {
 }
 
 #[test]
-fn at_rest_the_loads_are_those_of_the_whole_body() {
+fn loads_at_rest_equal_whole_body_model() {
     for (name, arm) in [("rigid", 0.3), ("bogie", -0.6)] {
         let machine = machine(name);
         let parts = PlatformParts::of(&machine).unwrap();
@@ -196,7 +196,7 @@ fn at_rest_the_loads_are_those_of_the_whole_body() {
 }
 
 #[test]
-fn four_postures_side_by_side_give_the_bits_of_each_alone() {
+fn lanes_equal_scalar_postures_bitwise() {
     let machine = machine("bogie");
     let parts = PlatformParts::of(&machine).unwrap();
     let arms = [-0.8, -0.1, 0.4, 0.9];

@@ -1,4 +1,4 @@
-//! What each cause demands of the normal loads: (56)-(58) taken apart.
+//! Contributions to the demand on the normal loads: the parts of (56)-(58).
 
 use nalgebra::Vector3;
 
@@ -6,11 +6,10 @@ use super::{Demand, PlanarMotion, Platform};
 use crate::number::Real;
 use crate::spatial::Wrench;
 
-/// The platform's motion as an inertial measurement unit feels it, in platform axes.
+/// The platform's motion as measured by an inertial measurement unit, in platform axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeltMotion<T> {
-    /// Acceleration minus gravity at C (m/s^2); z is not used, the model has the platform stay on its
-    /// plane.
+    /// Acceleration minus gravity at C (m/s^2); z is not used, because the platform stays on its plane.
     pub specific_force: Vector3<T>,
     /// Psidot, about z (rad/s).
     pub yaw_rate: T,
@@ -18,7 +17,7 @@ pub struct FeltMotion<T> {
     pub yaw_acceleration: T,
 }
 
-/// The right side of (55) by cause.
+/// The right side of (55), by contribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Causes<T> {
     /// Weight of the platform without wheels.
@@ -27,18 +26,18 @@ pub struct Causes<T> {
     pub wheel_weights: Demand<T>,
     /// The arm's f_x, f_y, f_z, m_x, m_y.
     pub arm: [Demand<T>; 5],
-    /// Acceleration of C: the derivatives of v_x and of v_y, and what turning adds. Of a felt motion the
-    /// whole acceleration stands in the first two.
+    /// Acceleration of C: the derivatives of v_x and v_y, and the term due to turning. For a measured motion
+    /// the first two hold the whole acceleration.
     pub acceleration: [Demand<T>; 3],
-    /// Yaw rate and yaw acceleration through I_xz and I_yz.
+    /// Yaw rate and yaw acceleration, through I_xz and I_yz.
     pub yaw: [Demand<T>; 2],
 }
 
 impl<T: Real> Causes<T> {
-    /// What the motion demands by its velocities, as in the paper.
+    /// Demand of a motion given by velocities, as in the paper.
     ///
-    /// `up` is (r31, r32, r33) of (8), the unit vector upwards in platform axes; `arm` is the force and
-    /// moment BY the arm ON the platform at the arm's base, platform axes (N, N m): f_z < 0 at rest.
+    /// `up` is (r31, r32, r33) of (8), the unit vector pointing up in platform axes; `arm` is the wrench of the
+    /// arm on the platform at the arm's root, platform axes (N, N m): f_z < 0 at rest.
     ///
     /// ```text
     ///     7: b2 = m z_C vdot_x    8: b1 = -m z_C vdot_y
@@ -63,8 +62,8 @@ impl<T: Real> Causes<T> {
         Self::with(platform, up, acceleration, yaw, arm)
     }
 
-    /// What the motion demands by the specific force that an accelerometer at C feels: no velocity has
-    /// to be known or differentiated. Arguments as in [`Causes::of_motion`].
+    /// Demand of a motion given by the specific force of an accelerometer at C: no velocity needs to be known or
+    /// differentiated. Arguments as in [`Causes::of_motion`].
     ///
     /// ```text
     ///     s = (vdot_x - v_y Psidot + g r31, vdot_y + v_x Psidot + g r32, .)
@@ -121,7 +120,7 @@ impl<T: Real> Causes<T> {
     }
 }
 
-/// Weight of a mass whose first moment from the point below C is `moment`.
+/// Demand of the weight of a mass with the first moment `moment` about the point below C.
 ///
 /// b1 = g (m y r33 - m z r32)    b2 = g (m z r31 - m x r33)    b3 = g m r33
 fn weight_demand<T: Real>(gravity: T, mass: T, moment: &Vector3<T>, up: &Vector3<T>) -> Demand<T> {
@@ -137,7 +136,7 @@ fn weight_demand<T: Real>(gravity: T, mass: T, moment: &Vector3<T>, up: &Vector3
 ///     4: b1 = -y_CA f_z,  b2 = x_CA f_z,  b3 = -f_z
 ///     5: b1 = -m_x    6: b2 = -m_y
 /// ```
-/// m_z demands nothing of normal loads.
+/// m_z does not affect the normal loads.
 fn arm_demands<T: Real>(platform: &Platform<T>, arm: &Wrench<T>) -> [Demand<T>; 5] {
     let (zero, base, force) = (T::zero(), &platform.arm_base, &arm.force);
     let height = base.z + platform.com_height;

@@ -1,4 +1,4 @@
-//! The analytic model on a state: eleven terms, motion of the wheels, and the wrench for the ground.
+//! The analytic model applied to a state: eleven terms, motion of the wheels, and the ground wrench.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -13,50 +13,50 @@ use crate::number::Real;
 use crate::spatial::{Wrench, cross};
 use crate::state::BaseState;
 
-/// Where the model takes the acceleration of the platform from.
+/// Source of the platform's acceleration in the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ClosedFormInput {
-    /// From velocities and their derivatives, as the paper does.
+    /// Velocities and their derivatives, as in the paper.
     Velocity,
-    /// From the accelerometer: no velocity has to be known or differentiated. Terms 7 and 8 then hold
-    /// what the paper's 7, 8 and 9 do.
+    /// The accelerometer: no velocity needs to be known or differentiated. Terms 7 and 8 then include term 9 of
+    /// the paper.
     Accelerometer,
 }
 
-/// What the analytic model gives beside the loads.
+/// Results of the analytic model besides the loads.
 #[derive(Debug, Clone)]
 pub struct ClosedFormOutcome<T> {
-    /// The terms of each wheel (61)-(108), by index of the machine's wheels (N). The ninth is NaN
-    /// where the accelerometer is the input: it is in the seventh and eighth.
+    /// The terms of each wheel (61)-(108), by index of the machine's wheels (N). The ninth is NaN with the
+    /// accelerometer as input: it is included in the seventh and eighth.
     pub terms: Vec<[T; 11]>,
-    /// Travel of each wheel, by index of the machine's wheels.
+    /// Motion of each wheel, by index of the machine's wheels.
     pub wheels: Vec<Travelling<T>>,
-    /// Travel of the front and of the rear axle.
+    /// Motion of the front and of the rear axle.
     pub axles: [Travelling<T>; 2],
 }
 
-/// How a wheel or an axle travels, (12)-(31).
+/// Motion of a wheel or an axle, (12)-(31).
 #[derive(Debug, Clone, Copy)]
 pub struct Travelling<T> {
     /// Speed (m/s).
     pub speed: T,
     /// Direction from forward, counter-clockwise (rad); NaN at standstill.
     pub direction: T,
-    /// Angle from where it heads to where it travels, counter-clockwise (rad); NaN at standstill.
+    /// Sideslip angle from heading to direction of motion, counter-clockwise (rad); NaN at standstill.
     pub sideslip: T,
 }
 
-/// The motion of the machine as the model takes it.
+/// The motion of the machine, as input of the model.
 pub(crate) struct Moving<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) motions: &'a [BodyMotion<T>],
     pub(crate) known: &'a BaseState<T>,
-    /// Minus what moves the arm, plus the tool wrench: by the arm on the platform, about the base
-    /// origin in base axes.
+    /// Wrench of the arm on the platform about the base origin, base axes: the negative of the wrench that
+    /// accelerates the arm, plus the tool wrench.
     pub(crate) arm: &'a Wrench<T>,
 }
 
-/// What the ground has to hold, in platform axes, moments about the projection of the base origin.
+/// What the ground must support, in platform axes, moments about the projected base origin.
 pub(crate) struct Held<T> {
     /// (N)
     pub(crate) normal: T,
@@ -95,7 +95,7 @@ impl<T: Real> ClosedFormOutcome<T> {
         }
     }
 
-    /// Fills it; gives what the ground has to hold.
+    /// Fills it; returns what the ground must support.
     pub(crate) fn fill(
         &mut self,
         parts: &PlatformParts,
@@ -117,7 +117,7 @@ impl<T: Real> ClosedFormOutcome<T> {
         self.fill_terms(parts, &causes.terms(platform), input);
         self.fill_travel(parts, placed, &planar, moving);
         let b = causes.sum();
-        // from the point below C to the projection of the base origin
+        // Move the reference from the point below C to the projected base origin.
         let centre = pose.direction(&pose.centre);
         Held {
             normal: b.b3,
@@ -187,7 +187,7 @@ fn felt_motion<T: Real>(pose: &PlatformPose<T>, moving: &Moving<'_, T>) -> FeltM
 }
 
 impl<T: Real> PlacedPlatform<T> {
-    /// The plane that it stands on.
+    /// The contact plane under the platform.
     pub(crate) fn contact_plane(&self) -> ContactPlane<T> {
         let [forward, left, normal] = [0, 1, 2].map(|row| {
             let row = self.pose.platform_from_base.row(row);
@@ -202,7 +202,7 @@ impl<T: Real> PlacedPlatform<T> {
         }
     }
 
-    /// The same in every sample.
+    /// The same platform for every sample.
     pub(crate) fn constant(placed: &PlacedPlatform<f64>) -> Self {
         let c = T::constant;
         Self {

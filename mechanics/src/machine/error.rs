@@ -49,9 +49,9 @@ pub enum MachineError {
         file: String,
         /// Key path, link or joint.
         place: String,
-        /// What would be accepted.
+        /// What is accepted.
         expected: String,
-        /// What stands there.
+        /// What was found.
         found: String,
     },
     /// A closed chain that cannot close.

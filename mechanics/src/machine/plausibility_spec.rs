@@ -9,11 +9,11 @@ use crate::plausibility::FaultKind;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Policy {
-    /// The sample is left out and the rows are invalid.
+    /// The sample is not used and the rows are invalid.
     Invalid,
-    /// The sample counts less, and the rows' standard deviations grow by the disagreement.
+    /// The sample is down-weighted, and the rows' standard deviations grow by the discrepancy.
     Widen,
-    /// The finding is reported; the sample is used as it is.
+    /// The finding is reported; the sample is used unchanged.
     Report,
 }
 

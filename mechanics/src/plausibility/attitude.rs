@@ -1,10 +1,10 @@
-//! Checks of an orientation.
+//! Plausibility checks of an orientation.
 
 use super::fault::{Amount, Component, FaultKind};
 use super::freeze::Freeze;
 use super::{Found, Limits, Notice};
 
-/// Remembers what the checks of one orientation need.
+/// State of the checks of one orientation.
 #[derive(Debug, Clone)]
 pub(super) struct AttitudeWatch {
     was_given: bool,
@@ -19,8 +19,8 @@ impl AttitudeWatch {
         }
     }
 
-    /// Tells `found` what is wrong with a quaternion; all of it NaN or zero from the start on means that
-    /// the sensor gives none. Whether there is one, credible by itself.
+    /// Reports faults of a quaternion to `found` and returns whether it is present and credible. If it is NaN or
+    /// zero from the start, the sensor has no orientation.
     pub(super) fn check(
         &mut self,
         stamp_ns: i64,

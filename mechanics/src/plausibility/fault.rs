@@ -1,30 +1,30 @@
-//! What can be wrong with a sample, and with which part of it.
+//! Kinds of faults of a sample, and the parts that they affect.
 
 use crate::machine::{Machine, Policy};
 use crate::signal::{Reason, Sensor};
 
-/// What is wrong.
+/// Kind of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FaultKind {
     /// A NaN or an infinite value.
     NotFinite,
-    /// A value that no such sensor can truly have.
+    /// A value outside the range of such a sensor.
     OutOfRange,
     /// A joint position beyond the limits of the URDF.
     JointLimit,
-    /// A rate, or a change from one sample to the next, that no machine has.
+    /// A velocity, or a change between consecutive samples, that is physically impossible.
     ImpossibleRate,
-    /// The same raw values again and again, where noise is expected or motion is seen elsewhere.
+    /// Identical raw values repeat where noise is expected or motion is detected elsewhere.
     Frozen,
-    /// A quaternion that is not of length one.
+    /// A quaternion of non-unit norm.
     NotUnit,
-    /// Two measurements of the same do not agree: a joint's rate and its position, an IMU's attitude and the
-    /// gravity that it feels.
+    /// Two measurements of the same quantity disagree: a joint's velocity with its position, or an IMU's
+    /// attitude with the measured gravity.
     Disagreement,
 }
 
 impl FaultKind {
-    /// All kinds, in their order.
+    /// All kinds, in order.
     pub const ALL: [Self; 7] = [
         Self::NotFinite,
         Self::OutOfRange,
@@ -35,7 +35,7 @@ impl FaultKind {
         Self::Disagreement,
     ];
 
-    /// Its name in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -50,10 +50,10 @@ impl FaultKind {
     }
 }
 
-/// The part of a sensor's sample that is judged by itself.
+/// The part of a sample that is judged separately.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Part {
-    /// Position and rate of the joint of this index.
+    /// Position and velocity of the joint with this index.
     Joint(usize),
     /// Specific force of the IMU.
     SpecificForce,
@@ -67,56 +67,56 @@ pub enum Part {
     ToolForce,
     /// Moment on the tool.
     ToolMoment,
-    /// Force of the actuator of the actuated joint of this index, or a pressure in its cylinder.
+    /// Actuator force of the actuated joint with this index, or a pressure in its cylinder.
     Actuator(usize),
 }
 
-/// Whether the values or their measured rates are at fault.
+/// Whether the values or their measured derivatives are faulty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Component {
     /// The values.
     Value,
-    /// The rates; only joints have them.
+    /// The derivatives; only joints have them.
     Rate,
 }
 
-/// What is wrong with one sample.
+/// A fault of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Finding {
     /// The sensor.
     pub sensor: Sensor,
-    /// The part of its sample.
+    /// The affected part of its sample.
     pub part: Part,
-    /// What is wrong.
+    /// The kind of fault.
     pub kind: FaultKind,
-    /// With which numbers of the part.
+    /// The affected numbers of the part.
     pub component: Component,
-    /// What becomes of it.
+    /// The treatment.
     pub policy: Policy,
-    /// When it began (ns): the stamp of this sample or, where several samples tell, of an earlier one.
+    /// Start of the fault (ns): the stamp of this sample or, if several samples are needed, of an earlier one.
     pub since_ns: i64,
     /// Stamp of this sample (ns).
     pub stamp_ns: i64,
-    /// How bad it is, in the unit of its kind: the value out of range, the rate, how long the signal has
-    /// been frozen, the length of the quaternion, the difference of the rates or of gravity; 1 of a value that
-    /// is not finite.
+    /// Magnitude of the fault, in the unit of its kind: the value out of range, the rate, the time for which the
+    /// signal has been frozen, the norm of the quaternion, the difference of velocity or gravity; 1 for a value
+    /// that is not finite.
     pub measure: f64,
-    /// What `measure` was held against, in the same unit; NaN where nothing is.
+    /// Limit for `measure`, in the same unit; NaN if there is none.
     pub limit: f64,
-    /// By how much the value may be wrong (in its unit), and its rate.
+    /// Possible error of the value (in its unit) and of its derivative.
     pub amount: Amount,
 }
 
 impl Finding {
-    /// Whether rows rest on it and are not to be used: by the policy, or because a value is no number
-    /// at all. `has_imu`: whether an IMU is there, beside which loads do not rest on the odometry.
+    /// Whether rows that depend on it must not be used: because of the policy, or because a value is not finite.
+    /// `has_imu`: whether there is an IMU, with which loads do not depend on the odometry.
     #[must_use]
     pub fn forbids_rows(&self, has_imu: bool) -> bool {
         let is_needed = self.part.reason(self.sensor, has_imu).is_some();
         is_needed && (self.policy == Policy::Invalid || self.lacks_a_value())
     }
 
-    /// Whether a value that the estimate needs is not finite.
+    /// Whether a value that the estimate requires is not finite.
     pub(crate) fn lacks_a_value(&self) -> bool {
         self.kind == FaultKind::NotFinite
             && self.component == Component::Value
@@ -124,17 +124,17 @@ impl Finding {
     }
 }
 
-/// By how much a signal may be wrong: one standard deviation.
+/// Possible error of a signal: one standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Amount {
     /// Of the value (in its unit).
     pub value: f64,
-    /// Of its rate (per second).
+    /// Of its derivative (per second).
     pub rate: f64,
 }
 
 impl Part {
-    /// Its name in events: the signal, then the quantity or the joint.
+    /// Name in events: the signal, then the quantity or the joint.
     #[must_use]
     pub fn subject(self, sensor: Sensor, machine: &Machine) -> String {
         let quantity = match self {
@@ -166,7 +166,7 @@ impl Part {
         format!("{signal}.{quantity}")
     }
 
-    /// Units of the part's value and of its rate.
+    /// Units of the part's value and of its derivative.
     fn units(self, machine: &Machine) -> [&'static str; 2] {
         match self {
             Self::Joint(joint) if machine.joint_slides(joint) => ["m", "m/s"],
@@ -200,8 +200,8 @@ impl Part {
         }
     }
 
-    /// The reason for which a row is invalid that would rest on it; `None` where the loads do not:
-    /// attitude, odometry beside an IMU, and forces of actuators.
+    /// Why a row that depends on it is invalid; `None` for parts that do not affect the loads: attitude, odometry
+    /// besides an IMU, and actuator forces.
     pub(crate) fn reason(self, sensor: Sensor, has_imu: bool) -> Option<Reason> {
         match (sensor, self) {
             (Sensor::Joints(_), _) => Some(Reason::JointsFault),
@@ -209,12 +209,12 @@ impl Part {
             (Sensor::Imu, _) => Some(Reason::ImuFault),
             (Sensor::Odometry, _) => (!has_imu).then_some(Reason::OdometryFault),
             (Sensor::ToolWrench, _) => Some(Reason::ToolWrenchFault),
-            // without it the split rule decides
+            // Without it the split rule applies.
             (Sensor::Actuator(_), _) => None,
         }
     }
 
-    /// Its place among the tracks that its sensor feeds.
+    /// Its index among the filters that its sensor feeds.
     pub(crate) fn slot(self) -> usize {
         match self {
             Self::Joint(_)

@@ -1,18 +1,18 @@
-//! A signal that repeats itself bit for bit.
+//! Detection of frozen signals, which repeat bit for bit.
 
 use super::fault::{Amount, Component, FaultKind};
 use super::{Limits, Notice};
 
-/// Weight of a sample in the running share of turning points.
+/// Weight of a sample in the running fraction of turning points.
 const NOISE_WEIGHT: f64 = 1.0 / 64.0;
-/// Of white noise two samples in three are turning points, of a smooth signal few are.
+/// Two of three samples of white noise are turning points, but only few of a smooth signal.
 const NOISY_SHARE: f64 = 0.4;
 
-/// Watches the values of one part, at most four.
+/// Detects a frozen part with at most four values.
 ///
-/// A sensor at rest may repeat itself truly: a simulated one without noise, one of coarse
-/// resolution. So repetition counts only where the signal was noisy before (the share of turning
-/// points, which needs to know nothing of the noise's size) or while something else sees motion.
+/// A sensor at rest may repeat itself legitimately: one simulated without noise, or one of coarse resolution.
+/// Repetition therefore counts only if the signal was noisy before (judged by the fraction of turning points,
+/// which is independent of the noise amplitude) or while another signal detects motion.
 #[derive(Debug, Clone)]
 pub(super) struct Freeze {
     last: [f64; 4],
@@ -20,10 +20,10 @@ pub(super) struct Freeze {
     samples: u64,
     run: u32,
     run_since_ns: i64,
-    /// Samples of the run during which motion was seen elsewhere.
+    /// Number of repeated samples during which motion was detected elsewhere.
     moving: u32,
     turning_share: f64,
-    /// Running mean and sum of squared deviations: the spread of the signal.
+    /// Running mean and sum of squared deviations, for the spread of the signal.
     mean: [f64; 4],
     squares: [f64; 4],
 }
@@ -43,7 +43,7 @@ impl Freeze {
         }
     }
 
-    /// What is to be said if the signal is frozen. `values` are finite.
+    /// The notice to report if the signal is frozen. `values` are finite.
     pub(super) fn notice(
         &mut self,
         stamp_ns: i64,
@@ -65,7 +65,7 @@ impl Freeze {
         })
     }
 
-    /// Since when the signal has been frozen, if it is. `values` are finite.
+    /// Time since which the signal has been frozen, if it is. `values` are finite.
     fn since(
         &mut self,
         stamp_ns: i64,
@@ -89,7 +89,7 @@ impl Freeze {
         (self.run >= limit && (was_noisy || moves)).then_some(self.run_since_ns)
     }
 
-    /// Largest standard deviation that a channel has had.
+    /// Largest standard deviation of any channel so far.
     fn spread(&self) -> f64 {
         let count = self.samples.max(1) as f64;
         self.squares.iter().copied().fold(0.0, f64::max).sqrt() / count.sqrt()
@@ -137,12 +137,12 @@ mod tests {
     }
 
     #[test]
-    fn noise_that_stops_is_frozen_after_so_many_samples() {
+    fn vanishing_noise_is_frozen_after_the_sample_limit() {
         assert_eq!(frozen(noise, false), Some(499));
     }
 
     #[test]
-    fn a_smooth_signal_may_come_to_rest_unless_something_moves() {
+    fn smooth_signal_may_rest_unless_motion_is_detected() {
         let smooth = |k: usize| (k as f64 * 0.01).sin();
         assert_eq!(frozen(smooth, false), None);
         assert_eq!(frozen(smooth, true), Some(499));

@@ -1,12 +1,12 @@
-//! Whether an IMU's attitude and its specific force agree: the two feel the same gravity.
+//! Consistency of an IMU's attitude and specific force: both determine the direction of gravity.
 //!
 //! ```text
-//!     a = R f - g z        the acceleration in level axes, as attitude and specific force have it
-//!     m' = (a - m) / T     its mean, over the time since the start while that is shorter than T
+//!     a = R f - g z        the acceleration in level axes, from attitude and specific force
+//!     m' = (a - m) / T     its mean, over the time since the start while that is less than T
 //! ```
-//! What gains the speed dv has `|m| <= dv / T`: beyond what a machine can reach, one of the two is wrong. Nothing
-//! tells which; it is told of the attitude, on which no load rests. Going in a circle does not matter, for the
-//! axes do not turn, unless the attitude has no heading.
+//! A machine that gains the speed dv has `|m| <= dv / T`; beyond a machine's maximum speed, one of the two
+//! signals is wrong. Which one is undetermined; the fault is assigned to the attitude, on which no load depends.
+//! Driving in circles has no effect, because the axes do not rotate, unless the attitude lacks a heading.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -16,13 +16,13 @@ use super::{Found, Limits, Notice};
 /// The time over which the acceleration is averaged (s).
 const AVERAGED_S: f64 = 10.0;
 
-/// Remembers the mean acceleration of one IMU.
+/// Mean acceleration of one IMU.
 #[derive(Debug, Clone)]
 pub(super) struct GravityWatch {
     gravity: f64,
     tolerance: f64,
     mean: Vector3<f64>,
-    /// How long there has been one (s), no longer than [`AVERAGED_S`].
+    /// Time covered by the mean (s), at most [`AVERAGED_S`].
     known_s: f64,
     last_ns: Option<i64>,
 }
@@ -39,8 +39,8 @@ impl GravityWatch {
         }
     }
 
-    /// Tells `found` if attitude and specific force of a sample, and of those before it, do not agree. Both
-    /// are credible by themselves.
+    /// Reports to `found` if attitude and specific force up to this sample disagree. Both must be credible by
+    /// themselves.
     pub(super) fn check(
         &mut self,
         stamp_ns: i64,
@@ -94,7 +94,7 @@ mod tests {
         rate_tolerance_share: 0.2,
     };
 
-    /// After how many seconds it is told of; forces at ten milliseconds' distance.
+    /// Time after which a fault is reported (s); samples every ten milliseconds.
     fn told_after_s(attitude: [f64; 4], force: impl Fn(f64) -> [f64; 3]) -> Option<f64> {
         let (mut felt, mut given) = (VectorWatch::new(39.2, None), AttitudeWatch::new());
         let mut watch = GravityWatch::new(9.81, 3.0);
@@ -117,12 +117,12 @@ mod tests {
     const LEVEL: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
     #[test]
-    fn what_a_machine_does_is_no_disagreement() {
-        // hard braking from 15 m/s, again and again, and a rough road
+    fn machine_motion_is_no_disagreement() {
+        // Repeated hard braking from 15 m/s, and a rough road.
         let braking = |t: f64| if t % 10.0 < 2.5 { -6.0 } else { 2.0 };
         let rough = |t: f64| 9.81 + 8.0 * (20.0 * t).sin();
         assert_eq!(told_after_s(LEVEL, |t| [braking(t), 0.0, rough(t)]), None);
-        // a force that no machine feels, which another check refuses
+        // An impossible force, which another check rejects.
         let spiked = |t: f64| {
             if (t - 12.0).abs() < 0.005 {
                 1e300
@@ -131,7 +131,7 @@ mod tests {
             }
         };
         assert_eq!(told_after_s(LEVEL, |t| [0.0, 0.0, spiked(t)]), None);
-        // no attitude, or one that another check refuses
+        // No attitude, or one that another check rejects.
         let upside_down = |_: f64| [0.0, 0.0, -9.81];
         for none in [[f64::NAN; 4], [0.0; 4], [2.0, 0.0, 0.0, 0.0]] {
             assert_eq!(told_after_s(none, upside_down), None);
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_down_a_wrong_attitude_and_a_wrong_scale_are_told_after_ten_seconds() {
+    fn wrong_attitude_and_scale_are_found_after_ten_seconds() {
         let half = f64::to_radians(12.5);
         let tilted = [half.sin(), 0.0, 0.0, half.cos()];
         for (attitude, force) in [
@@ -153,13 +153,13 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_begins_anew() {
+    fn gap_restarts_the_mean() {
         let mut watch = GravityWatch::new(9.81, 3.0);
         for step in 0..3000_i64 {
             let gaps = step / 900;
             let stamp_ns = step * 10_000_000 + gaps * 1_000_000_000;
             watch.check(stamp_ns, &[0.0, 0.0, 0.0], &LEVEL, &LIMITS, &mut |_| {
-                panic!("told within nine seconds")
+                panic!("reported within nine seconds")
             });
         }
     }

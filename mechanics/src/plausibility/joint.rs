@@ -1,73 +1,73 @@
-//! Checks of a joint: its position, its rate, and whether the one is the derivative of the other.
+//! Plausibility checks of a joint: position, velocity, and their consistency.
 
 use super::fault::{Amount, Component, FaultKind};
 use super::{Found, Limits, Notice};
 
-/// Memory of the comparison of rate and position (s).
+/// Time constant of the comparison of velocity and position (s).
 const MEMORY_S: f64 = 0.5;
-/// Memory of the difference that is reported (s).
+/// Time constant of the reported difference (s).
 const DIFFERENCE_MEMORY_S: f64 = 0.1;
-/// What noise and resolution of a position may add to a difference (rad or m).
+/// Allowance for noise and resolution of a position in a difference (rad or m).
 const POSITION_ALLOWANCE: f64 = 0.01;
-/// What noise of a measured rate may add to its change (rad/s or m/s).
+/// Allowance for noise of a measured velocity in its change (rad/s or m/s).
 const RATE_ALLOWANCE: f64 = 0.2;
-/// So many identical positions while the rate says otherwise: frozen, not merely different.
+/// Number of identical positions, contradicted by the velocity, from which the joint counts as frozen.
 const FEWEST_IDENTICAL: u32 = 5;
-/// A wheel that turns further between two samples (rad) may be taken for one that turns back.
+/// A wheel that turns further between two samples (rad) could be mistaken for one turning backwards.
 const LARGEST_WHEEL_STEP: f64 = 2.0;
-/// A joint faster than this moves (rad/s or m/s), a wheel when it is ten times as fast.
+/// Velocity above which a joint counts as moving (rad/s or m/s); ten times as much for a wheel.
 const MOVING_RATE: f64 = 0.05;
 
-/// What is known of a joint.
+/// Limits of a joint.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct JointLimits {
-    /// Least and greatest position, as the URDF has them.
+    /// Smallest and largest position from the URDF.
     pub(super) range: Option<[f64; 2]>,
-    /// How far beyond them is not yet a finding.
+    /// Tolerance beyond them.
     pub(super) margin: f64,
     pub(super) max_rate: f64,
     pub(super) max_acceleration: f64,
-    /// How far the rate may be from the derivative of the position.
+    /// Tolerance between the velocity and the derivative of the position.
     pub(super) rate_tolerance: f64,
     pub(super) spins_wheel: bool,
-    /// Whether a position may jump by a turn.
+    /// Whether the position may jump by a full turn.
     pub(super) wraps: bool,
 }
 
-/// Remembers what the checks of one joint need.
+/// State of the checks of one joint.
 #[derive(Debug, Clone)]
 pub(super) struct JointWatch {
     pub(super) limits: JointLimits,
-    /// The last position that was credible.
+    /// The last credible position.
     good: Option<(i64, f64)>,
     good_rate: Option<(i64, f64)>,
-    /// Position and rate of the last sample that was compared.
+    /// Position and velocity of the last sample that was compared.
     last: Option<(i64, f64, f64)>,
     last_ns: Option<i64>,
     period_s: f64,
     has_rates: bool,
     moves: bool,
-    /// Identical positions in a row, and since when.
+    /// Number of consecutive identical positions, and their start.
     run: u32,
     run_since_ns: i64,
     agreement: Agreement,
 }
 
-/// The change of position and the integral of the rate, over the last half second.
+/// Change of position compared with the integral of the velocity, over the last half second.
 ///
 /// ```text
 ///     e <- e T/(T + dt) + dq - (r + r_before)/2 dt,    T = 0.5 s
 /// ```
-/// A rate that is off by d makes e tend to d T. The difference counts beyond
-/// `allowance + T tolerance + share * motion`; it is held at twice that, so that a fault that ends is
-/// soon forgotten.
+/// A velocity error d makes e tend to d T. The difference is a fault beyond
+/// `allowance + T tolerance + share * motion`; e is limited to twice that, so that a fault that ends is quickly
+/// forgotten.
 #[derive(Debug, Clone, Copy, Default)]
 struct Agreement {
     apart: f64,
     motion: f64,
-    /// Difference of the rates, smoothed.
+    /// Difference of the velocities, smoothed.
     difference: f64,
-    /// The whole difference since the fault began.
+    /// Accumulated difference since the fault began.
     since_quiet: f64,
     quiet_ns: i64,
 }
@@ -89,12 +89,12 @@ impl JointWatch {
         }
     }
 
-    /// Whether the last sample says that the joint moves.
+    /// Whether the last sample indicates that the joint moves.
     pub(super) fn moves(&self) -> bool {
         self.moves
     }
 
-    /// Tells `found` what is wrong with a position and its rate, NaN where the message has none.
+    /// Reports faults of a position and its velocity (NaN if absent) to `found`.
     pub(super) fn check(
         &mut self,
         stamp_ns: i64,
@@ -125,7 +125,7 @@ impl JointWatch {
         }
     }
 
-    /// Follows the usual time between samples; after a gap everything begins anew.
+    /// Tracks the usual sampling interval; restarts all checks after a gap.
     fn begin(&mut self, stamp_ns: i64, limits: &Limits) {
         let Some(last_ns) = self.last_ns.replace(stamp_ns) else {
             self.agreement.quiet_ns = stamp_ns;
@@ -164,8 +164,8 @@ impl JointWatch {
         }
     }
 
-    /// Whether a machine can have come here since the last credible position. Where a wheel stands
-    /// does not matter.
+    /// Checks whether the joint can have moved here since the last credible position. The angle of a wheel does not
+    /// matter.
     fn check_step(
         &mut self,
         stamp_ns: i64,
@@ -234,7 +234,7 @@ impl JointWatch {
         true
     }
 
-    /// `rate` is NaN where there is none.
+    /// `rate` is NaN if the message has none.
     fn check_agreement(
         &mut self,
         stamp_ns: i64,
@@ -273,7 +273,7 @@ impl JointWatch {
         it.apart = (it.apart * kept + step - mean * dt).clamp(-2.0 * allowed, 2.0 * allowed);
         let newer = dt / (DIFFERENCE_MEMORY_S + dt);
         it.difference += newer * (step / dt - mean - it.difference);
-        // the sum forgets slowly that a fault is over, the difference at once
+        // The sum decays slowly after a fault ends, the difference at once.
         if it.apart.abs() <= allowed || it.difference.abs() <= tolerance {
             it.since_quiet = it.apart;
             if it.apart.abs() <= 0.25 * allowed {
@@ -315,7 +315,7 @@ impl JointWatch {
         });
     }
 
-    /// From one position to another; of a joint that turns without end the shorter way.
+    /// Difference between two positions; for a joint without limits the shorter way round.
     fn step(&self, from: f64, to: f64) -> f64 {
         use std::f64::consts::{PI, TAU};
         let step = to - from;

@@ -1,20 +1,20 @@
-//! Plausibility: what a sensor says that cannot be true.
+//! Plausibility checks: detection of sensor values that cannot be true.
 //!
-//! [`Plausibility`] looks at the raw samples one by one, before anything is made of them, remembers a
-//! few numbers of each signal and allocates nothing in a step: the same checks serve a whole log and a
-//! live monitor. What is found is a [`Finding`]; the machine file's policy says whether rows that rest
-//! on it are invalid, widened or merely reported. [`FaultSpans`] puts the findings of a log together.
+//! [`Plausibility`] checks the raw samples one by one, before they are processed. It keeps a few numbers per
+//! signal and does not allocate in a step, so the same checks serve a whole log and a live monitor. A fault is
+//! reported as a [`Finding`]; the policy in the machine file decides whether rows that depend on it are
+//! invalidated, widened or merely reported. [`FaultSpans`] merges the findings of a log.
 //!
-//! | fault | of | found by |
+//! | fault | of | criterion |
 //! |---|---|---|
-//! | `not_finite` | every signal | NaN or infinity; a rate or attitude that was never given is absent, not at fault |
-//! | `out_of_range` | vectors | length beyond what such a sensor or machine has |
+//! | `not_finite` | every signal | NaN or infinity; a velocity or attitude that was never given is absent, not faulty |
+//! | `out_of_range` | vectors | norm beyond the range of such a sensor or machine |
 //! | `joint_limit` | joints | position beyond the URDF's limits and a margin |
-//! | `impossible_rate` | joints, angular velocity, odometry | change since the last credible sample too fast; measured rate too large |
-//! | `frozen` | every signal | the same bits again and again: of a signal that was noisy, or while motion is seen elsewhere; a joint whose rate says that it moves |
-//! | `not_unit` | attitudes | a quaternion whose length is not one |
-//! | `disagreement` | joints | the change of position is not the integral of the rate |
-//! | `disagreement` | attitude of the IMU | gravity as it has it is not what the specific force feels |
+//! | `impossible_rate` | joints, angular velocity, odometry | change since the last credible sample too fast; measured velocity too large |
+//! | `frozen` | every signal | identical bits repeat: after noise, during motion detected elsewhere, or at a joint with velocity |
+//! | `not_unit` | attitudes | non-unit quaternion |
+//! | `disagreement` | joints | the change of position differs from the integral of the velocity |
+//! | `disagreement` | attitude of the IMU | gravity according to the attitude differs from the specific force |
 
 mod attitude;
 mod fault;
@@ -38,21 +38,20 @@ pub use self::spans::{FaultSpan, FaultSpans};
 pub use self::treatment::Judgement;
 pub(crate) use self::treatment::{RowEffect, Treatment};
 
-/// What noise and jitter of stamps may add to the change of an angular velocity (rad/s) and of a velocity
-/// (m/s).
+/// Allowance for noise and stamp jitter in the change of an angular velocity (rad/s) and of a velocity (m/s).
 const SLEW_ALLOWANCE: f64 = 0.5;
-/// Turning faster than this is motion (rad/s).
+/// Angular velocity above which the machine counts as moving (rad/s).
 const TURNING: f64 = 0.1;
-/// Travelling faster than this is motion (m/s).
+/// Velocity above which the machine counts as moving (m/s).
 const TRAVELLING: f64 = 0.1;
-/// Lever at which the largest force on the tool makes its largest moment (m).
+/// Lever arm that relates the largest moment on the tool to the largest force (m).
 const TOOL_LEVER: f64 = 1.0;
 /// Largest force of an actuator, or of one of its chambers, as a multiple of the machine's weight.
 const ACTUATOR_WEIGHTS: f64 = 100.0;
 /// Largest force on the tool as a multiple of the machine's weight, where none is stated.
 const TOOL_FORCE_WEIGHTS: f64 = 10.0;
 
-/// What all checks share.
+/// Settings shared by all checks.
 #[derive(Debug, Clone)]
 struct Limits {
     max_gap_s: f64,
@@ -67,7 +66,7 @@ impl Limits {
     }
 }
 
-/// A fault as a check tells it, without the part that it is of.
+/// A fault as reported by a check, before it is assigned to a part.
 struct Notice {
     kind: FaultKind,
     component: Component,
@@ -92,7 +91,7 @@ impl Notice {
 
 type Found<'f> = dyn FnMut(Notice) + 'f;
 
-/// Looks at samples, each sensor's in the order of their stamps.
+/// Checks samples, each sensor's in stamp order.
 #[derive(Debug, Clone)]
 pub struct Plausibility {
     sensors: Sensors,
@@ -100,7 +99,7 @@ pub struct Plausibility {
     policies: [Policy; FaultKind::ALL.len()],
     /// Stamp of the last sample of each sensor, in the order of [`Sensors::iter`].
     last_ns: Vec<(Sensor, Option<i64>)>,
-    /// By stream and place in it.
+    /// By stream and index in it.
     joints: Vec<Vec<JointWatch>>,
     force: VectorWatch,
     turning: VectorWatch,
@@ -116,7 +115,7 @@ pub struct Plausibility {
     findings: Vec<Finding>,
 }
 
-/// What the last samples say of motion.
+/// Motion detected in the last samples.
 #[derive(Debug, Clone, Copy, Default)]
 struct Motion {
     joints: bool,
@@ -126,7 +125,7 @@ struct Motion {
 }
 
 impl Plausibility {
-    /// Checks that have seen nothing.
+    /// Checks before their first sample.
     #[must_use]
     pub fn new(machine: &Machine, sensors: &Sensors) -> Self {
         let spec = machine.plausibility();
@@ -190,21 +189,21 @@ impl Plausibility {
         }
     }
 
-    /// What is wrong with the last sample.
+    /// The faults of the last sample.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }
 
-    /// Whether a value that the estimate needs was not finite in the last sample.
+    /// Whether a value that the estimate requires was not finite in the last sample.
     pub(crate) fn lacks_a_value(&self) -> bool {
         self.findings.iter().any(Finding::lacks_a_value)
     }
 
-    /// Looks at a sample; see [`Self::findings`] for what was found.
+    /// Checks a sample; [`Self::findings`] returns the faults found.
     ///
     /// # Errors
-    /// No such sensor, another number of values, or not later than the sensor's sample before.
+    /// The sensor does not exist, the number of values is wrong, or the stamp is not later than the preceding one.
     pub fn step(&mut self, sample: &Sample<'_>) -> Result<Judgement, SampleError> {
         self.findings.clear();
         if self.sensors.value_count(sample.sensor) != Some(sample.values.len()) {
@@ -233,7 +232,7 @@ impl Plausibility {
         Ok(judgement)
     }
 
-    /// What the findings of the last sample do to rows until the sensor's next one.
+    /// Effect of the last sample's findings on rows until the sensor's next one.
     pub(crate) fn row_effect(&self, machine: &Machine) -> RowEffect {
         let mut effect = RowEffect::default();
         for finding in &self.findings {
@@ -304,7 +303,7 @@ impl Plausibility {
             .check(stamp_ns, velocity, moves, limits, &mut note.of(part));
         let turns = seen.turning || is_faster(turning, TURNING);
         let part = Part::AngularVelocity;
-        // where there is an IMU, odometry may be bound without it
+        // With an IMU, the odometry may be bound without angular velocity.
         let is_absent = self.sensors.imu
             && self.odometry_turning.was_never_given()
             && turning.iter().all(|v| v.is_nan());
@@ -324,7 +323,7 @@ impl Plausibility {
         let parts = [Part::ToolForce, Part::ToolMoment];
         let vectors = sample.values.chunks_exact(3);
         for ((watch, part), values) in self.tool.iter_mut().zip(parts).zip(vectors) {
-            // a constant force is nothing odd: only noise that stops is
+            // A constant force is legitimate: only vanishing noise counts.
             watch.check(stamp_ns, values, false, limits, &mut note.of(part));
         }
     }
@@ -336,12 +335,12 @@ impl Plausibility {
         let part = Part::Actuator(self.sensors.actuators[signal].joint);
         let along = [sample.values[0], 0.0, 0.0];
         let (stamp_ns, limits) = (sample.stamp_ns, &self.limits);
-        // as of the tool: a constant force is nothing odd
+        // The same as for the tool: a constant force is legitimate.
         self.actuators[signal].check(stamp_ns, &along, false, limits, &mut note.of(part));
     }
 }
 
-/// Writes findings down, no more than there is room for.
+/// Collects findings, up to the capacity reserved.
 struct Note<'n> {
     findings: &'n mut Vec<Finding>,
     policies: &'n [Policy; FaultKind::ALL.len()],

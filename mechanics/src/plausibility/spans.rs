@@ -1,4 +1,4 @@
-//! Findings of a whole log put together: from when to when which part of a signal was at fault.
+//! Findings of a whole log merged into time spans.
 
 use super::fault::Finding;
 use super::treatment::{Judgement, RowEffect};
@@ -6,18 +6,18 @@ use crate::machine::Machine;
 use crate::plausibility::FaultKind;
 use crate::signal::Sensor;
 
-/// A time during which every sample of a part had the same fault.
+/// A time span in which every sample of a part had the same fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaultSpan {
-    /// The worst of the findings, with the largest amounts of all.
+    /// The worst of the findings, with the largest amounts of any.
     pub worst: Finding,
-    /// When the fault began (ns).
+    /// Start of the fault (ns).
     pub start_ns: i64,
     /// Stamp of the last sample with the fault (ns).
     pub end_ns: i64,
-    /// Stamp of the first sample without it (ns); `None` where there is none.
+    /// Stamp of the first sample without it (ns); `None` if there is none.
     pub until_ns: Option<i64>,
-    /// How many samples had the fault, so far as they were judged one by one.
+    /// Number of faulty samples, as far as they were judged individually.
     pub samples: u64,
 }
 
@@ -32,7 +32,7 @@ impl FaultSpan {
     }
 }
 
-/// Collects findings, sample by sample. Unlike the checks themselves it allocates.
+/// Collects findings sample by sample. Unlike the checks, it allocates.
 #[derive(Debug, Clone, Default)]
 pub struct FaultSpans {
     open: Vec<FaultSpan>,
@@ -40,7 +40,7 @@ pub struct FaultSpans {
 }
 
 impl FaultSpans {
-    /// Takes the findings of one sample; none where nothing is wrong with it.
+    /// Takes the findings of one sample; an empty list if it is faultless.
     pub fn take(&mut self, sensor: Sensor, stamp_ns: i64, findings: &[Finding]) {
         if findings.is_empty() && self.open.is_empty() {
             return;
@@ -72,7 +72,7 @@ impl FaultSpans {
         });
     }
 
-    /// All spans, by their start.
+    /// All spans, sorted by start.
     #[must_use]
     pub fn finish(self) -> Vec<FaultSpan> {
         let mut spans = self.closed;
@@ -83,7 +83,7 @@ impl FaultSpans {
 }
 
 impl FaultSpan {
-    /// Takes in a span of the same fault that begins later.
+    /// Merges a later span of the same fault.
     pub fn merge(&mut self, later: &Self) {
         self.extend(&later.worst);
         self.end_ns = self.end_ns.max(later.end_ns);
@@ -118,7 +118,7 @@ fn badness(finding: &Finding) -> f64 {
     }
 }
 
-/// Gives the spans that hold at times that increase.
+/// Iterates over the spans that are active at increasing times.
 pub(crate) struct SpanWalk<'s> {
     spans: Vec<&'s FaultSpan>,
     next: usize,
@@ -126,7 +126,7 @@ pub(crate) struct SpanWalk<'s> {
 }
 
 impl<'s> SpanWalk<'s> {
-    /// `spans` by their start.
+    /// `spans` must be sorted by start.
     pub(crate) fn new(spans: impl Iterator<Item = &'s FaultSpan>) -> Self {
         Self {
             spans: spans.collect(),
@@ -135,7 +135,7 @@ impl<'s> SpanWalk<'s> {
         }
     }
 
-    /// How a sample at this time is to be taken.
+    /// How to treat a sample at this time.
     pub(crate) fn judgement(&mut self, stamp_ns: i64) -> Judgement {
         let mut judgement = Judgement::default();
         self.advance(stamp_ns, |span| stamp_ns > span.end_ns);
@@ -145,12 +145,12 @@ impl<'s> SpanWalk<'s> {
         judgement
     }
 
-    /// Whether the sample last judged lacks a value that the estimate needs.
+    /// Whether the last judged sample lacks a value that the estimate requires.
     pub(crate) fn lacks_a_value(&self) -> bool {
         self.active.iter().any(|span| span.worst.lacks_a_value())
     }
 
-    /// What the faults do to a row at this time: until the next sample without them.
+    /// Effect of the faults on a row at this time, until the next sample without them.
     pub(crate) fn row_effect(
         &mut self,
         time_ns: i64,

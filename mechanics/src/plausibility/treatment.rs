@@ -1,34 +1,34 @@
-//! What a finding does: to the sample, and to the rows that rest on it.
+//! Effect of findings on the sample and on the rows that depend on it.
 
 use super::fault::{Component, FaultKind, Finding, Part};
 use crate::machine::{Machine, Policy};
 use crate::signal::{Reasons, Sensor};
 use crate::state::SignalNoise;
 
-/// A disagreement beyond this is no measure of uncertainty any more: the sample is left out.
+/// A larger disagreement is no measure of uncertainty; the sample is not used.
 const LARGEST_DOUBT: f64 = 1e6;
 
-/// How a track takes a part of a sample.
+/// Treatment of a part of a sample by its filter.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Treatment {
-    /// Nothing of it is used.
+    /// The part is not used.
     pub(crate) left_out: bool,
-    /// Its rates are not used.
+    /// Its derivatives are not used.
     pub(crate) rates_left_out: bool,
     /// Added to the variance of a measured value.
     pub(crate) value_variance: f64,
-    /// Added to the variance of a measured rate.
+    /// Added to the variance of a measured derivative.
     pub(crate) rate_variance: f64,
 }
 
-/// How the tracks take a sample, by the place of its part.
+/// Treatment of a sample, by the filter of each part.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Judgement {
     pub(crate) parts: [Treatment; 3],
 }
 
 impl Judgement {
-    /// Whether the sample is used as it is.
+    /// Whether the sample is used unchanged.
     #[must_use]
     pub fn is_clean(&self) -> bool {
         *self == Self::default()
@@ -40,8 +40,8 @@ impl Judgement {
         if finding.policy == Policy::Report && !is_unusable {
             return;
         }
-        // its rows are invalid; the estimate before and after them goes on through a position that is
-        // continuous, wherever the limits are
+        // Its rows are invalid; the filter still follows the position, which is continuous across the limit, so
+        // that the estimate before and after stays good.
         if finding.kind == FaultKind::JointLimit && finding.policy == Policy::Invalid {
             return;
         }
@@ -62,11 +62,11 @@ impl Judgement {
     }
 }
 
-/// What standing faults do to a row.
+/// Effect of present faults on a row.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct RowEffect {
     pub(crate) reasons: Reasons,
-    /// Added to the variances of joint positions and rates.
+    /// Added to the variances of joint positions and velocities.
     joint: [f64; 2],
     specific_force: f64,
     angular_velocity: f64,
@@ -90,14 +90,14 @@ impl RowEffect {
     fn widen(&mut self, finding: &Finding, machine: &Machine) {
         let doubt = finding.amount.value.min(LARGEST_DOUBT).powi(2);
         match finding.part {
-            // the noise of all joints is one number, which a wheel's spin must not set for the arm
+            // The noise of all joints is one number, which a wheel's spin must not determine.
             Part::Joint(joint) if machine.joints()[joint].spins_wheel.is_some() => {}
             Part::Joint(_) => {
                 self.joint[0] += doubt;
                 self.joint[1] += finding.amount.rate.min(LARGEST_DOUBT).powi(2);
             }
             Part::SpecificForce => self.specific_force += doubt,
-            // without an IMU the specific force follows from the odometry's acceleration
+            // Without an IMU the specific force is derived from the odometry's acceleration.
             Part::Velocity => self.specific_force += finding.amount.rate.powi(2),
             Part::AngularVelocity => self.angular_velocity += doubt,
             Part::Attitude if finding.sensor == Sensor::Odometry => {
@@ -105,7 +105,7 @@ impl RowEffect {
             }
             Part::Attitude => {}
             Part::ToolForce | Part::ToolMoment => self.tool_wrench += doubt,
-            // how well a force is known stands in its linkage
+            // The accuracy of a force is stated in its linkage.
             Part::Actuator(_) => {}
         }
     }
@@ -119,7 +119,7 @@ impl RowEffect {
         self.tool_wrench += other.tool_wrench;
     }
 
-    /// Adds the doubt to the covariance of an estimate.
+    /// Adds the possible errors to the covariance of an estimate.
     pub(crate) fn enlarge(&self, noise: &mut SignalNoise<f64>) {
         noise.joint.value[0] += self.joint[0];
         noise.joint.first[0] += self.joint[1];

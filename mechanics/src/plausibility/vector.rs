@@ -1,15 +1,15 @@
-//! Checks of a part that is a vector: specific force, angular velocity, velocity, force, moment.
+//! Plausibility checks of a vector: specific force, angular velocity, velocity, force, moment.
 
 use super::fault::{Amount, Component, FaultKind};
 use super::freeze::Freeze;
 use super::{Found, Limits, Notice};
 
-/// Remembers what the checks of one vector need.
+/// State of the checks of one vector.
 #[derive(Debug, Clone)]
 pub(super) struct VectorWatch {
-    /// Largest length.
+    /// Largest norm.
     max: f64,
-    /// Fastest change (per second) and what is allowed beside it.
+    /// Fastest change (per second) and its allowance.
     slew: Option<Slew>,
     good: Option<(i64, [f64; 3])>,
     period_s: f64,
@@ -17,11 +17,11 @@ pub(super) struct VectorWatch {
     freeze: Freeze,
 }
 
-/// How fast a vector may change.
+/// Limit on the rate of change of a vector.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slew {
     pub(super) per_second: f64,
-    /// What noise and jitter of the stamps may add.
+    /// Allowance for noise and stamp jitter.
     pub(super) allowance: f64,
 }
 
@@ -37,12 +37,12 @@ impl VectorWatch {
         }
     }
 
-    /// Whether no sample had it so far.
+    /// Whether no sample has contained it so far.
     pub(super) fn was_never_given(&self) -> bool {
         self.last_ns.is_none()
     }
 
-    /// Tells `found` what is wrong with a sample; whether it is credible by itself.
+    /// Reports faults of a sample to `found`; returns whether it is credible by itself.
     pub(super) fn check(
         &mut self,
         stamp_ns: i64,
@@ -103,7 +103,7 @@ impl VectorWatch {
         true
     }
 
-    /// The usual time between two samples: stamps that bunch up must not look like haste.
+    /// Tracks the usual sampling interval, so that bunched stamps do not look like fast changes.
     fn follow_period(&mut self, stamp_ns: i64, limits: &Limits) {
         if let Some(last_ns) = self.last_ns.replace(stamp_ns) {
             let step_s = limits.elapsed_s(last_ns, stamp_ns);

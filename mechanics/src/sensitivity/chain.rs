@@ -1,4 +1,4 @@
-//! From a load's influence to the signals: through the bodies' wrench, joint by joint.
+//! Reverse pass from a load's adjoint to the signals, through the bodies' wrenches, joint by joint.
 
 use nalgebra::Vector3;
 
@@ -18,14 +18,14 @@ use crate::spatial::{Wrench, cross, rotate_back};
 use crate::state::{ImuState, State};
 use crate::wheel_loads::{Actuation, Influence};
 
-/// An evaluation, as the derivatives need it.
+/// An evaluation, with what the derivatives need of it.
 pub(crate) struct SensedMotion<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) state: &'a State<T>,
     pub(crate) seat: &'a ImuSeat<T>,
     pub(crate) coordinates: &'a [Coordinate<T>],
     pub(crate) motions: &'a [BodyMotion<T>],
-    /// Wrench of every body with its payloads.
+    /// Wrench of every body including its payloads.
     pub(crate) wrenches: &'a [Wrench<T>],
     pub(crate) groups: &'a Groups<T>,
     pub(crate) actuations: &'a [Actuation<T>],
@@ -33,36 +33,37 @@ pub(crate) struct SensedMotion<'a, T: Real> {
     pub(crate) centres: &'a [Vector3<T>],
 }
 
-/// Derivatives of a joint's coordinate by the measured joint that it follows.
+/// Derivatives of a joint's coordinate with respect to the measured joint that it is coupled to.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Following<T> {
-    /// Of the coordinate by the position; also of rate by rate, of acceleration by acceleration.
+    /// Of the coordinate with respect to position; equal to velocity by velocity and acceleration by
+    /// acceleration.
     pub(crate) coordinate: T,
-    /// Of the rate by the position; half of acceleration by rate.
+    /// Of the velocity with respect to position; half of acceleration by velocity.
     rate: T,
-    /// Of the acceleration by the position.
+    /// Of the acceleration with respect to position.
     acceleration: T,
 }
 
-/// What of one evaluation serves all wheels, and scratch for one.
+/// Quantities of one evaluation that are shared by all wheels, and scratch memory for one wheel.
 #[derive(Debug)]
 pub(super) struct Chain<T: Real> {
-    /// Moments of every body and all beyond it.
+    /// Moments of every body and its distal subtree.
     pub(super) beyond: Vec<Composite<T>>,
-    /// Wrench of every body and all beyond it, less that on the tool.
+    /// Wrench of every body and its distal subtree, minus the tool wrench.
     pub(super) wrench_beyond: Vec<Wrench<T>>,
-    /// Every link with mass.
+    /// All links with mass.
     pub(super) links: Vec<FeltLink<T>>,
     fields: Vec<MotionFields<T>>,
     joints: Vec<MovingJoint<T>>,
     wrenches: Vec<JointWrenches<T>>,
     following: Vec<Following<T>>,
     base: BaseWrenches<T>,
-    /// Of the bodies beyond each joint of known torque.
+    /// Of the distal subtree of each joint with known torque.
     base_beyond: Vec<BaseWrenches<T>>,
-    /// Coefficients of every body's wrench in the load at hand.
+    /// Coefficients of every body's wrench in the current load.
     pub(super) form: Vec<Wrench<T>>,
-    /// Its derivatives by position, rate and acceleration of every measured joint.
+    /// Derivatives with respect to position, velocity and acceleration of every measured joint.
     by_joint: Vec<[T; 3]>,
     dual_coordinates: Vec<Coordinate<Dual<T>>>,
 }
@@ -99,7 +100,7 @@ impl<T: Real> Chain<T> {
         }
     }
 
-    /// What does not depend on the wheel.
+    /// Computes the quantities that do not depend on the wheel.
     pub(super) fn fill(&mut self, motion: &SensedMotion<'_, T>) {
         let machine = motion.machine;
         self.beyond.copy_from_slice(&motion.groups.bodies);
@@ -132,8 +133,8 @@ impl<T: Real> Chain<T> {
         self.follow_measured(motion);
     }
 
-    /// How every joint follows the measured ones; a closed triangle by its own equations in dual
-    /// numbers.
+    /// Computes the coupling of every joint to the measured ones; for a closed triangle from its own equations in
+    /// dual numbers.
     fn follow_measured(&mut self, motion: &SensedMotion<'_, T>) {
         let machine = motion.machine;
         let directly = |factor: T| Following {
@@ -156,8 +157,8 @@ impl<T: Real> Chain<T> {
         }
     }
 
-    /// Takes up the load of `influence`: fills `form` and `by_joint`; gives the derivatives by the
-    /// base's motion.
+    /// Processes the load of `influence`: fills `form` and `by_joint`, and returns the derivatives with respect to
+    /// the base's motion.
     pub(super) fn follow(
         &mut self,
         motion: &SensedMotion<'_, T>,
@@ -185,7 +186,7 @@ impl<T: Real> Chain<T> {
             let field = &self.joints[body].field;
             by[0] += by_places(machine, motion, influence, body, field);
             for (k, joint) in machine.contact.torque_joints().enumerate() {
-                // a joint nearer to the base moves what is beyond the free one as a whole
+                // A joint closer to the base moves the free joint's distal subtree as a whole.
                 if joint.body != body && machine.is_carried_by(joint.body, body) {
                     let torque = form_of(joint, influence.torque[k]);
                     let (moments, wrench) =
@@ -205,8 +206,8 @@ impl<T: Real> Chain<T> {
         base
     }
 
-    /// How cylinder and rod follow the pivot changes with it: the value of an actuated joint's equation,
-    /// T_p + phi' T_c + x' (T_r - f), by the derivatives of phi' and x'.
+    /// Adds the effect of the changing gear ratio between pivot, cylinder and rod on the value of an actuated
+    /// joint's equation, T_p + phi' T_c + x' (T_r - f), through the derivatives of phi' and x'.
     fn follow_gearing(&mut self, motion: &SensedMotion<'_, T>, influence: &Influence<T>) {
         let (machine, contact) = (motion.machine, &motion.machine.contact);
         for (j, joint) in contact.actuated_joints.iter().enumerate() {
@@ -223,7 +224,7 @@ impl<T: Real> Chain<T> {
         }
     }
 
-    /// Adds the derivatives by a joint's coordinate to those by the measured joint it follows.
+    /// Adds derivatives with respect to a joint's coordinate to those of the measured joint it is coupled to.
     fn by_joint_of(&mut self, machine: &Machine, body: usize, by: [T; 3]) {
         let Some(measured) = measured_by(machine, body) else {
             return;
@@ -238,8 +239,8 @@ impl<T: Real> Chain<T> {
         total[2] += acceleration * following.coordinate;
     }
 
-    /// On a moving body, the IMU's joints change what it tells of the base: the base's motion in dual
-    /// numbers, joint by joint.
+    /// On a moving body, the joints between base and IMU affect the estimated base motion: differentiates it in
+    /// dual numbers, joint by joint.
     fn follow_imu(&mut self, motion: &SensedMotion<'_, T>, base: &BaseGradient<T>) {
         let machine = motion.machine;
         let imu = ImuState {
@@ -261,8 +262,8 @@ impl<T: Real> Chain<T> {
         }
     }
 
-    /// Coordinates of all joints, that of `body` a function of its measured joint's position (0),
-    /// rate (1) or acceleration (2).
+    /// Sets the coordinates of all joints, with that of `body` a function of its measured joint's position (0),
+    /// velocity (1) or acceleration (2).
     fn vary(&mut self, motion: &SensedMotion<'_, T>, body: usize, jet: usize) {
         for (dual, coordinate) in self.dual_coordinates.iter_mut().zip(motion.coordinates) {
             *dual = coordinate.map(Dual::fixed);
@@ -286,7 +287,7 @@ impl<T: Real> Chain<T> {
         dual.acceleration.slope = acceleration;
     }
 
-    /// Joints, IMU, tool, actuators: in the order of the parameters.
+    /// Writes joints, IMU, tool and actuators, in the order of the parameters.
     pub(super) fn write_signals(
         &self,
         motion: &SensedMotion<'_, T>,
@@ -322,7 +323,7 @@ impl<T: Real> Chain<T> {
     }
 }
 
-/// How a joint's position moves wheels and joints of known torque beyond it.
+/// Derivative with respect to a joint's position through the wheels and joints in its distal subtree.
 fn by_places<T: Real>(
     machine: &Machine,
     motion: &SensedMotion<'_, T>,
@@ -348,7 +349,7 @@ fn by_places<T: Real>(
     by
 }
 
-/// The measured joint that a body's joint follows.
+/// The measured joint that a body's joint is coupled to.
 fn measured_by(machine: &Machine, body: usize) -> Option<usize> {
     match machine.bodies[body].drive {
         Drive::Root => None,
@@ -359,7 +360,7 @@ fn measured_by(machine: &Machine, body: usize) -> Option<usize> {
     }
 }
 
-/// How pivot, cylinder and rod follow the measured side.
+/// Coupling of pivot, cylinder and rod to the measured joint of the linkage.
 pub(crate) fn followed_by<T: Real>(linkage: &Linkage, state: &State<T>) -> [Following<T>; 3] {
     let mut measured = state.joints[linkage.measured_joint].map(Dual::fixed);
     measured.position.slope = T::one();
@@ -415,7 +416,7 @@ impl<T: Real> BaseGradient<T> {
         self.angular_acceleration += other.angular_acceleration;
     }
 
-    /// The change of the load with a change of the base's motion.
+    /// Change of the load with a change of the base's motion.
     fn by_change(&self, moved: &BodyMotion<Dual<T>>) -> T {
         let slopes = |v: &Vector3<Dual<T>>| v.map(|component| component.slope);
         self.specific_force.dot(&slopes(&moved.specific_force))
@@ -425,7 +426,7 @@ impl<T: Real> BaseGradient<T> {
                 .dot(&slopes(&moved.angular_acceleration))
     }
 
-    /// Derivatives by the sensor's readings turned into base axes: [`base_motion`] backwards.
+    /// Derivatives with respect to the sensor's readings, in base axes: the transpose of [`base_motion`].
     pub(super) fn by_sensor(&self, motion: &SensedMotion<'_, T>) -> Self {
         let (seat, w) = (motion.seat, &motion.motions[0].angular_velocity);
         let (p, f) = (&seat.position, &self.specific_force);

@@ -1,4 +1,4 @@
-//! Derivatives by where things are: IMU, arm, wheels, and by how the ground carries them.
+//! Derivatives with respect to the positions of IMU, arm and wheels, and to the contact parameters.
 
 use nalgebra::Vector3;
 
@@ -12,7 +12,7 @@ use crate::number::Real;
 use crate::spatial::{Wrench, cross, rotate, rotate_back};
 use crate::wheel_loads::Influence;
 
-/// Place and small turns of the IMU in its body.
+/// Position and small rotations of the IMU in its body.
 pub(super) fn write_imu<T: Real>(
     motion: &SensedMotion<'_, T>,
     base: &BaseGradient<T>,
@@ -20,8 +20,8 @@ pub(super) fn write_imu<T: Real>(
 ) {
     let (machine, seat) = (motion.machine, motion.seat);
     let carrier = &motion.motions[machine.imu.body];
-    // What the IMU feels less what the base feels is the motion of the point p of its body: a shift d in
-    // the body changes that by alpha x d + w x (w x d), with the body's own turning.
+    // The difference between the specific forces of IMU and base is due to the motion of the sensor's point p:
+    // a shift d in the body changes it by alpha x d + w x (w x d), with the body's own angular motion.
     let by_place = -pulled(carrier, &base.specific_force);
     let sensed = base.by_sensor(motion);
     let felt = |v: &Vector3<T>| rotate(&seat.rotation, v);
@@ -37,7 +37,7 @@ pub(super) fn write_imu<T: Real>(
     }
 }
 
-/// Place of the arm on what carries it. An IMU on the arm moves with it.
+/// Position of the arm on its carrier. An IMU on the arm moves with it.
 pub(super) fn write_arm<T: Real>(
     motion: &SensedMotion<'_, T>,
     chain: &Chain<T>,
@@ -62,7 +62,7 @@ pub(super) fn write_arm<T: Real>(
     write_in_seat(motion, seat, &by, write);
 }
 
-/// Place and radius of every wheel.
+/// Position and radius of every wheel.
 pub(super) fn write_wheels<T: Real>(
     motion: &SensedMotion<'_, T>,
     chain: &Chain<T>,
@@ -82,7 +82,7 @@ pub(super) fn write_wheels<T: Real>(
     }
 }
 
-/// The rule that splits the loads, and the tyres.
+/// The split rule and the tyres.
 pub(super) fn write_contact<T: Real>(
     motion: &SensedMotion<'_, T>,
     influence: &Influence<T>,
@@ -97,8 +97,8 @@ pub(super) fn write_contact<T: Real>(
     }
 }
 
-/// Derivative by a shift d of bodies on their carrier, axes parallel to the base's: their points feel
-/// `alpha x d + w x (w x d)` more, and their wrench acts d further out:
+/// Derivative with respect to a shift d of bodies on their carrier, axes parallel to the base's: the specific
+/// force of their points changes by `alpha x d + w x (w x d)`, and their wrench moves by d:
 /// ```text
 ///     dF = m (alpha x d + w x (w x d)),      dM = d x F + h x (the same)
 /// ```

@@ -1,9 +1,9 @@
-//! Derivatives of every wheel's load by every signal and parameter: exact, in one backward pass.
+//! Exact derivatives of every wheel's load with respect to every signal and parameter, in one reverse pass.
 //!
-//! The load's [`Influence`](crate::wheel_loads) says how it answers to the ground wrench and to the
-//! wheels' places. What changes those is followed from there: the joints' and the base's motion
-//! ([`motion`](self)), the links' inertial parameters in which the wrench is linear (the regressor),
-//! and the places of wheels, arm and IMU.
+//! The adjoint of a load ([`Influence`](crate::wheel_loads)) holds its derivatives with respect to the ground
+//! wrench and the wheel positions. The reverse pass continues to what these depend on: the motion of joints and
+//! base ([`motion`](self)), the inertial parameters of the links, in which the wrench is linear (the
+//! regressor), and the positions of wheels, arm and IMU.
 
 mod chain;
 mod geometry;
@@ -27,14 +27,14 @@ use nalgebra::Vector3;
 
 use chain::Chain;
 
-/// Derivatives of the loads at one instant, or at several side by side.
+/// Derivatives of the loads at one instant, or at several instants at once.
 #[derive(Debug)]
 pub struct Sensitivity<T: Real> {
     /// Of the OTF of each wheel, in the order of [`Parameter::all`].
     otf: Vec<Vec<T>>,
-    /// Of the loads, where they are not the OTF.
+    /// Of the loads, where they differ from the OTF.
     load: Vec<Vec<T>>,
-    /// Of the OTF by the motion of the base frame.
+    /// Of the OTF with respect to the motion of the base frame.
     base: Vec<BaseGradient<T>>,
     lifted: bool,
     chain: Chain<T>,
@@ -58,7 +58,7 @@ impl<T: Real> Sensitivity<T> {
         &self.otf[wheel]
     }
 
-    /// Derivatives of a wheel's load: zero for a wheel in the air, NaN while the machine tips.
+    /// Derivatives of a wheel's load: zero for a lifted wheel, NaN while the machine tips.
     #[must_use]
     pub fn load(&self, wheel: usize) -> &[T] {
         if self.lifted {
@@ -68,12 +68,12 @@ impl<T: Real> Sensitivity<T> {
         }
     }
 
-    /// Whether a wheel is in the air in any of the samples.
+    /// Whether a wheel is lifted in any of the samples.
     pub(crate) fn loads_differ(&self) -> bool {
         self.lifted
     }
 
-    /// Derivatives of a wheel's OTF by specific force, angular velocity and angular acceleration of
+    /// Derivatives of a wheel's OTF with respect to specific force, angular velocity and angular acceleration of
     /// the base frame.
     pub(crate) fn by_base(&self, wheel: usize) -> &BaseGradient<T> {
         &self.base[wheel]
@@ -93,7 +93,7 @@ impl<T: Real> Sensitivity<T> {
 }
 
 impl<T: Real> Chain<T> {
-    /// Writes the derivatives of one load; gives those by the base's motion.
+    /// Writes the derivatives of one load; returns those with respect to the base's motion.
     fn gradient(
         &mut self,
         motion: &SensedMotion<'_, T>,
@@ -115,7 +115,7 @@ impl<T: Real> Chain<T> {
     }
 }
 
-/// Writes derivatives one after the other, in the order of [`Parameter::all`].
+/// Writes derivatives consecutively, in the order of [`Parameter::all`].
 struct Writer<'a, T> {
     rest: &'a mut [T],
 }

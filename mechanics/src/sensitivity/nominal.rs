@@ -5,7 +5,7 @@ use crate::machine::{Machine, Seat, Split};
 use crate::uncertainty::stated_sigma;
 
 impl Parameter {
-    /// Unit of its value.
+    /// Unit of the parameter.
     #[must_use]
     pub fn unit(self, machine: &Machine) -> &'static str {
         let of_joint = |joint: usize, turning, sliding| {
@@ -37,7 +37,7 @@ impl Parameter {
         }
     }
 
-    /// Its value in the machine; `None` for signals, and where only a change has a meaning.
+    /// Nominal value in the machine; `None` for signals, and where only a change is meaningful.
     #[must_use]
     pub fn nominal(self, machine: &Machine) -> Option<f64> {
         match self {
@@ -96,15 +96,15 @@ impl Parameter {
         }
     }
 
-    /// One standard deviation of it as the machine file states it, or the default, in its unit; of a
-    /// signal that of its constant error.
+    /// Standard deviation, in its unit, from the machine file or by default; for a signal, that of its systematic
+    /// error.
     #[must_use]
     pub fn sigma(self, machine: &Machine) -> f64 {
         stated_sigma(machine, self)
     }
 }
 
-/// A place in the carrier in the axes that the seat gives positions in.
+/// A position in the carrier, expressed in the axes of the mount.
 fn in_seat(seat: &Seat, place: &nalgebra::Vector3<f64>) -> nalgebra::Vector3<f64> {
     seat.carrier_from_axes.transpose() * place
 }

@@ -1,4 +1,4 @@
-//! What the loads may be differentiated by: signals and parameters, by name, unit and nominal value.
+//! Signals and parameters with respect to which the loads can be differentiated, with their names.
 
 use crate::indicators::Travel;
 use crate::machine::{Machine, Split};
@@ -14,7 +14,7 @@ pub enum Axis {
     Z,
 }
 
-/// An element of an inertia tensor (a tensor element, not a product of inertia: I_xy = -sum m x y).
+/// An element of an inertia tensor (not a product of inertia: I_xy = -sum m x y).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum InertiaElement {
     /// I_xx
@@ -31,20 +31,20 @@ pub enum InertiaElement {
     Yz,
 }
 
-/// A signal, or a parameter of the machine. Indices are those of the machine's lists.
+/// A signal, or a parameter of the machine. Indices refer to the machine's lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Parameter {
-    /// Position of a measured joint, and so the offset of its encoder (rad or m).
+    /// Position of a measured joint, equivalently the offset of its encoder (rad or m).
     JointPosition(usize),
-    /// Rate of a measured joint (rad/s or m/s).
+    /// Velocity of a measured joint (rad/s or m/s).
     JointRate(usize),
     /// Acceleration of a measured joint (rad/s^2 or m/s^2).
     JointAcceleration(usize),
-    /// Specific force in the IMU's frame, and so the accelerometer's bias (m/s^2).
+    /// Specific force in the IMU frame, equivalently the accelerometer's bias (m/s^2).
     SpecificForce(Axis),
-    /// Angular velocity in the IMU's frame, and so the gyro's bias (rad/s).
+    /// Angular velocity in the IMU frame, equivalently the gyro's bias (rad/s).
     AngularVelocity(Axis),
-    /// Angular acceleration in the IMU's frame (rad/s^2).
+    /// Angular acceleration in the IMU frame (rad/s^2).
     AngularAcceleration(Axis),
     /// Force on the tool, in the tool's frame (N).
     ToolForce(Axis),
@@ -52,7 +52,7 @@ pub enum Parameter {
     ToolMoment(Axis),
     /// Force of the actuator of an actuated joint (N).
     ActuatorForce(usize),
-    /// Mass of a link, its centre of mass and inertia about it held (kg).
+    /// Mass of a link at constant centre of mass and inertia about it (kg).
     LinkMass(usize),
     /// Centre of mass of a link, in the link's frame (m).
     LinkCom(usize, Axis),
@@ -60,22 +60,22 @@ pub enum Parameter {
     LinkInertia(usize, InertiaElement),
     /// Mass of a payload (kg).
     PayloadMass(usize),
-    /// Where a wheel is joined to the link that carries it, in that link's axes (m).
+    /// Position of a wheel on the link that carries it, in that link's axes (m).
     WheelPosition(usize, Axis),
-    /// Radius of a wheel without load (m).
+    /// Unloaded radius of a wheel (m).
     WheelRadius(usize),
-    /// Where the arm is joined to the link that carries it, in that link's axes (m).
+    /// Position of the arm on the link that carries it, in that link's axes (m).
     ArmPosition(Axis),
     /// Position of the IMU, in the axes of its body (m).
     ImuPosition(Axis),
-    /// A small turn of the IMU about an axis of its body (rad).
+    /// Small rotation of the IMU about an axis of its body (rad).
     ImuRotation(Axis),
-    /// D of assumption 8 of the first paper (no unit).
+    /// Roll moment distribution: D of assumption 8 of the first paper (dimensionless).
     FrontShare,
-    /// Logarithm of a tyre's stiffness: its relative change (no unit).
+    /// Logarithm of a tyre's stiffness: its relative change (dimensionless).
     TyreStiffness(usize),
-    /// Travel of the base: a velocity with the accelerations held, or an acceleration, through the
-    /// specific force that it makes.
+    /// Motion of the base: a velocity at constant accelerations, or an acceleration, through the resulting
+    /// specific force.
     Travel(Travel),
 }
 
@@ -83,7 +83,7 @@ impl Axis {
     /// The three axes.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// Its letter.
+    /// Name: its letter.
     #[must_use]
     pub fn name(self) -> &'static str {
         ["x", "y", "z"][self as usize]
@@ -94,13 +94,13 @@ impl InertiaElement {
     /// The elements in the order of a [`crate::machine::PayloadSpec`].
     pub const ALL: [Self; 6] = [Self::Xx, Self::Yy, Self::Zz, Self::Xy, Self::Xz, Self::Yz];
 
-    /// Row and column.
+    /// Row and column in the tensor.
     #[must_use]
     pub fn place(self) -> (usize, usize) {
         [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)][self as usize]
     }
 
-    /// Its two letters.
+    /// Name: its two letters.
     #[must_use]
     pub fn name(self) -> &'static str {
         ["xx", "yy", "zz", "xy", "xz", "yz"][self as usize]
@@ -154,7 +154,7 @@ impl Parameter {
         all
     }
 
-    /// Whether it is a signal, which changes with time, and not a parameter of the machine.
+    /// Whether it is a signal, which varies with time, and not a parameter of the machine.
     #[must_use]
     pub fn is_signal(self) -> bool {
         matches!(
@@ -172,7 +172,7 @@ impl Parameter {
         )
     }
 
-    /// Its name, made of the names of the machine's parts.
+    /// Name, composed of the names of the machine's parts.
     #[must_use]
     pub fn name(self, machine: &Machine) -> String {
         let joint = |j: usize| &machine.joints[j].name;
@@ -207,7 +207,7 @@ impl Parameter {
     }
 }
 
-/// Links that have mass, by index.
+/// Indices of the links that have mass.
 pub(crate) fn massive_links(machine: &Machine) -> impl Iterator<Item = usize> + '_ {
     (0..machine.links.len()).filter(|&link| machine.links[link].inertia.mass > 0.0)
 }

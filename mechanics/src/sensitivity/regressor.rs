@@ -1,7 +1,7 @@
-//! Derivatives by the inertial parameters of links and payloads, in which the wrench is linear.
+//! Derivatives with respect to inertial parameters of links and payloads, in which the wrench is linear.
 //!
-//! With (u, t) the coefficients of a body's force and moment in a load, r its centre of mass, a the
-//! specific force there, s = u + t x r, and B' the transpose of c -> alpha x c + w x (w x c):
+//! With (u, t) the coefficients of a body's force and moment in a load, r its centre of mass, a the specific
+//! force there, s = u + t x r, and B' the transpose of c -> alpha x c + w x (w x c):
 //! ```text
 //!     dN/dm    = s.a
 //!     dN/dc    = m B's + f x t                                       f = m a
@@ -18,7 +18,7 @@ use crate::machine::Inertia;
 use crate::number::Real;
 use crate::spatial::{Wrench, compose, constant, cross, rotate, rotate_back};
 
-/// A link with mass and the motion that it feels; the same for all wheels.
+/// A link with mass and its motion; the same for all wheels.
 #[derive(Debug, Clone)]
 pub(super) struct FeltLink<T: Real> {
     /// Index of the link.
@@ -56,7 +56,7 @@ impl<T: Real> FeltLink<T> {
             .map(|v| rotate_back(&self.rotation, &v));
     }
 
-    /// Mass, centre of mass and inertia, `form` being the coefficients of its body's wrench.
+    /// Writes mass, centre of mass and inertia; `form` holds the coefficients of its body's wrench.
     #[inline(always)]
     fn write(&self, mass: f64, body: &BodyMotion<T>, form: &Wrench<T>, write: &mut Writer<'_, T>) {
         let s = lever(form, &self.place);
@@ -82,7 +82,7 @@ impl<T: Real> FeltLink<T> {
 }
 
 impl<T: Real> Chain<T> {
-    /// Mass, centre of mass and inertia of every link with mass.
+    /// Writes mass, centre of mass and inertia of every link with mass.
     pub(super) fn write_links(&self, motion: &SensedMotion<'_, T>, write: &mut Writer<'_, T>) {
         for felt in &self.links {
             let link = &motion.machine.links[felt.link];
@@ -91,7 +91,7 @@ impl<T: Real> Chain<T> {
         }
     }
 
-    /// Mass of every payload.
+    /// Writes the mass of every payload.
     pub(super) fn write_payloads(&self, motion: &SensedMotion<'_, T>, write: &mut Writer<'_, T>) {
         let payloads = motion.machine.payloads.iter();
         for (payload, &share) in payloads.zip(&motion.state.payload_share) {
@@ -102,7 +102,7 @@ impl<T: Real> Chain<T> {
     }
 }
 
-/// Place of the centre of mass and the specific force there.
+/// Position of the centre of mass and the specific force there.
 fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vector3<T>, Vector3<T>) {
     let com = rotate(&body.rotation, &constant(&inertia.com));
     let (w, alpha) = (&body.angular_velocity, &body.angular_acceleration);

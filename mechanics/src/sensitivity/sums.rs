@@ -1,21 +1,21 @@
-//! The derivatives of many rows, summed up.
+//! Sums of derivatives over many rows.
 
 use super::{Parameter, Sensitivity};
 use crate::machine::Machine;
 use crate::number::{Lanes, Mask, Real};
 use crate::uncertainty::Uncertainty;
 
-/// Sums of squared derivatives of the loads over rows; rows of which one is unknown are left out.
+/// Sums of squared derivatives of the loads over rows; rows with an unknown derivative are excluded.
 #[derive(Debug, Clone)]
 pub struct SensitivitySums {
     /// By wheel and parameter, in the order of [`Parameter::all`].
     squares: Vec<Vec<f64>>,
-    /// Rows counted, by wheel.
+    /// Number of rows counted, by wheel.
     rows: Vec<f64>,
 }
 
 impl SensitivitySums {
-    /// Over no rows.
+    /// Sums over no rows.
     #[must_use]
     pub fn none(machine: &Machine) -> Self {
         let (wheels, size) = (machine.wheels.len(), Parameter::all(machine).len());
@@ -25,7 +25,7 @@ impl SensitivitySums {
         }
     }
 
-    /// Root mean square of a wheel's derivatives, in the order of [`Parameter::all`]; NaN over no rows.
+    /// Root mean square of a wheel's derivatives, in the order of [`Parameter::all`]; NaN without rows.
     #[must_use]
     pub fn root_mean_squares(&self, wheel: usize) -> Vec<f64> {
         let rows = self.rows[wheel];
@@ -33,7 +33,7 @@ impl SensitivitySums {
         squares.map(|sum| (sum / rows).sqrt()).collect()
     }
 
-    /// Adds other rows.
+    /// Adds the sums of other rows.
     pub fn add(&mut self, other: &Self) {
         for (mine, others) in self.squares.iter_mut().zip(&other.squares) {
             for (mine, other) in mine.iter_mut().zip(others) {
@@ -46,7 +46,7 @@ impl SensitivitySums {
     }
 }
 
-/// The same while rows are evaluated side by side.
+/// The same sums while rows are evaluated in lanes.
 pub(crate) struct LaneSums {
     squares: Vec<Vec<Lanes>>,
     rows: Vec<Lanes>,
@@ -61,8 +61,7 @@ impl LaneSums {
         }
     }
 
-    /// Adds the first `count` of the rows that stand side by side. A derivative that is unknown makes
-    /// the standard deviation unknown.
+    /// Adds the first `count` lanes. An unknown derivative makes the root mean square unknown.
     pub(crate) fn add(
         &mut self,
         sensitivity: &Sensitivity<Lanes>,
@@ -85,7 +84,7 @@ impl LaneSums {
         }
     }
 
-    /// All lanes together, the first first.
+    /// Sum over the lanes, starting with the first.
     pub(crate) fn total(&self) -> SensitivitySums {
         let total = |lanes: &Lanes| lanes.to_array().iter().sum();
         SensitivitySums {
