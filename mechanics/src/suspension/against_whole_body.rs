@@ -1,5 +1,5 @@
-//! The condensed machine against Newton-Euler over every body, and the moving platform against its
-//! own positions.
+//! Verifies the condensed machine against Newton-Euler over every body, and the platform's velocity and
+//! acceleration against differences of its positions.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -28,8 +28,8 @@ fn bogie(edit: impl Fn(String) -> String) -> SuspendedMachine {
     }
 }
 
-/// The lab's machine; with a payload and an IMU on the arm; on a plane with springs; with rods that carry
-/// the bogies' side of the triangle.
+/// The laboratory machine; with a payload and an IMU on the arm; on flat ground with springs; with cylinders
+/// that carry the bogies' side of the triangle.
 fn machines() -> Vec<SuspendedMachine> {
     let laden = |text: String| {
         text.replace("link = \"base_link\"", "link = \"lift_boom\"")
@@ -44,7 +44,7 @@ fn wave(seed: f64, k: f64) -> f64 {
     (seed * 1.7 + 2.3 * k).sin()
 }
 
-/// Everything in motion.
+/// A state in which everything moves.
 fn state(machine: &Machine, seed: f64) -> State<f64> {
     let mut state = State::zero(machine);
     for (k, (motion, joint)) in state.joints.iter_mut().zip(machine.joints()).enumerate() {
@@ -72,7 +72,7 @@ fn on_ground(seed: f64) -> Vector3<f64> {
     Vector3::new(0.7 * wave(seed, 1.1), 0.5 * wave(seed, 1.2), 9.7)
 }
 
-/// Two rods, nearly alike where the ground is a plane: else it lifts wheels.
+/// Motions of two rods, nearly equal on flat ground, where the difference would lift wheels.
 fn rods(suspended: &SuspendedMachine, seed: f64) -> [Motion<f64>; 2] {
     let plane = suspended.machine.contact.ground == Ground::Plane;
     [0.0, if plane { 1e-3 } else { 0.4 }].map(|side| Motion {
@@ -82,7 +82,7 @@ fn rods(suspended: &SuspendedMachine, seed: f64) -> [Motion<f64>; 2] {
     })
 }
 
-/// Sets the measured joints of the suspension so that its rods move so.
+/// Sets the measured joints of the suspension so that its rods have these motions.
 fn set_rods(suspended: &SuspendedMachine, state: &mut State<f64>, rods: &[Motion<f64>]) {
     for (rod, &linkage) in rods.iter().zip(&suspended.linkages) {
         let linkage = &suspended.machine.linkages[linkage];
@@ -97,7 +97,7 @@ fn set_rods(suspended: &SuspendedMachine, state: &mut State<f64>, rods: &[Motion
 }
 
 #[test]
-fn the_condensed_machine_equals_the_whole() {
+fn condensed_machine_equals_whole_body_model() {
     for (which, suspended) in machines().iter().enumerate() {
         let mut prospect = Prospect::<f64>::new(suspended);
         let mut scratch = Prospect::<f64>::new(suspended);
@@ -113,7 +113,7 @@ fn the_condensed_machine_equals_the_whole() {
             let seed = f64::from(seed);
             let mut state = state(&suspended.machine, seed);
             instant.fill(suspended, &state, &rods(suspended, seed), &mut scratch);
-            // with the rods as they are, the base moves as the IMU feels it
+            // With the recorded rod motion, the base moves as the IMU measures it.
             prospect.fill(
                 suspended,
                 &instant,
@@ -133,7 +133,7 @@ fn the_condensed_machine_equals_the_whole() {
             ] {
                 assert!((found - expected).norm() < 1e-13 * (1.0 + expected.norm()));
             }
-            // an IMU on the arm leans with it: the ground does not
+            // An IMU on the arm tilts with it, the ground does not.
             instant.on_ground.specific_force = on_ground(seed);
             for own in [Own::AtRest, Own::InMotion] {
                 let mut trial = rods(suspended, seed + 0.37);
@@ -151,7 +151,7 @@ fn the_condensed_machine_equals_the_whole() {
                 state.base.up = up_in_base(suspended, &instant, &trial);
                 let whole = evaluate(&at_base, &state, &mut workspace);
                 let weight = at_base.mass() * at_base.gravity();
-                // a wheel in the air presses its tyre by what it pulls in the one, not at all in the other
+                // A lifted wheel extends its tyre in one solution (it pulls) but not in the other.
                 if whole.otf.iter().all(|&load| load > 0.005 * weight) {
                     compared += 1;
                     for (found, expected) in prospect.otf.iter().zip(&whole.otf) {
@@ -185,10 +185,9 @@ fn up_in_base(
     support.seat.rotation * instant.up_on_ground
 }
 
-/// On ground that does not move, the platform's velocity and acceleration are the differences of its
-/// positions.
+/// On ground at rest, the platform's velocity and acceleration are the derivatives of its position.
 #[test]
-fn the_platform_moves_as_its_positions_change() {
+fn platform_motion_matches_position_differences() {
     let suspended = bogie(|t| t);
     let mut scratch = Prospect::<f64>::new(&suspended);
     let mut instant = Instant::new(&suspended);
@@ -209,7 +208,7 @@ fn the_platform_moves_as_its_positions_change() {
             &start,
             &mut scratch,
         );
-        // ground at rest, without gravity
+        // Ground at rest, without gravity.
         for felt in [
             &mut instant.on_ground.specific_force,
             &mut instant.on_ground.angular_velocity,
@@ -217,7 +216,7 @@ fn the_platform_moves_as_its_positions_change() {
         ] {
             felt.fill(0.0);
         }
-        // pose of the base in the ground's axes
+        // Pose of the base in the axes of the ground.
         let mut pose = |t: f64| -> (Matrix3<f64>, Vector3<f64>) {
             let seat = scratch.observe(&suspended, &instant, &at(t)).seat;
             let ground_from_base = seat.rotation.transpose();
@@ -225,7 +224,7 @@ fn the_platform_moves_as_its_positions_change() {
         };
         let [(r0, p0), (r1, p1), (r2, p2)] = [pose(-h), pose(0.0), pose(h)];
         let acceleration = r1.transpose() * (p2 - p1 * 2.0 + p0) / (h * h);
-        // R' Rdot = [w], and its rate
+        // R' Rdot = [w], and its derivative.
         let spin = r1.transpose() * (r2 - r0) / (2.0 * h);
         let w = Vector3::new(spin.m32, spin.m13, spin.m21);
         let second = r1.transpose() * (r2 - r1 * 2.0 + r0) / (h * h) - spin * spin;

@@ -1,36 +1,36 @@
-//! Which bodies the suspension moves against each other: the machine as few rigid carriers, each with
-//! all that sits on it.
+//! The machine as a few rigid carriers that the suspension moves relative to each other, each with everything
+//! it carries.
 //!
-//! A carrier is the base, a body of a suspension's linkage, or a body between those. Every other body
-//! (arm, wheels, steering) is counted to the carrier it sits on, with its own motion on it.
+//! A carrier is the base, a body of a suspension's linkage, or a body between those. Every other body (arm,
+//! wheels, steering) is assigned to the carrier that supports it and moves relative to it.
 
 use crate::coordinate::Coordinate;
 use crate::machine::{Body, Drive, Machine};
 use crate::number::Real;
 
-/// A body that carries others.
+/// A body that supports others.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Carrier {
     /// Index of the body.
     pub(super) body: usize,
-    /// Index of the carrier that it sits on; the base's is 0, itself.
+    /// Index of the carrier that supports it; the base is its own parent (0).
     pub(super) parent: usize,
-    /// What moves it on its parent.
+    /// Source of its motion relative to its parent.
     pub(super) drive: CarrierDrive,
-    /// The actuator that moves it on the base, itself or through what it sits on; the last of several.
+    /// The actuator that moves it relative to the base, directly or through its parents; the last one of several.
     pub(super) actuator: Option<usize>,
 }
 
-/// What moves a carrier on the one it sits on.
+/// Source of a carrier's motion relative to its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CarrierDrive {
-    /// Nothing that the suspension does.
+    /// Not moved by the suspension.
     Fixed,
-    /// The pivot of the actuator of this index.
+    /// The pivot of the actuator with this index.
     Pivot(usize),
-    /// The cylinder's hinge of the actuator of this index.
+    /// The cylinder's hinge of the actuator with this index.
     Cylinder(usize),
-    /// The rod of the actuator of this index.
+    /// The rod of the actuator with this index.
     Rod(usize),
 }
 
@@ -51,14 +51,14 @@ pub(super) struct Carriers {
     pub(super) carriers: Vec<Carrier>,
     /// The carrier of every body.
     pub(super) of_body: Vec<usize>,
-    /// Whether the suspension's rods alone move them against each other.
+    /// Whether only the suspension's actuators move the carriers relative to each other.
     pub(super) by_rods_alone: bool,
-    /// Whether no actuator carries another.
+    /// Whether no actuator supports another.
     pub(super) apart: bool,
 }
 
 impl Carriers {
-    /// `linkages` are those of the suspension, by actuator.
+    /// `linkages` are the suspension's, by actuator.
     pub(super) fn of(machine: &Machine, linkages: &[usize]) -> Self {
         let actuator = |linkage: usize| linkages.iter().position(|&l| l == linkage);
         let drive = |body: &Body| match body.drive {
@@ -102,7 +102,7 @@ impl Carriers {
     }
 }
 
-/// Coordinates of the joints that an actuator moves.
+/// Coordinates of the joints that one actuator moves.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ActuatorCoordinates<T> {
     pub(super) pivot: Coordinate<T>,
@@ -111,7 +111,7 @@ pub(super) struct ActuatorCoordinates<T> {
 }
 
 impl CarrierDrive {
-    /// The coordinate of a carrier's joint; `fixed` is that of one that no actuator moves.
+    /// The coordinate of a carrier's joint; `fixed` is that of a joint that no actuator moves.
     pub(super) fn coordinate<T: Real>(
         self,
         actuators: &[ActuatorCoordinates<T>],

@@ -1,64 +1,63 @@
-//! What a step of the stabiliser gives.
+//! The result of a step of the suspension optimiser.
 
 use super::problem::MAX_ACTUATORS;
 
-/// The next motion of the suspension's rods, in the order of its linkages; zero for actuators that the
-/// machine does not have.
+/// The next motion of the suspension's rods, in the order of its linkages; entries beyond the machine's
+/// actuators are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
-    /// How many actuators the machine has.
+    /// Number of actuators.
     pub actuators: usize,
-    /// Acceleration over the step (m/s^2): xdd of (31).
+    /// Acceleration during the step (m/s^2): xdd of (31).
     pub acceleration: [f64; MAX_ACTUATORS],
-    /// Velocity at its end (m/s): xd.
+    /// Velocity at the end of the step (m/s): xd.
     pub velocity: [f64; MAX_ACTUATORS],
-    /// Position at its end (m): x, the reference x_r of the valve law (36).
+    /// Stroke at the end of the step (m): x, the reference x_r of the valve law (36).
     pub position: [f64; MAX_ACTUATORS],
-    /// How it was found.
+    /// Outcome of the optimisation.
     pub status: Status,
-    /// Whether the valves should close instead of following the position: nothing is known that is worth
-    /// following.
+    /// Whether the valves should close instead of following the position, because no meaningful reference exists.
     pub hold: bool,
-    /// Cost (30) of the best point found; NaN where no problem was solved.
+    /// Cost (30) of the best point found; NaN if no problem was solved.
     pub cost: f64,
-    /// The optimum in the problem's variables: in look-ahead mode where the rods are led (m), in literal
-    /// mode their acceleration (m/s^2); NaN where no problem was solved.
+    /// The optimum in the problem's variables: in look-ahead mode the target strokes (m), in one-step mode the
+    /// accelerations (m/s^2); NaN if no problem was solved.
     pub target: [f64; MAX_ACTUATORS],
-    /// Iterations of the search.
+    /// Number of iterations.
     pub iterations: usize,
-    /// How many motions of the suspension were looked at.
+    /// Number of evaluations of the machine.
     pub evaluations: usize,
 }
 
-/// How a command was found, from best to worst.
+/// Outcome of the optimisation, from best to worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Status {
-    /// The optimum.
+    /// The optimum was found.
     Optimal,
-    /// The best point seen when the bounded work was done; all margins are kept.
+    /// The best point found within the bounded number of evaluations; all margins are met.
     WorkLimit,
-    /// No motion within the limits keeps all loads and angles: the smallest margin is made as large as it
-    /// can be. An alarm.
+    /// No motion within the limits meets all load and angle margins: the smallest margin is maximised. Raises an
+    /// alarm.
     MarginLost,
-    /// Literal mode: the arm's posture now makes the step steer the wrong way; the rods stop.
+    /// One-step mode: in the present arm posture the step would move the rods the wrong way; the rods stop.
     StepTooShort,
-    /// The rods are where, or as fast as, they should not be: they brake. An alarm.
+    /// A rod is outside its position or velocity limits and brakes. Raises an alarm.
     OutsideLimits,
-    /// A number of the state is missing or no number: the rods stop, and hold from the second such step
-    /// on. An alarm.
+    /// A value of the state is missing or not finite: the rods stop, and hold from the second such step on. Raises
+    /// an alarm.
     NoSolution,
-    /// A position or velocity of a rod is no number: hold. An alarm.
+    /// A position or velocity of a rod is not finite: hold. Raises an alarm.
     PositionUnknown,
 }
 
 impl Status {
-    /// Whether somebody has to be told.
+    /// Whether the operator must be alerted.
     #[must_use]
     pub fn is_alarm(self) -> bool {
         self >= Self::MarginLost
     }
 
-    /// Its name in logs.
+    /// Name in logs.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -1,9 +1,8 @@
-//! The machine at one instant with everything summed up that the suspension leaves as it is.
+//! The machine at one instant, condensed: everything independent of the suspension is summed up per carrier.
 //!
-//! With the joints of arm and wheels given, what a carrier carries has constant moments in the
-//! carrier's frame, momenta p = sum m v and D = sum m r v' of its motion there, and a wrench F_0 of that
-//! motion. The wrench that moves it all is then affine in the carrier's acceleration and quadratic in
-//! its angular velocity w:
+//! For given motion of the arm and wheel joints, the bodies on a carrier have constant moments in the carrier's
+//! frame, the momenta p = sum m v and D = sum m r v' of their relative motion, and its wrench F_0. The wrench
+//! that accelerates them is then affine in the carrier's acceleration and quadratic in its angular velocity w:
 //! ```text
 //!     S(2)   F = I (alpha, f) + w x I w + 2 w x (p, D) + F_0
 //! ```
@@ -20,18 +19,18 @@ use crate::number::Real;
 use crate::spatial::{Wrench, compose, cross, rotate_constant};
 use crate::state::State;
 
-/// What a carrier carries, itself included, about its origin in its axes.
+/// Everything on a carrier, itself included, about its origin in its axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Carried {
     /// Mass, first and second moments.
     moments: MassMoments,
-    /// p: sum m v of the motions on the carrier (kg m/s).
+    /// p: sum m v of the motion relative to the carrier (kg m/s).
     momentum: Vector3<f64>,
     /// D: sum m r v' of the same (kg m^2/s).
     swept: Matrix3<f64>,
-    /// F_0: what moves them with the carrier at rest, less the tool wrench.
+    /// F_0: wrench of the relative motion with the carrier at rest, minus the tool wrench.
     wrench: Wrench<f64>,
-    /// Whether there is any such motion or wrench.
+    /// Whether there is any relative motion or wrench.
     moves: bool,
 }
 
@@ -50,7 +49,7 @@ impl Carried {
         }
     }
 
-    /// The carrier's own body.
+    /// Adds the carrier's own body.
     fn add_itself(&mut self, body: &MassMoments) {
         self.moments.mass += body.mass;
         self.moments.first += body.first;
@@ -69,12 +68,12 @@ impl Carried {
     }
 }
 
-/// Moments and wrench of everything, about the base origin in base axes.
+/// Moments and wrench of the whole machine, about the base origin in base axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Whole<T> {
     /// With momenta relative to the base.
     pub(super) moments: Composite<T>,
-    /// The wrench of the motions relative to a base at rest that feels nothing.
+    /// Wrench of the relative motions on a base at rest with zero specific force.
     pub(super) wrench: Wrench<T>,
 }
 
@@ -86,7 +85,7 @@ impl<T: Real> Whole<T> {
         }
     }
 
-    /// Adds another in its kind of number.
+    /// Adds another one, converted from its number type.
     #[inline(always)]
     pub(super) fn add<U: Real>(&mut self, other: &Whole<U>, convert: impl Fn(U) -> T) {
         let (sum, more) = (&mut self.moments, &other.moments);
@@ -105,7 +104,7 @@ impl<T: Real> Whole<T> {
         }
     }
 
-    /// S(2): what the ground supplies where the base moves so.
+    /// S(2): the ground wrench for a given base motion.
     pub(super) fn moved(&self, base: &BodyMotion<T>) -> Wrench<T> {
         let w = &base.angular_velocity;
         let field = Field {
@@ -120,12 +119,12 @@ impl<T: Real> Whole<T> {
     }
 }
 
-/// The machine, condensed: scratch that is filled once a tick.
+/// The condensed machine; memory is reused every tick.
 #[derive(Debug)]
 pub(super) struct Condensed {
     /// By carrier.
     pub(super) carried: Vec<Carried>,
-    /// Motion of every body on its carrier, in the carrier's frame.
+    /// Motion of every body relative to its carrier, in the carrier's frame.
     motions: Vec<BodyMotion<f64>>,
     /// Centre of each wheel in the frame of its carrier (m).
     pub(super) wheel_centres: Vec<Vector3<f64>>,
@@ -141,7 +140,7 @@ impl Condensed {
         }
     }
 
-    /// Mass of everything (kg).
+    /// Total mass (kg).
     pub(super) fn mass(&self) -> f64 {
         self.carried
             .iter()
@@ -149,7 +148,7 @@ impl Condensed {
             .sum()
     }
 
-    /// Condenses the machine in a state whose joints have these coordinates.
+    /// Condenses the machine for given coordinates of the joints.
     pub(super) fn fill(
         &mut self,
         machine: &Machine,
@@ -196,7 +195,7 @@ impl Condensed {
 }
 
 impl Carried {
-    /// Counts what the carrier carries where it moves so relative to a base at rest.
+    /// Adds everything on the carrier for its motion relative to a base at rest.
     #[inline(always)]
     pub(super) fn add_moving<T: Real>(&self, motion: &BodyMotion<T>, whole: &mut Whole<T>) {
         let rigid = Composite::of(&self.moments, motion);
@@ -214,7 +213,7 @@ impl Carried {
         }
     }
 
-    /// The same with the carrier at rest in this pose.
+    /// The same for the carrier at rest in this pose.
     #[inline(always)]
     pub(super) fn add_resting<T: Real>(&self, pose: &BodyMotion<T>, whole: &mut Whole<T>) {
         let rigid = Composite::at_rest(&self.moments, pose);

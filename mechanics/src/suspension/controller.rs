@@ -1,8 +1,8 @@
-//! Stabiliser and valve law together: what runs onboard.
+//! The onboard controller: suspension optimiser and valve law combined.
 //!
-//! The stabiliser moves a reference; the valves follow it, (36). The reference is its own state, not the measured
-//! rods: a proportional law moves only where there is an error to follow. It begins at the measured rods, and begins there
-//! again where they are left too far behind.
+//! The optimiser moves a reference that the valves follow, (36). The reference is a state of its own, not the
+//! measured rod position, because a proportional law needs a position error to move. It starts at the measured
+//! rods and is reset to them when they fall too far behind.
 
 use super::command::{Command, Status};
 use super::error::StabiliserError;
@@ -12,10 +12,10 @@ use super::stabiliser::Stabiliser;
 use crate::machine::{Machine, SuspensionControl};
 use crate::state::State;
 
-/// A rod that is this share of the stroke from its reference has not followed it.
+/// Position error, as a fraction of the stroke, beyond which the reference is reset.
 const LOST_SHARE: f64 = 0.25;
 
-/// Steers the suspension tick by tick. A tick allocates nothing and its work is bounded.
+/// Controls the suspension tick by tick. A tick does not allocate and its work is bounded.
 #[derive(Debug)]
 pub struct Controller {
     stabiliser: Stabiliser,
@@ -25,7 +25,7 @@ pub struct Controller {
     valves: [Valve; MAX_ACTUATORS],
 }
 
-/// Where the rods should be now, and are going.
+/// Reference position and motion of the rods.
 #[derive(Debug, Clone, Copy)]
 struct Reference {
     position: [f64; MAX_ACTUATORS],
@@ -38,7 +38,7 @@ impl Controller {
     /// See [`Stabiliser::new`].
     ///
     /// # Errors
-    /// [`StabiliserError`]: the machine has no suspension that can be steered so.
+    /// [`StabiliserError`]: the machine has no suspension that can be controlled like this.
     pub fn new(
         machine: &Machine,
         control: &SuspensionControl,
@@ -56,35 +56,34 @@ impl Controller {
         })
     }
 
-    /// How often [`Self::tick`] is due (s).
+    /// Period of [`Self::tick`] (s).
     #[must_use]
     pub fn step_length(&self) -> f64 {
         self.stabiliser.step_length()
     }
 
-    /// The stabiliser.
+    /// The suspension optimiser.
     #[must_use]
     pub fn stabiliser(&self) -> &Stabiliser {
         &self.stabiliser
     }
 
-    /// Forgets the ticks before and closes the valves.
+    /// Discards the history and closes the valves.
     pub fn reset(&mut self) {
         self.stabiliser.reset();
         self.reference = None;
         self.valves = [Valve::closed(); MAX_ACTUATORS];
     }
 
-    /// Where the rods should be and how fast they should go (m, m/s), by actuator; `None` before the first
-    /// tick.
+    /// Reference position and velocity of the rods (m, m/s), by actuator; `None` before the first tick.
     #[must_use]
     pub fn reference(&self) -> Option<([f64; MAX_ACTUATORS], [f64; MAX_ACTUATORS])> {
         self.reference.map(|r| (r.position, r.velocity))
     }
 
-    /// The next command, from the machine's state and the measured positions of the rods (m), in the order of
-    /// the suspension's linkages: once a step. Whatever the input, it is within the limits and says in its
-    /// [`Status`] how it was found.
+    /// Computes the next command from the machine's state and the measured strokes (m), in the order of the
+    /// suspension's linkages; to be called once per step. For any input the command is within the limits, and its
+    /// [`Status`] says how it was found.
     pub fn tick(&mut self, state: &State<f64>, measured: &[f64]) -> Command {
         let known = measured.len() <= MAX_ACTUATORS && measured.iter().all(|x| x.is_finite());
         if !known {
@@ -120,9 +119,8 @@ impl Controller {
         command
     }
 
-    /// Moves the reference on by so many seconds, and the valves after it: H(6). Gives their openings, -1 to 1,
-    /// positive where the rod is to go out. Where a position is unknown, and where the command is to hold,
-    /// they close.
+    /// Advances the reference by `seconds` and updates the valves: H(6). Returns the valve commands, -1 to 1,
+    /// positive to extend the rod. The valves close where a position is unknown and where the command is to hold.
     pub fn follow(&mut self, measured: &[f64], seconds: f64) -> [f64; MAX_ACTUATORS] {
         let mut openings = [0.0; MAX_ACTUATORS];
         for (k, valve) in self.valves.iter_mut().enumerate() {
@@ -143,7 +141,7 @@ impl Controller {
         openings
     }
 
-    /// The valve of an actuator as it is.
+    /// Present state of an actuator's valve.
     #[must_use]
     pub fn valve(&self, actuator: usize) -> Valve {
         self.valves[actuator]

@@ -1,14 +1,13 @@
-//! The step below which the paper's problem steers the wrong way.
+//! The time step below which the paper's problem moves the rods the wrong way.
 //!
-//! A step of length t to the acceleration a changes the loads by (A + t^2 X) a: at once by inertia, A =
-//! dN/dxdd, and by the new position, X = dN/dx. On most machines the two pull apart: pushing the body
-//! forward unloads the front now. With d the differences of the loads that the cost counts and W their
-//! weights, what lowers the cost of the step lowers that of the position too where
-//! ```text
+//! A step of length t with the acceleration a changes the loads by (A + t^2 X) a: immediately through inertia,
+//! A = dN/dxdd, and through the new position, X = dN/dx. On most machines the two oppose each other: pushing
+//! the body forward first unloads the front. With d the load differences in the cost and W their weights, a
+//! motion that lowers the cost of the step also lowers that of the position where
 //!     S(8)   d_X' W d_(A + t^2 X) > 0
 //! ```
-//! which holds from T* on; by one variable T*^2 = -(d_X' W d_A) / (d_X' W d_X), the ratio of the
-//! difference front - rear by acceleration and by position where that is what counts.
+//! which holds for steps longer than T*. With one variable, T*^2 = -(d_X' W d_A) / (d_X' W d_X): the ratio of the
+//! load difference front - rear by acceleration and by position where only that difference matters.
 
 use super::instant::Instant;
 use super::prospect::{Own, Prospect, SuspendedMachine};
@@ -16,28 +15,28 @@ use super::weights::Weights;
 use crate::coordinate::Motion;
 use crate::number::Gradient;
 
-/// T* must not be nearer to the step than this factor.
+/// The step must exceed T* by this factor.
 pub(super) const STEP_FACTOR: f64 = 1.5;
 
-/// How the loads answer to the rods, at rest in one position, and what follows for the step.
+/// Response of the loads to the rods at rest in one position, and the resulting critical step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CriticalStep {
-    /// T* (s); `None` where it is not real: where loads do not depend on the rods' position, or
-    /// inertia does not work against it.
+    /// T* (s); `None` if it is not real: the loads do not depend on the stroke, or inertia does not oppose the
+    /// effect of position.
     pub time: Option<f64>,
-    /// Load of the front wheels less that of the rear, all rods moving alike, by their position (N/m).
+    /// Front minus rear load with all rods moving alike, derivative with respect to stroke (N/m).
     pub front_less_rear_by_position: f64,
-    /// The same by their acceleration (N s^2/m).
+    /// The same with respect to the rods' acceleration (N s^2/m).
     pub front_less_rear_by_acceleration: f64,
 }
 
-/// Derivatives of the loads by position, index 0, and acceleration, index 1, of one variable.
+/// Derivatives of the loads with respect to stroke, index 0, and acceleration, index 1, of one variable.
 type Answer = Gradient<2>;
 
 const POSITION: usize = 0;
 const ACCELERATION: usize = 1;
 
-/// Scratch to find [`CriticalStep`]s.
+/// Scratch memory for the computation of [`CriticalStep`]s.
 #[derive(Debug)]
 pub(super) struct StepFinder {
     prospect: Prospect<Answer>,
@@ -62,8 +61,8 @@ impl StepFinder {
         }
     }
 
-    /// At an instant, with the rods at rest at `positions` (m); the variables of the problem are the
-    /// rods one by one where they are `independent`, else all of them together.
+    /// Computes it at an instant, with the rods at rest at `positions` (m); the variables are the individual rods
+    /// if they are `independent`, else one for all of them.
     pub(super) fn find(
         &mut self,
         suspended: &SuspendedMachine,

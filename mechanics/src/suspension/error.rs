@@ -1,34 +1,34 @@
-//! Why a machine or a setting cannot be stabilised.
+//! Reasons why a machine or a setting cannot be controlled.
 
-/// What keeps a [`Stabiliser`](super::Stabiliser) from being made.
+/// The [`Stabiliser`](super::Stabiliser) cannot be created.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StabiliserError {
     /// The machine file has no active suspension.
     #[error("expected [suspension] in the machine file, found none")]
     NoSuspension,
-    /// More actuators than the control steers, or none.
+    /// More actuators than the controller supports, or none.
     #[error("suspension.linkages: expected one or two linkages, found {found}")]
     Actuators {
-        /// How many there are.
+        /// Number of actuators.
         found: usize,
     },
-    /// Free joints make the split of the loads depend on more than the control counts.
+    /// With free joints the load split depends on more than the controller models.
     #[error(
-        "contact.free_joints: expected none on a machine whose suspension is steered, found {found}"
+        "contact.free_joints: expected none on a machine with a controlled suspension, found {found}"
     )]
     FreeJoints {
-        /// How many there are.
+        /// Number of free joints.
         found: usize,
     },
-    /// An actuator that carries another cannot be steered by itself.
+    /// An actuator that supports another cannot be controlled independently.
     #[error(
-        "suspension.control.independent: expected linkages of which none carries another, found some that do"
+        "suspension.control.independent: expected linkages that do not carry each other, found one that carries another"
     )]
     Nested,
     /// A triangle that does not close over the whole stroke.
     #[error(
-        "suspension.stroke: expected positions that linkage \"{linkage}\" can take, found {position} m"
+        "suspension.stroke: expected positions at which linkage \"{linkage}\" closes, found {position} m"
     )]
     Stroke {
         /// Name of the linkage.
@@ -36,7 +36,7 @@ pub enum StabiliserError {
         /// A position in the stroke where it cannot close (m).
         position: f64,
     },
-    /// A weight for an edge that the machine does not have.
+    /// A weight for an edge that does not exist.
     #[error("suspension.control.weights.edges: expected {edges}, found \"{name}\"")]
     UnknownEdge {
         /// The name.
@@ -44,43 +44,43 @@ pub enum StabiliserError {
         /// The names of the machine's edges.
         edges: String,
     },
-    /// A posture of another machine.
+    /// A posture that does not fit the machine.
     #[error("posture: expected a position for each of {expected} joints, found {found}")]
     Posture {
-        /// How many measured joints the machine has.
+        /// Number of measured joints of the machine.
         expected: usize,
-        /// How many positions there are.
+        /// Number of positions.
         found: usize,
     },
-    /// The paper's problem would steer the wrong way.
+    /// The problem of the paper would move the rods the wrong way.
     #[error(
         "suspension.control.rate: literal mode needs steps of {least_step:.3} s or more, {factor} times the {critical:.3} s \
-         below which the inertia of the step itself outweighs what it is for (largest at rod position {position:.3} m), \
+         below which the inertia of a step outweighs its effect on the posture (largest at stroke {position:.3} m), \
          found {step:.3} s; mode \"look-ahead\" has no such limit",
         factor = super::critical_step::STEP_FACTOR
     )]
     StepTooShort {
-        /// The step asked for (s).
+        /// The requested step (s).
         step: f64,
-        /// The least step (s).
+        /// The smallest step allowed (s).
         least_step: f64,
         /// The largest T* over the stroke (s).
         critical: f64,
-        /// The rod position where it is (m).
+        /// The stroke where it occurs (m).
         position: f64,
     },
-    /// The paper's problem cannot be trusted with any step.
+    /// The problem of the paper is unreliable with any step.
     #[error(
-        "suspension.control.mode: literal mode needs a machine whose loads answer to the rods' position against their \
-         inertia; at rod position {position:.3} m the load of the front less the rear changes by {by_position:.4e} N/m \
+        "suspension.control.mode: literal mode needs a machine whose loads respond to stroke and to \
+         acceleration with opposite sign; at stroke {position:.3} m the front minus rear load changes by {by_position:.4e} N/m \
          and {by_acceleration:.4e} N s^2/m"
     )]
     NoCriticalStep {
-        /// The rod position (m).
+        /// The stroke (m).
         position: f64,
-        /// Front less rear load by the rods' position (N/m).
+        /// Front minus rear load by stroke (N/m).
         by_position: f64,
-        /// The same by their acceleration (N s^2/m).
+        /// The same by acceleration (N s^2/m).
         by_acceleration: f64,
     },
 }

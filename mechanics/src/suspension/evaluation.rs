@@ -1,20 +1,20 @@
-//! What a problem is at one point: its cost and how far it is from what must not be.
+//! Evaluation of a problem at one point: its cost and its margins to the constraints.
 //!
-//! The cost is a convex function phi of the margins m (loads and angles), so its derivatives by the
+//! The cost is a convex function phi of the margins m (loads and angles), so its derivatives with respect to the
 //! problem's variables are
 //! ```text
 //!     S(11)  dJ = sum phi_i dm_i,   d2J = sum phi_ij dm_i dm_j' + sum phi_i d2m_i
 //! ```
-//! of which all but the last sum, the curvature of the margins themselves, is known at one point.
+//! Everything except the last sum, the curvature of the margins, is known at one point.
 
 use super::weights::Weights;
 use crate::machine::MAX_WHEELS;
 use crate::number::{Gradient, Real};
 
-/// Most margins: a load of every wheel and an angle of every edge.
+/// Maximum number of margins: one load per wheel and one angle per edge.
 pub(super) const MAX_MARGINS: usize = 2 * MAX_WHEELS;
 
-/// Cost and margins with their derivatives by the problem's variables, which run from -1 to 1.
+/// Cost and margins with their derivatives with respect to the variables, which are scaled to -1..1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Evaluation<const N: usize> {
     pub(super) cost: f64,
@@ -22,7 +22,7 @@ pub(super) struct Evaluation<const N: usize> {
     pub(super) gradient: [f64; N],
     /// The known part of d2J, positive semidefinite.
     pub(super) curvature: [[f64; N]; N],
-    /// Loads as shares of the mean load, angles above the least in rad: what must not be negative.
+    /// Constraints, required to be non-negative: loads relative to the mean load, angles minus their bound (rad).
     margins: [Gradient<N>; MAX_MARGINS],
     /// phi_i
     prices: [f64; MAX_MARGINS],
@@ -30,7 +30,7 @@ pub(super) struct Evaluation<const N: usize> {
 }
 
 impl<const N: usize> Evaluation<N> {
-    /// From the signed loads (N), the mean load (N), the stability angles (rad) and their least.
+    /// From the signed loads (N), the mean load (N), the stability angles (rad) and their lower bound.
     pub(super) fn of(
         weights: &Weights,
         loads: &[Gradient<N>],
@@ -84,9 +84,9 @@ impl<const N: usize> Evaluation<N> {
         values.fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether every number that a step needs is finite.
+    /// Whether every value that a step needs is finite.
     pub(super) fn is_finite(&self) -> bool {
-        // a sum is finite where its parts are, but for overflow, which is no number to go on with
+        // A sum is finite if its terms are, except for overflow, which is not usable either.
         let mut sum = self.cost;
         sum += self
             .gradient
@@ -99,8 +99,8 @@ impl<const N: usize> Evaluation<N> {
         sum.is_finite()
     }
 
-    /// What the unknown part of the Hessian of cost less multipliers times margins gives on the way
-    /// from another point to this one, to first order: sum (phi_i - l_i) (dm_i - dm_i there).
+    /// Effect of the unknown part of the Hessian of the Lagrangian on the way from another point to this one, to
+    /// first order: sum (phi_i - l_i) (dm_i - dm_i there).
     pub(super) fn bending(&self, from: &Self, multipliers: &[f64; MAX_MARGINS]) -> [f64; N] {
         let mut bending = [0.0; N];
         for k in 0..self.count {

@@ -1,4 +1,4 @@
-//! The instant that prospects are of: the state of the machine less what its suspension does.
+//! The machine's state at one instant without the motion of its suspension, the basis of predicted states.
 
 use nalgebra::Vector3;
 
@@ -9,19 +9,19 @@ use crate::kinematics::{self, BodyMotion, ImuSeat};
 use crate::spatial::rotate_back;
 use crate::state::{ImuState, State};
 
-/// All that does not depend on how the rods move.
+/// Everything that does not depend on the motion of the rods.
 #[derive(Debug)]
 pub(super) struct Instant {
     pub(super) condensed: Condensed,
     /// Motion of the carriers that no actuator moves, relative to a base at rest; by carrier.
     pub(super) fixed_motions: Vec<BodyMotion<f64>>,
-    /// What they carry.
+    /// Moments and wrench of what they carry.
     pub(super) fixed: Whole<f64>,
     /// Coordinates of all joints.
     pub(super) coordinates: Vec<Coordinate<f64>>,
-    /// What is felt at the origin of the contact plane's frame, in its axes.
+    /// Specific force and angular motion at the origin of the contact plane's frame, in its axes.
     pub(super) on_ground: ImuState<f64>,
-    /// Unit vector against gravity in the same axes; NaN where it is unknown.
+    /// Unit vector pointing up in the same axes; NaN where unknown.
     pub(super) up_on_ground: Vector3<f64>,
 }
 
@@ -46,7 +46,7 @@ impl Instant {
         }
     }
 
-    /// The instant of a state in which the rods move so.
+    /// Fills it from a state with the given motion of the rods.
     pub(super) fn fill(
         &mut self,
         suspended: &SuspendedMachine,
@@ -73,7 +73,7 @@ impl Instant {
         self.up_on_ground = rotate_back(&support.seat.rotation, &state.base.up);
     }
 
-    /// The carriers that no actuator moves, the base first.
+    /// Computes the motion of the carriers that no actuator moves, the base first.
     fn move_fixed(&mut self, suspended: &SuspendedMachine) {
         self.fixed = Whole::nothing();
         for (i, carrier) in suspended.carriers.carriers.iter().enumerate() {

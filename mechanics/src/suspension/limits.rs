@@ -1,20 +1,20 @@
-//! Limits of the rods' motion that keep them from striking their stops: (31b-d).
+//! Limits of the rods' motion that prevent impacts on the stops: (31b-d).
 //!
-//! With the distances up = x_max - x and down = x - x_min from the stops, V and A the largest velocity
-//! and acceleration, u(z) = 2/pi atan(z):
+//! With the distances up = x_max - x and down = x - x_min to the stops, V and A the largest velocity and
+//! acceleration, and u(z) = 2/pi atan(z):
 //! ```text
 //!     S(5)   v_max(x) =  V u(up / eps)                          v_min(x) = -V u(down / eps)
 //!            a_max(x) =  A (rho + (1 - rho) u(up / eps))        a_min(x) = -A (rho + (1 - rho) u(down / eps))
 //! ```
-//! The limits that push into a stop shrink as it comes nearer; braking keeps nearly all of A. With
-//! (31e), (31f) eliminated, what is left of (31b-d) is an interval of the acceleration for each rod,
-//! which is never empty again once it was not, and within which no stop is ever passed, if
+//! The limits towards a stop shrink as the rod approaches it; braking keeps nearly all of A. With (31e), (31f)
+//! eliminated, (31b-d) leave an interval for the acceleration of each rod. Once this interval is not empty it
+//! remains so, and no stop is passed, if
 //! ```text
 //!     S(6)   eps >= max( G V^2 / A_b,  2/pi V dt ),   G = 0.2327,   A_b = A (rho + (1 - rho) u(s / (2 eps)))
 //! ```
-//! Then v_max falls along x by no more in a step than braking can follow: A_b is what braking has in the
-//! half of the stroke next to the stop, and G the largest of (u(z) - u(z - alpha u(z))) / alpha over z
-//! and all alpha = V dt / eps up to pi/2; and x + dt v_max(x) <= x_max.
+//! Then v_max falls along x by no more per step than braking can follow (A_b is the braking acceleration in the
+//! half of the stroke next to the stop, and G the maximum of (u(z) - u(z - alpha u(z))) / alpha over z and all
+//! alpha = V dt / eps up to pi/2), and x + dt v_max(x) <= x_max.
 
 use std::f64::consts::FRAC_2_PI;
 
@@ -23,10 +23,10 @@ use crate::number::Real;
 
 /// G of S(6).
 const STEEPEST: f64 = 0.2327;
-/// Rounds in which the zone of S(6) is found: A_b depends on it, each round by less.
+/// Fixed-point iterations for the zone of S(6), on which A_b depends with decreasing effect.
 const ROUNDS: usize = 60;
 
-/// The limits of one rod for steps of one length.
+/// The limits of one rod for a given time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RodLimits {
     /// x_min, x_max (m).
@@ -43,12 +43,12 @@ pub(super) struct RodLimits {
     pub(super) step: f64,
 }
 
-/// The accelerations that a rod may have in the next step.
+/// The accelerations allowed in the next step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Allowed {
-    /// Least and greatest (m/s^2).
+    /// Smallest and largest (m/s^2).
     pub(super) range: [f64; 2],
-    /// Whether (31b-d) can all be met; else the range is one value, the best that braking can do.
+    /// Whether (31b-d) can all be met; otherwise the range is a single value, the best possible braking.
     pub(super) viable: bool,
 }
 
@@ -86,13 +86,13 @@ impl RodLimits {
         [-self.max_acceleration * down, self.max_acceleration * up]
     }
 
-    /// u of the distances from the stops; beyond one it is below zero.
+    /// u of the distances to the stops; negative beyond a stop.
     fn nearness(&self, x: f64) -> [f64; 2] {
         let [least, greatest] = self.stroke;
         [u((x - least) / self.zone), u((greatest - x) / self.zone)]
     }
 
-    /// What (31b-f) leave of the acceleration from position x and velocity v, both finite.
+    /// The accelerations that (31b-f) allow at position x and velocity v, both finite.
     pub(super) fn allowed(&self, x: f64, v: f64) -> Allowed {
         let dt = self.step;
         let by_velocity = self.velocity(x).map(|limit| (limit - v) / dt);
@@ -108,7 +108,7 @@ impl RodLimits {
                 viable: true,
             };
         }
-        // braking first, then the stops, then the velocity
+        // Priority: braking, then the stops, then the velocity.
         let wanted = clamp(clamp(0.0, by_velocity), by_stroke);
         let best = clamp(wanted, self.hard(by_acceleration));
         Allowed {
@@ -117,7 +117,7 @@ impl RodLimits {
         }
     }
 
-    /// Acceleration limits of a rod beyond a stop, where those of S(5) may have crossed.
+    /// Acceleration limits of a rod beyond a stop, where those of S(5) may be inverted.
     fn hard(&self, by_acceleration: [f64; 2]) -> [f64; 2] {
         let a = self.max_acceleration;
         [
@@ -127,12 +127,12 @@ impl RodLimits {
     }
 }
 
-/// The value in a range nearest to this one; the upper end where the range is empty.
+/// The value in the range closest to the given one; the upper end if the range is empty.
 pub(super) fn clamp(value: f64, [least, greatest]: [f64; 2]) -> f64 {
     value.max(least).min(greatest)
 }
 
-/// u(z) = 2/pi atan(z), in operations that are the same bits everywhere.
+/// u(z) = 2/pi atan(z), from operations that give the same bits on every platform.
 fn u(z: f64) -> f64 {
     Real::atan2(z, 1.0) * FRAC_2_PI
 }

@@ -1,55 +1,54 @@
-//! The least cost over the box that leaves every margin: sequential quadratic programming of bounded
-//! work.
+//! Constrained minimisation of the cost over the box: sequential quadratic programming with bounded work.
 //!
-//! Each iteration takes the exact optimum of the quadratic model ([`quadratic_step`]) and halves it until
-//! cost plus violation falls enough. Of the Hessian, the cost's own part S(11) is exact; the curvature of
-//! loads and angles, a small part since they are nearly linear, is learnt from how their exact gradients
-//! turn between iterates (the structured secant of Dennis, Gay and Welsch): the convergence is nearly
-//! quadratic. Where the linearised margins cannot be met, the smallest margin is raised instead. Every
-//! iterate lies in the box.
+//! Each iteration computes the exact optimum of the quadratic model ([`quadratic_step`]) and halves the step
+//! until cost plus constraint violation decreases sufficiently. The cost's part of the Hessian, S(11), is exact;
+//! the curvature of loads and angles, which is small because they are nearly linear, is learnt from the change
+//! of their exact gradients between iterates (structured secant update of Dennis, Gay and Welsch), so
+//! convergence is nearly quadratic. If the linearised margins are infeasible, the smallest margin is maximised
+//! instead. Every iterate is inside the box.
 
 use super::evaluation::Evaluation;
 use super::quadratic_step::{Step, dot, quadratic_step};
 use super::raise::raising_step;
 
-/// Most evaluations of a problem, whatever it is.
+/// Maximum number of evaluations of a problem.
 pub(super) const MAX_EVALUATIONS: usize = 40;
-/// Most iterations.
+/// Maximum number of iterations.
 pub(super) const MAX_ITERATIONS: usize = 12;
-/// Most halvings of a step.
+/// Maximum number of halvings of a step.
 const MAX_HALVINGS: usize = 6;
-/// A step is the last where the next one would be below this share of half the range.
+/// Convergence: the predicted next step is below this fraction of half the range.
 const NEXT_STEP: f64 = 1e-10;
-/// A margin may be missed by this much.
+/// Constraint tolerance of a margin.
 const MARGIN_TOLERANCE: f64 = 1e-9;
-/// Smallest rise of the smallest margin that is worth another step.
+/// Smallest increase of the smallest margin that justifies another step.
 const WORTH_RAISING: f64 = 1e-6;
-/// Armijo's share of the decrease that the slope promises.
+/// Fraction of the predicted decrease required by the Armijo condition.
 const SUFFICIENT: f64 = 1e-4;
-/// Rounding of a cost, as a share of it.
+/// Relative rounding error of a cost.
 const COST_ROUNDING: f64 = 1e-14;
-/// Steps below this share of half the range may fail to make the cost fall by rounding alone.
+/// Steps below this fraction of half the range may fail to decrease the cost because of rounding alone.
 const ROUNDING_STEP: f64 = 1e-6;
 
-/// Across the box a quadratic model may be wrong by this share of the cost.
+/// Error of a quadratic model across the box, as a fraction of the cost.
 const FLAT_SHARE: f64 = 1e-2;
-/// Points across the box that may be looked at: corners and sides of two variables.
+/// Maximum number of points tried across the box: corners and sides for two variables.
 const MAX_ACROSS: usize = 8;
 
-/// How a search ended.
+/// Outcome of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ending {
-    /// At the optimum.
+    /// The optimum was found.
     Converged,
-    /// At the best point found within the bound of work that leaves all margins.
+    /// The best feasible point found within the work limit.
     WorkLimit,
-    /// No point that leaves all margins: at the largest smallest margin found.
+    /// No feasible point: the point with the largest smallest margin found.
     NoMargin,
-    /// At a point where the problem is no number.
+    /// The problem is not finite at a point.
     NotFinite,
 }
 
-/// Where a search ended.
+/// Result of a search.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Minimum<const N: usize> {
     pub(super) z: [f64; N],
@@ -59,12 +58,12 @@ pub(super) struct Minimum<const N: usize> {
     pub(super) evaluations: usize,
 }
 
-/// A search: the problem, and how much was asked of it.
+/// A search: the problem, and the work done so far.
 struct Search<F, const N: usize> {
     evaluate: F,
     evaluations: usize,
     iterations: usize,
-    /// The cheapest point that leaves all margins.
+    /// The feasible point of least cost.
     cheapest: Option<([f64; N], f64)>,
     /// The point with the largest smallest margin.
     safest: ([f64; N], f64, f64),
@@ -91,7 +90,7 @@ pub(super) fn minimise<const N: usize>(
     loop {
         match search.descend(z, here) {
             Descent::Done(bottom) => {
-                // where the cost curves down, there may be a lower bottom on another side
+                // With negative curvature, another side of the box may have a lower minimum.
                 if elsewhere.is_none() && bottom.curves_down {
                     elsewhere = Some(bottom);
                     if let Some(there) = search.elsewhere(&bottom) {
@@ -116,27 +115,27 @@ pub(super) fn minimise<const N: usize>(
     }
 }
 
-/// The end of a descent.
+/// End of a descent.
 #[derive(Debug, Clone, Copy)]
 struct Bottom<const N: usize> {
     z: [f64; N],
     cost: f64,
     gradient: [f64; N],
     hessian: [[f64; N]; N],
-    /// Whether the quadratic model curves down in some direction.
+    /// Whether the quadratic model has negative curvature.
     curves_down: bool,
 }
 
-/// How a descent ended.
+/// Outcome of a descent.
 enum Descent<const N: usize> {
     Done(Bottom<N>),
     Stuck,
-    /// The linearised margins cannot be met from here.
+    /// The linearised margins are infeasible from here.
     NoMargin([f64; N], Evaluation<N>),
 }
 
 impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
-    /// The problem at a point; `None` where it is no number, or the work is used up.
+    /// Evaluates the problem at a point; `None` if it is not finite there or the work limit is reached.
     fn look(&mut self, z: &[f64; N]) -> Option<Evaluation<N>> {
         if self.evaluations == MAX_EVALUATIONS {
             return None;
@@ -157,11 +156,11 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
         Some(found)
     }
 
-    /// The cheapest point across the box, if it is cheaper than a bottom: of those looked at where the quadratic
-    /// model is lower, or hardly higher.
+    /// The best point across the box if its cost is lower than that of `bottom`. Tries the points at which the
+    /// quadratic model is lower or only slightly higher.
     fn elsewhere(&mut self, bottom: &Bottom<N>) -> Option<([f64; N], Evaluation<N>)> {
         let mut cheapest: Option<([f64; N], Evaluation<N>)> = None;
-        // with two variables there are too many ways across to try those that are hardly higher
+        // With two variables, the points with a slightly higher model value would be too many.
         let (candidates, lower) = match N {
             1 => (2, FLAT_SHARE * bottom.cost.abs()),
             _ => (MAX_ACROSS, 0.0),
@@ -185,7 +184,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
     fn descend(&mut self, mut z: [f64; N], mut here: Evaluation<N>) -> Descent<N> {
         let mut penalty: f64 = 0.0;
         let mut learnt = [[0.0; N]; N];
-        // how much a step is smaller than the one before
+        // Ratio of a step's size to that of the preceding step.
         let mut before = 1.0;
         while self.iterations < MAX_ITERATIONS {
             let hessian = sum(&here.curvature, &learnt);
@@ -203,7 +202,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
                 penalty = penalty.max(here.cost.abs() + 1.0);
             }
             let Some((there, next, share)) = self.line(&z, &here, &d, penalty) else {
-                // nothing falls any more: rounding, if the step is small
+                // No further decrease: rounding, if the step is small.
                 return if size <= ROUNDING_STEP {
                     Descent::Done(bottom(z, &here, &hessian))
                 } else {
@@ -217,7 +216,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
         Descent::Stuck
     }
 
-    /// The first of the halvings of a step that makes cost plus violation fall enough.
+    /// Line search: the first halving of the step that decreases cost plus violation sufficiently.
     fn line(
         &mut self,
         z: &[f64; N],
@@ -241,7 +240,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
         None
     }
 
-    /// Raises the smallest margin as far as it goes.
+    /// Maximises the smallest margin.
     fn raise(&mut self, mut z: [f64; N], mut here: Evaluation<N>) -> ([f64; N], Evaluation<N>) {
         let mut share: f64 = 1.0;
         while self.iterations < MAX_ITERATIONS {
@@ -250,7 +249,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
                 break;
             }
             self.iterations += 1;
-            // where the last step had to be shortened, this one may have to be
+            // If the last step had to be shortened, this one may have to be as well.
             share = (2.0 * share).min(1.0);
             let mut found = None;
             for _ in 0..=MAX_HALVINGS {
@@ -268,7 +267,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
         (z, here)
     }
 
-    /// The best that was seen.
+    /// The best point found.
     fn settle(&self) -> Minimum<N> {
         match self.cheapest {
             Some((z, cost)) => self.ended(z, Ending::WorkLimit, cost),
@@ -292,8 +291,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
     }
 }
 
-/// Makes a symmetric matrix give `bending` for `step` by the least change that keeps it symmetric (Powell's
-/// update): what was learnt across the step stays.
+/// Powell's symmetric update: the smallest symmetric change of a matrix that makes it map `step` to `bending`.
 fn learn<const N: usize>(learnt: &mut [[f64; N]; N], step: &[f64; N], bending: &[f64; N]) {
     let square = dot(step, step);
     if !(square > 0.0) {
@@ -338,7 +336,7 @@ fn across<const N: usize>(z: &[f64; N]) -> [[f64; N]; MAX_ACROSS] {
     })
 }
 
-/// How far the margins are missed, all together.
+/// Total constraint violation.
 fn violation<const N: usize>(at: &Evaluation<N>) -> f64 {
     at.margins()
         .iter()
@@ -346,7 +344,7 @@ fn violation<const N: usize>(at: &Evaluation<N>) -> f64 {
         .sum()
 }
 
-/// z + share d, in the box.
+/// z + share d, clamped to the box.
 fn moved<const N: usize>(z: &[f64; N], d: &[f64; N], share: f64) -> [f64; N] {
     std::array::from_fn(|i| (z[i] + d[i] * share).clamp(-1.0, 1.0))
 }

@@ -1,9 +1,9 @@
-//! The active suspension: where the rods of a suspension should move so that the wheels stay on the
-//! ground, the second paper's (30)-(31).
+//! Control of an active suspension: moves its cylinders so that all wheels stay on the ground, (30)-(31) of the
+//! second paper.
 //!
 //! ```text
-//!     state -> carriers -> condensed -> instant          once a step: what the suspension leaves as it is
-//!     rods -> prospect (loads, angles) -> evaluation     for each motion of the rods that is looked at
+//!     state -> carriers -> condensed -> instant          once per step: independent of the suspension
+//!     rods -> prospect (loads, angles) -> evaluation     for each candidate motion of the rods
 //!     limits, weights -> problem -> minimise -> command
 //! ```
 

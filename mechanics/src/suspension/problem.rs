@@ -1,18 +1,17 @@
-//! The problem of one step: which motion of the rods costs least.
+//! The optimisation problem of one step: the motion of the rods with the least cost.
 //!
-//! `literal` is the paper's (30)-(31) with (31e), (31f) eliminated: the variables are the rods'
-//! accelerations a, and what is weighed is the next state with all its inertia,
+//! `literal` (one-step) is the paper's (30)-(31) with (31e), (31f) eliminated: the variables are the rods'
+//! accelerations a, and the cost is that of the next state including all its inertia forces,
 //! ```text
 //!     S(9)   xd+ = xd + dt a,  x+ = x + dt xd+,  xdd+ = a
 //! ```
-//! Its sign is wrong for short steps ([`CriticalStep`](super::CriticalStep)). `look-ahead` weighs where a
-//! move leads: the variables are the positions p at which the rods come to rest after the time H, and
-//! loads and angles are those at rest there. The move of least mean square acceleration that does so
-//! begins with
+//! For short steps its sign is wrong ([`CriticalStep`](super::CriticalStep)). `look-ahead` evaluates the end of
+//! a move: the variables are the strokes p at which the rods come to rest after the time H, with the static
+//! loads and angles there. The move with the least mean square acceleration starts with
 //! ```text
 //!     S(10)  a = 6 (p - x) / H^2 - 4 xd / H
 //! ```
-//! planned again each step; p is kept where that a is among the accelerations allowed now.
+//! and is replanned at every step; p is restricted so that this a is within the present acceleration limits.
 
 use super::evaluation::Evaluation;
 use super::instant::Instant;
@@ -24,21 +23,21 @@ use super::weights::Weights;
 use crate::coordinate::Motion;
 use crate::number::{Gradient, Real};
 
-/// Most actuators.
+/// Maximum number of actuators.
 pub const MAX_ACTUATORS: usize = 2;
 
-/// What is weighed, and from where: the same for every step of a machine.
+/// The objective and the machine: constant for all steps.
 #[derive(Debug, Clone)]
 pub(super) struct Aim {
     pub(super) weights: Weights,
-    /// Stability angles are kept above this (rad).
+    /// Lower bound on the stability angles (rad).
     pub(super) min_angle: f64,
-    /// Look-ahead (s); `None` of the paper's own problem.
+    /// Look-ahead time (s); `None` for the problem of the paper.
     pub(super) look_ahead: Option<f64>,
     pub(super) limits: RodLimits,
 }
 
-/// Where the rods are, and what they may do.
+/// State and limits of a rod.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rod {
     /// (m)
@@ -48,10 +47,10 @@ pub(super) struct Rod {
     pub(super) allowed: Allowed,
 }
 
-/// What depends on one variable.
+/// A number that depends on one variable.
 type Alone = Gradient<1>;
 
-/// A problem in `N` variables: one for all rods, or one for each.
+/// A problem in `N` variables: one for all rods, or one per rod.
 #[derive(Debug)]
 pub(super) struct Problem<const N: usize>
 where
@@ -59,9 +58,9 @@ where
 {
     prospect: Prospect<Gradient<N>, Alone>,
     rods: [Motion<Alone>; MAX_ACTUATORS],
-    /// Loads by the step that was found.
+    /// Loads as functions of the step, at the last evaluation.
     by_step: Vec<Gradient<N>>,
-    /// The last solution, in the variables' units.
+    /// The last solution, in the units of the variables.
     last: Option<[f64; N]>,
 }
 
@@ -70,10 +69,10 @@ where
 pub(super) struct Solved {
     /// Acceleration of each rod (m/s^2).
     pub(super) acceleration: [f64; MAX_ACTUATORS],
-    /// Each problem's variable, in its unit.
+    /// Variable of each rod, in its unit.
     pub(super) variable: [f64; MAX_ACTUATORS],
     pub(super) found: Minimum<MAX_ACTUATORS>,
-    /// Whether the loads answer to the step as they would to where it leads: S(8).
+    /// Whether the step changes the loads in the same direction as the position it leads to: S(8).
     pub(super) steers_right: bool,
 }
 
@@ -100,7 +99,7 @@ where
         self.last = None;
     }
 
-    /// Solves it for rods that all can move: see [`Allowed::viable`].
+    /// Solves it for rods that can all move: see [`Allowed::viable`].
     pub(super) fn solve(
         &mut self,
         suspended: &SuspendedMachine,
@@ -150,8 +149,8 @@ where
         }
     }
 
-    /// Whether d_X' W d_a is positive definite: of the differences of the loads by the rods' positions and
-    /// by the accelerations of the step, at the last point that the search looked at.
+    /// Whether d_X' W d_a is positive definite, from the derivatives of the load differences with respect to the
+    /// strokes and to the accelerations of the step, at the last point evaluated.
     fn steers_right(
         &mut self,
         suspended: &SuspendedMachine,
@@ -181,7 +180,7 @@ where
         by(0, 0) > 0.0 && by(0, 0) * by(1, 1) > off * off
     }
 
-    /// Where the search begins: at the last solution, else where the rods are, or do not accelerate.
+    /// Start of the search: the last solution, else the present strokes or zero acceleration.
     fn start(&self, aim: &Aim, rods: &[Rod], ranges: &Ranges<N>) -> [f64; N] {
         std::array::from_fn(|i| {
             let here = if aim.look_ahead.is_some() {
@@ -196,12 +195,12 @@ where
     }
 }
 
-/// The variable that a rod follows.
+/// Index of the variable that controls a rod.
 fn variable_of<const N: usize>(rod: usize) -> usize {
     rod.min(N - 1)
 }
 
-/// Cost and margins of a motion of the rods: loads as shares of the mean load, angles in rad.
+/// Cost and margins for a motion of the rods: loads relative to the mean load, angles in rad.
 fn evaluate<const N: usize>(
     suspended: &SuspendedMachine,
     instant: &Instant,
@@ -229,12 +228,12 @@ where
 }
 
 impl Aim {
-    /// Whether stability angles matter, and with them the direction of gravity.
+    /// Whether stability angles matter, which require the direction of gravity.
     pub(super) fn counts_angles(&self) -> bool {
         self.weights.count_angles() || self.min_angle > 0.0
     }
 
-    /// How a rod moves for a value of its variable: S(9), or at rest at the end of its move.
+    /// Motion of a rod for a value of its variable: S(9), or at rest at the end of its move.
     fn motion<T: Real>(&self, rod: &Rod, variable: T) -> Motion<T> {
         if self.look_ahead.is_some() {
             return Motion {
@@ -251,7 +250,7 @@ impl Aim {
         }
     }
 
-    /// The acceleration of a rod for a value of its variable: S(10).
+    /// Acceleration of a rod for a value of its variable: S(10).
     fn acceleration(&self, rod: &Rod, variable: f64) -> f64 {
         match self.look_ahead {
             Some(h) => 6.0 * (variable - rod.x) / (h * h) - 4.0 * rod.v / h,
@@ -259,7 +258,7 @@ impl Aim {
         }
     }
 
-    /// The variable for an acceleration: S(10) backwards.
+    /// Value of the variable for an acceleration: the inverse of S(10).
     fn variable(&self, rod: &Rod, acceleration: f64) -> f64 {
         match self.look_ahead {
             Some(h) => rod.x + 2.0 / 3.0 * h * rod.v + h * h / 6.0 * acceleration,
@@ -269,8 +268,8 @@ impl Aim {
 }
 
 impl<const N: usize> Ranges<N> {
-    /// What the rods of each variable can all do; of rods that are so far apart that there is no such
-    /// value, what lies in the middle between them.
+    /// The common range of the rods of each variable; for rods so far apart that none exists, the value midway
+    /// between them.
     fn of(aim: &Aim, rods: &[Rod]) -> Self {
         let mut ranges = [[f64::NEG_INFINITY, f64::INFINITY]; N];
         for (k, rod) in rods.iter().enumerate() {

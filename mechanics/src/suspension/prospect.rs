@@ -1,4 +1,4 @@
-//! What the wheels would carry, and how far the machine would be from tipping, if the rods moved so.
+//! Predicted state: loads and stability angles for a candidate motion of the rods.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -18,7 +18,7 @@ use crate::spatial::{Wrench, constant, cross, rotate_constant};
 use crate::state::ImuState;
 use crate::wheel_loads::{Equations, GroundForce, Solver};
 
-/// A machine and which of its linkages are the suspension's.
+/// A machine with its suspension linkages.
 #[derive(Debug, Clone)]
 pub(super) struct SuspendedMachine {
     pub(super) machine: Machine,
@@ -27,31 +27,31 @@ pub(super) struct SuspendedMachine {
     pub(super) carriers: Carriers,
 }
 
-/// Whether a prospect counts the inertia of the rods' own motion.
+/// Whether a prediction includes the inertia forces of the rods' motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Own {
-    /// At rest: rates and accelerations of the rods are zero.
+    /// No: velocities and accelerations of the rods are zero.
     AtRest,
-    /// In motion.
+    /// Yes.
     InMotion,
 }
 
-/// Loads and stability angles for one motion of the rods, and the scratch to find them.
+/// Loads and stability angles for one motion of the rods, with scratch memory.
 #[derive(Debug)]
 pub(super) struct Prospect<T: Real, A: Real = T> {
     /// Signed loads, OTF, by wheel (N).
     pub(super) otf: Vec<T>,
     /// Stability angles by edge (rad).
     pub(super) angle: Vec<T>,
-    /// Centre of mass of the whole machine in base axes (m), where there are angles.
+    /// Centre of mass of the whole machine in base axes (m), if angles are computed.
     pub(super) com: Vector3<T>,
-    /// How the base moves.
+    /// Motion of the base.
     pub(super) base: BodyMotion<T>,
     /// By actuator.
     actuators: Vec<ActuatorCoordinates<A>>,
-    /// By carrier, of those that an actuator moves, relative to a base at rest.
+    /// By carrier, for those that an actuator moves, relative to a base at rest.
     motions: Vec<BodyMotion<A>>,
-    /// By actuator, of what it moves.
+    /// Moments and wrenches of the moved parts, by actuator.
     parts: Vec<Whole<A>>,
     centres: Vec<Vector3<T>>,
     moving_centres: Vec<Vector3<Jet<T>>>,
@@ -94,7 +94,7 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         }
     }
 
-    /// The contact plane of an instant with the rods moving so.
+    /// The contact plane of an instant for a motion of the rods.
     pub(super) fn observe(
         &mut self,
         suspended: &SuspendedMachine,
@@ -105,7 +105,7 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         self.support(suspended, instant, Own::InMotion)
     }
 
-    /// Fills in what comes of the rods moving so. Angles only where `with_angles`.
+    /// Computes the predicted state for a motion of the rods; angles only if `with_angles`.
     pub(super) fn fill(
         &mut self,
         suspended: &SuspendedMachine,
@@ -132,7 +132,7 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         }
     }
 
-    /// Poses, and unless `own` is at rest motions, of the carriers relative to a base at rest.
+    /// Poses of the carriers relative to a base at rest, and their motion unless `own` is at rest.
     fn move_carriers(
         &mut self,
         suspended: &SuspendedMachine,
@@ -175,7 +175,7 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         }
     }
 
-    /// Moments and wrench of everything on the carriers.
+    /// Moments and wrench of the whole machine.
     fn weigh(&mut self, suspended: &SuspendedMachine, instant: &Instant, own: Own) -> Whole<T> {
         let carriers = &suspended.carriers;
         let at_rest = own == Own::AtRest && carriers.by_rods_alone;
@@ -200,7 +200,7 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         whole
     }
 
-    /// The contact plane where the carriers are, and unless `own` is at rest how it moves.
+    /// The contact plane at the carriers' poses, and its motion unless `own` is at rest.
     fn support(&mut self, suspended: &SuspendedMachine, instant: &Instant, own: Own) -> Support<T> {
         let machine = &suspended.machine;
         for (wheel, spec) in machine.wheels.iter().enumerate() {
@@ -239,8 +239,8 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         }
     }
 
-    /// The signed loads, all wheels held to the ground; tyres that deflect are solved for twice, as in
-    /// [`evaluate`](crate::evaluate). Gives the plane that the wheels stand on.
+    /// Signed loads with all wheels held to the ground; deflecting tyres are solved for twice, as in
+    /// [`evaluate`](crate::evaluate). Returns the contact plane.
     fn load_wheels(
         &mut self,
         machine: &Machine,
@@ -290,7 +290,7 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
     }
 }
 
-/// Place, velocity and acceleration of a point of a body.
+/// Position, velocity and acceleration of a point of a body.
 fn point_motion<U: Real>(motion: &BodyMotion<U>, point: &Vector3<f64>) -> [Vector3<U>; 3] {
     let arm = rotate_constant(&motion.rotation, point);
     let (w, alpha) = (&motion.angular_velocity, &motion.angular_acceleration);

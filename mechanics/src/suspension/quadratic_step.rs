@@ -1,23 +1,22 @@
-//! The step of one iteration: a convex quadratic over a box and half planes, in one or two variables,
-//! solved exactly.
+//! Exact solution of the step of one iteration: a convex quadratic program over a box and half planes, in one or
+//! two variables.
 //!
 //! ```text
 //!     minimise g.d + 1/2 d'H d    over -1 <= z + d <= 1,  m_j + dm_j.d >= 0
 //! ```
-//! The optimum is the least of the objective on some one, two or none of the constraints taken for
-//! equations. They are few, so all such sets are tried: a fixed amount of work, and no rounding but that
-//! of solving two equations.
+//! The optimum is the minimum of the objective on one, two or none of the constraints taken as equations. These
+//! sets are few, so all are tried: the work is fixed, and the only rounding is that of solving two equations.
 
 use super::evaluation::{Evaluation, MAX_MARGINS};
 
-/// A constraint may be missed by this much of its gradient.
+/// Constraint tolerance, relative to the gradient.
 const ROUNDING: f64 = 1e-12;
-/// So near to it a point counts as at a side of the box.
+/// A point within this distance of a side of the box counts as on it.
 const AT_SIDE: f64 = 1e-12;
-/// Least curvature, as a share of the largest.
+/// Smallest curvature, relative to the largest.
 const LEAST_CURVATURE_SHARE: f64 = 1e-12;
 
-/// A step, and the multipliers of the margins that hold it.
+/// A step, and the Lagrange multipliers of the margins.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step<const N: usize> {
     pub(super) d: [f64; N],
@@ -29,7 +28,7 @@ pub(super) struct Step<const N: usize> {
 struct Row<const N: usize> {
     normal: [f64; N],
     least: f64,
-    /// The margin that it is of; `None` of a side of the box.
+    /// The margin it belongs to; `None` for a side of the box.
     margin: Option<usize>,
 }
 
@@ -67,7 +66,7 @@ impl<const N: usize> Objective<N> {
     }
 }
 
-/// The step from `z` with this Hessian; `None` where the linearised margins cannot all be met in the box.
+/// The step from `z` with this Hessian; `None` if the linearised margins are infeasible in the box.
 pub(super) fn quadratic_step<const N: usize>(
     z: &[f64; N],
     here: &Evaluation<N>,
@@ -89,7 +88,7 @@ pub(super) fn quadratic_step<const N: usize>(
         rows[2 * i + 1].least = z[i] - 1.0;
     }
     let mut count = 2 * N;
-    // most often no margin matters
+    // Usually no margin is active.
     let d = over(&objective, &rows[..count])?;
     for (j, margin) in here.margins().iter().enumerate() {
         rows[count] = Row {
@@ -113,10 +112,10 @@ pub(super) fn quadratic_step<const N: usize>(
     })
 }
 
-/// The constraints taken for equations.
+/// The active constraints.
 type Active = [Option<usize>; 2];
 
-/// The optimum over rows, and which of them hold it.
+/// The optimum over the rows, and which of them are active.
 fn over<const N: usize>(objective: &Objective<N>, rows: &[Row<N>]) -> Option<([f64; N], Active)> {
     let free = objective.solve(&objective.g.map(|g| -g));
     if meets(&free, rows) {
@@ -136,7 +135,7 @@ fn over<const N: usize>(objective: &Objective<N>, rows: &[Row<N>]) -> Option<([f
         let towards = objective.solve(&row.normal);
         let share = (row.least - dot(&row.normal, &free)) / dot(&row.normal, &towards);
         let mut d: [f64; N] = std::array::from_fn(|k| free[k] + towards[k] * share);
-        // a small curvature puts `free` far away and leaves rounding
+        // With small curvature `free` is far away, and the result carries its rounding error.
         let off = (row.least - dot(&row.normal, &d)) / dot(&row.normal, &row.normal);
         for (d, n) in d.iter_mut().zip(&row.normal) {
             *d += n * off;
@@ -154,7 +153,7 @@ fn over<const N: usize>(objective: &Objective<N>, rows: &[Row<N>]) -> Option<([f
     best
 }
 
-/// Where two rows of two variables hold as equations; nowhere where they are parallel.
+/// Intersection of two rows as equations, for two variables; `None` if they are parallel.
 fn crossing<const N: usize>(a: &Row<N>, b: &Row<N>) -> Option<[f64; N]> {
     let (p, q) = (&a.normal, &b.normal);
     let determinant = p[0] * q[1] - p[1] * q[0];
@@ -175,7 +174,7 @@ fn meets<const N: usize>(d: &[f64; N], rows: &[Row<N>]) -> bool {
     })
 }
 
-/// g + H d = sum l n over the active rows.
+/// Solves g + H d = sum l n over the active rows.
 fn multipliers_of<const N: usize>(
     objective: &Objective<N>,
     d: &[f64; N],
@@ -211,8 +210,8 @@ fn multipliers_of<const N: usize>(
     multipliers
 }
 
-/// The Hessian made positive definite. Where it curves down, a step may go as far as the box: the least
-/// curvature takes its place. Along a side of the box that the gradient pushes against it stays as it is.
+/// Makes the Hessian positive definite: negative curvature is replaced by the smallest positive one, so that a
+/// step may go to the side of the box. Along a side that the gradient pushes against it is unchanged.
 fn convex<const N: usize>(h: &[[f64; N]; N], g: &[f64; N], z: &[f64; N]) -> [[f64; N]; N] {
     let tiny = f64::MIN_POSITIVE.sqrt() + ROUNDING * dot(g, g).sqrt();
     if N == 1 {

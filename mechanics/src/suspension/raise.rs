@@ -1,13 +1,12 @@
-//! Where the margins cannot all be met: the step that makes the smallest of them as large as it can be.
+//! Step that maximises the smallest margin, for the case that not all margins can be met.
 //!
-//! Linearised, the smallest margin over the box is a roof of planes: its top lies where as many of them
-//! cross, or sides of the box, as there are variables and one more. All such places are tried.
+//! The smallest linearised margin over the box is a concave piecewise linear function: its maximum is at an
+//! intersection of planes and sides of the box, one more in number than the variables. All of them are tried.
 
 use super::evaluation::{Evaluation, MAX_MARGINS};
 use super::quadratic_step::dot;
 
-/// The change of z after which the smallest linearised margin is largest in the box from -1 to 1, and how
-/// large it is then.
+/// The change of z that maximises the smallest linearised margin in the box from -1 to 1, and that maximum.
 pub(super) fn raising_step<const N: usize>(z: &[f64; N], here: &Evaluation<N>) -> ([f64; N], f64) {
     let mut roof = Roof {
         value: [0.0; MAX_MARGINS],
@@ -42,7 +41,7 @@ struct Roof<const N: usize> {
 }
 
 impl<const N: usize> Roof<N> {
-    /// Takes a place, pulled into the box, if the roof is higher there.
+    /// Considers a candidate, clamped to the box, and keeps it if its smallest margin is larger.
     fn consider(&mut self, d: [f64; N]) {
         let d: [f64; N] = std::array::from_fn(|i| d[i].max(self.low[i]).min(self.high[i]));
         let heights = (0..self.count).map(|j| self.value[j] + dot(&self.slope[j], &d));
@@ -52,7 +51,7 @@ impl<const N: usize> Roof<N> {
         }
     }
 
-    /// Places on the line from `d` along one axis: its ends, and where two planes cross on it.
+    /// Candidates on the line from `d` along one axis: its ends, and intersections of two planes.
     fn along(&mut self, axis: usize, d: [f64; N]) {
         let mut place = d;
         for end in [self.low[axis], self.high[axis]] {
@@ -74,7 +73,7 @@ impl<const N: usize> Roof<N> {
         }
     }
 
-    /// The sides of the box, and where three planes cross.
+    /// Candidates on the sides of the box, and intersections of three planes.
     fn over_two(&mut self) {
         for (side, axis) in [(0, 1), (1, 0)] {
             for end in [self.low[side], self.high[side]] {

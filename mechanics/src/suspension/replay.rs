@@ -1,8 +1,8 @@
-//! The same instant with the suspension elsewhere: what a recorded state would have been.
+//! A recorded state with the suspension moved elsewhere: the state as it would have been.
 //!
-//! The contact plane's frame goes where it went: how the wheels travel over the ground is as recorded, and
-//! what moves in the base beside the suspension too. Where the base is and how it moves above the wheels follows
-//! from the rods, S(1)-(3), and with it what the IMU feels.
+//! The frame of the contact plane moves as recorded: the wheels' path over the ground is unchanged, and so is
+//! the motion of all other joints. The pose and motion of the base above the wheels follow from the rods,
+//! S(1)-(3), and with them the IMU's measurement.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -24,7 +24,7 @@ use crate::spatial::rotate;
 use crate::state::{BaseState, State};
 use crate::workspace::Workspace;
 
-/// Puts other motions of the suspension's rods into recorded states. A step allocates nothing.
+/// Replaces the motion of the suspension's rods in recorded states. A step does not allocate.
 #[derive(Debug)]
 pub struct Replay {
     suspended: SuspendedMachine,
@@ -38,7 +38,7 @@ pub struct Replay {
 }
 
 impl SuspendedMachine {
-    /// A machine and its suspension, if that can be steered.
+    /// For a machine with a suspension that can be controlled.
     pub(super) fn of(machine: &Machine) -> Result<(Self, Suspension), StabiliserError> {
         let Some(suspension) = machine.suspension().cloned() else {
             return Err(StabiliserError::NoSuspension);
@@ -54,7 +54,7 @@ impl SuspendedMachine {
         }
         check_stroke(machine, &suspension)?;
         let mut unmeasured = machine.clone();
-        // what the joints' torques will be in another posture nobody has measured
+        // The joint torques in another posture are unknown.
         unmeasured.contact.actuated_joints.clear();
         let suspended = Self {
             carriers: Carriers::of(&unmeasured, &suspension.linkages),
@@ -69,7 +69,7 @@ impl Replay {
     /// For a machine with a suspension.
     ///
     /// # Errors
-    /// [`StabiliserError`]: the machine has no suspension that can be steered.
+    /// [`StabiliserError`]: the machine has no suspension that can be controlled.
     pub fn new(machine: &Machine) -> Result<Self, StabiliserError> {
         let (suspended, _) = SuspendedMachine::of(machine)?;
         let own = &suspended.machine;
@@ -89,13 +89,13 @@ impl Replay {
         })
     }
 
-    /// How many rods there are.
+    /// Number of rods.
     #[must_use]
     pub fn actuators(&self) -> usize {
         self.suspended.linkages.len()
     }
 
-    /// Motion of the rods in a state (m, m/s, m/s^2), by actuator; zero beyond the machine's.
+    /// Motion of the rods in a state (m, m/s, m/s^2), by actuator; zero beyond the machine's actuators.
     #[must_use]
     pub fn rods(&self, state: &State<f64>) -> [Motion<f64>; MAX_ACTUATORS] {
         let mut rods = [Motion::zero(); MAX_ACTUATORS];
@@ -111,9 +111,8 @@ impl Replay {
         rods
     }
 
-    /// The state as it would have been with the rods moving so, by actuator, and what the wheels would
-    /// have carried. What is not finite makes what rests on it NaN. Forces of actuators are unknown there, and the
-    /// base's velocity.
+    /// The state with the given motion of the rods, by actuator, which is also evaluated. Non-finite inputs make
+    /// the dependent values NaN. Actuator forces and the base's velocity are unknown in it.
     pub fn moved(&mut self, state: &State<f64>, rods: &[Motion<f64>]) -> &State<f64> {
         let recorded = self.rods(state);
         let actuators = self.actuators();
@@ -166,20 +165,20 @@ impl Replay {
         &self.state
     }
 
-    /// Loads and indicators of the state that [`Self::moved`] gave last.
+    /// Loads and indicators of the state from the last [`Self::moved`].
     #[must_use]
     pub fn outcome(&self) -> &Outcome<f64> {
         self.workspace.outcome()
     }
 
-    /// Where the centre of mass of the whole machine is, along gravity, in the contact plane: forward and
-    /// left of the middle of the contact points (m).
+    /// Position of the centre of mass of the whole machine, projected along gravity onto the contact plane:
+    /// forward and left of the centre of the contact points (m).
     #[must_use]
     pub fn com_offset(&self) -> Vector2<f64> {
         self.com_offset
     }
 
-    /// Force that an actuator needs there (N), positive where it pushes its rod out; without friction.
+    /// Force that an actuator needs in that state, without friction (N), positive when it extends its rod.
     #[must_use]
     pub fn rod_force(&self, actuator: usize) -> f64 {
         let linkage = self.suspended.linkages[actuator];

@@ -1,10 +1,10 @@
-//! Numbers in which the motion of one actuator needs fewer derivatives than that of all.
+//! Number types that carry fewer derivatives for the motion of a single actuator than for all of them.
 
 use crate::number::{Gradient, Real};
 
-/// A number of a prospect, made of one, `A`, in which what a single actuator moves is computed.
+/// A number type for predictions, and the type `A` for what a single actuator moves.
 pub(super) trait Among<A: Real>: Real {
-    /// A number of an actuator among all.
+    /// Converts the number of one actuator.
     fn among(alone: A, actuator: usize) -> Self;
 }
 
@@ -15,7 +15,7 @@ impl<T: Real> Among<T> for T {
     }
 }
 
-/// Of two variables, each is that of one actuator.
+/// With two variables, each belongs to one actuator.
 impl Among<Gradient<1>> for Gradient<2> {
     #[inline(always)]
     fn among(alone: Gradient<1>, actuator: usize) -> Self {

@@ -1,4 +1,4 @@
-//! The stabiliser: from the state of the machine to the next motion of its suspension.
+//! The suspension optimiser: from the state of the machine to the next motion of its suspension.
 
 use super::command::{Command, Status};
 use super::critical_step::{CriticalStep, STEP_FACTOR, StepFinder};
@@ -14,14 +14,14 @@ use crate::machine::{ControlMode, Machine, Suspension, SuspensionControl};
 use crate::state::State;
 use crate::static_posture::resting_state;
 
-/// How many positions of the stroke T* is looked at.
+/// Number of strokes at which T* is evaluated.
 const STROKE_POSITIONS: usize = 33;
 
-/// Finds, step by step, how the rods of an active suspension should move so that the wheels stay on the
-/// ground: the second paper's (30)-(31), see [`ControlMode`].
+/// Computes, step by step, how the rods of an active suspension should move to keep the wheels on the ground:
+/// (30)-(31) of the second paper, see [`ControlMode`].
 ///
-/// A step allocates nothing and its work is bounded: [`Stabiliser::MAX_EVALUATIONS`]. Every command
-/// lies within the rods' limits, whatever the input.
+/// A step does not allocate and its work is bounded: [`Stabiliser::MAX_EVALUATIONS`]. For any input, every
+/// command is within the rods' limits.
 #[derive(Debug)]
 pub struct Stabiliser {
     suspended: SuspendedMachine,
@@ -31,31 +31,31 @@ pub struct Stabiliser {
     instant: Instant,
     scratch: Prospect<f64>,
     finder: StepFinder,
-    /// The last position that a command asked for, by rod (m).
+    /// The last commanded stroke, by rod (m).
     reference: Option<[f64; MAX_ACTUATORS]>,
-    /// Whether the last step found nothing to do but stop.
+    /// Whether the last step could only stop the rods.
     stopping: bool,
 }
 
-/// The problem, by its number of variables.
+/// The problem, by number of variables.
 #[derive(Debug)]
 enum Variables {
     /// All rods move alike.
     One(Box<Problem<1>>),
-    /// Each rod by itself.
+    /// Each rod individually.
     Two(Box<Problem<2>>),
 }
 
 impl Stabiliser {
-    /// Most times that a step looks at the machine with a suspension that moved.
+    /// Maximum number of evaluations of the machine per step.
     pub const MAX_EVALUATIONS: usize = super::minimise::MAX_EVALUATIONS;
 
-    /// A stabiliser for a machine, with `control` in place of that of its machine file. In literal mode
-    /// the joint positions (rad or m), in the order of [`Machine::joints`], are the posture in which the
-    /// step is judged.
+    /// For a machine, with `control` instead of the settings in its machine file. In one-step mode the joint
+    /// positions (rad or m), in the order of [`Machine::joints`], are the posture for which the step length is
+    /// checked.
     ///
     /// # Errors
-    /// [`StabiliserError`]: the machine has no suspension that can be steered so.
+    /// [`StabiliserError`]: the machine has no suspension that can be controlled like this.
     pub fn new(
         machine: &Machine,
         control: &SuspensionControl,
@@ -103,31 +103,31 @@ impl Stabiliser {
         Ok(stabiliser)
     }
 
-    /// Length of a step: how long a command holds (s).
+    /// Duration of a step, for which a command applies (s).
     #[must_use]
     pub fn step_length(&self) -> f64 {
         self.aim.limits.step
     }
 
-    /// Width of the zone before a stop in which velocity shrinks: eps (m).
+    /// Width of the zone in front of a stop in which the velocity limit shrinks: eps (m).
     #[must_use]
     pub fn approach_zone(&self) -> f64 {
         self.aim.limits.zone
     }
 
-    /// Least and greatest velocity of a rod at a position (m, m/s): (31c).
+    /// Smallest and largest velocity of a rod at a stroke (m, m/s): (31c).
     #[must_use]
     pub fn velocity_limits(&self, position: f64) -> [f64; 2] {
         self.aim.limits.velocity(position)
     }
 
-    /// Least and greatest acceleration of a rod at a position (m, m/s^2): (31d).
+    /// Smallest and largest acceleration of a rod at a stroke (m, m/s^2): (31d).
     #[must_use]
     pub fn acceleration_limits(&self, position: f64) -> [f64; 2] {
         self.aim.limits.acceleration(position)
     }
 
-    /// Forgets the steps before: the next one starts afresh.
+    /// Discards the history.
     pub fn reset(&mut self) {
         match &mut self.problem {
             Variables::One(problem) => problem.forget(),
@@ -137,8 +137,8 @@ impl Stabiliser {
         self.stopping = false;
     }
 
-    /// The critical step of a machine level and at rest, its joints at these positions (rad or m) but
-    /// its rods all at `rod` (m).
+    /// The critical step of a machine at rest on level ground, its joints at these positions (rad or m) except for
+    /// its rods, which are all at `rod` (m).
     pub fn critical_step(&mut self, joint_positions: &[f64], rod: f64) -> CriticalStep {
         let rods = [rod; MAX_ACTUATORS];
         let state = resting_state(&self.suspended.machine, joint_positions);
@@ -146,7 +146,7 @@ impl Stabiliser {
         self.find_step(&rods)
     }
 
-    /// The instant of a machine at rest with gravity along the normal of its contact plane.
+    /// Fills the instant of a machine at rest with gravity along the normal of its contact plane.
     fn level_instant(&mut self, state: &State<f64>, rods: &[f64; MAX_ACTUATORS]) {
         let at_rest = rods.map(|position| Motion {
             position,
@@ -173,7 +173,7 @@ impl Stabiliser {
         )
     }
 
-    /// Whether the step is long enough all over the stroke.
+    /// Checks that the step is long enough over the whole stroke.
     fn check_step(&mut self, joint_positions: &[f64]) -> Result<(), StabiliserError> {
         let [least, greatest] = self.aim.limits.stroke;
         let mut largest = (0.0, least);
@@ -204,11 +204,11 @@ impl Stabiliser {
         Ok(())
     }
 
-    /// The next command from the machine's state and the positions (m) and velocities (m/s) of the
+    /// Computes the next command from the machine's state and the strokes (m) and velocities (m/s) of the
     /// suspension's rods, in the order of its linkages.
     ///
-    /// The state's own positions and rates of the suspension do not count, its accelerations do. Stability
-    /// angles need [`BaseState::up`](crate::BaseState).
+    /// Suspension positions and velocities in the state are ignored, its accelerations are used. Stability angles
+    /// require [`BaseState::up`](crate::BaseState).
     pub fn step(&mut self, state: &State<f64>, x: &[f64], v: &[f64]) -> Command {
         let actuators = self.suspended.linkages.len();
         let known =
@@ -260,7 +260,7 @@ impl Stabiliser {
         self.command(rods, solved.acceleration, status, Some(&solved))
     }
 
-    /// What the state is without the motion of the suspension.
+    /// Fills the instant: the state without the motion of the suspension.
     fn observe(&mut self, state: &State<f64>, rods: &[Rod]) {
         let mut motions = [Motion::zero(); MAX_ACTUATORS];
         for ((motion, rod), &linkage) in motions.iter_mut().zip(rods).zip(&self.suspended.linkages)
@@ -281,7 +281,7 @@ impl Stabiliser {
         );
     }
 
-    /// The smoothest stop that the limits allow; out of them, the hardest braking.
+    /// The smoothest stop within the limits; outside of them, the hardest braking.
     fn stop(&mut self, rods: &[Rod], status: Status) -> Command {
         let dt = self.aim.limits.step;
         let braking = |k: usize| {
@@ -295,7 +295,7 @@ impl Stabiliser {
         command
     }
 
-    /// Where the rods are unknown nothing may move.
+    /// If the strokes are unknown, nothing may move.
     fn hold(&mut self) -> Command {
         self.stopping = true;
         let middle = 0.5 * (self.aim.limits.stroke[0] + self.aim.limits.stroke[1]);
@@ -334,7 +334,7 @@ impl Stabiliser {
     }
 }
 
-/// Whether every triangle closes over the stroke.
+/// Checks that every triangle closes over the stroke.
 pub(super) fn check_stroke(
     machine: &Machine,
     suspension: &Suspension,

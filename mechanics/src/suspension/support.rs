@@ -1,16 +1,15 @@
-//! What the platform stands on: the contact plane, and how the platform moves over it when the
-//! suspension moves.
+//! The contact plane under the platform, and the platform's motion relative to it due to the suspension.
 //!
-//! The wheels stay on the ground and do not slide for the suspension's sake: the frame of the contact
-//! plane, its origin C the mean of the contact points, travels as it would anyway. So the suspension
-//! moves the platform, not the ground. With e the axes of the plane in base axes and c, R the wheels'
+//! The wheels stay on the ground and do not slide because of the suspension: the frame of the contact plane, with
+//! its origin C at the mean of the contact points, moves independently of the suspension, which moves the
+//! platform relative to it. With e the axes of the plane in base axes and c, R the wheels'
 //! centres and radii,
 //! ```text
 //!     S(3)   C = mean c - n mean R
 //!     S(4)   Omega = 1/2 sum e x e',   Omega' = 1/2 sum e x e''       ' along the suspension's motion
 //! ```
-//! and C, C', C'', Omega, Omega' are the seat of what is felt on the ground: the base's motion follows
-//! from it as from an IMU on a moving body.
+//! where C, C', C'', Omega, Omega' are treated as the pose and motion of a sensor fixed to the ground: the
+//! base's motion follows as for an IMU on a moving body.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -19,7 +18,7 @@ use crate::kinematics::ImuSeat;
 use crate::number::{Jet, Real};
 use crate::spatial::cross;
 
-/// The contact plane and its frame as a seat on the base.
+/// The contact plane, and its frame as a sensor frame relative to the base.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Support<T: Real> {
     pub(super) plane: ContactPlane<T>,
@@ -27,7 +26,7 @@ pub(super) struct Support<T: Real> {
 }
 
 impl<T: Real> Support<T> {
-    /// Of wheels that are at rest in the base.
+    /// For wheels at rest relative to the base.
     pub(super) fn at_rest(centres: &[Vector3<T>], radii: &[T], radii_differ: bool) -> Self {
         let plane = ContactPlane::through(centres, radii, radii_differ);
         let o = T::zero();
@@ -45,7 +44,7 @@ impl<T: Real> Support<T> {
         }
     }
 
-    /// Of wheels that move in the base; `centres` and `radii` are where they are.
+    /// For wheels that move relative to the base; `centres` and `radii` are their present values.
     pub(super) fn moving(
         moving_centres: &[Vector3<Jet<T>>],
         moving_radii: &[Jet<T>],

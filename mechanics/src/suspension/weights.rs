@@ -1,18 +1,18 @@
-//! The cost (30): what counts how much.
+//! The cost function (30) and its weights.
 //!
 //! ```text
 //!     S(7)   J = sum over pairs psi_ij (N_i - N_j)^2 + sum over edges psi_k / eta_k
 //! ```
-//! with each pair of wheels once (the paper's sum has each twice, and half of it), loads in kN and angles
-//! in rad.
+//! with each pair of wheels once (the paper's sum counts each twice, with a factor of one half), loads in kN and
+//! angles in rad.
 
 use super::error::StabiliserError;
 use crate::machine::{ControlWeights, MAX_WHEELS, Machine};
 use crate::number::Gradient;
 
-/// Loads are counted in this many newtons.
+/// Unit of the loads in the cost (N).
 const LOAD_UNIT: f64 = 1000.0;
-/// Wheels this share of the wheelbase apart along the machine, or of the track across, are level.
+/// Wheels within this fraction of the wheelbase (longitudinally) or track (laterally) count as aligned.
 const LEVEL_SHARE: f64 = 0.1;
 
 /// Weights by pair and by edge.
@@ -84,7 +84,7 @@ impl Weights {
         })
     }
 
-    /// Whether the cost counts stability angles.
+    /// Whether the cost includes stability angles.
     pub(super) fn count_angles(&self) -> bool {
         self.edges.iter().any(|&weight| weight > 0.0)
     }
@@ -109,8 +109,8 @@ impl Weights {
         pairs + angles.zip(&self.edges).map(of_edge).sum::<f64>()
     }
 
-    /// Derivatives of S(7) by each load (1/N) and angle (1/rad); its second derivatives as a sum of
-    /// squares of directions, given to `curve` with their factors.
+    /// Derivatives of S(7) with respect to each load (1/N) and angle (1/rad); its second derivatives as a sum of
+    /// squared directions, passed to `curve` with their factors.
     pub(super) fn prices<const N: usize>(
         &self,
         loads: &[Gradient<N>],
@@ -137,7 +137,7 @@ impl Weights {
         }
     }
 
-    /// The weighted product of the differences of the loads by one variable of `a` and one of `b`:
+    /// The weighted product of the load differences with respect to one variable of `a` and one of `b`:
     /// d_a' W d_b.
     pub(super) fn product<const N: usize>(
         &self,

@@ -64,10 +64,7 @@ mod tests {
         assert!(after(0.885, 20), "within the band below the threshold");
         assert!(after(0.87, 30));
         assert!(after(0.87, 1029));
-        assert!(
-            after(0.89, 1030),
-            "back in the band: the delay restarts"
-        );
+        assert!(after(0.89, 1030), "back in the band: the delay restarts");
         assert!(after(0.87, 1040));
         assert!(after(0.87, 2039));
         assert!(!after(0.87, 2040));

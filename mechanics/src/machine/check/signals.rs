@@ -103,7 +103,9 @@ impl Checker<'_> {
         }
         match topic {
             Some(_) => Ok(()),
-            None => Err(self.value_error(place, "at least one field of the log", "constants alone")),
+            None => {
+                Err(self.value_error(place, "at least one field of the log", "constants alone"))
+            }
         }
     }
 

@@ -1,4 +1,4 @@
-//! A cylinder with its valve and what it moves, step by step.
+//! Dynamics of a cylinder with its valve and load.
 
 use nalgebra::{Matrix4, Vector4};
 
@@ -6,7 +6,7 @@ use super::rosenbrock::{StepError, Stiff, integrate};
 use super::{Flows, HydraulicParameters, Pressures, Valve, flows, piston_force, pressure_rates};
 use crate::number::{Dual, Real};
 
-/// What a sub-step may be off: pressures (Pa), place (m), velocity (m/s).
+/// Error tolerance of a sub-step: pressures (Pa), position (m), velocity (m/s).
 const PRESSURE_TOLERANCE: f64 = 1e3;
 const PLACE_TOLERANCE: f64 = 1e-6;
 const VELOCITY_TOLERANCE: f64 = 1e-5;
@@ -17,26 +17,25 @@ const STOP_DAMPING: f64 = 1e5;
 /// Pressures and motion of a cylinder.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActuatorState {
-    /// In the chambers.
+    /// Chamber pressures.
     pub pressures: Pressures<f64>,
-    /// How far the rod is out of its least coordinate (m).
+    /// Extension of the rod from its smallest stroke (m).
     pub out: f64,
-    /// Its velocity outwards (m/s).
+    /// Velocity of extension (m/s).
     pub velocity: f64,
 }
 
-/// What acts on an actuator, held over a step.
+/// Input of an actuator, constant over a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
-    /// A load: force against the rod (N), positive where it pushes it in, and the mass that moves with the
-    /// rod (kg).
+    /// A load: force on the rod (N), positive when it retracts the rod, and the mass moving with the rod (kg).
     Load {
         /// F (N).
         force: f64,
         /// m (kg).
         mass: f64,
     },
-    /// A motion that is given: velocity of the rod (m/s), outwards.
+    /// A prescribed motion: velocity of extension (m/s).
     Motion {
         /// dx/dt (m/s).
         velocity: f64,
@@ -51,8 +50,8 @@ pub struct Actuator {
 }
 
 impl Actuator {
-    /// At rest under a load (N) with the rod out by so much (m): the rod's side at a third of the supply
-    /// pressure, the piston's side as holds the load, both within what valves allow.
+    /// Equilibrium under a load (N) at this extension (m): the rod side at a third of the supply pressure, the
+    /// piston side as the load requires, both within the range of the valves.
     #[must_use]
     pub fn at_rest(&self, out: f64, load: f64) -> ActuatorState {
         let p = &self.parameters;
@@ -67,23 +66,22 @@ impl Actuator {
         }
     }
 
-    /// f (N), outwards.
+    /// Force f on the rod, positive when it extends (N).
     #[must_use]
     pub fn force(&self, state: &ActuatorState) -> f64 {
         piston_force(&self.parameters, &state.pressures)
     }
 
-    /// Flows into the chambers (m^3/s).
+    /// Flow rates into the chambers (m^3/s).
     #[must_use]
     pub fn flows(&self, state: &ActuatorState, valve: Valve) -> Flows<f64> {
         flows(&self.parameters, &state.pressures, valve.opening())
     }
 
-    /// The state after so many seconds, valve and drive held.
+    /// The state after `seconds` with constant valve opening and input.
     ///
     /// # Errors
-    /// [`StepError`]: numbers that are not finite, a mass that is not positive, or a step that does not
-    /// converge.
+    /// [`StepError`]: values that are not finite, a mass that is not positive, or a step that does not converge.
     pub fn step(
         &self,
         state: &ActuatorState,
@@ -121,7 +119,7 @@ impl Actuator {
     }
 }
 
-/// H(1)-(5), H(7) with held inputs; y = (p_a, p_b, x, dx/dt).
+/// H(1)-(5), H(7) with constant inputs; y = (p_a, p_b, x, dx/dt).
 struct Driven<'a> {
     parameters: &'a HydraulicParameters,
     opening: f64,
@@ -145,7 +143,7 @@ impl Driven<'_> {
         [rates.piston, rates.rod, velocity, acceleration]
     }
 
-    /// Force of the end that the piston rests against, never one that holds it back.
+    /// Contact force of the end stop, which never pulls.
     fn stop<T: Real>(&self, out: T, velocity: T) -> T {
         let (stiff, damped) = (T::constant(STOP_STIFFNESS), T::constant(STOP_DAMPING));
         let zero = T::zero();

@@ -1,44 +1,42 @@
-//! Flows through the valve, rates of the chambers' pressures, force of the piston: (26)-(29).
+//! Valve flow, chamber pressure rates and piston force: (26)-(29).
 
 use super::HydraulicParameters;
 use crate::number::Real;
 
-/// Below this pressure drop (Pa) flow is laminar: the square root's slope would be endless at zero.
+/// Below this pressure drop (Pa) the flow is laminar; a square root would have infinite slope at zero.
 const LAMINAR_DROP: f64 = 1e4;
 
 /// Check and relief valves open gradually over this pressure drop (Pa).
 const OPENING_DROP: f64 = 1e5;
 
-/// Check and relief valves pass so many times what the valve's own edge does: they are sized so that a
-/// chamber does not run empty.
+/// Capacity of check and relief valves relative to the valve's own edge: large enough that no chamber cavitates.
 const SAFETY_SIZE: f64 = 20.0;
 
-/// Pressures in the chambers (Pa, gauge).
+/// Chamber pressures (Pa, gauge).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pressures<T> {
-    /// On the piston's side.
+    /// Piston side.
     pub piston: T,
-    /// On the rod's side.
+    /// Rod side.
     pub rod: T,
 }
 
-/// Flows into the chambers (m^3/s).
+/// Flow rates into the chambers (m^3/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flows<T> {
-    /// Q_a, on the piston's side.
+    /// Q_a, piston side.
     pub piston: T,
-    /// Q_b, on the rod's side.
+    /// Q_b, rod side.
     pub rod: T,
 }
 
-/// v(p) = sign(p) sqrt|p|, linear near zero: p / (p^2 + d^2)^(1/4), within 3e-5 of it beyond a
-/// megapascal.
+/// v(p) = sign(p) sqrt|p|, linear near zero: p / (p^2 + d^2)^(1/4), within 3e-5 of it above one megapascal.
 fn root<T: Real>(drop: T) -> T {
     let laminar = T::constant(LAMINAR_DROP * LAMINAR_DROP);
     drop / (drop * drop + laminar).sqrt().sqrt()
 }
 
-/// Flow through a check valve that opens for a positive drop, at first with its square: no corner where it opens.
+/// Flow through a check valve that opens for a positive drop, initially quadratic so that it is smooth.
 fn check<T: Real>(coefficient: T, drop: T) -> T {
     let drop = drop.max(T::zero());
     let square = drop * drop;
@@ -46,7 +44,7 @@ fn check<T: Real>(coefficient: T, drop: T) -> T {
     coefficient * square / (root * root.sqrt())
 }
 
-/// H(1), H(2) for a valve that is open by u, -1 to 1, and the flows of check and relief valves.
+/// H(1), H(2) for a valve opening u, -1 to 1, plus the flows of check and relief valves.
 #[must_use]
 pub fn flows<T: Real>(
     parameters: &HydraulicParameters,
@@ -71,8 +69,8 @@ pub fn flows<T: Real>(
     }
 }
 
-/// H(3), H(4): rates of the pressures (Pa/s) for a rod `out` of its least coordinate (m) that moves with
-/// `velocity` (m/s), outwards. Beyond its stroke a volume is what it is at the end.
+/// H(3), H(4): pressure rates (Pa/s) for an extension `out` of the rod (m) and its `velocity` (m/s). Beyond the
+/// stroke, the volumes are those at its end.
 #[must_use]
 pub fn pressure_rates<T: Real>(
     parameters: &HydraulicParameters,
@@ -96,7 +94,7 @@ pub fn pressure_rates<T: Real>(
     }
 }
 
-/// H(5): force by the piston on the rod, outwards (N).
+/// H(5): force of the piston on the rod, positive when it extends (N).
 #[must_use]
 pub fn piston_force<T: Real>(parameters: &HydraulicParameters, pressures: &Pressures<T>) -> T {
     T::constant(parameters.piston_area) * pressures.piston

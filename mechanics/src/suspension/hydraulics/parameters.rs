@@ -1,12 +1,11 @@
-//! What the machine file says of cylinder, oil and valve, and what follows from it.
+//! Parameters of cylinder, oil and valve: as stated in the machine file, and derived.
 
 use std::f64::consts::PI;
 
 use serde::Deserialize;
 
-/// `[suspension.hydraulics]`: the same for every actuator of the suspension. Cylinder and dead volumes are
-/// by default those published for the lift cylinder of the first paper's arm, the valve that of the
-/// second paper.
+/// `[suspension.hydraulics]`: common to all actuators of the suspension. By default, cylinder and dead volumes
+/// are those published for the lift cylinder of the first paper's arm, the valve is that of the second paper.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HydraulicsSpec {
@@ -14,9 +13,9 @@ pub struct HydraulicsSpec {
     pub bore: f64,
     /// Diameter of the rod (m).
     pub rod: f64,
-    /// Oil in hoses and cylinder on the piston's side with the rod all the way in (m^3).
+    /// Oil volume in hoses and cylinder on the piston side with the rod fully retracted (m^3).
     pub dead_volume_piston: f64,
-    /// The same on the rod's side with the rod all the way out (m^3).
+    /// Oil volume on the rod side with the rod fully extended (m^3).
     pub dead_volume_rod: f64,
     /// Bulk modulus of the oil (Pa).
     pub bulk_modulus: f64,
@@ -26,16 +25,16 @@ pub struct HydraulicsSpec {
     pub tank_pressure: f64,
     /// Pressure at which a chamber's relief valve opens (Pa); default 1.2 times the supply pressure.
     pub relief_pressure: Option<f64>,
-    /// Flow of the valve, all the way open, at the nominal pressure drop of an edge (m^3/s).
+    /// Flow of the fully open valve at the nominal pressure drop of an edge (m^3/s).
     pub valve_flow: f64,
-    /// That pressure drop (Pa).
+    /// Nominal pressure drop (Pa).
     pub valve_pressure_drop: f64,
-    /// Coefficients of the edges relative to that, in the order supply to piston, piston to tank, supply to
-    /// rod, rod to tank: c_p1, c_n1, c_p2, c_n2.
+    /// Relative flow coefficients of the edges, in the order supply to piston, piston to tank, supply to rod, rod
+    /// to tank: c_p1, c_n1, c_p2, c_n2.
     pub edges: [f64; 4],
     /// Gain k_p of the valve law (1/m).
     pub gain: f64,
-    /// How fast the valve can move: full openings in a second (1/s).
+    /// Slew rate of the valve: full openings per second (1/s).
     pub valve_rate: f64,
     /// Viscous friction of the seals (N s/m).
     pub friction: f64,
@@ -62,12 +61,12 @@ impl Default for HydraulicsSpec {
     }
 }
 
-/// Cylinder, oil and valve of one actuator, as the equations want them.
+/// Cylinder, oil and valve of one actuator, as used in the equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HydraulicParameters {
     /// A_a, area of the piston (m^2).
     pub piston_area: f64,
-    /// A_b, area of the ring around the rod (m^2).
+    /// A_b, area of the annulus around the rod (m^2).
     pub ring_area: f64,
     /// V_a, V_b: dead volumes (m^3).
     pub dead_volumes: [f64; 2],
@@ -85,14 +84,14 @@ pub struct HydraulicParameters {
     pub coefficients: [f64; 4],
     /// k_p (1/m).
     pub gain: f64,
-    /// Full openings of the valve in a second (1/s).
+    /// Slew rate of the valve: full openings per second (1/s).
     pub valve_rate: f64,
     /// d (N s/m).
     pub friction: f64,
 }
 
 impl HydraulicsSpec {
-    /// What is wrong with it: the key, what was expected, what was found.
+    /// The first invalid parameter: its key, what was expected, what was found.
     pub(crate) fn fault(&self) -> Option<(&'static str, &'static str, String)> {
         let positive = [
             ("bore", self.bore),
@@ -138,7 +137,7 @@ impl HydraulicsSpec {
         None
     }
 
-    /// What the equations want, for a cylinder of this stroke (m).
+    /// Parameters for a cylinder with this stroke (m).
     #[must_use]
     pub fn parameters(&self, stroke: f64) -> HydraulicParameters {
         let area = |diameter: f64| PI / 4.0 * diameter * diameter;

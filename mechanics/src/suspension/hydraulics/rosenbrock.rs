@@ -1,5 +1,5 @@
-//! A linearly implicit integrator of two stages and second order for stiff equations: ROS2 (Verwer, Spee,
-//! Blom and Hundsdorfer, SIAM J. Sci. Comput. 20, 1999), L-stable.
+//! ROS2, a linearly implicit two-stage integrator of second order for stiff equations, L-stable (Verwer, Spee,
+//! Blom and Hundsdorfer, SIAM J. Sci. Comput. 20, 1999).
 //!
 //! ```text
 //!     (1 - g h J) k1 = f(y)
@@ -11,21 +11,21 @@ use nalgebra::{Matrix4, Vector4};
 
 /// g of the method.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-/// Sub-steps of one step, accepted or not.
+/// Maximum number of sub-steps of one step, accepted or not.
 const MOST_SUBSTEPS: usize = 2000;
-/// A sub-step may grow or shrink by no more than this.
+/// Largest factor by which the sub-step size may change.
 const MOST_GROWTH: f64 = 4.0;
 
-/// A step that could not be taken.
+/// A failed step.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum StepError {
-    /// An input or the state is no finite number.
+    /// An input or the state is not finite.
     #[error("expected finite numbers in hydraulic state and inputs")]
     NotFinite,
-    /// No sub-step is small enough.
+    /// Too many sub-steps would be needed.
     #[error("the step does not converge within {MOST_SUBSTEPS} sub-steps: {left_s} s are left")]
     TooManySubsteps {
-        /// How much of the step is left (s).
+        /// Remaining part of the step (s).
         left_s: f64,
     },
 }
@@ -34,7 +34,7 @@ pub enum StepError {
 pub(super) trait Stiff {
     /// f(y) and its derivatives.
     fn rates(&self, y: &Vector4<f64>) -> (Vector4<f64>, Matrix4<f64>);
-    /// How far off each component may be after a sub-step.
+    /// Error tolerance of each component per sub-step.
     fn tolerance(&self) -> Vector4<f64>;
 }
 
@@ -74,7 +74,7 @@ pub(super) fn integrate(
         if error <= 1.0 {
             y = next;
             left -= h;
-            // what rounding leaves of a step is none
+            // A remainder within rounding is zero.
             if left < 1e-12 * seconds {
                 left = 0.0;
             }

@@ -1,4 +1,4 @@
-//! The valve law (36), with what a valve cannot do.
+//! Valve law (36), with the saturation and slew rate of a real valve.
 
 use super::HydraulicParameters;
 
@@ -21,8 +21,8 @@ impl Valve {
         self.opening
     }
 
-    /// H(6): moves for `seconds` towards u = k_p (x_r - x), no further than all the way open and no faster
-    /// than it can. Where a coordinate (m) is unknown it closes.
+    /// H(6): moves for `seconds` towards u = k_p (x_r - x), within saturation and slew rate. Closes if a position
+    /// (m) is unknown.
     #[must_use]
     pub fn follow(
         self,
