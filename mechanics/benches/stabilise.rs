@@ -1,7 +1,7 @@
-//! One step of the stabiliser on random problems of the machine on bogies, each solved from scratch:
-//! median and 99.9th percentile, with the machine condensed and all that belongs to the step.
+//! Time of one step of the suspension optimiser on random problems of the machine on bogies, without warm
+//! start: median to maximum, including the condensation of the machine.
 //!
-//! `cargo bench -p tipwatch-mechanics --bench stabilise [-- NAME]`, NAME a part of a line's name
+//! `cargo bench -p tipwatch-mechanics --bench stabilise [-- NAME]`, where NAME is part of a line's label.
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -16,7 +16,7 @@ use tipwatch_mechanics::machine::ControlMode;
 use tipwatch_mechanics::suspension::Status;
 
 const PROBLEMS: usize = 20_000;
-/// Of every problem the shortest of so many runs: what the work takes, not what else the computer did.
+/// Each problem takes the shortest of several runs, to exclude interference from other processes.
 const REPEATS: usize = 5;
 
 fn main() {
@@ -83,7 +83,7 @@ fn main() {
                 );
             };
             line(&name, &mut times);
-            line("  each the first time", &mut first);
+            line("  first run of each", &mut first);
             let told = endings
                 .iter()
                 .map(|(status, n): (&Status, &usize)| format!("{} {n}", status.name()));

@@ -1,5 +1,5 @@
-//! Random problems of the suspension's control, solved: one JSON object a line, for another solver to
-//! compare with.
+//! Random problems of the suspension control and their solutions, one JSON object per line, for comparison with
+//! another solver.
 //!
 //! `cargo run --release --example suspension_problems -- look-ahead|literal 1|2 COUNT`
 
@@ -14,7 +14,7 @@ use serde_json::json;
 use suspension::{Draws, Problem, control, machine, stabiliser};
 use tipwatch_mechanics::machine::ControlMode;
 
-/// Of every problem the shortest of so many runs, each from scratch.
+/// Each problem takes the shortest of several runs, without warm start.
 const REPEATS: usize = 7;
 
 fn main() {

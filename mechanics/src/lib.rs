@@ -1,12 +1,11 @@
-//! Mechanics of wheeled machines with an arm: from what the sensors feel to what the wheels carry.
+//! Mechanics of wheeled machines with an arm: from sensor signals to wheel loads and stability.
 //!
 //! [`MachineSpec`] (a machine file) and a URDF are checked into an immutable [`Machine`];
-//! [`signal`] turns sensor samples into [`State`]s; [`evaluate`] turns a state into an [`Outcome`]:
-//! wheel loads, their envelope, and how far the machine is from tipping. [`evaluate`] remembers
-//! nothing, allocates nothing and is generic over the number: [`evaluate_rows`] does four samples
-//! side by side and gives the same bits.
+//! [`signal`] turns sensor samples into [`State`]s; [`evaluate`] turns a state into an [`Outcome`]: wheel loads,
+//! their envelope, and the margins to tipping. [`evaluate`] has no memory, does not allocate and is generic over
+//! the number type: [`evaluate_rows`] evaluates four samples at once and gives the same bits.
 //!
-//! Frames, signs and equations stand in `THEORY.md`. The crate opens no file and starts no thread.
+//! `THEORY.md` defines frames, signs and equations. The crate opens no file and starts no thread.
 //!
 //! ```
 //! use tipwatch_mechanics::machine::LogFacts;
@@ -16,7 +15,7 @@
 //! let machine = spec.check(include_str!("../tests/data/rigid.urdf"), "rigid.urdf", LogFacts::default())?;
 //! let mut workspace = Workspace::new(&machine);
 //! let mut state = State::<f64>::zero(&machine);
-//! // lift and tilt of the arm, and an IMU that feels gravity: a machine at rest on level ground
+//! // lift and tilt of the arm, and an IMU that measures gravity: a machine at rest on level ground
 //! state.joints[0].position = -1.3;
 //! state.joints[1].position = -1.4;
 //! state.imu.specific_force.z = machine.gravity();

@@ -1,8 +1,8 @@
-//! Whatever state and input the control gets: no panic, no command outside the limits, no more work than
-//! stated.
+//! Robustness of the suspension control: for any input no panic, no command outside the limits, and no more
+//! work than the documented bound.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-#![allow(clippy::print_stdout, reason = "the endings are told")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+#![allow(clippy::print_stdout, reason = "the outcomes are printed")]
 
 #[path = "../benches/suspension/mod.rs"]
 mod suspension;
@@ -14,10 +14,10 @@ use tipwatch_mechanics::machine::ControlMode;
 use tipwatch_mechanics::suspension::{Command, Controller, Stabiliser, Status};
 use tipwatch_mechanics::{Machine, State};
 
-/// States a control; `TIPWATCH_STATES=250000` makes a million of the four.
+/// States per configuration; `TIPWATCH_STATES=250000` gives a million for the four configurations.
 const STATES: usize = 4000;
 
-/// Numbers that no sensor gives.
+/// Values that no sensor delivers.
 const ODD: [f64; 10] = [
     f64::NAN,
     f64::INFINITY,
@@ -31,7 +31,7 @@ const ODD: [f64; 10] = [
     1e9,
 ];
 
-/// A problem with some numbers spoilt: a little, out of every limit, or not numbers at all.
+/// A problem with some values corrupted: slightly, beyond every limit, or not finite.
 fn spoilt(draws: &mut Draws, machine: &Machine, stabiliser: &Stabiliser, alike: bool) -> Problem {
     let mut problem = Problem::draw(draws, machine, stabiliser, alike);
     let how = draws.signed();
@@ -73,7 +73,7 @@ fn spoil_state(state: &mut State<f64>, spoil: &mut impl FnMut(&mut f64, f64)) {
     }
 }
 
-/// What holds of every command.
+/// Invariants of every command.
 fn check(command: &Command, problem: &Problem, stabiliser: &Stabiliser, limits: &Limits) {
     let told = || format!("{command:?} of {problem:?}");
     assert!(
@@ -94,7 +94,7 @@ fn check(command: &Command, problem: &Problem, stabiliser: &Stabiliser, limits: 
         if command.status > Status::StepTooShort {
             continue;
         }
-        // (31b-f) hold to rounding
+        // (31b-f) hold up to rounding
         let (x0, v0) = (problem.x[k], problem.v[k]);
         let [least, greatest] = stabiliser.acceleration_limits(x0);
         assert!(least - SLACK <= a && a <= greatest + SLACK, "{}", told());
@@ -118,7 +118,7 @@ struct Limits {
 }
 
 #[test]
-fn any_state_gives_a_command_within_the_limits() {
+fn any_state_gives_a_command_within_limits() {
     let states = std::env::var("TIPWATCH_STATES").map_or(STATES, |n| n.parse().unwrap());
     let machine = machine();
     let suspension = machine.suspension().unwrap();
@@ -153,15 +153,15 @@ fn any_state_gives_a_command_within_the_limits() {
     ] {
         assert!(
             endings.contains_key(&status),
-            "{status:?} never came up: {endings:?}"
+            "{status:?} never occurred: {endings:?}"
         );
     }
 }
 
-/// Tick and valves together: the reference stays in the stroke, valves open at most all the way, and close where
-/// nothing is known.
+/// Optimiser and valves combined: the reference stays within the stroke, the valve commands saturate, and the
+/// valves close where the input is unknown.
 #[test]
-fn a_controller_follows_only_what_is_known() {
+fn controller_closes_valves_on_unknown_input() {
     let machine = machine();
     let control = control(ControlMode::LookAhead, false);
     let stabiliser = stabiliser(&machine, &control);

@@ -1,6 +1,6 @@
-//! What holds for the analytic model whatever the platform and its motion.
+//! Properties of the analytic model for any platform and motion.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 mod support;
 
@@ -13,7 +13,7 @@ use tipwatch_mechanics::closed_form::{
 };
 use tipwatch_mechanics::{Lanes, Real, Wrench};
 
-/// A platform, the direction up in its axes, its motion and the arm's wrench.
+/// A platform, the up direction in its axes, its motion and the arm's wrench.
 type Case = (Platform<f64>, Vector3<f64>, PlanarMotion<f64>, Wrench<f64>);
 
 fn arm(u: &[f64]) -> Wrench<f64> {
@@ -27,7 +27,7 @@ fn cases() -> impl Strategy<Value = Case> {
     })
 }
 
-/// (56)-(58), with the weights of four wheels on half tracks that differ.
+/// (56)-(58), with the weights of four wheels on unequal half tracks.
 fn printed_b((p, up, v, arm): &Case) -> [f64; 3] {
     let g = p.gravity;
     let [m_w, m_w_r_w] = [p.wheel_mass / 4.0, p.wheel_moment.z / 4.0];
@@ -52,7 +52,7 @@ fn printed_b((p, up, v, arm): &Case) -> [f64; 3] {
     [b1, b2, g * (p.mass + 4.0 * m_w) * up.z - f.z]
 }
 
-/// (55) with the row of (54) for any D, solved as it stands.
+/// (55) with the row of (54) for any D, solved as a linear system.
 fn solved(p: &Platform<f64>, [b1, b2, b3]: [f64; 3]) -> [f64; 4] {
     let (l, r, d) = (p.half_track_left, p.half_track_right, p.front_share);
     let (l1, l2) = (p.to_rear, p.to_front);
@@ -80,7 +80,7 @@ fn felt_causes((platform, up, motion, arm): &Case) -> Causes<f64> {
     Causes::of_felt(platform, up, &felt, arm)
 }
 
-/// The terms as printed, in one pattern for the four wheels: F = 1 in front, S = 1 on the left.
+/// The terms as printed, in one formula for the four wheels: F = 1 in front, S = 1 on the left.
 fn printed_terms((p, up, v, arm): &Case, f: f64, s: f64) -> [f64; 11] {
     let (w, l, g) = (p.half_track_left, p.wheelbase(), p.gravity);
     let other = if f > 0.0 { p.to_rear } else { p.to_front };
@@ -108,7 +108,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
 
     #[test]
-    fn terms_add_up_to_the_solution_of_the_equations(case in cases()) {
+    fn terms_sum_to_solution_of_linear_system(case in cases()) {
         let b = causes(&case).sum();
         assert_all_close([b.b1, b.b2, b.b3], printed_b(&case), 1e-7);
         let loads = causes(&case).terms(&case.0).loads();
@@ -116,7 +116,7 @@ proptest! {
     }
 
     #[test]
-    fn terms_are_the_printed_ones_on_equal_half_tracks(case in cases()) {
+    fn terms_equal_printed_ones_on_equal_half_tracks(case in cases()) {
         let (mut p, up, motion, arm) = case;
         p.half_track_right = p.half_track_left;
         p.front_share = 0.5;
@@ -129,7 +129,7 @@ proptest! {
     }
 
     #[test]
-    fn the_accelerometer_gives_what_the_velocities_give(case in cases()) {
+    fn accelerometer_and_velocity_inputs_agree(case in cases()) {
         let (by_velocity, felt) = (causes(&case), felt_causes(&case));
         assert_all_close(
             felt.terms(&case.0).loads(), by_velocity.terms(&case.0).loads(), 1e-6,
@@ -141,7 +141,7 @@ proptest! {
     }
 
     #[test]
-    fn moments_about_an_edge_are_the_loads_off_it(case in cases()) {
+    fn edge_moments_equal_moments_of_loads_off_the_edge(case in cases()) {
         let (platform, causes) = (&case.0, causes(&case));
         let [fl, fr, rr, rl] = causes.terms(platform).loads();
         let m = causes.edge_moments(platform, Counted::ITOM_WITH_WHEELS);
@@ -152,7 +152,7 @@ proptest! {
     }
 
     #[test]
-    fn gradients_are_differences_of_the_loads(case in cases()) {
+    fn gradients_equal_load_differences(case in cases()) {
         let (platform, up, motion, arm) = case;
         let loads = |step: [f64; 6]| {
             let moved = PlanarMotion {
@@ -169,7 +169,7 @@ proptest! {
         let optimal = [9000.0, 8000.0, 7000.0, 6000.0];
         let of_sigma = sigma_gradient(&loads([0.0; 6]), &optimal, &gradient.by_velocity);
         for k in 0..6 {
-            // second degree at most: the central difference is exact
+            // At most quadratic, so the central difference is exact.
             let step = |h: f64| std::array::from_fn(|i| if i == k { h } else { 0.0 });
             let (ahead, behind) = (loads(step(0.5)), loads(step(-0.5)));
             let found = [gradient.by_velocity, gradient.by_acceleration][k / 3].map(|by| by[k % 3]);
@@ -184,7 +184,7 @@ proptest! {
     }
 
     #[test]
-    fn lanes_equal_scalar_to_the_bit(case in cases(), others in prop::array::uniform4(cases())) {
+    fn lanes_equal_scalar_bitwise(case in cases(), others in prop::array::uniform4(cases())) {
         let platform = case.0;
         let four = Platform::<Lanes>::constant(&platform);
         let up = Vector3::from_fn(|row, _| lanes(&others, |c| c.1[row]));
@@ -214,7 +214,7 @@ fn lanes(cases: &[Case; 4], number: impl Fn(&Case) -> f64) -> Lanes {
     Lanes::from_array(cases.each_ref().map(number))
 }
 
-/// Everything that the model gives, in a row.
+/// All results of the model in one vector.
 fn numbers<T: Real>(
     platform: &Platform<T>,
     up: &Vector3<T>,

@@ -1,6 +1,6 @@
-//! Machines that the analytic model does not describe are told so.
+//! Machines to which the analytic model does not apply are rejected.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 mod support;
 
@@ -9,7 +9,7 @@ use tipwatch_mechanics::machine::LogFacts;
 use tipwatch_mechanics::{Machine, MachineSpec};
 
 #[test]
-fn machines_of_another_kind_are_told_so() {
+fn unsupported_machines_are_rejected() {
     let wheels = ClosedFormError::Wheels { found: 6 };
     let six = support::machine("six_wheels");
     assert_eq!(PlatformParts::of(&six).unwrap_err(), wheels);
@@ -34,7 +34,7 @@ fn machines_of_another_kind_are_told_so() {
     );
 }
 
-/// The platform of a machine whose front left wheel hangs at `place`.
+/// The platform of a machine whose front left wheel is at `place`.
 fn with_front_left_at(place: &str) -> Result<Platform<f64>, ClosedFormError> {
     let text = support::data("petrovic_mattila.toml");
     let text = text.split("[arm]").next().unwrap();
@@ -49,7 +49,7 @@ fn with_front_left_at(place: &str) -> Result<Platform<f64>, ClosedFormError> {
 }
 
 #[test]
-fn wheels_that_stand_in_no_rectangle_are_told_so() {
+fn wheels_off_a_rectangle_are_rejected() {
     assert!(with_front_left_at("1.18 0.89 -0.1").is_ok());
     let ahead = with_front_left_at("1.25 0.875 -0.1");
     assert!(
@@ -64,7 +64,7 @@ fn wheels_that_stand_in_no_rectangle_are_told_so() {
 }
 
 #[test]
-fn wheels_welded_to_the_platform_are_told_so() {
+fn wheels_fixed_to_the_platform_are_rejected() {
     let text = support::data("petrovic_mattila.toml");
     let urdf = support::data("petrovic_mattila.urdf");
     let urdf = urdf.replace("type='continuous'", "type='fixed'");
@@ -80,7 +80,7 @@ fn wheels_welded_to_the_platform_are_told_so() {
 }
 
 #[test]
-fn without_an_arm_its_base_is_the_centre_of_mass() {
+fn without_arm_its_root_is_the_centre_of_mass() {
     let platform = with_front_left_at("1.15 0.875 -0.1").unwrap();
     assert_eq!(platform.arm_base, nalgebra::Vector3::zeros());
 }

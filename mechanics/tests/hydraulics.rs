@@ -1,6 +1,6 @@
-//! Hydraulics of the suspension: what oil, valve and cylinder must do whatever the inputs.
+//! Physical properties of the suspension's hydraulics: oil, valve and cylinder.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 mod support;
 
@@ -20,7 +20,7 @@ fn actuator() -> Actuator {
     }
 }
 
-/// A valve that is open so far.
+/// A valve with this opening.
 fn open(opening: f64) -> Valve {
     let mut parameters = actuator().parameters;
     (parameters.gain, parameters.valve_rate) = (1.0, 1e9);
@@ -35,9 +35,9 @@ fn state(piston: f64, rod: f64, out: f64) -> ActuatorState {
     }
 }
 
-/// The printed Q_b has a plus: then a valve pushed towards b would empty it, against (28).
+/// The printed Q_b has a plus sign: a valve opened towards b would then empty it, in contradiction to (28).
 #[test]
-fn val_a_negative_opening_fills_the_rods_side() {
+fn val_negative_opening_fills_the_rod_side() {
     let parameters = actuator().parameters;
     let pressures = Pressures {
         piston: 8e6,
@@ -51,7 +51,7 @@ fn val_a_negative_opening_fills_the_rods_side() {
     assert!(back.piston < 0.0 && back.rod > 0.0, "{back:?}");
     let rates = pressure_rates(&parameters, &back, 0.1, 0.0);
     assert!(rates.rod > 0.0 && rates.piston < 0.0);
-    // 40 l/min at 3.5 MPa over one edge of a valve that is all the way open
+    // 40 l/min at 3.5 MPa over one edge of the fully open valve.
     let nominal = Pressures {
         piston: parameters.supply - 3.5e6,
         rod: parameters.tank + 3.5e6,
@@ -60,9 +60,9 @@ fn val_a_negative_opening_fills_the_rods_side() {
     assert!((full.piston - 40e-3 / 60.0).abs() < 1e-8 && (full.rod + 40e-3 / 60.0).abs() < 1e-8);
 }
 
-/// Held in place the chambers fill from supply and empty to tank.
+/// With the piston locked, the chambers fill from supply and drain to tank.
 #[test]
-fn val_a_held_piston_settles_between_supply_and_tank() {
+fn val_locked_piston_settles_between_supply_and_tank() {
     let actuator = actuator();
     let p = &actuator.parameters;
     for (opening, piston, rod) in [(0.3, p.supply, p.tank), (-0.3, p.tank, p.supply)] {
@@ -79,8 +79,8 @@ fn val_a_held_piston_settles_between_supply_and_tank() {
     }
 }
 
-/// In steady motion the flows are what the areas sweep:
-/// v^2 (A_a^3/c_a^2 + A_b^3/c_b^2)/u^2 + d v = A_a p_s - A_b p_r - F, and inwards with a and b changed.
+/// In steady motion the flows equal the volumes swept per time:
+/// v^2 (A_a^3/c_a^2 + A_b^3/c_b^2)/u^2 + d v = A_a p_s - A_b p_r - F, and with a and b exchanged for retraction.
 #[test]
 fn val_steady_velocity_under_load() {
     let actuator = actuator();
@@ -117,8 +117,8 @@ fn val_steady_velocity_under_load() {
     }
 }
 
-/// The oil that comes in is where it can be: it makes room and it is pressed. The work that it brings is
-/// done by the piston or stored in it.
+/// Conservation: inflow equals the change of volume plus compression; its energy is work of the piston or stored
+/// pressure.
 #[test]
 fn oil_and_energy_are_conserved() {
     let actuator = actuator();
@@ -171,16 +171,16 @@ fn oil_and_energy_are_conserved() {
     assert!(brought.abs() > 100.0, "{brought}");
 }
 
-/// Big steps end where small ones of a textbook method do.
+/// Large steps agree with small steps of a textbook method.
 #[test]
-fn steps_do_not_depend_on_their_length() {
+fn result_does_not_depend_on_step_length() {
     let actuator = actuator();
     let p = actuator.parameters;
     let (opening, force, mass) = (0.35, 2.5e4, 900.0);
     let drive = Drive::Load { force, mass };
     let start = actuator.at_rest(0.06, 5e3);
     let big = actuator.step(&start, open(opening), drive, 0.25).unwrap();
-    // fourth-order Runge-Kutta in steps of 2 microseconds
+    // Fourth-order Runge-Kutta with steps of 2 microseconds.
     let rates = |y: [f64; 4]| {
         let pressures = Pressures {
             piston: y[0],
@@ -207,9 +207,9 @@ fn steps_do_not_depend_on_their_length() {
     assert!((big.pressures.piston - y[0]).abs() < 5e4, "{big:?} {y:?}");
 }
 
-/// (36) as in Fig. 11: k_p = 10, 25 s of (34); the valve saturates at the start and the rod follows.
+/// (36) as in Fig. 11: k_p = 10, 25 s of (34); the valve saturates at the start, then the rod follows.
 #[test]
-fn val_the_valve_law_follows_the_suspension_command() {
+fn val_valve_law_follows_suspension_command() {
     let actuator = actuator();
     let p = actuator.parameters;
     let wanted = |t: f64| 0.1 + 0.07 * (0.3 * t).sin();
@@ -237,7 +237,7 @@ fn val_the_valve_law_follows_the_suspension_command() {
             worst = worst.max((now.out - wanted(t)).abs());
         }
     }
-    // v = k_p v_max error: 21 mm/s need 13 mm at the flow that this load leaves
+    // v = k_p v_max error: 21 mm/s require 13 mm at the flow under this load.
     println!(
         "worst error after the start {:.1} mm, largest opening {largest:.2}",
         worst * 1e3
@@ -260,7 +260,7 @@ proptest! {
         let p = &actuator.parameters;
         let dt = if long { 0.05 } else { 0.002 };
         let between = |share: f64| p.tank + share * (p.supply - p.tank);
-        // held in place nothing is pressed beyond supply; moved, relief and check valves bound it
+        // Locked, no chamber exceeds supply pressure; moving, relief and check valves bound the pressures.
         let mut held = state(between(piston), between(rod), out * STROKE);
         let mut moved = held;
         for (&opening, &load) in openings.iter().zip(&loads) {
@@ -278,7 +278,7 @@ proptest! {
     }
 
     #[test]
-    fn no_number_makes_it_panic(
+    fn no_input_causes_a_panic(
         numbers in prop::array::uniform8(prop_oneof![
             3 => -1e8..1e8_f64,
             1 => prop::sample::select(vec![0.0, f64::NAN, f64::INFINITY, 1e300, -1e-300]),
@@ -297,7 +297,7 @@ proptest! {
 }
 
 #[test]
-fn the_machine_file_says_what_is_wrong_with_it() {
+fn invalid_hydraulics_are_rejected_with_their_key() {
     let with = |table: &str| {
         edited("bogie", |text| {
             format!("{text}\n[suspension.hydraulics]\n{table}\n")
@@ -322,7 +322,7 @@ fn the_machine_file_says_what_is_wrong_with_it() {
     let parameters = &machine.suspension().unwrap().hydraulics;
     assert!((parameters.piston_area - 78.5398e-4).abs() < 1e-8 && parameters.gain == 4.0);
     let default = bogie_by_rods(|text| text);
-    // stroke of [suspension], areas of the published lift cylinder
+    // Stroke from [suspension], areas of the published lift cylinder.
     let parameters = &default.suspension().unwrap().hydraulics;
     assert!((parameters.stroke - STROKE).abs() < 1e-12);
     assert!((parameters.piston_area - 50.265e-4).abs() < 1e-7);

@@ -1,6 +1,6 @@
-//! Reference numbers of the analytic model, computed by two other routes (g = 9.8066).
+//! Validation: reference values of the analytic model from two independent computations (g = 9.8066).
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 mod support;
 
@@ -12,7 +12,7 @@ use tipwatch_mechanics::closed_form::{
     PlatformParts, sigma, sigma_gradient,
 };
 
-/// A digit of the numbers as written.
+/// Precision of the reference values as written.
 const ROUNDED: f64 = 6e-7;
 
 fn at_rest(arm: &Wrench<f64>) -> (Platform<f64>, Causes<f64>) {
@@ -32,7 +32,7 @@ fn moments(causes: &Causes<f64>, platform: &Platform<f64>, counted: Counted) -> 
 }
 
 #[test]
-fn val_example_0_every_wheel_carries_the_same() {
+fn val_example_0_all_wheels_carry_the_same() {
     let (platform, causes) = at_rest(&Wrench::zero());
     assert_all_close(causes.terms(&platform).loads(), [5982.026; 4], 1e-6);
 }
@@ -186,7 +186,7 @@ fn val_example_r_every_term_of_every_wheel() {
 }
 
 #[test]
-fn val_example_r_other_front_shares() {
+fn val_example_r_other_roll_moment_distributions() {
     let (platform, up, motion, arm) = example_r();
     let loads = |front_share| {
         let platform = Platform {
@@ -231,7 +231,7 @@ fn val_example_r_sigma_and_its_gradient() {
 }
 
 #[test]
-fn val_example_r_by_the_accelerometer() {
+fn val_example_r_with_accelerometer_input() {
     let (platform, up, motion, arm) = example_r();
     let acceleration = motion.acceleration();
     let felt = FeltMotion {
@@ -243,7 +243,7 @@ fn val_example_r_by_the_accelerometer() {
     let terms = causes.felt_terms(&platform);
     assert_all_close(terms.loads(), EXAMPLE_R_LOADS, ROUNDED);
     for (found, all) in terms.wheel.into_iter().zip(EXAMPLE_R_TERMS) {
-        // weights and acceleration of C are told apart otherwise, their sum is the same
+        // Weight and acceleration of C are separated differently; their sum is the same.
         let merged = all[0] + all[6] + all[7] + all[8];
         assert_close(found[0] + found[6], merged, 4.0 * ROUNDED);
         assert_all_close([found[7], found[8]], [all[9], all[10]], ROUNDED);
@@ -283,7 +283,7 @@ fn val_table_1_from_the_machine_file() {
     assert_eq!(names, ["FL", "FR", "RR", "RL"]);
 }
 
-/// Positions in which the arm's triangles close.
+/// Positions at which the arm's triangles close.
 fn in_reach(joint: &tipwatch_mechanics::machine::MeasuredJoint) -> f64 {
     match joint.name.as_str() {
         "lift" => -1.3,

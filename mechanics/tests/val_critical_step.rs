@@ -1,6 +1,6 @@
-//! T*, below which the second paper's problem steers the wrong way, against Pinocchio.
+//! Validation of T*, below which the second paper's problem moves the rods the wrong way, with Pinocchio.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 mod support;
 
@@ -23,7 +23,7 @@ fn postures(machine: &Machine) -> Vec<(Vec<f64>, f64, [f64; 3])> {
 }
 
 #[test]
-fn val_critical_step_is_that_of_pinocchio() {
+fn val_critical_step_equals_pinocchio() {
     let machine = edited("bogie", |text| text.replace("tyre_stiffness = 8.0e5\n", "")).unwrap();
     let postures = postures(&machine);
     let mut stabiliser =
@@ -43,10 +43,10 @@ fn val_critical_step_is_that_of_pinocchio() {
             ),
             "{found:?} {by_acceleration}"
         );
-        // the cost counts pairs of wheels, not front and rear alone
+        // The cost contains pairs of wheels, not only front and rear.
         assert!(near(found.time.unwrap(), *time, 1e-3), "{found:?} {time}");
     }
-    // arm to the side, back, forward, far forward, in the middle of the stroke
+    // Arm to the side, back, forward, far forward, with the cylinders at mid-stroke.
     let middle: Vec<f64> = postures
         .iter()
         .filter(|(_, rod, _)| *rod == -0.1)
@@ -58,7 +58,7 @@ fn val_critical_step_is_that_of_pinocchio() {
 }
 
 #[test]
-fn literal_mode_refuses_steps_that_steer_the_wrong_way() {
+fn one_step_mode_rejects_steps_below_critical() {
     let machine = machine("bogie");
     let joints = &postures(&machine)[0].0;
     let control = |rate: f64| SuspensionControl {

@@ -1,6 +1,6 @@
-//! Stamps that are years, or the whole range of numbers, away from all others.
+//! Stamps that are years apart, or at the limits of the integer range.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 use tipwatch_mechanics::machine::LogFacts;
 use tipwatch_mechanics::signal::{
@@ -18,7 +18,7 @@ fn machine() -> Machine {
 }
 
 #[test]
-fn a_regular_rate_ends_whatever_the_stamps() {
+fn regular_rate_terminates_for_any_stamps() {
     let machine = machine();
     let names: Vec<String> = machine.joints().iter().map(|j| j.name.clone()).collect();
     let others = OtherSensors::default();
@@ -32,7 +32,7 @@ fn a_regular_rate_ends_whatever_the_stamps() {
         good.clone().chain(wild).collect(),
         wild.into_iter().chain(good.clone()).collect(),
     ] {
-        // standing still, as the rates say, too
+        // At rest, with zero velocities.
         let values = [vec![0.1; names.len()], vec![0.0; names.len()]].concat();
         for clock in [RowClock::Rate(50.0), RowClock::JointStates] {
             let mut causal = CausalEstimator::new(&machine, sensors, clock);
@@ -55,7 +55,7 @@ fn a_regular_rate_ends_whatever_the_stamps() {
             let times = &smoothed.times_ns;
             assert!((90..=210).contains(&times.len()), "{}", times.len());
             assert!(times.is_sorted(), "{times:?}");
-            // beside the missing IMU nothing is said of the good ones
+            // Apart from the missing IMU, the good samples give valid states.
             let known = smoothed
                 .reasons
                 .iter()

@@ -1,12 +1,11 @@
-//! Random problems of the machine on bogies, for the benchmark and for the comparison with another
-//! solver.
+//! Random problems of the machine on bogies, for the benchmark and for the comparison with another solver.
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::machine::{ControlMode, LogFacts, MachineSpec, SuspensionControl};
 use tipwatch_mechanics::suspension::Stabiliser;
 use tipwatch_mechanics::{Machine, Motion, State};
 
-/// The joints that its logs have.
+/// The joints in its logs.
 const MEASURED: [&str; 10] = [
     "slew",
     "lift",
@@ -20,13 +19,13 @@ const MEASURED: [&str; 10] = [
     "wheel_rr",
 ];
 
-/// The step of literal mode here (s): 1.5 times T* and more in every posture drawn.
+/// Time step of one-step mode here (s): at least 1.5 T* in every sampled posture.
 pub(crate) const LITERAL_STEP: f64 = 2.0;
 
 /// The machine on bogies, its rods measured.
 pub(crate) fn machine() -> Machine {
     let spec = MachineSpec::from_toml(include_str!("../../tests/data/bogie.toml"), "bogie.toml")
-        .expect("a machine file");
+        .expect("a valid machine file");
     let names = MEASURED.map(String::from);
     let facts = LogFacts {
         joint_names: Some(&names),
@@ -37,10 +36,10 @@ pub(crate) fn machine() -> Machine {
         "bogie.urdf",
         facts,
     )
-    .expect("a machine")
+    .expect("a valid machine")
 }
 
-/// The control of a mode, with one variable or two.
+/// Control settings for a mode with one or two variables.
 pub(crate) fn control(mode: ControlMode, independent: bool) -> SuspensionControl {
     SuspensionControl {
         mode,
@@ -53,14 +52,14 @@ pub(crate) fn control(mode: ControlMode, independent: bool) -> SuspensionControl
     }
 }
 
-/// A stabiliser for it.
+/// The suspension optimiser with these settings.
 pub(crate) fn stabiliser(machine: &Machine, control: &SuspensionControl) -> Stabiliser {
     let posture: Vec<f64> = machine
         .joints()
         .iter()
         .map(|joint| middle(&joint.name).0)
         .collect();
-    Stabiliser::new(machine, control, &posture).expect("a machine that can be stabilised")
+    Stabiliser::new(machine, control, &posture).expect("a machine with a suspension")
 }
 
 /// Random numbers: SplitMix64 (Steele, Lea and Flood).
@@ -68,7 +67,7 @@ pub(crate) fn stabiliser(machine: &Machine, control: &SuspensionControl) -> Stab
 pub(crate) struct Draws(pub(crate) u64);
 
 impl Draws {
-    /// Between -1 and 1.
+    /// Uniform between -1 and 1.
     pub(crate) fn signed(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -83,7 +82,7 @@ impl Draws {
     }
 }
 
-/// Middle and half of the range from which a joint's position is drawn.
+/// Centre and half width of the range from which a joint's position is sampled.
 fn middle(name: &str) -> (f64, f64) {
     match name {
         "slew" => (0.0, 3.1),
@@ -104,8 +103,8 @@ pub(crate) struct Problem {
 }
 
 impl Problem {
-    /// The arm at work, the machine driving and turning on a slope, the rods somewhere in their limits,
-    /// alike or each by itself.
+    /// The arm at work, the machine driving and turning on a slope, the rods within their limits, in common or
+    /// individually.
     pub(crate) fn draw(
         draws: &mut Draws,
         machine: &Machine,
