@@ -125,7 +125,7 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::ArmPosition(_) => spec.arm_position,
         Parameter::ImuPosition(_) => spec.imu_position,
         Parameter::ImuRotation(_) => spec.imu_rotation,
-        Parameter::FrontShare => spec.front_share,
+        Parameter::FrontShare => spec.roll_moment_distribution,
         Parameter::TyreStiffness(_) => spec.tyre_stiffness_share,
     }
 }

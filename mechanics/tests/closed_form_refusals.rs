@@ -25,7 +25,7 @@ fn unsupported_machines_are_rejected() {
     assert_eq!(refusal, ClosedFormError::Posture);
     let springs = support::edited("petrovic_mattila", |text| {
         let each = "[contact.tyre_stiffness]\nFL = 8e5\nFR = 8e5\nRL = 8e5\nRR = 9e5";
-        text.replace("[contact]\nfront_share = 0.5", each)
+        text.replace("[contact]\nroll_moment_distribution = 0.5", each)
     })
     .unwrap();
     assert_eq!(

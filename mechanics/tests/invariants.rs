@@ -60,7 +60,7 @@ proptest! {
         seed in 0.0..100.0_f64, tilt in vector(4.0), share in 0.0..1.0_f64
     ) {
         let split = |share: f64| edited("rigid", |text| {
-            text.replace("tyre_stiffness = 8.0e5\n", "").replace("front_share = 0.5", &format!("front_share = {share}"))
+            text.replace("tyre_stiffness = 8.0e5\n", "").replace("roll_moment_distribution = 0.5", &format!("roll_moment_distribution = {share}"))
         }).unwrap();
         let machines = [split(share), split(0.5)];
         let state = moving(&machines[0], seed, Vector3::new(tilt.x, tilt.y, 9.8), Vector3::zeros());
@@ -211,7 +211,7 @@ fn three_wheels() -> Machine {
     let off = |text: String| {
         let at = text.find("[wheels.RR]").unwrap();
         let end = at + text[at..].find("[arm]").unwrap();
-        format!("{}{}", &text[..at], &text[end..]).replace("front_share = 0.5", "")
+        format!("{}{}", &text[..at], &text[end..]).replace("roll_moment_distribution = 0.5", "")
     };
     edited("rigid", off).unwrap()
 }

@@ -131,12 +131,15 @@ fn invalid_numbers_and_keys_are_rejected() {
         &["wheels.FL.radius", "positive length", "-0.35"],
     );
     assert_says(
-        &of_file("front_share = 0.5", "front_share = 1.5"),
-        &["contact.front_share", "0 to 1"],
+        &of_file(
+            "roll_moment_distribution = 0.5",
+            "roll_moment_distribution = 1.5",
+        ),
+        &["contact.roll_moment_distribution", "0 to 1"],
     );
     assert_says(
-        &of_file("front_share = 0.5", "frontshare = 0.5"),
-        &["machine.toml", "line", "frontshare"],
+        &of_file("roll_moment_distribution = 0.5", "rollmoment = 0.5"),
+        &["machine.toml", "line", "rollmoment"],
     );
 }
 
@@ -158,4 +161,22 @@ fn invalid_trees_are_rejected() {
         &of_urdf("<robot name='hdmm_rigid'>", "<robot name='hdmm_rigid'"),
         &["machine.urdf, line", "XML"],
     );
+}
+
+#[test]
+fn deprecated_front_share_key_is_read_but_not_twice() {
+    let with = |contact: &str, uncertainty: &str| {
+        let text = support::data("rigid.toml").replace("roll_moment_distribution = 0.5", contact);
+        MachineSpec::from_toml(
+            &format!("{text}\n[uncertainty]\n{uncertainty}"),
+            "machine.toml",
+        )
+    };
+    for key in ["front_share", "roll_moment_distribution"] {
+        let spec = with(&format!("{key} = 0.25"), &format!("{key} = 0.125")).unwrap();
+        assert_eq!(spec.contact.roll_moment_distribution, Some(0.25));
+        assert_eq!(spec.uncertainty.roll_moment_distribution, 0.125);
+    }
+    let twice = with("front_share = 0.5\nroll_moment_distribution = 0.5", "").unwrap_err();
+    assert_says(&twice.to_string(), &["duplicate field"]);
 }

@@ -21,8 +21,10 @@ const INPUTS: [ClosedFormInput; 2] = [ClosedFormInput::Velocity, ClosedFormInput
 /// The machine on bogies with rigid tyres, as in the analytic model.
 fn bogie() -> Machine {
     bogie_by_rods(|text| {
-        text.replace("tyre_stiffness = 8.0e5", "")
-            .replace("front_share = 0.5", "front_share = 0.35")
+        text.replace("tyre_stiffness = 8.0e5", "").replace(
+            "roll_moment_distribution = 0.5",
+            "roll_moment_distribution = 0.35",
+        )
     })
 }
 

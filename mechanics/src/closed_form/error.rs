@@ -18,7 +18,7 @@ pub enum ClosedFormError {
     },
     /// The split rule is not (54).
     #[error(
-        "the closed form needs contact.front_share and four wheels at four corners, found springs"
+        "the closed form needs contact.roll_moment_distribution and four wheels at four corners, found springs"
     )]
     Split,
     /// A wheel that is not a separate body.

@@ -156,8 +156,10 @@ pub struct PointSpec {
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSpec {
-    /// Roll moment distribution: D of assumption 8 of the first paper, the front axle's share, 0 to 1.
-    pub front_share: Option<f64>,
+    /// Roll moment distribution: D of assumption 8 of the first paper, the front axle's share of the roll moment, 0
+    /// to 1. The former spelling of the key, `front_share`, is deprecated.
+    #[serde(alias = "front_share")]
+    pub roll_moment_distribution: Option<f64>,
     /// Joints that carry no torque (bogie pivots, frame roll joints).
     #[serde(default)]
     pub free_joints: Vec<String>,
@@ -378,8 +380,9 @@ pub struct UncertaintySpec {
     pub tool_force: f64,
     /// Systematic error of the moment on the tool, about each axis (N m).
     pub tool_moment: f64,
-    /// Roll moment distribution D.
-    pub front_share: f64,
+    /// Roll moment distribution D. The former spelling of the key, `front_share`, is deprecated.
+    #[serde(alias = "front_share")]
+    pub roll_moment_distribution: f64,
     /// Stiffness of a tyre, relative.
     pub tyre_stiffness_share: f64,
     /// Effects outside the rigid-body model, for each load as a fraction of the mean load.
@@ -404,7 +407,7 @@ impl Default for UncertaintySpec {
             gyro_bias: 0.002,
             tool_force: 50.0,
             tool_moment: 20.0,
-            front_share: 0.0,
+            roll_moment_distribution: 0.0,
             tyre_stiffness_share: 0.2,
             model_share: 0.003,
         }
@@ -431,7 +434,7 @@ impl UncertaintySpec {
             ("gyro_bias", self.gyro_bias),
             ("tool_force", self.tool_force),
             ("tool_moment", self.tool_moment),
-            ("front_share", self.front_share),
+            ("roll_moment_distribution", self.roll_moment_distribution),
             ("tyre_stiffness_share", self.tyre_stiffness_share),
             ("model_share", self.model_share),
         ]

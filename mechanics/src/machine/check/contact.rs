@@ -56,9 +56,9 @@ impl Checker<'_> {
         free_joints: &[TorqueJoint],
     ) -> Result<Split, MachineError> {
         let spec = &self.spec.contact;
-        let share = match spec.front_share {
+        let share = match spec.roll_moment_distribution {
             Some(share) if !(0.0..=1.0).contains(&share) => {
-                return Err(self.value_error("contact.front_share", "0 to 1", share));
+                return Err(self.value_error("contact.roll_moment_distribution", "0 to 1", share));
             }
             Some(share) => share,
             // On flat ground, springs of known stiffness determine the split by themselves.
@@ -71,9 +71,9 @@ impl Checker<'_> {
         };
         let edges = polygon.edges();
         if wheels.len() != 4 || edges.len() != 4 || !free_joints.is_empty() {
-            return match spec.front_share {
+            return match spec.roll_moment_distribution {
                 Some(_) => Err(self.value_error(
-                    "contact.front_share",
+                    "contact.roll_moment_distribution",
                     "four wheels at four corners and no free joints",
                     "a different machine",
                 )),
