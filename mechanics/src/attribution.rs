@@ -31,7 +31,20 @@ use crate::state::BaseState;
 use crate::wheel_loads::Influence;
 
 /// A contribution to a wheel's load.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 pub enum Cause {
     /// Weight of all links other than wheels and arm, along the contact plane's normal.
     ChassisWeight,
@@ -60,36 +73,15 @@ pub enum Cause {
 
 impl Cause {
     /// All contributions, in column order.
-    pub const ALL: [Self; 11] = [
-        Self::ChassisWeight,
-        Self::WheelWeight,
-        Self::ArmWeight,
-        Self::Slope,
-        Self::ArmMotion,
-        Self::PlatformAcceleration,
-        Self::Cornering,
-        Self::ToolForce,
-        Self::Warp,
-        Self::LiftOff,
-        Self::SpecificForce,
-    ];
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
 
     /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::ChassisWeight => "chassis_weight",
-            Self::WheelWeight => "wheel_weight",
-            Self::ArmWeight => "arm_weight",
-            Self::Slope => "slope",
-            Self::ArmMotion => "arm_motion",
-            Self::PlatformAcceleration => "platform_acceleration",
-            Self::Cornering => "cornering",
-            Self::ToolForce => "tool_force",
-            Self::Warp => "warp",
-            Self::LiftOff => "lift_off",
-            Self::SpecificForce => "specific_force",
-        }
+        self.into()
     }
 }
 

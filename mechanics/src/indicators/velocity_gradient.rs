@@ -33,44 +33,49 @@ pub struct VelocityGradient<T> {
 }
 
 /// Components of the base's motion that [`VelocityGradient`] differentiates by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 pub enum Travel {
     /// v_x
+    #[strum(serialize = "v_x")]
     ForwardVelocity,
     /// v_y
+    #[strum(serialize = "v_y")]
     LeftVelocity,
     /// Yaw rate.
     YawRate,
     /// Time derivative of v_x.
+    #[strum(serialize = "v_x_dot")]
     ForwardAcceleration,
     /// Time derivative of v_y.
+    #[strum(serialize = "v_y_dot")]
     LeftAcceleration,
     /// Yaw acceleration.
+    #[strum(serialize = "yaw_rate_dot")]
     YawAcceleration,
 }
 
 impl Travel {
     /// All components, in column order.
-    pub const ALL: [Self; 6] = [
-        Self::ForwardVelocity,
-        Self::LeftVelocity,
-        Self::YawRate,
-        Self::ForwardAcceleration,
-        Self::LeftAcceleration,
-        Self::YawAcceleration,
-    ];
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
 
     /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::ForwardVelocity => "v_x",
-            Self::LeftVelocity => "v_y",
-            Self::YawRate => "yaw_rate",
-            Self::ForwardAcceleration => "v_x_dot",
-            Self::LeftAcceleration => "v_y_dot",
-            Self::YawAcceleration => "yaw_rate_dot",
-        }
+        self.into()
     }
 
     /// Unit.

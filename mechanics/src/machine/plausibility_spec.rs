@@ -6,7 +6,8 @@ use serde::Deserialize;
 use crate::plausibility::FaultKind;
 
 /// Treatment of rows that depend on an implausible sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[serde(rename_all = "lowercase")]
 pub enum Policy {
     /// The sample is not used and the rows are invalid.
@@ -21,11 +22,7 @@ impl Policy {
     /// Name in the machine file and in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Invalid => "invalid",
-            Self::Widen => "widen",
-            Self::Report => "report",
-        }
+        self.into()
     }
 }
 

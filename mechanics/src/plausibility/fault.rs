@@ -4,7 +4,20 @@ use crate::machine::{Machine, Policy};
 use crate::signal::{Reason, Sensor};
 
 /// Kind of a fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 pub enum FaultKind {
     /// A NaN or an infinite value.
     NotFinite,
@@ -25,28 +38,15 @@ pub enum FaultKind {
 
 impl FaultKind {
     /// All kinds, in order.
-    pub const ALL: [Self; 7] = [
-        Self::NotFinite,
-        Self::OutOfRange,
-        Self::JointLimit,
-        Self::ImpossibleRate,
-        Self::Frozen,
-        Self::NotUnit,
-        Self::Disagreement,
-    ];
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
 
     /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::NotFinite => "not_finite",
-            Self::OutOfRange => "out_of_range",
-            Self::JointLimit => "joint_limit",
-            Self::ImpossibleRate => "impossible_rate",
-            Self::Frozen => "frozen",
-            Self::NotUnit => "not_unit",
-            Self::Disagreement => "disagreement",
-        }
+        self.into()
     }
 }
 

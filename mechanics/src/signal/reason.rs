@@ -3,7 +3,20 @@
 use crate::outcome::Outcome;
 
 /// A reason why a row is invalid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 #[repr(u8)]
 pub enum Reason {
     /// No joint states close enough in time.
@@ -36,40 +49,15 @@ pub enum Reason {
 
 impl Reason {
     /// All reasons, in order.
-    pub const ALL: [Self; 13] = [
-        Self::JointsGap,
-        Self::ImuGap,
-        Self::OdometryGap,
-        Self::ToolWrenchGap,
-        Self::JointsFault,
-        Self::ImuFault,
-        Self::OdometryFault,
-        Self::ToolWrenchFault,
-        Self::Settling,
-        Self::LinkageOpen,
-        Self::NoGroundContact,
-        Self::Tipping,
-        Self::NotFinite,
-    ];
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
 
     /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::JointsGap => "joints_gap",
-            Self::ImuGap => "imu_gap",
-            Self::OdometryGap => "odometry_gap",
-            Self::ToolWrenchGap => "tool_wrench_gap",
-            Self::JointsFault => "joints_fault",
-            Self::ImuFault => "imu_fault",
-            Self::OdometryFault => "odometry_fault",
-            Self::ToolWrenchFault => "tool_wrench_fault",
-            Self::Settling => "settling",
-            Self::LinkageOpen => "linkage_open",
-            Self::NoGroundContact => "no_ground_contact",
-            Self::Tipping => "tipping",
-            Self::NotFinite => "not_finite",
-        }
+        self.into()
     }
 }
 

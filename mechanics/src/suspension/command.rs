@@ -30,7 +30,8 @@ pub struct Command {
 }
 
 /// Outcome of the optimisation, from best to worst.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Status {
     /// The optimum was found.
     Optimal,
@@ -60,15 +61,7 @@ impl Status {
     /// Name in logs.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Optimal => "optimal",
-            Self::WorkLimit => "work_limit",
-            Self::MarginLost => "margin_lost",
-            Self::StepTooShort => "step_too_short",
-            Self::OutsideLimits => "outside_limits",
-            Self::NoSolution => "no_solution",
-            Self::PositionUnknown => "position_unknown",
-        }
+        self.into()
     }
 }
 

@@ -3,7 +3,20 @@
 use crate::plausibility::FaultKind;
 
 /// A fault of the input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 #[repr(u8)]
 pub enum InputFault {
     /// A sensor has never delivered a usable sample.
@@ -44,48 +57,15 @@ pub enum InputFault {
 
 impl InputFault {
     /// All faults, in order.
-    pub const ALL: [Self; 17] = [
-        Self::NeverReceived,
-        Self::Stale,
-        Self::Lost,
-        Self::Disordered,
-        Self::ClockJump,
-        Self::NotFinite,
-        Self::OutOfRange,
-        Self::JointLimit,
-        Self::ImpossibleRate,
-        Self::Frozen,
-        Self::NotUnit,
-        Self::Disagreement,
-        Self::Torn,
-        Self::WrongSource,
-        Self::WrongMachine,
-        Self::ProducerGone,
-        Self::VerdictLate,
-    ];
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
 
     /// Name in messages and tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::NeverReceived => "never_received",
-            Self::Stale => "stale",
-            Self::Lost => "lost",
-            Self::Disordered => "disordered",
-            Self::ClockJump => "clock_jump",
-            Self::NotFinite => "not_finite",
-            Self::OutOfRange => "out_of_range",
-            Self::JointLimit => "joint_limit",
-            Self::ImpossibleRate => "impossible_rate",
-            Self::Frozen => "frozen",
-            Self::NotUnit => "not_unit",
-            Self::Disagreement => "disagreement",
-            Self::Torn => "torn",
-            Self::WrongSource => "wrong_source",
-            Self::WrongMachine => "wrong_machine",
-            Self::ProducerGone => "producer_gone",
-            Self::VerdictLate => "verdict_late",
-        }
+        self.into()
     }
 }
 

@@ -1,7 +1,21 @@
 //! The levels of a verdict.
 
 /// Stability level, in order of urgency; [`Level::Unknown`] is outside that order and never safe.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Default,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 #[repr(u8)]
 pub enum Level {
     /// No statement is possible, not even that the machine is safe.
@@ -21,26 +35,15 @@ pub enum Level {
 
 impl Level {
     /// All levels, in order.
-    pub const ALL: [Self; 6] = [
-        Self::Unknown,
-        Self::Safe,
-        Self::Notice,
-        Self::Warning,
-        Self::Danger,
-        Self::Fault,
-    ];
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
 
     /// Name in tables and messages.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Unknown => "unknown",
-            Self::Safe => "safe",
-            Self::Notice => "notice",
-            Self::Warning => "warning",
-            Self::Danger => "danger",
-            Self::Fault => "fault",
-        }
+        self.into()
     }
 
     /// The level with this number; [`Level::Fault`] for an unknown number, so that corruption never reads as safe.
