@@ -4,6 +4,7 @@
 //! A = dN/dxdd, and through the new position, X = dN/dx. On most machines the two oppose each other: pushing
 //! the body forward first unloads the front. With d the load differences in the cost and W their weights, a
 //! motion that lowers the cost of the step also lowers that of the position where
+//! ```text
 //!     S(8)   d_X' W d_(A + t^2 X) > 0
 //! ```
 //! which holds for steps longer than T*. With one variable, T*^2 = -(d_X' W d_A) / (d_X' W d_X): the ratio of the
