@@ -84,10 +84,10 @@ fn main() {
             };
             line(&name, &mut times);
             line("  first run of each", &mut first);
-            let told = endings
+            let counts = endings
                 .iter()
                 .map(|(status, n): (&Status, &usize)| format!("{} {n}", status.name()));
-            println!("  {}", told.collect::<Vec<_>>().join(", "));
+            println!("  {}", counts.collect::<Vec<_>>().join(", "));
         }
     }
 }

@@ -128,7 +128,7 @@ pub(crate) fn attribute<T: Real>(
         }
     }
     for causes in causes {
-        circumstances.leave_out_the_unknown(causes);
+        circumstances.clear_unknown(causes);
     }
 }
 
@@ -137,7 +137,7 @@ impl<T: Real> Circumstances<'_, T> {
         let gravity = T::constant(self.machine.gravity());
         let (w, f) = (&self.base.angular_velocity, &self.base.specific_force);
         let (weight, up) = (self.normal * gravity, self.known.up * gravity);
-        let turning = self.turning_at_speed();
+        let centripetal = self.centripetal_acceleration();
         let whole = parts.whole();
         let mut rest = parts.chassis.moments;
         rest.add(&parts.wheels.moments);
@@ -149,7 +149,7 @@ impl<T: Real> Circumstances<'_, T> {
         let accelerated = whole
             .accelerated(&Field {
                 angular: self.base.angular_acceleration,
-                linear: f - turning,
+                linear: f - centripetal,
             })
             .plus(&rest_moving);
         let mut wrenches = [Wrench::zero(); Cause::ALL.len()];
@@ -177,7 +177,9 @@ impl<T: Real> Circumstances<'_, T> {
         );
         set(
             Cause::Cornering,
-            whole.uniformly_accelerated(&turning).plus(&whole.spun(w)),
+            whole
+                .uniformly_accelerated(&centripetal)
+                .plus(&whole.spun(w)),
         );
         set(Cause::ToolForce, Wrench::zero().minus(&parts.tool));
         set(
@@ -199,16 +201,16 @@ impl<T: Real> Circumstances<'_, T> {
     }
 
     /// w x v, zero where v is unknown.
-    fn turning_at_speed(&self) -> Vector3<T> {
-        let turning = cross(&self.base.angular_velocity, &self.known.velocity);
+    fn centripetal_acceleration(&self) -> Vector3<T> {
+        let centripetal = cross(&self.base.angular_velocity, &self.known.velocity);
         let zero = T::zero();
-        let known = (turning.x + turning.y + turning.z)
+        let known = (centripetal.x + centripetal.y + centripetal.z)
             .abs()
             .lt(T::constant(f64::INFINITY));
-        turning.map(|component| T::select(known, component, zero))
+        centripetal.map(|component| T::select(known, component, zero))
     }
 
-    fn leave_out_the_unknown(&self, causes: &mut Causes<T>) {
+    fn clear_unknown(&self, causes: &mut Causes<T>) {
         let unknown = T::constant(f64::NAN);
         let up = &self.known.up;
         let known = (up.x + up.y + up.z).abs().lt(T::constant(f64::INFINITY));

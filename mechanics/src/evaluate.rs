@@ -130,7 +130,7 @@ fn whole_body<T: Real>(
             share_by_rule(machine, w, &ground, &plane);
         }
     }
-    tell_of_measured(w);
+    write_torque_residuals(w);
     plane
 }
 
@@ -152,7 +152,7 @@ fn share_by_rule<T: Real>(
 }
 
 /// Writes the number of torques used and the residual of each: measured minus predicted.
-fn tell_of_measured<T: Real>(w: &mut Workspace<T>) {
+fn write_torque_residuals<T: Real>(w: &mut Workspace<T>) {
     let out = &mut w.outcome;
     out.measured_torques = w.equations.known_torques();
     for (joint, residual) in out.torque_residual.iter_mut().enumerate() {
@@ -190,7 +190,7 @@ fn closed_form<T: Real>(
     };
     w.equations.set_equilibrium(&force, &w.contacts);
     w.equations.forget_measured();
-    tell_of_measured(w);
+    write_torque_residuals(w);
     w.outcome.ground_wrench = Wrench {
         force: plane.normal * held.normal,
         moment: plane.forward * held.moment.x + plane.left * held.moment.y,

@@ -75,11 +75,11 @@ fn spoil_state(state: &mut State<f64>, spoil: &mut impl FnMut(&mut f64, f64)) {
 
 /// Invariants of every command.
 fn check(command: &Command, problem: &Problem, stabiliser: &Stabiliser, limits: &Limits) {
-    let told = || format!("{command:?} of {problem:?}");
+    let describe = || format!("{command:?} of {problem:?}");
     assert!(
         command.evaluations <= Stabiliser::MAX_EVALUATIONS,
         "{}",
-        told()
+        describe()
     );
     let dt = stabiliser.step_length();
     for k in 0..2 {
@@ -88,20 +88,32 @@ fn check(command: &Command, problem: &Problem, stabiliser: &Stabiliser, limits: 
             command.velocity[k],
             command.position[k],
         ];
-        assert!(a.abs() <= limits.acceleration * ROUNDED, "{}", told());
-        assert!(v.abs() <= limits.velocity * ROUNDED, "{}", told());
-        assert!(limits.stroke[0] <= x && x <= limits.stroke[1], "{}", told());
+        assert!(a.abs() <= limits.acceleration * ROUNDED, "{}", describe());
+        assert!(v.abs() <= limits.velocity * ROUNDED, "{}", describe());
+        assert!(
+            limits.stroke[0] <= x && x <= limits.stroke[1],
+            "{}",
+            describe()
+        );
         if command.status > Status::StepTooShort {
             continue;
         }
         // (31b-f) hold up to rounding
         let (x0, v0) = (problem.x[k], problem.v[k]);
         let [least, greatest] = stabiliser.acceleration_limits(x0);
-        assert!(least - SLACK <= a && a <= greatest + SLACK, "{}", told());
+        assert!(
+            least - SLACK <= a && a <= greatest + SLACK,
+            "{}",
+            describe()
+        );
         let [least, greatest] = stabiliser.velocity_limits(x0);
-        assert!(least - SLACK <= v && v <= greatest + SLACK, "{}", told());
-        assert!((v - (v0 + dt * a)).abs() < SLACK, "{}", told());
-        assert!((x - (x0 + dt * v)).abs() < SLACK, "{}", told());
+        assert!(
+            least - SLACK <= v && v <= greatest + SLACK,
+            "{}",
+            describe()
+        );
+        assert!((v - (v0 + dt * a)).abs() < SLACK, "{}", describe());
+        assert!((x - (x0 + dt * v)).abs() < SLACK, "{}", describe());
     }
     if command.status == Status::PositionUnknown {
         assert!(command.hold);

@@ -140,10 +140,10 @@ fn torques_change_only_the_diagonal_load_split() {
                 "{sum} {}",
                 out.load[wheel]
             );
-            let told = out.causes[wheel][Cause::Warp as usize];
+            let contribution = out.causes[wheel][Cause::Warp as usize];
             assert!(
-                (told.abs() - 0.5 * warp.abs()).abs() < 30.0,
-                "{told} {warp}"
+                (contribution.abs() - 0.5 * warp.abs()).abs() < 30.0,
+                "{contribution} {warp}"
             );
         }
     }

@@ -81,11 +81,11 @@ fn one_step_mode_rejects_steps_below_critical() {
     let least_step = refused(50.0);
     refused(1.001 / least_step);
     Stabiliser::new(&machine, &control(0.999 / least_step), joints).unwrap();
-    let told = Stabiliser::new(&machine, &control(50.0), joints)
+    let message = Stabiliser::new(&machine, &control(50.0), joints)
         .unwrap_err()
         .to_string();
     assert!(
-        told.contains("suspension.control.rate") && told.contains("found 0.020 s"),
-        "{told}"
+        message.contains("suspension.control.rate") && message.contains("found 0.020 s"),
+        "{message}"
     );
 }

@@ -95,22 +95,22 @@ mod tests {
     };
 
     /// Time after which a fault is reported (s); samples every ten milliseconds.
-    fn told_after_s(attitude: [f64; 4], force: impl Fn(f64) -> [f64; 3]) -> Option<f64> {
+    fn found_after_s(attitude: [f64; 4], force: impl Fn(f64) -> [f64; 3]) -> Option<f64> {
         let (mut felt, mut given) = (VectorWatch::new(39.2, None), AttitudeWatch::new());
         let mut watch = GravityWatch::new(9.81, 3.0);
         (0..6000_i64).find_map(|step| {
             let (stamp_ns, time_s) = (step * 10_000_000, step as f64 * 0.01);
-            let mut told = None;
+            let mut found_s = None;
             let force = force(time_s);
             let is_felt = felt.check(stamp_ns, &force, false, &LIMITS, &mut |_| ());
             let is_given = given.check(stamp_ns, &attitude, false, &LIMITS, &mut |_| ());
             if is_felt && is_given {
                 watch.check(stamp_ns, &force, &attitude, &LIMITS, &mut |notice| {
                     assert_eq!(notice.kind, FaultKind::Disagreement);
-                    told = Some(time_s);
+                    found_s = Some(time_s);
                 });
             }
-            told
+            found_s
         })
     }
 
@@ -121,7 +121,7 @@ mod tests {
         // Repeated hard braking from 15 m/s, and a rough road.
         let braking = |t: f64| if t % 10.0 < 2.5 { -6.0 } else { 2.0 };
         let rough = |t: f64| 9.81 + 8.0 * (20.0 * t).sin();
-        assert_eq!(told_after_s(LEVEL, |t| [braking(t), 0.0, rough(t)]), None);
+        assert_eq!(found_after_s(LEVEL, |t| [braking(t), 0.0, rough(t)]), None);
         // An impossible force, which another check rejects.
         let spiked = |t: f64| {
             if (t - 12.0).abs() < 0.005 {
@@ -130,11 +130,11 @@ mod tests {
                 9.81
             }
         };
-        assert_eq!(told_after_s(LEVEL, |t| [0.0, 0.0, spiked(t)]), None);
+        assert_eq!(found_after_s(LEVEL, |t| [0.0, 0.0, spiked(t)]), None);
         // No attitude, or one that another check rejects.
         let upside_down = |_: f64| [0.0, 0.0, -9.81];
         for none in [[f64::NAN; 4], [0.0; 4], [2.0, 0.0, 0.0, 0.0]] {
-            assert_eq!(told_after_s(none, upside_down), None);
+            assert_eq!(found_after_s(none, upside_down), None);
         }
     }
 
@@ -147,8 +147,11 @@ mod tests {
             (tilted, [0.0, 0.0, 9.81]),
             (LEVEL, [0.0, 0.0, 1.0]),
         ] {
-            let told = told_after_s(attitude, |_| force);
-            assert!(told.is_some_and(|s| (s - 10.0).abs() < 0.02), "{told:?}");
+            let found_s = found_after_s(attitude, |_| force);
+            assert!(
+                found_s.is_some_and(|s| (s - 10.0).abs() < 0.02),
+                "{found_s:?}"
+            );
         }
     }
 

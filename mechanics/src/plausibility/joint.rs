@@ -256,9 +256,9 @@ impl JointWatch {
         let dt = limits.elapsed_s(last_ns, stamp_ns);
         let step = self.step(last_position, position);
         let derived = step / dt.max(self.period_s);
-        let told = if rate.is_finite() { rate } else { derived };
+        let velocity = if rate.is_finite() { rate } else { derived };
         let slowest = if self.limits.spins_wheel { 10.0 } else { 1.0 } * MOVING_RATE;
-        self.moves = told.abs() > slowest;
+        self.moves = velocity.abs() > slowest;
         let mean = 0.5 * (rate + last_rate);
         let is_ambiguous = self.limits.spins_wheel && (mean * dt).abs() > LARGEST_WHEEL_STEP;
         if !mean.is_finite() || is_ambiguous {

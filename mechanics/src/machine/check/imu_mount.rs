@@ -22,12 +22,12 @@ impl Checker<'_> {
         }
         let frame = self.log.imu_frame.map(|f| f.trim_start_matches('/'));
         let frame = frame.filter(|frame| !frame.is_empty());
-        let mut told: Vec<Mount> = self.stated_imu()?.into_iter().collect();
+        let mut sources: Vec<Mount> = self.stated_imu()?.into_iter().collect();
         if let Some(frame) = frame {
-            told.extend(self.imu_link(frame));
-            told.extend(self.transformed_imus(frame));
+            sources.extend(self.imu_link(frame));
+            sources.extend(self.transformed_imus(frame));
         }
-        if told.is_empty() {
+        if sources.is_empty() {
             let base = &self.tree.base_link;
             return Ok((
                 none(frame.map_or(format!("assumed at {base}"), |frame| {
@@ -39,9 +39,9 @@ impl Checker<'_> {
                 Vec::new(),
             ));
         }
-        let notes = told[1..].iter().filter_map(|m| conflict(&told[0], m));
+        let notes = sources[1..].iter().filter_map(|m| conflict(&sources[0], m));
         let notes = notes.take(1).collect();
-        Ok((told.swap_remove(0), notes))
+        Ok((sources.swap_remove(0), notes))
     }
 
     fn base(&self) -> usize {
