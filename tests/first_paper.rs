@@ -4,7 +4,7 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::events::EventKind;
 use tipwatch_analyze::options::{ClosedFormInput, Model, MoreColumns, Options};
 use tipwatch_mechanics::{Cause, Quantity};
-use tipwatch_tests::{Truth, analysed, beside, data};
+use tipwatch_tests::{Truth, analysed, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
@@ -130,11 +130,6 @@ fn identities_hold_on_every_log() {
         };
         identities(name, &analysis);
     }
-    for name in ["flat_arm", "drive_brake", "drive_brake_clean"] {
-        if let Some(path) = beside(&format!("sim/{name}.mcap")) {
-            identities(name, &analysed(&path, Options::default()));
-        }
-    }
 }
 
 fn identities(name: &str, analysis: &Analysis) {
@@ -234,4 +229,18 @@ fn val_a_forwarder_on_free_bogies() {
     let analysis = analysed(&path, Options::default());
     let truth = Truth::of(&path, &["FL", "FR", "ML", "MR", "RL", "RR"]);
     assert!(truth.share_within_envelope(&analysis, 20.0) > 0.99);
+}
+
+mod needs_shared {
+    use super::{Options, analysed, identities};
+    use tipwatch_tests::beside;
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn identities_hold_on_longer_logs() {
+        for name in ["flat_arm", "drive_brake", "drive_brake_clean"] {
+            let path = beside(&format!("sim/{name}.mcap"));
+            identities(name, &analysed(&path, Options::default()));
+        }
+    }
 }

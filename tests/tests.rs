@@ -8,6 +8,7 @@ mod clocks; // offsets between topics, by the physics
 mod coverage; // standard deviations against the spread of the truth
 mod first_paper; // what the first paper shows
 mod gaps; // what is missing is said, never filled in
+mod golden; // the same bits as before
 mod number_signals; // any number of any message as a signal
 mod payload; // masses that the log can tell
 mod plausibility; // signals that cannot be true

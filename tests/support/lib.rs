@@ -1,6 +1,7 @@
 //! What the tests share: fixtures, truth, and analyses of them.
 
 mod edited_log;
+pub mod fingerprint;
 
 use std::path::{Path, PathBuf};
 
@@ -21,17 +22,17 @@ pub fn data(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// A file beside the repository that it does not carry; `None`, saying so, where it is absent.
+/// A file beside the repository that it does not carry; tests that need one are in modules named `needs_shared`.
+///
+/// # Panics
+/// If it is absent.
 #[must_use]
-pub fn beside(name: &str) -> Option<PathBuf> {
+pub fn beside(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../shared/logs")
         .join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!("skipped: {} is not there", path.display());
-    None
+    assert!(path.exists(), "{}: not found", path.display());
+    path
 }
 
 /// The analysis of a log with the machine file of the same name beside it.
