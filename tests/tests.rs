@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod accuracy; // wheel loads against simulated truth
+mod architecture; // floors, circles and rooms of the crates
 mod causal; // one by one equals four side by side, through the whole analysis
 mod clocks; // offsets between topics, by the physics
 mod coverage; // standard deviations against the spread of the truth
