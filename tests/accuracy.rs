@@ -6,32 +6,55 @@ use tipwatch_tests::{Truth, analysed, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
-fn error(log: &std::path::Path, estimator: Estimator) -> f64 {
-    let analysis = analysed(
-        log,
-        Options {
+/// Errors of the smoother and, after a start-up time (s), of the causal estimator.
+fn errors(log: &std::path::Path, start_up_s: f64) -> [f64; 2] {
+    let truth = Truth::of(log, &WHEELS);
+    let analysis = |estimator| {
+        let options = Options {
             estimator,
             ..Options::default()
-        },
-    );
-    Truth::of(log, &WHEELS).error_share(&analysis)
+        };
+        analysed(log, options)
+    };
+    [
+        truth.error_share(&analysis(Estimator::Smoother)),
+        truth.error_share_after(&analysis(Estimator::Causal), start_up_s),
+    ]
 }
 
+#[track_caller]
+fn assert_below(name: &str, found: [f64; 2], bounds: [f64; 2]) {
+    println!("{name}: smoother {:.5}, causal {:.5}", found[0], found[1]);
+    assert!(
+        found[0] < bounds[0] && found[1] < bounds[1],
+        "{name}: {found:?}, expected below {bounds:?}"
+    );
+}
+
+/// Driving has the bounds of the table of accuracy. `tiny` starts with the arm at speed, and its arm is quicker than any
+/// of that table.
 #[test]
-fn val_short_logs_of_the_repository() {
-    for (name, smoother, causal) in [
-        ("tiny.mcap", 0.007, 0.08),
-        ("tiny_lift.mcap", 0.0075, 0.012),
+fn val_errors_on_short_logs_are_as_documented() {
+    for (name, start_up_s, bounds) in [
+        ("corner_brake", 1.0, [0.00315, 0.00635]),
+        ("tiny_lift", 0.5, [0.0068, 0.0115]),
+        ("tiny", 1.5, [0.0058, 0.0140]),
     ] {
-        let found = [
-            error(&data(name), Estimator::Smoother),
-            error(&data(name), Estimator::Causal),
-        ];
-        assert!(
-            found[0] < smoother && found[1] < causal,
-            "{name}: {found:?}"
+        assert_below(
+            name,
+            errors(&data(&format!("{name}.mcap")), start_up_s),
+            bounds,
         );
     }
+}
+
+/// The ground twists the frame, which no rigid-body equation sees: the envelope holds what that does to the loads.
+#[test]
+fn val_the_envelope_holds_loads_of_bogies_on_ridges() {
+    let log = data("bogie_drive.mcap");
+    let truth = Truth::of(&log, &["FL", "FR", "ML", "MR", "RL", "RR"]);
+    let share = truth.share_within_envelope(&analysed(&log, Options::default()), 20.0);
+    assert!(share > 0.99, "{share}");
 }
 
 #[test]
@@ -72,27 +95,21 @@ fn val_the_lifted_wheel_is_found_when_it_lifted() {
 }
 
 mod needs_shared {
-    use super::{Estimator, error};
+    use super::{assert_below, errors};
     use tipwatch_tests::beside;
 
+    /// The table of accuracy in the README.
     #[test]
     #[ignore = "needs ../shared"]
-    fn val_simulated_logs() {
-        for (name, smoother, causal) in [
-            ("sim/flat_arm_clean.mcap", 0.0035, 0.009),
-            ("sim/drive_brake_clean.mcap", 0.0035, 0.011),
-            ("sim/flat_arm.mcap", 0.0042, 0.009),
-            ("sim/drive_brake.mcap", 0.0044, 0.011),
+    fn val_errors_on_simulated_logs_are_as_documented() {
+        for (name, bounds) in [
+            ("flat_arm_clean", [0.00315, 0.00425]),
+            ("drive_brake_clean", [0.00185, 0.00275]),
+            ("flat_arm", [0.00395, 0.00665]),
+            ("drive_brake", [0.00315, 0.00635]),
         ] {
-            let log = beside(name);
-            let found = [
-                error(&log, Estimator::Smoother),
-                error(&log, Estimator::Causal),
-            ];
-            assert!(
-                found[0] < smoother && found[1] < causal,
-                "{name}: {found:?}"
-            );
+            let log = beside(&format!("sim/{name}.mcap"));
+            assert_below(name, errors(&log, 0.5), bounds);
         }
     }
 }

@@ -39,7 +39,8 @@ fn found(analysis: &Analysis, topic: &str) -> (f64, f64) {
 }
 
 /// Fixtures with sound clocks.
-const SOUND: [&str; 6] = [
+const SOUND: [&str; 7] = [
+    "corner_brake",
     "hard_brake",
     "swing_lift",
     "tiny",

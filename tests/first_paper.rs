@@ -118,6 +118,8 @@ fn identities_hold_on_every_log() {
         "hard_brake",
         "forwarder6",
         "forwarder6_bump",
+        "bogie_drive",
+        "corner_brake",
         "lift_payload",
         "coverage_01",
         "coverage_13",

@@ -206,6 +206,8 @@ macro_rules! analyses {
 
 analyses! {
     analyses_of_bogie_bump_keep_their_bits: "bogie_bump",
+    analyses_of_bogie_drive_keep_their_bits: "bogie_drive",
+    analyses_of_corner_brake_keep_their_bits: "corner_brake",
     analyses_of_folded_arm_keep_their_bits: "folded_arm",
     analyses_of_forwarder6_keep_their_bits: "forwarder6",
     analyses_of_forwarder6_bump_keep_their_bits: "forwarder6_bump",

@@ -92,18 +92,20 @@ def edit_toml(text):
     return text.replace(contact, f"free_joints = {BOGIES}\ntyre_stiffness = {TYRE[0]}".replace("'", '"'))
 
 
+def write_forwarder(scenario, mujoco_model, rows, out):
+    """The four files of a fixture; the lab drives the joints of an arm and logs them, the bogies' joints are logged only."""
+    import model
+    machine = scenario.machine
+    logged = dataclasses.replace(scenario, machine=dataclasses.replace(machine, arm_joints=machine.arm_joints + BOGIES))
+    urdf = model.urdf(machine).replace("radius='0.35' length='0.24'", f"radius='{RADIUS}' length='{2 * HALF_WIDTH}'")
+    write_fixture(logged, mujoco_model, rows, out, edit_toml=edit_toml, urdf=urdf)
+
+
 def main():
     arguments = lab_arguments(__doc__, ["forwarder6", "forwarder6_bump"])
-    import model
     known = scenarios()
     for name in arguments.names:
-        scenario = known[name]
-        mujoco_model, rows = run(scenario, with_wheels, TYRE)
-        machine = scenario.machine
-        # the lab drives the joints of an arm and logs them; the bogies' joints are logged only
-        logged = dataclasses.replace(scenario, machine=dataclasses.replace(machine, arm_joints=machine.arm_joints + BOGIES))
-        urdf = model.urdf(machine).replace("radius='0.35' length='0.24'", f"radius='{RADIUS}' length='{2 * HALF_WIDTH}'")
-        write_fixture(logged, mujoco_model, rows, arguments.out, edit_toml=edit_toml, urdf=urdf)
+        write_forwarder(known[name], *run(known[name], with_wheels, TYRE), arguments.out)
 
 
 if __name__ == "__main__":

@@ -164,11 +164,22 @@ impl Truth {
         self.error_share_shifted(analysis, 0)
     }
 
-    /// As [`error_share`](Self::error_share), of rows whose times are early by so much (ns).
+    /// As [`error_share`](Self::error_share), with more left out at the start (s): the causal estimator knows no past
+    /// of a log that begins in motion.
+    #[must_use]
+    pub fn error_share_after(&self, analysis: &Analysis, start_s: f64) -> f64 {
+        self.error_share_of(analysis, start_s, 0)
+    }
+
+    /// As [`error_share`](Self::error_share), for rows whose times are early by so much (ns).
     #[must_use]
     pub fn error_share_shifted(&self, analysis: &Analysis, early_ns: i64) -> f64 {
+        self.error_share_of(analysis, 0.5, early_ns)
+    }
+
+    fn error_share_of(&self, analysis: &Analysis, start_s: f64, early_ns: i64) -> f64 {
         let (first, last) = (
-            self.times_ns[0] + 500_000_000,
+            self.times_ns[0] + (start_s * 1e9) as i64,
             self.times_ns[self.times_ns.len() - 1] - 500_000_000,
         );
         let (mut squares, mut sum, mut count) = (0.0, 0.0, 0.0);
