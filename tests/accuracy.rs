@@ -24,7 +24,7 @@ fn errors(log: &std::path::Path, start_up_s: f64) -> [f64; 2] {
 
 #[track_caller]
 fn assert_below(name: &str, found: [f64; 2], bounds: [f64; 2]) {
-    println!("{name}: smoother {:.5}, causal {:.5}", found[0], found[1]);
+    eprintln!("{name}: smoother {:.5}, causal {:.5}", found[0], found[1]);
     assert!(
         found[0] < bounds[0] && found[1] < bounds[1],
         "{name}: {found:?}, expected below {bounds:?}"

@@ -8,6 +8,7 @@ mod causal; // one by one equals four side by side, through the whole analysis
 mod clocks; // offsets between topics, by the physics
 mod coverage; // standard deviations against the spread of the truth
 mod first_paper; // what the first paper shows
+mod fuzz; // nothing read ends the program
 mod gaps; // what is missing is said, never filled in
 mod golden; // the same bits as before
 mod number_signals; // any number of any message as a signal
