@@ -1,4 +1,4 @@
-//! Wheel loads against the contact forces of a simulation that shares no formula with us.
+//! Wheel loads compared with contact forces from an independent simulator.
 
 use tipwatch_analyze::events::EventKind;
 use tipwatch_analyze::options::{Estimator, Options};
@@ -6,7 +6,7 @@ use tipwatch_tests::{Truth, analysed, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
-/// Errors of the smoother and, after a start-up time (s), of the causal estimator.
+/// Load errors of the smoother and, after a start-up time (s), of the causal estimator.
 fn errors(log: &std::path::Path, start_up_s: f64) -> [f64; 2] {
     let truth = Truth::of(log, &WHEELS);
     let analysis = |estimator| {
@@ -31,8 +31,8 @@ fn assert_below(name: &str, found: [f64; 2], bounds: [f64; 2]) {
     );
 }
 
-/// Driving has the bounds of the table of accuracy. `tiny` starts with the arm at speed, and its arm is quicker than any
-/// of that table.
+/// The bounds for driving are those of the README's accuracy table. `tiny` starts with the arm already moving, faster
+/// than in any log of that table.
 #[test]
 fn val_errors_on_short_logs_are_as_documented() {
     for (name, start_up_s, bounds) in [
@@ -48,9 +48,10 @@ fn val_errors_on_short_logs_are_as_documented() {
     }
 }
 
-/// The ground twists the frame, which no rigid-body equation sees: the envelope holds what that does to the loads.
+/// Uneven ground twists the frame. No rigid-body model sees the resulting change of the loads, but the envelope must
+/// contain it.
 #[test]
-fn val_the_envelope_holds_loads_of_bogies_on_ridges() {
+fn val_envelope_contains_loads_of_bogies_on_ridges() {
     let log = data("bogie_drive.mcap");
     let truth = Truth::of(&log, &["FL", "FR", "ML", "MR", "RL", "RR"]);
     let share = truth.share_within_envelope(&analysed(&log, Options::default()), 20.0);
@@ -58,11 +59,11 @@ fn val_the_envelope_holds_loads_of_bogies_on_ridges() {
 }
 
 #[test]
-fn val_the_lifted_wheel_is_found_when_it_lifted() {
+fn val_wheel_lift_is_detected_at_the_right_time() {
     let analysis = analysed(&data("tiny_lift.mcap"), Options::default());
     let first_ns = analysis.rows.times_ns[0];
     let seconds = |ns: i64| (ns - first_ns) as f64 * 1e-9;
-    // true: RL light 0.41 to 2.68 s, lifted 0.90 to 2.45 s
+    // ground truth: RL is light from 0.41 to 2.68 s and in the air from 0.90 to 2.45 s
     for (kind, start, end) in [
         (EventKind::WheelLight, 0.41, 2.68),
         (EventKind::WheelLift, 0.90, 2.45),
@@ -98,7 +99,7 @@ mod needs_shared {
     use super::{assert_below, errors};
     use tipwatch_tests::beside;
 
-    /// The table of accuracy in the README.
+    /// The bounds are those of the README's accuracy table.
     #[test]
     #[ignore = "needs ../shared"]
     fn val_errors_on_simulated_logs_are_as_documented() {

@@ -1,6 +1,6 @@
-//! Where things live: folders of a crate form floors, and a file uses only what is on its own floor or below.
+//! Dependency rules: the folders of a crate form floors, and a file imports only from its own floor or from below.
 //!
-//! `TIPWATCH_TREE` names another tree to look at.
+//! `TIPWATCH_TREE=path` checks another tree.
 
 mod graph;
 mod sources;
@@ -19,7 +19,7 @@ const MOST_ROOMS: usize = 14;
 struct Rule {
     folder: &'static str,
     crates: &'static [&'static str],
-    /// The rooms at its top, lowest floor first; empty where the order of its files is left to them.
+    /// The rooms at its top, lowest floor first; empty for a crate without declared floors.
     floors: &'static [&'static str],
 }
 
@@ -124,7 +124,7 @@ fn tree() -> PathBuf {
     std::env::var_os("TIPWATCH_TREE").map_or_else(own, PathBuf::from)
 }
 
-/// The crates of the tree: those of the workspace but for the tests.
+/// The crates of the workspace, without the tests.
 fn crates() -> Vec<String> {
     let text = std::fs::read_to_string(tree().join("Cargo.toml")).unwrap();
     let members = text
@@ -205,7 +205,7 @@ fn folders_import_only_from_floors_below() {
 }
 
 #[test]
-fn a_crate_has_few_rooms_at_its_top() {
+fn a_crate_has_few_rooms_at_the_top() {
     assert_none(&about_crates(|known| {
         let rooms = rooms(&known.src);
         let complaint = format!(
@@ -218,7 +218,7 @@ fn a_crate_has_few_rooms_at_its_top() {
 }
 
 #[test]
-fn a_folder_says_in_its_first_line_what_it_is_for() {
+fn every_folder_states_its_purpose_in_its_first_line() {
     assert_none(&about_crates(|known| folders_without_a_purpose(&known.src)));
 }
 
@@ -280,7 +280,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// "a uses X, Y of b".
+/// Describes an import: "a uses X, Y of b".
 fn told(imports: &Imports, from: &str, to: &str) -> String {
     let items = imports.get(&(from.to_string(), to.to_string()));
     let items: Vec<&str> = items.into_iter().flatten().map(String::as_str).collect();
@@ -313,7 +313,7 @@ fn circles_of_folders(imports: &Imports) -> Vec<String> {
     for (from, to) in imports.keys() {
         let (a, b): (Vec<_>, Vec<_>) = (from.split('/').collect(), to.split('/').collect());
         let common = a.iter().zip(&b).take_while(|(a, b)| a == b).count();
-        // a facade belongs to no folder beside it
+        // a facade belongs to the folder above
         if [&a, &b]
             .iter()
             .any(|path| ["mod.rs", "lib.rs"].contains(&path[common]))
@@ -418,7 +418,7 @@ fn foreign_crates(found: &Crate, allowed: &[&str]) -> Vec<String> {
     foreign.map(complaint).collect()
 }
 
-/// The checks themselves, on sources made up for them.
+/// Tests of the checks themselves on made-up sources.
 mod made_up {
     use super::*;
 
@@ -442,7 +442,7 @@ mod made_up {
     }
 
     #[test]
-    fn all_ways_to_import_are_seen() {
+    fn every_form_of_import_is_detected() {
         let target = (
             "b.rs",
             "pub struct B; pub fn f() {} pub mod inner { pub struct I; }",
@@ -470,7 +470,7 @@ mod made_up {
     }
 
     #[test]
-    fn tests_and_other_crates_do_not_count() {
+    fn tests_and_other_crates_are_ignored() {
         for user in [
             "#[cfg(test)] mod tests { use crate::b::B; }",
             "#[cfg(test)] use crate::b::B;",
@@ -492,7 +492,7 @@ mod made_up {
     }
 
     #[test]
-    fn facades_pass_on_and_do_not_count_themselves() {
+    fn imports_through_facades_count_where_items_are_defined() {
         let facade = (
             "b/mod.rs",
             "mod c; mod d; pub use self::c::C; pub(crate) use d::*;",
@@ -533,7 +533,7 @@ mod made_up {
         ] {
             assert!(complaint.contains(part), "{complaint}");
         }
-        // what a folder's mod.rs defines itself and its files use
+        // items that mod.rs itself defines and its files use
         let found = circles_of_files(&imports(&[
             ("lib.rs", "mod a;"),
             ("a/mod.rs", "mod b; use b::B; pub struct A(B);"),

@@ -1,4 +1,4 @@
-//! Offsets between topics are found from the physics, told, and taken out only where that is asked for.
+//! Time offsets between topics are estimated from the physics, reported, and corrected only on request.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use tipwatch_tests::{Truth, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
-/// The analysis of a log with this added to its machine file.
+/// Analyses a log with some text added to its machine file.
 fn analysed_with(log: &Path, clock: &str, options: Options) -> Analysis {
     let path = log.with_extension("toml");
     let text = std::fs::read_to_string(&path).unwrap();
@@ -38,7 +38,7 @@ fn found(analysis: &Analysis, topic: &str) -> (f64, f64) {
     (offset.offset_s.unwrap() * 1e3, sigma * 1e3)
 }
 
-/// Fixtures with sound clocks.
+/// Fixtures without clock errors.
 const SOUND: [&str; 7] = [
     "corner_brake",
     "hard_brake",
@@ -87,12 +87,12 @@ fn no_offset_in(logs: &[PathBuf]) {
             analysis.notes
         );
     }
-    // beside the reference of each log
+    // every log has a reference topic; a few more offsets must be known besides
     assert!(known > logs.len() + 3, "{known}");
 }
 
 #[test]
-fn a_topic_that_is_40_ms_late_is_found_to_a_few_milliseconds() {
+fn a_delay_of_40_ms_is_estimated_within_milliseconds() {
     let log = data("hard_brake.mcap");
     for topic in ["/odom", "/joint_states"] {
         let before = found(&analysed(&log, ""), topic);
@@ -122,7 +122,7 @@ fn a_topic_that_is_40_ms_late_is_found_to_a_few_milliseconds() {
         );
         assert!(!offset(&late, topic).applied);
     }
-    // an IMU that is late makes all others early
+    // delaying the IMU makes all other topics appear early
     let late = analysed(&log, "[clock]\noffset = { \"/imu/data\" = 0.040 }");
     for topic in ["/odom", "/joint_states"] {
         let (offset, _) = found(&late, topic);
@@ -131,7 +131,7 @@ fn a_topic_that_is_40_ms_late_is_found_to_a_few_milliseconds() {
 }
 
 #[test]
-fn the_force_of_a_cylinder_is_found_late_by_what_it_carries() {
+fn a_late_cylinder_force_is_detected_from_its_load() {
     let log = data("lift_payload.mcap");
     let text = std::fs::read_to_string(log.with_extension("toml")).unwrap();
     let name = "name = \"lift\"\n";
@@ -159,7 +159,7 @@ fn the_force_of_a_cylinder_is_found_late_by_what_it_carries() {
 }
 
 #[test]
-fn offsets_are_taken_out_where_that_is_asked_for() {
+fn offsets_are_corrected_only_on_request() {
     let log = data("hard_brake.mcap");
     let truth = Truth::of(&log, &WHEELS);
     let sound = truth.error_share(&analysed(&log, ""));
@@ -181,13 +181,13 @@ fn offsets_are_taken_out_where_that_is_asked_for() {
     }
 }
 
-/// The error of the loads, the rows' times shifted back by what the IMU was shifted by.
+/// The load error after shifting the row times back by the delay added to the IMU.
 fn truth_after(truth: &Truth, analysis: &Analysis, seconds: f64) -> f64 {
     truth.error_share_shifted(analysis, (seconds * 1e9) as i64)
 }
 
 #[test]
-fn a_machine_file_must_not_speak_of_topics_that_are_not_there() {
+fn offsets_of_missing_topics_are_refused() {
     let log = data("tiny.mcap");
     let path = log.with_extension("toml");
     let text = std::fs::read_to_string(&path).unwrap();
@@ -226,7 +226,7 @@ mod needs_shared {
 
     #[test]
     #[ignore = "needs ../shared"]
-    fn joints_of_an_arm_are_found_late_by_how_the_platform_leans() {
+    fn a_late_arm_is_detected_from_the_lean_of_the_platform() {
         for name in ["sim/flat_arm.mcap", "sim/flat_arm_clean.mcap"] {
             let log = beside(name);
             let (before, sigma) = found(&analysed(&log, ""), "/joint_states");

@@ -1,6 +1,6 @@
-//! Nothing that a machine file, a URDF or a sensor says ends the program: whatever is refused is refused with an error.
+//! No machine file, URDF or sensor value makes the program panic: bad input is refused with an error.
 //!
-//! Each target runs for a short time here and for as long as asked under a fuzzer that follows coverage:
+//! Each target runs here for a short time. A coverage-guided fuzzer runs it for longer:
 //! `cargo bolero test -p tipwatch-tests fuzz::any_machine_file_is_read_or_refused`.
 
 use std::time::Duration;
@@ -13,7 +13,7 @@ use tipwatch_mechanics::{
     MachineSpec, Scope, State, Workspace, actuator_force, evaluate, static_outcome,
 };
 
-/// Time for each target, unless its fuzzer decides.
+/// Time for each target.
 const TIME: Duration = Duration::from_secs(3);
 
 const MACHINES: [[&str; 2]; 3] = [
@@ -31,7 +31,7 @@ const MACHINES: [[&str; 2]; 3] = [
     ],
 ];
 
-/// Values that are wrong in an interesting way, and tables that the machine files do not have.
+/// Values that are wrong in interesting ways, and tables that the machine files lack.
 const WORDS: [&str; 20] = [
     "0",
     "-0.0",
@@ -55,11 +55,10 @@ const WORDS: [&str; 20] = [
     "\n[estimator]\nmax_gap = 1e-300\njoint_agility = 1e300\nsettle = 1e300\n",
 ];
 
-/// What is done to a text, and where.
+/// Kind of change, line, and word or place.
 type Edit = (u8, u16, u16);
 
-/// A text with words planted at numbers and names, and with lines left out, doubled and moved; few of them, so that most
-/// texts are still read.
+/// Replaces words and removes, copies or adds lines. At most three changes, so that many texts remain valid.
 fn edited(text: &str, edits: &[Edit]) -> String {
     let mut lines: Vec<String> = text.lines().map(String::from).collect();
     for &(kind, at, word) in edits.iter().take(edits.len() % 4) {
@@ -83,7 +82,7 @@ fn edited(text: &str, edits: &[Edit]) -> String {
     lines.join("\n")
 }
 
-/// Any number: all bits, small ones more often than others.
+/// Any number; moderate ones are more frequent.
 fn number(bits: u64) -> f64 {
     match bits % 8 {
         0 => f64::from_bits(bits),
@@ -92,7 +91,7 @@ fn number(bits: u64) -> f64 {
     }
 }
 
-/// Reads a machine and does with it what a program does.
+/// Checks a machine and uses it as the programs do.
 fn use_machine(toml: &str, urdf: &str, bits: &[u64]) {
     let spec = MachineSpec::from_toml(toml, "fuzzed.toml");
     let checked = spec.map(|spec| spec.check(urdf, "fuzzed.urdf", LogFacts::default()));
@@ -114,7 +113,7 @@ fn use_machine(toml: &str, urdf: &str, bits: &[u64]) {
     }
 }
 
-/// Feeds samples to both estimators: sensor, step of the clock, values.
+/// Passes samples (sensor, step of the clock, values) to both estimators.
 fn use_samples(machine: &Machine, samples: &[(u8, u64, Vec<u64>)]) {
     let names: Vec<String> = machine.joints().iter().map(|j| j.name.clone()).collect();
     let others = OtherSensors {

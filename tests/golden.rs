@@ -1,7 +1,7 @@
-//! The same bits: fingerprints of all results, compared with those recorded in `data/golden`.
+//! Regression test: fingerprints of all results, compared bit for bit with those recorded in `data/golden`.
 //!
 //! The programs run as a user runs them, so that moving code inside the crates cannot change what is compared.
-//! `TIPWATCH_MINT_GOLDEN=1` records anew. Re-mint only with a reason in the commit message.
+//! `TIPWATCH_MINT_GOLDEN=1` records new ones: re-mint only with a reason in the commit message.
 //!
 //! The recorded bits hold on x86-64 Linux with the GNU C library in debug and release builds: sine and cosine are our
 //! own, but other functions (`exp`, `atan2`, ...) are the platform's and may differ in their last bit elsewhere.
@@ -70,7 +70,7 @@ impl Record {
         }
     }
 
-    /// What the monitor tells of each row of a log that is replayed as fast as possible, nothing lost.
+    /// Fingerprint of the monitor's output for a lossless replay at maximum speed.
     fn session(&mut self, log: &Path) {
         let machine = log.with_extension("toml");
         let prefix = format!("golden{}{}_", std::process::id(), name(log));
@@ -97,7 +97,7 @@ impl Record {
         self.section(&title, fingerprint::documents(&rows));
     }
 
-    /// Compares with the recorded file, or records it.
+    /// Compares with the recorded file, or writes it.
     fn check(&self, name: &str) {
         let path = data("golden").join(format!("{name}.txt"));
         if std::env::var_os("TIPWATCH_MINT_GOLDEN").is_some() {
@@ -146,7 +146,7 @@ fn differences(recorded: &str, found: &str) -> Vec<String> {
     all
 }
 
-/// A process that ends with the test, however that ends.
+/// A process that is killed when the test ends, even by a panic.
 struct Running(Child);
 
 impl Drop for Running {
@@ -156,7 +156,7 @@ impl Drop for Running {
     }
 }
 
-/// Each prefix leaves one small file.
+/// Every prefix leaves a small file behind.
 fn remove_shared_memory(prefix: &str) {
     for folder in ["/dev/shm", "/tmp/iceoryx2"] {
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -283,7 +283,7 @@ fn optional_tables_and_options_keep_their_bits() {
 }
 
 #[test]
-fn replays_of_a_suspension_keep_their_bits() {
+fn suspension_replays_keep_their_bits() {
     let mut record = Record::default();
     for name in ["bogie_bump", "folded_arm", "second_paper"] {
         let (log, machine) = fixture(name);
@@ -377,7 +377,7 @@ mod needs_shared {
 
     #[test]
     #[ignore = "needs ../shared"]
-    fn simulated_logs_beside_the_repository_keep_their_bits() {
+    fn shared_simulated_logs_keep_their_bits() {
         let mut record = Record::default();
         for name in [
             "drive_brake",
@@ -406,7 +406,7 @@ mod needs_shared {
             );
             record.analyses(&log, &machine);
         }
-        // no machine file: what its log holds
+        // this log has no machine file
         let jackal = beside("real/jackal/test2.bag");
         record.document(
             "inspect jackal",

@@ -1,4 +1,4 @@
-//! Logs of real robots: no true loads, but every kind of dirt. They are not part of the repository.
+//! Logs of real robots, not part of the repository: without ground truth, but with every kind of irregularity.
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::clock::words::TopicsFinding;
@@ -14,7 +14,7 @@ fn analysed(log: &str, machine: &str) -> Analysis {
     analyse(&beside(log), &file, Options::default(), &mut |_| {}).unwrap()
 }
 
-/// Mean over the valid rows of the sum of the loads, as a share of the weight; nearly all rows are valid.
+/// Mean sum of the loads over the valid rows, relative to the weight. Nearly all rows must be valid.
 fn weight_share(analysis: &Analysis) -> f64 {
     let force = analysis.rows.outcomes.column(Quantity::NormalForce);
     let valid: Vec<f64> = force.iter().copied().filter(|f| f.is_finite()).collect();
