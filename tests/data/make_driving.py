@@ -2,7 +2,7 @@
 
     .venv/bin/python make_driving.py LAB OUT [name...]
 
-LAB is the folder of the simulation lab, OUT receives for each fixture NAME.mcap (noisy, joint states 100 Hz, IMU 125 Hz, odometry 25 Hz),
+LAB is the folder of the simulation laboratory, OUT receives for each fixture NAME.mcap (noisy, joint states 100 Hz, IMU 125 Hz, odometry 25 Hz),
 NAME.toml, NAME.urdf and NAME.truth.parquet (wheel loads at 500 Hz).
 
 corner_brake  7 s, level ground. The machine accelerates to 2 m/s, drives a left-hand curve, straightens and brakes with up to 2.4 m/s², the arm
@@ -15,7 +15,7 @@ import math
 import make_forwarder
 from fixture_tools import arm_pose, lab_arguments, run, smooth, write_fixture
 
-RIDGES = {"left": (0.2, 1.5), "right": (0.7, 2.0)}    # m: where their tops are along x, in base_link at the start
+RIDGES = {"left": (0.2, 1.5), "right": (0.7, 2.0)}    # m: x of their tops, in base_link at the start
 RIDGE_RADIUS, RIDGE_HEIGHT = 2.0, 0.04                # m
 
 
@@ -37,7 +37,7 @@ def bogie_roll(t):
 
 
 def ridges():
-    """Cylinders across the ways of the left and the right wheels, sunk until their tops are the ridges' height above the ground."""
+    """Cylinders across the paths of the left and right wheels, sunk so that their tops are at the ridge height."""
     z = RIDGE_HEIGHT - RIDGE_RADIUS
     text = ""
     for side, places in RIDGES.items():
