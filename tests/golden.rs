@@ -3,8 +3,11 @@
 //! The programs run as a user runs them, so that moving code inside the crates cannot change what is compared.
 //! `TIPWATCH_MINT_GOLDEN=1` records new ones: re-mint only with a reason in the commit message.
 //!
-//! The recorded bits hold on x86-64 Linux with the GNU C library in debug and release builds: sine and cosine are our
-//! own, but other functions (`exp`, `atan2`, ...) are the platform's and may differ in their last bit elsewhere.
+//! Recorded on x86-64 Linux with the GNU C library; debug and release builds must agree. Sine, cosine and arctangent of
+//! states are our own, but some values depend on the platform's mathematical functions and may differ in the last bit
+//! elsewhere: fixed rotations of the URDF (sine, cosine; hence loads of machines with rotated joints), certainties of
+//! events (`exp`), clock offsets (`exp`, `ln`, `tanh`, `hypot`), limits of linkages and offsets of the centre of mass
+//! (`hypot`), angles of the IMU check (`acos`).
 
 use std::fs;
 use std::io::Read;
