@@ -16,7 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import polars as pl
 
-# Okabe and Ito: told apart by colour-blind people, and by their lightness in print
+# Okabe and Ito: distinguishable with colour blindness, and by lightness in print
 MODELS = {"closed-form": ("#E69F00", "inertia frozen"), "variable-inertia": ("#56B4E9", "inertia from the actuators"), "whole-body": ("#0072B2", "whole body")}
 WHEELS = ("fl", "fr", "rl", "rr")
 
