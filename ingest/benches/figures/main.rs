@@ -20,7 +20,7 @@
 #![allow(clippy::print_stdout)]
 
 mod logs;
-#[path = "../../src/records/lz4.rs"]
+#[path = "../../src/formats/records/lz4.rs"]
 #[allow(dead_code)]
 mod lz4;
 mod python;

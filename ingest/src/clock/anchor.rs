@@ -2,7 +2,7 @@
 
 use super::{
     line::{Line, few, median_ns},
-    seconds_between,
+    time::seconds_between,
 };
 
 /// Stamps of one clock are not further apart than messages can be on their way (ns).

@@ -3,7 +3,7 @@
 //! Theil (1950), Sen (1968): the slope is the median of the slopes between all pairs of points, the
 //! offset the median of what the slope leaves.
 
-use super::{NS_PER_S, seconds_between};
+use super::time::{NS_PER_S, seconds_between};
 
 /// Most points that a slope is taken from: their pairs grow with the square.
 const MOST_POINTS: usize = 300;

@@ -8,9 +8,9 @@
 //! [`ClockFinding`]s.
 
 mod anchor;
+mod describe;
 mod finding;
 mod line;
-mod odd;
 mod own_clock;
 mod placing;
 mod restarts;
@@ -18,6 +18,7 @@ mod stamp;
 mod statistics;
 mod steps;
 mod thinned;
+mod time;
 mod time_base;
 mod times;
 mod timing;
@@ -32,19 +33,3 @@ pub use self::{
     times::Times,
     timing::{StampOffset, TopicTiming},
 };
-
-pub(crate) const NS_PER_S: f64 = 1e9;
-/// Start of 1990: stamps before it are counted from the start of something.
-pub(crate) const EARLIEST_DATE_NS: i64 = 631_152_000_000_000_000;
-/// Start of 2100: no machine has logged after it.
-pub(crate) const LATEST_DATE_NS: i64 = 4_102_444_800_000_000_000;
-
-/// Whether a time is a date that a log can have.
-pub(crate) fn is_date(stamp_ns: i64) -> bool {
-    (EARLIEST_DATE_NS..LATEST_DATE_NS).contains(&stamp_ns)
-}
-
-/// Subtracted as integers first: a date in nanoseconds is too large for an exact f64.
-pub(crate) fn seconds_between(from_ns: i64, to_ns: i64) -> f64 {
-    to_ns.saturating_sub(from_ns) as f64 / NS_PER_S
-}

@@ -6,7 +6,7 @@ use super::{
     statistics::TopicStatistics,
     times::{Stamps, Times},
 };
-use crate::log::Format;
+use crate::file::Format;
 
 /// Which time a topic goes by, and where its clock starts again.
 pub(super) struct OwnClock<'t> {

@@ -4,16 +4,15 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
-    NS_PER_S,
     anchor::{Clock, ONE_CLOCK_NS},
+    describe,
     finding::{ClockFinding, ClockFindingKind as Kind},
     line::{Line, SIGMA_BY_MAD, median_ns},
-    odd,
     own_clock::OwnClock,
     restarts::add_pauses,
-    seconds_between,
     stamp::{StampDecision, StampSource},
     statistics::TopicStatistics,
+    time::{NS_PER_S, seconds_between},
     time_base::TimeBase,
     times::Times,
 };
@@ -69,7 +68,7 @@ impl TimeBase {
                 restarts: own.restarts.len(),
                 ..StampCorrection::default()
             },
-            findings: odd::of_topic(statistics, &own, &self.restarts),
+            findings: describe::of_topic(statistics, &own, &self.restarts),
             clock: own.decision.clone(),
         };
         let source = placed.clock.source;
@@ -81,7 +80,9 @@ impl TimeBase {
                 self.place_own_clock(&mut placed, times, &clock);
             }
         } else if !times.is_empty() {
-            placed.findings.push(odd::only_log_times(&placed.clock));
+            placed
+                .findings
+                .push(describe::only_log_times(&placed.clock));
         }
         placed.findings.extend(self.findings.iter().cloned());
         let stamps_ns = &mut placed.stamps_ns;
@@ -106,7 +107,7 @@ impl TimeBase {
             return;
         }
         let anchor = self.anchor().unwrap_or("the log time").to_owned();
-        let seen = odd::seen_apart(&anchor, is_other, apart_ns, drifts.then_some(&line));
+        let seen = describe::seen_apart(&anchor, is_other, apart_ns, drifts.then_some(&line));
         let kind = match seconds_between(0, apart_ns).abs() {
             _ if !is_other => Kind::ClockDrift,
             apart_s if apart_s > OTHER_EPOCH_S => Kind::OtherEpoch,

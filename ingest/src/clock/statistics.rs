@@ -1,15 +1,14 @@
 //! Takes note of the times of a topic, in bounded memory.
 
 use super::{
-    is_date,
     line::{Line, SIGMA_BY_MAD, median},
-    seconds_between,
     stamp::{StampDecision, StampEvidence, StampSource},
     steps::Steps,
     thinned::Thinned,
+    time::{is_date, seconds_between},
     timing::{StampOffset, TopicTiming},
 };
-use crate::log::Format;
+use crate::file::Format;
 
 /// Takes note of the times of a topic's messages, one after the other, in bounded memory.
 ///

@@ -5,7 +5,7 @@ use std::{cmp::Reverse, collections::BinaryHeap};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{line::median, seconds_between, thinned::Thinned};
+use super::{line::median, thinned::Thinned, time::seconds_between};
 
 /// A pause shorter than this is no gap, however fast the topic (ns).
 const SHORTEST_GAP_NS: i64 = 100_000_000;

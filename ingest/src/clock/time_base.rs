@@ -2,16 +2,16 @@
 
 use super::{
     anchor::{self, Clock, LogMap},
+    describe,
     finding::ClockFinding,
     line::Line,
-    odd,
     own_clock::OwnClock,
     restarts::{self, CommonRestart, Restart},
     stamp::StampSource,
     statistics::TopicStatistics,
     times::Times,
 };
-use crate::log::{Format, Log};
+use crate::{file::Format, log::Log};
 
 /// The clock of most topics of a log that have stamps; without stamps the publish time, else the log
 /// time.
@@ -55,7 +55,7 @@ impl TimeBase {
         };
         base.find_anchor(topics, &clocks);
         let times: Vec<&Times> = topics.iter().map(|(_, times, _)| *times).collect();
-        base.findings = odd::of_base(&base, &times, clock_topic(log));
+        base.findings = describe::of_base(base.source, &base.map, &times, clock_topic(log));
         base
     }
 

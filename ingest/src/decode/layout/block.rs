@@ -1,0 +1,84 @@
+//! Steps in the making: neighbours are joined as they are added.
+
+use crate::{
+    decode::binary::Step as Op,
+    schema::{Dialect, NumberType, SchemaError},
+};
+
+/// Steps in the making.
+#[derive(Default)]
+pub(super) struct Block {
+    pub(super) steps: Vec<Op>,
+    /// Those after the last reading step need not be taken.
+    read_up_to: usize,
+    /// The first field that cannot be passed over, and its place among the steps.
+    pub(super) barrier: Option<(usize, String)>,
+}
+
+impl Block {
+    /// Passes over numbers; without padding a run of them is one step whatever their sizes.
+    pub(super) fn skip(&mut self, number: NumberType, count: u32, dialect: Dialect) {
+        let bytes = number.bytes().saturating_mul(count as usize);
+        let alignment = match dialect {
+            Dialect::Ros2 => number.bytes(),
+            Dialect::Ros1 => 1,
+        };
+        self.skip_bytes(alignment, bytes);
+    }
+
+    fn skip_bytes(&mut self, alignment: usize, bytes: usize) {
+        // A run that began at a multiple of its alignment knows the padding of what follows. A
+        // step that reads must stay apart.
+        if self.steps.len() > self.read_up_to
+            && let Some(Op::Skip {
+                alignment: of_run,
+                bytes: run,
+            }) = self.steps.last_mut()
+            && alignment <= *of_run
+        {
+            let padded = run
+                .checked_next_multiple_of(alignment)
+                .unwrap_or(usize::MAX);
+            *run = padded.saturating_add(bytes);
+            return;
+        }
+        self.steps.push(Op::Skip { alignment, bytes });
+    }
+
+    pub(super) fn read(&mut self, step: Op) {
+        self.steps.push(step);
+        self.read_up_to = self.steps.len();
+    }
+
+    /// Numbers of one width that follow each other, into slots that follow each other, are one
+    /// step.
+    pub(super) fn read_number(&mut self, number: NumberType, slot: usize) {
+        if self.steps.len() == self.read_up_to
+            && let Some(Op::Numbers {
+                number: before,
+                slot: first,
+                count,
+            }) = self.steps.last_mut()
+            && *before == number
+            && *first + *count == slot
+        {
+            *count += 1;
+            return;
+        }
+        self.read(Op::Numbers {
+            number,
+            slot,
+            count: 1,
+        });
+    }
+
+    pub(super) fn up_to_last_read(mut self) -> Result<Vec<Op>, SchemaError> {
+        match self.barrier {
+            Some((at, field)) if at < self.read_up_to => Err(SchemaError::WideString { field }),
+            _ => {
+                self.steps.truncate(self.read_up_to);
+                Ok(self.steps)
+            }
+        }
+    }
+}

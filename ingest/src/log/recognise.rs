@@ -1,0 +1,41 @@
+//! Which format a path holds, told by content, and which files form one log.
+
+use std::{collections::BTreeMap, path::Path};
+
+use super::{log_files::Recording, rosbag2_folder};
+use crate::{
+    file::{Format, LONGEST_MAGIC_BYTES, format_of},
+    message::{Error, Losses, LostPart},
+};
+
+/// Finds out what `path` holds.
+pub(crate) fn recognise(path: &Path) -> Result<Recording, Error> {
+    let metadata = std::fs::metadata(path).map_err(Error::io(path))?;
+    if metadata.is_dir() {
+        return rosbag2_folder::recognise(path);
+    }
+    let mut losses = Losses::default();
+    let format = match (format_of(path), format_by_name(path)) {
+        (Err(Error::NotALog { found, .. }), Some(format)) if metadata.len() > 0 => {
+            losses.lose(LostPart::Records, path, 0..LONGEST_MAGIC_BYTES, found);
+            format
+        }
+        (format, _) => format?,
+    };
+    Ok(Recording {
+        format,
+        files: vec![path.to_path_buf()],
+        losses,
+        promised: BTreeMap::new(),
+    })
+}
+
+/// What the name says, for a file whose first bytes are damaged. A database without its first bytes
+/// is not opened by SQLite.
+fn format_by_name(path: &Path) -> Option<Format> {
+    match path.extension()?.to_str()? {
+        "mcap" => Some(Format::Mcap),
+        "bag" => Some(Format::Ros1Bag),
+        _ => None,
+    }
+}
