@@ -1,4 +1,4 @@
-//! Any log of a robot or machine: messages, typed sensor samples, and what of it is damaged.
+//! Reads logs of robots and machines: messages, typed sensor samples, and a report of all damage.
 //!
 //! - [`Log`] opens a recording, lists its [`Topic`]s and hands out every intact [`Message`];
 //!   [`Losses`] tell what was damaged. Nothing in a damaged file ends the program.

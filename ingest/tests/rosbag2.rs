@@ -162,8 +162,7 @@ fn split_files_of_a_folder_are_one_log() {
     let values: Vec<f64> = samples.iter().map(|sample| sample.values[1]).collect();
     assert_eq!(values, (0..120).map(f64::from).collect::<Vec<_>>());
 
-    let metadata =
-        "info:\n  relative_file_paths:\n    - drive_1.db3\n    - drive_0.db3\n    - gone.db3\n";
+    let metadata = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - drive_1.db3\n    - drive_0.db3\n    - gone.db3\n";
     std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
     let log = Log::open(folder.path()).unwrap();
     assert_eq!(log.topics().len(), 1);
@@ -173,7 +172,8 @@ fn split_files_of_a_folder_are_one_log() {
     assert_eq!(losses.ranges[0].part, LostPart::File);
     assert_eq!(losses.notes.len(), 10, "{:?}", losses.notes);
 
-    let compressed = "info:\n  compression_format: zstd\n  compression_mode: MESSAGE\n";
+    let compressed =
+        "rosbag2_bagfile_information:\n  compression_format: zstd\n  compression_mode: MESSAGE\n";
     std::fs::write(folder.path().join("metadata.yaml"), compressed).unwrap();
     assert!(
         Log::open(folder.path())
@@ -181,6 +181,23 @@ fn split_files_of_a_folder_are_one_log() {
             .to_string()
             .contains("not read yet")
     );
+}
+
+#[test]
+fn damaged_metadata_is_a_loss_and_the_files_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for part in 0..2_usize {
+        let messages = joint_messages(part * 10, part * 10 + 10);
+        let path = folder.path().join(format!("drive_{part}.db3"));
+        write_database(&path, &[JOINTS], &rows(&messages), false);
+    }
+    let damaged = "rosbag2_bagfile_information:\n  relative_file_paths: [drive_1.db3\n";
+    std::fs::write(folder.path().join("metadata.yaml"), damaged).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(samples.len(), 20);
+    let text = losses.ranges[0].to_string();
+    assert!(text.contains("metadata.yaml: bytes 0 to"), "{text}");
+    assert!(text.contains("not valid metadata"), "{text}");
 }
 
 #[test]
@@ -226,7 +243,7 @@ fn files_compressed_as_a_whole_are_unpacked_elsewhere() {
     }
     assert_eq!(joint_samples(folder.path()).0.len(), 30);
     let metadata = format!(
-        "info:\n  relative_file_paths:\n{}  compression_format: zstd\n  compression_mode: FILE\n",
+        "rosbag2_bagfile_information:\n  relative_file_paths:\n{}  compression_format: zstd\n  compression_mode: FILE\n",
         names.concat()
     );
     std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
@@ -274,7 +291,7 @@ fn the_recorder_says_how_many_messages_there_should_be() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive_0.db3");
     write_database(&path, &[JOINTS], &rows(&joint_messages(0, 2000)), true);
-    let metadata = "info:\n  relative_file_paths:\n    - drive_0.db3\n\
+    let metadata = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - drive_0.db3\n\
         \x20 topics_with_message_count:\n    - topic_metadata:\n        name: /joint_states\n\
         \x20     message_count: 2000\n  version: 5\n";
     std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();

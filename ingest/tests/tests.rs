@@ -11,6 +11,7 @@ mod binding; // which topic carries a signal
 mod clocks; // all topics of a log on one clock
 mod damage; // nothing panics, everything intact comes out
 mod databases; // databases as crashes leave them, and of every version
+mod fuzz; // every parser on damaged inputs
 mod layout; // fields out of CDR messages
 mod mcap_files; // the same samples however an MCAP file is written
 mod number_fields; // single numbers of any messages

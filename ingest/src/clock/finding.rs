@@ -4,6 +4,7 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::IntoStaticStr;
 
 /// Something about the clocks of a log that a reader has to know.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -19,8 +20,11 @@ pub struct ClockFinding {
 }
 
 /// Kinds of [`ClockFinding`]s.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema, IntoStaticStr,
+)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 #[non_exhaustive]
 pub enum ClockFindingKind {
     /// Stamps count from the start of a simulation, or of the machine.
@@ -62,19 +66,7 @@ pub enum Treatment {
 impl ClockFindingKind {
     /// Its name, as in JSON.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::SimulationTime => "simulation_time",
-            Self::ReplayedLog => "replayed_log",
-            Self::ZeroStamps => "zero_stamps",
-            Self::NoHeaderStamp => "no_header_stamp",
-            Self::ClockRestart => "clock_restart",
-            Self::DisorderedStamps => "disordered_stamps",
-            Self::RepeatedStamps => "repeated_stamps",
-            Self::OtherEpoch => "other_epoch",
-            Self::ClockApart => "clock_apart",
-            Self::ClockDrift => "clock_drift",
-            Self::ImpossibleStamps => "impossible_stamps",
-        }
+        self.into()
     }
 }
 

@@ -1,32 +1,26 @@
 //! Which of a message's three times is its time.
 
-use std::fmt;
-
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::Display;
 
 use crate::file::Format;
 
 /// One of the times that a message carries, the best first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema, Display,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum StampSource {
     /// The stamp that the sensor wrote into the message.
+    #[strum(serialize = "header.stamp")]
     Header,
     /// When the message was sent.
+    #[strum(serialize = "publish time")]
     Publish,
     /// When the recorder received it.
+    #[strum(serialize = "log time")]
     Log,
-}
-
-impl fmt::Display for StampSource {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Header => "header.stamp",
-            Self::Publish => "publish time",
-            Self::Log => "log time",
-        })
-    }
 }
 
 /// The time to use for a topic, and why.

@@ -5,7 +5,7 @@ use std::{fs::File, io::Read, path::Path};
 use super::format::Format;
 use crate::message::Error;
 
-/// The line that every bag begins with.
+/// The first line of every bag, version 2.0.
 pub(crate) const BAG_MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 const OTHER_BAG_MAGIC: &[u8] = b"#ROS";
@@ -13,20 +13,20 @@ const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 pub(crate) const LONGEST_MAGIC_BYTES: u64 = 16;
 
-/// What the first bytes of a file say.
+/// The content of a file, judged by its first bytes.
 pub(crate) enum Content {
     Log(Format),
-    /// A log that is compressed as a whole.
+    /// A log in a zstd-compressed file.
     Packed(Format),
-    NotReadYet(&'static str),
+    Unsupported(&'static str),
     Unknown(String),
 }
 
-/// The format of one file; an error if there is no reader for it.
+/// The format of a file; an error if it has no reader.
 pub(crate) fn format_of(path: &Path) -> Result<Format, Error> {
     match content_of(path)? {
         Content::Log(format) | Content::Packed(format) => Ok(format),
-        Content::NotReadYet(format) => Err(Error::NotReadYet {
+        Content::Unsupported(format) => Err(Error::NotReadYet {
             path: path.to_path_buf(),
             format: format.to_owned(),
         }),
@@ -70,7 +70,7 @@ fn classify(first_bytes: &[u8]) -> Content {
     } else if first_bytes.starts_with(BAG_MAGIC) {
         Content::Log(Format::Ros1Bag)
     } else if first_bytes.starts_with(OTHER_BAG_MAGIC) {
-        Content::NotReadYet("ROS bag of a version other than 2.0")
+        Content::Unsupported("ROS bag of a version other than 2.0")
     } else if first_bytes.is_empty() {
         Content::Unknown("an empty file".to_owned())
     } else {

@@ -1,5 +1,5 @@
-//! Bytes of a file by position. Files are read, not mapped: a file that is cut short while it is
-//! being read is then an error and not the end of the process.
+//! Reads bytes of a file by position. Files are not mapped into memory: truncating a mapped file
+//! would kill the process, truncating this one is an error.
 
 use std::{
     fs::File,
@@ -9,7 +9,7 @@ use std::{
 
 use crate::message::Error;
 
-/// A file that is open for reading.
+/// A file open for reading.
 #[derive(Debug)]
 pub(crate) struct FileBytes {
     path: PathBuf,
@@ -18,7 +18,7 @@ pub(crate) struct FileBytes {
 }
 
 impl FileBytes {
-    /// Opens the content of a file; errors name it as it was named.
+    /// Opens `data`; errors name the file `named`.
     pub(crate) fn open(data: &Path, named: &Path) -> Result<Self, Error> {
         let file = File::open(data).map_err(Error::io(named))?;
         let len = file.metadata().map_err(Error::io(named))?.len();
@@ -37,14 +37,14 @@ impl FileBytes {
         self.len
     }
 
-    /// Fills `bytes` from `offset` on.
+    /// Fills `bytes` from `offset`.
     pub(crate) fn read_at(&self, offset: u64, bytes: &mut [u8]) -> Result<(), Error> {
         self.file
             .read_exact_at(bytes, offset)
             .map_err(Error::io(&self.path))
     }
 
-    /// The bytes of a range that lies within the file, in a buffer of their own.
+    /// The bytes of a range within the file, in a new buffer.
     pub(crate) fn read_vec(&self, offset: u64, count: u64) -> Result<Vec<u8>, Error> {
         let mut bytes = Vec::new();
         self.grow(&mut bytes, offset, count)?;
@@ -52,8 +52,7 @@ impl FileBytes {
         Ok(bytes)
     }
 
-    /// As [`read_vec`](Self::read_vec), into a buffer that is used again; as many bytes are taken from
-    /// its front.
+    /// Like [`read_vec`](Self::read_vec), but into a reused buffer.
     pub(crate) fn read_into(
         &self,
         bytes: &mut Vec<u8>,
@@ -65,7 +64,7 @@ impl FileBytes {
         self.read_at(offset, bytes)
     }
 
-    /// Makes `bytes` hold at least `count` bytes, if there is so much memory.
+    /// Grows `bytes` to at least `count` bytes, if memory allows.
     pub(crate) fn grow(&self, bytes: &mut Vec<u8>, offset: u64, count: u64) -> Result<(), Error> {
         let too_large = || Error::OutOfMemory {
             path: self.path.clone(),

@@ -1,5 +1,4 @@
-//! A file of a log, as it was named and as it is read: one that is compressed as a whole is
-//! unpacked into a private file first.
+//! A file of a log. A zstd-compressed file is first decompressed into a private temporary file.
 
 use std::{
     fs::File,
@@ -12,11 +11,11 @@ use tempfile::TempDir;
 use super::content::{Content, content_of};
 use crate::message::{Error, Losses, LostPart};
 
-/// What comes out of a compressed file may be so many times larger, beyond that it is no log.
+/// Highest compression ratio of a real log; beyond it decompression stops.
 const MOST_EXPANSION: u64 = 1000;
 const COPY_BYTES: usize = 256 << 10;
 
-/// A file of a log. What was unpacked vanishes with the value.
+/// A file of a log. The temporary file is deleted with the value.
 pub(crate) struct LogFile {
     path: PathBuf,
     data: PathBuf,
@@ -24,7 +23,7 @@ pub(crate) struct LogFile {
 }
 
 impl LogFile {
-    /// A file that is read as it is.
+    /// A file that is not compressed.
     pub(crate) fn plain(path: &Path) -> Self {
         Self {
             path: path.to_path_buf(),
@@ -33,7 +32,7 @@ impl LogFile {
         }
     }
 
-    /// Unpacks a file if it is compressed as a whole.
+    /// Opens a file, decompressing it if needed.
     pub(crate) fn open(path: &Path, losses: &mut Losses) -> Result<Self, Error> {
         match content_of(path)? {
             Content::Packed(_) => unpack(path, losses),
@@ -41,12 +40,12 @@ impl LogFile {
         }
     }
 
-    /// As it was named, for reports.
+    /// The path as given, for reports.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Where its content is.
+    /// The path of the uncompressed content.
     pub(crate) fn data(&self) -> &Path {
         &self.data
     }
@@ -69,7 +68,7 @@ fn unpack(path: &Path, losses: &mut Losses) -> Result<LogFile, Error> {
             Ok(0) => break,
             Ok(count) => count,
             Err(error) => {
-                let reason = format!("after {unpacked_bytes} unpacked bytes: {error}");
+                let reason = format!("after {unpacked_bytes} decompressed bytes: {error}");
                 losses.lose(LostPart::Tail, path, packed_bytes..packed_bytes, reason);
                 break;
             }
@@ -78,13 +77,14 @@ fn unpack(path: &Path, losses: &mut Losses) -> Result<LogFile, Error> {
         target.write_all(bytes).map_err(Error::io(&data))?;
         unpacked_bytes += count as u64;
         if unpacked_bytes / MOST_EXPANSION > packed_bytes {
-            let reason = format!("more than {unpacked_bytes} bytes come out of {packed_bytes}");
+            let reason =
+                format!("{packed_bytes} compressed bytes expand to more than {unpacked_bytes}");
             losses.lose(LostPart::Tail, path, packed_bytes..packed_bytes, reason);
             break;
         }
     }
     losses.note(format!(
-        "{}: compressed as a whole: byte places are those of the unpacked content",
+        "{}: the file is compressed: byte positions refer to the decompressed content",
         path.display()
     ));
     Ok(LogFile {

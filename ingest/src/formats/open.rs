@@ -7,7 +7,7 @@ use crate::{
     message::{Error, Losses, TopicTable},
 };
 
-/// Opens one file of a log.
+/// Opens one file of a log with the reader of its format.
 pub(crate) fn open(
     format: Format,
     file: &LogFile,

@@ -1,46 +1,45 @@
-//! What every format has to offer: one file of a log, read in file order.
+//! The interface of every format: one file of a log, read in file order.
 //!
-//! A new format is one file with one implementation of [`Reader`], one line in
-//! [`Format`](crate::Format) and one in [`recognise`](crate::recognise).
+//! Messages are delivered one by one, or chunk by chunk in batches that any thread may fill.
 
 use std::ops::ControlFlow;
 
 use crate::message::{Error, Extra, Losses, Message, TopicId};
 
-/// One file of a log. What opening it found is in the topic table and the losses given then.
+/// One opened file of a log.
 pub(crate) trait Reader: Send + Sync {
-    /// Hands every intact message of the wanted topics to the request, in file order.
+    /// Passes every intact message of the wanted topics to the request, in file order.
     fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error>;
 
-    /// Hands over what the file holds besides messages.
+    /// Passes attachments and metadata records to `take`.
     fn extras(&self, _take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
         Ok(())
     }
 }
 
-/// What the caller of [`Log::read`](crate::Log::read) wants, and where losses go.
+/// What the caller of [`Log::read`](crate::Log::read) wants, and where losses are recorded.
 pub(crate) struct Request<'r> {
-    /// For each topic of the log.
+    /// One flag per topic of the log.
     pub(crate) wanted: &'r [bool],
     pub(crate) visit: &'r mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
     pub(crate) progress: &'r mut dyn FnMut(u64),
-    /// The size of the files before this one.
+    /// The total size of the files before this one.
     pub(crate) bytes_before: u64,
     pub(crate) losses: &'r mut Losses,
-    /// If given, most messages go to batches and not to `visit`.
+    /// If given, most messages go to batches instead of `visit`.
     pub(crate) batches: Option<Batches<'r>>,
 }
 
-/// Messages that are taken in on any thread, all those of a chunk by one.
+/// Collects the messages of one chunk, on any thread.
 pub(crate) trait Batch: Send {
-    /// Takes in a message.
+    /// Adds a message.
     fn take(&mut self, message: &Message<'_>);
-    /// Hands on what was taken in and empties the batch. Batches are delivered in the order of the
-    /// file, between the visits to single messages.
+    /// Hands over the collected messages and empties the batch. Batches are delivered in file
+    /// order, interleaved with visits to single messages.
     fn deliver(&mut self);
 }
 
-/// Where batches come from, and who is told how many messages came by them.
+/// Creates batches, and receives the number of messages delivered in them.
 #[derive(Clone, Copy)]
 pub(crate) struct Batches<'r> {
     pub(crate) empty: &'r (dyn Fn() -> Box<dyn Batch> + Sync),
@@ -52,7 +51,7 @@ impl Request<'_> {
         self.wanted.get(topic.0).copied().unwrap_or(false)
     }
 
-    /// Tells how far into this file the reading has come.
+    /// Reports the progress within this file.
     pub(crate) fn advance(&mut self, bytes_of_file: u64) {
         (self.progress)(self.bytes_before.saturating_add(bytes_of_file));
     }

@@ -9,6 +9,6 @@ pub(crate) struct Recording {
     pub(crate) format: Format,
     pub(crate) files: Vec<PathBuf>,
     pub(crate) losses: Losses,
-    /// How many messages the recorder says it wrote, for each topic.
+    /// Messages the recorder reports having written, by topic.
     pub(crate) promised: BTreeMap<String, u64>,
 }

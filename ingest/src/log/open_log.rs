@@ -1,4 +1,4 @@
-//! A recording, opened for reading.
+//! A log opened for reading.
 
 use std::{
     cell::Cell,
@@ -15,23 +15,23 @@ use crate::{
     message::{Error, Extra, Losses, Message, Topic, TopicId, TopicTable},
 };
 
-/// A recording opened for reading. Nothing of it is ever modified, nothing created beside it.
+/// A log opened for reading. Its files are never modified, and no file is created beside them.
 pub struct Log {
     path: PathBuf,
     format: Format,
     files: Vec<PathBuf>,
     file_bytes: Vec<u64>,
     readers: Vec<Box<dyn Reader>>,
-    /// Keeps what was unpacked as long as it is read.
+    /// Keeps temporary files alive while they are read.
     _unpacked: Vec<LogFile>,
     topics: Vec<Topic>,
     losses: Losses,
-    /// How many messages the recorder says it wrote, for each topic; empty where it does not say.
+    /// Messages the recorder reports having written, by topic; empty if it reports none.
     promised: BTreeMap<String, u64>,
 }
 
 impl Log {
-    /// Opens a file or a rosbag2 folder. The format is recognised by content, not by name.
+    /// Opens a file or a rosbag2 folder. The format is detected from the content, not the name.
     pub fn open(path: &Path) -> Result<Log, Error> {
         let Recording {
             format,
@@ -53,7 +53,7 @@ impl Log {
         }
         let topics = topics.into_topics();
         if topics.is_empty() && has_damaged_beginning {
-            // Only its name made it look like a log.
+            // Only the file name suggested a log.
             format_of(path)?;
         }
         Ok(Log {
@@ -84,12 +84,12 @@ impl Log {
         &self.files
     }
 
-    /// The size of all files, unpacked.
+    /// The decompressed size of all files.
     pub fn bytes(&self) -> u64 {
         self.file_bytes.iter().sum()
     }
 
-    /// Every topic, in the order of finding.
+    /// All topics, in the order in which they were found.
     pub fn topics(&self) -> &[Topic] {
         &self.topics
     }
@@ -103,17 +103,16 @@ impl Log {
         })
     }
 
-    /// What opening already found damaged. Opening looks at the whole log only where it has no
-    /// intact index.
+    /// Damage found while opening. Opening scans the whole log only if it has no intact index.
     pub fn losses(&self) -> &Losses {
         &self.losses
     }
 
     /// Calls `visit` with every intact message of the wanted topics, in file order, until it
-    /// breaks.
+    /// returns `Break`.
     ///
-    /// The losses are those found by opening together with those met on the way. Chunks that hold
-    /// no wanted topic are passed over where an index tells so, and are then not checked either.
+    /// The losses returned are those found while opening and while reading. Chunks without a wanted
+    /// topic are skipped where an index lists their topics; they are then not verified.
     pub fn read(
         &self,
         wanted: &[TopicId],
@@ -122,8 +121,8 @@ impl Log {
         self.read_with_progress(wanted, visit, &mut |_| {})
     }
 
-    /// As [`read`](Self::read); also calls `progress` now and then with the number of bytes left
-    /// behind, which ends at [`bytes`](Self::bytes) unless `visit` breaks.
+    /// Like [`read`](Self::read); also calls `progress` from time to time with the number of bytes
+    /// read so far, which reaches [`bytes`](Self::bytes) unless `visit` breaks.
     pub fn read_with_progress(
         &self,
         wanted: &[TopicId],
@@ -133,8 +132,8 @@ impl Log {
         self.read_in_batches(wanted, visit, progress, None)
     }
 
-    /// As [`read_with_progress`](Self::read_with_progress); if empty batches are to be had, most
-    /// messages go to them and not to `visit`.
+    /// Like [`read_with_progress`](Self::read_with_progress); given `empty_batch`, most messages go
+    /// to batches instead of `visit`.
     pub(crate) fn read_in_batches(
         &self,
         wanted: &[TopicId],
@@ -197,7 +196,7 @@ impl Log {
         Ok((losses, ControlFlow::Continue(())))
     }
 
-    /// Compares what came with what the recorder says it wrote.
+    /// Compares the messages found with those the recorder reports having written.
     fn report_missing(&self, wanted: &[bool], seen: &[Cell<u64>], losses: &mut Losses) {
         for (name, &promised) in &self.promised {
             let of_name = || self.topics.iter().filter(|topic| topic.name == *name);
@@ -211,7 +210,7 @@ impl Log {
         }
     }
 
-    /// Hands over what the log holds besides messages.
+    /// Passes attachments and metadata records to `take`.
     pub(crate) fn extras(&self, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
         self.readers
             .iter()

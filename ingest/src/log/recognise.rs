@@ -1,4 +1,4 @@
-//! Which format a path holds, told by content, and which files form one log.
+//! Detects the format of a path and the files that form one log.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -8,7 +8,7 @@ use crate::{
     message::{Error, Losses, LostPart},
 };
 
-/// Finds out what `path` holds.
+/// Detects the log at `path`.
 pub(crate) fn recognise(path: &Path) -> Result<Recording, Error> {
     let metadata = std::fs::metadata(path).map_err(Error::io(path))?;
     if metadata.is_dir() {
@@ -30,8 +30,8 @@ pub(crate) fn recognise(path: &Path) -> Result<Recording, Error> {
     })
 }
 
-/// What the name says, for a file whose first bytes are damaged. A database without its first bytes
-/// is not opened by SQLite.
+/// The format by file name, for a file whose first bytes are damaged. SQLite cannot open a database
+/// without them.
 fn format_by_name(path: &Path) -> Option<Format> {
     match path.extension()?.to_str()? {
         "mcap" => Some(Format::Mcap),

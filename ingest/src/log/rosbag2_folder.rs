@@ -1,21 +1,21 @@
-//! A folder as rosbag2 writes it: `metadata.yaml` and one or more MCAP or SQLite files.
+//! A folder written by rosbag2: `metadata.yaml` and one or more MCAP or SQLite files.
 
 use std::{
     cmp::Ordering,
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
 };
 
 use super::{log_files::Recording, rosbag2_metadata::Metadata};
 use crate::{
     file::{Content, Format, content_of, format_of},
-    message::{Error, Losses, LostPart},
+    message::{Error, Losses, LostPart, LostRange},
 };
 
 const METADATA_NAME: &str = "metadata.yaml";
-/// Split files may lie in folders within folders, but not deeper.
+/// How deep split files may be nested in subfolders.
 const MOST_NESTED_FOLDERS: usize = 3;
-/// Far above any real one, which takes a few hundred bytes a topic.
+/// Far above any real file, which takes a few hundred bytes per topic.
 const METADATA_LIMIT_BYTES: u64 = 64 << 20;
 
 /// The files of a folder that form one log, in order.
@@ -40,7 +40,7 @@ pub(crate) fn recognise(folder: &Path) -> Result<Recording, Error> {
     })
 }
 
-/// An empty one if there is none.
+/// The metadata; empty if the file is missing or damaged.
 fn read_metadata(folder: &Path, losses: &mut Losses) -> Result<Metadata, Error> {
     let path = folder.join(METADATA_NAME);
     if !path.is_file() {
@@ -51,16 +51,31 @@ fn read_metadata(folder: &Path, losses: &mut Losses) -> Result<Metadata, Error> 
     }
     let size = std::fs::metadata(&path).map_err(Error::io(&path))?.len();
     if size > METADATA_LIMIT_BYTES {
-        losses.note(format!("{METADATA_NAME} has {size} bytes: ignored"));
+        losses.note(format!(
+            "{METADATA_NAME} has {size} bytes and is ignored: at most {METADATA_LIMIT_BYTES} are read"
+        ));
         return Ok(Metadata::default());
     }
     let bytes = std::fs::read(&path).map_err(Error::io(&path))?;
-    let metadata = Metadata::parse(&String::from_utf8_lossy(&bytes));
+    let metadata = Metadata::parse(&String::from_utf8_lossy(&bytes)).unwrap_or_else(|problem| {
+        losses.push(LostRange {
+            file: path,
+            start_byte: 0,
+            end_byte: size,
+            part: LostPart::Records,
+            reason: format!("not valid metadata: {problem}; the files are read in order of name"),
+            first_time_ns: None,
+            last_time_ns: None,
+            messages: BTreeMap::new(),
+            message_count: Some(0),
+        });
+        Metadata::default()
+    });
     refuse_compression(folder, &metadata)?;
     Ok(metadata)
 }
 
-/// The existing files that the metadata names, in its order; none without metadata.
+/// The existing files that the metadata lists, in its order; empty without metadata.
 fn listed_files(
     folder: &Path,
     metadata: &Metadata,
@@ -72,13 +87,13 @@ fn listed_files(
         .map(|name| present_file(folder, name))
         .partition(|file| file.is_file());
     for file in missing {
-        let reason = format!("listed in {METADATA_NAME}, but there is no such file");
+        let reason = format!("listed in {METADATA_NAME}, but the file does not exist");
         losses.lose(LostPart::File, &file, 0..0, reason);
     }
     Ok(present)
 }
 
-/// A listed file; it may have been compressed after it was listed.
+/// The path of a listed file, which may have been compressed afterwards.
 fn present_file(folder: &Path, name: &str) -> PathBuf {
     let listed = folder.join(name);
     let packed = folder.join(format!("{name}.zstd"));
@@ -103,7 +118,7 @@ fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {
         path: folder.to_path_buf(),
         format: format!(
             "rosbag2 compression {compression_format} of mode {compression_mode} \
-             (only zstd of whole files is read)"
+             (only zstd compression of whole files is supported)"
         ),
     })
 }
@@ -112,8 +127,8 @@ fn is_zstd(metadata: &Metadata) -> bool {
     metadata.compression_format.eq_ignore_ascii_case("zstd")
 }
 
-/// All files of a known log format, in natural order of path; those of the folders within only if
-/// the folder itself has none.
+/// All files of a known log format, in natural order of path; subfolders are searched only if the
+/// folder itself has none.
 fn log_files_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     log_files_below(folder, MOST_NESTED_FOLDERS)
 }
@@ -143,7 +158,7 @@ fn log_files_below(folder: &Path, levels: usize) -> Result<Vec<PathBuf>, Error> 
     Ok(files)
 }
 
-/// Without metadata only the names tell whether files are parts of one log.
+/// Without metadata only the file names show whether files are parts of one log.
 fn refuse_several_logs(folder: &Path, files: &[PathBuf]) -> Result<(), Error> {
     let stems: BTreeSet<String> = files.iter().map(|file| stem_without_number(file)).collect();
     if stems.len() < 2 {
@@ -169,7 +184,8 @@ fn note_unlisted(found: &[PathBuf], listed: &[PathBuf], losses: &mut Losses) {
     }
 }
 
-/// The format of all files; those that are no logs at all are lost, as long as one is left.
+/// The format of all files. Files that are not logs are reported as lost, provided at least one is
+/// a log.
 fn common_format(
     folder: &Path,
     files: &mut Vec<PathBuf>,
@@ -231,7 +247,7 @@ fn stem_without_number(path: &Path) -> String {
     }
 }
 
-/// Orders digits by value, so that `_10` comes after `_9`.
+/// Compares digits by value, so that `_10` comes after `_9`.
 fn natural_order(left: &str, right: &str) -> Ordering {
     let (mut left, mut right) = (left, right);
     loop {

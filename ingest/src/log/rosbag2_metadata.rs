@@ -1,86 +1,73 @@
-//! What `metadata.yaml` of a rosbag2 folder says.
+//! The entries of a rosbag2 `metadata.yaml` that reading needs.
 
 use std::collections::BTreeMap;
 
-/// The few entries of `metadata.yaml` that matter here. They are flat text of a fixed shape, so
-/// a YAML parser is not needed.
+use yaml_rust2::{
+    Yaml, YamlLoader,
+    parser::{Event, Parser},
+};
+
+/// Recorders nest six levels deep. The loader recurses, so damaged text must not nest without limit.
+const MAX_DEPTH: usize = 32;
+
+/// Absent entries are empty.
 #[derive(Default)]
-pub(crate) struct Metadata {
-    pub(crate) files: Vec<String>,
-    pub(crate) compression_format: String,
-    pub(crate) compression_mode: String,
-    /// How many messages the recorder wrote, for each topic.
-    pub(crate) message_counts: BTreeMap<String, u64>,
+pub(super) struct Metadata {
+    pub(super) files: Vec<String>,
+    pub(super) compression_format: String,
+    pub(super) compression_mode: String,
+    /// How many messages the recorder wrote to each topic.
+    pub(super) message_counts: BTreeMap<String, u64>,
 }
 
 impl Metadata {
-    pub(crate) fn parse(text: &str) -> Self {
-        let mut metadata = Self::default();
-        let mut in_files = false;
-        let mut topics = None;
-        for whole_line in text.lines() {
-            let line = whole_line.trim();
-            let indent = whole_line.len() - whole_line.trim_start().len();
-            if let Some(item) = line.strip_prefix("- ").filter(|_| in_files) {
-                metadata.files.push(unquote(item).to_owned());
-                continue;
-            }
-            in_files = false;
-            if line.starts_with("topics_with_message_count:") {
-                topics = Some((indent, TopicCount::default()));
-            } else if let Some((section, count)) = &mut topics {
-                if indent > *section || line.starts_with("- ") {
-                    count.line(line, &mut metadata.message_counts);
-                    continue;
-                }
-                topics = None;
-            }
-            if let Some(inline) = line.strip_prefix("relative_file_paths:") {
-                in_files = true;
-                metadata.files.extend(inline_list(inline));
-            } else if let Some(value) = line.strip_prefix("compression_format:") {
-                metadata.compression_format = unquote(value).to_owned();
-            } else if let Some(value) = line.strip_prefix("compression_mode:") {
-                metadata.compression_mode = unquote(value).to_owned();
+    /// The metadata, or what is wrong with the text.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        check_structure(text)?;
+        let documents = YamlLoader::load_from_str(text).map_err(|error| error.to_string())?;
+        let information = documents
+            .first()
+            .map(|root| &root["rosbag2_bagfile_information"])
+            .filter(|information| information.as_hash().is_some())
+            .ok_or("expected the key rosbag2_bagfile_information, found none")?;
+        let text_at = |key: &str| information[key].as_str().unwrap_or_default().to_owned();
+        let list_at = |key: &str| information[key].as_vec().into_iter().flatten();
+        let files = list_at("relative_file_paths").filter_map(Yaml::as_str);
+        let mut metadata = Self {
+            files: files.map(str::to_owned).collect(),
+            compression_format: text_at("compression_format"),
+            compression_mode: text_at("compression_mode"),
+            message_counts: BTreeMap::new(),
+        };
+        for topic in list_at("topics_with_message_count") {
+            let name = topic["topic_metadata"]["name"].as_str();
+            let count = topic["message_count"].as_i64().map(u64::try_from);
+            if let (Some(name), Some(Ok(count))) = (name, count) {
+                let sum: &mut u64 = metadata.message_counts.entry(name.to_owned()).or_default();
+                *sum = sum.saturating_add(count);
             }
         }
-        metadata
+        Ok(metadata)
     }
 }
 
-/// The name and the count of one topic, which come in either order.
-#[derive(Default)]
-struct TopicCount {
-    name: Option<String>,
-    count: Option<u64>,
-}
-
-impl TopicCount {
-    fn line(&mut self, line: &str, counts: &mut BTreeMap<String, u64>) {
-        let line = line.trim_start_matches("- ");
-        if let Some(name) = line.strip_prefix("name:") {
-            self.name = Some(unquote(name).to_owned());
-        } else if let Some(count) = line.strip_prefix("message_count:") {
-            self.count = count.trim().parse().ok();
+/// Refuses text that would make the loader recurse too deeply or, through aliases, grow without limit.
+fn check_structure(text: &str) -> Result<(), String> {
+    let mut parser = Parser::new_from_str(text);
+    let mut depth = 0_usize;
+    loop {
+        let (event, mark) = parser.next_token().map_err(|error| error.to_string())?;
+        match event {
+            Event::SequenceStart(..) | Event::MappingStart(..) => depth += 1,
+            Event::SequenceEnd | Event::MappingEnd => depth = depth.saturating_sub(1),
+            Event::Alias(_) => return Err(format!("line {}: found an alias", mark.line())),
+            Event::StreamEnd => return Ok(()),
+            _ => {}
         }
-        if let (Some(name), Some(count)) = (&self.name, self.count) {
-            *counts.entry(name.clone()).or_default() += count;
-            *self = Self::default();
+        if depth > MAX_DEPTH {
+            return Err(format!("line {}: nested too deeply", mark.line()));
         }
     }
-}
-
-fn inline_list(text: &str) -> impl Iterator<Item = String> {
-    let inner = text.trim().trim_start_matches('[').trim_end_matches(']');
-    inner
-        .split(',')
-        .map(unquote)
-        .filter(|item| !item.is_empty())
-        .map(str::to_owned)
-}
-
-fn unquote(text: &str) -> &str {
-    text.trim().trim_matches(['"', '\''])
 }
 
 #[cfg(test)]
@@ -88,25 +75,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn metadata_lists_its_files() {
-        let text = "a:\n  relative_file_paths:\n    - one_0.db3\n    - 'two.db3'\n  x: 1\n  - no";
-        assert_eq!(Metadata::parse(text).files, ["one_0.db3", "two.db3"]);
-        let inline = "relative_file_paths: [\"a.mcap\", b.mcap]\ncompression_format: \"\"";
-        let metadata = Metadata::parse(inline);
+    fn files_and_counts_are_read_in_block_and_flow_style() {
+        let block = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - one_0.db3\n    - 'two.db3'\n\
+            \x20 topics_with_message_count:\n    - topic_metadata:\n        name: /a\n\
+            \x20       offered_qos_profiles:\n          - depth: 5\n      message_count: 7\n\
+            \x20   - message_count: 3\n      topic_metadata:\n        name: '/a'\n\
+            \x20 message_count: 99\n";
+        let metadata = Metadata::parse(block).unwrap();
+        assert_eq!(metadata.files, ["one_0.db3", "two.db3"]);
+        let expected = BTreeMap::from([("/a".to_owned(), 10)]);
+        assert_eq!(metadata.message_counts, expected);
+        let flow = "{rosbag2_bagfile_information: {relative_file_paths: [\"a.mcap\", b.mcap], \
+            compression_format: \"\"}}";
+        let metadata = Metadata::parse(flow).unwrap();
         assert_eq!(metadata.files, ["a.mcap", "b.mcap"]);
         assert!(metadata.compression_format.is_empty());
     }
 
     #[test]
-    fn metadata_counts_messages_in_either_order() {
-        let text = "i:\n  topics_with_message_count:\n    - topic_metadata:\n        name: /a\n\
-            \x20       offered_qos_profiles:\n          - depth: 5\n      message_count: 7\n\
-            \x20 version: 9\n  message_count: 99\n";
-        let counts = Metadata::parse(text).message_counts;
-        assert_eq!(counts, BTreeMap::from([("/a".to_owned(), 7)]));
-        let other = "i:\n  topics_with_message_count:\n  - message_count: 3\n    topic_metadata:\n\
-            \x20     name: '/b'\n  files:\n  - message_count: 8\n";
-        let counts = Metadata::parse(other).message_counts;
-        assert_eq!(counts, BTreeMap::from([("/b".to_owned(), 3)]));
+    fn damaged_metadata_is_refused_with_a_reason() {
+        let refused = |text: &str| Metadata::parse(text).err().unwrap();
+        assert!(refused("a: [1, 2\nb: }").contains("line"));
+        assert!(refused("").contains("rosbag2_bagfile_information"));
+        assert!(refused(&"- ".repeat(100_000)).contains("too deeply"));
+        assert!(refused("a: &a [1]\nb: [*a, *a]").contains("alias"));
     }
 }

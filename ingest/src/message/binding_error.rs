@@ -3,7 +3,7 @@
 use super::sensor_kind::SensorKind;
 use crate::schema::SchemaError;
 
-/// Why a topic cannot be taken for a signal.
+/// Why a topic cannot serve as a signal.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BindingError {
@@ -14,26 +14,28 @@ pub enum BindingError {
         topic: String,
         /// The type that the signal needs.
         expected: &'static str,
-        /// The type that is there.
+        /// The type found.
         found: String,
     },
-    /// The messages are encoded in a way that is not read.
-    #[error("topic {topic}: not read yet: encoding {encoding}")]
+    /// The encoding of the messages is not supported.
+    #[error("topic {topic}: unsupported encoding {encoding}")]
     NotReadYet {
         /// The topic.
         topic: String,
         /// The encoding of the messages or of their definition.
         encoding: String,
     },
-    /// Nothing tells the fields of the messages.
-    #[error("topic {topic}: the log has no definition of {type_name}, and it is no common type")]
+    /// The fields of the messages are unknown.
+    #[error(
+        "topic {topic}: the log has no definition of {type_name}, and the type is not built in"
+    )]
     NoDefinition {
         /// The topic.
         topic: String,
         /// The type.
         type_name: String,
     },
-    /// The definition is not what the type name promises.
+    /// The definition does not fit the wanted fields.
     #[error("topic {topic}: {source}")]
     Schema {
         /// The topic.
@@ -54,7 +56,7 @@ pub enum BindingError {
         /// Every topic of the log.
         available: Vec<String>,
     },
-    /// A field that the machine file names is no path.
+    /// A field that the machine file names is not a field path.
     #[error(
         "topic {topic}: expected the path of one number, like wrench.force.z or forces[2].x, or a list of numbers and a joint, found \"{field}\""
     )]
@@ -64,20 +66,20 @@ pub enum BindingError {
         /// What the machine file says.
         field: String,
     },
-    /// No message has a number that the machine file names.
+    /// No message has the number that the machine file names.
     #[error(
         "topic {topic}: expected a number in field {field}{}, found none in {messages} messages{}",
         joint.as_ref().map_or(String::new(), |joint| format!(" of \"{joint}\"")),
-        if names.is_empty() { String::new() } else { format!("; the last one names: {}", names.join(", ")) }
+        if names.is_empty() { String::new() } else { format!("; names in the last message: {}", names.join(", ")) }
     )]
     NoNumber {
         /// The topic.
         topic: String,
         /// The path.
         field: String,
-        /// The name looked for beside it.
+        /// The name that selects it in a list of names.
         joint: Option<String>,
-        /// How many messages were looked at.
+        /// How many messages were read.
         messages: u64,
         /// The names in the last message.
         names: Vec<String>,
@@ -89,7 +91,7 @@ pub enum BindingError {
         available.join(", ")
     )]
     NoSuchTopic {
-        /// What it was to carry.
+        /// The signal it should carry.
         kind: SensorKind,
         /// The name in the machine file.
         named: String,
@@ -98,7 +100,7 @@ pub enum BindingError {
     },
     /// More than one topic could carry a signal.
     #[error(
-        "two candidates for one signal: {} may be any of {}. Name one in the machine file, under \
+        "several candidates for one signal: {} may be any of {}. Name one in the machine file, under \
          [signals]: {line}",
         kind.signal_key(),
         candidates.join(", ")

@@ -6,33 +6,33 @@ use super::binding_error::BindingError;
 
 /// Why a log cannot be opened or read at all.
 ///
-/// Damage inside a log is not an error: the intact part is read, and the rest is told in
-/// [`Losses`](crate::Losses).
+/// Damage inside a log is not an error: the intact part is read, and [`Losses`](crate::Losses)
+/// reports the rest.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The operating system refused.
+    /// The operating system returned an error.
     #[error("{}: cannot be read: {source}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The content is of no kind that is known here.
+    /// The content is not in a supported format.
     #[error(
-        "{}: no log: expected MCAP, a bag of ROS 1, a rosbag2 SQLite database or a rosbag2 folder, \
+        "{}: not a log: expected MCAP, a bag of ROS 1, a rosbag2 SQLite database or a rosbag2 folder, \
          found {found}",
         path.display()
     )]
     NotALog {
         /// The file or folder.
         path: PathBuf,
-        /// What is there instead: the first bytes, or what a folder holds.
+        /// What was found instead: the first bytes, or the content of a folder.
         found: String,
     },
-    /// A known format for which there is no reader.
-    #[error("{}: {format}: not read yet", path.display())]
+    /// A known format without a reader.
+    #[error("{}: unsupported format: {format}", path.display())]
     NotReadYet {
         /// The file or folder.
         path: PathBuf,
@@ -41,7 +41,7 @@ pub enum Error {
     },
     /// A folder whose files do not form one log.
     #[error(
-        "{}: the folder holds several logs ({}): name one of them",
+        "{}: the folder contains several logs ({}): name one of them",
         path.display(),
         names.join(", ")
     )]
@@ -51,17 +51,17 @@ pub enum Error {
         /// The logs in it.
         names: Vec<String>,
     },
-    /// The SQLite library refused the database.
+    /// The SQLite library cannot read the database.
     #[error("{}: not readable as a rosbag2 database: {doing}: {source}", path.display())]
     Sqlite {
         /// The database.
         path: PathBuf,
         /// What was being read.
         doing: &'static str,
-        /// What SQLite said.
+        /// The error of SQLite.
         source: rusqlite::Error,
     },
-    /// One record or chunk needs more memory than can be had.
+    /// One record or chunk needs more memory than is available.
     #[error("{}: byte {offset}: a record of {needed_bytes} bytes does not fit into memory", path.display())]
     OutOfMemory {
         /// The file.
@@ -71,17 +71,17 @@ pub enum Error {
         /// Its size.
         needed_bytes: u64,
     },
-    /// A topic number that this log does not have.
-    #[error("{}: no topic number {index}: the log has {count} topics", path.display())]
+    /// A topic number outside this log.
+    #[error("{}: topic number {index} does not exist: the log has {count} topics", path.display())]
     NoSuchTopic {
         /// The log.
         path: PathBuf,
         /// The number asked for.
         index: usize,
-        /// How many topics there are.
+        /// The number of topics.
         count: usize,
     },
-    /// A topic cannot be read as what it was asked to be.
+    /// A topic cannot serve as the requested signal.
     #[error(transparent)]
     Binding(#[from] BindingError),
 }

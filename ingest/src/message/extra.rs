@@ -1,9 +1,9 @@
-//! What a log holds besides messages.
+//! Contents of a log other than messages.
 
 /// A record that belongs to no topic.
 pub(crate) enum Extra<'a> {
-    /// A file within the log.
+    /// A file embedded in the log.
     Attachment(mcap::Attachment<'a>),
-    /// Names and values.
+    /// A named set of keys and values.
     Metadata(mcap::records::Metadata),
 }

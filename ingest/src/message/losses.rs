@@ -1,4 +1,4 @@
-//! What of a log is damaged or could not be read.
+//! The report of what is damaged or missing in a log.
 
 use std::{
     collections::BTreeMap,
@@ -9,11 +9,11 @@ use std::{
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-/// What was lost.
+/// Which part was lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LostPart {
-    /// One chunk, or the rest of one.
+    /// One chunk, or a part of one.
     Chunk,
     /// Single records.
     Records,
@@ -23,7 +23,7 @@ pub enum LostPart {
     File,
 }
 
-/// A range of bytes whose messages are lost, and why.
+/// A range of bytes whose messages are lost, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct LostRange {
     /// The file.
@@ -31,21 +31,21 @@ pub struct LostRange {
     pub file: PathBuf,
     /// The first lost byte.
     pub start_byte: u64,
-    /// The byte after the last lost one.
+    /// The byte after the last lost byte.
     pub end_byte: u64,
-    /// What the range holds.
+    /// What the range contains.
     pub part: LostPart,
     /// What was expected and what was found.
     pub reason: String,
-    /// The log time from which on messages may be missing, in nanoseconds: that of the chunk if it
-    /// is known, else of the last intact message before. `None` where the log begins.
+    /// Log time (ns) after which messages may be missing: the start of the chunk if known, else the
+    /// last intact message before it. `None` at the beginning of the log.
     pub first_time_ns: Option<i64>,
-    /// The log time up to which messages may be missing; `None` up to the end of the log.
+    /// Log time (ns) before which messages may be missing; `None` at the end of the log.
     pub last_time_ns: Option<i64>,
-    /// How many messages of which topics are lost, so far as an index tells: at least so many.
+    /// Lost messages by topic, as far as an index counts them: a lower bound.
     pub messages: BTreeMap<String, u64>,
-    /// How many messages are lost in all; `None` where nobody knows. Those that [`Self::messages`]
-    /// does not have are of topics not known.
+    /// Total number of lost messages; `None` if unknown. Those not in [`Self::messages`] belong to
+    /// unknown topics.
     pub message_count: Option<u64>,
 }
 
@@ -89,10 +89,10 @@ impl fmt::Display for LostRange {
             write!(formatter, "; {at_least}{count} messages of {topic}")?;
         }
         match message_count {
-            Some(0) => formatter.write_str("; no message"),
+            Some(0) => formatter.write_str("; no messages lost"),
             Some(count) if *count > by_topic => {
                 let rest = count - by_topic;
-                write!(formatter, "; {rest} messages of topics not known")
+                write!(formatter, "; {rest} messages of unknown topics")
             }
             Some(_) => Ok(()),
             None if messages.is_empty() => formatter.write_str("; number of messages unknown"),
@@ -101,20 +101,20 @@ impl fmt::Display for LostRange {
     }
 }
 
-/// What could be verified of the bytes that were read.
+/// Which bytes could be verified.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Integrity {
     /// At least one chunk carried a checksum.
     pub checksums_present: bool,
-    /// At least one message came without a checksum that covers it.
+    /// At least one message is not covered by a checksum.
     pub checksums_absent: bool,
-    /// Chunks that this reading passed over, since the log's index says that they hold nothing that was
-    /// asked for: they were not looked at. Not taken over from another reading by [`Losses::merge`].
+    /// Chunks skipped in this pass because the index lists none of the wanted topics in them; they
+    /// are not verified. [`Losses::merge`] does not add them up.
     pub chunks_passed_over: u64,
 }
 
 impl Integrity {
-    /// What a reader of a report has to know, if anything.
+    /// A remark for reports, if one is needed.
     pub fn note(self) -> Option<&'static str> {
         match (self.checksums_present, self.checksums_absent) {
             (_, false) => None,
@@ -128,22 +128,22 @@ impl Integrity {
     }
 }
 
-/// All losses of a log, with the findings that are none.
+/// All losses of a log, and findings that are not losses.
 ///
-/// Absent checksums and the [`notes`](Self::notes) are findings: they do not make a `Losses`
-/// count as loss.
+/// Absent checksums and [`notes`](Self::notes) are findings: [`is_empty`](Self::is_empty) ignores
+/// them.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Losses {
-    /// Lost bytes, each range once, in the order of finding.
+    /// Lost ranges of bytes, each once, in the order in which they were found.
     pub ranges: Vec<LostRange>,
-    /// Messages that were read but could not be decoded, for each topic name.
+    /// Messages that were read but could not be decoded, by topic name.
     pub undecodable_messages: BTreeMap<String, u64>,
-    /// Messages that the log's own index counts and that did not come, for each topic name, of the
-    /// topics that were read. Those of [`LostRange::messages`] are among them.
+    /// Messages of the topics read that the log's index counts but that were not found, by topic
+    /// name. Includes those of [`LostRange::messages`].
     pub missing_messages: BTreeMap<String, u64>,
-    /// What could be verified.
+    /// Which bytes could be verified.
     pub integrity: Integrity,
-    /// Findings that are no loss.
+    /// Findings that are not losses.
     pub notes: Vec<String>,
 }
 
@@ -155,7 +155,7 @@ impl Losses {
             && self.missing_messages.is_empty()
     }
 
-    /// How many chunks are lost, in whole or in part.
+    /// The number of chunks lost, in whole or in part.
     pub fn chunks_lost(&self) -> usize {
         self.ranges
             .iter()
@@ -163,16 +163,16 @@ impl Losses {
             .count()
     }
 
-    /// How many bytes the lost ranges cover.
+    /// The number of bytes in the lost ranges.
     pub fn bytes_lost(&self) -> u64 {
         let length = |range: &LostRange| range.end_byte.saturating_sub(range.start_byte);
         self.ranges.iter().map(length).fold(0, u64::saturating_add)
     }
 
-    /// What is lost in words: each range, then how many messages of each topic did not come.
+    /// The losses as text: each range, then the missing and undecodable messages by topic.
     pub fn lines(&self) -> impl Iterator<Item = String> {
         let missing = self.missing_messages.iter().map(|(topic, count)| {
-            format!("{count} messages of {topic} that the log's own index counts did not come")
+            format!("{count} messages of {topic} are missing: the log's index counts them")
         });
         let undecodable = self
             .undecodable_messages
@@ -192,7 +192,7 @@ impl Losses {
         }
     }
 
-    /// Takes in what another reading of the same log found; a range found twice counts once.
+    /// Adds the losses of another pass over the same log; a range found twice counts once.
     pub fn merge(&mut self, other: &Losses) {
         for range in &other.ranges {
             self.push(range.clone());
@@ -210,7 +210,7 @@ impl Losses {
         self.integrity.checksums_absent |= other.integrity.checksums_absent;
     }
 
-    /// Notes messages that should be there; the same finding twice counts once.
+    /// Records missing messages; the same finding twice counts once.
     pub(crate) fn miss(&mut self, topic_name: &str, count: u64) {
         let known = self
             .missing_messages
@@ -261,7 +261,7 @@ impl Losses {
             self.ranges.push(range);
             return;
         };
-        // The same damage, met again with more knowledge.
+        // The same damage, found again with more information.
         known.first_time_ns = known.first_time_ns.or(range.first_time_ns);
         known.last_time_ns = known.last_time_ns.or(range.last_time_ns);
         known.message_count = known.message_count.or(range.message_count);
@@ -271,7 +271,7 @@ impl Losses {
     }
 }
 
-/// A path need not be Unicode, a report must be.
+/// A path may not be Unicode, but JSON must be.
 fn path_as_text<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&path.to_string_lossy())
 }

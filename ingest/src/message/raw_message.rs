@@ -1,8 +1,8 @@
-//! One message as it lies in the log.
+//! One message, still encoded.
 
 use super::topic::TopicId;
 
-/// One message, borrowed from the reader's buffer for the time of a visit.
+/// One message, borrowed from the reader's buffer during a callback.
 #[derive(Debug, Clone, Copy)]
 pub struct Message<'a> {
     /// The topic it was recorded on.
@@ -13,6 +13,6 @@ pub struct Message<'a> {
     pub publish_time_ns: i64,
     /// The sender's counter; zero where the format has none.
     pub sequence: u32,
-    /// The message as encoded by the sender.
+    /// The encoded message.
     pub data: &'a [u8],
 }

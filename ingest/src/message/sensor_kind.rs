@@ -8,7 +8,7 @@ use crate::schema::normal_type_name;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SensorKind {
-    /// Positions and rates of joints.
+    /// Positions and velocities of joints.
     JointStates,
     /// Specific force, angular velocity, attitude.
     Imu,
@@ -16,7 +16,7 @@ pub enum SensorKind {
     Odometry,
     /// Force and moment on the tool.
     ToolWrench,
-    /// One number of any message: of an actuator.
+    /// One number from any message, such as the force of an actuator.
     Number,
 }
 
@@ -29,7 +29,7 @@ impl SensorKind {
         Self::ToolWrench,
     ];
 
-    /// The message type; empty where any will do.
+    /// The ROS message type; empty if any type will do.
     pub fn type_name(self) -> &'static str {
         match self {
             Self::JointStates => "sensor_msgs/msg/JointState",
@@ -40,7 +40,7 @@ impl SensorKind {
         }
     }
 
-    /// The key under `[signals]` of a machine file; of numbers their name in what is told of a log.
+    /// The key under `[signals]` in a machine file; for numbers, the name used in reports.
     pub fn signal_key(self) -> &'static str {
         match self {
             Self::JointStates => "joint_states",
@@ -51,7 +51,7 @@ impl SensorKind {
         }
     }
 
-    /// How many values a sample has; `joints` counts for joint states only.
+    /// The number of values in a sample; `joints` matters for joint states only.
     pub fn value_count(self, joints: usize) -> usize {
         match self {
             Self::JointStates => 2 * joints,
@@ -61,7 +61,7 @@ impl SensorKind {
         }
     }
 
-    /// Whether this is the message type, in the spelling of ROS 2 or the older one.
+    /// Whether `type_name` is this message type, in the spelling of ROS 1 or ROS 2.
     pub fn is_type(self, type_name: &str) -> bool {
         normal_type_name(type_name) == normal_type_name(self.type_name())
     }

@@ -6,12 +6,12 @@ use serde::Serialize;
 
 use crate::schema::{Dialect, builtin, significant_lines};
 
-/// Names one topic of one log.
+/// Identifies one topic of one log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct TopicId(pub(crate) usize);
 
 impl TopicId {
-    /// The place of the topic in [`Log::topics`](crate::Log::topics).
+    /// The index of the topic in [`Log::topics`](crate::Log::topics).
     pub fn index(self) -> usize {
         self.0
     }
@@ -23,37 +23,37 @@ impl TopicId {
 pub enum DefinitionSource {
     /// It was recorded in the log.
     Embedded,
-    /// The log has none; the common definition of that type name is assumed.
+    /// The log has none; the built-in definition of that type is used.
     BuiltIn,
-    /// The log has none and the type is not a common one.
+    /// The log has none, and the type is not built in.
     Missing,
 }
 
-/// One topic: everything of one name and one type.
+/// One topic: all messages of one name and one type.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Topic {
-    /// Names the topic within its log.
+    /// Identifies the topic within its log.
     pub id: TopicId,
     /// As recorded, such as `/imu/data`.
     pub name: String,
-    /// As recorded, such as `sensor_msgs/msg/Imu`; empty when the log tells none.
+    /// As recorded, such as `sensor_msgs/msg/Imu`; empty if the log names none.
     pub type_name: String,
     /// How the messages are encoded, such as `cdr`.
     pub encoding: String,
     /// The language of the definition, such as `ros2msg`.
     pub schema_encoding: String,
-    /// The definition of the message type, with those of its parts.
+    /// The definition of the message type, including nested types.
     pub definition: Option<String>,
-    /// The set of descriptors that defines a protobuf message.
+    /// The `FileDescriptorSet` that defines a protobuf message.
     #[serde(skip)]
     pub descriptors: Option<Vec<u8>>,
     /// Where the definition comes from.
     pub definition_source: DefinitionSource,
-    /// How many messages there are; `None` when only reading the whole log would tell.
+    /// The number of messages; `None` if only reading the whole log can count them.
     pub message_count: Option<u64>,
 }
 
-/// What a reader knows about a topic before it has an id.
+/// A topic before it has an id.
 pub(crate) struct TopicDescription<'a> {
     pub(crate) name: &'a str,
     pub(crate) type_name: &'a str,
@@ -62,14 +62,14 @@ pub(crate) struct TopicDescription<'a> {
     pub(crate) definition: Option<&'a [u8]>,
 }
 
-/// Collects the topics of all files of a log.
+/// The topics of all files of a log.
 #[derive(Default)]
 pub(crate) struct TopicTable {
     topics: Vec<Topic>,
 }
 
 impl TopicTable {
-    /// The topic of this description: a known one if name, type and definition agree.
+    /// The id of the topic: an existing one if name, type and definition agree.
     pub(crate) fn register(&mut self, description: &TopicDescription<'_>) -> TopicId {
         let new = self.topic(description);
         let known = self.topics.iter().find(|topic| is_same(topic, &new));
@@ -81,7 +81,7 @@ impl TopicTable {
         id
     }
 
-    /// Adds the messages of one channel or file; an unknown number makes the sum unknown.
+    /// Adds the message count of one channel or file; an unknown count makes the sum unknown.
     pub(crate) fn add_messages(&mut self, id: TopicId, count: Option<u64>) {
         if let Some(topic) = self.topics.get_mut(id.0) {
             let sum = topic.message_count.zip(count);
@@ -142,7 +142,7 @@ fn is_same(left: &Topic, right: &Topic) -> bool {
         && same_definition(left.definition.as_deref(), right.definition.as_deref())
 }
 
-/// Two recorders of different age write the same fields with different comments.
+/// Recorders of different versions write the same fields with different comments.
 fn same_definition(left: Option<&str>, right: Option<&str>) -> bool {
     match (left, right) {
         (Some(left), Some(right)) => {
