@@ -95,7 +95,7 @@ fn sound_clocks_have_no_offset_within_their_standard_deviations() {
             !analysis
                 .notes
                 .iter()
-                .any(|note| note.contains("its stamps are")),
+                .any(|note| note.contains("the offset of its stamps")),
             "{:?}",
             analysis.notes
         );
@@ -127,7 +127,7 @@ fn a_topic_that_is_40_ms_late_is_found_to_a_few_milliseconds() {
         let note = late
             .notes
             .iter()
-            .find(|note| note.contains("its stamps are"))
+            .find(|note| note.contains("the offset of its stamps"))
             .unwrap();
         assert!(
             note.starts_with(topic) && note.contains("late") && note.contains("not applied"),

@@ -1,7 +1,7 @@
-//! How fast a log of joint states is walked and decoded.
+//! Speed of walking and decoding a log of joint states.
 //!
-//! `walk` visits every message, `decode` makes a sample of each; both over 200 000 messages of ten
-//! joints. `layout` decodes one message again and again.
+//! `walk` visits every message, `decode` turns each into a sample, both for 200 000 messages of ten
+//! joints. `layout` decodes one message repeatedly.
 
 use std::{collections::BTreeMap, hint::black_box, io::Cursor, ops::ControlFlow, path::Path};
 
@@ -18,7 +18,7 @@ const IMU_DEFINITION: &str = "std_msgs/Header header\ngeometry_msgs/Quaternion o
     float64[9] angular_velocity_covariance\ngeometry_msgs/Vector3 linear_acceleration\n\
     float64[9] linear_acceleration_covariance\n";
 
-/// Appends after padding to the size of the value, as CDR demands.
+/// Appends a value after CDR padding to its size.
 fn put<const N: usize>(cdr: &mut Vec<u8>, value: [u8; N]) {
     while !(cdr.len() - 4).is_multiple_of(N) {
         cdr.push(0);

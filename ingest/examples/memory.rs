@@ -1,8 +1,8 @@
-//! Reads a large log and tells how much memory that takes.
+//! Reads a large log and prints the memory used.
 //!
-//! `cargo run --release -p tipwatch-ingest --example memory -- LOG make [GIGABYTES]` makes a log of
-//! images (nine tenths) and joint states; `... -- LOG` reads it: every message, then the columns of
-//! the joint states, and prints the most anonymous memory (`RssAnon` of Linux) seen on the way.
+//! `cargo run --release -p tipwatch-ingest --example memory -- LOG make [GIGABYTES]` generates a
+//! log of images (nine tenths) and joint states; `... -- LOG` reads every message, then the columns
+//! of the joint states, and prints the peak anonymous memory (`RssAnon` of Linux).
 
 // What it prints is its result.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]

@@ -8,7 +8,7 @@ fn topics(named: &[(&str, &str)], messages: &[(usize, i64, &[u8])]) -> Vec<Topic
 }
 
 #[test]
-fn the_only_topic_with_messages_is_taken() {
+fn only_topic_with_messages_is_bound() {
     let topics = topics(
         &[
             ("/imu/a", IMU),
@@ -33,7 +33,7 @@ fn the_only_topic_with_messages_is_taken() {
 }
 
 #[test]
-fn what_is_missing_wrong_or_ambiguous_is_explained() {
+fn missing_wrong_and_ambiguous_topics_are_explained() {
     let topics = topics(
         &[
             ("/imu/a", IMU),
@@ -46,7 +46,7 @@ fn what_is_missing_wrong_or_ambiguous_is_explained() {
         .unwrap_err()
         .to_string();
     assert!(
-        error.starts_with("two candidates for one signal"),
+        error.starts_with("several candidates for one signal"),
         "{error}"
     );
     assert!(

@@ -9,7 +9,7 @@ use crate::support::{
 
 pub(crate) const JOINTS: (&str, &str) = ("/joint_states", "sensor_msgs/msg/JointState");
 
-/// A database with these topics and messages (place of the topic, time, data).
+/// A database with these topics and messages (index of the topic, time, data).
 pub(crate) fn database(
     topics: &[(&str, &str)],
     messages: &[(usize, i64, &[u8])],
@@ -106,7 +106,7 @@ fn databases_are_read_with_and_without_definitions() {
 }
 
 #[test]
-fn a_database_cut_short_yields_its_beginning() {
+fn truncated_database_yields_its_beginning() {
     let messages = joint_messages(0, 3000);
     let file = database(&[JOINTS], &rows(&messages), false);
     let bytes = std::fs::read(&file.path).unwrap();
@@ -179,7 +179,7 @@ fn split_files_of_a_folder_are_one_log() {
         Log::open(folder.path())
             .unwrap_err()
             .to_string()
-            .contains("not read yet")
+            .contains("unsupported format")
     );
 }
 
@@ -214,7 +214,7 @@ fn split_mcap_files_share_their_topics() {
 }
 
 #[test]
-fn a_folder_that_is_no_log_is_refused() {
+fn folder_without_a_single_log_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |folder: &Path| Log::open(folder).unwrap_err().to_string();
     assert!(refused(folder.path()).contains("a folder without any such file"));
@@ -229,7 +229,7 @@ fn a_folder_that_is_no_log_is_refused() {
 }
 
 #[test]
-fn files_compressed_as_a_whole_are_unpacked_elsewhere() {
+fn compressed_files_are_decompressed_elsewhere() {
     let folder = tempfile::tempdir().unwrap();
     let mut names = Vec::new();
     for part in 0..3_usize {
@@ -261,18 +261,18 @@ fn files_compressed_as_a_whole_are_unpacked_elsewhere() {
 }
 
 #[test]
-fn a_compressed_file_that_is_cut_yields_its_beginning() {
+fn truncated_compressed_file_yields_its_beginning() {
     let bytes = joint_log(&Style::chunked(None), 3000);
     let packed = zstd::encode_all(&*bytes, 1).unwrap();
     let file = TempLog::new("log.mcap.zstd", &packed[..packed.len() * 2 / 3]);
     let (samples, losses) = joint_samples(&file.path);
     assert!(samples.len() > 1000, "{}", samples.len());
-    assert!(losses.ranges[0].reason.contains("unpacked bytes"));
+    assert!(losses.ranges[0].reason.contains("decompressed bytes"));
     assert!(losses.ranges.len() > 1, "{losses:?}");
 }
 
 #[test]
-fn split_files_in_folders_within_folders_are_one_log() {
+fn split_files_in_subfolders_are_one_log() {
     let folder = tempfile::tempdir().unwrap();
     for part in 0..11 {
         let below = folder.path().join(format!("part_{part}"));
@@ -287,7 +287,7 @@ fn split_files_in_folders_within_folders_are_one_log() {
 }
 
 #[test]
-fn the_recorder_says_how_many_messages_there_should_be() {
+fn recorder_message_counts_reveal_missing_messages() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive_0.db3");
     write_database(&path, &[JOINTS], &rows(&joint_messages(0, 2000)), true);

@@ -1,4 +1,4 @@
-//! Says in words what is odd about clocks.
+//! Describes clock anomalies in words.
 
 use super::{
     anchor::LogMap,
@@ -12,16 +12,16 @@ use super::{
     times::Times,
 };
 
-/// No two clocks of one machine that mean the same time differ by as much (s).
+/// Clocks that differ by more have different epochs (s).
 const OTHER_EPOCH_S: f64 = 3600.0;
-/// Nothing but a replay or a simulation changes the pace by as much.
+/// A larger rate difference means a replay or a simulation.
 const OTHER_PACE: f64 = 0.01;
-/// A shorter time does not tell the pace (s).
+/// Shorter spans do not determine the rate (s).
 const LEAST_SPAN_S: f64 = 1.0;
-/// Repeated stamps below this share of the messages are not worth a word.
+/// A smaller share of repeated stamps is not reported.
 const REPEATED_SHARE: f64 = 0.01;
 
-/// What is odd about a topic's own clock.
+/// Anomalies of a topic's own clock.
 pub(super) fn of_topic(
     statistics: &TopicStatistics,
     clock: &OwnClock,
@@ -31,11 +31,11 @@ pub(super) fn of_topic(
     let (messages, zero) = (statistics.message_count(), statistics.zero_stamps());
     let source = clock.decision.source;
     if source == StampSource::Header && zero > 0 {
-        let seen = format!("{zero} of {messages} messages have no stamp, or zero");
+        let seen = format!("{zero} of {messages} messages have a missing or zero stamp");
         findings.push(ClockFinding::handled(
             Kind::ZeroStamps,
             seen,
-            "those messages are left out",
+            "these messages are omitted",
         ));
     }
     findings.extend(restarts(clock, common));
@@ -45,19 +45,22 @@ pub(super) fn of_topic(
     if disordered > 0 && source != StampSource::Log {
         let size = match steps.largest_backward.filter(|_| fell == 0) {
             Some(largest) => format!(
-                ", at most by {:.4} s, at log time {} ns",
+                ", by at most {:.4} s, at log time {} ns",
                 largest.size_s(),
                 largest.log_time_ns
             ),
             None => String::new(),
         };
-        let seen = format!("{disordered} stamps are earlier than the one before{size}");
-        let done = "samples are sorted by stamp; the causal estimator leaves out what comes late";
+        let seen = format!("{disordered} stamps are earlier than the previous one{size}");
+        let done = "samples are sorted by stamp; the causal estimator omits late ones";
         findings.push(ClockFinding::handled(Kind::DisorderedStamps, seen, done));
     }
     if steps.duplicates as f64 > REPEATED_SHARE * messages as f64 && source != StampSource::Log {
-        let seen = format!("{} stamps are that of the message before", steps.duplicates);
-        let done = "of messages with one stamp the first is used";
+        let seen = format!(
+            "{} stamps repeat that of the previous message",
+            steps.duplicates
+        );
+        let done = "the first message with each stamp is used";
         findings.push(ClockFinding::handled(Kind::RepeatedStamps, seen, done));
     }
     findings
@@ -65,9 +68,9 @@ pub(super) fn of_topic(
 
 fn restarts(clock: &OwnClock, common: &[CommonRestart]) -> Option<ClockFinding> {
     let first = clock.restarts.first()?;
-    let way = |leap_ns: i64| if leap_ns < 0 { "back" } else { "ahead" };
+    let way = |leap_ns: i64| if leap_ns < 0 { "back" } else { "forward" };
     let seen = format!(
-        "the clock leaps {} time(s), first {} by {:.3} s at log time {} ns: a restart, a clock that was set, or a replay in a loop",
+        "the clock jumps {} time(s), first {} by {:.3} s at log time {} ns: a restart, a clock adjustment, or a looped replay",
         clock.restarts.len(),
         way(first.leap_ns),
         seconds_between(0, first.leap_ns).abs(),
@@ -78,21 +81,22 @@ fn restarts(clock: &OwnClock, common: &[CommonRestart]) -> Option<ClockFinding> 
         .min_by_key(|c| c.log_time_ns.abs_diff(first.log_time_ns));
     let done = match nearest.is_some_and(|common| common.is_whole) {
         true => {
-            "all topics do so: the runs are put one after the other by the log time, a second apart, and nothing is carried over"
+            "all topics restart: the runs are placed one after the other by the log time, one second apart, and no state is carried over"
         }
-        false => "other topics go on: the parts are joined by the log time",
+        false => "other topics continue: the parts are joined by the log time",
     };
     Some(ClockFinding::handled(Kind::ClockRestart, seen, done))
 }
 
-/// The log time is all there is.
+/// Only log times are available.
 pub(super) fn only_log_times(clock: &StampDecision) -> ClockFinding {
     let seen = format!("log time is used: {}", clock.reason);
-    let done = "no signal has a better one; how long messages were on their way is an error of their times";
+    let done =
+        "no signal has a better one; the transport delay of each message is an error of its time";
     ClockFinding::reported(Kind::NoHeaderStamp, seen, done)
 }
 
-/// How a topic's clock is apart from that of the log.
+/// How a topic's clock differs from that of the log.
 pub(super) fn seen_apart(
     anchor: &str,
     is_other: bool,
@@ -103,7 +107,7 @@ pub(super) fn seen_apart(
     let way = if apart_s < 0.0 { "behind" } else { "ahead of" };
     let drift = drift.map(|line| {
         format!(
-            "its clock gains {:.1} ppm on that of {anchor} (standard deviation {:.1}), {:.0} ms over the log",
+            "its clock gains {:.1} ppm on that of {anchor} (standard deviation {:.1} ppm), {:.0} ms over the log",
             line.slope * 1e6,
             line.slope_sigma * 1e6,
             line.slope * line.span_s * 1e3
@@ -112,7 +116,7 @@ pub(super) fn seen_apart(
     let apart = is_other.then(|| {
         let apart = format!("its clock is {:.3} s {way} that of {anchor}", apart_s.abs());
         match apart_s.abs() > OTHER_EPOCH_S {
-            true => format!("{apart}, of another epoch"),
+            true => format!("{apart}, in another epoch"),
             false => apart,
         }
     });
@@ -120,7 +124,7 @@ pub(super) fn seen_apart(
     parts.join("; ")
 }
 
-/// What is odd about the clock of a log.
+/// Anomalies of the clock of a log.
 pub(super) fn of_base(
     source: StampSource,
     map: &LogMap,
@@ -142,33 +146,32 @@ pub(super) fn of_base(
     let pace = 1.0 + line.slope;
     let is_known = line.span_s > LEAST_SPAN_S && line.slope.abs() > 5.0 * line.slope_sigma;
     let at_pace = match is_known && line.slope.abs() > OTHER_PACE {
-        true => format!("; they pass at {pace:.3} of the pace of the log times"),
+        true => format!("; they advance at {pace:.3} times the rate of the log times"),
         false => String::new(),
     };
-    let used = "the stamps are the time of all signals and of the rows, log times tell only the order of arrival";
+    let used = "the stamps are the time of all signals and rows; log times only determine the order of arrival";
     let from_start = (0..EARLIEST_DATE_NS).contains(&stamp_ns);
     if from_start || clock_topic.is_some() {
         let topic = clock_topic.map_or(String::new(), |name| format!(" (topic {name})"));
         let what = match (from_start, clock_topic) {
-            (true, Some(_)) => format!("stamps are times of a simulation{topic}"),
+            (true, Some(_)) => format!("stamps are simulation time{topic}"),
             (true, None) => {
-                "stamps count from the start of something, of a simulation or the machine"
-                    .to_owned()
+                "stamps count from the start of a simulation or of the machine".to_owned()
             }
             (false, _) => {
-                format!("a simulation tells its time{topic}, yet stamps are dates")
+                format!("a simulation publishes its time{topic}, but stamps are dates")
             }
         };
         let log_is = match is_date(log_ns) {
             true => "log times are dates",
-            false => "log times count from a start as well",
+            false => "log times also count from a start",
         };
         let seen = format!("{what}, {log_is}{at_pace}");
         return vec![ClockFinding::handled(Kind::SimulationTime, seen, used)];
     }
     let offset_s = seconds_between(0, offset_ns);
     let apart = if !is_date(log_ns) {
-        Some("log times are no dates, stamps are: the log was rewritten".to_owned())
+        Some("log times are not dates, but stamps are: the log was rewritten".to_owned())
     } else if offset_s.abs() > OTHER_EPOCH_S {
         let way = if offset_s < 0.0 { "later" } else { "earlier" };
         let days = offset_s.abs() / 86_400.0;
@@ -176,7 +179,7 @@ pub(super) fn of_base(
             "log times are {days:.2} days {way} than stamps: recorded from a replay, or with a wrong clock"
         ))
     } else if !at_pace.is_empty() {
-        Some("recorded from a replay at another pace".to_owned())
+        Some("recorded from a replay at another rate".to_owned())
     } else {
         None
     };

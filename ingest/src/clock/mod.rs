@@ -1,11 +1,10 @@
-//! Which of a message's three times is its time, how the clocks of a log behave, and how all topics of a
-//! log come to one time base.
+//! Chooses the time stamp of each topic, analyses its clock, and puts all topics on one time base.
 //!
-//! A message has up to three times: the stamp in its header, when it was sent, when it was recorded. A
-//! [`StampDecision`] takes the first of them that can be used. [`TopicStatistics`] tells how the stamps of a
-//! topic behave. The [`TimeBase`] of a log is one clock, that of most topics; topics with another one are put
-//! on it by way of the log time, which all messages have. What was odd and what was done about it is told by
-//! [`ClockFinding`]s.
+//! A message has up to three times: the stamp in its header, the publish time and the log time. A
+//! [`StampDecision`] selects the first usable one. [`TopicStatistics`] describes rate, gaps and
+//! offsets of the stamps. The [`TimeBase`] of a log is the clock of most topics; topics on other
+//! clocks are mapped to it through the log time, which all messages have. [`ClockFinding`]s report
+//! anomalies and their treatment.
 
 mod anchor;
 mod describe;

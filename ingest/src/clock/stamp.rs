@@ -1,4 +1,4 @@
-//! Which of a message's three times is its time.
+//! Chooses one of a message's three times.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -6,7 +6,7 @@ use strum::Display;
 
 use crate::file::Format;
 
-/// One of the times that a message carries, the best first.
+/// The times of a message, the best first.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema, Display,
 )]
@@ -28,11 +28,11 @@ pub enum StampSource {
 pub struct StampDecision {
     /// The time to use.
     pub source: StampSource,
-    /// Why no better one is used, or why this one can be.
+    /// Why no better one is used, or why this one is usable.
     pub reason: String,
 }
 
-/// What a decision rests on.
+/// The evidence for a decision.
 pub(super) struct StampEvidence {
     pub(super) messages: usize,
     /// Messages whose header has a stamp that is not zero.
@@ -45,8 +45,8 @@ pub(super) struct StampEvidence {
 }
 
 impl StampEvidence {
-    /// The header's stamp if nearly all messages have one that changes; else the publish time if
-    /// the log has one of its own; else the log time.
+    /// The header stamp if most messages have one and it changes; else a separate publish time;
+    /// else the log time.
     pub(super) fn decide(&self) -> StampDecision {
         let against_header = match self.against_header() {
             None => {

@@ -1,8 +1,9 @@
-//! Single numbers of a log's messages as columns: signals that belong to no sensor.
+//! Reads single numbers of a log's messages as columns, for signals outside the sensors.
 
 use super::{
     record_sensors::record,
     sensor_columns::{Collector, Decoder},
+    sensor_recording::SensorRecording,
 };
 use crate::{
     clock::{ClockFinding, StampDecision, TimeBase},
@@ -12,7 +13,7 @@ use crate::{
     topics::topic_of_field,
 };
 
-/// A number of a topic's messages that is wanted.
+/// A request for a number in the messages of a topic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldRequest {
     /// Name of the topic, of any type.
@@ -22,7 +23,7 @@ pub struct FieldRequest {
 }
 
 impl FieldRequest {
-    /// A number of a topic as the messages have it.
+    /// Requests a number without scale and offset.
     #[must_use]
     pub fn as_it_is(topic: &str, field: &str) -> Self {
         Self {
@@ -37,27 +38,27 @@ impl FieldRequest {
     }
 }
 
-/// A wanted number of all messages, in the order in which the file has them.
+/// A requested number from all messages, in file order.
 #[derive(Debug, Clone)]
 pub struct FieldRecording {
     /// Which of the stamps is used, and why.
     pub clock: StampDecision,
     /// What is odd about the clocks.
     pub findings: Vec<ClockFinding>,
-    /// When each was measured, by the clock of the log.
+    /// Time of measurement, on the clock of the log.
     pub stamps_ns: Vec<i64>,
-    /// The numbers, scaled and offset; messages without one are left out.
+    /// The numbers, scaled and offset; messages without one are omitted.
     pub values: Vec<f64>,
-    /// Messages that have no such number.
+    /// Messages without the number.
     pub missing: u64,
 }
 
-/// Reads numbers of any messages in one pass over the log, and puts them on the clock of its sensors, or
-/// without one on the clock that they have in common.
+/// Reads numbers from any messages in one pass over the log, on the given clock, or else on the
+/// clock that they have in common.
 ///
 /// # Errors
-/// A topic is not in the log, its messages have no such field or none of them has the number, or the log
-/// cannot be read. Damage is told by the losses.
+/// A topic is not in the log, its messages have no such field, none of them has the number, or the
+/// log cannot be read. Damage is reported in the losses.
 pub fn record_fields(
     log: &Log,
     requests: &[FieldRequest],
@@ -74,7 +75,7 @@ pub fn record_fields(
         collectors.push(Collector::new(topic.id, decoder, 1));
     }
     let (recordings, losses) = record(log, collectors, time_base, &mut |_| {})?;
-    let field = |recording: crate::SensorRecording| FieldRecording {
+    let field = |recording: SensorRecording| FieldRecording {
         clock: recording.clock,
         findings: recording.findings,
         stamps_ns: recording.stamps_ns,

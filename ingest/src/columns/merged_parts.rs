@@ -1,18 +1,18 @@
-//! Samples whose parts come on topics of their own: accelerations in one message of a bus, rates in
-//! another.
+//! Merges samples whose parts come on separate topics, such as accelerations in one bus message and
+//! angular velocities in another.
 
 use super::sensor_recording::SensorRecording;
 
-/// Samples of a part further apart than this (ns) are not joined by a straight line.
+/// Longest step between samples of a part that is interpolated (ns).
 const LONGEST_STEP_NS: i64 = 250_000_000;
-/// Where the attitude starts, which a sample may do without.
+/// Index of the attitude, which is optional.
 const ATTITUDE: usize = 6;
 
-/// Puts a part into the samples of a recording, between its own samples in a straight line. Samples at whose
-/// time the part is not known are left out, unless the part is the attitude.
+/// Merges a part into the samples of a recording by linear interpolation. Samples at whose time the
+/// part is unknown are omitted, unless the part is the attitude.
 ///
-/// A joined sample is known when the later of the part's samples around it has arrived: that is its log
-/// time.
+/// A merged sample is available once the later of the two interpolated samples has arrived; that is
+/// its log time.
 pub(crate) fn join(first: SensorRecording, part: SensorRecording) -> SensorRecording {
     let mut by_stamp: Vec<usize> = (0..part.stamps_ns.len()).collect();
     by_stamp.sort_by_key(|&i| part.stamps_ns[i]);
@@ -52,7 +52,7 @@ pub(crate) fn join(first: SensorRecording, part: SensorRecording) -> SensorRecor
     joined
 }
 
-/// Which values are the part's: what it has not is NaN in all of its samples.
+/// Which values belong to the part: the others are NaN in all its samples.
 fn values_of(part: &SensorRecording) -> Vec<bool> {
     let is_there = |i: usize| {
         let samples = part.values.chunks_exact(part.width);
@@ -68,7 +68,7 @@ fn values_of(part: &SensorRecording) -> Vec<bool> {
         .collect()
 }
 
-/// The samples of the part before and after a time, or the one at it twice.
+/// The samples of the part before and after a time, or the one at that time twice.
 fn around(part: &SensorRecording, by_stamp: &[usize], stamp_ns: i64) -> Option<[usize; 2]> {
     let next = by_stamp.partition_point(|&i| part.stamps_ns[i] < stamp_ns);
     let &after = by_stamp.get(next)?;
@@ -80,7 +80,7 @@ fn around(part: &SensorRecording, by_stamp: &[usize], stamp_ns: i64) -> Option<[
     (step <= LONGEST_STEP_NS).then_some([before, after])
 }
 
-/// A value between two samples of the part.
+/// A value interpolated between two samples of the part.
 fn between(part: &SensorRecording, a: usize, b: usize, place: usize, stamp_ns: i64) -> f64 {
     let (of_a, of_b) = (
         &part.values[a * part.width..],
@@ -89,7 +89,7 @@ fn between(part: &SensorRecording, a: usize, b: usize, place: usize, stamp_ns: i
     if a == b {
         return of_a[place];
     }
-    // a quaternion and its opposite are one attitude
+    // a quaternion and its negative are the same attitude
     let is_opposite = place >= ATTITUDE
         && (ATTITUDE..part.width)
             .map(|i| of_a[i] * of_b[i])

@@ -19,10 +19,11 @@ use crate::{
 
 /// Reads all samples of the wanted sensors in one pass over the log.
 ///
-/// `progress` is called now and then with the number of bytes left behind.
+/// `progress` is called from time to time with the number of bytes read so far.
 ///
 /// # Errors
-/// A topic is not what its kind says, or the log cannot be read. Damage is told by the losses.
+/// A topic does not carry its kind of sensor, or the log cannot be read. Damage is reported in the
+/// losses.
 pub fn record_sensors(
     log: &Log,
     requests: &[SensorRequest],
@@ -54,8 +55,8 @@ pub fn record_sensors(
     Ok((merged, losses))
 }
 
-/// Reads a log once for all collectors; several may want the same topic. Their samples come to this clock,
-/// without one to that which they have in common.
+/// Reads a log once for all collectors, of which several may use the same topic. Samples are put on
+/// `time_base`, or else on the clock that they have in common.
 pub(crate) fn record(
     log: &Log,
     mut collectors: Vec<Collector>,
@@ -82,7 +83,7 @@ pub(crate) fn record(
     let collectors = lock(&columns).take_sensors();
     for (place, collector) in collectors.iter().enumerate() {
         collector.decoder.check_found()?;
-        // a message that two collectors cannot decode is lost once
+        // a message that two collectors cannot decode counts once
         if !topics[..place].contains(&collector.topic) {
             for _ in 0..collector.undecodable {
                 losses.count_undecodable(&log.topic(collector.topic)?.name);
@@ -95,7 +96,7 @@ pub(crate) fn record(
     }
     let clocks: Vec<(&str, &Times, &TopicStatistics)> = (names.iter().zip(&collectors))
         .enumerate()
-        // a topic that two collectors want has one clock
+        // a topic used by two collectors has one clock
         .filter(|(place, (_, collector))| !topics[..*place].contains(&collector.topic))
         .map(|(_, (name, collector))| (*name, &collector.times, &collector.statistics))
         .collect();
@@ -104,11 +105,11 @@ pub(crate) fn record(
     Ok((finish(&names, collectors, time_base), losses))
 }
 
-/// Puts all sensors on one clock, on as many threads as there are processors.
+/// Puts all sensors on one clock, using all processors.
 fn finish(names: &[&str], sensors: Vec<Collector>, time_base: &TimeBase) -> Vec<SensorRecording> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let mut waiting: Vec<(usize, Collector)> = sensors.into_iter().enumerate().collect();
-    // The largest first, so that no thread is left alone with it at the end.
+    // The largest first, so that no thread starts it last.
     waiting.sort_by_key(|(_, sensor)| sensor.times.len());
     let threads = threads.min(waiting.len());
     let waiting = Mutex::new(waiting);
@@ -135,7 +136,7 @@ fn finish(names: &[&str], sensors: Vec<Collector>, time_base: &TimeBase) -> Vec<
     done.into_iter().map(|(_, recording)| recording).collect()
 }
 
-/// The samples of one chunk, which go to those of the log when its turn comes.
+/// The samples of one chunk, appended to those of the log in file order.
 struct SensorBatch {
     columns: SensorColumns,
     target: Arc<Mutex<SensorColumns>>,
@@ -151,7 +152,7 @@ impl Batch for SensorBatch {
     }
 }
 
-/// A thread that panicked with the lock ends the reading anyway.
+/// A thread that panics while holding the lock ends the read anyway.
 fn lock(columns: &Mutex<SensorColumns>) -> MutexGuard<'_, SensorColumns> {
     columns.lock().unwrap_or_else(PoisonError::into_inner)
 }

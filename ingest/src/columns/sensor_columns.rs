@@ -1,4 +1,4 @@
-//! The columns that the samples of a log's sensors are collected in.
+//! Collects the samples of a log's sensors in columns.
 
 use super::sensor_recording::SensorRecording;
 use crate::{
@@ -9,10 +9,10 @@ use crate::{
     message::{BindingError, Error, Message, SensorKind, Topic, TopicId},
 };
 
-/// The columns of all wanted sensors, of a log or of a part of it.
+/// The columns of all requested sensors, for a log or a part of it.
 pub(crate) struct SensorColumns {
     sensors: Vec<Collector>,
-    /// How many messages were taken.
+    /// The number of messages taken.
     messages: u32,
 }
 
@@ -24,12 +24,12 @@ impl SensorColumns {
         }
     }
 
-    /// Without samples, for a part of the same log.
+    /// Empty columns for a part of the same log.
     pub(crate) fn part(&self) -> Self {
         Self::new(self.sensors.iter().map(Collector::part).collect())
     }
 
-    /// Takes in a message of a wanted topic.
+    /// Adds a message of a requested topic.
     #[inline]
     pub(crate) fn take(&mut self, message: &Message<'_>) {
         for sensor in &mut self.sensors {
@@ -40,7 +40,7 @@ impl SensorColumns {
         self.messages += 1;
     }
 
-    /// Takes over what the part that follows has, and empties that.
+    /// Appends and empties the part that follows.
     pub(crate) fn append(&mut self, next: &mut Self) {
         for (sensor, next) in self.sensors.iter_mut().zip(&mut next.sensors) {
             sensor.append(next, self.messages);
@@ -48,13 +48,13 @@ impl SensorColumns {
         self.messages += std::mem::take(&mut next.messages);
     }
 
-    /// The sensors with their samples; none is left here.
+    /// Removes and returns the sensors with their samples.
     pub(crate) fn take_sensors(&mut self) -> Vec<Collector> {
         std::mem::take(&mut self.sensors)
     }
 }
 
-/// Turns messages into samples, by their type or number by number.
+/// Decodes messages into samples, by type or number by number.
 #[derive(Clone)]
 pub(crate) enum Decoder {
     Typed(Box<SensorDecoder>),
@@ -75,8 +75,8 @@ impl Decoder {
         Ok(Self::Numbers(Box::new(NumberDecoder::new(topic, sample)?)))
     }
 
-    /// Appends the values of one message, none after an error, and gives back the header's stamp;
-    /// `None` for a message that has nothing of the sample. `sample` is used as scratch paper.
+    /// Appends the values of one message and returns its header stamp; `None` for a message without
+    /// any value of the sample. Appends nothing after an error. `sample` is scratch space.
     #[inline]
     fn append_values(
         &mut self,
@@ -99,7 +99,7 @@ impl Decoder {
         }
     }
 
-    /// Takes over what the decoder of the part that follows found.
+    /// Merges the results of the decoder of the part that follows.
     fn append(&mut self, next: &mut Self) {
         if let (Self::Numbers(decoder), Self::Numbers(next)) = (self, next) {
             decoder.append(next);
@@ -114,7 +114,7 @@ impl Decoder {
     }
 }
 
-/// In nanoseconds; `None` when the header has none.
+/// In nanoseconds; `None` if the header has none.
 struct HeaderStamp(Option<i64>);
 
 /// Collects the samples of one sensor.
@@ -124,8 +124,8 @@ pub(crate) struct Collector {
     pub(crate) times: Times,
     pub(crate) statistics: TopicStatistics,
     pub(crate) undecodable: u64,
-    /// Whether it is one of a part of the log. Statistics go message by message: they are taken when the
-    /// part is joined to what comes before.
+    /// Whether it collects a part of the log. Statistics are sequential, so they are updated when
+    /// the part is appended.
     is_part: bool,
     order: Vec<u32>,
     values: Vec<f64>,
@@ -158,8 +158,9 @@ impl Collector {
         }
     }
 
-    /// Makes room for as many samples as the index counts, so that they need not be moved as they grow. A
-    /// damaged index counts anything: no more is reserved than such a file may hold.
+    /// Reserves memory for the samples that the index counts, so that columns need not be moved as
+    /// they grow. The count of a damaged index may be wrong: no more is reserved than the file may
+    /// hold.
     pub(crate) fn reserve(&mut self, log: &Log) -> Result<(), Error> {
         const LIKELY_MOST_RATIO: u64 = 16;
         let most = log.bytes().saturating_mul(LIKELY_MOST_RATIO) / size_of::<f64>() as u64;
@@ -207,7 +208,7 @@ impl Collector {
         self.without_value += std::mem::take(&mut next.without_value);
     }
 
-    /// Puts the samples on the clock of the log and leaves out what has no stamp of it.
+    /// Puts the samples on the clock of the log and omits those without a stamp.
     pub(crate) fn finish(mut self, name: &str, time_base: &TimeBase) -> SensorRecording {
         let Placed {
             mut stamps_ns,

@@ -1,4 +1,4 @@
-//! All samples of a log's sensors, each sensor a set of columns.
+//! The samples of one sensor as columns, and the request for them.
 
 use crate::{
     clock::{ClockFinding, StampCorrection, StampDecision, TimeBase, TopicStatistics, Treatment},
@@ -6,57 +6,57 @@ use crate::{
     message::{SensorKind, TopicId},
 };
 
-/// A sensor whose samples are wanted.
+/// A request for the samples of one sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorRequest {
     /// Its topic.
     pub topic: TopicId,
-    /// What it measures.
+    /// The kind of sensor.
     pub kind: SensorKind,
-    /// For joint states the joints wanted, in order.
+    /// For joint states, the wanted joints in order.
     pub joint_names: Vec<String>,
-    /// The numbers that make up a sample, where the messages are not of the usual type.
+    /// The numbers that make up a sample, if the messages are not of the standard type.
     pub numbers: Option<NumberSample>,
-    /// Parts of a sample that come on topics of their own; what `numbers` leaves absent.
+    /// Parts of a sample that come on separate topics: the values absent in `numbers`.
     pub other_parts: Vec<(TopicId, NumberSample)>,
 }
 
-/// All samples of one sensor, in the order in which the file has them.
+/// All samples of one sensor, in file order.
 #[derive(Debug, Clone)]
 pub struct SensorRecording {
     /// Its topic.
     pub topic: TopicId,
-    /// Which of the stamps is used, and why.
+    /// The time source, and why it was chosen.
     pub clock: StampDecision,
-    /// What was done to the stamps to put them on the clock of the log.
+    /// How the stamps were mapped to the clock of the log.
     pub correction: StampCorrection,
-    /// What is odd about the clocks.
+    /// Findings about the clocks.
     pub findings: Vec<ClockFinding>,
-    /// The clock that all sensors of the log are on.
+    /// The common clock of all sensors of the log.
     pub time_base: TimeBase,
-    /// When each sample was measured, by the clock of the log.
+    /// Time of measurement of each sample, on the clock of the log.
     pub stamps_ns: Vec<i64>,
     /// When the recorder received each sample.
     pub log_times_ns: Vec<i64>,
     /// The values, sample after sample: see [`SensorSample`](crate::SensorSample).
     pub values: Vec<f64>,
-    /// How many values a sample has.
+    /// The number of values per sample.
     pub width: usize,
     /// Rates, gaps and offsets of the stamps.
     pub statistics: TopicStatistics,
     /// Messages that could not be decoded.
     pub undecodable: u64,
-    /// Messages without a stamp of that clock: left out.
+    /// Messages without a usable stamp, which are omitted.
     pub unstamped: u64,
-    /// Messages that have none of the numbers that make up a sample: left out.
+    /// Messages without any number of the sample, which are omitted.
     pub without_value: u64,
-    /// Place of each sample among all samples of all sensors in the file.
+    /// Position of each sample among the messages read, in file order.
     pub(crate) order: Vec<u32>,
 }
 
-/// Which sample of which recording arrived when: pairs of indices, sorted by log time, in file order
-/// where log times are equal. Of samples from one message that of the first recording is the last, because
-/// rows are at its samples and should know what came with them.
+/// The order of arrival of all samples: pairs (recording, sample), sorted by log time, then by file
+/// order. Among samples of one message, the first recording comes last: rows are computed at its
+/// samples and must include the others.
 pub fn arrival_order(recordings: &[&SensorRecording]) -> Vec<(usize, usize)> {
     let indices = |(recording, of): (usize, &&SensorRecording)| {
         (0..of.stamps_ns.len()).map(move |i| (recording, i))
@@ -80,7 +80,7 @@ impl SensorRecording {
         &self.values[index * self.width..(index + 1) * self.width]
     }
 
-    /// Adds to every stamp (s): what a machine file states of the topic's clock, or what was found.
+    /// Shifts every stamp by `seconds`: a clock offset from the machine file, or an estimated one.
     pub fn shift(&mut self, seconds: f64) {
         let shift_ns = (seconds * 1e9).round() as i64;
         for stamp in &mut self.stamps_ns {
@@ -88,7 +88,7 @@ impl SensorRecording {
         }
     }
 
-    /// Why the samples of this topic cannot be put on the clock of the log, if they cannot.
+    /// Why the samples cannot be put on the clock of the log, if so.
     pub fn refusal(&self) -> Option<&ClockFinding> {
         let is_refusal = |finding: &&ClockFinding| finding.treatment == Treatment::Refused;
         self.findings.iter().find(is_refusal)

@@ -1,8 +1,9 @@
-//! Reads the steps of a layout through one binary message: CDR of either byte order, or ROS 1.
+//! Executes the steps of a layout on one binary message: CDR (Common Data Representation) of either
+//! byte order, or ROS 1.
 //!
-//! In CDR values stand at multiples of their size, counted from the end of the four bytes that
-//! tell the encoding, and a zero closes a string. In ROS 1 value follows value without either.
-//! Nothing is followed or allocated before it is known to lie within the message.
+//! CDR aligns values to multiples of their size, counted from the end of the four-byte
+//! encapsulation header, and terminates strings with a zero. ROS 1 does neither. Every length is
+//! checked against the message before it is followed or allocated.
 
 use std::ops::Range;
 
@@ -14,15 +15,15 @@ use crate::schema::NumberType;
 
 const ENCAPSULATION_BYTES: usize = 4;
 
-/// How many elements an array has.
+/// The number of elements of an array.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Count {
     Fixed(usize),
-    /// It stands before them.
+    /// Encoded before the elements.
     InMessage,
 }
 
-/// One element of an array and where it goes.
+/// One element of an array and its slot.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Element {
     pub(crate) index: usize,
@@ -31,7 +32,7 @@ pub(crate) struct Element {
 
 /// One step through a message.
 #[derive(Debug, Clone)]
-pub(crate) enum Step {
+pub(crate) enum Op {
     Skip {
         alignment: usize,
         bytes: usize,
@@ -42,7 +43,7 @@ pub(crate) enum Step {
     SkipTexts {
         count: Count,
     },
-    /// `count` numbers into the slots from `slot` on.
+    /// `count` numbers into consecutive slots from `slot`.
     Numbers {
         number: NumberType,
         slot: usize,
@@ -61,10 +62,10 @@ pub(crate) enum Step {
         count: Count,
         slot: usize,
     },
-    /// The same steps for each message of an array.
+    /// The same steps for each message in an array.
     Repeat {
         count: Count,
-        body: Vec<Step>,
+        body: Vec<Op>,
     },
     CollectNumber {
         number: NumberType,
@@ -75,19 +76,15 @@ pub(crate) enum Step {
     },
 }
 
-/// Takes all steps through one message of ROS 1.
+/// Executes all steps on one ROS 1 message.
 #[inline]
-pub(crate) fn run_ros1(
-    steps: &[Step],
-    data: &[u8],
-    fields: &mut Fields,
-) -> Result<(), DecodeError> {
+pub(crate) fn run_ros1(steps: &[Op], data: &[u8], fields: &mut Fields) -> Result<(), DecodeError> {
     Cursor::<false, false> { data, position: 0 }.steps(steps, fields)
 }
 
-/// Takes all steps through one message of CDR.
+/// Executes all steps on one CDR message.
 #[inline]
-pub(crate) fn run_cdr(steps: &[Step], cdr: &[u8], fields: &mut Fields) -> Result<(), DecodeError> {
+pub(crate) fn run_cdr(steps: &[Op], cdr: &[u8], fields: &mut Fields) -> Result<(), DecodeError> {
     let Some((encapsulation, data)) = cdr.split_first_chunk::<ENCAPSULATION_BYTES>() else {
         return Err(DecodeError::TooShort {
             offset: 0,
@@ -111,39 +108,39 @@ fn encapsulation_name(encapsulation: u16) -> &'static str {
         0x0006..=0x0009 => "XCDR2",
         0x000a | 0x000b => "PL_CDR2",
         // The first bytes of a zstd frame.
-        0x28b5 => "a message compressed with zstd",
+        0x28b5 => "a zstd-compressed message",
         _ => "unknown",
     }
 }
 
-/// A position in the data, in CDR after the encapsulation. It may lie behind the end, where nothing can
-/// be taken.
+/// A position in the data, in CDR after the encapsulation header. It may lie beyond the end, where
+/// every read fails.
 struct Cursor<'a, const BIG_ENDIAN: bool, const CDR: bool> {
     data: &'a [u8],
     position: usize,
 }
 
 impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
-    /// Where the data begins within the message.
+    /// Offset of the data within the message.
     const START: usize = if CDR { ENCAPSULATION_BYTES } else { 0 };
 
-    fn steps(&mut self, steps: &[Step], fields: &mut Fields) -> Result<(), DecodeError> {
+    fn steps(&mut self, steps: &[Op], fields: &mut Fields) -> Result<(), DecodeError> {
         for step in steps {
             match step {
-                Step::Skip { alignment, bytes } => {
+                Op::Skip { alignment, bytes } => {
                     self.align(*alignment);
                     self.take(*bytes)?;
                 }
-                Step::SkipSequence { number } => {
+                Op::SkipSequence { number } => {
                     let count = self.count(Count::InMessage, number.bytes())?;
                     self.array(*number, count)?;
                 }
-                Step::SkipTexts { count } => {
+                Op::SkipTexts { count } => {
                     for _ in 0..self.count(*count, 4)? {
                         self.text()?;
                     }
                 }
-                Step::Numbers {
+                Op::Numbers {
                     number,
                     slot,
                     count,
@@ -153,7 +150,7 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
                         put_numbers::<BIG_ENDIAN>(*number, bytes, targets);
                     }
                 }
-                Step::NumberArray {
+                Op::NumberArray {
                     number,
                     count,
                     whole,
@@ -161,31 +158,31 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
                 } => {
                     self.number_array(*number, *count, *whole, elements, fields)?;
                 }
-                Step::Text { slot } => {
+                Op::Text { slot } => {
                     let text = self.text()?;
                     if let Some(slot) = fields.slots.get_mut(*slot) {
                         slot.text.clear();
                         slot.text.extend_from_slice(text);
                     }
                 }
-                Step::Texts { count, slot } => {
+                Op::Texts { count, slot } => {
                     if let Some(slot) = fields.slots.get_mut(*slot) {
                         self.texts(*count, &mut slot.texts)?;
                     }
                 }
-                Step::Repeat { count, body } => {
-                    // Every message takes at least a byte, so the count bounds the work.
+                Op::Repeat { count, body } => {
+                    // Every message takes at least one byte, so the count bounds the work.
                     for _ in 0..self.count(*count, 1)? {
                         self.steps(body, fields)?;
                     }
                 }
-                Step::CollectNumber { number, slot } => {
+                Op::CollectNumber { number, slot } => {
                     let bytes = self.array(*number, 1)?;
                     if let Some(slot) = fields.slots.get_mut(*slot) {
                         slot.numbers.push(number_from::<BIG_ENDIAN>(*number, bytes));
                     }
                 }
-                Step::CollectText { slot } => {
+                Op::CollectText { slot } => {
                     let text = self.text()?;
                     if let Some(slot) = fields.slots.get_mut(*slot) {
                         slot.texts.collect(text);
@@ -201,7 +198,8 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
         if !CDR {
             return;
         }
-        // A power of two of at most eight; the position is at most a little behind the data.
+        // The alignment is a power of two up to eight, so the position is at most slightly beyond
+        // the data.
         self.position = (self.position + alignment - 1) & !(alignment - 1);
     }
 
@@ -247,7 +245,7 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
         })
     }
 
-    /// The number of elements, each of which takes at least `element_bytes`.
+    /// Reads the number of elements, each of which takes at least `element_bytes`.
     #[inline]
     fn count(&mut self, count: Count, element_bytes: usize) -> Result<usize, DecodeError> {
         let count = match count {
@@ -266,7 +264,7 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
         Ok(count)
     }
 
-    /// The bytes of an array. No padding stands before an empty one.
+    /// The bytes of an array. An empty array has no padding before it.
     #[inline]
     fn array(&mut self, number: NumberType, count: usize) -> Result<&'a [u8], DecodeError> {
         if count == 0 {
@@ -282,7 +280,7 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
         Ok(self.data.get(place).unwrap_or_default())
     }
 
-    /// Where a string stands, without the zero that closes it in CDR.
+    /// The range of a string, without the terminating zero of CDR.
     #[inline]
     fn text_place(&mut self) -> Result<Range<usize>, DecodeError> {
         let bytes = self.count(Count::InMessage, 1)?;
@@ -316,8 +314,8 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
         Ok(())
     }
 
-    /// A list of strings. Mostly it is the same, byte by byte, as in the message before; then
-    /// its end is known without walking it.
+    /// A list of strings. It usually equals that of the previous message byte by byte; then its end
+    /// is known without parsing.
     #[inline]
     fn texts(&mut self, count: Count, texts: &mut Texts) -> Result<(), DecodeError> {
         self.align(4);
@@ -351,7 +349,7 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
     }
 }
 
-/// The numbers that stand in `bytes`, one for each target.
+/// Decodes one number from `bytes` for each target.
 #[inline]
 fn put_numbers<const BIG_ENDIAN: bool>(number: NumberType, bytes: &[u8], targets: &mut [f64]) {
     if number == NumberType::F64 {
@@ -366,14 +364,14 @@ fn put_numbers<const BIG_ENDIAN: bool>(number: NumberType, bytes: &[u8], targets
     }
 }
 
-/// Appends all numbers that stand in `bytes`.
+/// Appends all numbers in `bytes`.
 #[inline]
 fn extend_numbers<const BIG_ENDIAN: bool>(
     number: NumberType,
     bytes: &[u8],
     numbers: &mut Vec<f64>,
 ) {
-    // By far the most common; apart from the others so that it becomes a copy.
+    // By far the most common case; handled separately so that it compiles to a copy.
     if number == NumberType::F64 {
         let (doubles, _) = bytes.as_chunks();
         numbers.extend(doubles.iter().map(double_from::<BIG_ENDIAN>));
@@ -392,7 +390,7 @@ fn double_from<const BIG_ENDIAN: bool>(bytes: &[u8; 8]) -> f64 {
     }
 }
 
-/// The number that `bytes` begin with; NaN if they are fewer than it has.
+/// The number at the front of `bytes`; NaN if they are too few.
 #[inline]
 fn number_from<const BIG_ENDIAN: bool>(number: NumberType, bytes: &[u8]) -> f64 {
     macro_rules! read {
@@ -403,7 +401,7 @@ fn number_from<const BIG_ENDIAN: bool>(number: NumberType, bytes: &[u8]) -> f64 
                 } else {
                     <$kind>::from_le_bytes(*bytes)
                 };
-                // Integers beyond 2^53 are rounded; stamps are two smaller ones.
+                // Integers beyond 2^53 are rounded; stamps consist of two smaller ones.
                 value as f64
             })
         };

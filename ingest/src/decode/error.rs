@@ -7,39 +7,39 @@ pub enum DecodeError {
     /// The message ends before a wanted field.
     #[error("byte {offset}: expected {needed_bytes} more bytes, found {available_bytes}")]
     TooShort {
-        /// Where the field would start.
+        /// Start of the field.
         offset: usize,
-        /// Its size.
+        /// Size of the field.
         needed_bytes: usize,
-        /// What is left.
+        /// The bytes left.
         available_bytes: usize,
     },
     /// An array or string claims more elements than the rest of the message can hold.
     #[error("byte {offset}: an array of {count} elements, but only {available_bytes} bytes follow")]
     ImpossibleCount {
-        /// Where the count stands.
+        /// Position of the count.
         offset: usize,
         /// The count.
         count: usize,
         /// What is left.
         available_bytes: usize,
     },
-    /// Another encoding than plain CDR.
+    /// An encoding other than plain CDR.
     #[error("expected plain CDR (encapsulation 0x0000 or 0x0001), found 0x{found:04x} ({name})")]
     Encapsulation {
         /// The first two bytes.
         found: u16,
-        /// What they stand for.
+        /// The name of that encoding.
         name: &'static str,
     },
-    /// A message that is no JSON object.
+    /// A message that is not a JSON object.
     #[error("line {line}, column {column}: {problem}")]
     Json {
         /// Counted from 1.
         line: usize,
         /// Counted from 1.
         column: usize,
-        /// What is wrong there.
+        /// What is wrong.
         problem: &'static str,
     },
     /// A message that is no protobuf of its type.

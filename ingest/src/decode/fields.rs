@@ -1,35 +1,34 @@
-//! The values that a layout reads out of a message.
+//! The values that a layout reads from a message.
 
 use std::ops::Range;
 
-/// The values of one message, in the order of the layout's paths. Made once and used again for
-/// every message, so that decoding allocates nothing.
+/// The values of one message, in the order of the layout's paths. Reuse one instance for all
+/// messages, so that decoding does not allocate.
 ///
-/// Which of the accessors applies follows from the field at a path. An accessor of another kind
-/// yields NaN or nothing.
+/// The kind of field at a path determines which accessor applies. The others return NaN or nothing.
 #[derive(Debug, Clone, Default)]
 pub struct Fields {
-    /// Apart from the rest, so that neighbours are filled and taken as one.
+    /// Stored separately, so that adjacent numbers are copied as one block.
     pub(crate) singles: Vec<f64>,
     pub(crate) slots: Vec<Slot>,
 }
 
-/// What a path that does not lead to a single number yields.
+/// Values of paths that do not lead to a single number.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Slot {
     pub(crate) numbers: Vec<f64>,
     pub(crate) text: Vec<u8>,
     pub(crate) texts: Texts,
-    /// Strings of the message that is being read, until they are compared with those before.
+    /// Strings of the current message, before comparison with the previous one.
     incoming: Texts,
 }
 
-/// A list of strings, kept as it was encoded, because it mostly equals that of the message before.
+/// A list of strings in encoded form, because it usually equals that of the previous message.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Texts {
     pub(crate) encoded: Vec<u8>,
     pub(crate) big_endian: bool,
-    /// Whether `encoded` is a whole list as it stood in a message.
+    /// Whether `encoded` is a complete list as found in a message.
     pub(crate) is_whole: bool,
     pub(crate) items: Vec<Range<usize>>,
     pub(crate) revision: u64,
@@ -43,7 +42,7 @@ impl Texts {
         self.revision += 1;
     }
 
-    /// Adds a string that stood apart from the others.
+    /// Adds a single string.
     pub(crate) fn collect(&mut self, text: &[u8]) {
         let start = self.encoded.len();
         self.encoded.extend_from_slice(text);
@@ -89,7 +88,7 @@ impl Fields {
         })
     }
 
-    /// Changes whenever the strings at a path differ from those of the message before.
+    /// Changes whenever the strings at a path differ from those of the previous message.
     #[inline]
     pub fn texts_revision(&self, path_index: usize) -> u64 {
         self.slots
@@ -97,7 +96,7 @@ impl Fields {
             .map_or(0, |slot| slot.texts.revision)
     }
 
-    /// Forgets the message before, in an encoding that may leave fields out.
+    /// Clears the previous message; needed where an encoding may omit fields.
     pub(crate) fn begin(&mut self, path_count: usize) {
         self.prepare(path_count);
         self.singles.fill(f64::NAN);
@@ -123,7 +122,7 @@ impl Fields {
         }
     }
 
-    /// Takes the number at a path, or one of those in an array.
+    /// Stores the number at a path, or one of an array.
     pub(crate) fn take_number(&mut self, path_index: usize, number: f64, is_in_array: bool) {
         if is_in_array {
             if let Some(slot) = self.slots.get_mut(path_index) {
@@ -134,7 +133,7 @@ impl Fields {
         }
     }
 
-    /// Takes the string at a path, or one of those in an array.
+    /// Stores the string at a path, or one of an array.
     pub(crate) fn take_text(&mut self, path_index: usize, text: &[u8], is_in_array: bool) {
         let Some(slot) = self.slots.get_mut(path_index) else {
             return;
@@ -147,13 +146,13 @@ impl Fields {
         }
     }
 
-    /// The numbers of paths that follow each other.
+    /// The numbers of consecutive paths.
     #[inline]
     pub(crate) fn neighbours(&self, first: usize, count: usize) -> &[f64] {
         self.singles.get(first..first + count).unwrap_or_default()
     }
 
-    /// Makes room for as many paths.
+    /// Allocates slots for `count` paths.
     #[inline]
     pub(crate) fn prepare(&mut self, path_count: usize) {
         if self.slots.len() != path_count {

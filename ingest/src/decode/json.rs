@@ -1,4 +1,4 @@
-//! Reads the wanted fields of a JSON message. What is not wanted is passed over and never stored.
+//! Reads the wanted fields of a JSON message. Other fields are skipped, never stored.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use serde::de::{DeserializeSeed, Deserializer as _, IgnoredAny, MapAccess, SeqAc
 use super::{error::DecodeError, fields::Fields};
 use crate::schema::{Branch, PathTree};
 
-/// Reads one message. Fields that it does not have stay as they are.
+/// Reads one message. Fields that it lacks keep their values.
 pub(crate) fn run(tree: &PathTree, json: &[u8], fields: &mut Fields) -> Result<(), DecodeError> {
     let mut deserializer = serde_json::Deserializer::from_slice(json);
     let message = Message {
@@ -22,14 +22,14 @@ pub(crate) fn run(tree: &PathTree, json: &[u8], fields: &mut Fields) -> Result<(
             line: error.line(),
             column: error.column(),
             problem: match error.classify() {
-                serde_json::error::Category::Eof => "the message ends in the middle",
+                serde_json::error::Category::Eof => "the message is truncated",
                 serde_json::error::Category::Data => "expected an object",
-                _ => "no JSON",
+                _ => "not valid JSON",
             },
         })
 }
 
-/// Where the fields of an object go.
+/// Reads an object into the slots of its fields.
 struct Message<'t, 'f> {
     tree: &'t PathTree,
     fields: &'f mut Fields,
@@ -60,7 +60,7 @@ impl<'de> Visitor<'de> for Message<'_, '_> {
     }
 }
 
-/// Finds what is wanted of a field without storing its name.
+/// Looks up a field by name without storing the name.
 struct Key<'t>(&'t PathTree);
 
 impl<'de, 't> DeserializeSeed<'de> for Key<'t> {
@@ -86,8 +86,7 @@ impl<'t> Visitor<'_> for Key<'t> {
     }
 }
 
-/// Where the value of a field goes, if it is of the wanted kind; a value of another kind is passed
-/// over.
+/// Reads the value of a field into its slot; a value of another kind is skipped.
 struct Value<'t, 'f> {
     branch: &'t Branch,
     fields: &'f mut Fields,
@@ -138,7 +137,7 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     }
 
     fn visit_unit<E>(self) -> Result<(), E> {
-        // What is no number is often written as null.
+        // Writers often encode NaN as null.
         self.number(f64::NAN);
         Ok(())
     }
@@ -147,7 +146,7 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
         let Some(slot) = self.branch.single else {
             return Ok(());
         };
-        // Some writers quote large integers and what JSON has no numbers for.
+        // Some writers quote large integers, and values that JSON numbers cannot express.
         if let Ok(number) = text.parse() {
             self.fields.take_number(slot, number, self.is_in_array);
         }
@@ -219,7 +218,7 @@ impl<'de> DeserializeSeed<'de> for Element<'_, '_> {
     type Value = ();
 
     fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        // Each element is taken as a field of its own would be.
+        // Each element is read like a single field.
         let mut places = self.branch.elements.iter();
         let at_index = places.find(|(index, _)| *index == self.index);
         let single = |slot| Branch {

@@ -1,4 +1,4 @@
-//! Samples made of single numbers of any messages: for what no usual message type carries.
+//! Builds samples from single numbers of any messages, for signals without a standard message type.
 
 use std::ops::Range;
 
@@ -8,70 +8,71 @@ use crate::{
     schema::FieldPath,
 };
 
-/// A number of a topic's messages.
+/// A number in the messages of a topic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NumberField {
-    /// Path of the number, like `wrench.force.z`; with `joint` that of a list of numbers beside a list of
-    /// names, like `effort`, or of a number in a list of messages that have names, like `joints[].effort`.
+    /// Path of the number, such as `wrench.force.z`. With `joint`, the path of an array parallel to
+    /// an array of names, such as `effort`, or of a number in an array of named messages, such as
+    /// `joints[].effort`.
     pub field: String,
-    /// The name whose place in the list of names the number has in its own.
+    /// The name that selects the element.
     pub joint: Option<String>,
-    /// What the number is multiplied by.
+    /// Factor applied to the number.
     pub scale: f64,
-    /// What is added then.
+    /// Offset added after scaling.
     pub offset: f64,
 }
 
 /// A value of a sample.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SampleValue {
-    /// Other messages have it: NaN.
+    /// Absent from these messages: NaN.
     Absent,
-    /// Always this.
+    /// A constant.
     Constant(f64),
-    /// A number of the message.
+    /// A number from the message.
     Field(NumberField),
 }
 
-/// The values of a sample, one by one, in the order of [`SensorSample`].
+/// The source of each value of a sample, in the order of [`SensorSample`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct NumberSample {
     /// The values.
     pub values: Vec<SampleValue>,
-    /// Whether three of them after the sixth are roll, pitch and yaw about fixed axes (rad), and not four a
-    /// quaternion.
+    /// Whether the values after the sixth are roll, pitch and yaw about fixed axes (rad) instead of
+    /// a quaternion.
     pub has_roll_pitch_yaw: bool,
 }
 
-/// How lists of names are called, the usual one first.
+/// Field names of arrays of names, the most common first.
 const NAME_LISTS: [&str; 3] = ["name", "names", "joint_names"];
-/// ROS 1 calls the second part of a stamp otherwise in some languages.
+/// Some ROS 1 client libraries use other names for the parts of a stamp.
 const STAMPS: [[&str; 2]; 2] = [
     ["header.stamp.sec", "header.stamp.nanosec"],
     ["header.stamp.secs", "header.stamp.nsecs"],
 ];
 
-/// Turns the messages of one topic into samples.
+/// Decodes the messages of one topic into samples.
 #[derive(Debug, Clone)]
 pub(crate) struct NumberDecoder {
     topic: String,
     layout: Layout,
     fields: Fields,
-    /// Whether the messages have a header; then its two paths are the first.
+    /// Whether the messages have a header; its two paths then come first.
     is_stamped: bool,
-    values: Vec<(SampleValue, Place)>,
+    values: Vec<(SampleValue, Location)>,
     has_roll_pitch_yaw: bool,
-    /// Whether any message had the number, by value.
+    /// For each value, whether any message had the number.
     was_found: Vec<bool>,
     messages: u64,
 }
 
-/// Where a value stands in the decoded fields.
+/// Where a value is found in the decoded fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
-    Nowhere,
+enum Location {
+    Absent,
     Single(usize),
-    /// In a list of messages.
+    /// One element of an array of messages.
     Indexed {
         numbers: usize,
         index: usize,
@@ -98,7 +99,7 @@ impl NumberDecoder {
         })
     }
 
-    /// Decodes one message; whether it has any number of the sample's first part.
+    /// Decodes one message; returns whether it has any number of the sample's first part.
     pub(crate) fn decode(
         &mut self,
         message: &Message<'_>,
@@ -130,7 +131,7 @@ impl NumberDecoder {
         Ok(has_any)
     }
 
-    /// Takes over what another one found in the messages that follow, as if it had decoded them.
+    /// Merges the results of a decoder that decoded the messages that follow.
     pub(crate) fn append(&mut self, next: &mut Self) {
         if next.messages == 0 {
             return;
@@ -139,11 +140,11 @@ impl NumberDecoder {
         for (found, next) in self.was_found.iter_mut().zip(&mut next.was_found) {
             *found |= std::mem::take(next);
         }
-        // With the names of the last message.
+        // Keep the names of the last message.
         std::mem::swap(&mut self.fields, &mut next.fields);
     }
 
-    /// An error if no message had one of the numbers.
+    /// An error if a number occurred in no message.
     pub(crate) fn check_found(&self) -> Result<(), BindingError> {
         let of_field = self.values.iter().zip(&self.was_found);
         for ((value, place), _) in of_field.filter(|(_, found)| !**found) {
@@ -162,9 +163,10 @@ impl NumberDecoder {
         Ok(())
     }
 
-    /// The first number of the log and, of a vector, those with it.
+    /// The first value read from the log, with the other components if it belongs to a vector.
     fn first_part(&self) -> Range<usize> {
-        let is_field = |(value, _): &(SampleValue, Place)| matches!(value, SampleValue::Field(_));
+        let is_field =
+            |(value, _): &(SampleValue, Location)| matches!(value, SampleValue::Field(_));
         let first = self.values.iter().position(is_field).unwrap_or(0);
         match self.values.len() {
             ..=2 => first..first + 1,
@@ -173,8 +175,8 @@ impl NumberDecoder {
     }
 
     /// The names in the last message.
-    fn names_at(&self, place: Place) -> Vec<String> {
-        let Place::Named { names, .. } = place else {
+    fn names_at(&self, place: Location) -> Vec<String> {
+        let Location::Named { names, .. } = place else {
             return Vec::new();
         };
         let text = |name| String::from_utf8_lossy(name).into_owned();
@@ -182,13 +184,13 @@ impl NumberDecoder {
     }
 
     fn stamp_ns(&self) -> Option<i64> {
-        // Both are small integers, so nothing is lost.
+        // Both are small integers, so the conversion is exact.
         let (sec, nanosec) = (self.fields.number(0) as i64, self.fields.number(1) as i64);
         let stamp = sec.saturating_mul(1_000_000_000).saturating_add(nanosec);
         (stamp != 0).then_some(stamp)
     }
 
-    /// Makes a quaternion of the angles; one that was never filled in becomes NaN.
+    /// Converts angles to a quaternion; a quaternion that was never set becomes NaN.
     fn finish_attitude(&self, values: &mut Vec<f64>) {
         const FIRST: usize = 6;
         if self.has_roll_pitch_yaw
@@ -205,7 +207,8 @@ impl NumberDecoder {
     }
 }
 
-/// Quaternion x y z w of the turn by roll about x, then pitch about y, then yaw about z, all fixed axes.
+/// Quaternion x y z w of a rotation by roll about x, then pitch about y, then yaw about z (fixed
+/// axes).
 fn quaternion(angles: [f64; 3]) -> [f64; 4] {
     let [(sr, cr), (sp, cp), (sy, cy)] = angles.map(|angle| (0.5 * angle).sin_cos());
     [
@@ -216,14 +219,14 @@ fn quaternion(angles: [f64; 3]) -> [f64; 4] {
     ]
 }
 
-fn number(fields: &Fields, place: Place, joint: Option<&str>) -> f64 {
+fn number(fields: &Fields, place: Location, joint: Option<&str>) -> f64 {
     match (place, joint) {
-        (Place::Single(path), _) => fields.number(path),
-        (Place::Indexed { numbers, index }, _) => {
+        (Location::Single(path), _) => fields.number(path),
+        (Location::Indexed { numbers, index }, _) => {
             let number = fields.numbers(numbers).get(index);
             number.copied().unwrap_or(f64::NAN)
         }
-        (Place::Named { names, numbers }, Some(joint)) => {
+        (Location::Named { names, numbers }, Some(joint)) => {
             let index = fields
                 .texts(names)
                 .position(|name| name == joint.as_bytes());
@@ -234,12 +237,12 @@ fn number(fields: &Fields, place: Place, joint: Option<&str>) -> f64 {
     }
 }
 
-/// The layout of the header's stamp and the wanted numbers, or of the numbers alone where there is no
-/// header; which of both; and where each value will be.
+/// The layout of the header stamp and the wanted numbers, whether the messages have a header, and
+/// where each value is found.
 fn prepare(
     topic: &Topic,
     sample: &NumberSample,
-) -> Result<(Layout, bool, Vec<Place>), BindingError> {
+) -> Result<(Layout, bool, Vec<Location>), BindingError> {
     let mut refusal = None;
     for names in NAME_LISTS {
         for stamp in STAMPS.map(Some).into_iter().chain([None]) {
@@ -252,7 +255,7 @@ fn prepare(
                 .collect::<Result<_, _>>()?;
             match Layout::of_topic(topic, &parsed) {
                 Ok(layout) => return Ok((layout, stamp.is_some(), places)),
-                // without a header and with the usual names the error is about the wanted field
+                // without a header and with the usual names, the error concerns the wanted field
                 Err(error) if stamp.is_none() => {
                     refusal.get_or_insert(error);
                 }
@@ -266,13 +269,13 @@ fn prepare(
     }))
 }
 
-/// Where each value stands among the paths, which grow as needed.
+/// The path of each value; new paths are appended to `paths`.
 fn places(
     topic: &Topic,
     sample: &NumberSample,
     names: &str,
     paths: &mut Vec<String>,
-) -> Result<Vec<Place>, BindingError> {
+) -> Result<Vec<Location>, BindingError> {
     let mut place_of = |path: String| {
         let known = paths.iter().position(|known| *known == path);
         known.unwrap_or_else(|| {
@@ -283,7 +286,7 @@ fn places(
     let mut places = Vec::with_capacity(sample.values.len());
     for value in &sample.values {
         let SampleValue::Field(field) = value else {
-            places.push(Place::Nowhere);
+            places.push(Location::Absent);
             continue;
         };
         parse(topic, &field.field)?;
@@ -296,13 +299,13 @@ fn places(
                 });
             }
             (None, _) => match element_of(&field.field) {
-                Some((list, index)) => Place::Indexed {
+                Some((list, index)) => Location::Indexed {
                     numbers: place_of(list),
                     index,
                 },
-                None => Place::Single(place_of(field.field.clone())),
+                None => Location::Single(place_of(field.field.clone())),
             },
-            (Some(_), Some((list, _))) => Place::Named {
+            (Some(_), Some((list, _))) => Location::Named {
                 names: place_of(format!("{list}[].{}", names.trim_end_matches('s'))),
                 numbers: place_of(path.to_owned()),
             },
@@ -310,7 +313,7 @@ fn places(
                 let beside = path
                     .rsplit_once('.')
                     .map(|(parent, _)| format!("{parent}."));
-                Place::Named {
+                Location::Named {
                     names: place_of(format!("{}{names}[]", beside.unwrap_or_default())),
                     numbers: place_of(format!("{path}[]")),
                 }
@@ -320,8 +323,8 @@ fn places(
     Ok(places)
 }
 
-/// Of a number in one element of a list of messages, `forces[2].x`, the path through all elements and
-/// the index.
+/// Splits a number in one element of an array of messages, `forces[2].x`, into the path through all
+/// elements and the index.
 fn element_of(path: &str) -> Option<(String, usize)> {
     let (list, rest) = path.split_once('[')?;
     let (index, rest) = rest.split_once("].")?;

@@ -1,16 +1,16 @@
-//! Which numbers the messages of a topic have, for those who look for a signal among them.
+//! Lists the numbers in the messages of a topic, to help find a signal.
 
 use crate::{
     message::Topic,
     schema::{Definitions, Dialect, FieldType, Repetition},
 };
 
-/// More fields than this are not a table of signals.
+/// At most so many fields are listed.
 const MOST_FIELDS: usize = 500;
 const MAX_DEPTH: usize = 8;
 
-/// Paths of the single numbers in a topic's messages, the header's left out, in the order of its
-/// definition. Empty where no definition in the language of ROS tells them.
+/// Paths of the single numbers in a topic's messages, without the header, in the order of the
+/// definition. Empty if the topic has no ROS definition.
 pub fn number_fields(topic: &Topic) -> Vec<String> {
     let Some((definition, dialect)) =
         (topic.definition.as_deref()).zip(Dialect::of_encoding(&topic.encoding))
@@ -57,7 +57,7 @@ mod tests {
     use crate::message::{DefinitionSource, TopicId};
 
     #[test]
-    fn single_numbers_are_listed_and_a_type_that_contains_itself_ends() {
+    fn single_numbers_are_listed_and_recursion_ends() {
         let topic = |definition: &str| Topic {
             id: TopicId(0),
             name: "/t".into(),

@@ -1,4 +1,4 @@
-//! Messages of the four kinds of sensors that bear on stability, as numbers.
+//! Decodes the messages of the four kinds of sensor into samples.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use crate::{
     message::{BindingError, Message, SensorKind, Topic},
 };
 
-/// Places of the header's fields among the paths, before those of the kind.
+/// Indices of the header's fields among the paths; those of the sensor follow.
 const SEC: usize = 0;
 const NANOSEC: usize = 1;
 const FRAME_ID: usize = 2;
@@ -19,7 +19,7 @@ const HEADER_PATHS: [&str; FIRST] = [
     "header.frame_id",
 ];
 
-/// The fields to read, in their order within the message: neighbours are read at once.
+/// The fields to read, in message order, so that adjacent numbers are read at once.
 fn paths_of(kind: SensorKind) -> &'static [&'static str] {
     match kind {
         SensorKind::JointStates => &["name[]", "position[]", "velocity[]"],
@@ -60,32 +60,32 @@ fn paths_of(kind: SensorKind) -> &'static [&'static str] {
     }
 }
 
-/// One measurement. Made once and used again for every message.
+/// One sample. Reuse one instance for all messages.
 ///
 /// The values, in SI units and in the frame of the message:
 ///
 /// | kind | values |
 /// |---|---|
-/// | joint states | positions in the order of the joint names, then rates (rad or m, and per s) |
+/// | joint states | positions in the order of the joint names (rad or m), then velocities (rad/s or m/s) |
 /// | IMU | specific force x y z (m/s²), angular velocity x y z (rad/s), attitude x y z w |
 /// | odometry | velocity x y z (m/s), angular velocity x y z (rad/s), attitude x y z w |
 /// | tool wrench | force x y z (N), moment x y z (N m) |
 ///
-/// A value that the message does not have is NaN. Values are as recorded: whether they are plausible is
-/// for others to judge.
+/// A value that the message lacks is NaN. Values are as recorded; their plausibility is not checked
+/// here.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SensorSample {
-    /// When it was measured, by the sensor's own clock; `None` when the message leaves it at zero.
+    /// Time of measurement by the sensor's clock; `None` if the message leaves it at zero.
     pub header_stamp_ns: Option<i64>,
     /// When the recorder received it.
     pub log_time_ns: i64,
     /// When it was sent.
     pub publish_time_ns: i64,
-    /// See above.
+    /// The values, in the order of the table above.
     pub values: Vec<f64>,
 }
 
-/// Turns the messages of one topic into samples.
+/// Decodes the messages of one topic into samples.
 #[derive(Debug, Clone)]
 pub struct SensorDecoder {
     kind: SensorKind,
@@ -93,16 +93,16 @@ pub struct SensorDecoder {
     fields: Fields,
     frame_id: Option<String>,
     joint_names: Vec<String>,
-    /// For each wanted joint its place in the message, and for which list of names that holds.
+    /// Index of each wanted joint in the message, valid for `names_revision`.
     joint_places: Vec<Option<usize>>,
-    /// Those places, if one follows the other.
+    /// The same as a range, if the indices are consecutive.
     joints_in_row: Option<Range<usize>>,
     names_revision: Option<u64>,
 }
 
 impl SensorDecoder {
-    /// Prepares decoding. `joint_names` are the joints whose positions and rates are wanted, in
-    /// order; other kinds do not use them.
+    /// Prepares decoding. `joint_names` are the wanted joints, in order; other kinds of sensor
+    /// ignore them.
     pub fn new(
         topic: &Topic,
         kind: SensorKind,
@@ -142,7 +142,8 @@ impl SensorDecoder {
         Ok(())
     }
 
-    /// Appends the values of one message, none after an error, and gives back its header's stamp.
+    /// Appends the values of one message and returns its header stamp; appends nothing after an
+    /// error.
     pub(crate) fn append_values(
         &mut self,
         message: &Message<'_>,
@@ -158,7 +159,7 @@ impl SensorDecoder {
             SensorKind::Imu => self.imu_values(values),
             SensorKind::Odometry => self.odometry_values(values),
             SensorKind::ToolWrench => self.extend(values, FIRST, 6),
-            // read field by field
+            // decoded by `NumberDecoder`
             SensorKind::Number => {}
         }
         Ok(self.stamp_ns())
@@ -169,13 +170,13 @@ impl SensorDecoder {
         self.frame_id.as_deref()
     }
 
-    /// What the topic measures.
+    /// The kind of sensor.
     pub fn kind(&self) -> SensorKind {
         self.kind
     }
 
     fn stamp_ns(&self) -> Option<i64> {
-        // Both are small integers, so nothing is lost.
+        // Both are small integers, so the conversion is exact.
         let (sec, nanosec) = (
             self.fields.number(SEC) as i64,
             self.fields.number(NANOSEC) as i64,
@@ -222,7 +223,7 @@ impl SensorDecoder {
         const SPECIFIC_FORCE: usize = FIRST + 8;
         self.extend(values, SPECIFIC_FORCE, 3);
         self.extend(values, ANGULAR_VELOCITY, 3);
-        // The agreed mark of an IMU without attitude.
+        // By convention, -1 marks an IMU without attitude.
         let has_attitude = self.fields.number(COVARIANCE) != -1.0;
         self.extend_attitude(values, ATTITUDE, has_attitude);
     }
@@ -242,7 +243,7 @@ impl SensorDecoder {
     #[inline]
     fn extend_attitude(&self, values: &mut Vec<f64>, first: usize, is_given: bool) {
         let quaternion = [0, 1, 2, 3].map(|part| self.fields.number(first + part));
-        // all zeros: never filled in
+        // all zeros: never set by the driver
         values.extend(if is_given && quaternion != [0.0; 4] {
             quaternion
         } else {
@@ -251,7 +252,7 @@ impl SensorDecoder {
     }
 }
 
-/// The places as a range, if each follows the one before.
+/// The indices as a range, if they are consecutive.
 fn in_row(places: &[Option<usize>]) -> Option<Range<usize>> {
     let first = (*places.first()?)?;
     let row = first..first + places.len();

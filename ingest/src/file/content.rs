@@ -26,7 +26,7 @@ pub(crate) enum Content {
 pub(crate) fn format_of(path: &Path) -> Result<Format, Error> {
     match content_of(path)? {
         Content::Log(format) | Content::Packed(format) => Ok(format),
-        Content::Unsupported(format) => Err(Error::NotReadYet {
+        Content::Unsupported(format) => Err(Error::Unsupported {
             path: path.to_path_buf(),
             format: format.to_owned(),
         }),

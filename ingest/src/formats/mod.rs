@@ -1,6 +1,6 @@
 //! Readers of the supported file formats.
 //!
-//! A new format takes one implementation of [`Reader`](reader::Reader), one variant of
+//! A new format takes one implementation of [`FileReader`](reader::FileReader), one variant of
 //! [`Format`](crate::Format), one line in [`open`] and one in `file::content`.
 
 mod bag;
@@ -12,5 +12,5 @@ mod rosbag2_sqlite;
 
 pub(crate) use self::{
     open::open,
-    reader::{Batch, Batches, Reader, Request},
+    reader::{Batch, Batches, FileReader, Request},
 };

@@ -1,6 +1,6 @@
 //! Opens one file with the reader of its format.
 
-use super::reader::Reader;
+use super::reader::FileReader;
 use crate::{
     file::{Format, LogFile},
     formats::{bag::Bag, mcap::Mcap, records::RecordReader, rosbag2_sqlite::SqliteReader},
@@ -13,7 +13,7 @@ pub(crate) fn open(
     file: &LogFile,
     topics: &mut TopicTable,
     losses: &mut Losses,
-) -> Result<Box<dyn Reader>, Error> {
+) -> Result<Box<dyn FileReader>, Error> {
     Ok(match format {
         Format::Mcap => Box::new(RecordReader::<Mcap>::open(file, topics, losses)?),
         Format::Ros1Bag => Box::new(RecordReader::<Bag>::open(file, topics, losses)?),

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use crate::message::{Error, Extra, Losses, Message, TopicId};
 
 /// One opened file of a log.
-pub(crate) trait Reader: Send + Sync {
+pub(crate) trait FileReader: Send + Sync {
     /// Passes every intact message of the wanted topics to the request, in file order.
     fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error>;
 

@@ -5,10 +5,10 @@ use std::{collections::BTreeMap, path::PathBuf};
 use crate::{file::Format, message::Losses};
 
 /// The files of one log.
-pub(crate) struct Recording {
+pub(crate) struct LogFiles {
     pub(crate) format: Format,
     pub(crate) files: Vec<PathBuf>,
     pub(crate) losses: Losses,
     /// Messages the recorder reports having written, by topic.
-    pub(crate) promised: BTreeMap<String, u64>,
+    pub(crate) declared_counts: BTreeMap<String, u64>,
 }

@@ -8,10 +8,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{log_files::Recording, recognise};
+use super::{log_files::LogFiles, recognise};
 use crate::{
     file::{Format, LogFile, format_of},
-    formats::{Batch, Batches, Reader, Request, open},
+    formats::{Batch, Batches, FileReader, Request, open},
     message::{Error, Extra, Losses, Message, Topic, TopicId, TopicTable},
 };
 
@@ -21,23 +21,23 @@ pub struct Log {
     format: Format,
     files: Vec<PathBuf>,
     file_bytes: Vec<u64>,
-    readers: Vec<Box<dyn Reader>>,
+    readers: Vec<Box<dyn FileReader>>,
     /// Keeps temporary files alive while they are read.
     _unpacked: Vec<LogFile>,
     topics: Vec<Topic>,
     losses: Losses,
     /// Messages the recorder reports having written, by topic; empty if it reports none.
-    promised: BTreeMap<String, u64>,
+    declared_counts: BTreeMap<String, u64>,
 }
 
 impl Log {
     /// Opens a file or a rosbag2 folder. The format is detected from the content, not the name.
     pub fn open(path: &Path) -> Result<Log, Error> {
-        let Recording {
+        let LogFiles {
             format,
             files,
             mut losses,
-            promised,
+            declared_counts,
         } = recognise::recognise(path)?;
         let has_damaged_beginning = !losses.is_empty();
         let mut topics = TopicTable::default();
@@ -65,7 +65,7 @@ impl Log {
             _unpacked: unpacked,
             topics,
             losses,
-            promised,
+            declared_counts,
         })
     }
 
@@ -142,7 +142,7 @@ impl Log {
         empty_batch: Option<&(dyn Fn() -> Box<dyn Batch> + Sync)>,
     ) -> Result<Losses, Error> {
         let wanted = self.wanted_flags(wanted)?;
-        if self.promised.is_empty() {
+        if self.declared_counts.is_empty() {
             let batches = empty_batch.map(|empty| Batches {
                 empty,
                 came: &|_, _| {},
@@ -198,14 +198,14 @@ impl Log {
 
     /// Compares the messages found with those the recorder reports having written.
     fn report_missing(&self, wanted: &[bool], seen: &[Cell<u64>], losses: &mut Losses) {
-        for (name, &promised) in &self.promised {
+        for (name, &declared_counts) in &self.declared_counts {
             let of_name = || self.topics.iter().filter(|topic| topic.name == *name);
             if !of_name().all(|topic| wanted[topic.id.0]) || of_name().next().is_none() {
                 continue;
             }
             let came: u64 = of_name().map(|topic| seen[topic.id.0].get()).sum();
-            if promised > came {
-                losses.miss(name, promised - came);
+            if declared_counts > came {
+                losses.miss(name, declared_counts - came);
             }
         }
     }

@@ -2,14 +2,14 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use super::{log_files::Recording, rosbag2_folder};
+use super::{log_files::LogFiles, rosbag2_folder};
 use crate::{
     file::{Format, LONGEST_MAGIC_BYTES, format_of},
     message::{Error, Losses, LostPart},
 };
 
 /// Detects the log at `path`.
-pub(crate) fn recognise(path: &Path) -> Result<Recording, Error> {
+pub(crate) fn recognise(path: &Path) -> Result<LogFiles, Error> {
     let metadata = std::fs::metadata(path).map_err(Error::io(path))?;
     if metadata.is_dir() {
         return rosbag2_folder::recognise(path);
@@ -22,11 +22,11 @@ pub(crate) fn recognise(path: &Path) -> Result<Recording, Error> {
         }
         (format, _) => format?,
     };
-    Ok(Recording {
+    Ok(LogFiles {
         format,
         files: vec![path.to_path_buf()],
         losses,
-        promised: BTreeMap::new(),
+        declared_counts: BTreeMap::new(),
     })
 }
 

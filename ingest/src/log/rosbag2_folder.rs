@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{log_files::Recording, rosbag2_metadata::Metadata};
+use super::{log_files::LogFiles, rosbag2_metadata::Metadata};
 use crate::{
     file::{Content, Format, content_of, format_of},
     message::{Error, Losses, LostPart, LostRange},
@@ -19,7 +19,7 @@ const MOST_NESTED_FOLDERS: usize = 3;
 const METADATA_LIMIT_BYTES: u64 = 64 << 20;
 
 /// The files of a folder that form one log, in order.
-pub(crate) fn recognise(folder: &Path) -> Result<Recording, Error> {
+pub(crate) fn recognise(folder: &Path) -> Result<LogFiles, Error> {
     let mut losses = Losses::default();
     let found = log_files_in(folder)?;
     let metadata = read_metadata(folder, &mut losses)?;
@@ -32,11 +32,11 @@ pub(crate) fn recognise(folder: &Path) -> Result<Recording, Error> {
         listed
     };
     let format = common_format(folder, &mut files, &mut losses)?;
-    Ok(Recording {
+    Ok(LogFiles {
         format,
         files,
         losses,
-        promised: metadata.message_counts,
+        declared_counts: metadata.message_counts,
     })
 }
 
@@ -114,7 +114,7 @@ fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {
         compression_mode,
         ..
     } = metadata;
-    Err(Error::NotReadYet {
+    Err(Error::Unsupported {
         path: folder.to_path_buf(),
         format: format!(
             "rosbag2 compression {compression_format} of mode {compression_mode} \

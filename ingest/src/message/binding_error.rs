@@ -19,7 +19,7 @@ pub enum BindingError {
     },
     /// The encoding of the messages is not supported.
     #[error("topic {topic}: unsupported encoding {encoding}")]
-    NotReadYet {
+    Unsupported {
         /// The topic.
         topic: String,
         /// The encoding of the messages or of their definition.

@@ -33,7 +33,7 @@ pub enum Error {
     },
     /// A known format without a reader.
     #[error("{}: unsupported format: {format}", path.display())]
-    NotReadYet {
+    Unsupported {
         /// The file or folder.
         path: PathBuf,
         /// The name of the format.

@@ -1,10 +1,10 @@
-//! Definitions of common message types, for logs that carry none.
+//! Built-in definitions of common message types, for logs without embedded ones.
 
 use std::fmt::Write as _;
 
 use super::types::{Dialect, normal_type_name};
 
-/// Type names with their fields, one a line.
+/// Type names with their fields, one per line.
 pub(super) const DEFINITIONS: &[(&str, &str)] = &[
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n"),
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
@@ -158,7 +158,7 @@ pub(crate) fn with_common_parts(text: &str, dialect: Dialect) -> Option<String> 
     Some(text)
 }
 
-/// The fields of one type, without those of its parts.
+/// The fields of one type, without those of nested types.
 pub(crate) fn fields(normal_type_name: &str, dialect: Dialect) -> Option<&'static str> {
     if dialect == Dialect::Ros1 {
         let special = ROS1_DEFINITIONS

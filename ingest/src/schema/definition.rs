@@ -1,7 +1,7 @@
-//! The text that defines a message type: its fields, and those of the types it is made of.
+//! Parses the text that defines a message type and the types nested in it.
 //!
-//! The text is as recorders embed it: the fields of the message, then for each part a line of
-//! `=` signs, a line `MSG: package/Type` and its fields.
+//! Recorders embed the fields of the message, then for each nested type a line of `=` signs, a line
+//! `MSG: package/Type` and its fields.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use super::{
     types::{Dialect, Field, FieldType, NumberType, Repetition, normal_type_name},
 };
 
-/// The fields of a message type and of all types in it.
+/// The fields of a message type and of all types nested in it.
 #[derive(Debug)]
 pub(crate) struct Definitions {
     pub(crate) root: String,
@@ -64,7 +64,7 @@ impl Definitions {
             .unwrap_or_default()
     }
 
-    /// Some recorders leave out the definitions of the most common parts.
+    /// Some recorders omit the definitions of the most common nested types.
     fn add_common_parts(&mut self) {
         loop {
             let missing: Vec<String> = self
@@ -111,7 +111,7 @@ impl Definitions {
     }
 }
 
-/// The lines of a definition that define something.
+/// The lines of a definition without comments and blank lines.
 pub(crate) fn significant_lines(text: &str) -> impl Iterator<Item = &str> {
     text.lines()
         .map(|line| without_comment(line).trim())
@@ -123,7 +123,7 @@ fn is_separator(line: &str) -> bool {
     line.len() >= 3 && line.bytes().all(|byte| byte == b'=')
 }
 
-/// Up to a `#` that stands in no quotes.
+/// The line up to a `#` outside quotes.
 fn without_comment(line: &str) -> &str {
     let mut quote = None;
     for (at, c) in line.char_indices() {
@@ -134,12 +134,12 @@ fn without_comment(line: &str) -> &str {
             _ => {}
         }
     }
-    // An apostrophe in a comment opens no quotes: the comment began before it. One that is never
-    // closed stands in a default value or constant, which is not read.
+    // An apostrophe in a comment opens no quotes, because the comment begins before it. An unclosed
+    // quote belongs to a default value or constant, which is not needed.
     line
 }
 
-/// `Some(None)` for a line without a field, `None` for one that cannot be understood.
+/// `Some(None)` for a line without a field, `None` for an invalid line.
 fn parse_line(line: &str, current: &str, dialect: Dialect) -> Option<Option<Field>> {
     let line = without_comment(line).trim();
     if line.is_empty() {
@@ -153,7 +153,7 @@ fn parse_line(line: &str, current: &str, dialect: Dialect) -> Option<Option<Fiel
         return None;
     }
     if after.trim_start().starts_with('=') {
-        // A constant takes no room in a message.
+        // A constant is not part of the encoded message.
         return Some(None);
     }
     if !after.is_empty() && !after.starts_with(char::is_whitespace) {
@@ -186,7 +186,7 @@ fn parse_repetition(type_text: &str) -> Option<(&str, Repetition)> {
 }
 
 fn parse_type(element: &str, current: &str, dialect: Dialect) -> Option<FieldType> {
-    // A bound on a string changes nothing of its encoding.
+    // A bound on a string does not change its encoding.
     let bare = element.split_once("<=").map_or(element, |(bare, _)| bare);
     Some(match bare {
         "string" => FieldType::Text,
@@ -200,7 +200,7 @@ fn parse_type(element: &str, current: &str, dialect: Dialect) -> Option<FieldTyp
     })
 }
 
-/// A name without a package is of the package in which it is used.
+/// A name without a package belongs to the package that uses it.
 fn full_type_name(name: &str, current: &str) -> Option<String> {
     let is_name = |part: &str| {
         part.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -224,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_form_of_a_line_is_understood() {
+    fn every_form_of_line_is_parsed() {
         let text = "# a comment that doesn't end\n\
             string<=5 a \"x # y\" # c\nfloat64[<=3] b\nuint8 MAX=5\nstring NAME = a # b\n\
             int32[2] c [1, 2]\nPart[] d\nother/msg/Thing e\nHeader f\nbyte g\n\
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_is_no_field_is_named() {
+    fn invalid_line_is_reported_by_number() {
         let error =
             Definitions::parse("float64 x\nfloat64[] \n", "a/B", Dialect::Ros2).unwrap_err();
         assert!(error.to_string().contains("line 2"), "{error}");

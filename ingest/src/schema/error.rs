@@ -1,6 +1,6 @@
 //! Why a message definition cannot be used.
 
-/// Why a definition cannot be understood.
+/// Why a definition cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SchemaError {
@@ -9,21 +9,21 @@ pub enum SchemaError {
         "definition of {type_name}, line {line}: expected a type and a field name, found {found:?}"
     )]
     Line {
-        /// The type that was asked for.
+        /// The requested type.
         type_name: String,
-        /// Counted from 1 over the whole text.
+        /// Line number in the whole text, from 1.
         line: usize,
         /// The line.
         found: String,
     },
-    /// A field of a type that is defined nowhere.
-    #[error("{type_name}.{field}: its type {part} is not defined")]
+    /// A field whose type is not defined.
+    #[error("{type_name}.{field}: the definition of its type {part} is missing")]
     UndefinedType {
         /// The type that has the field.
         type_name: String,
         /// The field.
         field: String,
-        /// The missing type.
+        /// The undefined type.
         part: String,
     },
     /// A path that leads to no field.
@@ -31,52 +31,52 @@ pub enum SchemaError {
     NoSuchField {
         /// The path.
         path: String,
-        /// The type in which it leads nowhere.
+        /// The type that lacks the field.
         type_name: String,
         /// The fields of that type.
         fields: Vec<String>,
     },
-    /// A path that leads to a field of another kind.
+    /// A path that leads to a field of the wrong kind.
     #[error("{path}: expected {expected}, found {found}")]
     WrongKind {
         /// The path.
         path: String,
-        /// What the path asks for.
+        /// The kind that the path requires.
         expected: String,
-        /// What is there.
+        /// The kind of the field.
         found: String,
     },
-    /// The same path twice.
-    #[error("{path}: asked for twice")]
+    /// A path requested twice.
+    #[error("{path}: requested twice")]
     RepeatedPath {
         /// The path.
         path: String,
     },
     /// A path that is not of the form `name.name[].name`.
     #[error(
-        "{path:?} is no field path: expected names joined by dots, each with [] or [3] or nothing"
+        "{path:?} is not a field path: expected names joined by dots, each optionally followed by [] or [3]"
     )]
     BadPath {
         /// The text.
         path: String,
     },
-    /// A field that lies before a wanted one and cannot be passed over.
+    /// A field before a wanted one whose encoded length is unknown.
     #[error(
-        "{field}: a wstring before a wanted field: its width is not laid down, so nothing after it can be found"
+        "{field}: wstring before a wanted field: its character width is not standardised, so later fields cannot be located"
     )]
     WideString {
         /// The field.
         field: String,
     },
-    /// A message type that its set of protobuf descriptors does not define.
-    #[error("expected a set of protobuf descriptors with {type_name}, found {found}")]
+    /// A message type that its `FileDescriptorSet` does not define.
+    #[error("expected a protobuf FileDescriptorSet with {type_name}, found {found}")]
     Descriptor {
         /// The type that was asked for.
         type_name: String,
-        /// What is there instead.
+        /// What was found instead.
         found: String,
     },
-    /// A type that contains itself, or is nested beyond reason.
+    /// A type that contains itself, or is nested too deeply.
     #[error("definition of {type_name}: nested too deeply or too large")]
     TooLarge {
         /// The type that was asked for.

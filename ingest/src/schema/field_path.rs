@@ -1,27 +1,27 @@
-//! The way to a field within a message.
+//! Paths to fields of a message.
 
 use std::{fmt, str::FromStr};
 
 use super::error::SchemaError;
 
-/// The way to a field, as in `linear_acceleration.x`, `position[]` (all of an array),
+/// The path to a field, such as `linear_acceleration.x`, `position[]` (all of an array),
 /// `position[3]` (one element) or `transforms[].transform.translation.x` (one value from each
 /// message of an array).
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct FieldPath {
-    pub(crate) steps: Vec<Step>,
+    pub(crate) steps: Vec<PathStep>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(crate) struct Step {
+pub(crate) struct PathStep {
     pub(crate) name: String,
     pub(crate) elements: Elements,
 }
 
-/// What of a field a step takes.
+/// Which elements of a field a step selects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Elements {
-    /// The field is no array.
+    /// The field is not an array.
     None,
     All,
     At(u32),
@@ -31,7 +31,7 @@ impl FromStr for FieldPath {
     type Err = SchemaError;
 
     fn from_str(text: &str) -> Result<Self, SchemaError> {
-        let steps: Option<Vec<Step>> = text.split('.').map(parse_step).collect();
+        let steps: Option<Vec<PathStep>> = text.split('.').map(parse_step).collect();
         let steps = steps.ok_or_else(|| SchemaError::BadPath {
             path: text.to_owned(),
         })?;
@@ -39,7 +39,7 @@ impl FromStr for FieldPath {
     }
 }
 
-fn parse_step(text: &str) -> Option<Step> {
+fn parse_step(text: &str) -> Option<PathStep> {
     let (name, elements) = match text.strip_suffix(']').map(|open| open.split_once('[')) {
         None => (text, Elements::None),
         Some(None) => return None,
@@ -47,7 +47,7 @@ fn parse_step(text: &str) -> Option<Step> {
         Some(Some((name, index))) => (name, Elements::At(index.parse().ok()?)),
     };
     let is_name = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    is_name.then(|| Step {
+    is_name.then(|| PathStep {
         name: name.to_owned(),
         elements,
     })

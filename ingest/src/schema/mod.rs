@@ -9,7 +9,7 @@ mod types;
 
 pub(crate) use self::{
     definition::{Definitions, significant_lines},
-    field_path::{Elements, Step},
+    field_path::{Elements, PathStep},
     path_tree::{Branch, PathTree},
     types::{Dialect, Field, FieldType, NumberType, Repetition, normal_type_name},
 };

@@ -1,30 +1,30 @@
-//! Paths to fields as a tree of names, for encodings in which a message tells its own structure.
+//! Field paths as a tree of names, for self-describing encodings.
 
-use super::field_path::{Elements, FieldPath, Step};
+use super::field_path::{Elements, FieldPath, PathStep};
 
-/// What is wanted of a message.
+/// The wanted fields of a message.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PathTree {
     pub(crate) branches: Vec<Branch>,
 }
 
-/// What is wanted of one field.
+/// What is wanted from one field.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Branch {
     pub(crate) name: String,
-    /// Where the value goes, if it is a number or string.
+    /// The slot of a single number or string.
     pub(crate) single: Option<usize>,
-    /// Where all numbers or strings of an array go.
+    /// The slot of all numbers or strings of an array.
     pub(crate) all: Option<usize>,
-    /// Elements of an array and where they go.
+    /// Single elements of an array and their slots.
     pub(crate) elements: Vec<(usize, usize)>,
-    /// Of a field that is a message.
+    /// The wanted fields of a nested message.
     pub(crate) part: Option<PathTree>,
-    /// Of each message of an array.
+    /// The wanted fields of each message in an array.
     pub(crate) parts: Option<PathTree>,
 }
 
-/// Other names of the two parts of a stamp.
+/// Alternative names of the two fields of a stamp.
 const STAMP_NAMES: [(&str, &[&str]); 2] = [
     ("sec", &["secs", "seconds"]),
     ("nanosec", &["nanos", "nsec", "nsecs", "nanoseconds"]),
@@ -39,7 +39,7 @@ impl PathTree {
         tree
     }
 
-    fn add(&mut self, steps: &[Step], slot: usize) {
+    fn add(&mut self, steps: &[PathStep], slot: usize) {
         let [step, rest @ ..] = steps else { return };
         let place = match self
             .branches
@@ -69,14 +69,14 @@ impl PathTree {
         }
     }
 
-    /// What is wanted of a field of this name, under which writers also know it.
+    /// What is wanted from a field of this name or one of its alternatives.
     pub(crate) fn branch(&self, name: &str) -> Option<&Branch> {
         self.branches.iter().find(|branch| branch.is_called(name))
     }
 }
 
 impl Branch {
-    /// What kind of field is wanted, for a complaint that it is of another.
+    /// The expected kind of field, for error messages.
     pub(crate) fn wanted_kind(&self) -> &'static str {
         match self {
             Self {
@@ -88,7 +88,7 @@ impl Branch {
         }
     }
 
-    /// Whether a field of this name is meant.
+    /// Whether this branch accepts the name.
     pub(crate) fn is_called(&self, name: &str) -> bool {
         let is_alias =
             |(usual, others): &(&str, &[&str])| *usual == self.name && others.contains(&name);

@@ -1,6 +1,6 @@
 //! The types that fields of a message can have.
 
-/// Whose definitions these are. The languages are nearly the same, the encodings are not.
+/// The dialect of a definition. The languages are nearly the same, the encodings differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Dialect {
     /// `ros2msg`, encoded as CDR.
@@ -9,7 +9,7 @@ pub(crate) enum Dialect {
     Ros1,
 }
 
-/// A number of fixed width.
+/// A numeric type of fixed width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum NumberType {
     Bool,
@@ -44,7 +44,7 @@ impl NumberType {
         })
     }
 
-    /// Size and alignment, which are the same.
+    /// Size in bytes, which is also the alignment.
     pub(crate) fn bytes(self) -> usize {
         match self {
             Self::Bool | Self::I8 | Self::U8 => 1,
@@ -60,7 +60,7 @@ pub(crate) enum FieldType {
     Number(NumberType),
     Text,
     WideText,
-    /// Another message, by its normal name.
+    /// A nested message, by its normalised name.
     Message(String),
 }
 
@@ -68,7 +68,7 @@ pub(crate) enum FieldType {
 pub(crate) enum Repetition {
     Once,
     Fixed(u32),
-    /// With its length before it, bounded or not.
+    /// Preceded by its length, bounded or not.
     Sequence,
 }
 

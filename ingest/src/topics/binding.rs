@@ -1,4 +1,4 @@
-//! Which topic carries which signal.
+//! Binds signals to topics.
 
 use crate::{
     log::Log,
@@ -10,7 +10,7 @@ use crate::{
 pub struct Wanted {
     /// What it measures.
     pub kind: SensorKind,
-    /// The topic that the machine file names, if it does.
+    /// The topic that the machine file names, if any.
     pub topic: Option<String>,
 }
 
@@ -28,12 +28,12 @@ pub struct Binding {
     pub kind: SensorKind,
     /// The topic.
     pub topic: TopicId,
-    /// Why this topic was taken.
+    /// Why this topic was chosen.
     pub why: String,
 }
 
-/// Finds the topic for one signal: the named one, else the only one of the type that has messages.
-/// `None` when there is none.
+/// Finds the topic for one signal: the named one, else the only one of the type with messages.
+/// `None` if there is none.
 pub fn bind(
     topics: &[Topic],
     kind: SensorKind,
@@ -56,8 +56,8 @@ pub fn bind(
     }
 }
 
-/// Finds the topics of joint states: the named ones, else all of the type that have messages,
-/// because different joints may come on different topics.
+/// Finds the joint state topics: the named ones, else all of the type with messages, because
+/// different joints may come on different topics.
 pub fn bind_joint_states(topics: &[Topic], named: &[String]) -> Result<Vec<Binding>, BindingError> {
     let kind = SensorKind::JointStates;
     if !named.is_empty() {
@@ -131,7 +131,7 @@ fn with_count(topic: &Topic) -> String {
 /// The topic of a field that a machine file names.
 ///
 /// # Errors
-/// The log has no such topic: the error names those that it has.
+/// The log has no such topic; the error lists the existing ones.
 pub fn topic_of_field<'l>(log: &'l Log, name: &str, field: &str) -> Result<&'l Topic, Error> {
     let topics = log.topics();
     topics

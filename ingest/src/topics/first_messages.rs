@@ -1,4 +1,4 @@
-//! What the first messages of a topic tell before the log is read as a whole.
+//! Reads the first messages of a topic, before the whole log is read.
 
 use std::ops::ControlFlow;
 
@@ -8,11 +8,10 @@ use crate::{
     message::{BindingError, Error, SensorKind, TopicId},
 };
 
-/// Drivers that report joints in turn have named them all after this many messages.
+/// Drivers that report joints in turn have named all of them after this many messages.
 const MESSAGES_WITH_ALL_NAMES: usize = 50;
 
-/// The names of the joints in the first 50 messages of a topic of joint states, in the order of
-/// their first mention.
+/// The joint names in the first 50 messages of a joint state topic, in order of first appearance.
 pub fn joint_names_in(log: &Log, topic: TopicId) -> Result<Vec<String>, Error> {
     let described = log.topic(topic)?;
     expect_type(log, topic, SensorKind::JointStates.type_name())?;
@@ -62,8 +61,8 @@ pub fn first_string(log: &Log, topic: TopicId) -> Result<Option<String>, Error> 
     Ok(first)
 }
 
-/// The frame that the first readable message of a topic names in its header, without a leading slash;
-/// `None` where there is none.
+/// The frame in the header of the first readable message, without a leading slash; `None` if there
+/// is none.
 pub fn first_frame(log: &Log, topic: TopicId) -> Result<Option<String>, Error> {
     let Ok(layout) = layout_of(log.topic(topic)?, &["header.frame_id"]) else {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! Names and values that a recorder noted beside the messages.
+//! Reads the metadata records of a log.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ pub struct MetadataRecord {
     pub values: BTreeMap<String, String>,
 }
 
-/// The metadata records of a log, in file order; none of a format that has none.
+/// The metadata records of a log, in file order; empty for formats without them.
 ///
 /// # Errors
 /// The log cannot be read.

@@ -1,4 +1,4 @@
-//! Which topics of a log carry a machine's sensors.
+//! Finds the topics that carry a machine's sensors.
 
 use super::{
     binding::{Binding, bind, bind_joint_states},
@@ -9,7 +9,7 @@ use crate::{
     message::{Error, SensorKind, TopicId},
 };
 
-/// The topics that a machine file names; what is absent is found by type.
+/// The topics that a machine file names; absent ones are found by type.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct NamedTopics {
     /// Topics of joint states.
@@ -20,20 +20,20 @@ pub struct NamedTopics {
     pub odometry: Option<String>,
     /// The topic of the tool wrench.
     pub tool_wrench: Option<String>,
-    /// Kinds that the machine file binds number by number: not looked for.
+    /// Kinds that the machine file binds number by number, which are not searched.
     pub bound_otherwise: Vec<SensorKind>,
-    /// Whether a tool wrench is looked for at all: only machines with a tool have one.
+    /// Whether to search for a tool wrench: only machines with a tool have one.
     pub has_tool: bool,
 }
 
 /// The topics that carry a machine's sensors.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SensorTopics {
-    /// Topics of joint states that name a joint, the one with most messages first.
+    /// Joint state topics that name a joint, the one with most messages first.
     pub joint_states: Vec<JointTopic>,
     /// The IMU.
     pub imu: Option<Binding>,
-    /// The frame that the first message of the IMU names, without a leading slash.
+    /// The frame in the first message of the IMU, without a leading slash.
     pub imu_frame: Option<String>,
     /// The odometry.
     pub odometry: Option<Binding>,
@@ -46,12 +46,12 @@ pub struct SensorTopics {
 pub struct JointTopic {
     /// The topic.
     pub binding: Binding,
-    /// The joints in its first messages, in the order of their first mention.
+    /// The joints in its first messages, in order of first appearance.
     pub joint_names: Vec<String>,
 }
 
 impl SensorTopics {
-    /// Finds the topics: the named ones, else the only one of the type that has messages.
+    /// Finds the topics: the named ones, else the only one of the type with messages.
     ///
     /// # Errors
     /// A named topic is missing or of another type; several could carry one signal; the log cannot
@@ -81,7 +81,7 @@ impl SensorTopics {
         })
     }
 
-    /// Every joint that some topic names, each once.
+    /// All joints that any topic names, each once.
     pub fn joint_names(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for name in self
@@ -97,7 +97,7 @@ impl SensorTopics {
     }
 }
 
-/// The machine description that a log carries on `/robot_description`, and that topic's name.
+/// The robot description (URDF) on `/robot_description`, and the topic's name.
 ///
 /// # Errors
 /// The log cannot be read, or the topic carries no strings.

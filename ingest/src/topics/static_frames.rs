@@ -1,4 +1,4 @@
-//! Frames that a log places once and for all: the transforms on `/tf_static`.
+//! Reads the static transforms on `/tf_static`.
 
 use std::ops::ControlFlow;
 
@@ -9,7 +9,7 @@ use crate::{
     schema::normal_type_name,
 };
 
-/// A quaternion whose norm is farther from one than this is no attitude.
+/// Largest deviation of a quaternion's norm from one.
 const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
 const TYPES: [&str; 2] = ["tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"];
 /// The names of both frames, then seven numbers.
@@ -30,7 +30,7 @@ const PATHS: [&str; 9] = [
 pub struct StaticFrame {
     /// The frame in which the pose is given.
     pub parent: String,
-    /// The frame that is placed.
+    /// The frame whose pose is given.
     pub child: String,
     /// Position (m).
     pub translation_m: [f64; 3],
@@ -38,8 +38,8 @@ pub struct StaticFrame {
     pub rotation_xyzw: [f64; 4],
 }
 
-/// Every transform on topics of that type whose name ends with `tf_static`, in file order. Those that
-/// are no poses are left out.
+/// All transforms on topics of that type whose name ends with `tf_static`, in file order. Invalid
+/// poses are omitted.
 ///
 /// # Errors
 /// The log cannot be read.

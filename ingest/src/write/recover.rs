@@ -1,4 +1,4 @@
-//! Writes what is intact of a log as a clean, indexed MCAP file.
+//! Writes the intact part of a log as a clean, indexed MCAP file.
 
 use std::{
     collections::BTreeMap,
@@ -17,19 +17,19 @@ use crate::{
     message::{Error, Extra, Losses, Message, Topic, TopicId},
 };
 
-/// Why nothing could be recovered.
+/// Why recovery failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecoverError {
     /// The log cannot be read at all.
     #[error(transparent)]
     Log(#[from] Error),
-    /// The new file cannot be made; an existing one is never overwritten.
+    /// The new file cannot be created; an existing one is never overwritten.
     #[error("{}: cannot be created: {source}", path.display())]
     Create {
         /// The new file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// The new file cannot be written.
@@ -42,21 +42,21 @@ pub enum RecoverError {
     },
 }
 
-/// What was recovered, and what was not.
+/// What was recovered, and what was lost.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct RecoveryReport {
-    /// Messages written, for each topic name.
+    /// Messages written, by topic name.
     pub messages: BTreeMap<String, u64>,
     /// Attachments and metadata records written.
     pub extras: u64,
     /// The size of the new file.
     pub bytes_written: u64,
-    /// What was lost of the log.
+    /// The losses of the log.
     pub losses: Losses,
 }
 
 impl RecoveryReport {
-    /// How many messages were written.
+    /// The number of messages written.
     pub fn message_count(&self) -> u64 {
         self.messages.values().sum()
     }
@@ -65,11 +65,11 @@ impl RecoveryReport {
 /// Writes every intact message of a log, of whatever format, to a new MCAP file: in the order of
 /// the log, with its times and definitions, in chunks with checksums and an index.
 ///
-/// Messages are taken over as they are encoded, so this needs no definition of them.
+/// Messages are copied in encoded form, so no definitions are needed.
 ///
 /// # Errors
-/// The log cannot be read; the new file exists already or cannot be written. What was begun is then
-/// removed.
+/// The log cannot be read, or the new file exists already or cannot be written. An incomplete file
+/// is removed.
 pub fn recover(log: &Log, out: &Path) -> Result<RecoveryReport, RecoverError> {
     let file = File::create_new(out).map_err(|source| RecoverError::Create {
         path: out.to_path_buf(),
@@ -116,7 +116,7 @@ fn write_all(log: &Log, file: File, out: &Path) -> Result<RecoveryReport, Recove
 
 struct Recovery {
     writer: Writer<BufWriter<File>>,
-    /// For each topic of the log.
+    /// The channel of each topic.
     channels: Vec<u16>,
     counts: Vec<u64>,
     extras: u64,
@@ -190,7 +190,7 @@ impl Recovery {
 fn add_channel(writer: &mut Writer<BufWriter<File>>, topic: &Topic) -> Result<u16, McapError> {
     let text = topic.definition.as_deref().map(str::as_bytes);
     let data = topic.descriptors.as_deref().or(text).unwrap_or_default();
-    // A definition that is missing has no language.
+    // Without a definition there is no schema encoding.
     let language = match data {
         [] => "",
         _ => &topic.schema_encoding,

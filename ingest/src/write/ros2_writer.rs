@@ -1,4 +1,5 @@
-//! Writes messages as ROS 2 programs do, into an MCAP file: CDR, every definition embedded.
+//! Writes ROS 2 messages to an MCAP file: encoded as CDR (Common Data Representation), with
+//! embedded definitions.
 
 use std::{
     borrow::Cow,
@@ -17,21 +18,21 @@ use serde::Serialize;
 
 use crate::schema::{Dialect, builtin};
 
-/// Intact chunks are small enough to read one, and large enough to compress.
+/// Small enough to lose little with a chunk, large enough to compress well.
 const CHUNK_BYTES: u64 = 1 << 20;
-/// Of CDR: plain, little endian.
+/// CDR header: plain CDR, little endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// Why a log could not be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// The file cannot be made; an existing one is never overwritten.
+    /// The file cannot be created; an existing one is never overwritten.
     #[error("{}: cannot be created: {source}", path.display())]
     Create {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: IoError,
     },
     /// The file cannot be written.
@@ -47,11 +48,11 @@ pub enum WriteError {
     Encode {
         /// The file.
         path: PathBuf,
-        /// What of the message has no encoding.
+        /// Why the message cannot be encoded.
         problem: String,
     },
-    /// A type is none of the common ones, and no definition came with it.
-    #[error("\"{type_name}\": expected one of the common message types, or a definition of it")]
+    /// The type is not built in, and no definition was given.
+    #[error("\"{type_name}\": expected a built-in message type, or its definition")]
     UnknownType {
         /// The type.
         type_name: String,
@@ -87,7 +88,7 @@ impl Ros2Writer {
             path: path.into(),
             source,
         })?;
-        // numbers that differ in every digit gain nothing from more
+        // higher levels gain nothing on measured floating-point numbers
         let options = options("ros2").compression_level(1);
         let writer = options.create(BufWriter::new(file));
         Ok(Self {
@@ -97,11 +98,11 @@ impl Ros2Writer {
         })
     }
 
-    /// Adds a topic. The fields of its type are the text of its `.msg` file; they may be left out for the
-    /// common types, and be made of those.
+    /// Adds a topic. `fields` is the text of the type's `.msg` file, which may use built-in types;
+    /// it can be omitted for a built-in type.
     ///
     /// # Errors
-    /// The type is not known; the file cannot be written.
+    /// The type is unknown, or the file cannot be written.
     pub fn topic(
         &mut self,
         name: &str,
@@ -122,8 +123,8 @@ impl Ros2Writer {
         channel.map(OutTopic).map_err(|e| failed(&self.path, e))
     }
 
-    /// Writes a message. Its fields are serialised in their order: it must have those of the topic's type.
-    /// `time_ns` becomes both log time and publish time; times before 1970 cannot be written and become 0.
+    /// Writes a message, whose fields must be those of the topic's type, in the same order.
+    /// `time_ns` becomes both log time and publish time; times before 1970 become 0.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -135,7 +136,7 @@ impl Ros2Writer {
     ) -> Result<(), WriteError> {
         self.encoded.clear();
         self.encoded.extend(ENCAPSULATION);
-        // The alignment of CDR counts from behind the encapsulation, as the encoder does.
+        // CDR alignment counts from the end of the encapsulation header, like the encoder.
         let encoded = cdr_encoding::to_writer::<_, LittleEndian, _>(&mut self.encoded, message);
         encoded.map_err(|error| WriteError::Encode {
             path: self.path.clone(),
@@ -152,7 +153,7 @@ impl Ros2Writer {
         written.map_err(|e| failed(&self.path, e))
     }
 
-    /// Adds a file to the log.
+    /// Adds an attachment.
     ///
     /// # Errors
     /// The log cannot be written.
@@ -175,7 +176,7 @@ impl Ros2Writer {
         attached.map_err(|e| failed(&self.path, e))
     }
 
-    /// Adds names and what they mean.
+    /// Adds a metadata record.
     ///
     /// # Errors
     /// The log cannot be written.
@@ -192,7 +193,7 @@ impl Ros2Writer {
         written.map_err(|e| failed(&self.path, e))
     }
 
-    /// Ends the log: index, statistics, checksums.
+    /// Completes the log with index, statistics and checksums.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -206,7 +207,7 @@ impl Ros2Writer {
     }
 }
 
-/// How every MCAP file is written: compressed chunks with checksums and an index.
+/// Options of every MCAP file: compressed chunks with checksums and an index.
 pub(crate) fn options(profile: &str) -> WriteOptions {
     WriteOptions::new()
         .profile(profile)

@@ -1,22 +1,22 @@
-//! Steps in the making: neighbours are joined as they are added.
+//! Collects steps and merges adjacent ones.
 
 use crate::{
-    decode::binary::Step as Op,
+    decode::binary::Op,
     schema::{Dialect, NumberType, SchemaError},
 };
 
-/// Steps in the making.
+/// Steps under construction.
 #[derive(Default)]
 pub(super) struct Block {
     pub(super) steps: Vec<Op>,
-    /// Those after the last reading step need not be taken.
+    /// Steps after the last read can be dropped.
     read_up_to: usize,
-    /// The first field that cannot be passed over, and its place among the steps.
+    /// The first field that cannot be skipped, and its position among the steps.
     pub(super) barrier: Option<(usize, String)>,
 }
 
 impl Block {
-    /// Passes over numbers; without padding a run of them is one step whatever their sizes.
+    /// Skips numbers; without padding a run of them is one step whatever their sizes.
     pub(super) fn skip(&mut self, number: NumberType, count: u32, dialect: Dialect) {
         let bytes = number.bytes().saturating_mul(count as usize);
         let alignment = match dialect {
@@ -27,8 +27,8 @@ impl Block {
     }
 
     fn skip_bytes(&mut self, alignment: usize, bytes: usize) {
-        // A run that began at a multiple of its alignment knows the padding of what follows. A
-        // step that reads must stay apart.
+        // A run that starts at a multiple of its alignment determines the padding after it. Reading
+        // steps are never merged into a skip.
         if self.steps.len() > self.read_up_to
             && let Some(Op::Skip {
                 alignment: of_run,
@@ -50,8 +50,7 @@ impl Block {
         self.read_up_to = self.steps.len();
     }
 
-    /// Numbers of one width that follow each other, into slots that follow each other, are one
-    /// step.
+    /// Adjacent numbers of one type that go into consecutive slots become one step.
     pub(super) fn read_number(&mut self, number: NumberType, slot: usize) {
         if self.steps.len() == self.read_up_to
             && let Some(Op::Numbers {

@@ -1,20 +1,20 @@
-//! Works out the steps that lead to the wanted fields of a message type.
+//! Compiles the wanted fields of a message type into steps.
 
 use super::block::Block;
 use crate::{
-    decode::binary::{Count, Element, Step as Op},
+    decode::binary::{Count, Element, Op},
     schema::{
-        Definitions, Dialect, Elements, Field, FieldPath, FieldType, NumberType, Repetition,
-        SchemaError, Step,
+        Definitions, Dialect, Elements, Field, FieldPath, FieldType, NumberType, PathStep,
+        Repetition, SchemaError,
     },
 };
 
-/// Types nested deeper than this contain themselves.
+/// Types nested deeper than this are taken as recursive.
 const MAX_DEPTH: usize = 32;
-/// Steps of the largest type that is taken for a real one.
+/// Limit on the number of fields visited.
 const MAX_STEPS: usize = 100_000;
 
-/// The steps, and the slots that collect one value from each element of an array of messages.
+/// The steps, and the slots that collect one value per element of an array of messages.
 pub(super) fn compile(
     definitions: &Definitions,
     paths: &[FieldPath],
@@ -31,21 +31,21 @@ pub(super) fn compile(
     });
     let wants: Vec<Want<'_>> = wants.collect();
     let mut block = Block::default();
-    compiler.message(&definitions.root, &wants, Place::Once, 0, &mut block)?;
+    compiler.message(&definitions.root, &wants, Occurrence::Once, 0, &mut block)?;
     let steps = block.up_to_last_read()?;
     Ok((steps, compiler.collecting))
 }
 
-/// A path and how much of it is still to go.
+/// A path and the part of it not yet resolved.
 #[derive(Clone, Copy)]
 struct Want<'p> {
     slot: usize,
-    rest: &'p [Step],
+    rest: &'p [PathStep],
 }
 
-/// Where a message stands: a value in an array of messages is one of many.
+/// Whether a message occurs once or as an element of an array.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Place {
+enum Occurrence {
     Once,
     InArray,
 }
@@ -66,19 +66,19 @@ impl<'c> Compiler<'c> {
         &mut self,
         type_name: &str,
         wants: &[Want<'_>],
-        place: Place,
+        occurrence: Occurrence,
         depth: usize,
         block: &mut Block,
     ) -> Result<(), SchemaError> {
         if depth > MAX_DEPTH {
             return Err(self.too_large());
         }
-        // Taken out of `self`, so that the fields may be looked at while steps are made.
+        // Copied out of `self`, so that the fields stay borrowed while steps are added.
         let definitions = self.definitions;
         let fields = definitions.fields(type_name);
         self.check_names(type_name, fields, wants)?;
         if fields.is_empty() && self.dialect() == Dialect::Ros2 {
-            // A message without fields is sent as one byte.
+            // ROS 2 encodes a message without fields as one byte.
             block.skip(NumberType::U8, 1, Dialect::Ros2);
         }
         for field in fields {
@@ -86,7 +86,7 @@ impl<'c> Compiler<'c> {
             let of_field =
                 |want: &&Want<'_>| want.rest.first().is_some_and(|s| s.name == field.name);
             let field_wants: Vec<Want<'_>> = wants.iter().filter(of_field).copied().collect();
-            self.field(type_name, field, &field_wants, place, depth, block)?;
+            self.field(type_name, field, &field_wants, occurrence, depth, block)?;
         }
         Ok(())
     }
@@ -96,13 +96,13 @@ impl<'c> Compiler<'c> {
         type_name: &str,
         field: &Field,
         wants: &[Want<'_>],
-        place: Place,
+        occurrence: Occurrence,
         depth: usize,
         block: &mut Block,
     ) -> Result<(), SchemaError> {
         match &field.field_type {
-            FieldType::Number(number) => self.number(field, *number, wants, place, block),
-            FieldType::Text => self.text(field, wants, place, block),
+            FieldType::Number(number) => self.number(field, *number, wants, occurrence, block),
+            FieldType::Text => self.text(field, wants, occurrence, block),
             FieldType::WideText => {
                 if let Some(want) = wants.first() {
                     return Err(self.wrong_kind(want, field));
@@ -111,7 +111,7 @@ impl<'c> Compiler<'c> {
                 block.barrier.get_or_insert((block.steps.len(), name));
                 Ok(())
             }
-            FieldType::Message(part) => self.part(field, part, wants, place, depth, block),
+            FieldType::Message(part) => self.part(field, part, wants, occurrence, depth, block),
         }
     }
 
@@ -120,7 +120,7 @@ impl<'c> Compiler<'c> {
         field: &Field,
         number: NumberType,
         wants: &[Want<'_>],
-        place: Place,
+        occurrence: Occurrence,
         block: &mut Block,
     ) -> Result<(), SchemaError> {
         if wants.is_empty() {
@@ -133,9 +133,9 @@ impl<'c> Compiler<'c> {
         }
         if field.repetition == Repetition::Once {
             let want = self.only_plain(field, wants)?;
-            match place {
-                Place::Once => block.read_number(number, want.slot),
-                Place::InArray => {
+            match occurrence {
+                Occurrence::Once => block.read_number(number, want.slot),
+                Occurrence::InArray => {
                     self.collecting.push(want.slot);
                     block.read(Op::CollectNumber {
                         number,
@@ -148,24 +148,24 @@ impl<'c> Compiler<'c> {
         let mut whole = None;
         let mut elements = Vec::new();
         for want in wants {
-            match (want.rest, place) {
+            match (want.rest, occurrence) {
                 (
                     [
-                        Step {
+                        PathStep {
                             elements: Elements::All,
                             ..
                         },
                     ],
-                    Place::Once,
+                    Occurrence::Once,
                 ) => whole = Some(want.slot),
                 (
                     [
-                        Step {
+                        PathStep {
                             elements: Elements::At(index),
                             ..
                         },
                     ],
-                    Place::Once,
+                    Occurrence::Once,
                 ) => {
                     elements.push(Element {
                         index: *index as usize,
@@ -188,7 +188,7 @@ impl<'c> Compiler<'c> {
         &mut self,
         field: &Field,
         wants: &[Want<'_>],
-        place: Place,
+        occurrence: Occurrence,
         block: &mut Block,
     ) -> Result<(), SchemaError> {
         if wants.is_empty() {
@@ -199,9 +199,9 @@ impl<'c> Compiler<'c> {
         }
         if field.repetition == Repetition::Once {
             let want = self.only_plain(field, wants)?;
-            match place {
-                Place::Once => block.read(Op::Text { slot: want.slot }),
-                Place::InArray => {
+            match occurrence {
+                Occurrence::Once => block.read(Op::Text { slot: want.slot }),
+                Occurrence::InArray => {
                     self.collecting.push(want.slot);
                     block.read(Op::CollectText { slot: want.slot });
                 }
@@ -214,13 +214,13 @@ impl<'c> Compiler<'c> {
                     slot,
                     rest:
                         [
-                            Step {
+                            PathStep {
                                 elements: Elements::All,
                                 ..
                             },
                         ],
                 },
-            ] if place == Place::Once => {
+            ] if occurrence == Occurrence::Once => {
                 block.read(Op::Texts {
                     count: count_of(field),
                     slot: *slot,
@@ -231,13 +231,13 @@ impl<'c> Compiler<'c> {
         }
     }
 
-    /// A field that is itself a message.
+    /// A field that is a nested message.
     fn part(
         &mut self,
         field: &Field,
         part: &str,
         wants: &[Want<'_>],
-        place: Place,
+        occurrence: Occurrence,
         depth: usize,
         block: &mut Block,
     ) -> Result<(), SchemaError> {
@@ -258,18 +258,27 @@ impl<'c> Compiler<'c> {
             }
         }
         if field.repetition == Repetition::Once {
-            return self.message(part, &inner_wants, place, depth + 1, block);
+            return self.message(part, &inner_wants, occurrence, depth + 1, block);
         }
-        if let Some(want) = inner_wants.first().filter(|_| place == Place::InArray) {
+        if let Some(want) = inner_wants
+            .first()
+            .filter(|_| occurrence == Occurrence::InArray)
+        {
             return Err(self.wrong_kind(want, field));
         }
         let mut body = Block::default();
-        self.message(part, &inner_wants, Place::InArray, depth + 1, &mut body)?;
+        self.message(
+            part,
+            &inner_wants,
+            Occurrence::InArray,
+            depth + 1,
+            &mut body,
+        )?;
         if let Some((_, name)) = body.barrier {
             block.barrier.get_or_insert((block.steps.len(), name));
         }
         if body.steps.is_empty() {
-            // Messages without fields take no room in ROS 1; only their number is sent.
+            // In ROS 1 messages without fields take no bytes; only their count is encoded.
             if field.repetition == Repetition::Sequence {
                 block.skip(NumberType::U32, 1, self.dialect());
             }
@@ -287,7 +296,7 @@ impl<'c> Compiler<'c> {
         Ok(())
     }
 
-    /// The one path that leads to a field that is no array.
+    /// The only path to a field that is not an array.
     fn only_plain<'w>(
         &self,
         field: &Field,
@@ -296,7 +305,7 @@ impl<'c> Compiler<'c> {
         for want in wants {
             let is_plain = matches!(
                 want.rest,
-                [Step {
+                [PathStep {
                     elements: Elements::None,
                     ..
                 }]
@@ -305,7 +314,7 @@ impl<'c> Compiler<'c> {
                 return Err(self.wrong_kind(want, field));
             }
         }
-        // Equal paths were refused before, so there is one.
+        // Duplicate paths were rejected before, so there is exactly one.
         Ok(&wants[0])
     }
 
@@ -331,26 +340,26 @@ impl<'c> Compiler<'c> {
     fn wrong_kind(&self, want: &Want<'_>, field: &Field) -> SchemaError {
         let expected = match want.rest {
             [
-                Step {
+                PathStep {
                     elements: Elements::None,
                     ..
                 },
             ] => "a number or string",
             [
-                Step {
+                PathStep {
                     elements: Elements::All,
                     ..
                 },
             ] => "an array of numbers or strings",
             [_] => "an array of numbers",
             [
-                Step {
+                PathStep {
                     elements: Elements::None,
                     ..
                 },
                 ..,
             ] => "a message",
-            _ => "an array of messages, of each of which one value is read",
+            _ => "an array of messages, with one value of each",
         };
         let element = match &field.field_type {
             FieldType::Number(_) => "number".to_owned(),

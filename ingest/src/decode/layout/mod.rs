@@ -1,4 +1,4 @@
-//! From the definition of a message type to the steps that read a few of its fields.
+//! Compiles the definition of a message type into steps that read the wanted fields.
 
 mod block;
 mod compiler;
@@ -8,7 +8,7 @@ pub(crate) use self::of_topic::layout_of;
 
 use crate::{
     decode::{
-        binary::{self, Step as Op},
+        binary::{self, Op},
         error::DecodeError,
         fields::Fields,
         json, protobuf,
@@ -16,7 +16,7 @@ use crate::{
     schema::{Definitions, Dialect, FieldPath, PathTree, SchemaError},
 };
 
-/// The steps that read the wanted fields of one message type, and pass over the others.
+/// The steps that read the wanted fields of one message type and skip the others.
 ///
 /// ```
 /// use tipwatch_ingest::{FieldPath, Fields, Layout};
@@ -40,14 +40,14 @@ pub struct Layout {
     path_count: usize,
 }
 
-/// How the fields are found, which depends on the encoding.
+/// How the fields are located, by encoding.
 #[derive(Debug, Clone)]
 enum Plan {
     /// CDR or the encoding of ROS 1.
     Binary {
         steps: Vec<Op>,
         dialect: Dialect,
-        /// Slots that collect one value from each element of an array of messages.
+        /// Slots that collect one value per element of an array of messages.
         collecting: Vec<usize>,
     },
     Json(PathTree),

@@ -1,4 +1,4 @@
-//! The layout of a topic's messages, whatever their encoding.
+//! The layout of a topic's messages, for any supported encoding.
 
 use super::Layout;
 use crate::{
@@ -7,12 +7,12 @@ use crate::{
 };
 
 impl Layout {
-    /// Works out how to read fields of a topic's messages, by the definition that the log carries
-    /// or by the common one of that name.
+    /// The layout for some fields of a topic's messages, by the embedded definition or else the
+    /// built-in one.
     ///
     /// # Errors
-    /// The encoding or the language of the definition is not read, there is no definition, or a
-    /// path leads nowhere.
+    /// The encoding or the schema language is unsupported, there is no definition, or a path does
+    /// not exist.
     pub fn of_topic(topic: &Topic, paths: &[FieldPath]) -> Result<Layout, BindingError> {
         let schema = |source: SchemaError| BindingError::Schema {
             topic: topic.name.clone(),
@@ -33,7 +33,7 @@ impl Layout {
                 let descriptors = descriptors.ok_or_else(|| no_definition(topic))?;
                 Self::protobuf(descriptors, &topic.type_name, paths)
             }
-            other => return Err(not_read_yet(topic, other)),
+            other => return Err(unsupported(topic, other)),
         }
         .map_err(schema)
     }
@@ -42,7 +42,7 @@ impl Layout {
 fn definition<'t>(topic: &'t Topic, language: &str) -> Result<&'t str, BindingError> {
     let is_missing = topic.definition_source == DefinitionSource::Missing;
     if !is_missing && topic.schema_encoding != language {
-        return Err(not_read_yet(topic, &topic.schema_encoding));
+        return Err(unsupported(topic, &topic.schema_encoding));
     }
     let definition = topic.definition.as_deref();
     definition.ok_or_else(|| no_definition(topic))
@@ -55,14 +55,14 @@ fn no_definition(topic: &Topic) -> BindingError {
     }
 }
 
-fn not_read_yet(topic: &Topic, encoding: &str) -> BindingError {
-    BindingError::NotReadYet {
+fn unsupported(topic: &Topic, encoding: &str) -> BindingError {
+    BindingError::Unsupported {
         topic: topic.name.clone(),
         encoding: encoding.to_owned(),
     }
 }
 
-/// The steps that read some fields of a topic's messages; an error if they cannot be read at all.
+/// The layout for fields given as text.
 pub(crate) fn layout_of(topic: &Topic, paths: &[&str]) -> Result<Layout, BindingError> {
     let paths: Result<Vec<FieldPath>, _> = paths.iter().map(|path| path.parse()).collect();
     let paths = paths.map_err(|source| BindingError::Schema {

@@ -1,13 +1,13 @@
-//! The set of descriptors that defines protobuf messages, itself a protobuf message.
+//! Parses a `FileDescriptorSet`, itself a protobuf message.
 
 use std::{collections::HashMap, fmt};
 
 use super::wire::{self, Item, Number};
 
-/// Types nested deeper than this within each other are damage.
+/// Deeper nesting is taken as damage.
 const MAX_DEPTH: usize = 32;
 
-/// The messages of a set of descriptors, by full name without a leading dot.
+/// The message types of a set, by full name without a leading dot.
 #[derive(Default)]
 pub(super) struct Descriptors {
     messages: HashMap<String, Vec<Field>>,
@@ -19,20 +19,20 @@ pub(super) struct Field {
     pub(super) name: String,
     pub(super) number: u64,
     pub(super) is_repeated: bool,
-    /// Whether its absence differs from a zero.
+    /// Whether absence differs from zero.
     pub(super) has_presence: bool,
     kind: u64,
     type_name: String,
 }
 
-/// What a field holds.
+/// The kind of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FieldKind<'d> {
     Number(Number),
     /// A string or bytes.
     Text,
     Message(&'d str),
-    /// A group of the first version of the language.
+    /// A proto2 group.
     Group,
 }
 
@@ -54,7 +54,7 @@ impl Field {
             2 => Number::F32,
             3 => Number::I64,
             4 => Number::U64,
-            // An enumeration is an integer.
+            // An enumeration is encoded as an integer.
             5 | 14 => Number::I32,
             6 => Number::Fixed64,
             7 => Number::Fixed32,
@@ -71,7 +71,7 @@ impl Field {
 }
 
 impl Descriptors {
-    /// `None` if this is no set of descriptors.
+    /// `None` if the bytes are not a descriptor set.
     pub(super) fn parse(set: &[u8]) -> Option<Self> {
         const FILE: u64 = 1;
         let mut descriptors = Self::default();
@@ -165,7 +165,7 @@ fn field(bytes: &[u8], is_proto3: bool) -> Option<Field> {
             (NUMBER, Item::Varint(number)) => field.number = number,
             (LABEL, Item::Varint(label)) => field.is_repeated = label == REPEATED,
             (KIND, Item::Varint(kind)) => field.kind = kind,
-            // An optional field is the only one of its choice.
+            // An optional field is encoded as a oneof with a single member.
             (ONE_OF, Item::Varint(_)) => field.has_presence = true,
             _ => {}
         }

@@ -1,6 +1,6 @@
-//! Reads the wanted fields of a protobuf message by the set of descriptors that its log carries.
+//! Reads the wanted fields of a protobuf message by the `FileDescriptorSet` embedded in the log.
 //!
-//! Nothing is stored but what is wanted, and nothing is allocated by a length in a message.
+//! Only wanted fields are stored, and no length in a message is trusted for allocation.
 
 mod descriptor;
 mod wire;
@@ -15,14 +15,14 @@ use crate::{
 };
 
 const BROKEN: DecodeError = DecodeError::Protobuf {
-    problem: "a field that does not end within the message, or of a kind that is not read",
+    problem: "a field that exceeds the message, or has an unsupported wire type",
 };
 
-/// Where the wanted fields of one message type go.
+/// The slots of the wanted fields of one message type.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Plan {
     fields: Vec<FieldPlan>,
-    /// Numbers that are zero where a message leaves them out.
+    /// Slots of numbers that default to zero when absent.
     zeros: Vec<usize>,
 }
 

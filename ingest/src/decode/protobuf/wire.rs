@@ -1,6 +1,6 @@
-//! The encoding of protobuf: fields by number, in any order, each as one of four kinds of items.
+//! The wire format of protobuf: numbered fields in any order, each of one of four wire types.
 
-/// One field as it is written.
+/// One encoded field value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Item<'a> {
     Varint(u64),
@@ -9,7 +9,7 @@ pub(super) enum Item<'a> {
     Fixed32([u8; 4]),
 }
 
-/// The fields of a message; `None` in place of the first that cannot be read.
+/// The fields of a message; ends with `None` at the first unreadable one.
 pub(super) fn items(bytes: &[u8]) -> impl Iterator<Item = Option<(u64, Item<'_>)>> {
     let mut rest = Some(bytes);
     std::iter::from_fn(move || {
@@ -35,13 +35,13 @@ fn item(bytes: &[u8]) -> Option<(u64, Item<'_>, &[u8])> {
         5 => rest
             .split_first_chunk()
             .map(|(value, rest)| (Item::Fixed32(*value), rest))?,
-        // Groups have not been written for a long time.
+        // Groups are deprecated and no longer written.
         _ => return None,
     };
     Some((tag >> 3, item, rest))
 }
 
-/// Seven bits a byte, the lowest first.
+/// Seven bits per byte, least significant first.
 fn varint(bytes: &[u8]) -> Option<(u64, &[u8])> {
     let mut value: u64 = 0;
     for (index, &byte) in bytes.iter().enumerate().take(10) {
@@ -53,7 +53,7 @@ fn varint(bytes: &[u8]) -> Option<(u64, &[u8])> {
     None
 }
 
-/// How a number is written.
+/// How a number is encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Number {
     F64,
@@ -71,7 +71,7 @@ pub(super) enum Number {
 }
 
 impl Number {
-    /// The number that an item holds, if it is of the right kind.
+    /// The number in an item, if the wire type fits.
     pub(super) fn value(self, item: Item<'_>) -> Option<f64> {
         Some(match (self, item) {
             (Self::F64, Item::Fixed64(bytes)) => f64::from_le_bytes(bytes),
@@ -92,7 +92,7 @@ impl Number {
         })
     }
 
-    /// Calls `take` for each number of a packed array; `None` if they do not fill it.
+    /// Calls `take` for each number of a packed array; `None` if bytes are left over.
     pub(super) fn unpack(self, packed: &[u8], mut take: impl FnMut(f64)) -> Option<()> {
         let mut rest = packed;
         while !rest.is_empty() {

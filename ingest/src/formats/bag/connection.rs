@@ -1,10 +1,10 @@
 //! Connection records: a topic and its type under one number.
 
 use super::header;
-use crate::formats::records::{ChannelRecord, Definition, SchemaRecord};
+use crate::formats::records::{ChannelRecord, DefinitionRecord, SchemaRecord};
 
-/// A connection: a topic and its type at once, under one number.
-pub(super) fn connection(record: &[u8], take: &mut dyn FnMut(Definition<'_>)) -> Option<()> {
+/// Parses a connection, which defines a topic and its type.
+pub(super) fn connection(record: &[u8], take: &mut dyn FnMut(DefinitionRecord<'_>)) -> Option<()> {
     let (header, data) = header::split(record)?;
     let id = header.connection?;
     let topic = std::str::from_utf8(header.topic?).ok()?;
@@ -20,12 +20,12 @@ pub(super) fn connection(record: &[u8], take: &mut dyn FnMut(Definition<'_>)) ->
         encoding: "ros1msg",
         data: definition,
     };
-    take(Definition::Schema { id, schema });
+    take(DefinitionRecord::Schema { id, schema });
     let channel = ChannelRecord {
         schema_id: Some(id),
         topic,
         encoding: "ros1",
     };
-    take(Definition::Channel { id, channel });
+    take(DefinitionRecord::Channel { id, channel });
     Some(())
 }

@@ -1,4 +1,4 @@
-//! Bags of ROS 1, version 2.0: how their records are written, and what their index tells.
+//! The record syntax of bags.
 
 use super::{
     connection::connection,
@@ -8,7 +8,7 @@ use super::{
 use crate::{
     file::FileBytes,
     formats::records::{
-        Compression, Contents, Definition, Frame, Grammar, Kind, MessageRecord, PackedChunk,
+        Compression, Contents, DefinitionRecord, Frame, Grammar, Kind, MessageRecord, PackedChunk,
     },
     message::Error,
 };
@@ -27,7 +27,7 @@ impl Grammar for Bag {
         Some(Frame {
             kind,
             length_bytes: header_bytes + u64::from(data_bytes),
-            // Nothing confirms the length of the data.
+            // No second field confirms the length of the data.
             is_certain: false,
             is_unmistakable: true,
         })
@@ -61,7 +61,7 @@ impl Grammar for Bag {
         })
     }
 
-    fn definition(record: &[u8], take: &mut dyn FnMut(Definition<'_>)) -> bool {
+    fn definition(record: &[u8], take: &mut dyn FnMut(DefinitionRecord<'_>)) -> bool {
         connection(record, take).is_some()
     }
 
@@ -71,7 +71,7 @@ impl Grammar for Bag {
             b"none" => Compression::None,
             b"lz4" => Compression::Lz4,
             b"bz2" => Compression::Bz2,
-            other => Compression::Other(std::str::from_utf8(other).unwrap_or("no text")),
+            other => Compression::Other(std::str::from_utf8(other).unwrap_or("not text")),
         };
         let data = record.get(usize::try_from(header_bytes).ok()?..)?;
         let taken = data.len().min(declared_bytes as usize);
@@ -100,7 +100,7 @@ fn kind_of(op: u8) -> Option<Kind> {
         op::BAG_HEADER => Kind::Other,
         op::INDEX => Kind::Index,
         op::CHUNK => Kind::Chunk,
-        // The chunk infos are the last part of a bag.
+        // Chunk info records are the last part of a bag.
         op::CHUNK_INFO => Kind::End,
         op::CONNECTION => Kind::Definition,
         _ => return None,

@@ -1,9 +1,9 @@
-//! The header of a record in a bag: fields of the form `name=value`, each with its length before
-//! it, then the length of the data.
+//! Parses record headers of bags: fields of the form `name=value`, each preceded by its length,
+//! then the length of the data.
 
 use crate::file::BAG_MAGIC;
 
-/// What the field `op` says.
+/// Values of the field `op`.
 pub(super) mod op {
     pub(crate) const MESSAGE: u8 = 2;
     pub(crate) const BAG_HEADER: u8 = 3;
@@ -18,16 +18,16 @@ pub(super) const FIRST_RECORD: u64 = BAG_MAGIC.len() as u64;
 /// Bytes in which the header of any record should end.
 pub(super) const HEAD_BYTES: usize = 2048;
 const LENGTH_BYTES: usize = 4;
-/// The smallest header holds nothing but `op`.
+/// The smallest header has only the field `op`.
 const SMALLEST_HEADER_BYTES: usize = 8;
 
-/// The fields of a header that matter here.
+/// The header fields that are used.
 #[derive(Default)]
 pub(super) struct Header<'a> {
     pub(super) op: u8,
     pub(super) connection: Option<u32>,
     pub(super) time_ns: Option<i64>,
-    /// Of the uncompressed data of a chunk.
+    /// Size of the decompressed chunk.
     pub(super) size: Option<u32>,
     pub(super) count: Option<u32>,
     pub(super) compression: Option<&'a [u8]>,
@@ -40,8 +40,8 @@ pub(super) struct Header<'a> {
     pub(super) end_ns: Option<i64>,
 }
 
-/// The header at the front of `bytes`, the length of the data after it, and how many bytes come
-/// before the data. `None` if no header of a known kind stands there.
+/// The header at the front of `bytes`, the length of its data, and the offset of the data. `None`
+/// if there is no header of a known kind.
 #[inline]
 pub(super) fn frame(bytes: &[u8]) -> Option<(Header<'_>, u32, u64)> {
     let header_bytes = length(bytes)?;

@@ -1,5 +1,5 @@
-//! The index at the end of a bag: every connection, and for each chunk its place, its times and
-//! how many messages of which connection it holds.
+//! Reads the index at the end of a bag: all connections, and for each chunk its offset, its times
+//! and its message counts.
 
 use std::collections::BTreeMap;
 
@@ -13,39 +13,38 @@ use crate::{
     message::Error,
 };
 
-/// Room for the index of a few million chunks; beyond that a scan is the safer way.
+/// Enough for a few million chunks; beyond that a scan is safer.
 const INDEX_LIMIT_BYTES: u64 = 1 << 30;
 
-/// What the index tells; `None` if it is absent, incomplete or damaged.
+/// The contents by the index; `None` if it is absent, incomplete or damaged.
 pub(super) fn read(file: &FileBytes) -> Result<Option<Contents>, Error> {
-    let Some(promise) = Promise::read(file)? else {
+    let Some(header) = IndexHeader::read(file)? else {
         return Ok(None);
     };
-    let index_bytes = file.len() - promise.index_position;
+    let index_bytes = file.len() - header.index_position;
     if index_bytes > INDEX_LIMIT_BYTES {
         return Ok(None);
     }
-    let bytes = file.read_vec(promise.index_position, index_bytes)?;
-    Ok(parse(&bytes, &promise))
+    let bytes = file.read_vec(header.index_position, index_bytes)?;
+    Ok(parse(&bytes, &header))
 }
 
-/// What the first record of a bag says about the index.
-struct Promise {
+/// What the first record of a bag states about the index.
+struct IndexHeader {
     index_position: u64,
     connections: Option<u32>,
     chunks: Option<u32>,
 }
 
-impl Promise {
+impl IndexHeader {
     fn read(file: &FileBytes) -> Result<Option<Self>, Error> {
         let start = header::FIRST_RECORD;
         let count = (header::HEAD_BYTES as u64).min(file.len().saturating_sub(start));
         let bytes = file.read_vec(start, count)?;
-        let promise = Self::parse(&bytes);
-        // A bag that was not closed has a zero there.
-        Ok(promise.filter(|promise| {
-            promise.index_position > start && promise.index_position < file.len()
-        }))
+        let header = Self::parse(&bytes);
+        // The position is zero in a bag that was not closed.
+        Ok(header
+            .filter(|header| header.index_position > start && header.index_position < file.len()))
     }
 
     fn parse(bytes: &[u8]) -> Option<Self> {
@@ -61,7 +60,7 @@ impl Promise {
     }
 }
 
-fn parse(mut bytes: &[u8], promise: &Promise) -> Option<Contents> {
+fn parse(mut bytes: &[u8], header: &IndexHeader) -> Option<Contents> {
     let mut contents = Contents::default();
     let mut counts: BTreeMap<u32, u64> = BTreeMap::new();
     while !bytes.is_empty() {
@@ -83,16 +82,16 @@ fn parse(mut bytes: &[u8], promise: &Promise) -> Option<Contents> {
         }
         bytes = rest;
     }
-    let is_complete = promise
+    let is_complete = header
         .connections
         .is_none_or(|count| count as usize == contents.channels.len())
-        && promise
+        && header
             .chunks
             .is_none_or(|count| count as usize == contents.chunks.len())
         && counts.keys().all(|id| contents.channels.contains_key(id));
-    // Messages outside chunks would not be counted; no writer makes them.
+    // Messages outside chunks would not be counted, but no writer creates them.
     contents.message_counts = Some(counts);
-    contents.counts_are_promised = true;
+    contents.counts_are_indexed = true;
     is_complete.then_some(contents)
 }
 

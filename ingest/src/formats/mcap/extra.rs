@@ -6,7 +6,7 @@ use mcap::records::{Record, op};
 
 use crate::message::Extra;
 
-/// Takes an MCAP record apart; `None` if it is damaged or something else.
+/// Parses an attachment or metadata record; `None` if it is damaged or of another kind.
 pub(super) fn of_mcap_record(record: &[u8]) -> Option<Extra<'_>> {
     const HEADER_BYTES: usize = 9;
     const CRC_BYTES: usize = 4;

@@ -1,4 +1,4 @@
-//! MCAP files: how their records are written, and what their summary tells.
+//! The record syntax of MCAP.
 
 use mcap::records::op;
 
@@ -9,7 +9,9 @@ use super::{
 };
 use crate::{
     file::FileBytes,
-    formats::records::{Contents, Definition, Frame, Grammar, Kind, MessageRecord, PackedChunk},
+    formats::records::{
+        Contents, DefinitionRecord, Frame, Grammar, Kind, MessageRecord, PackedChunk,
+    },
     message::{Error, Extra},
 };
 
@@ -39,8 +41,8 @@ impl Grammar for Mcap {
             None => format!("expected a record, found only {} more bytes", head.len()),
             Some((0, _)) => "expected a record, found opcode 0".to_owned(),
             Some((opcode, bytes)) => format!(
-                "expected a record, found opcode {opcode} with a length of {bytes} bytes, which \
-                 is not that of what it holds"
+                "expected a record, found opcode {opcode} with {bytes} bytes, a length that does \
+                 not fit its fields"
             ),
         }
     }
@@ -64,7 +66,7 @@ impl Grammar for Mcap {
         record::message(record.get(RECORD_HEADER_BYTES..)?)
     }
 
-    fn definition(record: &[u8], take: &mut dyn FnMut(Definition<'_>)) -> bool {
+    fn definition(record: &[u8], take: &mut dyn FnMut(DefinitionRecord<'_>)) -> bool {
         let Some((opcode, body, _)) = record::split_record(record) else {
             return false;
         };
@@ -92,7 +94,7 @@ impl Grammar for Mcap {
     }
 }
 
-/// `None` for the one opcode that no record has.
+/// `None` for zero, the only invalid opcode.
 fn kind_of(opcode: u8) -> Option<Kind> {
     Some(match opcode {
         0 => return None,

@@ -1,16 +1,16 @@
-//! The records of an MCAP file that are read here, taken apart with every length checked.
+//! Parses the MCAP records that are needed, checking every length.
 //!
-//! Records borrow from the bytes they are read from; a length that exceeds them makes the record
-//! unreadable, it never makes anything allocate.
+//! Records borrow from the bytes they are parsed from. A length beyond them makes the record
+//! unreadable; it never causes an allocation.
 
 use crate::formats::records::{
-    ChannelRecord, Compression, Definition, MessageRecord, PackedChunk, SchemaRecord,
+    ChannelRecord, Compression, DefinitionRecord, MessageRecord, PackedChunk, SchemaRecord,
 };
 
-/// Opcode and length, before every record.
+/// Size of the opcode and length before every record.
 pub(super) const RECORD_HEADER_BYTES: usize = 9;
 
-/// Splits off one record: opcode, body, and what follows. `None` when it does not fit.
+/// Splits off one record: opcode, body and the rest. `None` if it does not fit.
 #[inline]
 pub(super) fn split_record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let (opcode, body_bytes) = record_header(bytes)?;
@@ -29,7 +29,7 @@ pub(super) fn record_header(bytes: &[u8]) -> Option<(u8, u64)> {
     Some((opcode, u64::from_le_bytes(*body_bytes)))
 }
 
-/// Takes little-endian values off the front of a record's body.
+/// Reads little-endian values from the front of a record's body.
 pub(super) struct Fields<'a> {
     rest: &'a [u8],
 }
@@ -63,7 +63,7 @@ impl<'a> Fields<'a> {
         Some(head)
     }
 
-    /// Bytes with their length before them.
+    /// Bytes preceded by their length.
     fn sized_bytes(&mut self) -> Option<&'a [u8]> {
         let count = self.u32()?;
         self.bytes(u64::from(count))
@@ -74,14 +74,14 @@ impl<'a> Fields<'a> {
     }
 
     fn time_ns(&mut self) -> Option<i64> {
-        // Beyond the year 2262 a time is damage; it stays recognisable at the end of the range.
+        // A time beyond the year 2262 is damage; it is clamped to the end of the range.
         self.u64()
             .map(|time_ns| i64::try_from(time_ns).unwrap_or(i64::MAX))
     }
 }
 
 /// A message type.
-pub(super) fn schema(body: &[u8]) -> Option<Definition<'_>> {
+pub(super) fn schema(body: &[u8]) -> Option<DefinitionRecord<'_>> {
     let mut fields = Fields::new(body);
     let id = u32::from(fields.u16()?);
     let schema = SchemaRecord {
@@ -89,21 +89,21 @@ pub(super) fn schema(body: &[u8]) -> Option<Definition<'_>> {
         encoding: fields.text()?,
         data: fields.sized_bytes()?,
     };
-    Some(Definition::Schema { id, schema })
+    Some(DefinitionRecord::Schema { id, schema })
 }
 
-/// A topic as one writer sees it.
-pub(super) fn channel(body: &[u8]) -> Option<Definition<'_>> {
+/// A topic of one writer.
+pub(super) fn channel(body: &[u8]) -> Option<DefinitionRecord<'_>> {
     let mut fields = Fields::new(body);
     let id = u32::from(fields.u16()?);
     let schema_id = u32::from(fields.u16()?);
     let channel = ChannelRecord {
-        // Zero stands for none.
+        // Zero means no schema.
         schema_id: (schema_id != 0).then_some(schema_id),
         topic: fields.text()?,
         encoding: fields.text()?,
     };
-    Some(Definition::Channel { id, channel })
+    Some(DefinitionRecord::Channel { id, channel })
 }
 
 /// A message.
@@ -119,7 +119,7 @@ pub(super) fn message(body: &[u8]) -> Option<MessageRecord<'_>> {
     })
 }
 
-/// A channel, and how many messages of it the chunk before has.
+/// A channel and the number of its messages in the preceding chunk.
 pub(super) fn index(body: &[u8]) -> Option<(u32, u64)> {
     const ENTRY_BYTES: u32 = 16;
     let mut fields = Fields::new(body);
@@ -127,7 +127,7 @@ pub(super) fn index(body: &[u8]) -> Option<(u32, u64)> {
     Some((channel, u64::from(fields.u32()? / ENTRY_BYTES)))
 }
 
-/// A chunk, still compressed.
+/// A chunk before decompression.
 pub(super) struct ChunkRecord<'a> {
     uncompressed_bytes: u64,
     crc: u32,
@@ -167,7 +167,7 @@ impl<'a> ChunkRecord<'a> {
                 other => Compression::Other(other),
             },
             uncompressed_bytes: self.uncompressed_bytes,
-            // Zero when the writer computed none.
+            // Zero if the writer computed none.
             crc: (self.crc != 0).then_some(self.crc),
             declared_bytes: self.compressed_bytes,
             data: self.data,
@@ -175,7 +175,7 @@ impl<'a> ChunkRecord<'a> {
     }
 }
 
-/// Where a chunk lies and which channels it holds.
+/// Position and channels of a chunk.
 pub(super) struct ChunkIndexRecord {
     pub(super) offset: u64,
     pub(super) length_bytes: u64,
@@ -204,7 +204,7 @@ impl ChunkIndexRecord {
     }
 }
 
-/// How many messages each channel has.
+/// The number of messages of each channel.
 pub(super) fn message_counts(statistics_body: &[u8]) -> Option<(u64, Vec<(u32, u64)>)> {
     let mut fields = Fields::new(statistics_body);
     let message_count = fields.u64()?;

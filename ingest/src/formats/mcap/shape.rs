@@ -1,19 +1,18 @@
-//! Of which fields each kind of record consists, so that the length of a record can be checked
-//! against those within it.
+//! The field layout of each record kind, to check a record's length against the lengths inside it.
 
 use Part::{Bytes, LongSized, Rest, Sized};
 use mcap::records::op;
 
-/// One field of a record, as far as it bears on the length.
+/// One field of a record, as far as it affects the length.
 #[derive(Clone, Copy)]
 enum Part {
-    /// So many bytes.
+    /// A fixed number of bytes.
     Bytes(u64),
-    /// Bytes with their number before them, in four bytes.
+    /// Bytes preceded by their count in four bytes.
     Sized,
-    /// The same with eight bytes.
+    /// Bytes preceded by their count in eight bytes.
     LongSized,
-    /// Whatever is left.
+    /// All remaining bytes.
     Rest,
 }
 
@@ -38,8 +37,8 @@ fn shape(opcode: u8) -> Option<&'static [Part]> {
     })
 }
 
-/// Whether a body of this length can hold such a record: `None` if not, and whether that is
-/// certain. Only the first bytes of the body need to be at hand.
+/// `None` if a body of this length cannot be such a record, else whether that is certain. Only the
+/// first bytes of the body are needed.
 pub(super) fn fits(opcode: u8, body: &[u8], body_bytes: u64) -> Option<bool> {
     let Some(parts) = shape(opcode) else {
         return Some(false);
@@ -53,7 +52,7 @@ pub(super) fn fits(opcode: u8, body: &[u8], body_bytes: u64) -> Option<bool> {
             Rest => return (at <= body_bytes).then_some(false),
         };
         let Some(count) = count else {
-            // Not in sight: nothing more can be said, unless the body ends before.
+            // Beyond the bytes at hand: nothing more can be checked, unless the body ends earlier.
             return (at < body_bytes).then_some(false);
         };
         at = at.saturating_add(count);

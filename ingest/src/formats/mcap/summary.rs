@@ -1,4 +1,4 @@
-//! Topics and chunk index from the summary at the end of a file, if it is intact.
+//! Reads topics and chunk index from the summary at the end of a file, if it is intact.
 
 use std::collections::BTreeMap;
 
@@ -15,12 +15,12 @@ const MAGIC_BYTES: usize = mcap::MAGIC.len();
 const FOOTER_BODY_BYTES: usize = 20;
 const FOOTER_BYTES: usize = RECORD_HEADER_BYTES + FOOTER_BODY_BYTES;
 const TAIL_BYTES: usize = FOOTER_BYTES + MAGIC_BYTES;
-/// The checksum covers the footer up to itself.
+/// The checksum covers the footer up to the checksum.
 const CHECKED_FOOTER_BYTES: u64 = (FOOTER_BYTES - 4) as u64;
-/// Room for the index of a few million chunks; beyond that a scan is the safer way.
+/// Enough for a few million chunks; beyond that a scan is safer.
 const SUMMARY_LIMIT_BYTES: u64 = 1 << 30;
 
-/// What the summary tells; `None` if it is absent, incomplete or damaged.
+/// The contents by the summary; `None` if it is absent, incomplete or damaged.
 pub(super) fn read(file: &FileBytes) -> Result<Option<Contents>, Error> {
     let Some(footer) = Footer::read(file)? else {
         return Ok(None);
@@ -86,7 +86,7 @@ fn parse(mut records: &[u8], data_end: u64) -> Option<Contents> {
                 let (count, by_channel) = record::message_counts(body)?;
                 message_count = Some(count);
                 contents.message_counts = Some(by_channel.into_iter().collect::<BTreeMap<_, _>>());
-                contents.counts_are_promised = true;
+                contents.counts_are_indexed = true;
             }
             _ => {}
         }
@@ -100,7 +100,7 @@ fn add_chunk(contents: &mut Contents, body: &[u8], data_end: u64) -> Option<()> 
     if index.offset < MAGIC_BYTES as u64 || end > data_end {
         return None;
     }
-    // An index without channels may stand for a chunk whose messages were not indexed.
+    // An entry without channels may describe a chunk whose messages were not indexed.
     let channels = (!index.channels.is_empty()).then_some(index.channels);
     let (first_ns, last_ns) = index.span_ns;
     let entry = ChunkEntry {
@@ -112,7 +112,7 @@ fn add_chunk(contents: &mut Contents, body: &[u8], data_end: u64) -> Option<()> 
     Some(())
 }
 
-/// Whether every channel that has messages is defined, and with its type.
+/// Whether every channel with messages is defined, including its schema.
 fn is_complete(contents: &Contents, message_count: Option<u64>) -> bool {
     let Contents {
         schemas,

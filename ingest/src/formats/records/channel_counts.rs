@@ -1,6 +1,6 @@
 //! Counts messages by channel.
 
-/// How many messages each channel has, for the channels below a limit.
+/// Message counts of the channels in the lookup table.
 pub(crate) struct ChannelCounts(pub(super) Vec<u64>);
 
 impl ChannelCounts {

@@ -1,18 +1,18 @@
-//! What has to be known about a file before its messages can be read.
+//! The table of contents of a file: topics, schemas and chunks.
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::parsed::{ChannelRecord, Definition, SchemaRecord};
+use super::parsed::{ChannelRecord, DefinitionRecord, SchemaRecord};
 
-/// The chunks that an index or a scan knows, by their offsets.
+/// The chunks found in the index or by a scan, by offset.
 pub(crate) type ChunkDirectory = BTreeMap<u64, ChunkEntry>;
 
 /// What is known about a chunk before it is read.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ChunkEntry {
-    /// Which channels it holds; `None` when that is not known.
+    /// The channels in it; `None` if unknown.
     pub(crate) channels: Option<Vec<u32>>,
-    /// Messages by channel, where the index counts them.
+    /// Message counts by channel, if the index has them.
     pub(crate) counts: Vec<(u32, u64)>,
     /// The log times of its first and last message.
     pub(crate) span_ns: Option<(i64, i64)>,
@@ -22,10 +22,10 @@ pub(crate) struct ChunkEntry {
 pub(crate) struct Contents {
     pub(crate) schemas: HashMap<u32, Schema>,
     pub(crate) channels: BTreeMap<u32, Channel>,
-    /// `None` when the file does not tell.
+    /// `None` if unknown.
     pub(crate) message_counts: Option<BTreeMap<u32, u64>>,
-    /// Whether the counts are those of an index and not those of a scan.
-    pub(crate) counts_are_promised: bool,
+    /// Whether the counts come from an index, not from a scan.
+    pub(crate) counts_are_indexed: bool,
     pub(crate) chunks: ChunkDirectory,
 }
 
@@ -64,12 +64,12 @@ impl Channel {
 
 impl Contents {
     /// Stores what a record defines; a later definition replaces an earlier one.
-    pub(crate) fn define(&mut self, definition: &Definition<'_>) {
+    pub(crate) fn define(&mut self, definition: &DefinitionRecord<'_>) {
         match definition {
-            Definition::Schema { id, schema } => {
+            DefinitionRecord::Schema { id, schema } => {
                 self.schemas.insert(*id, Schema::from_record(schema));
             }
-            Definition::Channel { id, channel } => {
+            DefinitionRecord::Channel { id, channel } => {
                 self.channels.insert(*id, Channel::from_record(channel));
             }
         }

@@ -1,40 +1,40 @@
-//! How a walk goes on where a record cannot be followed.
+//! Resynchronisation of the walk after damage.
 
 use std::ops::ControlFlow;
 
 use super::{
     grammar::{Frame, Grammar, Kind},
     packed_chunk::Compression,
-    unpacked::How,
+    unpacked::LoadMode,
     visitor::Visitor,
-    walk::{After, RECORD_LIMIT_BYTES, Walk, Within},
+    walk::{RECORD_LIMIT_BYTES, Resumption, SearchScope, Walk},
 };
 use crate::message::{Error, LostPart};
 
-/// How many bytes are looked at at once in search of the next record.
+/// Block size of the search for the next record.
 const SEARCH_BYTES: u64 = 256 << 10;
 
-impl Within {
+impl SearchScope {
     fn may_hold(self, kind: Kind) -> bool {
         self == Self::Anything || !matches!(kind, Kind::Message | Kind::Definition)
     }
 }
 
 impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
-    /// What may be searched behind the first byte of the record at `offset`.
-    pub(super) fn within(&mut self, offset: u64) -> Result<Within, Error> {
+    /// What to search for after the first byte of the record at `offset`.
+    pub(super) fn within(&mut self, offset: u64) -> Result<SearchScope, Error> {
         let head = self.window.bytes(offset, G::HEAD_BYTES as u64)?;
         let is_chunk = G::frame(head).is_some_and(|frame| frame.kind == Kind::Chunk);
         let is_checked = is_chunk && G::chunk(head).is_some_and(|chunk| chunk.has_checksum());
         Ok(match is_checked {
-            true => Within::CheckedChunk,
-            false => Within::Anything,
+            true => SearchScope::CheckedChunk,
+            false => SearchScope::Anything,
         })
     }
 
-    /// Something at `offset` that cannot be followed: perhaps a chunk whose header is damaged, or
-    /// that the end of the file cuts; else the way to the next record is lost.
-    pub(super) fn damaged(&mut self, offset: u64, reason: String) -> Result<After, Error> {
+    /// Handles an invalid record at `offset`: a chunk with a damaged header, a chunk cut off by the
+    /// end of the file, or anything else, after which the next record must be searched.
+    pub(super) fn damaged(&mut self, offset: u64, reason: String) -> Result<Resumption, Error> {
         let file_bytes = self.file.len();
         let head = self.window.bytes(offset, G::HEAD_BYTES as u64)?;
         let is_cut = G::frame(head).is_some_and(|frame| {
@@ -42,7 +42,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             frame.kind == Kind::Chunk && frame.is_certain && end > file_bytes
         });
         if is_cut {
-            return self.tail(offset, reason).map(After::Stop);
+            return self.tail(offset, reason).map(Resumption::Stop);
         }
         let known = self.next_known_chunk(offset);
         let within = self.within(offset)?;
@@ -53,18 +53,18 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         }
         if let Some(next) = next {
             self.lose(LostPart::Records, offset..next, reason);
-            return Ok(After::Resume(next));
+            return Ok(Resumption::Resume(next));
         }
-        self.tail(offset, reason).map(After::Stop)
+        self.tail(offset, reason).map(Resumption::Stop)
     }
 
-    /// A chunk whose kind or length is damaged, if its own checksum vouches for its content.
+    /// Reads a chunk whose kind or length is damaged, if its checksum confirms the content.
     fn mended_chunk(
         &mut self,
         offset: u64,
         next: Option<u64>,
         reason: &str,
-    ) -> Result<Option<After>, Error> {
+    ) -> Result<Option<Resumption>, Error> {
         let until = next.unwrap_or(self.file.len());
         let head = self.window.bytes(offset, G::HEAD_BYTES as u64)?;
         let Some(chunk) = G::chunk(head) else {
@@ -82,7 +82,10 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         let declared_end = offset
             .saturating_add(header_bytes)
             .saturating_add(chunk.declared_bytes);
-        let candidates = [(declared_end, How::Whole), (until, How::AnyLength)];
+        let candidates = [
+            (declared_end, LoadMode::Whole),
+            (until, LoadMode::AnyLength),
+        ];
         for (end, how) in candidates {
             if end > self.file.len() || end - offset > RECORD_LIMIT_BYTES {
                 continue;
@@ -95,12 +98,12 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                 let header = offset..offset + header_bytes;
                 let reason = format!("{reason}: the header of a chunk whose content is intact");
                 self.lose(LostPart::Records, header, reason);
-                // The indexes that follow tell of messages that are not lost.
+                // The index records that follow count messages that are not lost.
                 self.log.expect_no_indexes();
                 self.unpacking.give_back(unpacked);
                 return Ok(Some(match flow {
-                    ControlFlow::Break(()) => After::Stop(ControlFlow::Break(())),
-                    ControlFlow::Continue(()) => After::Resume(end),
+                    ControlFlow::Break(()) => Resumption::Stop(ControlFlow::Break(())),
+                    ControlFlow::Continue(()) => Resumption::Resume(end),
                 }));
             }
             self.unpacking.give_back(unpacked);
@@ -108,21 +111,21 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         Ok(None)
     }
 
-    /// A chunk that is not compressed and has no checksum: its records are found one by one, up to the next
-    /// record that stands outside chunks. Where bytes are missing that may be the index of a later chunk,
-    /// whose messages are then among them.
-    fn plain_chunk(&mut self, offset: u64, reason: &str) -> Result<After, Error> {
+    /// Reads an uncompressed chunk without a checksum record by record, up to the next record
+    /// outside chunks. If bytes are missing, that may be the index of a later chunk, whose messages
+    /// are then included.
+    fn plain_chunk(&mut self, offset: u64, reason: &str) -> Result<Resumption, Error> {
         let limit = offset
             .saturating_add(RECORD_LIMIT_BYTES)
             .min(self.file.len());
-        let next = self.search(offset + 1, limit, Within::CheckedChunk)?;
+        let next = self.search(offset + 1, limit, SearchScope::CheckedChunk)?;
         let bytes = offset..next.unwrap_or(limit);
         if !self.visitor.wants_chunk(offset) {
             self.lose(LostPart::Records, bytes.clone(), reason.to_owned());
-            return Ok(After::Resume(bytes.end));
+            return Ok(Resumption::Resume(bytes.end));
         }
         self.visitor.begin_chunk(offset, bytes.end);
-        let mut unpacked = self.unpacking.load(&bytes, How::PlainToEnd)?;
+        let mut unpacked = self.unpacking.load(&bytes, LoadMode::PlainToEnd)?;
         let flow = self.content(
             &mut unpacked,
             &bytes,
@@ -130,16 +133,16 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             Some(reason.to_owned()),
         );
         self.unpacking.give_back(unpacked);
-        // the indexes that follow may be those of another chunk
+        // the index records that follow may belong to another chunk
         self.log.expect_no_indexes();
         Ok(match flow {
-            ControlFlow::Break(()) => After::Stop(ControlFlow::Break(())),
-            ControlFlow::Continue(()) => After::Resume(bytes.end),
+            ControlFlow::Break(()) => Resumption::Stop(ControlFlow::Break(())),
+            ControlFlow::Continue(()) => Resumption::Resume(bytes.end),
         })
     }
 
-    /// The rest of the file, which no record spans. A chunk that the end of the file cuts still
-    /// yields its first messages.
+    /// Handles the rest of the file. A chunk cut off by the end of the file still yields its first
+    /// messages.
     fn tail(&mut self, offset: u64, reason: String) -> Result<ControlFlow<()>, Error> {
         let bytes = offset..self.file.len();
         let head = self.window.bytes(offset, G::HEAD_BYTES as u64)?;
@@ -152,18 +155,18 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             self.lose(LostPart::Tail, bytes, reason);
             return Ok(ControlFlow::Continue(()));
         }
-        let mut unpacked = self.unpacking.load(&bytes, How::Partial)?;
+        let mut unpacked = self.unpacking.load(&bytes, LoadMode::Partial)?;
         let flow = self.content(&mut unpacked, &bytes, LostPart::Tail, Some(reason));
         self.unpacking.give_back(unpacked);
         Ok(flow)
     }
 
-    /// The first place from `from` on, before `until`, where a record certainly begins.
+    /// The first offset in `from..until` at which a record certainly begins.
     pub(super) fn search(
         &mut self,
         from: u64,
         until: u64,
-        within: Within,
+        within: SearchScope,
     ) -> Result<Option<u64>, Error> {
         let mut block = Vec::new();
         let mut start = from;
@@ -188,19 +191,21 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         Ok(None)
     }
 
-    /// Whether this is the beginning of a record and not a chance likeness.
+    /// Whether a record really begins here, rather than bytes that resemble one by chance.
     fn is_beginning(&mut self, offset: u64, frame: &Frame) -> Result<bool, Error> {
         let remaining = self.file.len().saturating_sub(offset);
         if matches!(frame.kind, Kind::Unknown | Kind::Other) && !frame.is_certain {
             return Ok(false);
         }
         if frame.length_bytes > remaining {
-            // A chunk that is cut may be the last thing in a file.
+            // A truncated chunk may be the last record of a file.
             return Ok(frame.kind == Kind::Chunk && frame.is_unmistakable);
         }
-        // Compressed data may begin with what were whole messages or definitions.
+        // Compressed data may contain literal copies of messages or definitions.
         let may_be_packed = matches!(frame.kind, Kind::Message | Kind::Definition);
-        if frame.is_unmistakable && !may_be_packed || self.is_place(offset + frame.length_bytes)? {
+        if frame.is_unmistakable && !may_be_packed
+            || self.is_boundary(offset + frame.length_bytes)?
+        {
             return Ok(true);
         }
         let has_loose_messages = self.loose.messages > 0;

@@ -1,4 +1,4 @@
-//! The content of a chunk: decompressed within limits, and checked against its checksum.
+//! Decompresses chunks within limits and verifies their checksums.
 
 use std::io::Read;
 
@@ -9,22 +9,22 @@ use super::{
     packed_chunk::{Compression, PackedChunk},
 };
 
-/// Writers make chunks of about a megabyte; more than this is taken for a damaged length.
+/// Writers make chunks of about a megabyte; anything larger is taken as a damaged length.
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
-/// LZ4 spends at least one byte on 255.
+/// LZ4 encodes at most 255 bytes per byte.
 const LZ4_MAX_RATIO: u64 = 255;
-/// Room that is made for content of this size because a header says so; for more, another part of
-/// the chunk has to confirm it, or real content to come.
+/// Largest buffer allocated on the word of one header. Beyond it a second field must confirm the
+/// size, or decompressed content must fill the buffer first.
 const BELIEVED_BYTES: u64 = 16 << 20;
-/// What a buffer grows by where the size is not known beforehand.
+/// Step by which a buffer grows if the size is unknown.
 const GROWTH_BYTES: usize = 1 << 20;
 
-/// Where the content of a chunk is after unpacking.
+/// Where the decompressed content of a chunk is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Content {
-    /// It was not compressed: it is the data itself.
+    /// The data itself, which is not compressed.
     AsPacked,
-    /// In the buffer, which may be longer.
+    /// The first bytes of the buffer.
     Buffer(usize),
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Decompressor {
 }
 
 impl Decompressor {
-    /// The whole content of a chunk, or why it cannot be had.
+    /// The whole content of a chunk, or why it is not available.
     pub(super) fn content(
         &mut self,
         chunk: &PackedChunk<'_>,
@@ -67,7 +67,7 @@ impl Decompressor {
         Ok(content)
     }
 
-    /// As much of the content as a cut chunk still yields. No checksum can vouch for it.
+    /// The content that a truncated chunk still yields. No checksum can confirm it.
     pub(super) fn partial_content(chunk: &PackedChunk<'_>, buffer: &mut Vec<u8>) -> Content {
         let limit = chunk.uncompressed_bytes.min(CHUNK_LIMIT_BYTES);
         Content::Buffer(match chunk.compression {
@@ -86,7 +86,7 @@ impl Decompressor {
         let (declared, given) = (chunk.uncompressed_bytes, chunk.data.len());
         if declared > (given as u64).saturating_mul(LZ4_MAX_RATIO) {
             return Err(format!(
-                "{declared} bytes cannot come out of {given} bytes of lz4"
+                "{given} bytes of lz4 cannot expand to {declared} bytes"
             ));
         }
         let checksums = match chunk.crc {
@@ -113,11 +113,11 @@ impl Decompressor {
     fn zstd(&mut self, chunk: &PackedChunk<'_>, buffer: &mut Vec<u8>) -> Result<usize, String> {
         let declared = chunk.uncompressed_bytes;
         let in_frame = zstd_safe::get_frame_content_size(chunk.data).ok().flatten();
-        // Many writers stream, so that the frame does not tell its size.
+        // Many writers stream, and then the frame does not state its size.
         if in_frame == Some(declared) || in_frame.is_none() && declared <= BELIEVED_BYTES {
             return self.zstd_at_once(chunk, buffer);
         }
-        // Nothing confirms the size, so the buffer grows only with real content.
+        // Nothing confirms the size, so the buffer grows only as content arrives.
         let decoder = stream::read::Decoder::with_buffer(chunk.data)
             .map_err(|error| format!("zstd: {error}"))?;
         stream(decoder, declared, buffer)
@@ -144,7 +144,7 @@ impl Decompressor {
     }
 }
 
-/// As much as comes out before the end or damage.
+/// Decompresses up to the end or the first damage.
 fn partial_lz4(data: &[u8], limit: u64, buffer: &mut Vec<u8>) -> usize {
     let possible = (data.len() as u64).saturating_mul(LZ4_MAX_RATIO).min(limit);
     let mut decoder = lz4::Decoder::default();
@@ -162,7 +162,7 @@ fn partial_lz4(data: &[u8], limit: u64, buffer: &mut Vec<u8>) -> usize {
     filled
 }
 
-/// Real content filled the room before: it begins anew in a larger one.
+/// The next buffer size, after content has filled the last one.
 fn more_room(room: u64, most: u64) -> u64 {
     room.saturating_mul(4).min(most)
 }
@@ -170,7 +170,7 @@ fn more_room(room: u64, most: u64) -> u64 {
 fn stream(mut decoder: impl Read, declared: u64, buffer: &mut Vec<u8>) -> Result<usize, String> {
     let mut filled = 0;
     loop {
-        // One byte more than declared, so that too long a content shows.
+        // One byte more than declared, to detect content that is too long.
         let room = declared.saturating_add(1).saturating_sub(filled as u64);
         if room == 0 {
             return Err(too_long(declared));
@@ -232,7 +232,7 @@ fn check_filled(filled: u64, declared: u64) -> Result<(), String> {
     ))
 }
 
-/// Makes the buffer hold at least `count` bytes and gives back `count`.
+/// Grows the buffer to at least `count` bytes and returns `count`.
 fn grow_to(buffer: &mut Vec<u8>, count: u64) -> Result<usize, String> {
     let no_memory = || format!("{count} bytes of content do not fit into memory");
     let wanted = usize::try_from(count).map_err(|_| no_memory())?;
@@ -245,7 +245,7 @@ fn grow_to(buffer: &mut Vec<u8>, count: u64) -> Result<usize, String> {
     Ok(wanted)
 }
 
-/// Reads until the decoder ends or fails, and tells how much came.
+/// Reads until the decoder ends or fails, and returns the number of bytes.
 fn fill(buffer: &mut Vec<u8>, mut decoder: impl Read, limit: u64) -> usize {
     let mut filled = 0;
     while (filled as u64) < limit {

@@ -1,12 +1,12 @@
-//! Hands the wanted messages of a walk to the caller of [`Log::read`](crate::Log::read).
+//! Delivers the wanted messages to the caller of [`Log::read`](crate::Log::read).
 
 use std::ops::ControlFlow;
 
 use super::{
     channel_counts::ChannelCounts,
     contents::ChunkDirectory,
-    parsed::{Definition, MessageRecord},
-    routes::{Routes, Use},
+    parsed::{DefinitionRecord, MessageRecord},
+    routes::{ChannelUse, Routes},
     visitor::{Next, Visitor},
 };
 use crate::{
@@ -35,15 +35,15 @@ impl<'d, 'r> Delivery<'d, 'r> {
         }
     }
 
-    /// Tells which messages the index counts that did not come.
+    /// Reports the messages that the index counts but that were not found.
     pub(super) fn report_missing(&self, losses: &mut Losses) {
         for (&id, entry) in &self.routes.channels.by_id {
             let seen = self.seen.0.get(id as usize).copied();
-            if let (Some(promised), Some(seen), true) =
-                (entry.promised, seen, self.routes.wants(entry.topic))
-                && promised > seen
+            if let (Some(indexed_count), Some(seen), true) =
+                (entry.indexed_count, seen, self.routes.wants(entry.topic))
+                && indexed_count > seen
             {
-                losses.miss(&entry.name, promised - seen);
+                losses.miss(&entry.name, indexed_count - seen);
             }
         }
     }
@@ -55,21 +55,21 @@ impl Visitor for Delivery<'_, '_> {
         match channels {
             Some(Some(channels)) => channels
                 .iter()
-                .any(|&channel| matches!(self.routes.channel_use(channel), Use::Wanted(_))),
+                .any(|&channel| matches!(self.routes.channel_use(channel), ChannelUse::Wanted(_))),
             _ => true,
         }
     }
 
-    fn definition(&mut self, definition: &Definition<'_>) -> bool {
+    fn definition(&mut self, definition: &DefinitionRecord<'_>) -> bool {
         self.routes.agrees(definition)
     }
 
     #[inline]
     fn message(&mut self, record: &MessageRecord<'_>) -> Next {
         let topic = match self.routes.channel_use(record.channel_id) {
-            Use::Wanted(topic) => topic,
-            Use::Unwanted => return Next::Continue,
-            Use::Undefined => return Next::UndefinedChannel,
+            ChannelUse::Wanted(topic) => topic,
+            ChannelUse::Unwanted => return Next::Continue,
+            ChannelUse::Undefined => return Next::UndefinedChannel,
         };
         self.seen.add(record.channel_id, 1);
         match (self.request.visit)(&record.message(topic)) {
@@ -84,7 +84,7 @@ impl Visitor for Delivery<'_, '_> {
             let messages = std::mem::take(messages);
             let id = id as u32;
             self.seen.add(id, messages);
-            if let (Use::Wanted(topic), Some(batches)) =
+            if let (ChannelUse::Wanted(topic), Some(batches)) =
                 (self.routes.channel_use(id), &self.request.batches)
                 && messages > 0
             {

@@ -1,4 +1,4 @@
-//! Where a file has records that bear on no message.
+//! Locates attachments and metadata records.
 
 use std::ops::Range;
 
@@ -7,13 +7,13 @@ use super::{
     visitor::{Next, Visitor},
 };
 
-/// An attachment beyond this is left where it is.
+/// Larger attachments are skipped.
 const RECORD_LIMIT_BYTES: u64 = 64 << 20;
 
 #[derive(Default)]
-pub(super) struct Places(pub(super) Vec<Range<u64>>);
+pub(super) struct ExtraRanges(pub(super) Vec<Range<u64>>);
 
-impl Visitor for Places {
+impl Visitor for ExtraRanges {
     fn wants_chunk(&self, _offset: u64) -> bool {
         false
     }

@@ -1,5 +1,5 @@
-//! A view of the first bytes of records. It reads little where the records are large, and ahead
-//! where they are small and follow each other.
+//! A window on the heads of records. It reads little where records are large, and reads ahead where
+//! small ones follow each other.
 
 use crate::{file::FileBytes, message::Error};
 
@@ -26,7 +26,7 @@ impl<'f> HeadWindow<'f> {
         }
     }
 
-    /// `count` bytes from `offset` on; fewer where the file ends.
+    /// `count` bytes from `offset`; fewer at the end of the file.
     pub(crate) fn bytes(&mut self, offset: u64, count: u64) -> Result<&[u8], Error> {
         let count = count.min(self.file.len().saturating_sub(offset));
         let held = offset.checked_sub(self.start).is_some_and(|skipped| {
@@ -37,7 +37,7 @@ impl<'f> HeadWindow<'f> {
         if !held {
             self.refill(offset, count)?;
         }
-        // Both fit into usize: they lie within the buffer.
+        // Both fit into usize, because they lie within the buffer.
         let first = (offset - self.start) as usize;
         Ok(self
             .buffer

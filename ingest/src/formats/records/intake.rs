@@ -3,20 +3,20 @@
 use super::{
     channel_counts::ChannelCounts,
     grammar::Grammar,
-    parsed::{Definition, MessageRecord},
-    routes::{Routes, Use},
+    parsed::{DefinitionRecord, MessageRecord},
+    routes::{ChannelUse, Routes},
     row::Tally,
     visitor::{Next, Visitor},
 };
 use crate::formats::reader::Batch;
 
-/// Takes in chunks on any thread.
+/// Decodes chunks into batches.
 pub(super) struct Intake<'d> {
     routes: &'d Routes<'d>,
     empty: &'d (dyn Fn() -> Box<dyn Batch> + Sync),
 }
 
-/// The messages of one chunk, taken in; used again for another.
+/// The decoded messages of one chunk; reused for other chunks.
 pub(crate) struct TakenIn {
     batch: Box<dyn Batch>,
     messages: ChannelCounts,
@@ -40,7 +40,7 @@ impl<'d> Intake<'d> {
         Self { routes, empty }
     }
 
-    /// Takes in content that a checksum vouches for.
+    /// Decodes verified content.
     pub(super) fn take_in<G: Grammar>(&self, content: &[u8], used: Option<TakenIn>) -> TakenIn {
         let mut taken = used.unwrap_or_else(|| TakenIn {
             batch: (self.empty)(),
@@ -53,7 +53,7 @@ impl<'d> Intake<'d> {
             batch: &mut *taken.batch,
             messages: &mut taken.messages,
         };
-        // A batch never stops by itself.
+        // A batch never stops the walk.
         let _ = taken.tally.walk_intact::<G, _>(content, &mut visitor);
         taken
     }
@@ -66,16 +66,16 @@ struct BatchVisitor<'b> {
 }
 
 impl Visitor for BatchVisitor<'_> {
-    fn definition(&mut self, definition: &Definition<'_>) -> bool {
+    fn definition(&mut self, definition: &DefinitionRecord<'_>) -> bool {
         self.routes.agrees(definition)
     }
 
     #[inline]
     fn message(&mut self, record: &MessageRecord<'_>) -> Next {
         let topic = match self.routes.channel_use(record.channel_id) {
-            Use::Wanted(topic) => topic,
-            Use::Unwanted => return Next::Continue,
-            Use::Undefined => return Next::UndefinedChannel,
+            ChannelUse::Wanted(topic) => topic,
+            ChannelUse::Unwanted => return Next::Continue,
+            ChannelUse::Undefined => return Next::UndefinedChannel,
         };
         self.messages.add(record.channel_id, 1);
         self.batch.take(&record.message(topic));

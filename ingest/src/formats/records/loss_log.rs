@@ -1,4 +1,4 @@
-//! What a walk lost: between which times, and how many messages of which topics.
+//! Records the losses of a walk, with their time spans and message counts.
 
 use std::{collections::BTreeMap, ops::Range, path::Path};
 
@@ -13,24 +13,24 @@ pub(super) struct LossLog<'l> {
     file: &'l Path,
     chunks: &'l ChunkDirectory,
     ranges: Vec<LostRange>,
-    /// The ranges from here on still wait for the first message after them.
+    /// Ranges from this index on lack the time of the first message after them.
     first_open: usize,
     /// The log time of the last intact message.
     last_time_ns: Option<i64>,
-    /// What index records that come next tell about.
+    /// The loss that the next index records describe.
     last_loss: Option<LastLoss>,
-    /// Messages of the last chunk that no index record has told of yet; `None` where it was not read.
+    /// Messages of the last chunk not yet covered by index records; `None` if it was not read.
     unindexed: Option<u64>,
 }
 
 struct LastLoss {
     place: usize,
-    /// Messages that did come out, by channel.
+    /// Messages that were recovered, by channel.
     found: BTreeMap<u32, u64>,
-    /// Index records tell of all that is lost: it is one chunk whose header is intact.
+    /// Whether index records cover the whole loss: it is one chunk with an intact header.
     is_one_chunk: bool,
     has_index: bool,
-    /// Messages lost of channels that nobody knows.
+    /// Lost messages of unknown channels.
     unnamed: u64,
 }
 
@@ -52,7 +52,7 @@ impl<'l> LossLog<'l> {
         self.last_time_ns
     }
 
-    /// Intact messages went by.
+    /// Notes the times of intact messages.
     pub(super) fn pass(&mut self, first_ns: i64, last_ns: i64) {
         for range in self.ranges.get_mut(self.first_open..).unwrap_or_default() {
             range.last_time_ns.get_or_insert(first_ns);
@@ -61,10 +61,10 @@ impl<'l> LossLog<'l> {
         self.last_time_ns = Some(last_ns);
     }
 
-    /// Notes a loss; `found` is what came out of the record all the same.
+    /// Records a loss; `found` counts the messages recovered from it.
     ///
-    /// Its times are those that an index tells, else those of the messages before and after. The
-    /// header of a damaged chunk is not believed: no checksum covers it.
+    /// Its times come from the index, else from the messages before and after. The header of a
+    /// damaged chunk is not used, because no checksum covers it.
     pub(super) fn lose<V: Visitor>(
         &mut self,
         part: LostPart,
@@ -74,11 +74,11 @@ impl<'l> LossLog<'l> {
         visitor: &V,
     ) {
         let known = self.known_chunks(&bytes);
-        // Nobody knows how long a recording would have gone on.
+        // It is unknown how long the recording would have continued.
         let span_ns = spanned(&known).filter(|_| part != LostPart::Tail);
         let counts = counted(&known, &found, visitor);
-        // Records that cannot be read may be the indexes of the chunk before; those that are left of
-        // them would then tell of messages that came.
+        // Unreadable records may be index records of the previous chunk; the rest of them would
+        // then count messages that were found.
         let is_of_this = part == LostPart::Chunk || !known.is_empty() || self.unindexed == Some(0);
         self.last_loss = (counts.is_none() && is_of_this).then_some(LastLoss {
             place: self.ranges.len(),
@@ -102,12 +102,12 @@ impl<'l> LossLog<'l> {
         });
     }
 
-    /// A chunk was read whole.
+    /// Notes a chunk that was read completely.
     pub(super) fn chunk(&mut self, messages: u64) {
         self.unindexed = Some(messages);
     }
 
-    /// An index record: if a loss comes before it, it tells what was in there.
+    /// Notes an index record, which describes the loss before it, if any.
     pub(super) fn index<V: Visitor>(&mut self, channel_id: u32, count: u64, visitor: &V) {
         self.unindexed = self.unindexed.and_then(|left| left.checked_sub(count));
         let Some(loss) = &mut self.last_loss else {
@@ -128,13 +128,13 @@ impl<'l> LossLog<'l> {
         }
     }
 
-    /// The index records that follow do not tell about the loss before them.
+    /// Ignores the index records that follow.
     pub(super) fn expect_no_indexes(&mut self) {
         self.last_loss = None;
     }
 
-    /// All index records of a chunk have come: a record stands where no more can follow. If there is
-    /// damage instead, nobody knows whether one is missing, and no sum is claimed.
+    /// Called where no further index record can follow. If there is damage instead, one may be
+    /// missing, and no total is stated.
     pub(super) fn end_of_indexes(&mut self) {
         let complete = |loss: &LastLoss| loss.has_index && loss.is_one_chunk;
         if let Some(loss) = self.last_loss.take().filter(complete)
@@ -172,7 +172,7 @@ fn is_counted(chunks: &[&ChunkEntry]) -> bool {
     !chunks.is_empty() && chunks.iter().all(|entry| !entry.counts.is_empty())
 }
 
-/// Messages by topic that these chunks had and that did not come out; `None` where no index counts them.
+/// Messages of these chunks that were not recovered, by topic; `None` if no index counts them.
 fn counted<V: Visitor>(
     chunks: &[&ChunkEntry],
     found: &BTreeMap<u32, u64>,

@@ -1,8 +1,8 @@
-//! LZ4 frames, unpacked by the official decoder straight to where their content belongs.
+//! Decompresses LZ4 frames with the reference library, directly into the target buffer.
 //!
-//! Called here and not through a wrapper, because only the bare call can leave out the checksums of a
-//! frame (xxHash) where the chunk has its own over the same bytes, and can be told that what it wrote
-//! stays in place, so that it keeps no copy. That makes it three times as fast as decoders behind
+//! It is called directly because only the raw interface can skip the frame checksums (xxHash) where
+//! the chunk has its own checksum over the same bytes, and can promise that the output stays in
+//! place, so that the library keeps no copy. This is three times as fast as decoders behind
 //! [`std::io::Read`], and decompression is most of the work of reading a log.
 
 // The decoder is a C library.
@@ -22,31 +22,31 @@ const API_VERSION: u32 = 100;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FrameChecksums {
     Verified,
-    /// Another checksum covers the content.
+    /// The chunk's checksum covers the content.
     Skipped,
 }
 
-/// How far unpacking came.
+/// How decompression ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum End {
-    /// All of the data.
+    /// All data was decompressed.
     Complete,
-    /// The target is full, and more was to come.
+    /// The target is full, but data is left.
     Full,
     /// The data ends within a frame.
     Cut,
     Damaged(String),
 }
 
-/// A decoder, made once and used for frame after frame.
+/// A reusable decoder.
 #[derive(Default)]
 pub(crate) struct Decoder {
-    /// Empty before the first frame and after an error, which leaves it in any state.
+    /// `None` before the first frame, and after an error, which leaves the context undefined.
     context: Option<Context>,
 }
 
 impl Decoder {
-    /// Unpacks frames that follow each other into `target`.
+    /// Decompresses consecutive frames into `target`.
     pub(crate) fn unpack(
         &mut self,
         data: &[u8],
@@ -56,14 +56,15 @@ impl Decoder {
         self.unpack_in_steps(data, target, checksums, usize::MAX)
     }
 
-    /// As [`unpack`](Self::unpack); what comes before damage counts too, but for the last few
+    /// Like [`unpack`](Self::unpack), but keeps the content before damage, except for the last few
     /// kilobytes.
     pub(crate) fn unpack_up_to_damage(&mut self, data: &[u8], target: &mut [u8]) -> (usize, End) {
         const STEP_BYTES: usize = 4 << 10;
         self.unpack_in_steps(data, target, FrameChecksums::Verified, STEP_BYTES)
     }
 
-    /// How many bytes came, and why no more: the library forgets what it wrote in a step that fails.
+    /// Returns the number of bytes and how decompression ended. The library discards the output of
+    /// a failed step, so small steps lose little.
     fn unpack_in_steps(
         &mut self,
         data: &[u8],
@@ -86,17 +87,17 @@ impl Decoder {
     }
 }
 
-/// Owns a decoder of the library. Not null.
+/// Owns a context of the library; never null.
 struct Context(LZ4FDecompressionContext);
 
 impl Context {
     fn new() -> Result<Self, String> {
         let mut context = LZ4FDecompressionContext(std::ptr::null_mut());
-        // SAFETY: it writes nothing but the pointer.
+        // SAFETY: the call writes only the pointer.
         let code = unsafe { LZ4F_createDecompressionContext(&mut context, API_VERSION) };
         match error(code) {
             None if !context.0.is_null() => Ok(Self(context)),
-            reason => Err(reason.unwrap_or_else(|| "lz4: no decoder".to_owned())),
+            reason => Err(reason.unwrap_or_else(|| "lz4: cannot create a decoder".to_owned())),
         }
     }
 
@@ -110,7 +111,7 @@ impl Context {
         let skips = u32::from(checksums == FrameChecksums::Skipped);
         let options = LZ4FDecompressOptions {
             stable_dst: 1,
-            // The first of the reserved ones is `skipChecksums`.
+            // The first reserved field is `skipChecksums`.
             reserved: [skips, 0, 0],
         };
         let (target_start, target_bytes) = (target.as_mut_ptr(), target.len());
@@ -121,10 +122,10 @@ impl Context {
                 return (filled, End::Complete);
             }
             let (mut taken, mut written) = (rest.len().min(step_bytes), target_bytes - filled);
-            // SAFETY: both ranges lie within the slices, which are borrowed as long as this runs:
-            // `filled` never exceeds the target, as the library writes and tells no more than it is
-            // given room for. What it wrote stays where it is until the last call for this target:
-            // that is what `stable_dst` promises. The next frame begins anew, wherever it goes.
+            // SAFETY: both ranges lie within the borrowed slices: `filled` never exceeds the
+            // target, because the library writes and reports no more than the space it is given. As
+            // `stable_dst` requires, the output stays in place until the last call for this target.
+            // The next frame starts afresh, whatever its target.
             let code = unsafe {
                 LZ4F_decompress(
                     self.0,
@@ -154,13 +155,13 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // SAFETY: it was made by the library and is used no more.
+        // SAFETY: the library created the context, and it is not used again.
         unsafe { LZ4F_freeDecompressionContext(self.0) };
     }
 }
 
 fn error(code: usize) -> Option<String> {
-    // SAFETY: it only looks at the number; the name is a constant of the library.
+    // SAFETY: the call only inspects the number; the name is a constant of the library.
     let name = unsafe {
         if LZ4F_isError(code) == 0 {
             return None;

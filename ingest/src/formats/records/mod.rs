@@ -1,4 +1,4 @@
-//! Reader of record-based files: MCAP, and bags of ROS 1.
+//! FileReader of record-based files: MCAP, and bags of ROS 1.
 //!
 //! Both are sequences of records, some of which are chunks of compressed records. A format
 //! implements [`Grammar`]; the walk, the search for the next record after damage, decompression
@@ -30,6 +30,6 @@ pub(crate) use self::{
     contents::{ChunkEntry, Contents},
     grammar::{Frame, Grammar, Kind},
     packed_chunk::{Compression, PackedChunk},
-    parsed::{ChannelRecord, Definition, MessageRecord, SchemaRecord},
+    parsed::{ChannelRecord, DefinitionRecord, MessageRecord, SchemaRecord},
     record_reader::RecordReader,
 };

@@ -13,6 +13,7 @@ pub(crate) struct MessageRecord<'a> {
 
 impl<'a> MessageRecord<'a> {
     /// The message, on the topic of its channel.
+    #[inline]
     pub(super) fn message(&self, topic: TopicId) -> Message<'a> {
         Message {
             topic,
@@ -25,7 +26,7 @@ impl<'a> MessageRecord<'a> {
 }
 
 /// What a record defines.
-pub(crate) enum Definition<'a> {
+pub(crate) enum DefinitionRecord<'a> {
     Schema { id: u32, schema: SchemaRecord<'a> },
     Channel { id: u32, channel: ChannelRecord<'a> },
 }
@@ -37,7 +38,7 @@ pub(crate) struct SchemaRecord<'a> {
     pub(crate) data: &'a [u8],
 }
 
-/// A topic as one writer sees it.
+/// A topic of one writer.
 pub(crate) struct ChannelRecord<'a> {
     /// `None` for messages without a type.
     pub(crate) schema_id: Option<u32>,

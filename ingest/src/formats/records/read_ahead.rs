@@ -1,8 +1,8 @@
-//! Chunks, unpacked ahead of the walk by as many threads as there are processors.
+//! Reads and decompresses chunks ahead of the walk, on as many threads as there are processors.
 //!
-//! The walk asks for chunk after chunk. What comes after is read, decompressed, and where an
-//! [`Intake`] is given also decoded meanwhile; a walk that would have to wait takes part. Whether a
-//! chunk was unpacked ahead makes no difference to what comes out of it.
+//! The walk requests one chunk after the other. Meanwhile worker threads read and decompress the
+//! next ones, and decode them if there is an [`Intake`]; a walk that would have to wait helps. The
+//! result does not depend on which thread handled a chunk.
 
 use std::{
     collections::VecDeque,
@@ -16,14 +16,14 @@ use super::{
     grammar::{Grammar, Kind},
     head_window::HeadWindow,
     intake::Intake,
-    unpacked::{How, Unpacked},
+    unpacked::{LoadMode, Unpacked},
     visitor::Visitor,
 };
 use crate::{file::FileBytes, message::Error};
 
-/// Packed bytes of the chunks that are unpacked ahead; one that is larger is read alone.
+/// Compressed bytes of the chunks in flight; a larger chunk is read alone.
 const AHEAD_LIMIT_BYTES: u64 = 24 << 20;
-/// Below this a second thread is not worth its start.
+/// Smaller files are not worth a second thread.
 const SMALLEST_FILE_BYTES: u64 = 4 << 20;
 const MOST_THREADS: usize = 8;
 
@@ -39,7 +39,7 @@ struct State {
     is_over: bool,
 }
 
-/// What one thread unpacks with.
+/// The tools of one thread.
 struct Worker<'s> {
     file: &'s FileBytes,
     intake: Option<&'s Intake<'s>>,
@@ -60,7 +60,7 @@ impl<'s> Worker<'s> {
         unpacked: &mut Unpacked,
         bytes: &Range<u64>,
     ) -> Result<(), Error> {
-        unpacked.load::<G>(self.file, bytes, How::Whole, &mut self.decompressor)?;
+        unpacked.load::<G>(self.file, bytes, LoadMode::Whole, &mut self.decompressor)?;
         if let Some(intake) = self.intake {
             unpacked.take_in::<G>(intake);
         }
@@ -68,7 +68,7 @@ impl<'s> Worker<'s> {
     }
 }
 
-/// What the threads share.
+/// State shared by the threads.
 pub(super) struct Shared {
     state: Mutex<State>,
     changed: Condvar,
@@ -76,7 +76,7 @@ pub(super) struct Shared {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, State> {
-        // No thread panics while it holds the lock; if one did, the state is still whole.
+        // No thread panics while holding the lock, and the state would still be consistent.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -85,7 +85,7 @@ impl Shared {
         self.changed.notify_all();
     }
 
-    /// Unpacks one waiting chunk, if there is one.
+    /// Decompresses one waiting chunk, if any.
     fn help<'s, G: Grammar>(
         &'s self,
         mut state: MutexGuard<'s, State>,
@@ -126,20 +126,20 @@ impl Shared {
     }
 }
 
-/// Hands out chunks in the order of the walk.
+/// Delivers chunks in the order of the walk.
 pub(super) struct Chunks<'s, G> {
     file: &'s FileBytes,
     shared: Option<&'s Shared>,
     worker: Worker<'s>,
     spare: Unpacked,
-    /// Looks for the next chunks without unpacking them.
+    /// Finds the next chunks without reading them.
     scout: HeadWindow<'s>,
     scouted: u64,
     most_jobs: usize,
     grammar: PhantomData<G>,
 }
 
-/// Runs `walk` with chunks that are unpacked ahead where that pays.
+/// Runs `walk` with chunks read ahead where that is worthwhile.
 pub(super) fn with_chunks<G: Grammar, R>(
     file: &FileBytes,
     intake: Option<&Intake<'_>>,
@@ -165,16 +165,16 @@ pub(super) fn with_chunks<G: Grammar, R>(
         for _ in 1..threads {
             scope.spawn(|| shared.work::<G>(Worker::new(file, intake)));
         }
-        // Also when the walk panics in the caller's code: the threads must not wait forever.
-        let _end = End(&shared);
+        // Also if the walk panics in the caller's code: the threads must not wait forever.
+        let _end = EndGuard(&shared);
         let worker = Worker::new(file, intake);
         walk(Chunks::new(worker, Some(&shared), 2 * threads))
     })
 }
 
-struct End<'s>(&'s Shared);
+struct EndGuard<'s>(&'s Shared);
 
-impl Drop for End<'_> {
+impl Drop for EndGuard<'_> {
     fn drop(&mut self) {
         self.0.end();
     }
@@ -195,14 +195,14 @@ impl<'s, G: Grammar> Chunks<'s, G> {
         }
     }
 
-    /// The chunk of these bytes. The visitor tells which of those that follow will be wanted.
+    /// The chunk at these bytes. The visitor decides which of the following chunks to read ahead.
     pub(super) fn take<V: Visitor>(
         &mut self,
         bytes: &Range<u64>,
         visitor: &V,
     ) -> Result<Unpacked, Error> {
         let Some(shared) = self.shared else {
-            return self.load(bytes, How::Whole);
+            return self.load(bytes, LoadMode::Whole);
         };
         self.send_ahead(shared, bytes, visitor)?;
         let mut state = shared.lock();
@@ -225,7 +225,7 @@ impl<'s, G: Grammar> Chunks<'s, G> {
                 }
                 _ => {
                     drop(state);
-                    return self.load(bytes, How::Whole);
+                    return self.load(bytes, LoadMode::Whole);
                 }
             }
             state = match shared.help::<G>(state, &mut self.worker) {
@@ -239,13 +239,13 @@ impl<'s, G: Grammar> Chunks<'s, G> {
     }
 
     /// Reads a chunk now.
-    pub(super) fn load(&mut self, bytes: &Range<u64>, how: How) -> Result<Unpacked, Error> {
+    pub(super) fn load(&mut self, bytes: &Range<u64>, how: LoadMode) -> Result<Unpacked, Error> {
         let mut unpacked = std::mem::take(&mut self.spare);
         unpacked.load::<G>(self.file, bytes, how, &mut self.worker.decompressor)?;
         Ok(unpacked)
     }
 
-    /// Takes a chunk back, for its buffers.
+    /// Returns a chunk, to reuse its buffers.
     pub(super) fn give_back(&mut self, mut unpacked: Unpacked) {
         unpacked.forget_large();
         match self.shared {
@@ -259,7 +259,7 @@ impl<'s, G: Grammar> Chunks<'s, G> {
         }
     }
 
-    /// Finds the wanted chunks that follow and hands them to the threads.
+    /// Finds the next wanted chunks and queues them for the threads.
     fn send_ahead<V: Visitor>(
         &mut self,
         shared: &Shared,
@@ -267,7 +267,7 @@ impl<'s, G: Grammar> Chunks<'s, G> {
         visitor: &V,
     ) -> Result<(), Error> {
         let mut state = shared.lock();
-        // What the walk passed by, it does not want any more.
+        // The walk no longer needs chunks that it has passed.
         while state
             .jobs
             .front()
@@ -303,7 +303,7 @@ impl<'s, G: Grammar> Chunks<'s, G> {
         Ok(())
     }
 
-    /// The next record, and whether it is a wanted chunk; `None` where only the walk can go on.
+    /// The next record, and whether it is a wanted chunk; `None` where only the walk can proceed.
     fn scout_one<V: Visitor>(&mut self, visitor: &V) -> Result<Option<(Range<u64>, bool)>, Error> {
         let offset = self.scouted;
         let head = self.scout.bytes(offset, G::HEAD_BYTES as u64)?;

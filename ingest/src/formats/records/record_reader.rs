@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     file::{FileBytes, LogFile},
-    formats::reader::{Reader, Request},
+    formats::reader::{FileReader, Request},
     message::{Error, Extra, Losses, TopicTable},
 };
 
@@ -37,7 +37,7 @@ impl<G: Grammar> RecordReader<G> {
             Some(contents) => contents,
             None => {
                 losses.note(format!(
-                    "{}: no intact index at its end: the whole file was read to find its topics",
+                    "{}: no intact index: the whole file was scanned for its topics",
                     named.path().display()
                 ));
                 scan::read::<G>(&file, losses)?
@@ -54,9 +54,9 @@ impl<G: Grammar> RecordReader<G> {
     }
 }
 
-impl<G: Grammar> Reader for RecordReader<G> {
+impl<G: Grammar> FileReader for RecordReader<G> {
     fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error> {
-        // The walk and the visitor both need to report; the walk's losses are taken over after.
+        // The walk and the visitor both record losses; those of the walk are merged afterwards.
         let mut losses = Losses::default();
         let routes = Routes::new(&self.channels, request.wanted);
         let intake = request.batches;
@@ -73,14 +73,14 @@ impl<G: Grammar> Reader for RecordReader<G> {
             delivery.report_missing(&mut losses);
         }
         request.losses.merge(&losses);
-        // of all files of the log
+        // `merge` does not add them up over the files of a log
         request.losses.integrity.chunks_passed_over += losses.integrity.chunks_passed_over;
         Ok(flow)
     }
 
     fn extras(&self, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
-        let mut places = extras::Places::default();
-        // What is damaged, reading has told.
+        let mut places = extras::ExtraRanges::default();
+        // Reading reports the damage.
         let _ = walk::walk::<G, _>(
             &self.file,
             &self.chunks,
@@ -98,8 +98,7 @@ impl<G: Grammar> Reader for RecordReader<G> {
     }
 }
 
-/// Drops the chunks that are not where the index says, and looks whether the first one has a
-/// checksum.
+/// Drops chunks that are not where the index says, and notes whether the first one has a checksum.
 fn drop_wrong_places<G: Grammar>(
     chunks: &mut ChunkDirectory,
     file: &FileBytes,
@@ -120,7 +119,7 @@ fn drop_wrong_places<G: Grammar>(
     }
     if let Some(first) = wrong.first() {
         losses.note(format!(
-            "{}: the index leads to {} places where no chunk is, the first of them byte {first}",
+            "{}: {} chunks of the index are not at their offsets, the first at byte {first}",
             file.path().display(),
             wrong.len(),
         ));

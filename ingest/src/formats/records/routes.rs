@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::{contents::Contents, parsed::Definition};
+use super::{contents::Contents, parsed::DefinitionRecord};
 use crate::message::{TopicDescription, TopicId, TopicTable};
 
-/// The channels of a file and the topics they stand for.
+/// The channels of a file and their topics.
 pub(super) struct ChannelTable {
     pub(super) by_id: BTreeMap<u32, ChannelTopic>,
 }
@@ -13,8 +13,8 @@ pub(super) struct ChannelTable {
 pub(super) struct ChannelTopic {
     pub(super) topic: TopicId,
     pub(super) name: String,
-    /// How many messages the file's index counts.
-    pub(super) promised: Option<u64>,
+    /// Messages counted by the file's index.
+    pub(super) indexed_count: Option<u64>,
 }
 
 impl ChannelTable {
@@ -35,7 +35,7 @@ impl ChannelTable {
             let entry = ChannelTopic {
                 topic,
                 name: channel.topic.clone(),
-                promised: count.filter(|_| contents.counts_are_promised),
+                indexed_count: count.filter(|_| contents.counts_are_indexed),
             };
             by_id.insert(id, entry);
         }
@@ -44,20 +44,20 @@ impl ChannelTable {
 }
 
 #[derive(Clone, Copy)]
-pub(super) enum Use {
+pub(super) enum ChannelUse {
     Undefined,
     Unwanted,
     Wanted(TopicId),
 }
 
-/// Channel numbers up to this are looked up in a table.
+/// Channel ids below this use a lookup table.
 const TABLE_LIMIT: u32 = 1 << 16;
 
-/// Which messages are wanted, by channel. The same on every thread.
+/// Which channels are wanted; shared by all threads.
 pub(super) struct Routes<'d> {
     pub(super) channels: &'d ChannelTable,
     pub(super) wanted: &'d [bool],
-    uses: Vec<Use>,
+    uses: Vec<ChannelUse>,
 }
 
 impl<'d> Routes<'d> {
@@ -77,11 +77,11 @@ impl<'d> Routes<'d> {
         self.wanted.get(topic.index()).copied().unwrap_or(false)
     }
 
-    fn look_up(&self, channel_id: u32) -> Use {
+    fn look_up(&self, channel_id: u32) -> ChannelUse {
         match self.channels.by_id.get(&channel_id) {
-            None => Use::Undefined,
-            Some(entry) if self.wants(entry.topic) => Use::Wanted(entry.topic),
-            Some(_) => Use::Unwanted,
+            None => ChannelUse::Undefined,
+            Some(entry) if self.wants(entry.topic) => ChannelUse::Wanted(entry.topic),
+            Some(_) => ChannelUse::Unwanted,
         }
     }
 
@@ -91,18 +91,18 @@ impl<'d> Routes<'d> {
     }
 
     #[inline]
-    pub(super) fn channel_use(&self, channel_id: u32) -> Use {
+    pub(super) fn channel_use(&self, channel_id: u32) -> ChannelUse {
         match self.uses.get(channel_id as usize) {
             Some(found) => *found,
             None => self.look_up(channel_id),
         }
     }
 
-    /// Whether a definition agrees with what the index told, which counts.
-    pub(super) fn agrees(&self, definition: &Definition<'_>) -> bool {
+    /// Whether a definition agrees with the index, which takes precedence.
+    pub(super) fn agrees(&self, definition: &DefinitionRecord<'_>) -> bool {
         match definition {
-            Definition::Schema { .. } => true,
-            Definition::Channel { id, channel } => {
+            DefinitionRecord::Schema { .. } => true,
+            DefinitionRecord::Channel { id, channel } => {
                 let known = self.channels.by_id.get(id);
                 known.is_none_or(|known| known.name == channel.topic)
             }

@@ -1,4 +1,4 @@
-//! Records that follow each other in memory: the content of a chunk.
+//! Walks consecutive records in memory: the content of a chunk.
 
 use std::ops::{ControlFlow, Range};
 
@@ -8,21 +8,21 @@ use super::{
     visitor::{Next, Visitor},
 };
 
-/// What is wrong with a row of records, and what was found in it.
+/// What was found in a sequence of records, and what is wrong with it.
 #[derive(Default)]
 pub(super) struct Tally {
     pub(super) messages: u64,
     undefined_channel: u64,
     unreadable: u64,
     contradictory: u64,
-    /// Places that form no record.
+    /// Ranges of bytes that are not records.
     gaps: Vec<Range<usize>>,
     /// Log times of the first and the last message.
     pub(super) span_ns: Option<(i64, i64)>,
 }
 
 impl Tally {
-    /// Records that a checksum vouches for.
+    /// Walks verified records.
     pub(super) fn walk_intact<G: Grammar, V: Visitor>(
         &mut self,
         content: &[u8],
@@ -40,8 +40,8 @@ impl Tally {
         ControlFlow::Continue(())
     }
 
-    /// Records that nothing vouches for: each has to be followed by another one. After one that is
-    /// not, the next is searched.
+    /// Walks unverified records: each must be followed by another one, else the next is searched
+    /// for.
     pub(super) fn walk_unverified<G: Grammar, V: Visitor>(
         &mut self,
         content: &[u8],
@@ -55,7 +55,7 @@ impl Tally {
                 (at, frame) = self.resume::<G>(content, at, next.unwrap_or(content.len()));
                 continue;
             };
-            // It fits, so its length is one of memory.
+            // The frame fits into memory, so its length does too.
             let end = at + current.length_bytes as usize;
             let following = frame_at::<G>(content, end);
             let is_followed = following.is_some() || end == content.len();
@@ -63,7 +63,7 @@ impl Tally {
                 && !current.is_certain
                 && let Some(inner) = self.next_record::<G, V>(content, at + 1..end, visitor)
             {
-                // Its length is wrong: another record begins within it.
+                // The length is wrong: another record begins inside.
                 (at, frame) = self.resume::<G>(content, at, inner);
                 continue;
             }
@@ -74,7 +74,7 @@ impl Tally {
         ControlFlow::Continue(())
     }
 
-    /// Notes a gap and goes on behind it.
+    /// Notes a gap and resumes after it.
     fn resume<G: Grammar>(
         &mut self,
         content: &[u8],
@@ -85,8 +85,8 @@ impl Tally {
         (to, frame_at::<G>(content, to))
     }
 
-    /// The first of these places where a record stands that is certain, that another one follows, or
-    /// that is a likely message.
+    /// The first position of a record that is certain, is followed by another one, or is a likely
+    /// message.
     fn next_record<G: Grammar, V: Visitor>(
         &self,
         content: &[u8],
@@ -153,7 +153,7 @@ impl Tally {
         }
     }
 
-    /// How many things went wrong.
+    /// The number of problems.
     pub(super) fn problems(&self) -> u64 {
         self.undefined_channel + self.unreadable + self.contradictory + self.gaps.len() as u64
     }
@@ -165,16 +165,13 @@ impl Tally {
     pub(super) fn reason(&self) -> Option<String> {
         let gap_bytes: usize = self.gaps.iter().map(Range::len).sum();
         let counted = [
-            (
-                self.undefined_channel,
-                "messages of channels that are not defined",
-            ),
+            (self.undefined_channel, "messages of undefined channels"),
             (self.unreadable, "unreadable records"),
             (
                 self.contradictory,
-                "channels defined again otherwise (the first definition is kept)",
+                "contradictory definitions of a channel (the first is kept)",
             ),
-            (gap_bytes as u64, "bytes of content that form no record"),
+            (gap_bytes as u64, "bytes of content that are not records"),
         ];
         let found = counted.iter().filter(|(count, _)| *count > 0);
         let parts: Vec<String> = found

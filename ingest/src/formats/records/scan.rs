@@ -1,11 +1,11 @@
-//! Topics of a file without an intact index: one walk over everything.
+//! Builds the contents of a file without an intact index by one walk over it.
 
 use std::collections::BTreeMap;
 
 use super::{
-    contents::{Channel, ChunkDirectory, Contents, Schema},
+    contents::{Channel, ChunkDirectory, ChunkEntry, Contents, Schema},
     grammar::Grammar,
-    parsed::{Definition, MessageRecord},
+    parsed::{DefinitionRecord, MessageRecord},
     visitor::{Next, Visitor},
     walk,
 };
@@ -14,12 +14,12 @@ use crate::{
     message::{Error, Losses},
 };
 
-/// What a whole file holds, with its damage.
+/// The contents of the whole file; damage is added to `losses`.
 pub(super) fn read<G: Grammar>(file: &FileBytes, losses: &mut Losses) -> Result<Contents, Error> {
     let mut scan = Scan::default();
-    // Nothing is known yet about the chunks.
+    // No chunk is known yet.
     let no_chunks = ChunkDirectory::new();
-    // A scan never stops by itself, so whether it broke off says nothing.
+    // A scan never stops the walk.
     let _ = walk::walk::<G, _>(file, &no_chunks, None, &mut scan, losses)?;
     scan.end_chunk();
     let mut contents = scan.contents;
@@ -37,8 +37,8 @@ struct Scan {
 impl Scan {
     fn end_chunk(&mut self) {
         if let Some((offset, channels)) = self.chunk.take() {
-            // A chunk without messages was damaged: reading has to report it again.
-            let entry = super::ChunkEntry {
+            // A chunk without messages was damaged; reading must report it again.
+            let entry = ChunkEntry {
                 channels: (!channels.is_empty()).then_some(channels),
                 ..Default::default()
             };
@@ -57,17 +57,17 @@ impl Visitor for Scan {
         self.chunk = Some((offset, Vec::new()));
     }
 
-    fn definition(&mut self, definition: &Definition<'_>) -> bool {
-        // The first definition stays: a repeated one can only be equal or damaged.
+    fn definition(&mut self, definition: &DefinitionRecord<'_>) -> bool {
+        // The first definition is kept: a repeated one is either equal or damaged.
         match definition {
-            Definition::Schema { id, schema } => {
+            DefinitionRecord::Schema { id, schema } => {
                 self.contents
                     .schemas
                     .entry(*id)
                     .or_insert_with(|| Schema::from_record(schema));
                 true
             }
-            Definition::Channel { id, channel } => {
+            DefinitionRecord::Channel { id, channel } => {
                 let new = Channel::from_record(channel);
                 *self
                     .contents
@@ -87,8 +87,8 @@ impl Visitor for Scan {
             channels.push(id);
         }
         *self.counts.entry(id).or_default() += 1;
-        // Its channel may be defined later. Reading, which knows them all, reports those that are
-        // not.
+        // The channel may be defined later. Reading, which knows all channels, reports undefined
+        // ones.
         Next::Continue
     }
 

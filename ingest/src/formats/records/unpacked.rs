@@ -15,26 +15,21 @@ use crate::{file::FileBytes, message::Error};
 /// Buffers that grew beyond this are not kept.
 const KEPT_BUFFER_BYTES: usize = 32 << 20;
 
-/// One chunk and its content. Made once and used again.
+/// One chunk and its content; reused for other chunks.
 #[derive(Default)]
 pub(super) struct Unpacked {
     packed: Vec<u8>,
     buffer: Vec<u8>,
-    /// Where in `packed` the data begins and ends.
+    /// The range of the data in `packed`.
     data: Range<usize>,
     content: Option<Content>,
-    pub(super) header: Option<Header>,
-    /// Why there is no content.
+    /// Whether a checksum covers the content.
+    pub(super) has_checksum: bool,
+    /// Why the content is not available.
     pub(super) failure: Option<String>,
-    /// Its messages, if they are taken in already; else what is used for that.
+    /// Its decoded messages if `is_taken_in`, else buffers to decode into.
     intake: Option<TakenIn>,
     is_taken_in: bool,
-}
-
-/// What the header of a chunk tells.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Header {
-    pub(super) has_checksum: bool,
 }
 
 impl Unpacked {
@@ -47,54 +42,52 @@ impl Unpacked {
         .unwrap_or_default()
     }
 
-    /// The messages of the content, if they have been taken in.
+    /// The messages of the content, if they are decoded already.
     pub(super) fn taken_in(&mut self) -> Option<&mut TakenIn> {
         let taken = self.intake.as_mut();
         taken.filter(|_| std::mem::take(&mut self.is_taken_in))
     }
 
-    /// Whether the content is nothing but bytes of the file, and where it begins there.
+    /// Offset of the content in the record, if it is not compressed.
     pub(super) fn place_in_record(&self) -> Option<usize> {
         (self.content == Some(Content::AsPacked)).then_some(self.data.start)
     }
 
-    /// Reads and unpacks the chunk that stands in these bytes of the file.
+    /// Reads and decompresses the chunk at these bytes of the file.
     pub(super) fn load<G: Grammar>(
         &mut self,
         file: &FileBytes,
         bytes: &Range<u64>,
-        how: How,
+        how: LoadMode,
         decompressor: &mut Decompressor,
     ) -> Result<(), Error> {
         file.read_into(&mut self.packed, bytes.start, bytes.end - bytes.start)?;
         self.content = None;
-        self.header = None;
+        self.has_checksum = false;
         self.failure = None;
         self.is_taken_in = false;
         let Some(mut chunk) = G::chunk(&self.packed) else {
             self.failure = Some("unreadable chunk header".to_owned());
             return Ok(());
         };
-        // The data is a part of what was read, up to where it was cut.
+        // The data is a slice of `packed`, possibly truncated.
         let start = chunk.data.as_ptr() as usize - self.packed.as_ptr() as usize;
         self.data = start..start + chunk.data.len();
-        self.header = Some(Header {
-            has_checksum: chunk.has_checksum(),
-        });
-        if how == How::PlainToEnd {
+        self.has_checksum = chunk.has_checksum();
+        if how == LoadMode::PlainToEnd {
             self.data.end = self.packed.len();
             self.content = Some(Content::AsPacked);
             return Ok(());
         }
-        if how == How::Partial {
+        if how == LoadMode::Partial {
             self.content = Some(Decompressor::partial_content(&chunk, &mut self.buffer));
             return Ok(());
         }
-        if how == How::AnyLength {
+        if how == LoadMode::AnyLength {
             chunk.declared_bytes = chunk.data.len() as u64;
         }
-        // A decompressor that panics on damaged data must not take the program with it, nor leave the
-        // walk waiting for this chunk.
+        // A decompressor that panics on damaged data must not end the program or leave the walk
+        // waiting.
         let buffer = &mut self.buffer;
         let unpacked = catch_unwind(AssertUnwindSafe(|| decompressor.content(&chunk, buffer)));
         match unpacked {
@@ -102,21 +95,20 @@ impl Unpacked {
             Ok(Err(reason)) => self.failure = Some(reason),
             Err(_) => {
                 *decompressor = Decompressor::default();
-                self.failure = Some("decompression: an error within the decompressor".to_owned());
+                self.failure = Some("decompression: internal error of the decompressor".to_owned());
             }
         }
         Ok(())
     }
 
-    /// Takes in the messages of a content that a checksum vouches for.
+    /// Decodes the messages of verified content.
     pub(super) fn take_in<G: Grammar>(&mut self, intake: &Intake<'_>) {
-        let is_verified = self.header.is_some_and(|header| header.has_checksum);
-        if self.failure.is_some() || !is_verified {
+        if self.failure.is_some() || !self.has_checksum {
             return;
         }
         let used = self.intake.take();
         let content = self.content();
-        // An error in a decoder must not leave the walk waiting. The walk will meet it again.
+        // A panic in a decoder must not leave the walk waiting, which will reach it again itself.
         let taken = catch_unwind(AssertUnwindSafe(|| intake.take_in::<G>(content, used)));
         self.is_taken_in = taken.is_ok();
         self.intake = taken.ok();
@@ -132,14 +124,14 @@ impl Unpacked {
     }
 }
 
-/// How much of a chunk is expected.
+/// How a chunk is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum How {
+pub(super) enum LoadMode {
     Whole,
-    /// Whatever its header says of the length of its data.
+    /// Ignoring the data length in the header.
     AnyLength,
-    /// As much as the end of the file left.
+    /// As much as the truncated file has.
     Partial,
-    /// All bytes behind its header, which are not compressed, whatever it says of their length.
+    /// All bytes after the header, which are not compressed, ignoring the data length in it.
     PlainToEnd,
 }

@@ -1,7 +1,7 @@
 //! One pass over the records of a file. Every length is checked before it is followed.
 //!
-//! Where a record cannot be followed, the walk goes on at the next place where a record certainly
-//! begins: a chunk that the index knows, or one found by looking at every byte.
+//! After an invalid record, the walk resumes at the next offset where a record certainly begins: a
+//! chunk of the index, or one found by a search of every byte.
 
 use std::{
     collections::BTreeMap,
@@ -15,7 +15,7 @@ use super::{
     head_window::HeadWindow,
     intake::Intake,
     loss_log::LossLog,
-    parsed::{Definition, MessageRecord},
+    parsed::{DefinitionRecord, MessageRecord},
     read_ahead::{Chunks, with_chunks},
     row::Tally,
     unpacked::Unpacked,
@@ -26,11 +26,11 @@ use crate::{
     message::{Error, Losses, LostPart},
 };
 
-/// What is read at once; other records may be larger, they are passed over.
+/// Largest record that is read into memory.
 pub(super) const RECORD_LIMIT_BYTES: u64 = 1 << 30;
 
-/// Walks the messages of a file from its beginning. Chunks that a checksum vouches for go through the
-/// intake, if there is one, as they are unpacked.
+/// Walks the messages of a file from its beginning. Verified chunks go through the intake, if there
+/// is one, as they are decompressed.
 pub(super) fn walk<G: Grammar, V: Visitor>(
     file: &FileBytes,
     chunks: &ChunkDirectory,
@@ -65,24 +65,24 @@ pub(super) struct Walk<'w, G, V> {
     pub(super) unpacking: Chunks<'w, G>,
     pub(super) window: HeadWindow<'w>,
     pub(super) log: LossLog<'w>,
-    /// What went wrong with single records outside chunks.
+    /// Problems with records outside chunks.
     pub(super) loose: Tally,
     pub(super) loose_range: Range<u64>,
     pub(super) loose_problems: u64,
-    /// Whether one was present, whether one was absent.
+    /// Whether any checksum was present, and whether any was absent.
     pub(super) checksums: (bool, bool),
     /// Chunks that the visitor did not want.
     pub(super) passed_over: u64,
-    /// Whether only repetitions follow: their damage costs no message.
+    /// Whether only repeated definitions follow: damage there loses no message.
     pub(super) is_past_messages: bool,
     pub(super) grammar: PhantomData<G>,
 }
 
-/// What stands at an offset.
-enum Place {
+/// What is found at an offset.
+enum AtOffset {
     Record(Frame),
     End,
-    /// Nothing follows, not even an end mark.
+    /// The file ends without an end mark.
     Unclosed,
     Damaged(String),
 }
@@ -105,71 +105,72 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
     fn records(&mut self) -> Result<ControlFlow<()>, Error> {
         let mut offset = G::FIRST_RECORD;
         loop {
-            match self.place_at(offset)? {
-                Place::Record(frame) if frame.kind == Kind::End => {
+            match self.record_at(offset)? {
+                AtOffset::Record(frame) if frame.kind == Kind::End => {
                     if !self.visitor.wants_repetitions() {
                         return Ok(ControlFlow::Continue(()));
                     }
                     self.is_past_messages = true;
                     offset += frame.length_bytes;
                 }
-                Place::Record(frame) => {
+                AtOffset::Record(frame) => {
                     let end = offset + frame.length_bytes;
                     if self.record(frame.kind, offset..end)?.is_break() {
                         return Ok(ControlFlow::Break(()));
                     }
                     offset = end;
                 }
-                Place::End => return Ok(ControlFlow::Continue(())),
-                Place::Unclosed => {
-                    let reason = "the recording was not closed: what would follow is unknown";
+                AtOffset::End => return Ok(ControlFlow::Continue(())),
+                AtOffset::Unclosed => {
+                    let reason = "the recording was not closed: later messages may be missing";
                     self.lose(LostPart::Tail, offset..offset, reason.to_owned());
                     return Ok(ControlFlow::Continue(()));
                 }
-                Place::Damaged(reason) => match self.damaged(offset, reason)? {
-                    After::Resume(next) => offset = next,
-                    After::Stop(flow) => return Ok(flow),
+                AtOffset::Damaged(reason) => match self.damaged(offset, reason)? {
+                    Resumption::Resume(next) => offset = next,
+                    Resumption::Stop(flow) => return Ok(flow),
                 },
             }
         }
     }
 
-    fn place_at(&mut self, offset: u64) -> Result<Place, Error> {
+    fn record_at(&mut self, offset: u64) -> Result<AtOffset, Error> {
         let remaining = self.file.len().saturating_sub(offset);
         let head = self.window.bytes(offset, G::HEAD_BYTES as u64)?;
         if remaining == 0 {
-            return Ok(Place::Unclosed);
+            return Ok(AtOffset::Unclosed);
         }
         if head.len() as u64 == remaining && G::is_closing(head) {
-            return Ok(Place::End);
+            return Ok(AtOffset::End);
         }
         let Some(frame) = G::frame(head) else {
-            return Ok(Place::Damaged(G::complaint(head)));
+            return Ok(AtOffset::Damaged(G::complaint(head)));
         };
         let length_bytes = frame.length_bytes;
         let is_read = matches!(frame.kind, Kind::Chunk | Kind::Message | Kind::Definition);
         if length_bytes > remaining {
-            return Ok(Place::Damaged(format!(
-                "a record of {length_bytes} bytes, but the file ends after {remaining} bytes"
+            return Ok(AtOffset::Damaged(format!(
+                "a record of {length_bytes} bytes, but only {remaining} bytes are left in the file"
             )));
         }
         if is_read && length_bytes > RECORD_LIMIT_BYTES {
-            let reason = format!("a record of implausible {length_bytes} bytes");
-            return Ok(Place::Damaged(reason));
+            let reason = format!("a record of {length_bytes} bytes is implausible");
+            return Ok(AtOffset::Damaged(reason));
         }
         let end = offset + length_bytes;
         if self.next_known_chunk(offset).is_some_and(|next| next < end) {
-            let reason = format!("a record of {length_bytes} bytes runs into a chunk");
-            return Ok(Place::Damaged(reason));
+            let reason = format!("a record of {length_bytes} bytes overlaps a chunk");
+            return Ok(AtOffset::Damaged(reason));
         }
-        if !self.is_place(end)? {
+        if !self.is_boundary(end)? {
             let within = self.within(offset)?;
             if self.search(offset + 1, end, within)?.is_some() {
-                let reason = format!("another record begins within one of {length_bytes} bytes");
-                return Ok(Place::Damaged(reason));
+                let reason =
+                    format!("another record begins inside a record of {length_bytes} bytes");
+                return Ok(AtOffset::Damaged(reason));
             }
         }
-        Ok(Place::Record(frame))
+        Ok(AtOffset::Record(frame))
     }
 
     pub(super) fn next_known_chunk(&self, offset: u64) -> Option<u64> {
@@ -177,8 +178,8 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         self.chunks.range(after).next().map(|(&next, _)| next)
     }
 
-    /// Whether a record or the end of the file stands at an offset.
-    pub(super) fn is_place(&mut self, offset: u64) -> Result<bool, Error> {
+    /// Whether a record or the end of the file is at an offset.
+    pub(super) fn is_boundary(&mut self, offset: u64) -> Result<bool, Error> {
         let remaining = self.file.len().saturating_sub(offset);
         let head = self.window.bytes(offset, G::HEAD_BYTES as u64)?;
         let is_end = head.len() as u64 == remaining && (head.is_empty() || G::is_closing(head));
@@ -198,7 +199,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             Kind::Message | Kind::Definition => return self.loose_record(kind, bytes),
             Kind::Index => self.index(&bytes)?,
             Kind::Unknown => {
-                let reason = "a record of a kind that the format does not define";
+                let reason = "a record of an undefined kind";
                 self.lose(LostPart::Records, bytes, reason.to_owned());
             }
             Kind::Other => self.visitor.other(&bytes),
@@ -228,7 +229,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         Ok(flow)
     }
 
-    /// Walks the content of a chunk, and reports what is wrong with it after `beforehand`.
+    /// Walks the content of a chunk and reports problems, starting with `beforehand`.
     pub(super) fn content(
         &mut self,
         unpacked: &mut Unpacked,
@@ -241,8 +242,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             self.lose(part, bytes.clone(), reason);
             return ControlFlow::Continue(());
         }
-        let has_checksum = unpacked.header.is_some_and(|header| header.has_checksum);
-        let is_verified = has_checksum && part != LostPart::Tail;
+        let is_verified = unpacked.has_checksum && part != LostPart::Tail;
         self.checksums.0 |= is_verified;
         self.checksums.1 |= !is_verified;
         let (tally, flow) = self.messages(unpacked, is_verified);
@@ -267,7 +267,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         flow
     }
 
-    /// Hands the messages of a content to the visitor, unless they were taken in before.
+    /// Passes the messages of a chunk to the visitor, unless they are decoded already.
     fn messages(&mut self, unpacked: &mut Unpacked, is_verified: bool) -> (Tally, ControlFlow<()>) {
         if let Some(taken) = unpacked.taken_in() {
             return (taken.deliver(self.visitor), ControlFlow::Continue(()));
@@ -313,7 +313,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
     }
 }
 
-/// Where in the file the damage lies: exactly, if the content was not compressed.
+/// Where in the file the damage is; exact if the content is not compressed.
 fn lost_place(unpacked: &Unpacked, bytes: &Range<u64>, tally: &Tally) -> Range<u64> {
     let gaps = tally.gaps();
     match (unpacked.place_in_record(), gaps.first(), gaps.last()) {
@@ -325,10 +325,10 @@ fn lost_place(unpacked: &Unpacked, bytes: &Range<u64>, tally: &Tally) -> Range<u
     }
 }
 
-/// The messages of a content by channel.
+/// Message counts of a chunk by channel.
 fn count<G: Grammar>(content: &[u8]) -> BTreeMap<u32, u64> {
     let mut counter = Counter::default();
-    // A counter never stops by itself.
+    // A counter never stops the walk.
     let _ = Tally::default().walk_unverified::<G, _>(content, &mut counter);
     counter.0
 }
@@ -337,7 +337,7 @@ fn count<G: Grammar>(content: &[u8]) -> BTreeMap<u32, u64> {
 struct Counter(BTreeMap<u32, u64>);
 
 impl Visitor for Counter {
-    fn definition(&mut self, _definition: &Definition<'_>) -> bool {
+    fn definition(&mut self, _definition: &DefinitionRecord<'_>) -> bool {
         true
     }
 
@@ -351,17 +351,17 @@ impl Visitor for Counter {
     }
 }
 
-/// Where a record is searched.
+/// What a search may find.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Within {
+pub(super) enum SearchScope {
     Anything,
-    /// Behind the header of a chunk whose checksum decides over all that is in it. Its messages are
-    /// not to be found one by one.
+    /// After the header of a chunk with a checksum over its content: its messages must not be found
+    /// one by one.
     CheckedChunk,
 }
 
-/// How to go on after damage.
-pub(super) enum After {
+/// How to proceed after damage.
+pub(super) enum Resumption {
     Resume(u64),
     Stop(ControlFlow<()>),
 }

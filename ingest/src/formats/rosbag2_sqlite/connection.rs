@@ -6,15 +6,15 @@ use rusqlite::{Connection, OpenFlags};
 
 use crate::message::Error;
 
-/// Opens without any right to write, and without the files that SQLite makes beside a database.
+/// Opens without write access, and without the files that SQLite creates beside a database.
 pub(super) fn connect(data: &Path, path: &Path) -> Result<Connection, Error> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY
         | OpenFlags::SQLITE_OPEN_URI
         | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection =
         Connection::open_with_flags(uri(data), flags).map_err(Error::sqlite(path, "opening"))?;
-    // A database cut short is refused as a whole unless its schema counts as writable. Nothing
-    // can be written: the file is open for reading only.
+    // SQLite refuses a truncated database unless its schema is writable. Nothing can be written
+    // anyway: the file is open for reading only.
     connection
         .execute_batch(
             "PRAGMA writable_schema=ON; PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON;",
@@ -23,7 +23,7 @@ pub(super) fn connect(data: &Path, path: &Path) -> Result<Connection, Error> {
     Ok(connection)
 }
 
-/// SQLite takes options in an address only, in which every unusual byte has to be escaped.
+/// SQLite takes options only in a URI, in which every unusual byte must be escaped.
 fn uri(path: &Path) -> String {
     let mut uri = String::from("file:");
     for &byte in path.as_os_str().as_bytes() {

@@ -1,4 +1,4 @@
-//! The end of a database that is shorter than it claims to be.
+//! Detects a database that is shorter than its header states.
 
 use std::path::Path;
 
@@ -7,16 +7,16 @@ use crate::{
     message::{Error, Losses, LostPart},
 };
 
-/// What the end of a cut file looks like.
+/// The last bytes of a truncated file.
 ///
-/// SQLite reads zeros behind the end of the file. The last message of a page that is cut in two
-/// then comes out whole, with zeros at its end, and only these bytes give it away.
+/// SQLite reads zeros beyond the end of the file. The last message of a truncated page then appears
+/// complete, with zeros at its end; only these bytes reveal it.
 pub(super) struct Cut {
     last_bytes: Vec<u8>,
 }
 
 impl Cut {
-    /// Compares the size that the database claims with that of the file.
+    /// Compares the size in the database header with that of the file.
     pub(super) fn find(
         file: &FileBytes,
         path: &Path,
@@ -54,8 +54,8 @@ impl Cut {
         Ok(Some(Self { last_bytes }))
     }
 
-    /// Whether a message may reach over the end of the file: somewhere it goes on as the file
-    /// ends, and nothing but zeros follows.
+    /// Whether a message may extend beyond the end of the file: it contains the last bytes of the
+    /// file, followed by zeros only.
     pub(super) fn may_run_through(&self, data: &[u8]) -> bool {
         let zeros = data.iter().rev().take_while(|byte| **byte == 0).count();
         (data.len() - zeros..data.len()).any(|end| {

@@ -1,30 +1,30 @@
-//! Gaps in the numbering of salvaged messages.
+//! Finds gaps in the ids of salvaged messages.
 
 use std::ops::Range;
 
 use super::salvage::MessageRow;
 
-/// Most gaps told one by one; what comes after is added to the last.
+/// Most gaps listed; later ones are added to the last.
 const MOST_GAPS: usize = 1000;
 
-/// Messages whose numbers are missing among those that were found.
+/// Ids missing between those found.
 #[derive(Default)]
-pub(super) struct Gaps {
+pub(super) struct IdGaps {
     last: Option<(i64, i64, u64)>,
-    pub(super) list: Vec<Gap>,
+    pub(super) list: Vec<IdGap>,
 }
 
-/// Numbers that are missing in a row.
-pub(super) struct Gap {
+/// A run of missing ids.
+pub(super) struct IdGap {
     pub(super) missing: u64,
     /// Times of the messages before and after.
     pub(super) first_time_ns: Option<i64>,
     pub(super) last_time_ns: i64,
-    /// From the end of the page of the message before to the beginning of that after.
+    /// From the end of the previous message's page to the start of the next message's page.
     pub(super) pages: Range<u64>,
 }
 
-impl Gaps {
+impl IdGaps {
     pub(super) fn pass(&mut self, row: &MessageRow<'_>) {
         let (last_id, last_ns, last_end) = self
             .last
@@ -39,7 +39,7 @@ impl Gaps {
                     gap.last_time_ns = row.time_ns;
                     gap.pages.end = gap.pages.end.max(pages.end);
                 }
-                _ => self.list.push(Gap {
+                _ => self.list.push(IdGap {
                     missing,
                     first_time_ns: last_ns,
                     last_time_ns: row.time_ns,

@@ -1,14 +1,14 @@
-//! Which of the numbers that a recorder gives its messages were seen, at a bit for each.
+//! The set of message ids seen, one bit each.
 
 /// A set of small numbers.
 pub(super) struct IdSet {
     bits: Vec<u64>,
-    /// No number from here on is one of a message.
+    /// Ids from here on are not valid.
     limit: i64,
 }
 
 impl IdSet {
-    /// For a file of so many bytes: every row takes a few of them.
+    /// For a file of this size: every row takes a few bytes.
     pub(super) fn new(file_bytes: u64) -> Self {
         const SMALLEST_ROW_BYTES: u64 = 8;
         Self {

@@ -1,14 +1,14 @@
-//! Pages of an SQLite file, taken apart without the library: for databases that it gives up on.
+//! Parses pages of an SQLite file directly, for databases that the library cannot read.
 //!
-//! Only the leaves of tables are read. A cell whose numbers do not fit is passed over; nothing is
-//! allocated by a length that is not covered by the file.
+//! Only table leaves are read. Inconsistent cells are skipped; no length beyond the file causes an
+//! allocation.
 
-/// What the first bytes of a database tell about all its pages.
+/// The page size of a database, from its first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct PageSize {
-    /// Of a page.
+    /// Size of a page.
     pub(super) bytes: u64,
-    /// What of it may be used.
+    /// Usable size of a page.
     usable: usize,
 }
 
@@ -23,7 +23,7 @@ const LEAF_HEADER_BYTES: usize = 8;
 const MOST_COLUMNS: usize = 8;
 
 impl PageSize {
-    /// From the first 32 bytes of a file; `None` if they do not make sense.
+    /// From the first 32 bytes of a file; `None` if they are invalid.
     pub(super) fn parse(header: &[u8]) -> Option<Self> {
         let bytes = match u16::from_be_bytes(*header.get(16..)?.first_chunk()?) {
             1 => 65536,
@@ -35,7 +35,7 @@ impl PageSize {
         is_sound.then_some(Self { bytes, usable })
     }
 
-    /// How many bytes of a payload stand in the cell itself.
+    /// How many bytes of a payload the cell itself holds.
     fn local_bytes(self, payload_bytes: u64) -> usize {
         let usable = self.usable as u64;
         let largest = usable - 35;
@@ -51,19 +51,19 @@ impl PageSize {
         }) as usize
     }
 
-    /// What an overflow page holds: the number of the next one and bytes of the payload.
+    /// The content of an overflow page: the number of the next page, and payload bytes.
     pub(super) fn overflow(self, page: &[u8]) -> Option<(u32, &[u8])> {
         let next = u32::from_be_bytes(*page.first_chunk()?);
         Some((next, page.get(4..self.usable)?))
     }
 }
 
-/// What kind of page this is, as far as it tells.
+/// The kind of a page, as far as its first byte shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PageKind {
     Leaf,
     OtherTree,
-    /// No node of a tree: it belongs to a longer payload, is unused, or damaged.
+    /// Not a tree node: an overflow page, unused, or damaged.
     NoTree,
 }
 
@@ -81,16 +81,16 @@ pub(super) fn kind(page: &[u8], is_first: bool) -> PageKind {
     }
 }
 
-/// One row of a table, with as much of it as stands in the page.
+/// One row of a table, as far as it is on this page.
 pub(super) struct Cell<'p> {
     pub(super) row_id: i64,
     pub(super) payload_bytes: u64,
     pub(super) local: &'p [u8],
-    /// The page on which the payload goes on.
+    /// The overflow page on which the payload continues.
     pub(super) overflow: Option<u32>,
 }
 
-/// The rows on a leaf, in their order; those that do not fit are left out.
+/// The rows on a leaf, in order; inconsistent ones are omitted.
 pub(super) fn cells(
     page: &[u8],
     is_first: bool,
@@ -138,7 +138,7 @@ pub(super) enum Value<'p> {
     Blob(&'p [u8]),
 }
 
-/// A column whose value has not been looked at: its type and where it stands.
+/// The type and position of a column's value.
 #[derive(Clone, Copy)]
 struct Column {
     serial_type: i64,
@@ -153,7 +153,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Reads the header; the values need not be there yet. `None` if they would not fill the
+    /// Parses the header; the values may still be missing. `None` if they would not fill the
     /// payload.
     pub(super) fn parse(local: &[u8], payload_bytes: u64) -> Option<Self> {
         let (header_bytes, mut rest) = varint(local)?;
@@ -222,7 +222,7 @@ fn value_bytes(serial_type: i64) -> Option<usize> {
     })
 }
 
-/// Big-endian, of up to eight bytes, with its sign.
+/// A signed big-endian integer of up to eight bytes.
 fn integer(bytes: &[u8]) -> i64 {
     let is_negative = bytes.first().is_some_and(|byte| byte & 0x80 != 0);
     let start = if is_negative { -1 } else { 0 };
@@ -231,7 +231,7 @@ fn integer(bytes: &[u8]) -> i64 {
         .fold(start, |value, byte| (value << 8) | i64::from(*byte))
 }
 
-/// A number of one to nine bytes, and what follows.
+/// A varint of one to nine bytes, and the rest.
 fn varint(bytes: &[u8]) -> Option<(i64, &[u8])> {
     let mut value: i64 = 0;
     for index in 0..8 {

@@ -8,17 +8,17 @@ use std::{
 use rusqlite::{Row, types::ValueRef};
 
 use super::{
-    gaps::{Gap, Gaps},
+    gaps::{IdGap, IdGaps},
     id_set::IdSet,
     salvage::{MessageRow, Salvage},
     sqlite_reader::SqliteReader,
 };
 use crate::{
-    formats::reader::{Reader, Request},
+    formats::reader::{FileReader, Request},
     message::{Error, LostPart, LostRange, Message},
 };
 
-impl Reader for SqliteReader {
+impl FileReader for SqliteReader {
     fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error> {
         request.losses.integrity.checksums_absent = true;
         let mut pass = Pass {
@@ -38,22 +38,22 @@ impl Reader for SqliteReader {
     }
 }
 
-/// One reading of all wanted rows.
+/// One pass over all wanted rows.
 struct Pass<'p, 'r> {
     reader: &'p SqliteReader,
     request: &'p mut Request<'r>,
     rows: u64,
-    /// The numbers of the messages that were handed over, but for the last one.
+    /// Ids of the delivered messages, except the last one.
     seen: IdSet,
     last_id: Option<i64>,
     malformed: Malformed,
 }
 
-/// Rows that are no whole messages.
+/// Rows that are not complete messages.
 #[derive(Default)]
 struct Malformed {
     rows: u64,
-    /// Of those whose time can be read, the first and the last.
+    /// First and last readable time among them.
     span_ns: Option<(i64, i64)>,
 }
 
@@ -84,7 +84,7 @@ impl Pass<'_, '_> {
         Ok(ControlFlow::Continue(()))
     }
 
-    /// `None` when no topic of this file is wanted.
+    /// `None` if no topic of this file is wanted.
     fn query(&self) -> Option<String> {
         let topics = self.reader.topics.iter();
         let wanted = topics.filter(|(_, topic)| self.request.wants(**topic));
@@ -135,13 +135,13 @@ impl Pass<'_, '_> {
         }))
     }
 
-    /// SQLite does not tell positions. Rows come evenly enough for a progress bar.
+    /// SQLite does not report positions; an estimate by row suffices for a progress bar.
     fn estimated_bytes(&self) -> u64 {
         const TYPICAL_ROW_BYTES: u64 = 400;
         (self.rows * TYPICAL_ROW_BYTES).min(self.reader.file.len())
     }
 
-    /// Reads on page by page where SQLite gave up.
+    /// Continues page by page where SQLite gave up.
     fn salvage(&mut self, source: &Error) -> Result<ControlFlow<()>, Error> {
         let Some(mut salvage) = Salvage::open(&self.reader.file)? else {
             self.lose(
@@ -151,13 +151,13 @@ impl Pass<'_, '_> {
             );
             return Ok(ControlFlow::Continue(()));
         };
-        let mut gaps = Gaps::default();
+        let mut gaps = IdGaps::default();
         self.note_seen(i64::MAX);
         let mut salvaged = 0;
         let flow = salvage.messages(&mut |row| {
             if row.is_in_order {
                 gaps.pass(row);
-                // What was handed over before, or stands on a second page that is no longer used.
+                // Delivered before, or a copy on an unused page.
                 if self.seen.contains(row.id) {
                     return ControlFlow::Continue(());
                 }
@@ -169,13 +169,13 @@ impl Pass<'_, '_> {
         if flow.is_break() {
             return Ok(flow);
         }
-        let reason = format!("{source}; {salvaged} later messages were found in single pages");
+        let reason = format!("{source}; {salvaged} more messages were found in single pages");
         self.report_gaps(&gaps, &salvage.unknown_ranges(), &reason);
         Ok(flow)
     }
 
-    /// Notes the number before this one. A number that is larger than the one after it is damaged,
-    /// and that of another message.
+    /// Notes the previous id. An id larger than its successor is damaged and belongs to another
+    /// message.
     fn note_seen(&mut self, id: i64) {
         if let Some(last) = self.last_id.filter(|last| *last < id) {
             self.seen.insert(last);
@@ -200,10 +200,10 @@ impl Pass<'_, '_> {
         })
     }
 
-    /// Tells which pages are unreadable, and how many messages are missing where and between which times.
-    fn report_gaps(&mut self, gaps: &Gaps, ranges: &[Range<u64>], reason: &str) {
+    /// Reports unreadable pages, and how many messages are missing between which times.
+    fn report_gaps(&mut self, gaps: &IdGaps, ranges: &[Range<u64>], reason: &str) {
         let losses = &mut self.request.losses;
-        let mut push = |bytes: &Range<u64>, gap: Option<&Gap>| {
+        let mut push = |bytes: &Range<u64>, gap: Option<&IdGap>| {
             losses.push(LostRange {
                 file: self.reader.path.clone(),
                 start_byte: bytes.start,
@@ -218,7 +218,7 @@ impl Pass<'_, '_> {
         };
         let mut is_told = vec![false; ranges.len()];
         for gap in &gaps.list {
-            // The unreadable pages between those of the messages before and after.
+            // The unreadable pages between the messages before and after.
             let within =
                 |range: &Range<u64>| gap.pages.start <= range.start && range.end <= gap.pages.end;
             let mut bytes: Option<Range<u64>> = None;
@@ -231,7 +231,7 @@ impl Pass<'_, '_> {
             }
             push(&bytes.unwrap_or(gap.pages.clone()), Some(gap));
         }
-        // What no number is missing for: how many messages stood there, if any, is not known.
+        // Pages without missing ids: whether they held messages is unknown.
         for (range, _) in ranges.iter().zip(&is_told).filter(|(_, told)| !**told) {
             push(range, None);
         }
@@ -256,7 +256,7 @@ impl Pass<'_, '_> {
                 start_byte: end,
                 end_byte: end,
                 part: LostPart::Records,
-                reason: format!("{rows} rows are no whole messages"),
+                reason: format!("{rows} rows are not complete messages"),
                 first_time_ns: span_ns.map(|span| span.0),
                 last_time_ns: span_ns.map(|span| span.1),
                 messages: BTreeMap::new(),
@@ -266,5 +266,5 @@ impl Pass<'_, '_> {
     }
 }
 
-/// Rows between two calls for progress.
+/// Rows between two progress reports.
 const ROWS_PER_PROGRESS: u64 = 1024;

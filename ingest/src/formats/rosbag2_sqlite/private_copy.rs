@@ -1,5 +1,5 @@
-//! A copy of a database in a folder of its own, on which SQLite may apply the journal that lies
-//! beside it. The database itself is evidence and is never opened for writing.
+//! A private copy of a database on which SQLite may apply the journal beside the original. The
+//! original is evidence and is never opened for writing.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use tempfile::TempDir;
 
 use crate::message::{Losses, LostPart};
 
-/// The endings of the names of journals, and what their files begin with.
+/// File name suffixes of journals, and their first bytes.
 const JOURNALS: [(&str, &[u8]); 3] = [
     ("-wal", &[0x37, 0x7f, 0x06, 0x82]),
     ("-wal", &[0x37, 0x7f, 0x06, 0x83]),
@@ -18,20 +18,20 @@ const JOURNALS: [(&str, &[u8]); 3] = [
     ),
 ];
 
-/// The copy; it vanishes with the value.
+/// The copy, deleted with the value.
 pub(super) struct PrivateCopy {
     pub(super) path: PathBuf,
     _folder: TempDir,
 }
 
-/// Copies a database and its journal, and merges the two; `None` without a journal. What cannot be
-/// merged is told as lost.
+/// Copies a database and its journal, and merges the two; `None` without a journal. A journal that
+/// cannot be merged is reported as a loss.
 pub(super) fn with_journal(path: &Path, losses: &mut Losses) -> Option<PrivateCopy> {
     let (journal, ending) = journal_of(path)?;
     match copy_and_merge(path, &journal, ending) {
         Ok(copy) => {
             losses.note(format!(
-                "{}: a journal that was never merged lies beside it ({ending}); it was applied on \
+                "{}: a journal beside it was never merged ({ending}); it was applied to \
                  a private copy",
                 path.display()
             ));
@@ -39,7 +39,7 @@ pub(super) fn with_journal(path: &Path, losses: &mut Losses) -> Option<PrivateCo
         }
         Err(error) => {
             let bytes = std::fs::metadata(&journal).map_or(0, |metadata| metadata.len());
-            let reason = format!("a journal that cannot be applied: {error}");
+            let reason = format!("a journal cannot be applied: {error}");
             losses.lose(LostPart::File, &journal, 0..bytes, reason);
             None
         }
@@ -73,7 +73,8 @@ fn copy_and_merge(
     copy_content(journal, &beside(&copy, ending))?;
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = Connection::open_with_flags(&copy, flags)?;
-    // A first look makes SQLite roll a journal back; leaving the other kind behind merges it.
+    // A first query makes SQLite roll back a rollback journal; switching the mode merges a
+    // write-ahead log.
     let _: i64 = connection.query_row("PRAGMA schema_version", [], |row| row.get(0))?;
     let _: String = connection.query_row("PRAGMA journal_mode=DELETE", [], |row| row.get(0))?;
     Ok(PrivateCopy {
@@ -82,7 +83,7 @@ fn copy_and_merge(
     })
 }
 
-/// Without the rights of the original, which may forbid writing.
+/// Copies without the permissions of the original, which may forbid writing.
 fn copy_content(from: &Path, to: &Path) -> std::io::Result<()> {
     let mut source = std::fs::File::open(from)?;
     let mut target = std::fs::File::create_new(to)?;

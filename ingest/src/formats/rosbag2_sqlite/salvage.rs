@@ -1,11 +1,11 @@
-//! The rows of a damaged database, page by page: whatever the pages that lead to them look like.
+//! Reads the rows of a damaged database page by page, independent of interior pages.
 
 use std::ops::{ControlFlow, Range};
 
 use super::page::{self, Cell, Columns, PageKind, PageSize, Value};
 use crate::{file::FileBytes, message::Error};
 
-/// A payload longer than this is taken for a damaged length.
+/// A longer payload is taken as a damaged length.
 const PAYLOAD_LIMIT_BYTES: u64 = 1 << 30;
 /// `id`, `topic_id`, `timestamp`, `data`.
 const MESSAGE_COLUMNS: usize = 4;
@@ -16,9 +16,9 @@ pub(super) struct MessageRow<'s> {
     pub(super) topic: i64,
     pub(super) time_ns: i64,
     pub(super) data: &'s [u8],
-    /// Whether the number fits between those beside it.
+    /// Whether the id fits between its neighbours.
     pub(super) is_in_order: bool,
-    /// The bytes of the page that it begins on.
+    /// The byte range of the page on which it begins.
     pub(super) page: Range<u64>,
 }
 
@@ -35,20 +35,20 @@ pub(super) struct Salvage<'f> {
     file: &'f FileBytes,
     size: PageSize,
     pages: u32,
-    /// For each page whether it is accounted for.
+    /// For each page, whether its use is known.
     is_known: Vec<bool>,
     page: Vec<u8>,
     payload: Vec<u8>,
 }
 
 impl<'f> Salvage<'f> {
-    /// `None` if not even the size of the pages can be told.
+    /// `None` if not even the page size is known.
     pub(super) fn open(file: &'f FileBytes) -> Result<Option<Self>, Error> {
         let header = file.read_vec(0, file.len().min(32))?;
         let Some(size) = PageSize::parse(&header) else {
             return Ok(None);
         };
-        // A page that the end of the file cuts is left out.
+        // An incomplete last page is omitted.
         let pages = u32::try_from(file.len() / size.bytes).unwrap_or(u32::MAX);
         Ok(Some(Self {
             file,
@@ -60,7 +60,7 @@ impl<'f> Salvage<'f> {
         }))
     }
 
-    /// Every topic that can be found.
+    /// All topics that can be found.
     pub(super) fn topics(&mut self) -> Result<Vec<TopicRow>, Error> {
         let mut topics: Vec<TopicRow> = Vec::new();
         for number in 0..self.pages {
@@ -77,7 +77,7 @@ impl<'f> Salvage<'f> {
         Ok(topics)
     }
 
-    /// Hands over every whole message in the order of the numbers that the recorder gave them.
+    /// Passes every complete message to `take`, in the order of their ids.
     pub(super) fn messages(
         &mut self,
         visit: &mut dyn FnMut(&MessageRow<'_>) -> ControlFlow<()>,
@@ -97,7 +97,7 @@ impl<'f> Salvage<'f> {
         Ok(ControlFlow::Continue(()))
     }
 
-    /// The ranges of bytes that are no part of anything known; after [`messages`](Self::messages).
+    /// The byte ranges whose use is unknown; call after [`messages`](Self::messages).
     pub(super) fn unknown_ranges(&self) -> Vec<Range<u64>> {
         let mut ranges: Vec<Range<u64>> = Vec::new();
         for (number, _) in self
@@ -116,7 +116,7 @@ impl<'f> Salvage<'f> {
         ranges
     }
 
-    /// The leaves that hold messages, by the number of the first one.
+    /// The leaves that hold messages, by the id of the first one.
     fn message_leaves(&mut self) -> Result<Vec<(i64, u32)>, Error> {
         let mut leaves = Vec::new();
         for number in 0..self.pages {
@@ -194,7 +194,7 @@ impl<'f> Salvage<'f> {
         Ok(page::kind(&self.page, number == 0))
     }
 
-    /// Puts a payload together that goes on on other pages; `false` if it is not whole.
+    /// Assembles a payload from its overflow pages; `false` if it is incomplete.
     fn load_payload(&mut self, cell: &Cell<'_>) -> Result<bool, Error> {
         let Some(mut next) = cell.overflow else {
             return Ok(true);
@@ -205,7 +205,7 @@ impl<'f> Salvage<'f> {
         self.payload.clear();
         self.payload.extend_from_slice(cell.local);
         while (self.payload.len() as u64) < cell.payload_bytes {
-            // Pages are counted from one.
+            // Pages are numbered from one.
             let Some(number) = next.checked_sub(1).filter(|number| *number < self.pages) else {
                 return Ok(false);
             };
@@ -226,12 +226,12 @@ impl<'f> Salvage<'f> {
             }
             next = following;
         }
-        // The last page of a payload leads nowhere.
+        // The last page of a payload has no successor.
         Ok(next == 0)
     }
 
-    /// Overflow pages begin with the number of the next one, whose first byte may look like the mark
-    /// of a tree.
+    /// Overflow pages begin with the number of the next page, whose first byte may look like a tree
+    /// page.
     fn looks_like_overflow(&self) -> bool {
         let next = self
             .page
@@ -241,7 +241,7 @@ impl<'f> Salvage<'f> {
     }
 }
 
-/// The columns of a row that is shaped like a message.
+/// The columns of a row with the shape of a message.
 fn message_columns(cell: &Cell<'_>) -> Option<Columns> {
     let columns = Columns::parse(cell.local, cell.payload_bytes)?;
     if columns.count() != MESSAGE_COLUMNS || !columns.is_blob(3) {

@@ -1,7 +1,6 @@
-//! The SQLite database of rosbag2: a table of topics and one row for each message.
+//! Opens a database and registers its topics.
 //!
-//! An intact database is read by the SQLite library. Where that gives up, the pages are read
-//! directly.
+//! Where SQLite cannot read the table of topics, it is salvaged from single pages.
 
 use std::{collections::HashMap, path::PathBuf};
 
@@ -21,13 +20,13 @@ use crate::{
 
 /// One database.
 pub(crate) struct SqliteReader {
-    /// As it was named; what is read may be a copy of it.
+    /// The path as given; `data` may be a copy.
     pub(super) path: PathBuf,
     pub(super) file: FileBytes,
     data: PathBuf,
     _copy: Option<PrivateCopy>,
     pub(super) cut: Option<Cut>,
-    /// By the number that the database gives a topic.
+    /// By the topic's id in the database.
     pub(super) topics: HashMap<i64, TopicId>,
 }
 
@@ -82,13 +81,13 @@ impl SqliteReader {
             None => losses.note(format!("{path}: the messages cannot be counted")),
             Some(0) => {}
             Some(missing) => losses.note(format!(
-                "{path}: {missing} of the numbers that the recorder gave its messages are missing"
+                "{path}: {missing} message ids are missing from the recorder's numbering"
             )),
         }
         Ok(())
     }
 
-    /// The topics as far as they stand somewhere; the error if there are none.
+    /// The topics found in single pages; the error if there are none.
     fn salvaged_topics(
         &self,
         error: Error,

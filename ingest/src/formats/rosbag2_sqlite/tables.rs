@@ -1,4 +1,4 @@
-//! What the tables of a database say, but for the messages themselves.
+//! Reads the tables other than the messages themselves.
 
 use std::{collections::HashMap, path::Path};
 
@@ -7,13 +7,13 @@ use rusqlite::Connection;
 use super::salvage::TopicRow;
 use crate::message::Error;
 
-pub(super) struct Definition {
+pub(super) struct StoredDefinition {
     pub(super) encoding: String,
     pub(super) text: String,
 }
 
-/// The definitions by type name. Older databases have no such table.
-pub(super) fn definitions(connection: &Connection) -> HashMap<String, Definition> {
+/// The definitions by type name. Older databases lack this table.
+pub(super) fn definitions(connection: &Connection) -> HashMap<String, StoredDefinition> {
     const QUERY: &str =
         "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions";
     let Ok(mut statement) = connection.prepare(QUERY) else {
@@ -22,7 +22,7 @@ pub(super) fn definitions(connection: &Connection) -> HashMap<String, Definition
     let rows = statement.query_map([], |row| {
         Ok((
             row.get(0)?,
-            Definition {
+            StoredDefinition {
                 encoding: row.get(1)?,
                 text: row.get(2)?,
             },
@@ -48,7 +48,7 @@ pub(super) fn topic_rows(connection: &Connection, path: &Path) -> Result<Vec<Top
     rows.collect::<Result<_, _>>().map_err(failed())
 }
 
-/// How many messages there are.
+/// Message counts.
 pub(super) struct Counts {
     by_topic: HashMap<i64, u64>,
     first_id: i64,
@@ -56,7 +56,7 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    /// `None` when damage prevents counting.
+    /// `None` if damage prevents counting.
     pub(super) fn read(connection: &Connection) -> Option<Self> {
         const QUERY: &str =
             "SELECT topic_id, COUNT(*), MIN(id), MAX(id) FROM messages GROUP BY topic_id";
@@ -82,7 +82,7 @@ impl Counts {
         self.by_topic.get(&id).copied().unwrap_or(0)
     }
 
-    /// Recorders number messages without gaps. How many numbers are missing.
+    /// The number of missing ids; recorders number messages without gaps.
     pub(super) fn missing(&self) -> u64 {
         let span = i128::from(self.last_id) - i128::from(self.first_id) + 1;
         let count: u64 = self.by_topic.values().sum();

@@ -6,7 +6,7 @@ use tipwatch_ingest::{Log, TopicId};
 use crate::support::TempLog;
 
 #[test]
-fn chunks_without_a_wanted_topic_are_passed_over_and_counted() {
+fn chunks_without_a_wanted_topic_are_skipped_and_counted() {
     let mut writer = WriteOptions::new()
         .compression(Some(Compression::Zstd))
         .chunk_size(Some(10_000))

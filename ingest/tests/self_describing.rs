@@ -1,4 +1,4 @@
-//! Messages that tell their own fields: JSON and protobuf.
+//! Self-describing messages: JSON and protobuf.
 
 use std::{collections::BTreeMap, io::Cursor};
 
@@ -41,7 +41,7 @@ fn log_of(encoding: &str, schema: (&str, &str, &[u8]), messages: &[Vec<u8>]) -> 
     TempLog::new("log.mcap", &writer.into_inner().into_inner())
 }
 
-/// The samples of the same messages in CDR, with less round numbers.
+/// The samples of the same messages in CDR, with non-round numbers.
 fn expected() -> Vec<SensorSample> {
     let file = TempLog::new("log.mcap", &joint_log(&Style::chunked(None), COUNT));
     joint_samples(&file.path).0
@@ -53,7 +53,7 @@ fn stamp(index: usize) -> (i64, i64) {
 }
 
 #[test]
-fn joint_states_in_json_are_those_in_cdr() {
+fn json_joint_states_equal_those_in_cdr() {
     let message = |index: usize| {
         let value = index as f64;
         let (sec, nanosec) = stamp(index);
@@ -77,7 +77,7 @@ fn joint_states_in_json_are_those_in_cdr() {
 }
 
 #[test]
-fn numbers_in_json_are_read_to_the_last_bit_however_they_are_written() {
+fn json_numbers_are_read_exactly_in_every_notation() {
     let paths: Vec<FieldPath> = ["a", "b[]", "c[1]", "d[].x", "e.f"]
         .map(|path| path.parse().unwrap())
         .to_vec();
@@ -132,8 +132,8 @@ fn message(name: &str, fields: Vec<FieldDescriptorProto>) -> DescriptorProto {
     }
 }
 
-/// `sensor_msgs.JointState`, whose stamp is a message within its header, and a type with every kind
-/// of number.
+/// `sensor_msgs.JointState`, whose stamp is nested in its header, and a type with every kind of
+/// number.
 fn descriptors() -> FileDescriptorSet {
     const ONE: Label = Label::Optional;
     const MANY: Label = Label::Repeated;
@@ -208,7 +208,7 @@ const NUMBERS: [Type; 13] = [
 ];
 
 #[test]
-fn joint_states_in_protobuf_are_those_in_cdr() {
+fn protobuf_joint_states_equal_those_in_cdr() {
     let set = descriptors().encode_to_vec();
     let pool = DescriptorPool::decode(&*set).unwrap();
     let new = |name: &str| DynamicMessage::new(pool.get_message_by_name(name).unwrap());
