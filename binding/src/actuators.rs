@@ -1,7 +1,7 @@
 //! Finds the actuator force signals that determine the load split: numbers from any messages.
 
 use tipwatch_ingest::{
-    Error, Log, NumberSample, SampleValue, SensorKind, SensorRequest, topic_of_field,
+    Error, Log, SampleSpec, SensorKind, SensorRequest, ValueSource, topic_of_field,
 };
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine, MachineSpec};
 use tipwatch_mechanics::signal::{ActuatorSignal, Sensor};
@@ -88,8 +88,8 @@ fn request(log: &Log, field: &FieldSpec) -> Result<SensorRequest, Error> {
         kind: SensorKind::Number,
         joint_names: Vec::new(),
         other_parts: Vec::new(),
-        numbers: Some(NumberSample {
-            values: vec![SampleValue::Field(number)],
+        numbers: Some(SampleSpec {
+            values: vec![ValueSource::Field(number)],
             has_roll_pitch_yaw: false,
         }),
     })

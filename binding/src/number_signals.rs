@@ -1,7 +1,7 @@
 //! Signals that the machine file binds number by number: turns `[signals]` tables into requests.
 
 use tipwatch_ingest::{
-    Error, Log, NumberField, NumberSample, SampleValue, SensorKind, SensorRequest, Topic, TopicId,
+    Error, Log, NumberField, SampleSpec, SensorKind, SensorRequest, Topic, TopicId, ValueSource,
     first_frame, topic_of_field,
 };
 use tipwatch_mechanics::machine::{FieldSpec, JointFields, NumberSpec, SignalSpec, SignalsSpec};
@@ -111,17 +111,17 @@ fn numbered_joint(
     };
     let position = (topic(log, position)?, number_field(position, "position"));
     let rate = match &fields.velocity {
-        Some(rate) => SampleValue::Field(number_field(rate, "velocity")),
-        None => SampleValue::Absent,
+        Some(rate) => ValueSource::Field(number_field(rate, "velocity")),
+        None => ValueSource::Absent,
     };
-    let values = vec![SampleValue::Field(position.1), rate];
+    let values = vec![ValueSource::Field(position.1), rate];
     Ok(Some(NumberedJoint {
         joint: joint.into(),
         request: SensorRequest {
             topic: position.0.id,
             kind: SensorKind::JointStates,
             joint_names: vec![joint.into()],
-            numbers: Some(NumberSample {
+            numbers: Some(SampleSpec {
                 values,
                 has_roll_pitch_yaw: false,
             }),
@@ -166,7 +166,7 @@ impl Parts<'_> {
             }
         }
         let samples = by_topic.into_iter().map(|(topic, parts)| {
-            let mut values = vec![SampleValue::Absent; kind.value_count(0)];
+            let mut values = vec![ValueSource::Absent; kind.value_count(0)];
             let mut has_roll_pitch_yaw = false;
             for (place, numbers) in parts {
                 has_roll_pitch_yaw |= place == 6 && numbers.len() == 3;
@@ -178,7 +178,7 @@ impl Parts<'_> {
             if has_roll_pitch_yaw {
                 values.pop();
             }
-            let sample = NumberSample {
+            let sample = SampleSpec {
                 values,
                 has_roll_pitch_yaw,
             };
@@ -195,9 +195,9 @@ impl Parts<'_> {
     }
 }
 
-fn sample_value(number: &NumberSpec) -> SampleValue {
+fn sample_value(number: &NumberSpec) -> ValueSource {
     match number {
-        NumberSpec::Constant(value) => SampleValue::Constant(*value),
-        NumberSpec::Field(field) => SampleValue::Field(number_field(field, "")),
+        NumberSpec::Constant(value) => ValueSource::Constant(*value),
+        NumberSpec::Field(field) => ValueSource::Field(number_field(field, "")),
     }
 }

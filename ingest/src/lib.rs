@@ -1,6 +1,6 @@
 //! Reads logs of robots and machines: messages, typed sensor samples, and a report of all damage.
 //!
-//! - [`Log`] opens a recording, lists its [`Topic`]s and hands out every intact [`Message`];
+//! - [`Log`] opens a recording, lists its [`Topic`]s and hands out every intact [`RawMessage`];
 //!   [`Losses`] tell what was damaged. Nothing in a damaged file ends the program.
 //! - [`bind`] finds the topic that carries a signal; [`SensorDecoder`] turns its messages into
 //!   [`SensorSample`]s.
@@ -63,19 +63,19 @@ pub use crate::{
         record_sensors,
     },
     decode::{
-        DecodeError, Fields, Layout, NumberField, NumberSample, SampleValue, SensorDecoder,
-        SensorSample, number_fields,
+        DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
+        ValueSource, number_fields,
     },
     file::Format,
     log::Log,
     message::{
-        BindingError, DefinitionSource, Error, Integrity, Losses, LostPart, LostRange, Message,
+        BindingError, DefinitionSource, Error, Integrity, Losses, LostPart, LostRange, RawMessage,
         SensorKind, Topic, TopicId,
     },
     schema::{FieldPath, SchemaError},
     topics::{
-        Binding, JointTopic, MetadataRecord, NamedTopics, SensorTopics, StaticFrame, Wanted, bind,
-        bind_joint_states, first_frame, first_string, joint_names_in, metadata_records,
+        Binding, JointTopic, MetadataRecord, NamedTopics, SensorTopics, SignalRequest, StaticFrame,
+        bind, bind_joint_states, first_frame, first_string, joint_names_in, metadata_records,
         robot_description, static_frames, topic_of_field,
     },
     write::{OutTopic, RecoverError, RecoveryReport, Ros2Writer, WriteError, recover},

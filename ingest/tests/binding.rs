@@ -1,4 +1,4 @@
-use tipwatch_ingest::{Log, SensorKind, Topic, Wanted, bind, bind_joint_states};
+use tipwatch_ingest::{Log, SensorKind, SignalRequest, Topic, bind, bind_joint_states};
 
 const IMU: &str = "sensor_msgs/msg/Imu";
 
@@ -21,7 +21,7 @@ fn only_topic_with_messages_is_bound() {
     assert_eq!(binding.topic.index(), 1);
     assert_eq!(binding.why, "the only sensor_msgs/msg/Imu topic");
     assert_eq!(bind(&topics, SensorKind::Odometry, None), Ok(None));
-    let named = Wanted {
+    let named = SignalRequest {
         kind: SensorKind::Imu,
         topic: Some("/imu/a".to_owned()),
     };

@@ -17,7 +17,7 @@ const MESSAGES: i64 = 2000;
 
 /// The times of a message: header stamp (zero if absent), publish time, log time.
 #[derive(Clone, Copy)]
-struct Message {
+struct StampedMessage {
     stamp: i64,
     publish: i64,
     log: i64,
@@ -29,9 +29,9 @@ fn delay(i: i64) -> i64 {
 }
 
 /// A message at this time, by a correct clock.
-fn sound(time: i64, i: i64) -> Message {
+fn sound(time: i64, i: i64) -> StampedMessage {
     let log = time + delay(i);
-    Message {
+    StampedMessage {
         stamp: time,
         publish: log,
         log,
@@ -42,11 +42,11 @@ fn at(i: i64) -> i64 {
     FIRST_NS + i * PERIOD
 }
 
-fn all(message: impl Fn(i64) -> Message) -> Vec<Message> {
+fn all(message: impl Fn(i64) -> StampedMessage) -> Vec<StampedMessage> {
     (0..MESSAGES).map(message).collect()
 }
 
-fn log_of(topics: &[(&str, Vec<Message>)], with_clock_topic: bool) -> TempLog {
+fn log_of(topics: &[(&str, Vec<StampedMessage>)], with_clock_topic: bool) -> TempLog {
     let mut writer = WriteOptions::new()
         .compression(None)
         .create(Cursor::new(Vec::new()))
@@ -147,7 +147,7 @@ fn valid_stamps_stay_unchanged() {
 #[test]
 fn simulation_time_becomes_the_time_of_all_signals() {
     // the simulation runs at half speed
-    let simulated = |i: i64| Message {
+    let simulated = |i: i64| StampedMessage {
         stamp: 7 * S + i * PERIOD,
         publish: FIRST_NS + 2 * i * PERIOD + delay(i),
         log: FIRST_NS + 2 * i * PERIOD + delay(i),
@@ -171,12 +171,12 @@ fn unstamped_signals_follow_uneven_simulation_time() {
         let t = i as f64 * 0.01;
         FIRST_NS + ((1.3 * t + 0.3 * (0.7 * t).sin()) * 1e9) as i64
     };
-    let simulated = |i| Message {
+    let simulated = |i| StampedMessage {
         stamp: S + i * PERIOD,
         publish: log_time(i),
         log: log_time(i),
     };
-    let unstamped = |i| Message {
+    let unstamped = |i| StampedMessage {
         stamp: 0,
         ..simulated(i)
     };
@@ -198,7 +198,7 @@ fn replayed_log_keeps_machine_time() {
     let days = 40 * 86_400 * S;
     let replayed = |i: i64| {
         let log = at(i) / 2 + FIRST_NS / 2 + days + delay(i);
-        Message {
+        StampedMessage {
             stamp: at(i),
             publish: log,
             log,
@@ -221,11 +221,11 @@ fn replayed_log_keeps_machine_time() {
 
 #[test]
 fn unstamped_messages_are_omitted_or_placed() {
-    let never = |i| Message {
+    let never = |i| StampedMessage {
         stamp: 0,
         ..sound(at(i), i)
     };
-    let sometimes = |i| Message {
+    let sometimes = |i| StampedMessage {
         stamp: if i % 10 == 3 { 0 } else { at(i) },
         ..sound(at(i), i)
     };
@@ -255,7 +255,7 @@ fn unstamped_messages_are_omitted_or_placed() {
 
 #[test]
 fn log_time_is_used_and_reported_without_stamps() {
-    let never = |i| Message {
+    let never = |i| StampedMessage {
         stamp: 0,
         ..sound(at(i), i)
     };
@@ -273,7 +273,7 @@ fn log_time_is_used_and_reported_without_stamps() {
 #[test]
 fn publish_time_is_preferred_to_log_time() {
     // published 1 ms after measurement, recorded with delays
-    let published = |stamp: i64, i: i64| Message {
+    let published = |stamp: i64, i: i64| StampedMessage {
         stamp,
         publish: at(i) + MS,
         log: at(i) + delay(i) * 10,
@@ -296,11 +296,11 @@ fn publish_time_is_preferred_to_log_time() {
 
 #[test]
 fn topic_of_another_epoch_is_mapped_to_the_common_clock() {
-    let since_boot = |i| Message {
+    let since_boot = |i| StampedMessage {
         stamp: 500 * S + i * PERIOD,
         ..sound(at(i), i)
     };
-    let slow_clock = |i| Message {
+    let slow_clock = |i| StampedMessage {
         stamp: at(i) - 90 * S,
         ..sound(at(i), i)
     };
@@ -322,7 +322,7 @@ fn topic_of_another_epoch_is_mapped_to_the_common_clock() {
 
 #[test]
 fn other_epoch_is_refused_without_usable_log_times() {
-    let at_once = |stamp: i64| Message {
+    let at_once = |stamp: i64| StampedMessage {
         stamp,
         publish: FIRST_NS,
         log: FIRST_NS,
@@ -351,13 +351,13 @@ fn runs_of_a_looped_replay_follow_each_other() {
     let looped = |period: i64| {
         move |i: i64| {
             let time = i * period;
-            Message {
+            StampedMessage {
                 stamp: FIRST_NS - 86_400 * S + time % length,
                 ..sound(FIRST_NS + time, i)
             }
         }
     };
-    let slow: Vec<Message> = (0..500).map(looped(40 * MS)).collect();
+    let slow: Vec<StampedMessage> = (0..500).map(looped(40 * MS)).collect();
     let topics = [("/arm", all(looped(PERIOD))), ("/imu", slow)];
     let recordings = recorded(&log_of(&topics, false));
     for (name, period) in [("/arm", PERIOD), ("/imu", 40 * MS)] {
@@ -380,11 +380,11 @@ fn runs_of_a_looped_replay_follow_each_other() {
 
 #[test]
 fn restarted_sensor_is_joined_by_log_time() {
-    let restarted = |i| Message {
+    let restarted = |i| StampedMessage {
         stamp: at(i) - if i < 800 { 0 } else { 60 * S },
         ..sound(at(i), i)
     };
-    let set_ahead = |i| Message {
+    let set_ahead = |i| StampedMessage {
         stamp: at(i) - if i < 1300 { 400 * 86_400 * S } else { 0 },
         ..sound(at(i), i)
     };
@@ -413,12 +413,12 @@ fn late_repeated_and_impossible_stamps_are_reported() {
             300 => i32::MAX as i64 * S, // impossible
             _ => at(i),
         };
-        Message {
+        StampedMessage {
             stamp,
             ..sound(at(i), i)
         }
     };
-    let often_twice = |i: i64| Message {
+    let often_twice = |i: i64| StampedMessage {
         stamp: at(i / 4 * 4),
         ..sound(at(i), i)
     };
@@ -443,7 +443,7 @@ fn late_repeated_and_impossible_stamps_are_reported() {
 
 #[test]
 fn clock_drift_is_removed() {
-    let fast = |i: i64| Message {
+    let fast = |i: i64| StampedMessage {
         stamp: at(i) + i * PERIOD / 200,
         ..sound(at(i), i)
     };
@@ -462,11 +462,11 @@ fn clock_drift_is_removed() {
 
 #[test]
 fn single_numbers_are_put_on_the_clock_of_the_sensors() {
-    let simulated = |i: i64| Message {
+    let simulated = |i: i64| StampedMessage {
         stamp: 7 * S + i * PERIOD,
         ..sound(at(i), i)
     };
-    let never = |i| Message {
+    let never = |i| StampedMessage {
         stamp: 0,
         ..sound(at(i), i)
     };

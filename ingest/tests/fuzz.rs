@@ -403,7 +403,14 @@ fn cdr_and_ros1_messages() {
     let ros1 = joint_layout("ros1", "ros1msg", JOINT_STATE);
     let seed = support::joint_state(1, &["a", "bb"], &[1.0, 2.0], &[3.0]);
     fuzz!(vec![seed], |bytes: &[u8], choice: u8| {
-        decode(if choice % 2 == 0 { &cdr } else { &ros1 }, bytes);
+        decode(
+            if choice.is_multiple_of(2) {
+                &cdr
+            } else {
+                &ros1
+            },
+            bytes,
+        );
     });
 }
 

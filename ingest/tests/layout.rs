@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 use tipwatch_ingest::{DecodeError, FieldPath, Fields, Layout, SchemaError};
 
-use crate::support::{Cdr, JOINT_STATE, joint_state};
+use crate::support::{self, Cdr, JOINT_STATE, joint_state};
 
 fn paths(texts: &[&str]) -> Vec<FieldPath> {
     texts.iter().map(|text| text.parse().unwrap()).collect()
@@ -146,7 +146,7 @@ fn other_encodings_and_cut_messages_are_refused() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(support::proptest_config(2000))]
 
     #[test]
     fn decoding_arbitrary_bytes_never_panics(

@@ -73,7 +73,7 @@ fn visit_can_break_and_progress_reaches_the_size() {
     let log = Log::open(&file.path).unwrap();
     let wanted = [topic_named(&log, "/chatter")];
     let mut seen = 0;
-    let mut stop_at_ten = |_: &tipwatch_ingest::Message<'_>| {
+    let mut stop_at_ten = |_: &tipwatch_ingest::RawMessage<'_>| {
         seen += 1;
         if seen < 10 {
             ControlFlow::Continue(())
@@ -85,7 +85,7 @@ fn visit_can_break_and_progress_reaches_the_size() {
     assert_eq!(seen, 10);
 
     let mut reports = Vec::new();
-    let mut pass = |_: &tipwatch_ingest::Message<'_>| ControlFlow::Continue(());
+    let mut pass = |_: &tipwatch_ingest::RawMessage<'_>| ControlFlow::Continue(());
     log.read_with_progress(&wanted, &mut pass, &mut |bytes| reports.push(bytes))
         .unwrap();
     assert!(reports.is_sorted() && reports.len() > 10);

@@ -1,9 +1,8 @@
-use std::collections::BTreeMap;
-use std::io::Cursor;
+use std::{collections::BTreeMap, io::Cursor};
 
 use mcap::{WriteOptions, records::MessageHeader};
 use tipwatch_ingest::{
-    FieldRequest, Log, NumberField, NumberSample, SampleValue, SensorKind, SensorRequest,
+    FieldRequest, Log, NumberField, SampleSpec, SensorKind, SensorRequest, ValueSource,
     record_fields, record_sensors,
 };
 
@@ -144,18 +143,18 @@ fn one_topic_may_serve_several_sensors() {
     let file = binary();
     let log = Log::open(&file.path).unwrap();
     let topic = log.topics()[0].id;
-    let field = |path: &str| SampleValue::Field(number(path, None));
-    let mut imu = vec![SampleValue::Absent; 6];
+    let field = |path: &str| ValueSource::Field(number(path, None));
+    let mut imu = vec![ValueSource::Absent; 6];
     imu[0] = field("cells[0].load");
-    imu[1] = SampleValue::Constant(0.5);
+    imu[1] = ValueSource::Constant(0.5);
     // a quarter turn about z maps x to y
-    imu.extend([0.0, 0.0, std::f64::consts::FRAC_PI_2].map(SampleValue::Constant));
-    let boom = SampleValue::Field(number("axes[].angle", Some("boom")));
+    imu.extend([0.0, 0.0, std::f64::consts::FRAC_PI_2].map(ValueSource::Constant));
+    let boom = ValueSource::Field(number("axes[].angle", Some("boom")));
     let request = |kind, values, has_roll_pitch_yaw, joints: &[&str]| SensorRequest {
         topic,
         kind,
         joint_names: joints.iter().map(|&j| j.to_owned()).collect(),
-        numbers: Some(NumberSample {
+        numbers: Some(SampleSpec {
             values,
             has_roll_pitch_yaw,
         }),
@@ -165,7 +164,7 @@ fn one_topic_may_serve_several_sensors() {
         request(SensorKind::Imu, imu, true, &[]),
         request(
             SensorKind::JointStates,
-            vec![boom, SampleValue::Absent],
+            vec![boom, ValueSource::Absent],
             false,
             &["boom"],
         ),
@@ -220,16 +219,16 @@ fn parts_of_a_sample_may_come_on_separate_topics() {
     let log = Log::open(&file.path).unwrap();
     let topic = |name: &str| crate::support::topic_named(&log, name);
     let part = |first: usize| {
-        let mut values = vec![SampleValue::Absent; 10];
+        let mut values = vec![ValueSource::Absent; 10];
         for (place, field) in (first..).zip(["x", "y", "z"]) {
-            values[place] = SampleValue::Field(NumberField {
+            values[place] = ValueSource::Field(NumberField {
                 field: field.into(),
                 joint: None,
                 scale: 1.0,
                 offset: 0.0,
             });
         }
-        NumberSample {
+        SampleSpec {
             values,
             has_roll_pitch_yaw: false,
         }

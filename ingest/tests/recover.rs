@@ -8,9 +8,9 @@ use crate::{
     support::{Style, TempLog, joint_log, joint_samples},
 };
 
-type RawMessage = (String, i64, i64, u32, Vec<u8>);
+type RecordedMessage = (String, i64, i64, u32, Vec<u8>);
 
-fn messages(path: &Path) -> Vec<RawMessage> {
+fn messages(path: &Path) -> Vec<RecordedMessage> {
     let log = Log::open(path).unwrap();
     let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
     let mut found = Vec::new();

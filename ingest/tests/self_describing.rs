@@ -13,7 +13,7 @@ use tipwatch_ingest::{
     DecodeError, FieldPath, Fields, Layout, Log, SensorDecoder, SensorKind, SensorSample, Topic,
 };
 
-use crate::support::{FIRST_NS, PERIOD_NS, Style, TempLog, joint_log, joint_samples};
+use crate::support::{self, FIRST_NS, PERIOD_NS, Style, TempLog, joint_log, joint_samples};
 
 const COUNT: usize = 60;
 
@@ -271,7 +271,7 @@ fn proto_number(kind: Type, seed: i64) -> (ProtoValue, f64) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(support::proptest_config(200))]
 
     #[test]
     fn every_kind_of_protobuf_number_survives(

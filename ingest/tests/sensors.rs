@@ -1,4 +1,6 @@
-use tipwatch_ingest::{DefinitionSource, Message, SensorDecoder, SensorKind, SensorSample, Topic};
+use tipwatch_ingest::{
+    DefinitionSource, RawMessage, SensorDecoder, SensorKind, SensorSample, Topic,
+};
 
 use crate::support::{Cdr, Style, TempLog, joint_log, joint_state};
 
@@ -11,7 +13,7 @@ fn topic(kind: SensorKind) -> Topic {
 fn decode(decoder: &mut SensorDecoder, data: &[u8]) -> SensorSample {
     let mut sample = SensorSample::default();
     let topic = topic(decoder.kind()).id;
-    let message = Message {
+    let message = RawMessage {
         topic,
         log_time_ns: 2,
         publish_time_ns: 1,
@@ -61,7 +63,7 @@ fn damaged_name_list_does_not_affect_the_next_message() {
     assert_eq!(decode(&mut decoder, &good).values[0], 2.0);
     let mut cut = joint_state(5, &["a", "z"], &[1.0, 2.0], &[]);
     cut.truncate(35);
-    let message = Message {
+    let message = RawMessage {
         topic: topic.id,
         log_time_ns: 0,
         publish_time_ns: 0,

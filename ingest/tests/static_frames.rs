@@ -1,5 +1,4 @@
-use std::collections::BTreeMap;
-use std::io::Cursor;
+use std::{collections::BTreeMap, io::Cursor};
 
 use mcap::{WriteOptions, records::MessageHeader};
 use tipwatch_ingest::{Log, static_frames};

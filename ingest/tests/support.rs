@@ -8,6 +8,7 @@ use std::{
 };
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
+use proptest::test_runner::{Config as ProptestConfig, FileFailurePersistence};
 use tempfile::TempDir;
 use tipwatch_ingest::{Log, Losses, SensorDecoder, SensorKind, SensorSample, TopicId};
 
@@ -206,6 +207,16 @@ pub(crate) fn topic_named(log: &Log, name: &str) -> TopicId {
         .find(|topic| topic.name == name)
         .unwrap()
         .id
+}
+
+/// Failing cases are kept, and tried first in later runs.
+pub(crate) fn proptest_config(cases: u32) -> ProptestConfig {
+    let kept = FileFailurePersistence::Direct("tests/proptest-regressions.txt");
+    ProptestConfig {
+        cases,
+        failure_persistence: Some(Box::new(kept)),
+        ..ProptestConfig::default()
+    }
 }
 
 /// All samples of a topic, and the losses.

@@ -4,6 +4,8 @@ use std::{collections::BTreeMap, fs::File, io::BufWriter, path::Path};
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
 
+use crate::cdr::{put, put_text};
+
 pub(crate) const JOINTS: usize = 6;
 const IMAGE_BYTES: usize = 900_000;
 const DEFINITION: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\n\
@@ -47,20 +49,6 @@ pub(crate) fn joint_names() -> Vec<String> {
     (0..JOINTS)
         .map(|joint| format!("arm_joint_{joint}"))
         .collect()
-}
-
-/// Appends a value after CDR padding to its size.
-fn put<const N: usize>(cdr: &mut Vec<u8>, value: [u8; N]) {
-    while !(cdr.len() - 4).is_multiple_of(N) {
-        cdr.push(0);
-    }
-    cdr.extend(value);
-}
-
-fn put_text(cdr: &mut Vec<u8>, text: &str) {
-    put(cdr, (text.len() as u32 + 1).to_le_bytes());
-    cdr.extend(text.as_bytes());
-    cdr.push(0);
 }
 
 /// Positions of a 16-bit encoder; velocities and efforts as their differences.

@@ -19,6 +19,7 @@
 // What it prints is its result.
 #![allow(clippy::print_stdout)]
 
+mod cdr;
 mod logs;
 #[path = "../../src/formats/records/lz4.rs"]
 #[allow(dead_code)]

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     clock::{ClockFinding, StampDecision, TimeBase},
-    decode::{NumberField, NumberSample, SampleValue},
+    decode::{NumberField, SampleSpec, ValueSource},
     log::Log,
     message::{Error, Losses},
     topics::topic_of_field,
@@ -67,8 +67,8 @@ pub fn record_fields(
     let mut collectors = Vec::with_capacity(requests.len());
     for request in requests {
         let topic = topic_of_field(log, &request.topic, &request.number.field)?;
-        let sample = NumberSample {
-            values: vec![SampleValue::Field(request.number.clone())],
+        let sample = SampleSpec {
+            values: vec![ValueSource::Field(request.number.clone())],
             has_roll_pitch_yaw: false,
         };
         let decoder = Decoder::numbers(topic, &sample)?;

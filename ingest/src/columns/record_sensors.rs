@@ -14,7 +14,7 @@ use crate::{
     clock::{TimeBase, Times, TopicStatistics},
     formats::Batch,
     log::Log,
-    message::{Error, Losses, Message, TopicId},
+    message::{Error, Losses, RawMessage, TopicId},
 };
 
 /// Reads all samples of the wanted sensors in one pass over the log.
@@ -75,7 +75,7 @@ pub(crate) fn record(
             target: Arc::clone(&columns),
         })
     };
-    let mut visit = |message: &Message<'_>| {
+    let mut visit = |message: &RawMessage<'_>| {
         lock(&columns).take(message);
         ControlFlow::Continue(())
     };
@@ -143,7 +143,7 @@ struct SensorBatch {
 }
 
 impl Batch for SensorBatch {
-    fn take(&mut self, message: &Message<'_>) {
+    fn take(&mut self, message: &RawMessage<'_>) {
         self.columns.take(message);
     }
 

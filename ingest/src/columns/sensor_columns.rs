@@ -3,10 +3,10 @@
 use super::sensor_recording::SensorRecording;
 use crate::{
     clock::{Placed, TimeBase, Times, TopicStatistics},
-    decode::{DecodeError, NumberDecoder, NumberSample, SensorDecoder, SensorSample},
+    decode::{DecodeError, NumberDecoder, SampleSpec, SensorDecoder, SensorSample},
     large_columns,
     log::Log,
-    message::{BindingError, Error, Message, SensorKind, Topic, TopicId},
+    message::{BindingError, Error, RawMessage, SensorKind, Topic, TopicId},
 };
 
 /// The columns of all requested sensors, for a log or a part of it.
@@ -31,7 +31,7 @@ impl SensorColumns {
 
     /// Adds a message of a requested topic.
     #[inline]
-    pub(crate) fn take(&mut self, message: &Message<'_>) {
+    pub(crate) fn take(&mut self, message: &RawMessage<'_>) {
         for sensor in &mut self.sensors {
             if sensor.topic == message.topic {
                 sensor.take(message, self.messages);
@@ -71,7 +71,7 @@ impl Decoder {
         Ok(Self::Typed(Box::new(decoder)))
     }
 
-    pub(crate) fn numbers(topic: &Topic, sample: &NumberSample) -> Result<Self, BindingError> {
+    pub(crate) fn numbers(topic: &Topic, sample: &SampleSpec) -> Result<Self, BindingError> {
         Ok(Self::Numbers(Box::new(NumberDecoder::new(topic, sample)?)))
     }
 
@@ -80,7 +80,7 @@ impl Decoder {
     #[inline]
     fn append_values(
         &mut self,
-        message: &Message<'_>,
+        message: &RawMessage<'_>,
         sample: &mut SensorSample,
         values: &mut Vec<f64>,
     ) -> Result<Option<HeaderStamp>, DecodeError> {
@@ -173,7 +173,7 @@ impl Collector {
     }
 
     #[inline]
-    fn take(&mut self, message: &Message<'_>, order: u32) {
+    fn take(&mut self, message: &RawMessage<'_>, order: u32) {
         let before = self.values.len();
         let stamp = self
             .decoder

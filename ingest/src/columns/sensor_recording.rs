@@ -2,7 +2,7 @@
 
 use crate::{
     clock::{ClockFinding, StampCorrection, StampDecision, TimeBase, TopicStatistics, Treatment},
-    decode::NumberSample,
+    decode::SampleSpec,
     message::{SensorKind, TopicId},
 };
 
@@ -16,9 +16,9 @@ pub struct SensorRequest {
     /// For joint states, the wanted joints in order.
     pub joint_names: Vec<String>,
     /// The numbers that make up a sample, if the messages are not of the standard type.
-    pub numbers: Option<NumberSample>,
+    pub numbers: Option<SampleSpec>,
     /// Parts of a sample that come on separate topics: the values absent in `numbers`.
-    pub other_parts: Vec<(TopicId, NumberSample)>,
+    pub other_parts: Vec<(TopicId, SampleSpec)>,
 }
 
 /// All samples of one sensor, in file order.

@@ -10,7 +10,7 @@ use crate::schema::{Branch, PathTree};
 /// Reads one message. Fields that it lacks keep their values.
 pub(crate) fn run(tree: &PathTree, json: &[u8], fields: &mut Fields) -> Result<(), DecodeError> {
     let mut deserializer = serde_json::Deserializer::from_slice(json);
-    let message = Message {
+    let message = MessageVisitor {
         tree,
         fields,
         is_in_array: false,
@@ -30,13 +30,13 @@ pub(crate) fn run(tree: &PathTree, json: &[u8], fields: &mut Fields) -> Result<(
 }
 
 /// Reads an object into the slots of its fields.
-struct Message<'t, 'f> {
+struct MessageVisitor<'t, 'f> {
     tree: &'t PathTree,
     fields: &'f mut Fields,
     is_in_array: bool,
 }
 
-impl<'de> Visitor<'de> for Message<'_, '_> {
+impl<'de> Visitor<'de> for MessageVisitor<'_, '_> {
     type Value = ();
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -180,7 +180,7 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<(), A::Error> {
         let nothing = PathTree::default();
-        let message = Message {
+        let message = MessageVisitor {
             tree: self.branch.part.as_ref().unwrap_or(&nothing),
             fields: self.fields,
             is_in_array: self.is_in_array,
@@ -199,7 +199,7 @@ impl<'de> DeserializeSeed<'de> for Part<'_, '_> {
     type Value = ();
 
     fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        deserializer.deserialize_map(Message {
+        deserializer.deserialize_map(MessageVisitor {
             tree: self.tree,
             fields: self.fields,
             is_in_array: true,

@@ -14,7 +14,7 @@ pub use self::{
     error::DecodeError,
     fields::Fields,
     layout::Layout,
-    number_decoder::{NumberField, NumberSample, SampleValue},
+    number_decoder::{NumberField, SampleSpec, ValueSource},
     number_fields::number_fields,
     sensor::{SensorDecoder, SensorSample},
 };

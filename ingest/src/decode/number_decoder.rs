@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{error::DecodeError, fields::Fields, layout::Layout, sensor::SensorSample};
 use crate::{
-    message::{BindingError, Message, Topic},
+    message::{BindingError, RawMessage, Topic},
     schema::FieldPath,
 };
 
@@ -25,7 +25,7 @@ pub struct NumberField {
 
 /// A value of a sample.
 #[derive(Debug, Clone, PartialEq)]
-pub enum SampleValue {
+pub enum ValueSource {
     /// Absent from these messages: NaN.
     Absent,
     /// A constant.
@@ -36,9 +36,9 @@ pub enum SampleValue {
 
 /// The source of each value of a sample, in the order of [`SensorSample`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct NumberSample {
+pub struct SampleSpec {
     /// The values.
-    pub values: Vec<SampleValue>,
+    pub values: Vec<ValueSource>,
     /// Whether the values after the sixth are roll, pitch and yaw about fixed axes (rad) instead of
     /// a quaternion.
     pub has_roll_pitch_yaw: bool,
@@ -60,7 +60,7 @@ pub(crate) struct NumberDecoder {
     fields: Fields,
     /// Whether the messages have a header; its two paths then come first.
     is_stamped: bool,
-    values: Vec<(SampleValue, Location)>,
+    values: Vec<(ValueSource, Location)>,
     has_roll_pitch_yaw: bool,
     /// For each value, whether any message had the number.
     was_found: Vec<bool>,
@@ -85,7 +85,7 @@ enum Location {
 
 impl NumberDecoder {
     /// Prepares decoding.
-    pub(crate) fn new(topic: &Topic, sample: &NumberSample) -> Result<Self, BindingError> {
+    pub(crate) fn new(topic: &Topic, sample: &SampleSpec) -> Result<Self, BindingError> {
         let (layout, is_stamped, places) = prepare(topic, sample)?;
         Ok(Self {
             topic: topic.name.clone(),
@@ -102,7 +102,7 @@ impl NumberDecoder {
     /// Decodes one message; returns whether it has any number of the sample's first part.
     pub(crate) fn decode(
         &mut self,
-        message: &Message<'_>,
+        message: &RawMessage<'_>,
         sample: &mut SensorSample,
     ) -> Result<bool, DecodeError> {
         sample.values.clear();
@@ -116,9 +116,9 @@ impl NumberDecoder {
         let mut has_any = false;
         for (i, (value, place)) in self.values.iter().enumerate() {
             sample.values.push(match value {
-                SampleValue::Absent => f64::NAN,
-                SampleValue::Constant(constant) => *constant,
-                SampleValue::Field(field) => {
+                ValueSource::Absent => f64::NAN,
+                ValueSource::Constant(constant) => *constant,
+                ValueSource::Field(field) => {
                     let number = number(&self.fields, *place, field.joint.as_deref());
                     let is_there = number.is_finite();
                     has_any |= is_there && first_part.contains(&i);
@@ -148,7 +148,7 @@ impl NumberDecoder {
     pub(crate) fn check_found(&self) -> Result<(), BindingError> {
         let of_field = self.values.iter().zip(&self.was_found);
         for ((value, place), _) in of_field.filter(|(_, found)| !**found) {
-            if let SampleValue::Field(field) = value
+            if let ValueSource::Field(field) = value
                 && self.messages > 0
             {
                 return Err(BindingError::NoNumber {
@@ -166,7 +166,7 @@ impl NumberDecoder {
     /// The first value read from the log, with the other components if it belongs to a vector.
     fn first_part(&self) -> Range<usize> {
         let is_field =
-            |(value, _): &(SampleValue, Location)| matches!(value, SampleValue::Field(_));
+            |(value, _): &(ValueSource, Location)| matches!(value, ValueSource::Field(_));
         let first = self.values.iter().position(is_field).unwrap_or(0);
         match self.values.len() {
             ..=2 => first..first + 1,
@@ -241,7 +241,7 @@ fn number(fields: &Fields, place: Location, joint: Option<&str>) -> f64 {
 /// where each value is found.
 fn prepare(
     topic: &Topic,
-    sample: &NumberSample,
+    sample: &SampleSpec,
 ) -> Result<(Layout, bool, Vec<Location>), BindingError> {
     let mut refusal = None;
     for names in NAME_LISTS {
@@ -272,7 +272,7 @@ fn prepare(
 /// The path of each value; new paths are appended to `paths`.
 fn places(
     topic: &Topic,
-    sample: &NumberSample,
+    sample: &SampleSpec,
     names: &str,
     paths: &mut Vec<String>,
 ) -> Result<Vec<Location>, BindingError> {
@@ -285,7 +285,7 @@ fn places(
     };
     let mut places = Vec::with_capacity(sample.values.len());
     for value in &sample.values {
-        let SampleValue::Field(field) = value else {
+        let ValueSource::Field(field) = value else {
             places.push(Location::Absent);
             continue;
         };

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::{error::DecodeError, fields::Fields, layout::Layout};
 use crate::{
     decode::layout::layout_of,
-    message::{BindingError, Message, SensorKind, Topic},
+    message::{BindingError, RawMessage, SensorKind, Topic},
 };
 
 /// Indices of the header's fields among the paths; those of the sensor follow.
@@ -131,7 +131,7 @@ impl SensorDecoder {
     /// Decodes one message into `sample`. After an error the sample's values are empty.
     pub fn decode(
         &mut self,
-        message: &Message<'_>,
+        message: &RawMessage<'_>,
         sample: &mut SensorSample,
     ) -> Result<(), DecodeError> {
         sample.values.clear();
@@ -146,7 +146,7 @@ impl SensorDecoder {
     /// error.
     pub(crate) fn append_values(
         &mut self,
-        message: &Message<'_>,
+        message: &RawMessage<'_>,
         values: &mut Vec<f64>,
     ) -> Result<Option<i64>, DecodeError> {
         self.layout.decode(message.data, &mut self.fields)?;

@@ -4,7 +4,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::message::{Error, Extra, Losses, Message, TopicId};
+use crate::message::{Error, Extra, Losses, RawMessage, TopicId};
 
 /// One opened file of a log.
 pub(crate) trait FileReader: Send + Sync {
@@ -21,7 +21,7 @@ pub(crate) trait FileReader: Send + Sync {
 pub(crate) struct Request<'r> {
     /// One flag per topic of the log.
     pub(crate) wanted: &'r [bool],
-    pub(crate) visit: &'r mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+    pub(crate) visit: &'r mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
     pub(crate) progress: &'r mut dyn FnMut(u64),
     /// The total size of the files before this one.
     pub(crate) bytes_before: u64,
@@ -33,7 +33,7 @@ pub(crate) struct Request<'r> {
 /// Collects the messages of one chunk, on any thread.
 pub(crate) trait Batch: Send {
     /// Adds a message.
-    fn take(&mut self, message: &Message<'_>);
+    fn take(&mut self, message: &RawMessage<'_>);
     /// Hands over the collected messages and empties the batch. Batches are delivered in file
     /// order, interleaved with visits to single messages.
     fn deliver(&mut self);

@@ -12,7 +12,7 @@ use super::{log_files::LogFiles, recognise};
 use crate::{
     file::{Format, LogFile, format_of},
     formats::{Batch, Batches, FileReader, Request, open},
-    message::{Error, Extra, Losses, Message, Topic, TopicId, TopicTable},
+    message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicTable},
 };
 
 /// A log opened for reading. Its files are never modified, and no file is created beside them.
@@ -116,7 +116,7 @@ impl Log {
     pub fn read(
         &self,
         wanted: &[TopicId],
-        visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
     ) -> Result<Losses, Error> {
         self.read_with_progress(wanted, visit, &mut |_| {})
     }
@@ -126,7 +126,7 @@ impl Log {
     pub fn read_with_progress(
         &self,
         wanted: &[TopicId],
-        visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
         progress: &mut dyn FnMut(u64),
     ) -> Result<Losses, Error> {
         self.read_in_batches(wanted, visit, progress, None)
@@ -137,7 +137,7 @@ impl Log {
     pub(crate) fn read_in_batches(
         &self,
         wanted: &[TopicId],
-        visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
         progress: &mut dyn FnMut(u64),
         empty_batch: Option<&(dyn Fn() -> Box<dyn Batch> + Sync)>,
     ) -> Result<Losses, Error> {
@@ -153,7 +153,7 @@ impl Log {
         let count = |topic: TopicId, messages: u64| {
             seen[topic.0].set(seen[topic.0].get() + messages);
         };
-        let mut count_and_visit = |message: &Message<'_>| {
+        let mut count_and_visit = |message: &RawMessage<'_>| {
             count(message.topic, 1);
             visit(message)
         };
@@ -172,7 +172,7 @@ impl Log {
     fn read_files(
         &self,
         wanted: &[bool],
-        visit: &mut dyn FnMut(&Message<'_>) -> ControlFlow<()>,
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
         progress: &mut dyn FnMut(u64),
         batches: Option<Batches<'_>>,
     ) -> Result<(Losses, ControlFlow<()>), Error> {

@@ -12,7 +12,7 @@ pub use self::{
     binding_error::BindingError,
     error::Error,
     losses::{Integrity, Losses, LostPart, LostRange},
-    raw_message::Message,
+    raw_message::RawMessage,
     sensor_kind::SensorKind,
     topic::{DefinitionSource, Topic, TopicId},
 };

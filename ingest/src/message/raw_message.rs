@@ -4,7 +4,7 @@ use super::topic::TopicId;
 
 /// One message, borrowed from the reader's buffer during a callback.
 #[derive(Debug, Clone, Copy)]
-pub struct Message<'a> {
+pub struct RawMessage<'a> {
     /// The topic it was recorded on.
     pub topic: TopicId,
     /// When the recorder received it, in nanoseconds.

@@ -7,14 +7,14 @@ use crate::{
 
 /// A signal to look for.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Wanted {
+pub struct SignalRequest {
     /// What it measures.
     pub kind: SensorKind,
     /// The topic that the machine file names, if any.
     pub topic: Option<String>,
 }
 
-impl Wanted {
+impl SignalRequest {
     /// Finds the topic, as [`bind`] does.
     pub fn bind(&self, topics: &[Topic]) -> Result<Option<Binding>, BindingError> {
         bind(topics, self.kind, self.topic.as_deref())

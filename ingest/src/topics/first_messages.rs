@@ -3,9 +3,10 @@
 use std::ops::ControlFlow;
 
 use crate::{
-    decode::{Fields, layout_of},
+    decode::{Fields, Layout, layout_of},
     log::Log,
     message::{BindingError, Error, SensorKind, TopicId},
+    schema::normal_type_name,
 };
 
 /// Drivers that report joints in turn have named all of them after this many messages.
@@ -43,9 +44,24 @@ pub fn joint_names_in(log: &Log, topic: TopicId) -> Result<Vec<String>, Error> {
 
 /// The first string on a topic of strings, such as a robot description; `None` without messages.
 pub fn first_string(log: &Log, topic: TopicId) -> Result<Option<String>, Error> {
-    let described = log.topic(topic)?;
     expect_type(log, topic, "std_msgs/msg/String")?;
-    let layout = layout_of(described, &["data"])?;
+    let layout = layout_of(log.topic(topic)?, &["data"])?;
+    first_text(log, topic, &layout)
+}
+
+/// The frame in the header of the first readable message, without a leading slash; `None` if there is
+/// none.
+pub fn first_frame(log: &Log, topic: TopicId) -> Result<Option<String>, Error> {
+    let Ok(layout) = layout_of(log.topic(topic)?, &["header.frame_id"]) else {
+        return Ok(None);
+    };
+    let frame = first_text(log, topic, &layout)?;
+    let frame = frame.map(|frame| frame.trim_start_matches('/').to_owned());
+    Ok(frame.filter(|frame| !frame.is_empty()))
+}
+
+/// The first path of a layout, read from the first message that can be decoded.
+fn first_text(log: &Log, topic: TopicId, layout: &Layout) -> Result<Option<String>, Error> {
     let mut fields = Fields::new();
     let mut first = None;
     log.read(
@@ -61,30 +77,7 @@ pub fn first_string(log: &Log, topic: TopicId) -> Result<Option<String>, Error> 
     Ok(first)
 }
 
-/// The frame in the header of the first readable message, without a leading slash; `None` if there
-/// is none.
-pub fn first_frame(log: &Log, topic: TopicId) -> Result<Option<String>, Error> {
-    let Ok(layout) = layout_of(log.topic(topic)?, &["header.frame_id"]) else {
-        return Ok(None);
-    };
-    let mut fields = Fields::new();
-    let mut frame = None;
-    log.read(
-        &[topic],
-        &mut |message| match layout.decode(message.data, &mut fields) {
-            Ok(()) => {
-                frame = Some(String::from_utf8_lossy(fields.text(0)).into_owned());
-                ControlFlow::Break(())
-            }
-            Err(_) => ControlFlow::Continue(()),
-        },
-    )?;
-    let frame = frame.map(|frame| frame.trim_start_matches('/').to_owned());
-    Ok(frame.filter(|frame| !frame.is_empty()))
-}
-
 fn expect_type(log: &Log, topic: TopicId, expected: &'static str) -> Result<(), Error> {
-    use crate::schema::normal_type_name;
     let topic = log.topic(topic)?;
     if normal_type_name(&topic.type_name) == normal_type_name(expected) {
         return Ok(());

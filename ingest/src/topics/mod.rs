@@ -7,7 +7,7 @@ mod sensor_topics;
 mod static_frames;
 
 pub use self::{
-    binding::{Binding, Wanted, bind, bind_joint_states, topic_of_field},
+    binding::{Binding, SignalRequest, bind, bind_joint_states, topic_of_field},
     first_messages::{first_frame, first_string, joint_names_in},
     metadata_records::{MetadataRecord, metadata_records},
     sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},

@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::ros2_writer;
 use crate::{
     log::Log,
-    message::{Error, Extra, Losses, Message, Topic, TopicId},
+    message::{Error, Extra, Losses, RawMessage, Topic, TopicId},
 };
 
 /// Why recovery failed.
@@ -145,7 +145,7 @@ impl Recovery {
         })
     }
 
-    fn message(&mut self, message: &Message<'_>) -> Result<(), McapError> {
+    fn message(&mut self, message: &RawMessage<'_>) -> Result<(), McapError> {
         let index = message.topic.index();
         let header = MessageHeader {
             channel_id: self.channels.get(index).copied().unwrap_or_default(),

@@ -66,10 +66,9 @@ impl Visitor for Delivery<'_, '_> {
 
     #[inline]
     fn message(&mut self, record: &MessageRecord<'_>) -> Next {
-        let topic = match self.routes.channel_use(record.channel_id) {
-            ChannelUse::Wanted(topic) => topic,
-            ChannelUse::Unwanted => return Next::Continue,
-            ChannelUse::Undefined => return Next::UndefinedChannel,
+        let topic = match self.routes.wanted_topic(record.channel_id) {
+            Ok(topic) => topic,
+            Err(next) => return next,
         };
         self.seen.add(record.channel_id, 1);
         match (self.request.visit)(&record.message(topic)) {

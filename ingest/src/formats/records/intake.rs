@@ -4,7 +4,7 @@ use super::{
     channel_counts::ChannelCounts,
     grammar::Grammar,
     parsed::{DefinitionRecord, MessageRecord},
-    routes::{ChannelUse, Routes},
+    routes::Routes,
     row::Tally,
     visitor::{Next, Visitor},
 };
@@ -72,10 +72,9 @@ impl Visitor for BatchVisitor<'_> {
 
     #[inline]
     fn message(&mut self, record: &MessageRecord<'_>) -> Next {
-        let topic = match self.routes.channel_use(record.channel_id) {
-            ChannelUse::Wanted(topic) => topic,
-            ChannelUse::Unwanted => return Next::Continue,
-            ChannelUse::Undefined => return Next::UndefinedChannel,
+        let topic = match self.routes.wanted_topic(record.channel_id) {
+            Ok(topic) => topic,
+            Err(next) => return next,
         };
         self.messages.add(record.channel_id, 1);
         self.batch.take(&record.message(topic));

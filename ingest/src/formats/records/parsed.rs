@@ -1,6 +1,6 @@
 //! Records after parsing, borrowed from the bytes of the file.
 
-use crate::message::{Message, TopicId};
+use crate::message::{RawMessage, TopicId};
 
 /// A message.
 pub(crate) struct MessageRecord<'a> {
@@ -14,8 +14,8 @@ pub(crate) struct MessageRecord<'a> {
 impl<'a> MessageRecord<'a> {
     /// The message, on the topic of its channel.
     #[inline]
-    pub(super) fn message(&self, topic: TopicId) -> Message<'a> {
-        Message {
+    pub(super) fn message(&self, topic: TopicId) -> RawMessage<'a> {
+        RawMessage {
             topic,
             log_time_ns: self.log_time_ns,
             publish_time_ns: self.publish_time_ns,

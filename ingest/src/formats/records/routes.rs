@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{contents::Contents, parsed::DefinitionRecord};
+use super::{contents::Contents, parsed::DefinitionRecord, visitor::Next};
 use crate::message::{TopicDescription, TopicId, TopicTable};
 
 /// The channels of a file and their topics.
@@ -95,6 +95,16 @@ impl<'d> Routes<'d> {
         match self.uses.get(channel_id as usize) {
             Some(found) => *found,
             None => self.look_up(channel_id),
+        }
+    }
+
+    /// The topic of a wanted channel, or how the walk proceeds without its message.
+    #[inline]
+    pub(super) fn wanted_topic(&self, channel_id: u32) -> Result<TopicId, Next> {
+        match self.channel_use(channel_id) {
+            ChannelUse::Wanted(topic) => Ok(topic),
+            ChannelUse::Unwanted => Err(Next::Continue),
+            ChannelUse::Undefined => Err(Next::UndefinedChannel),
         }
     }
 

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     formats::reader::{FileReader, Request},
-    message::{Error, LostPart, LostRange, Message},
+    message::{Error, LostPart, LostRange, RawMessage},
 };
 
 impl FileReader for SqliteReader {
@@ -126,7 +126,7 @@ impl Pass<'_, '_> {
             self.malformed.count(Some(time_ns));
             return Ok(ControlFlow::Continue(()));
         }
-        Ok((self.request.visit)(&Message {
+        Ok((self.request.visit)(&RawMessage {
             topic,
             log_time_ns: time_ns,
             publish_time_ns: time_ns,
@@ -191,7 +191,7 @@ impl Pass<'_, '_> {
         if !self.request.wants(topic) {
             return ControlFlow::Continue(());
         }
-        (self.request.visit)(&Message {
+        (self.request.visit)(&RawMessage {
             topic,
             log_time_ns: row.time_ns,
             publish_time_ns: row.time_ns,
