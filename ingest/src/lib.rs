@@ -1,15 +1,15 @@
 //! Reads logs of robots and machines: messages, typed sensor samples, and a report of all damage.
 //!
-//! - [`Log`] opens a recording, lists its [`Topic`]s and hands out every intact [`RawMessage`];
-//!   [`Losses`] tell what was damaged. Nothing in a damaged file ends the program.
+//! - [`Log`] opens a log, lists its [`Topic`]s and passes every intact [`RawMessage`] to a callback;
+//!   [`Losses`] report what was damaged. No damage in a file ends the program.
 //! - [`bind`] finds the topic that carries a signal; [`SensorDecoder`] turns its messages into
 //!   [`SensorSample`]s.
-//! - [`TopicStatistics`] tells how the clocks of a topic behave, and where its gaps are; [`TimeBase`] puts
-//!   all topics on one clock and says what it had to do for that.
-//! - [`Layout`] reads single fields out of any message by its recorded definition.
+//! - [`TopicStatistics`] describes the clocks and gaps of a topic; [`TimeBase`] puts all topics on one
+//!   clock and reports the corrections.
+//! - [`Layout`] reads single fields of any message by its recorded definition.
 //! - [`recover`] writes the intact part of a log as a clean MCAP file; [`Ros2Writer`] writes a new one.
 //!
-//! It knows no machine: what the numbers mean for one is told by its callers.
+//! The crate knows nothing about machines: callers interpret the numbers.
 //!
 //! ```no_run
 //! use std::{ops::ControlFlow, path::Path};

@@ -10,7 +10,7 @@ use super::{line::median, thinned::Thinned, time::seconds_between};
 /// A shorter pause is not a gap, however fast the topic (ns).
 const SHORTEST_GAP_NS: i64 = 100_000_000;
 const GAP_PERIODS: f64 = 5.0;
-/// The longest gaps are listed, at most so many.
+/// Most gaps listed; the longest are kept.
 const MOST_GAPS: usize = 1000;
 
 /// A pause in a topic.

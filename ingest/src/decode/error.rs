@@ -42,7 +42,7 @@ pub enum DecodeError {
         /// What is wrong.
         problem: &'static str,
     },
-    /// A message that is no protobuf of its type.
+    /// A message that is not valid protobuf of its type.
     #[error("protobuf: {problem}")]
     Protobuf {
         /// What is wrong.

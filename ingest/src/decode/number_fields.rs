@@ -5,7 +5,7 @@ use crate::{
     schema::{Definitions, Dialect, FieldType, Repetition},
 };
 
-/// At most so many fields are listed.
+/// Most fields listed.
 const MOST_FIELDS: usize = 500;
 const MAX_DEPTH: usize = 8;
 

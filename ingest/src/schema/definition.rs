@@ -255,7 +255,7 @@ mod tests {
         let error = Definitions::parse("Nothing x", "a/B", Dialect::Ros2).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "a/B.x: its type a/Nothing is not defined"
+            "a/B.x: the definition of its type a/Nothing is missing"
         );
     }
 

@@ -62,8 +62,8 @@ impl RecoveryReport {
     }
 }
 
-/// Writes every intact message of a log, of whatever format, to a new MCAP file: in the order of
-/// the log, with its times and definitions, in chunks with checksums and an index.
+/// Writes every intact message of a log of any format to a new MCAP file, in the order of the log,
+/// with its times and definitions, in chunks with checksums and an index.
 ///
 /// Messages are copied in encoded form, so no definitions are needed.
 ///

@@ -16,7 +16,7 @@ pub(super) struct Block {
 }
 
 impl Block {
-    /// Skips numbers; without padding a run of them is one step whatever their sizes.
+    /// Skips numbers; without padding, a run of numbers of any size is one step.
     pub(super) fn skip(&mut self, number: NumberType, count: u32, dialect: Dialect) {
         let bytes = number.bytes().saturating_mul(count as usize);
         let alignment = match dialect {

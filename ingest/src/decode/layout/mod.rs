@@ -130,7 +130,7 @@ impl Layout {
 }
 
 impl Plan {
-    /// Reads a message that tells which fields it has.
+    /// Reads a self-describing message.
     fn decode_telling(
         &self,
         message: &[u8],

@@ -58,7 +58,7 @@ impl Plan {
             found: found.to_owned(),
         };
         let descriptors =
-            Descriptors::parse(set).ok_or_else(|| missing("bytes that are no such set"))?;
+            Descriptors::parse(set).ok_or_else(|| missing("bytes that are not such a set"))?;
         let fields = descriptors
             .fields(type_name)
             .ok_or_else(|| missing("a set without it"))?;
@@ -68,8 +68,8 @@ impl Plan {
         compiler.message(type_name, fields, tree, &mut Vec::new())
     }
 
-    /// Reads one message. Fields that it does not have stay as they are, but for the numbers whose
-    /// absence means zero.
+    /// Reads one message. Fields that it lacks keep their values, except for numbers whose absence
+    /// means zero.
     pub(crate) fn run(
         &self,
         message: &[u8],

@@ -125,7 +125,7 @@ impl Context {
             // SAFETY: both ranges lie within the borrowed slices: `filled` never exceeds the
             // target, because the library writes and reports no more than the space it is given. As
             // `stable_dst` requires, the output stays in place until the last call for this target.
-            // The next frame starts afresh, whatever its target.
+            // The next frame starts afresh in any target.
             let code = unsafe {
                 LZ4F_decompress(
                     self.0,
