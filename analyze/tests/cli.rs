@@ -330,7 +330,7 @@ fn each_mistake_gets_one_clear_message() {
         &no_log,
         &machine,
         1,
-        &["photo.mcap", "no log", "expected MCAP"],
+        &["photo.mcap", "not a log", "expected MCAP"],
     );
     fs::write(&no_log, b"").unwrap();
     says(&no_log, &machine, 1, &["photo.mcap"]);
@@ -380,7 +380,7 @@ fn each_mistake_gets_one_clear_message() {
         &two_imus,
         &unnamed,
         1,
-        &["two candidates", "/a", "/b", "[signals]"],
+        &["several candidates", "/a", "/b", "[signals]"],
     );
 }
 
