@@ -1,7 +1,7 @@
 //! Wheel loads against the contact forces of a simulation that shares no formula with us.
 
 use tipwatch_analyze::events::EventKind;
-use tipwatch_analyze::options::{Estimator, Options};
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_tests::{Truth, analysed, beside, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];

@@ -1,8 +1,8 @@
 //! The mass that nobody logged, from the force of the cylinder that lifts it.
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_binding::MachineFile;
 use tipwatch_tests::{Truth, data};
 

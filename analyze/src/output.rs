@@ -6,11 +6,13 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use crate::analysis::Analysis;
-use crate::derived::Derived;
 use crate::policy::Judgement;
+use crate::report;
 use crate::report::PlotLibrary;
-use crate::summary::Summary;
-use crate::{parquet, report, table};
+use crate::suspension::{self, Summary as WhatIfSummary, WhatIf};
+use crate::tables::derived::Derived;
+use crate::tables::summary::Summary;
+use crate::tables::{parquet, table};
 
 /// Which files are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -103,4 +105,29 @@ pub fn write_judgement(judgement: &Judgement, folder: &Path) -> Result<()> {
 
 fn write_text(path: &Path, text: &str) -> Result<()> {
     fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
+}
+
+impl WhatIf {
+    /// Writes `whatif.parquet`, `summary.json` and `report.html` into a folder, which is made if it is not
+    /// there.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        fs::create_dir_all(folder)
+            .with_context(|| format!("{}: cannot be created", folder.display()))?;
+        let mut table = suspension::table::table(self)?;
+        let path = folder.join("whatif.parquet");
+        parquet::write(&mut table, &self.analysis.provenance, &path)?;
+        let summary = serde_json::to_string_pretty(&WhatIfSummary::of(self))?;
+        for (name, text) in [
+            ("summary.json", summary),
+            ("report.html", report::render_what_if(self)),
+        ] {
+            let path = folder.join(name);
+            fs::write(&path, text)
+                .with_context(|| format!("{}: cannot be written", path.display()))?;
+        }
+        Ok(())
+    }
 }

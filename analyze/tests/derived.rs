@@ -8,9 +8,9 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use tipwatch_analyze::options::Options;
+use tipwatch_analyze::analysis::run;
+use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::output::{self, Outputs};
-use tipwatch_analyze::run;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldPath, Fields, Layout, Log};
 use tipwatch_mechanics::Quantity;

@@ -197,7 +197,7 @@ fn a_screen_keeps_every_log_once_and_tells_why_some_failed() {
         .sum();
     assert!((in_bins + number("unknown_s", row("/lift.mcap")).unwrap() - lasts).abs() < 1e-6);
     let exposed = number("exposed_s", row("/lift.mcap")).unwrap();
-    let causes = tipwatch_analyze::facts::EXPOSURE_CAUSES;
+    let causes = tipwatch_analyze::policy::facts::EXPOSURE_CAUSES;
     let by_cause: f64 = causes
         .iter()
         .map(|cause| number(&format!("exposed_{cause}_s"), row("/lift.mcap")).unwrap())

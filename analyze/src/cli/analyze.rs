@@ -6,16 +6,18 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
+use super::exit::{Exit, Usage, Voice, exit_of};
 use super::options::{AnalysisArgs, PolicyArgs};
-use super::{Verdict, Voice, usage, verdict};
 use crate::analysis::Analysis;
-use crate::facts::{LogFacts, event_facts};
-use crate::imu_check::FAULT;
-use crate::options::{ColumnGroup, MoreColumns, Options};
+use crate::analysis::imu_check::FAULT;
+use crate::analysis::run;
+use crate::base::options::{ColumnGroup, MoreColumns, Options};
+use crate::base::progress::Progress;
+use crate::output;
 use crate::output::Outputs;
+use crate::policy::facts::{LogFacts, event_facts};
 use crate::policy::{Judgement, Policy};
-use crate::progress::Progress;
-use crate::{output, report, run};
+use crate::report;
 
 #[derive(Debug, Args)]
 pub(super) struct AnalyzeArgs {
@@ -50,11 +52,11 @@ pub(super) struct AnalyzeArgs {
     policy: PolicyArgs,
 }
 
-pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Exit> {
     if let (Some(from), Some(to)) = (args.from, args.to)
         && from >= to
     {
-        usage("--from must be before --to");
+        bail!(Usage("--from must be before --to"));
     }
     let file = MachineFile::read(&args.machine)?;
     let options = Options {
@@ -68,7 +70,7 @@ pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
         ..args.analysis.options()
     };
     let policy = args.policy.policy()?;
-    let mut verdict = Verdict::Done;
+    let mut exit = Exit::Done;
     for (log, out) in args.logs.iter().zip(out_folders(&args.logs, &args.out)?) {
         let one = analyze_one(
             log,
@@ -81,11 +83,11 @@ pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
         )
         .unwrap_or_else(|error| {
             voice.error(&error);
-            Verdict::Failed
+            Exit::Failed
         });
-        verdict = verdict.max(one);
+        exit = exit.max(one);
     }
-    Ok(verdict)
+    Ok(exit)
 }
 
 fn analyze_one(
@@ -96,7 +98,7 @@ fn analyze_one(
     outputs: Outputs,
     policy: Option<&Policy>,
     voice: Voice,
-) -> Result<Verdict> {
+) -> Result<Exit> {
     let mut progress = Progress::new(log, voice.quiet);
     let analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
     progress.finish();
@@ -113,7 +115,7 @@ fn analyze_one(
     for rule in &broken {
         voice.say(&format!("rule broken: {}: {}", rule.rule, rule.found));
     }
-    Ok(verdict(&analysis, !broken.is_empty()))
+    Ok(exit_of(&analysis, !broken.is_empty()))
 }
 
 fn report_findings(analysis: &Analysis, out: &Path, voice: Voice) {

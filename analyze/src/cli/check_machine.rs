@@ -6,8 +6,8 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::Verdict;
-use crate::check_machine;
+use super::exit::Exit;
+use crate::setup::check_machine;
 
 #[derive(Debug, Args)]
 pub(super) struct CheckMachineArgs {
@@ -21,9 +21,9 @@ pub(super) struct CheckMachineArgs {
     json: bool,
 }
 
-pub(super) fn run(args: &CheckMachineArgs) -> Result<Verdict> {
+pub(super) fn run(args: &CheckMachineArgs) -> Result<Exit> {
     let file = MachineFile::read(&args.machine)?;
     let check = check_machine::check(&file, args.log.as_deref())?;
     check_machine::print(&check, args.json)?;
-    Ok(Verdict::Done)
+    Ok(Exit::Done)
 }

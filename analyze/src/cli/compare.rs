@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
+use super::exit::{Exit, Usage, Voice};
 use super::options::AnalysisArgs;
-use super::{Verdict, Voice, usage};
+use crate::analysis::run::analyse;
+use crate::base::files::write_whole;
+use crate::base::options::{Estimator, Model, Options};
 use crate::compare::{Side, compare, render, told};
-use crate::files::write_whole;
-use crate::options::{Estimator, Model, Options};
-use crate::run::analyse;
 
 #[derive(Debug, Args)]
 pub(super) struct CompareArgs {
@@ -42,11 +42,13 @@ pub(super) struct CompareArgs {
 }
 
 #[expect(clippy::print_stdout, reason = "the comparison is what is asked for")]
-pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Exit> {
     let options = args.analysis.options();
     let other = args.machine_b.is_some() || args.model_b.is_some() || args.estimator_b.is_some();
     if args.b.is_none() && !other {
-        usage("expected a second log or result, or --machine-b, --model-b or --estimator-b");
+        bail!(Usage(
+            "expected a second log or result, or --machine-b, --model-b or --estimator-b"
+        ));
     }
     let options_b = Options {
         model: args.model_b.unwrap_or(options.model),
@@ -56,7 +58,9 @@ pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Verdict> {
     let path_b = args.b.as_deref().unwrap_or(&args.a);
     let machine_b = args.machine_b.as_deref().or(args.machine.as_deref());
     if other && is_result(path_b) {
-        usage("--machine-b, --model-b and --estimator-b are for logs, not for results");
+        bail!(Usage(
+            "--machine-b, --model-b and --estimator-b are for logs, not for results"
+        ));
     }
     let a = side(&args.a, args.machine.as_deref(), options)?;
     let b = side(path_b, machine_b, options_b)?;
@@ -72,7 +76,7 @@ pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Verdict> {
         write_whole(&page, render(&comparison, &a, &b).as_bytes())?;
         voice.say(&format!("page: {}", page.display()));
     }
-    Ok(Verdict::Done)
+    Ok(Exit::Done)
 }
 
 fn is_result(path: &Path) -> bool {

@@ -6,8 +6,9 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::{Verdict, Voice};
-use crate::{first_machine, inspect};
+use super::exit::{Exit, Voice};
+use crate::setup::first_machine;
+use crate::setup::inspect;
 
 #[derive(Debug, Args)]
 pub(super) struct InspectArgs {
@@ -27,7 +28,7 @@ pub(super) struct InspectArgs {
     urdf: Option<PathBuf>,
 }
 
-pub(super) fn run(args: &InspectArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &InspectArgs, voice: Voice) -> Result<Exit> {
     let file = args.machine.as_deref().map(MachineFile::read).transpose()?;
     let inspection = inspect::inspect(&args.log, file.as_ref())?;
     inspect::print(&inspection, args.json)?;
@@ -39,8 +40,8 @@ pub(super) fn run(args: &InspectArgs, voice: Voice) -> Result<Verdict> {
         }
     }
     Ok(if inspection.losses.is_empty() {
-        Verdict::Done
+        Exit::Done
     } else {
-        Verdict::Lost
+        Exit::Lost
     })
 }

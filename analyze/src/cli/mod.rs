@@ -4,6 +4,7 @@ mod analyze;
 mod check_machine;
 mod compare;
 mod demo;
+mod exit;
 mod inspect;
 mod options;
 mod recover;
@@ -13,18 +14,12 @@ mod whatif;
 
 use std::process::ExitCode;
 
-use crate::stdout::to_stdout;
-use crate::summary;
+use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::analysis::Analysis;
-
-/// Exit code: a file's content, the machine or the disk is at fault.
-const FAILED: u8 = 1;
-/// Exit code: done, but bytes or messages of a log were lost.
-const LOST: u8 = 3;
-/// Exit code: the condition of `--fail-on` was met, or the policy broken.
-const CONDITION_MET: u8 = 4;
+use self::exit::{Exit, Usage, Voice};
+use crate::base::stdout::to_stdout;
+use crate::tables::summary;
 
 /// How close a wheeled machine came to tipping over, from the logs that it keeps.
 #[derive(Debug, Parser)]
@@ -69,26 +64,6 @@ enum Command {
     },
 }
 
-/// What a command ends with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Verdict {
-    Done,
-    Lost,
-    ConditionMet,
-    Failed,
-}
-
-impl From<Verdict> for ExitCode {
-    fn from(verdict: Verdict) -> Self {
-        match verdict {
-            Verdict::Done => Self::SUCCESS,
-            Verdict::Lost => Self::from(LOST),
-            Verdict::ConditionMet => Self::from(CONDITION_MET),
-            Verdict::Failed => Self::from(FAILED),
-        }
-    }
-}
-
 /// Does what the command line asks.
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
@@ -106,7 +81,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Stabilise(args) => stabilise::run(args),
         Command::Recover(args) => recover::run(args, voice),
         Command::Demo(args) => demo::run(args, voice),
-        Command::Schema => to_stdout(&summary::json_schema()).map(|()| Verdict::Done),
+        Command::Schema => to_stdout(&summary::json_schema()).map(|()| Exit::Done),
         Command::Completions { shell } => {
             clap_complete::generate(
                 *shell,
@@ -114,49 +89,18 @@ pub fn run(cli: &Cli) -> ExitCode {
                 "tipwatch",
                 &mut std::io::stdout(),
             );
-            Ok(Verdict::Done)
+            Ok(Exit::Done)
         }
     };
     result
         .unwrap_or_else(|error| {
+            if let Some(Usage(mistake)) = error.downcast_ref() {
+                Cli::command()
+                    .error(ErrorKind::ValueValidation, mistake)
+                    .exit()
+            }
             voice.error(&error);
-            Verdict::Failed
+            Exit::Failed
         })
         .into()
-}
-
-/// Ends the program with exit code 2: the arguments do not make sense together.
-fn usage(mistake: &str) -> ! {
-    Cli::command()
-        .error(clap::error::ErrorKind::ValueValidation, mistake)
-        .exit()
-}
-
-/// What is said, to stderr.
-#[derive(Debug, Clone, Copy)]
-struct Voice {
-    quiet: bool,
-    verbose: bool,
-}
-
-impl Voice {
-    fn say(self, text: &str) {
-        if !self.quiet {
-            eprintln!("{text}");
-        }
-    }
-
-    fn error(self, error: &anyhow::Error) {
-        eprintln!("error: {error:#}");
-    }
-}
-
-fn verdict(analysis: &Analysis, is_condition_met: bool) -> Verdict {
-    if is_condition_met {
-        Verdict::ConditionMet
-    } else if !analysis.losses.is_empty() {
-        Verdict::Lost
-    } else {
-        Verdict::Done
-    }
 }

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 
+use crate::base::options::{ApplyClockOffsets, ClosedFormInput, Estimator, Model, Options};
 use crate::events::EventKind;
-use crate::options::{ApplyClockOffsets, ClosedFormInput, Estimator, Model, Options};
 use crate::policy::Policy;
 
 /// How signals become loads.

@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_ingest::{Log, recover};
 
-use super::{Verdict, Voice};
+use super::exit::{Exit, Voice};
 
 #[derive(Debug, Args)]
 pub(super) struct RecoverArgs {
@@ -17,7 +17,7 @@ pub(super) struct RecoverArgs {
     out: PathBuf,
 }
 
-pub(super) fn run(args: &RecoverArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &RecoverArgs, voice: Voice) -> Result<Exit> {
     let report = recover(&Log::open(&args.log)?, &args.out)?;
     voice.say(&format!(
         "{} messages of {} topics written to {}",
@@ -26,10 +26,10 @@ pub(super) fn run(args: &RecoverArgs, voice: Voice) -> Result<Verdict> {
         args.out.display()
     ));
     if report.losses.is_empty() {
-        return Ok(Verdict::Done);
+        return Ok(Exit::Done);
     }
     for line in report.losses.lines() {
         voice.say(&format!("lost: {line}"));
     }
-    Ok(Verdict::Lost)
+    Ok(Exit::Lost)
 }

@@ -6,9 +6,9 @@ use anyhow::{Context, Result};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
+use super::exit::{Exit, Voice};
 use super::options::{AnalysisArgs, PolicyArgs};
-use super::{Verdict, Voice};
-use crate::progress::LogCount;
+use crate::base::progress::LogCount;
 use crate::screen::{Fleet, News, Request, Screen, Shard, gather, screen};
 
 #[derive(Debug, Args)]
@@ -48,7 +48,7 @@ pub(super) struct ScreenArgs {
     policy: PolicyArgs,
 }
 
-pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Exit> {
     let policy = args.policy.policy()?;
     let count = LogCount::new(voice.quiet);
     let tell = |news: News<'_>| match news {
@@ -81,7 +81,7 @@ pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Verdict> {
     };
     count.finish();
     voice.say(&told(&found));
-    Ok(verdict(&found))
+    Ok(exit_of(&found))
 }
 
 /// The reason names the log itself in most cases.
@@ -132,16 +132,16 @@ fn told(found: &Screen) -> String {
     text
 }
 
-fn verdict(found: &Screen) -> Verdict {
+fn exit_of(found: &Screen) -> Exit {
     let totals = &found.totals;
     if totals.failed > 0 {
-        Verdict::Failed
+        Exit::Failed
     } else if totals.breaking_policy > 0 {
-        Verdict::ConditionMet
+        Exit::ConditionMet
     } else if totals.with_losses > 0 {
-        Verdict::Lost
+        Exit::Lost
     } else {
-        Verdict::Done
+        Exit::Done
     }
 }
 

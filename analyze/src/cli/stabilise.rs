@@ -8,9 +8,9 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::ControlMode;
 
-use super::Verdict;
+use super::exit::Exit;
 use super::options::positive;
-use crate::stabilise;
+use crate::suspension::stabilise;
 
 #[derive(Debug, Args)]
 pub(super) struct StabiliseArgs {
@@ -33,12 +33,12 @@ enum Mode {
     LookAhead,
 }
 
-pub(super) fn run(args: &StabiliseArgs) -> Result<Verdict> {
+pub(super) fn run(args: &StabiliseArgs) -> Result<Exit> {
     let file = MachineFile::read(&args.machine)?;
     let mode = args.mode.map(|mode| match mode {
         Mode::Literal => ControlMode::Literal,
         Mode::LookAhead => ControlMode::LookAhead,
     });
     stabilise::serve(&file, mode, args.step, stdin().lock(), stdout().lock())?;
-    Ok(Verdict::Done)
+    Ok(Exit::Done)
 }

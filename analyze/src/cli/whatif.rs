@@ -6,11 +6,11 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
+use super::exit::{Exit, Voice};
 use super::options::positive;
-use super::{Verdict, Voice};
-use crate::options::{Estimator, Options};
-use crate::progress::Progress;
-use crate::whatif::{Summary, SuspensionMode, WhatIfOptions, what_if};
+use crate::base::options::{Estimator, Options};
+use crate::base::progress::Progress;
+use crate::suspension::{Summary, SuspensionMode, WhatIfOptions, what_if};
 
 #[derive(Debug, Args)]
 pub(super) struct WhatIfArgs {
@@ -42,7 +42,7 @@ pub(super) struct WhatIfArgs {
     to: Option<f64>,
 }
 
-pub(super) fn run(args: &WhatIfArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &WhatIfArgs, voice: Voice) -> Result<Exit> {
     let file = MachineFile::read(&args.machine)?;
     let options = Options {
         estimator: args.estimator,
@@ -66,8 +66,8 @@ pub(super) fn run(args: &WhatIfArgs, voice: Voice) -> Result<Verdict> {
     }
     voice.say(&format!("results: {}", args.out.display()));
     Ok(if replayed.analysis.losses.is_empty() {
-        Verdict::Done
+        Exit::Done
     } else {
-        Verdict::Lost
+        Exit::Lost
     })
 }

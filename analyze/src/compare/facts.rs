@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::Side;
-use crate::report::number;
+use super::side::Side;
+use crate::base::number::number;
 
 /// A number of the whole log on both sides.
 #[derive(Debug, Clone, PartialEq, Serialize)]

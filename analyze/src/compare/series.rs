@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Side;
+use super::side::Side;
 
 /// Units that are told before all others.
 const FIRST_UNITS: [&str; 3] = ["N", "-", "N m"];

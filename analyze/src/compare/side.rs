@@ -6,12 +6,13 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
+use serde::Serialize;
 use serde_json::Value;
 
-use super::SideSummary;
 use crate::analysis::Analysis;
-use crate::summary::{self, Summary};
-use crate::{report, table};
+use crate::report;
+use crate::tables::summary::{self, Summary};
+use crate::tables::table;
 
 /// A result: its summary and its rows.
 #[derive(Debug)]
@@ -34,6 +35,29 @@ pub(super) struct SideColumn {
     pub(super) name: String,
     pub(super) unit: String,
     pub(super) values: Vec<f64>,
+}
+
+/// Where a side comes from.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SideSummary {
+    /// As given on the command line.
+    pub name: String,
+    /// The log's files.
+    pub log: Vec<String>,
+    /// SHA-256 of the log's files.
+    pub log_sha256: Vec<String>,
+    /// The machine's name.
+    pub machine: String,
+    /// SHA-256 of the machine file.
+    pub machine_file_sha256: String,
+    /// SHA-256 of the URDF.
+    pub urdf_sha256: String,
+    /// The model.
+    pub model: String,
+    /// The estimator.
+    pub estimator: String,
+    /// The first finding.
+    pub finding: String,
 }
 
 impl Side {

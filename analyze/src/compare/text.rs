@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use super::facts::in_words;
-use super::{Comparison, EventPair, SideSummary};
-use crate::report::number;
+use super::comparison::Comparison;
+use super::facts::{EventPair, in_words};
+use super::side::SideSummary;
+use crate::base::number::number;
 
 /// Lines of a unit, unless all are asked for.
 const MOST_LINES: usize = 6;

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
-use crate::facts::{EventFacts, LogFacts};
+use super::facts::{EventFacts, LogFacts};
+use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
 
 /// What a policy says of a log: `policy.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

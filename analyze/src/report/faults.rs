@@ -3,7 +3,7 @@
 use tipwatch_mechanics::machine::Policy;
 use tipwatch_mechanics::plausibility::FaultKind;
 
-use super::findings::number;
+use crate::base::number::number;
 use crate::events::{Event, InputFault};
 
 /// How the subjects of orientations end.

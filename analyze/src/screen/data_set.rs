@@ -16,11 +16,11 @@ use polars::prelude::{
 
 use super::merge::LogRow;
 use super::record::Outcome;
+use crate::base::files::{make_whole, remove_unfinished};
 use crate::events::EventKind;
-use crate::facts::{EXPOSURE_CAUSES, EventFacts, LogFacts, WheelFacts, WorstMargin};
-use crate::files::{make_whole, remove_unfinished};
-use crate::parquet::write_with;
-use crate::table::{Table, column};
+use crate::policy::facts::{EXPOSURE_CAUSES, EventFacts, LogFacts, WheelFacts, WorstMargin};
+use crate::tables::parquet::write_with;
+use crate::tables::table::{Table, column};
 
 /// Version of the columns.
 pub(super) const DATA_SET_SCHEMA: u32 = 1;

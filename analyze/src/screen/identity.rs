@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use tipwatch_ingest::Log;
 
-use crate::load::{hash_file, hash_of};
+use crate::base::provenance::hash_file;
+use crate::base::provenance::hash_of;
 
 /// A log's content.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -31,8 +31,8 @@ use self::merge::{LogRow, merge};
 use self::one_log::{Now, Screened, Screening, write_plot_library};
 use self::record::Outcome;
 use self::store::Store;
-use crate::files::{remove_unfinished, write_whole};
-use crate::options::Options;
+use crate::base::files::{remove_unfinished, write_whole};
+use crate::base::options::Options;
 use crate::policy::{Judgement, Policy};
 
 pub use fleet_file::Fleet;

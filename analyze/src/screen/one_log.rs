@@ -14,12 +14,12 @@ use super::identity::{Identity, identify};
 use super::record::{MachineName, Outcome, RECORD_SCHEMA, Record, report_folder};
 use super::version::{analysis_version, machine_sha256};
 use crate::analysis::Analysis;
-use crate::facts::{LogFacts, event_facts};
-use crate::files::write_whole;
-use crate::options::Options;
+use crate::analysis::run::analyse;
+use crate::base::files::write_whole;
+use crate::base::options::Options;
+use crate::policy::facts::{LogFacts, event_facts};
 use crate::report::{self, PlotLibrary};
-use crate::run::analyse;
-use crate::summary::Summary;
+use crate::tables::summary::Summary;
 
 /// What all logs of a screen share.
 pub(super) struct Screening<'a> {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::facts::{EventFacts, LogFacts};
+use crate::policy::facts::{EventFacts, LogFacts};
 
 /// Version of the document.
 pub(super) const RECORD_SCHEMA: u32 = 1;

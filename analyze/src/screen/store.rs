@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use super::record::{RECORD_SCHEMA, Record};
-use crate::files::{remove_unfinished, write_whole};
-use crate::load::hash_of;
+use crate::base::files::{remove_unfinished, write_whole};
+use crate::base::provenance::hash_of;
 
 /// Where records are kept.
 #[derive(Debug)]

@@ -7,9 +7,10 @@ use serde::Serialize;
 use tipwatch_binding::MachineFile;
 
 use super::record::RECORD_SCHEMA;
-use crate::load::{hash_file, hash_of};
-use crate::options::Options;
-use crate::summary;
+use crate::base::options::Options;
+use crate::base::provenance::hash_file;
+use crate::base::provenance::hash_of;
+use crate::tables::summary;
 
 /// Everything that a result depends on, in the order in which it is hashed.
 #[derive(Serialize)]

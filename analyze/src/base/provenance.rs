@@ -1,0 +1,78 @@
+//! Where a result comes from: files by hash, versions, options.
+
+use std::io::Read;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use schemars::JsonSchema;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+/// Where a result comes from.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Provenance {
+    /// Version of the program.
+    pub tipwatch_version: String,
+    /// When the analysis ran, RFC 3339, UTC.
+    pub analysed_at: String,
+    /// The log's files.
+    pub log: Vec<FileHash>,
+    /// Format of the log.
+    pub log_format: String,
+    /// The machine file.
+    pub machine_file: FileHash,
+    /// The URDF: a file, or the topic that it was read from.
+    pub urdf: FileHash,
+    /// Where the IMU sits and who says so.
+    pub imu_mounting: String,
+}
+
+/// A file and its SHA-256.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FileHash {
+    /// Path as given, or "topic /robot_description".
+    pub path: String,
+    /// SHA-256, hexadecimal.
+    pub sha256: String,
+    /// Length (bytes).
+    pub bytes: u64,
+}
+
+/// The hash of bytes that stand under `path`.
+pub(crate) fn hash_of(path: String, bytes: &[u8]) -> FileHash {
+    FileHash {
+        path,
+        sha256: hex(&Sha256::digest(bytes)),
+        bytes: bytes.len() as u64,
+    }
+}
+
+/// The hash of a file, read piece by piece.
+pub(crate) fn hash_file(path: &Path) -> Result<FileHash> {
+    let mut file =
+        std::fs::File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let (mut hasher, mut buffer, mut bytes) = (Sha256::new(), vec![0; 1 << 18], 0);
+    loop {
+        let read = file
+            .read(&mut buffer)
+            .with_context(|| format!("{}: cannot be read", path.display()))?;
+        if read == 0 {
+            break;
+        }
+        hasher.update(&buffer[..read]);
+        bytes += read as u64;
+    }
+    Ok(FileHash {
+        path: path.display().to_string(),
+        sha256: hex(&hasher.finalize()),
+        bytes,
+    })
+}
+
+fn hex(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
