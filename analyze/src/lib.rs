@@ -1,11 +1,11 @@
-//! Analysis of whole logs: from a log and a machine file to tables, a summary and a report.
+//! Analysis of whole logs: a log and a machine file in; tables, a summary and a report out.
 //!
-//! [`load`] reads machine and samples, [`run::analyse`] makes an [`Analysis`](analysis::Analysis) of
-//! them, [`output::write`] writes its files: [`table`] lists the columns, [`summary`] the keys of
-//! `summary.json`, [`report`] makes the page. [`inspect`] looks at a log without a machine.
+//! [`load`] reads machine and samples. [`analysis::run::analyse`] computes an
+//! [`Analysis`](analysis::Analysis). [`output::write`] writes its files: [`tables`] for programs, the
+//! [`report`] for people. [`setup`] helps to describe a machine before its first analysis.
 //!
-//! [`facts`] are what an analysis comes to in few numbers: a [`policy`] judges them, a [`screen`] collects
-//! those of many logs, [`compare`] puts two analyses side by side.
+//! A [`policy`] judges the key figures of an analysis, a [`screen`] collects those of many logs,
+//! [`compare`] compares two analyses. [`suspension`] replays a log with an active suspension.
 
 #![forbid(unsafe_code)]
 

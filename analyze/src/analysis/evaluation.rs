@@ -1,4 +1,4 @@
-//! Evaluation of all rows by the chosen model, and by the others beside it.
+//! Evaluates all rows with the chosen model, and with the others for comparison.
 
 use std::sync::Arc;
 
@@ -12,10 +12,10 @@ use super::model_comparison::{ModelComparison, compare};
 use crate::base::options::{self, Options};
 use crate::base::rows::Rows;
 
-/// Rows evaluated in one piece of parallel work.
+/// Rows of a block that is evaluated in parallel.
 const BLOCK_ROWS: usize = 1024;
 
-/// What of an evaluation a model and the options ask for.
+/// The quantities to evaluate, given model and options.
 #[must_use]
 pub(crate) fn scope(options: &Options) -> Scope {
     match options.model {
@@ -31,10 +31,10 @@ pub(crate) fn scope(options: &Options) -> Scope {
     }
 }
 
-/// The model that was asked for.
+/// Builds the chosen model.
 ///
 /// # Errors
-/// The machine is not one that the closed form describes.
+/// The closed form does not apply to the machine.
 pub(crate) fn model(
     machine: &Machine,
     which: options::Model,
@@ -58,7 +58,7 @@ pub(crate) fn model(
     Ok(Arc::new(Model::ClosedForm(Box::new(closed_form))))
 }
 
-/// Evaluates all rows, blocks of them in parallel.
+/// Evaluates all rows, in parallel blocks.
 pub(crate) fn evaluate_all(
     machine: &Machine,
     states: &StateColumns,
@@ -80,7 +80,7 @@ pub(crate) fn evaluate_all(
     all
 }
 
-/// The other models over the same rows, those that can be computed.
+/// Compares the other models over the same rows, as far as they can be computed.
 pub(crate) fn compare_models(
     machine: &Machine,
     rows: &Rows,
@@ -89,7 +89,7 @@ pub(crate) fn compare_models(
     options: &Options,
 ) -> Vec<Result<ModelComparison, String>> {
     let others = options::Model::ALL.into_iter().filter(|&other| {
-        // on a platform that nothing moves the two analytic models are one
+        // on a platform without actuators the two analytic models are identical
         other != options.model
             && (other != options::Model::VariableInertia || machine.suspension().is_some())
     });
@@ -101,7 +101,7 @@ pub(crate) fn compare_models(
             let comparison = compare(rows, other, &outcomes);
             if comparison.rows == 0 {
                 return Err(format!(
-                    "model {}: no row has the attitude and motion that it needs",
+                    "model {}: expected rows with attitude and motion, found none",
                     other.name()
                 ));
             }

@@ -1,6 +1,6 @@
-//! Does the IMU sit as the machine says? At rest the specific force points up; where it points far
-//! from the normal of the wheels' contact plane, the mounting is wrong or the slope extreme. It is
-//! reported and never corrected: gravity cannot tell how the sensor is turned about the vertical.
+//! Checks the mounting of the IMU (inertial measurement unit). At rest the specific force points up. If
+//! it is far from the normal of the contact plane, the mounting is wrong or the slope extreme. The
+//! finding is reported, never corrected: gravity does not determine the rotation about the vertical.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use tipwatch_mechanics::machine::Machine;
@@ -8,28 +8,27 @@ use tipwatch_mechanics::{State, Workspace, evaluate};
 
 use crate::base::rows::Rows;
 
-/// How a note of an input that contradicts the machine begins.
+/// Prefix of notes on inputs that contradict the machine file.
 pub const FAULT: &str = "input_fault";
-/// More than the slopes that such machines work on (degrees).
+/// Larger than the slopes on which such machines work (degrees).
 const SUSPICIOUS_DEG: f64 = 20.0;
-/// Slower turning counts as steady (rad/s).
+/// Largest angular velocity of a steady row (rad/s).
 const STEADY_RAD_S: f64 = 0.05;
-/// A specific force this share off gravity's still counts as steady.
+/// Largest relative deviation of the specific force from gravity in a steady row.
 const STEADY_SHARE: f64 = 0.05;
-/// Fewer steady rows tell nothing.
+/// Fewest steady rows for a finding.
 const FEWEST_ROWS: usize = 10;
-/// Of more steady rows only some are looked at, evenly.
+/// Most steady rows that are used, evenly spread.
 const MOST_ROWS: usize = 1000;
 
-/// What is found if the IMU does not feel gravity from below.
+/// A note if the IMU's specific force does not point away from the ground.
 #[must_use]
 pub(crate) fn note(machine: &Machine, rows: &Rows) -> Option<String> {
     let (felt, steady_rows) = mean_direction(machine, rows)?;
     let tilt = felt.z.clamp(-1.0, 1.0).acos().to_degrees();
     (tilt > SUSPICIOUS_DEG).then(|| {
         format!(
-            "{FAULT}: imu: in {steady_rows} steady rows that were looked at the specific force points {tilt:.0} degrees off the normal of the wheels' \
-             contact plane, on average ({:.2}, {:.2}, {:.2}) forward, left and up; expected less than {SUSPICIOUS_DEG:.0}. Mounting: \
+            "{FAULT}: imu: the specific force of {steady_rows} steady rows deviates from the contact plane's normal by {tilt:.0} degrees; expected less than {SUSPICIOUS_DEG:.0}. Mean direction: ({:.2}, {:.2}, {:.2}) forward, left and up. Mounting: \
              {}. {} Nothing was corrected: loads and findings hold only if the mounting is right.",
             felt.x,
             felt.y,
@@ -40,8 +39,8 @@ pub(crate) fn note(machine: &Machine, rows: &Rows) -> Option<String> {
     })
 }
 
-/// Mean direction of what the machine feels in steady rows, in axes forward, left and normal of the
-/// contact plane, and the number of those rows that were looked at.
+/// Mean direction of the specific force in steady rows, in axes forward, left and normal to the contact
+/// plane, and the number of rows used.
 fn mean_direction(machine: &Machine, rows: &Rows) -> Option<(Vector3<f64>, usize)> {
     let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
     let (mut sum, mut count) = (Vector3::zeros(), 0);
@@ -59,7 +58,7 @@ fn mean_direction(machine: &Machine, rows: &Rows) -> Option<(Vector3<f64>, usize
         .step_by(steady.len().div_ceil(MOST_ROWS).max(1))
     {
         rows.states.get(row, &mut state);
-        // at rest every part of the machine feels the same, which the ground supplies
+        // at rest every part of the machine has the same specific force, supplied by the ground
         state.tool_wrench.force = Vector3::zeros();
         state.tool_wrench.moment = Vector3::zeros();
         let outcome = evaluate(machine, &state, &mut workspace);
@@ -79,7 +78,8 @@ fn plane_from_base(normal: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::from_rows(&[forward.transpose(), left.transpose(), normal.transpose()])
 }
 
-/// The smallest turn by quarters that brings the felt direction up, as a mounting to try.
+/// The smallest rotation by multiples of 90 degrees that brings the measured direction up, as a mounting
+/// to try.
 fn explanation(machine: &Machine, felt: &Vector3<f64>) -> String {
     let rest = |turn: &Rotation3<f64>| (turn * felt).z.clamp(-1.0, 1.0).acos().to_degrees();
     let best = quarter_turns()
@@ -87,18 +87,18 @@ fn explanation(machine: &Machine, felt: &Vector3<f64>) -> String {
         .filter(|turn| rest(turn) <= SUSPICIOUS_DEG)
         .min_by(|a, b| a.angle().total_cmp(&b.angle()));
     let Some(turn) = best else {
-        return "No turn by quarters explains it.".into();
+        return "No rotation by multiples of 90 degrees explains it.".into();
     };
     let about = turn.axis().map_or("no axis", |axis| axis_name(&axis));
     let angle = turn.angle().to_degrees();
     format!(
-        "An IMU that is turned by {angle:.0} degrees about the machine's {about} axis would explain all but {:.0} degrees{}",
+        "An IMU rotated by {angle:.0} degrees about the machine's {about} axis would explain all but {:.0} degrees{}",
         rest(&turn),
         mounting(machine, &turn)
     )
 }
 
-/// The mounting after a turn, as it would stand in the machine file.
+/// The mounting after a rotation, as a line of the machine file.
 fn mounting(machine: &Machine, turn: &Rotation3<f64>) -> String {
     let mount = machine.imu();
     if mount.body != 0 {
@@ -110,8 +110,8 @@ fn mounting(machine: &Machine, turn: &Rotation3<f64>) -> String {
     } = mount.body_from_mount;
     let (roll, pitch, yaw) = (UnitQuaternion::from_rotation_matrix(turn) * rotation).euler_angles();
     format!(
-        ": [imu] link = \"{}\", xyz = [{:.3}, {:.3}, {:.3}], rpy = [{roll:.4}, {pitch:.4}, {yaw:.4}], up to a turn about the vertical, \
-         which gravity does not show.",
+        ": [imu] link = \"{}\", xyz = [{:.3}, {:.3}, {:.3}], rpy = [{roll:.4}, {pitch:.4}, {yaw:.4}], up to a rotation \
+         about the vertical, which gravity does not determine.",
         machine.base_link(),
         translation.x,
         translation.y,
@@ -119,7 +119,7 @@ fn mounting(machine: &Machine, turn: &Rotation3<f64>) -> String {
     )
 }
 
-/// The quarter and half turns that keep a box a box.
+/// Rotations by 90 and 180 degrees about the horizontal axes.
 fn quarter_turns() -> Vec<Rotation3<f64>> {
     let axes = [Vector3::x_axis(), Vector3::y_axis()];
     let quarters = [1.0, -1.0, 2.0].map(|quarters| quarters * std::f64::consts::FRAC_PI_2);

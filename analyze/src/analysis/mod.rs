@@ -1,4 +1,5 @@
-//! The analysis of one log: [`run`] estimates its states, evaluates the loads, and studies what they depend on.
+//! The analysis of one log: [`run`] estimates its states, evaluates wheel loads, and studies what they
+//! depend on.
 
 pub mod clock;
 mod evaluation;

@@ -1,22 +1,22 @@
-//! How the loads of the models differ, wheel by wheel.
+//! Differences between the wheel loads of two models.
 
 use tipwatch_mechanics::{OutcomeColumns, Quantity};
 
 use crate::base::options::Model;
 use crate::base::rows::Rows;
 
-/// The model that was chosen beside the other one, over the valid rows of both.
+/// Another model compared with the chosen one, over the rows valid for both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelComparison {
     /// The other model.
     pub other: Model,
-    /// By wheel.
+    /// Differences by wheel.
     pub wheels: Vec<LoadDifference>,
     /// Rows compared.
     pub rows: usize,
 }
 
-/// OTF of the other model less that of the chosen one.
+/// OTF difference, other model minus chosen model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadDifference {
     /// Mean (N).
@@ -25,11 +25,11 @@ pub struct LoadDifference {
     pub rms_n: f64,
     /// Largest absolute value (N).
     pub largest_n: f64,
-    /// When it is largest (ns).
+    /// Time of the largest difference (ns).
     pub largest_ns: i64,
 }
 
-/// Compares the OTF of `other` with those of the rows.
+/// Compares the OTF of `other` with that of the rows.
 pub(crate) fn compare(rows: &Rows, other: Model, others: &OutcomeColumns) -> ModelComparison {
     let wheels = (rows.outcomes.quantities.iter())
         .filter(|quantity| matches!(quantity, Quantity::Otf(_)))

@@ -1,23 +1,23 @@
-//! The study of parametric uncertainty over a whole log.
+//! Monte Carlo study of parametric uncertainty over a whole log.
 
 use rayon::prelude::*;
 use tipwatch_mechanics::StateColumns;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::monte_carlo::{Band, Study, bands};
 
-/// Rows of one piece of parallel work.
+/// Rows of a block that is evaluated in parallel.
 const BLOCK_ROWS: usize = 128;
-/// The paper's study: ten per cent.
+/// Spread of the paper's study: 10 %.
 const SPREAD: f64 = 0.1;
-/// Where the random numbers start: fixed, so that an analysis can be repeated.
+/// Fixed seed: analyses are repeatable.
 const SEED: u64 = 2022;
 
-/// A study and what it gave.
+/// A study and its result.
 #[derive(Debug, Clone)]
 pub struct MonteCarlo {
-    /// What was varied by how much.
+    /// Draws, spread and seed.
     pub study: Study,
-    /// The bands, over all rows.
+    /// Bands over all rows.
     pub bands: Vec<Band>,
 }
 

@@ -1,4 +1,4 @@
-//! What a reader must know of how the results came about.
+//! Notes: what a reader must know about how the results were obtained.
 
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::signal::Sensor;
@@ -8,7 +8,7 @@ use super::payload::EstimatedPayload;
 use crate::base::rows::Rows;
 use crate::load::LoadedLog;
 
-/// Assumptions, substitutes and oddities, in plain sentences.
+/// Assumptions, substitutes and anomalies, one note each.
 #[must_use]
 pub(crate) fn of(
     loaded: &LoadedLog,
@@ -41,7 +41,7 @@ pub(crate) fn of(
     for signal in &loaded.signals {
         if signal.recording.without_value > 0 {
             notes.push(format!(
-                "{}: {} messages without any of the numbers named for {} were left out.",
+                "{}: skipped {} messages without any of the fields bound to {}.",
                 signal.topic, signal.recording.without_value, signal.name
             ));
         }
@@ -53,11 +53,11 @@ pub(crate) fn of(
     notes.extend(clock::words::notes(clock));
     notes.extend(payloads.iter().map(|found| {
         format!(
-            "Payload {}: its mass was estimated from the force of linkage {}: {:.0} kg, standard deviation {:.0} kg.",
+            "Payload {}: estimated mass {:.0} kg (standard deviation {:.0} kg), from the force of linkage {}.",
             found.payload + 1,
-            found.linkage,
             found.estimate.mass,
-            found.estimate.sigma
+            found.estimate.sigma,
+            found.linkage
         )
     }));
     notes.extend(loaded.losses.notes.iter().cloned());
@@ -72,7 +72,7 @@ pub(crate) fn of(
     notes
 }
 
-/// In how many rows measured torques told how the load is split.
+/// The share of rows in which measured torques determined the load split.
 fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
     let sensors = &loaded.matched.sensors;
     let machine = &loaded.machine;
@@ -88,13 +88,13 @@ fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
     let with = used.iter().filter(|&&torques| torques > 0.0).count();
     if with == 0 {
         return Some(format!(
-            "The forces of {} were not used: no row has them, or the model has no place for them.",
+            "The forces of {} were not used: no row has them, or the model cannot use them.",
             linkages.join(", ")
         ));
     }
     Some(format!(
-        "In {:.1} % of the rows the forces of {} told how the load is split (column measured_torques): there the split \
-         rule decides nothing, and envelope and standard deviations are theirs.",
+        "In {:.1} % of the rows the measured forces of {} determined the load split (column measured_torques). There \
+         the split rule has no effect, and envelope and standard deviations follow from the forces.",
         100.0 * with as f64 / used.len() as f64,
         linkages.join(", ")
     ))
@@ -103,8 +103,8 @@ fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
 fn passed_over(chunks: u64) -> Option<String> {
     (chunks > 0).then(|| {
         format!(
-            "{chunks} chunks of the log hold nothing that is used here, as its index says: they were passed over, \
-             and damage in them was not looked for (tipwatch recover looks at every byte)."
+            "Skipped {chunks} chunks of the log that contain no used topic according to its index. Damage in them was \
+             not looked for (tipwatch recover checks every byte)."
         )
     })
 }
@@ -121,12 +121,12 @@ fn missing_wheel_joints(loaded: &LoadedLog) -> Option<String> {
         return None;
     }
     let source = if loaded.matched.sensors.odometry {
-        "their rates come from the odometry, rolling without slip"
+        "their velocities follow from odometry, assuming rolling without slip"
     } else {
-        "they are taken to be at rest, since there is no odometry either"
+        "they are assumed at rest, because there is no odometry either"
     };
     Some(format!(
-        "The joint states lack the wheel joints {}: {source}.",
+        "Wheel joints missing from the joint states: {}; {source}.",
         missing.join(", ")
     ))
 }

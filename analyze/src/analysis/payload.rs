@@ -1,4 +1,4 @@
-//! Masses that the log can tell: payloads by the force of the cylinder that lifts them.
+//! Estimates payload masses from the force of the cylinder that lifts them.
 
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
@@ -10,7 +10,7 @@ use tipwatch_mechanics::{
 use crate::base::rows::Rows;
 use crate::load::linkage_force::{LinkageForce, Series, at};
 
-/// Most rows that an estimate looks at: they are thinned out evenly.
+/// Most rows used for an estimate; more are thinned out evenly.
 const MOST_ROWS: usize = 2000;
 
 /// A payload whose mass was estimated.
@@ -18,16 +18,16 @@ const MOST_ROWS: usize = 2000;
 pub struct EstimatedPayload {
     /// Index of the payload.
     pub payload: usize,
-    /// Name of the linkage whose force told it.
+    /// Name of the linkage whose force was used.
     pub linkage: String,
-    /// What was found.
+    /// The estimate.
     pub estimate: PayloadEstimate,
 }
 
-/// Estimates every payload of unknown mass and puts it into the machine.
+/// Estimates every payload of unknown mass and updates the machine.
 ///
 /// # Errors
-/// No linkage that carries the payload has its force bound, or the log does not have the fields.
+/// No linkage that carries the payload has a bound force, or the log lacks the fields.
 pub(crate) fn estimate_all(
     file: &MachineFile,
     machine: &mut Machine,
@@ -41,13 +41,14 @@ pub(crate) fn estimate_all(
         }
         let place = format!("{}: payload {}", file.path.display(), payload + 1);
         let (linkage, spec) = bound_linkage(file, machine, payload).with_context(|| {
-            format!("{place}: mass = \"estimate\": expected force or pressure on a [[linkage]] that carries it, or the effort of its rod in [signals.joints], found none")
+            format!("{place}: mass = \"estimate\": expected a [[linkage]] that carries it with force or pressure, or \
+                     the effort of its rod in [signals.joints]; found neither")
         })?;
         let measured = forces.iter().find(|force| force.linkage == linkage);
         let force = match measured.map(|force| &force.series) {
             Some(Ok(series)) => series,
             Some(Err(error)) => bail!("{error:#}"),
-            None => bail!("linkage {}: no force is bound", spec.name),
+            None => bail!("linkage {}: expected a bound force, found none", spec.name),
         };
         let samples = samples(machine, rows, force);
         let quality = ForceQuality {
@@ -57,7 +58,7 @@ pub(crate) fn estimate_all(
         };
         let Some(estimate) = estimate_payload(machine, linkage, payload, &samples, quality) else {
             bail!(
-                "{place}: the log has no row with the force of linkage {} in its time",
+                "{place}: expected valid rows with a force of linkage {}, found none",
                 spec.name
             );
         };
@@ -83,7 +84,7 @@ fn bound_linkage<'a>(
         .find(|(linkage, _)| carries_payload(machine, *linkage, payload))
 }
 
-/// The valid rows, thinned out, with the force measured at their time.
+/// Valid rows, thinned out, with the measured force interpolated at their time.
 fn samples(machine: &Machine, rows: &Rows, force: &Series) -> Vec<MeasuredForce> {
     let usable = (0..rows.len())
         .step_by(thinning(rows))

@@ -1,4 +1,4 @@
-//! What the analysis of one log gives: everything that tables, summary and report are made from.
+//! The result of an analysis: the source of tables, summary and report.
 
 use tipwatch_ingest::{Losses, StampCorrection, TopicStatistics};
 use tipwatch_mechanics::machine::Machine;
@@ -17,41 +17,41 @@ use crate::events::Event;
 /// The analysis of one log.
 #[derive(Debug)]
 pub struct Analysis {
-    /// The machine as checked against the log.
+    /// The machine, checked against the log.
     pub machine: Machine,
-    /// What was asked for.
+    /// The options used.
     pub options: Options,
-    /// Where everything comes from.
+    /// Files, versions and hashes.
     pub provenance: Provenance,
-    /// The texts that the machine was made from.
+    /// Machine file and URDF as read.
     pub sources: Sources,
-    /// The signals that were used, and how well they were recorded.
+    /// The signals used, with the quality of their recording.
     pub inputs: Vec<Input>,
-    /// Things that a reader must know of: what was assumed, missing or odd, in plain sentences.
+    /// What a reader must know: assumptions, missing signals, anomalies.
     pub notes: Vec<String>,
-    /// What of the log was lost.
+    /// Parts of the log that were lost.
     pub losses: Losses,
-    /// The results, row by row.
+    /// Results, row by row.
     pub rows: Rows,
-    /// The load below which each wheel is light (N); `None` where the machine file sets no limit.
+    /// Load below which each wheel is light (N); `None` if unknown.
     pub min_loads_n: Option<Vec<f64>>,
-    /// What was found.
+    /// The events.
     pub events: Vec<Event>,
-    /// Derivatives of the loads; `None` of a model that has none.
+    /// Derivatives of the loads; `None` for models without them.
     pub sensitivity: Option<SensitivityTable>,
-    /// The study of parametric uncertainty, if it was asked for.
+    /// Monte Carlo study of the parameters, if requested.
     pub monte_carlo: Option<MonteCarlo>,
-    /// Payloads whose mass was estimated from the force of a cylinder.
+    /// Payload masses estimated from cylinder forces.
     pub payloads: Vec<EstimatedPayload>,
-    /// Offsets between the topics' clocks, from the physics.
+    /// Offsets between the clocks of topics, estimated from the physics.
     pub clock: ClockOffsets,
-    /// What is odd about the clocks.
+    /// Anomalies of the clocks.
     pub clock_findings: Vec<TopicsFinding>,
-    /// How each other model differs, or why it cannot be computed.
+    /// Comparison with each other model, or why it cannot be computed.
     pub comparisons: Vec<Result<ModelComparison, String>>,
 }
 
-/// What a machine was made from, as it was read.
+/// The files that describe a machine, as read.
 #[derive(Debug, Clone)]
 pub struct Sources {
     /// The machine file.
@@ -60,7 +60,7 @@ pub struct Sources {
     pub urdf: String,
 }
 
-/// A signal and the topic that it comes from.
+/// A signal and its topic.
 #[derive(Debug, Clone)]
 pub struct Input {
     /// "joint_states", "imu", "odometry" or "tool_wrench".
@@ -69,15 +69,15 @@ pub struct Input {
     pub topic: String,
     /// Type of its messages.
     pub type_name: String,
-    /// Why this topic.
+    /// Why this topic was chosen.
     pub why: String,
-    /// Which of the stamps of its messages is used, and why.
+    /// Which time stamp of its messages is used, and why.
     pub clock: String,
-    /// Its stamps: rates, gaps, offsets.
+    /// Statistics of its stamps: rates, gaps, offsets.
     pub statistics: TopicStatistics,
-    /// What was done to its stamps to put them on the clock of the log.
+    /// How its stamps were converted to the clock of the log.
     pub correction: StampCorrection,
-    /// How many of its samples were used.
+    /// Counts of used and skipped samples.
     pub counts: StreamCounts,
     /// Messages that could not be decoded.
     pub undecodable: u64,

@@ -1,4 +1,4 @@
-//! The analysis of one log: load, estimate, evaluate, find.
+//! The analysis of one log: load, estimate, evaluate, detect.
 
 use std::path::Path;
 
@@ -36,13 +36,13 @@ use crate::load::linkage_force::LinkageForce;
 use crate::load::load;
 use crate::load::recorder_gaps;
 
-/// Share of the static load below which a wheel is light where the machine file sets no limit.
+/// Default limit of a light wheel, as a share of its static load.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
 
-/// Analyses one log; `progress` is called with the number of bytes of the log left behind.
+/// Analyses one log; `progress` receives the number of bytes read so far.
 ///
 /// # Errors
-/// The log cannot be read, the machine does not fit it, or no row is left.
+/// The log cannot be read, the machine does not fit it, or no row remains.
 pub fn analyse(
     path: &Path,
     file: &MachineFile,
@@ -56,7 +56,7 @@ pub fn analyse(
     let (mut rows, heard, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
     if rows.is_empty() {
         bail!(
-            "{}: expected joint states that can be used, found none within the asked time",
+            "{}: expected usable joint states in the requested time range, found none",
             path.display()
         );
     }
@@ -134,13 +134,13 @@ pub fn analyse(
     })
 }
 
-/// How the signals were, beside the rows.
+/// Quality of the signals behind the rows.
 struct Heard {
     counts: Vec<(Sensor, StreamCounts)>,
     faults: Vec<FaultSpan>,
 }
 
-/// A log's machine and the positions of its joints in the log's first valid row; NaN if there is none.
+/// A log's machine, and its joint positions in the first valid row; NaN if there is none.
 pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine, Vec<f64>)> {
     let mut loaded = load(&Log::open(path)?, file, &mut |_| {})?;
     let (rows, _) = estimate(&mut loaded, &Options::default());
@@ -151,7 +151,7 @@ pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine
     Ok((loaded.machine, posture))
 }
 
-/// Offsets between the topics of the signals of a log, as the machine file leaves them.
+/// Estimates the offsets between the clocks of a log's topics that remain after those of the machine file.
 ///
 /// # Errors
 /// The machine does not fit the log, or it cannot be read.
@@ -162,15 +162,15 @@ pub fn clock_offsets(log: &Log, file: &MachineFile) -> Result<ClockOffsets> {
     Ok(clock::estimate(&loaded, &forces, &rows))
 }
 
-/// The states of all rows within the asked time, and the offsets between the topics that they were made
-/// of: taken out first where that is asked for.
+/// States of all rows in the requested time range, and the offsets between the clocks of their topics,
+/// corrected beforehand if requested.
 fn estimate_on_one_clock(
     loaded: &mut LoadedLog,
     forces: &mut [LinkageForce],
     options: &Options,
 ) -> (Rows, Heard, ClockOffsets) {
     let (rows, heard) = estimate(loaded, options);
-    // the causal estimator lags behind its signals, and rows may be few
+    // the causal estimator lags behind its signals, and a time range may leave few rows
     let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
     let mut clock = if is_usual && options.from_s.is_none() && options.to_s.is_none() {
         clock::estimate(loaded, forces, &rows)
@@ -185,13 +185,13 @@ fn estimate_on_one_clock(
         _ => (rows, heard),
     };
     for signal in &mut loaded.signals {
-        // what follows needs the states alone
+        // the steps below need only the states
         signal.recording.values = Vec::new();
     }
     (rows, heard, clock)
 }
 
-/// The states of all rows within the asked time.
+/// States of all rows in the requested time range.
 fn estimate(loaded: &mut LoadedLog, options: &Options) -> (Rows, Heard) {
     let clock = options
         .rate_hz
@@ -231,14 +231,14 @@ fn smoothed(loaded: &mut LoadedLog, clock: RowClock) -> (Rows, Heard) {
     (rows, heard)
 }
 
-/// As live: sample by sample in the order in which the recorder received them.
+/// Same as live: sample by sample, in the order in which the recorder received them.
 fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Heard) {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut faults = FaultSpans::default();
     for sample in loaded.arrivals() {
-        // a sample that is not used is counted by the estimator
+        // the estimator counts rejected samples
         let pushed = estimator.push(machine, &sample, &mut |row| estimates.push(row.clone()));
         if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {
             faults.take(sample.sensor, sample.stamp_ns, estimator.findings());
@@ -293,7 +293,7 @@ fn unknown_posture(machine: &Machine) -> Vec<f64> {
     vec![f64::NAN; machine.joints().len()]
 }
 
-/// The first row whose posture the static loads are those of, and the posture.
+/// The first row whose posture defines the static loads, and that posture.
 fn first_posture(machine: &Machine, rows: &Rows) -> Option<(usize, Vec<f64>)> {
     let mut state = State::zero(machine);
     (0..rows.len()).find_map(|row| {
@@ -302,8 +302,7 @@ fn first_posture(machine: &Machine, rows: &Rows) -> Option<(usize, Vec<f64>)> {
     })
 }
 
-/// The load below which each wheel is light; `None` where the static loads would set it and are
-/// unknown.
+/// The load below which each wheel is light; `None` if it depends on unknown static loads.
 fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
     let (limits, static_load) = (machine.limits(), &machine.reference().static_load);
     if let Some(load) = limits.min_load {

@@ -1,4 +1,4 @@
-//! What each signal and parameter does to each wheel's load: at its worst instant and over the log.
+//! Sensitivity of each wheel load to each signal and parameter: at its worst instant and over the log.
 
 use std::sync::Arc;
 
@@ -10,39 +10,39 @@ use crate::base::rows::Rows;
 /// One row for each parameter and wheel.
 #[derive(Debug, Clone)]
 pub struct SensitivityTable {
-    /// The rows: for each wheel, each parameter.
+    /// Rows: all parameters of the first wheel, then of the next.
     pub rows: Vec<SensitivityRow>,
-    /// The wheel whose OTF came nearest to zero as a share of its static load.
+    /// The wheel with the smallest OTF as a share of its static load.
     pub worst_wheel: usize,
 }
 
-/// Derivatives of one wheel's load by one signal or parameter.
+/// Derivatives of one wheel load with respect to one signal or parameter.
 #[derive(Debug, Clone)]
 pub struct SensitivityRow {
     /// The signal or parameter.
     pub parameter: Parameter,
     /// Index of the wheel.
     pub wheel: usize,
-    /// Value in the machine; of a signal the value at the worst instant.
+    /// Nominal value; for a signal, its value at the worst instant.
     pub nominal: Option<f64>,
-    /// Stated standard deviation; of a signal that of its constant error.
+    /// Stated standard deviation; for a signal, that of its constant error.
     pub sigma: f64,
-    /// Derivative of the OTF at the wheel's worst instant (N by the parameter's unit).
+    /// dOTF/dparameter at the wheel's worst instant (N per unit of the parameter).
     pub derivative: f64,
-    /// Root mean square of the load's derivative over the log (N by the parameter's unit).
+    /// Root mean square of that derivative over the log (N per unit of the parameter).
     pub rms: f64,
-    /// The change that would bring the wheel's OTF to zero at its worst instant; `None` where the
-    /// parameter does nothing.
+    /// Change that would bring the wheel's OTF to zero at its worst instant; `None` if the parameter has
+    /// no effect.
     pub change_to_zero: Option<f64>,
-    /// Share of the parameter in the variance of the OTF at that instant.
+    /// The parameter's share of the OTF variance at that instant.
     pub variance_share: f64,
     /// The worst instant (ns).
     pub worst_ns: i64,
-    /// OTF at it (N).
+    /// OTF at that instant (N).
     pub worst_otf_n: f64,
 }
 
-/// The table of a log; `None` where no row is valid.
+/// The table of a log; `None` if no row is valid.
 pub(crate) fn table(machine: &Machine, rows: &Rows) -> Option<SensitivityTable> {
     let parameters = Parameter::all(machine);
     let mut workspace = Workspace::with_model(machine, Scope::ALL, Arc::new(Model::WholeBody));

@@ -1,4 +1,4 @@
-//! What a monitor says of each row: the same judge as live, over all rows.
+//! Verdicts over all rows, from the same judge as live.
 
 use std::collections::BTreeMap;
 
@@ -11,8 +11,8 @@ use tipwatch_mechanics::{Quantity, Scope};
 
 use crate::base::rows::{Rows, Verdicts};
 
-/// Judges all rows; those before `judged_from`, where the static loads are not known yet live, without
-/// their utilisation.
+/// Judges all rows. Rows before `judged_from` are judged without their utilisation, because live
+/// operation does not know the static loads yet.
 ///
 /// # Errors
 /// The log cannot be read.
@@ -72,7 +72,7 @@ pub(crate) fn of(
 
 type Recorded = BTreeMap<i64, (Conditions, bool)>;
 
-/// What a monitor that recorded the log found at each of its rows, by their time.
+/// Input faults that a monitor recorded in the log, by time of the row.
 fn recorded(log: &Log) -> Result<Recorded> {
     let Some(columns) = monitor_topic::verdicts(log)? else {
         return Ok(Recorded::new());

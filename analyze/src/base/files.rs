@@ -1,4 +1,4 @@
-//! Files that are whole whenever they are there.
+//! Atomic replacement of files: a reader sees the old file or the new one, never a part.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What every other folder uses: options, the types of rows and provenance, files, numbers, the terminal.
+//! What every other folder uses: options, rows, provenance, files, numbers, terminal output.
 
 pub(crate) mod files;
 pub(crate) mod number;

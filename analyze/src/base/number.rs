@@ -1,11 +1,11 @@
-//! Numbers as documents hold them, and as people read them.
+//! Numbers for documents and for people.
 
-/// A number that a document can hold: finite, or nothing.
+/// The number if it is finite: documents hold no infinity and no NaN.
 pub(crate) fn known(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())
 }
 
-/// A number with as many digits as a reader can use.
+/// A number with as many digits as a reader needs.
 pub(crate) fn number(value: f64) -> String {
     match value.abs() {
         _ if !value.is_finite() => "not computable".to_string(),

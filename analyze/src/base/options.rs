@@ -1,58 +1,58 @@
-//! What is asked of an analysis.
+//! Options of an analysis.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Options of the analysis of a log.
+/// How a log is analysed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Options {
     /// The estimator.
     pub estimator: Estimator,
     /// The model of the ground wrench.
     pub model: Model,
-    /// Rate of the rows (Hz); at the stamps of the fastest joint stream where `None`.
+    /// Row rate (Hz); if `None`, rows follow the stamps of the fastest joint stream.
     pub rate_hz: Option<f64>,
-    /// From when on rows are kept (s from the first sample).
+    /// Start time (seconds after the first sample).
     pub from_s: Option<f64>,
-    /// Until when (s from the first sample).
+    /// End time (seconds after the first sample).
     pub to_s: Option<f64>,
-    /// Where the closed form takes the platform's acceleration from; what the log has where `None`.
+    /// Source of the platform's acceleration in the closed form; if `None`, whatever the log has.
     pub closed_form_input: Option<ClosedFormInput>,
-    /// Columns beyond the usual ones.
+    /// Optional columns.
     pub columns: MoreColumns,
-    /// Which offsets between the topics' clocks are taken out.
+    /// Which offsets between the clocks of topics to correct.
     pub apply_clock_offsets: ApplyClockOffsets,
-    /// How many machines the study of parametric uncertainty draws; none where `None`.
+    /// Number of machines drawn for the Monte Carlo study of the parameters; `None` for no study.
     pub monte_carlo: Option<usize>,
 }
 
-/// Columns that are written on request.
+/// Optional columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct MoreColumns {
-    /// `part_<link>_<wheel>`: what each link contributes to each wheel's OTF.
+    /// `part_<link>_<wheel>`: contribution of each link to the OTF (overturning force) of each wheel.
     pub parts: bool,
     /// `term_<1 to 11>_<wheel>` of the closed form, and speed, direction and sideslip angle of wheels and
     /// axles.
     pub terms: bool,
 }
 
-/// Where the closed form takes the platform's acceleration from.
+/// Source of the platform's acceleration in the closed form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClosedFormInput {
-    /// From the odometry's velocities and their derivatives, as the paper does.
+    /// Odometry velocities and their derivatives, as in the paper.
     Velocity,
-    /// From the accelerometer.
+    /// The accelerometer.
     Accelerometer,
 }
 
-/// A group of columns that is written on request.
+/// A group of optional columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum ColumnGroup {
-    /// What each link contributes to each wheel's load.
+    /// Contribution of each link to each wheel load.
     Parts,
-    /// Terms of the closed form, and how wheels and axles travel; with `--model closed-form` or
-    /// `variable-inertia`.
+    /// Terms of the closed form, and speed and direction of wheels and axles; needs `--model
+    /// closed-form` or `variable-inertia`.
     Terms,
 }
 
@@ -72,36 +72,36 @@ impl Default for Options {
     }
 }
 
-/// Which offsets between the topics' clocks are taken out.
+/// Which offsets between the clocks of topics to correct.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ApplyClockOffsets {
-    /// Those that the machine file states, no others.
+    /// Only those stated in the machine file.
     Stated,
-    /// Beside them those found from the physics that are real (three standard deviations, 5 ms) and well
-    /// known (standard deviation 15 ms or less).
+    /// Also estimated ones that are significant (three standard deviations and 5 ms) and precise
+    /// (standard deviation at most 15 ms).
     Estimated,
 }
 
-/// How signals become states.
+/// Estimator of the states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Estimator {
-    /// Looks both ways: the most accurate.
+    /// Uses past and future samples; the most accurate.
     Smoother,
-    /// Looks back only: what live use computes, to the bit.
+    /// Uses past samples only; bit-identical to live operation.
     Causal,
 }
 
-/// How the ground wrench is computed.
+/// Model of the ground wrench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
-    /// Newton-Euler over every body.
+    /// Recursive Newton-Euler over all bodies.
     WholeBody,
-    /// The second paper's analytic model: the platform's inertia follows its actuators.
+    /// Analytic model of the second paper: platform inertia depends on the actuators.
     VariableInertia,
-    /// The first paper's analytic model: a rigid platform, its suspension at mid stroke.
+    /// Analytic model of the first paper: rigid platform, suspension at mid stroke.
     ClosedForm,
 }
 
@@ -109,7 +109,7 @@ impl Model {
     /// All models.
     pub const ALL: [Self; 3] = [Self::WholeBody, Self::VariableInertia, Self::ClosedForm];
 
-    /// Its name on the command line.
+    /// Name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -1,10 +1,10 @@
-//! A progress bar while a log is read, or while many are screened, on a terminal only.
+//! Progress bars, shown only on a terminal.
 
 use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// The bar; nothing where stderr is no terminal.
+/// Progress through one log; hidden if stderr is not a terminal.
 #[derive(Debug)]
 pub(crate) struct Progress {
     bar: ProgressBar,
@@ -37,7 +37,7 @@ impl Progress {
     }
 }
 
-/// How many logs of a screen are done.
+/// Progress through the logs of a fleet.
 #[derive(Debug)]
 pub(crate) struct LogCount {
     bar: ProgressBar,
@@ -67,14 +67,14 @@ impl LogCount {
         self.bar.inc(1);
     }
 
-    /// Says a line above the bar; nothing where quiet.
+    /// Prints a line above the bar unless quiet.
     pub(crate) fn say(&self, line: &str) {
         if !self.quiet {
             self.bar.suspend(|| eprintln!("{line}"));
         }
     }
 
-    /// Says what went wrong, also where quiet.
+    /// Prints an error above the bar, even if quiet.
     pub(crate) fn error(&self, line: &str) {
         self.bar.suspend(|| eprintln!("{line}"));
     }

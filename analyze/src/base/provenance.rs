@@ -1,4 +1,4 @@
-//! Where a result comes from: files by hash, versions, options.
+//! Provenance of a result: hashes of its files, program version, IMU mounting.
 
 use std::io::Read;
 use std::path::Path;
@@ -8,12 +8,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
-/// Where a result comes from.
+/// Provenance of a result.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Provenance {
     /// Version of the program.
     pub tipwatch_version: String,
-    /// When the analysis ran, RFC 3339, UTC.
+    /// Time of the analysis (RFC 3339, UTC).
     pub analysed_at: String,
     /// The log's files.
     pub log: Vec<FileHash>,
@@ -21,9 +21,9 @@ pub struct Provenance {
     pub log_format: String,
     /// The machine file.
     pub machine_file: FileHash,
-    /// The URDF: a file, or the topic that it was read from.
+    /// The URDF: a file, or the topic it was read from.
     pub urdf: FileHash,
-    /// Where the IMU sits and who says so.
+    /// Mounting of the inertial measurement unit (IMU) and its source.
     pub imu_mounting: String,
 }
 
@@ -38,7 +38,7 @@ pub struct FileHash {
     pub bytes: u64,
 }
 
-/// The hash of bytes that stand under `path`.
+/// Hashes bytes; `path` names them.
 pub(crate) fn hash_of(path: String, bytes: &[u8]) -> FileHash {
     FileHash {
         path,
@@ -47,7 +47,7 @@ pub(crate) fn hash_of(path: String, bytes: &[u8]) -> FileHash {
     }
 }
 
-/// The hash of a file, read piece by piece.
+/// Hashes a file block by block.
 pub(crate) fn hash_file(path: &Path) -> Result<FileHash> {
     let mut file =
         std::fs::File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;

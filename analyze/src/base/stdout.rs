@@ -1,13 +1,13 @@
-//! Data on standard output.
+//! Results on standard output.
 
 use std::io::{ErrorKind, Write, stdout};
 
 use anyhow::{Context, Result};
 
-/// Writes a text to standard output. A reader that has gone, such as `head`, is no failure.
+/// Writes a text to standard output. A closed pipe (such as `head`) is not an error.
 ///
 /// # Errors
-/// It cannot be written for another reason.
+/// Standard output cannot be written for any other reason.
 pub(crate) fn to_stdout(text: &str) -> Result<()> {
     let mut out = stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

@@ -21,28 +21,28 @@ use crate::report;
 
 #[derive(Debug, Args)]
 pub(super) struct AnalyzeArgs {
-    /// The logs: .mcap, .bag, .db3 or rosbag2 folders.
+    /// Logs: .mcap, .bag, .db3 or rosbag2 folders.
     #[arg(required = true)]
     logs: Vec<PathBuf>,
     /// The machine file.
     #[arg(long)]
     machine: PathBuf,
-    /// Where the results go: straight for one log, into DIR/<name of the log>/ for several.
+    /// Output folder; several logs are written to DIR/<name of the log>/.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     #[command(flatten)]
     analysis: AnalysisArgs,
-    /// Rows from here on (s from the first sample).
+    /// Start time (seconds after the first sample).
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
-    /// Rows up to here (s from the first sample).
+    /// End time (seconds after the first sample).
     #[arg(long, value_name = "S")]
     to: Option<f64>,
-    /// Draw N machines with all lengths, angles, masses and inertias up to 10 % off, and write the bands
-    /// that the loads spread over.
+    /// Draw N machines with lengths, angles, masses and inertias varied by up to 10 %, and write the
+    /// bands of their loads.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     monte_carlo: Option<u32>,
-    /// Further columns of samples.parquet; may be repeated.
+    /// Optional columns of samples.parquet; may be repeated.
     #[arg(long, value_enum, value_delimiter = ',')]
     columns: Vec<ColumnGroup>,
     /// Which files to write.
@@ -105,7 +105,7 @@ fn analyze_one(
     output::write(&analysis, out, outputs)?;
     let judgement =
         policy.map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis)));
-    // --fail-on is on the command line; a file's rules are worth a file
+    // only a policy file gets a result file; --fail-on is on the command line
     if let Some(judgement) = judgement.as_ref().filter(|j| j.policy_sha256.is_some()) {
         output::write_judgement(judgement, out)?;
     }
@@ -128,7 +128,7 @@ fn report_findings(analysis: &Analysis, out: &Path, voice: Voice) {
     voice.say(&format!("results: {}", out.display()));
 }
 
-/// Where each log's results go.
+/// The output folder of each log.
 fn out_folders(logs: &[PathBuf], out: &Path) -> Result<Vec<PathBuf>> {
     if let [_] = logs {
         return Ok(vec![out.into()]);

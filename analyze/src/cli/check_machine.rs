@@ -13,10 +13,10 @@ use crate::setup::check_machine;
 pub(super) struct CheckMachineArgs {
     /// The machine file.
     machine: PathBuf,
-    /// A log: loads in the posture of its first valid row, instead of with all joints at zero.
+    /// A log: compute loads in the posture of its first valid row instead of all joints at zero.
     #[arg(long)]
     log: Option<PathBuf>,
-    /// As JSON.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
 }

@@ -15,39 +15,40 @@ use crate::compare::{Side, compare, render, told};
 
 #[derive(Debug, Args)]
 pub(super) struct CompareArgs {
-    /// A log, or a folder that `analyze` wrote.
+    /// A log, or an output folder of `analyze`.
     a: PathBuf,
-    /// Another; without it, A is compared with itself under --machine-b, --model-b or --estimator-b.
+    /// Another log or output folder; if missing, A is compared with itself under --machine-b, --model-b
+    /// or --estimator-b.
     b: Option<PathBuf>,
-    /// The machine file of logs.
+    /// The machine file for logs.
     #[arg(long)]
     machine: Option<PathBuf>,
-    /// The machine file of B, where it is another.
+    /// Another machine file for B.
     #[arg(long, value_name = "MACHINE")]
     machine_b: Option<PathBuf>,
     #[command(flatten)]
     analysis: AnalysisArgs,
-    /// The model of B, where it is another.
+    /// Another model for B.
     #[arg(long, value_enum, value_name = "MODEL")]
     model_b: Option<Model>,
-    /// The estimator of B, where it is another.
+    /// Another estimator for B.
     #[arg(long, value_enum, value_name = "ESTIMATOR")]
     estimator_b: Option<Estimator>,
-    /// As JSON.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Write comparison.json and comparison.html there.
+    /// Write comparison.json and comparison.html into DIR.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
-#[expect(clippy::print_stdout, reason = "the comparison is what is asked for")]
+#[expect(clippy::print_stdout, reason = "the comparison is the output")]
 pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Exit> {
     let options = args.analysis.options();
     let other = args.machine_b.is_some() || args.model_b.is_some() || args.estimator_b.is_some();
     if args.b.is_none() && !other {
         bail!(Usage(
-            "expected a second log or result, or --machine-b, --model-b or --estimator-b"
+            "expected a second log or output folder, or --machine-b, --model-b or --estimator-b"
         ));
     }
     let options_b = Options {
@@ -59,7 +60,7 @@ pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Exit> {
     let machine_b = args.machine_b.as_deref().or(args.machine.as_deref());
     if other && is_result(path_b) {
         bail!(Usage(
-            "--machine-b, --model-b and --estimator-b are for logs, not for results"
+            "--machine-b, --model-b and --estimator-b apply to logs, not to output folders"
         ));
     }
     let a = side(&args.a, args.machine.as_deref(), options)?;

@@ -1,8 +1,8 @@
-//! `tipwatch demo`: a small log that comes with the program.
+//! `tipwatch demo`: analyses a small log that comes with the program.
 //!
 //! A forwarder-like machine crawls onto a side slope, slews its loaded arm downhill and reaches out; the
-//! uphill rear wheel goes light, lifts, and comes down again when the arm is drawn in. Simulated with
-//! contact physics; `tests/data/make_fixtures.py` makes it.
+//! uphill rear wheel goes light, lifts, and comes down again when the arm is retracted. Simulated with
+//! contact physics by `tests/data/make_fixtures.py`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ const FILES: [(&str, &[u8]); 3] = [
 
 #[derive(Debug, Args)]
 pub(super) struct DemoArgs {
-    /// Where the results go.
+    /// Output folder.
     #[arg(long, default_value = "tipwatch-demo")]
     out: PathBuf,
 }
@@ -35,7 +35,7 @@ pub(super) fn run(args: &DemoArgs, voice: Voice) -> Result<Exit> {
     let analysis = analyse(&out.join("input"))?;
     output::write(&analysis, out, Outputs::All)?;
     tell(&analysis, out);
-    voice.say("the log and the machine file of the demo are in its folder input/");
+    voice.say("the demo's log and machine file are in its folder input/");
     Ok(exit_of(&analysis, false))
 }
 
@@ -61,7 +61,10 @@ fn analyse(folder: &Path) -> Result<Analysis> {
 }
 
 /// Prints the three most important findings and where the report is.
-#[expect(clippy::print_stdout, reason = "the demo's result is its output")]
+#[expect(
+    clippy::print_stdout,
+    reason = "the findings are the output of the demo"
+)]
 fn tell(analysis: &Analysis, out: &Path) {
     for finding in report::findings(analysis).iter().take(3) {
         println!("- {finding}");

@@ -1,17 +1,17 @@
-//! What a command ends with, and what it says meanwhile.
+//! Exit codes, usage errors, and messages on standard error.
 
 use std::process::ExitCode;
 
 use crate::analysis::Analysis;
 
-/// Exit code: a file's content, the machine or the disk is at fault.
+/// Exit code: an error in a file, the machine description or the system.
 const FAILED: u8 = 1;
 /// Exit code: done, but bytes or messages of a log were lost.
 const LOST: u8 = 3;
-/// Exit code: the condition of `--fail-on` was met, or the policy broken.
+/// Exit code: a condition of `--fail-on` was met, or the policy was violated.
 const CONDITION_MET: u8 = 4;
 
-/// What a command ends with.
+/// How a command ended, from good to bad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Exit {
     Done,
@@ -31,7 +31,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// The arguments do not make sense together: exit code 2.
+/// Contradictory arguments: exit code 2.
 #[derive(Debug)]
 pub(super) struct Usage(pub(super) &'static str);
 
@@ -43,7 +43,7 @@ impl std::fmt::Display for Usage {
 
 impl std::error::Error for Usage {}
 
-/// What is said, to stderr.
+/// Messages on standard error.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Voice {
     pub(super) quiet: bool,

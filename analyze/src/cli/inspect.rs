@@ -14,16 +14,16 @@ use crate::setup::inspect;
 pub(super) struct InspectArgs {
     /// The log.
     log: PathBuf,
-    /// A machine file whose [signals] to bind.
+    /// A machine file whose [signals] are bound.
     #[arg(long)]
     machine: Option<PathBuf>,
-    /// As JSON.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Write a first machine file here, guessed and commented; a file that exists is never overwritten.
+    /// Write a first machine file, guessed and commented; an existing file is never overwritten.
     #[arg(long, value_name = "FILE")]
     write_machine: Option<PathBuf>,
-    /// The URDF for its guesses, where the log carries none.
+    /// The URDF to guess from, if the log contains none.
     #[arg(long, requires = "write_machine")]
     urdf: Option<PathBuf>,
 }
@@ -36,7 +36,7 @@ pub(super) fn run(args: &InspectArgs, voice: Voice) -> Result<Exit> {
         let lacking = first_machine::write(&args.log, args.urdf.as_deref(), out)?;
         voice.say(&format!("machine file: {}", out.display()));
         if let Some(lacking) = lacking {
-            voice.say(&format!("it does not describe the machine yet: {lacking}"));
+            voice.say(&format!("the machine file is incomplete: {lacking}"));
         }
     }
     Ok(if inspection.losses.is_empty() {

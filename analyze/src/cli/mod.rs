@@ -1,4 +1,4 @@
-//! The command line: what may be asked, and asking it. A command is a file.
+//! The command line: one file per command.
 
 mod analyze;
 mod check_machine;
@@ -21,50 +21,52 @@ use self::exit::{Exit, Usage, Voice};
 use crate::base::stdout::to_stdout;
 use crate::tables::summary;
 
-/// How close a wheeled machine came to tipping over, from the logs that it keeps.
+/// Computes from logs how close a wheeled machine came to tipping over.
 #[derive(Debug, Parser)]
 #[command(name = "tipwatch", version, arg_required_else_help = true)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Say nothing but errors.
+    /// Print only errors.
     #[arg(short, long, global = true)]
     quiet: bool,
-    /// Say more.
+    /// Print more.
     #[arg(short, long, global = true)]
     verbose: bool,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Wheel loads, stability and events of logs.
+    /// Compute wheel loads, stability and events of logs.
     Analyze(analyze::AnalyzeArgs),
-    /// Many logs: a data set with a row for each, and a page with the machines at most risk.
+    /// Analyse many logs: a data set with one row per log, and a page that ranks the machines by risk.
     Screen(screen::ScreenArgs),
-    /// Two results, two logs, or one log under two machine files or models, side by side.
+    /// Compare two results, two logs, or one log under two machine files or models.
     Compare(compare::CompareArgs),
-    /// What a log holds: topics, clocks, gaps, damage, and what would be bound to which signal.
+    /// Show the contents of a log: topics, clocks, gaps, damage, and the topic of each signal.
     Inspect(inspect::InspectArgs),
-    /// Mass, centre of mass and static loads of a machine, beside weighed loads if its file has them.
+    /// Show mass, centre of mass and static loads of a machine, compared with weighed loads if its file
+    /// has them.
     CheckMachine(check_machine::CheckMachineArgs),
-    /// A log again with the suspension locked, as recorded, or controlled: what it would have done to the loads.
+    /// Replay a log with the suspension locked, as recorded, or controlled, and compare the wheel loads.
     Whatif(whatif::WhatIfArgs),
-    /// Steer an active suspension over standard input and output: a line of JSON with a state in, one with a command out.
+    /// Control an active suspension over standard input and output: one line of JSON per state and per
+    /// command.
     Stabilise(stabilise::StabiliseArgs),
-    /// Write the intact part of a damaged log, of any format, as a clean, indexed MCAP file.
+    /// Write the intact part of a damaged log as a clean, indexed MCAP file.
     Recover(recover::RecoverArgs),
     /// Analyse a small log that comes with the program.
     Demo(demo::DemoArgs),
     /// Print the JSON schema of `summary.json`.
     Schema,
-    /// Print the completion script of a shell.
+    /// Print a shell completion script.
     Completions {
         /// The shell.
         shell: clap_complete::Shell,
     },
 }
 
-/// Does what the command line asks.
+/// Runs the command.
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
     let voice = Voice {

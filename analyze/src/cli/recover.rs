@@ -12,7 +12,7 @@ use super::exit::{Exit, Voice};
 pub(super) struct RecoverArgs {
     /// The log.
     log: PathBuf,
-    /// The new file; one that exists is never overwritten.
+    /// The new file; an existing one is never overwritten.
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
 }

@@ -17,19 +17,19 @@ pub(super) struct StabiliseArgs {
     /// The machine file.
     #[arg(long)]
     machine: PathBuf,
-    /// The problem that is solved; default: by the machine file.
+    /// The optimisation problem; default: that of the machine file.
     #[arg(long, value_enum)]
     mode: Option<Mode>,
-    /// Length of a step; default: by the machine file's rate.
+    /// Control period; default: from the rate in the machine file.
     #[arg(long, value_name = "S", value_parser = positive)]
     step: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Mode {
-    /// The second paper's problem, one step ahead.
+    /// The problem of the second paper, one step ahead.
     Literal,
-    /// Where a planned move leads.
+    /// Optimisation over a planned motion.
     LookAhead,
 }
 

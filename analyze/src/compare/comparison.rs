@@ -1,4 +1,4 @@
-//! What differs between two results.
+//! The differences between two results.
 
 use serde::Serialize;
 
@@ -9,22 +9,22 @@ use super::side::{Side, SideSummary};
 /// Version of the document.
 const SCHEMA: u32 = 1;
 
-/// What differs between A and B.
+/// The differences between A and B.
 #[derive(Debug, Serialize)]
 pub struct Comparison {
     /// Version of this document's keys.
     pub schema: u32,
-    /// What A is.
+    /// Origin of A.
     pub a: SideSummary,
-    /// What B is.
+    /// Origin of B.
     pub b: SideSummary,
-    /// Whether both are of the same log, by content.
+    /// Whether both are results of the same log, by content.
     pub same_log: bool,
-    /// Events, those that only one side has first.
+    /// Events; those on one side only come first.
     pub events: Vec<EventPair>,
-    /// Numbers of the whole log, largest difference first within each unit.
+    /// Figures of the whole log, largest difference first within each unit.
     pub facts: Vec<FactDifference>,
-    /// Row by row, where both have rows at the same times; else null.
+    /// Differences row by row; null if the rows have different times.
     pub series: Option<SeriesComparison>,
     /// Why there is no comparison row by row.
     pub series_note: Option<String>,

@@ -1,8 +1,8 @@
-//! Two analyses side by side, their differences ranked: two logs, or one log under two machine files or
-//! models, or two folders of results.
+//! Compares two analyses and ranks their differences: two logs, one log under two machine files or
+//! models, or two output folders.
 //!
-//! Everything is taken from the files of a result, `summary.json` and `samples.parquet`; an analysis that
-//! was just made is seen through the same documents.
+//! All data come from `summary.json` and `samples.parquet` of a result; a fresh analysis is converted to
+//! the same documents.
 
 mod comparison;
 mod facts;

@@ -1,4 +1,4 @@
-//! Finds events in the rows: see [`EventKind`] for what each means.
+//! Detects events in the rows; [`EventKind`] defines them.
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::machine::Machine;
@@ -12,10 +12,10 @@ use super::inputs;
 use crate::base::rows::Rows;
 use crate::load::LoadedLog;
 
-/// An edge tipping during which the tilt grows by more is a tip-over (rad).
+/// Growth of the tilt (rad) that turns edge tipping into a tip-over.
 const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
-/// All events, by start.
+/// Detects all events, sorted by start.
 pub(crate) fn events(
     loaded: &LoadedLog,
     faults: &[FaultSpan],
@@ -56,7 +56,7 @@ pub(crate) fn events(
 struct Finder<'a> {
     machine: &'a Machine,
     rows: &'a Rows,
-    /// Rows whose loads mean something: no gap, not settling, ground under the wheels.
+    /// Rows with meaningful loads: no gap, no warm-up, wheels on the ground.
     meaningful: Vec<bool>,
 }
 
@@ -144,7 +144,7 @@ impl<'a> Finder<'a> {
         found.collect()
     }
 
-    /// Every wheel off the edge carries nothing. Axle and side sums do not depend on the split.
+    /// Edge tipping: every wheel off the edge is unloaded. Their sum does not depend on the load split.
     fn edge_tipping(&self, edge: usize) -> Vec<Event> {
         let spec = &self.machine.polygon().edges()[edge];
         let off: Vec<&[f64]> = (0..self.machine.wheels().len())
@@ -165,7 +165,7 @@ impl<'a> Finder<'a> {
         found.collect()
     }
 
-    /// The tip-over that an edge tipping became, if it did.
+    /// The tip-over that an edge tipping turned into, if it did.
     fn tip_over(&self, tipping: &Event) -> Option<Event> {
         let row_of = |time: i64| self.rows.times_ns.partition_point(|&t| t < time);
         let first = row_of(tipping.start_ns);
@@ -184,8 +184,8 @@ impl<'a> Finder<'a> {
         })
     }
 
-    /// The row in which the tilt is furthest from that of `first`, and by how much [rad]: from the
-    /// attitude where the log has it, else from the angular velocity.
+    /// The row with the largest tilt relative to `first`, and that tilt (rad): from the attitude if the
+    /// log has it, else from the integrated angular velocity.
     fn tilt_growth(&self, first: usize, last: usize) -> (usize, f64) {
         let mut worst = (first, 0.0);
         let mut state = State::zero(self.machine);
@@ -212,7 +212,7 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// Sets each event's lead: the time since the earliest wheel that was light at its start.
+/// Sets the lead of each event: time since the onset of the earliest `wheel_light` still active at its start.
 fn add_leads(events: &mut [Event]) {
     let light: Vec<(i64, i64)> = events
         .iter()

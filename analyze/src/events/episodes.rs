@@ -1,11 +1,11 @@
 //! Episodes: runs of rows in which a condition holds.
 
-/// What lasts less is no event (ns).
+/// Shortest episode that counts as an event (ns).
 const SHORTEST_NS: i64 = 50_000_000;
-/// Episodes closer than this are one (ns).
+/// Episodes closer than this are merged (ns).
 pub(super) const MERGED_NS: i64 = 200_000_000;
 
-/// Rows from `first` to `last`.
+/// A run of rows, ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Episode {
     pub(super) first: usize,
@@ -34,8 +34,7 @@ pub(super) fn most(values: &[f64], episode: Episode) -> (usize, f64) {
     (episode.first..=episode.last).fold((episode.first, f64::NEG_INFINITY), larger)
 }
 
-/// Runs of rows for which `holds`, those close together joined, those too short left out. A row
-/// counts until the next one.
+/// Runs of rows for which `holds`: close ones merged, short ones dropped. A row lasts until the next one.
 pub(super) fn episodes(times_ns: &[i64], holds: impl Fn(usize) -> bool) -> Vec<Episode> {
     let until = |row: usize| times_ns[(row + 1).min(times_ns.len() - 1)];
     let mut joined: Vec<(Episode, i64)> = Vec::new();
@@ -78,14 +77,14 @@ mod tests {
     }
 
     #[test]
-    fn episodes_of_fifty_milliseconds_count_and_shorter_ones_do_not() {
+    fn episodes_shorter_than_50_ms_do_not_count() {
         assert_eq!(found(&[(10, 14)]), [(10, 14)]);
         assert_eq!(found(&[(10, 13)]), []);
         assert_eq!(found(&[]), []);
     }
 
     #[test]
-    fn episodes_less_than_a_fifth_of_a_second_apart_are_one() {
+    fn episodes_less_than_200_ms_apart_merge() {
         assert_eq!(found(&[(10, 20), (40, 50)]), [(10, 50)]);
         assert_eq!(found(&[(10, 20), (41, 50)]), [(10, 20), (41, 50)]);
     }

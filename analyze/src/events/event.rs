@@ -1,78 +1,78 @@
-//! Events: what was found, when, how bad.
+//! Events: kind, time, severity, evidence.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_mechanics::machine::Policy;
 use tipwatch_mechanics::plausibility::FaultKind;
 
-/// A finding that lasted a while.
+/// A finding with a duration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
-    /// What kind.
+    /// Its kind.
     pub kind: EventKind,
-    /// First row of it (ns).
+    /// First row (ns).
     pub start_ns: i64,
-    /// Last row of it (ns); `None` while the log ends in it.
+    /// Last row (ns); `None` if the event is still active when the log ends.
     pub end_ns: Option<i64>,
     /// The wheel, edge or signal, in lower case.
     pub subject: String,
-    /// The worst value; what of is told by the kind.
+    /// The worst value; [`EventKind`] says of which quantity.
     pub worst: f64,
-    /// When it was worst (ns).
+    /// Time of the worst value (ns).
     pub worst_ns: i64,
     /// Unit of `worst`.
     pub unit: &'static str,
-    /// Time from the first `wheel_light` of the same course of events to this (s); `None` without one.
+    /// Time (s) from the onset of the `wheel_light` that preceded this event; `None` without one.
     pub lead_s: Option<f64>,
-    /// Probability that the finding is true, 0 to 1, from the standard deviation of the OTF under the
-    /// stated split; `None` where the uncertainty is not computed.
+    /// Confidence, 0 to 1: probability that the finding is true, from the standard deviation of the OTF
+    /// (overturning force) under the stated split rule; `None` without uncertainties.
     pub certainty: Option<f64>,
-    /// Whether another split of the loads, within equilibrium, would undo the finding.
+    /// Whether the finding would disappear under another statically admissible load split.
     pub split_dependent: Option<bool>,
-    /// What took the load away; `None` of events without a load, and of a model without causes.
+    /// Causes of the load loss; `None` for events without a load and models without causes.
     pub causes: Option<EventCauses>,
-    /// What is wrong with the input; `None` of events of other kinds.
+    /// The input fault; `None` for other kinds of events.
     pub fault: Option<InputFault>,
 }
 
-/// What is wrong with an input.
+/// An input fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InputFault {
-    /// What is wrong.
+    /// Kind of fault.
     pub kind: FaultKind,
-    /// What becomes of the rows that rest on it.
+    /// What happens to rows that depend on it.
     pub policy: Policy,
-    /// What the worst value was held against, in its unit; `None` where nothing was.
+    /// The limit that the worst value exceeded, in its unit; `None` for faults without a limit.
     pub limit: Option<f64>,
-    /// How many samples.
+    /// Number of samples.
     pub samples: u64,
 }
 
-/// What took the load (OTF) of the wheels that an event is about away since the machine was steady.
+/// Causes of the load loss (OTF) of an event's wheels since the machine was last steady.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EventCauses {
-    /// From when on (ns).
+    /// Start of the comparison (ns).
     pub since_ns: i64,
-    /// Whether the machine was steady then; else it is the first valid row.
+    /// Whether the machine was steady then; otherwise the start is the first valid row.
     pub since_is_steady: bool,
-    /// Until when: the row in which the wheels carry least (ns).
+    /// End of the comparison: the row with the smallest load (ns).
     pub at_ns: i64,
-    /// OTF of the wheels before (N).
+    /// OTF of the wheels at the start (N).
     pub otf_before_n: f64,
-    /// OTF of the wheels at that row (N).
+    /// OTF of the wheels at the end (N).
     pub otf_n: f64,
-    /// What each cause took, the largest first.
+    /// Shares of the causes, the largest first.
     pub shares: Vec<CauseShare>,
 }
 
-/// What a cause took.
+/// Share of one cause.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct CauseShare {
-    /// Name of the cause, as in the columns.
+    /// Name of the cause, as in the column names.
     pub cause: &'static str,
-    /// OTF that it took away (N); negative where it gave.
+    /// OTF that it removed (N); negative if it added load.
     pub taken_n: f64,
-    /// The same in per cent of what was lost in all.
+    /// The same as a percentage of the total loss.
     pub percent: f64,
 }
 
@@ -82,17 +82,17 @@ pub struct CauseShare {
 pub enum EventKind {
     /// A wheel's load is below the limit; `worst` is the lowest load (N).
     WheelLight,
-    /// A wheel carries nothing; `worst` is the lowest OTF (N).
+    /// A wheel carries no load; `worst` is the lowest OTF (N).
     WheelLift,
-    /// Every wheel off an edge carries nothing; `worst` is the largest overturning moment (N m).
+    /// All wheels off an edge carry no load; `worst` is the largest overturning moment (N m).
     EdgeTipping,
-    /// An edge tipping that ends with the tilt grown by more than 10 degrees, or with the log; `worst` is
-    /// the growth of the tilt (rad).
+    /// Edge tipping during which the tilt grows by more than 10 degrees, or which lasts until the log
+    /// ends; `worst` is the growth of the tilt (rad).
     TipOver,
-    /// A signal is missing for longer than the estimator bridges; `worst` is how long (s).
+    /// A signal is missing for longer than the estimator bridges; `worst` is the duration (s).
     InputGap,
-    /// What a signal says cannot be true; `worst` is told by the kind of the fault. Unlike the others
-    /// it is listed however short it is.
+    /// A signal is implausible; the kind of fault defines `worst`. Unlike the others it is listed
+    /// however short it is.
     InputFault,
 }
 
@@ -103,7 +103,7 @@ impl EventKind {
         <Self as clap::ValueEnum>::value_variants()
     }
 
-    /// Whether it tells of the machine's stability rather than of the log.
+    /// Whether it concerns the machine's stability, not the log.
     #[must_use]
     pub fn is_stability(self) -> bool {
         match self {
@@ -112,7 +112,7 @@ impl EventKind {
         }
     }
 
-    /// Its name in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

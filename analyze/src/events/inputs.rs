@@ -1,4 +1,4 @@
-//! Events of the inputs: signals that are missing, and signals that cannot be true.
+//! Events of the inputs: missing and implausible signals.
 
 use tipwatch_mechanics::plausibility::{FaultKind, FaultSpan};
 
@@ -7,7 +7,7 @@ use super::event::{Event, EventKind, InputFault};
 use crate::base::rows::Rows;
 use crate::load::LoadedLog;
 
-/// Times without samples that are longer than the estimator bridges, from the first to the last row.
+/// Gaps between the first and the last row that are longer than the estimator bridges.
 pub(crate) fn gaps(loaded: &LoadedLog, rows: &Rows) -> Vec<Event> {
     let max_gap_ns = (loaded.machine.estimator().max_gap * 1e9) as i64;
     let (first, last) = ends(rows);
@@ -34,7 +34,7 @@ pub(crate) fn gaps(loaded: &LoadedLog, rows: &Rows) -> Vec<Event> {
     gaps
 }
 
-/// Faults that touch the rows; those of one kind and signal that are close together are one.
+/// Faults that overlap the rows; close ones of the same kind and signal are merged.
 pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Rows) -> Vec<Event> {
     let (first, last) = ends(rows);
     let mut joined: Vec<FaultSpan> = Vec::new();

@@ -1,4 +1,4 @@
-//! Finds the events of a log: wheels that are light or lift, edges that tip, inputs that fail.
+//! Finds the events of a log: light and lifting wheels, tipping edges, input gaps and faults.
 
 pub(crate) mod detect;
 mod episodes;

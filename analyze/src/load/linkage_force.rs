@@ -1,4 +1,4 @@
-//! Forces of linkages' actuators, as a log tells them: directly, or by the pressures in their chambers.
+//! Actuator forces of linkages from a log: measured directly, or from chamber pressures.
 
 use std::collections::BTreeMap;
 
@@ -9,21 +9,21 @@ use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec};
 
 use super::LoadedLog;
 
-/// Samples further apart than this (ns) are not joined by a straight line.
+/// Longest gap (ns) between samples that is interpolated.
 const LONGEST_GAP_NS: i64 = 100_000_000;
 
-/// The measured force of a linkage's actuator.
+/// Measured force of a linkage's actuator.
 #[derive(Debug)]
 pub(crate) struct LinkageForce {
     /// Index of the linkage.
     pub(crate) linkage: usize,
-    /// The topic that it comes from; of pressures that of the piston's.
+    /// Its topic; for pressures, that of the piston side.
     pub(crate) topic: String,
-    /// The force; an error where the log does not have it.
+    /// The force, or why the log does not have it.
     pub(crate) series: Result<Series>,
 }
 
-/// The forces of all linkages for which the machine file binds one.
+/// Reads the forces of all linkages for which the machine file binds one.
 pub(crate) fn read_all(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Vec<LinkageForce> {
     let first = loaded.signals.first();
     let clocks = Clocks {
@@ -45,7 +45,7 @@ pub(crate) fn read_all(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Vec
 }
 
 impl LinkageForce {
-    /// Adds to its stamps (s).
+    /// Shifts the stamps (s).
     pub(crate) fn shift(&mut self, seconds: f64) {
         if let Ok((stamps_ns, _)) = &mut self.series {
             let shift_ns = (seconds * 1e9).round() as i64;
@@ -56,10 +56,10 @@ impl LinkageForce {
     }
 }
 
-/// What the clocks of the forces are put on.
+/// The clock to which the stamps of forces are converted.
 struct Clocks<'a> {
     time_base: Option<&'a TimeBase>,
-    /// By topic what the machine file says has to be added to its stamps (s).
+    /// Clock offsets (s) from the machine file, by topic.
     offsets_s: &'a BTreeMap<String, f64>,
 }
 
@@ -77,7 +77,7 @@ fn measured_force(
         return Ok(series(&recordings[0], field, clocks));
     }
     let Some(pressure) = &spec.pressure else {
-        bail!("linkage {}: no force is bound", spec.name);
+        bail!("linkage {}: expected a bound force, found none", spec.name);
     };
     let (recordings, _) = read(log, &[&pressure.piston, &pressure.rod], clocks)?;
     let (stamps, piston) = series(&recordings[0], &pressure.piston, clocks);
@@ -105,7 +105,7 @@ fn read(
     Ok(record_fields(log, &requests, clocks.time_base)?)
 }
 
-/// Sorted by time, shifted as the machine file says.
+/// Sorts by time and applies the stated clock offset.
 fn series(recording: &FieldRecording, spec: &FieldSpec, clocks: &Clocks<'_>) -> Series {
     let offset_s = clocks.offsets_s.get(&spec.topic).copied().unwrap_or(0.0);
     let shift_ns = (offset_s * 1e9).round() as i64;
@@ -116,7 +116,7 @@ fn series(recording: &FieldRecording, spec: &FieldSpec, clocks: &Clocks<'_>) -> 
     pairs.into_iter().unzip()
 }
 
-/// The value at a time, between samples in a straight line; `None` in gaps and beyond the ends.
+/// Linear interpolation at a time; `None` in gaps and beyond the ends.
 pub(crate) fn at((stamps, values): &Series, stamp: i64) -> Option<f64> {
     let next = stamps.partition_point(|&s| s < stamp);
     if stamps.get(next) == Some(&stamp) {

@@ -1,4 +1,4 @@
-//! From a log and a machine file to a checked machine and its sensors' samples.
+//! Loads a log: the machine checked against it, and the samples of its sensors.
 
 use std::collections::BTreeMap;
 
@@ -13,26 +13,26 @@ use crate::base::provenance::{FileHash, hash_of};
 /// A machine and the samples of its sensors in a log.
 #[derive(Debug)]
 pub struct LoadedLog {
-    /// The machine as checked against the log.
+    /// The machine, checked against the log.
     pub machine: Machine,
-    /// The hash of its URDF.
+    /// Hash of its URDF.
     pub urdf: FileHash,
-    /// The text of its URDF.
+    /// Text of its URDF.
     pub urdf_text: String,
     /// The sensors, in the order of [`LoadedLog::signals`].
     pub matched: MatchedSensors,
     /// Each sensor's topic and samples.
     pub signals: Vec<Signal>,
-    /// What of the log was lost.
+    /// Parts of the log that were lost.
     pub losses: Losses,
-    /// By topic what was added to its stamps because the machine file says so (s).
+    /// Clock offsets (s) from the machine file, by topic; already applied.
     pub clock_offsets_s: BTreeMap<String, f64>,
-    /// What is bound and not there, in plain sentences.
+    /// Bound signals that are missing from the log, as sentences.
     pub notes: Vec<String>,
 }
 
 impl LoadedLog {
-    /// All samples in the order in which the recorder received them.
+    /// All samples in the order in which the recorder received them, as live.
     pub fn arrivals(&self) -> impl Iterator<Item = Sample<'_>> {
         let signals: Vec<_> = self
             .signals
@@ -46,7 +46,7 @@ impl LoadedLog {
 /// A sensor, its topic and its samples.
 #[derive(Debug)]
 pub struct Signal {
-    /// Its place among the sensors.
+    /// Which sensor.
     pub sensor: Sensor,
     /// "joint_states", "imu", "odometry", "tool_wrench" or "actuator".
     pub name: &'static str,
@@ -54,7 +54,7 @@ pub struct Signal {
     pub topic: String,
     /// Type of its messages.
     pub type_name: String,
-    /// Why this topic.
+    /// Why this topic was chosen.
     pub why: String,
     /// The samples.
     pub recording: SensorRecording,

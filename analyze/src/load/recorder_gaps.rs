@@ -1,10 +1,10 @@
-//! What a log's recorder says that it missed.
+//! Gaps that the recorder of a log reported.
 
 use anyhow::Result;
 use tipwatch_binding::monitor_topic;
 use tipwatch_ingest::Log;
 
-/// The gaps in a sentence; none where the log is not of our recorder, or complete.
+/// The gaps as a note; `None` for a complete log or one of another recorder.
 ///
 /// # Errors
 /// The log cannot be read.
@@ -18,8 +18,8 @@ pub(crate) fn note(log: &Log) -> Result<Option<String>> {
         places => format!("{places} places"),
     };
     Ok(Some(format!(
-        "The recorder of this log did not get, or could not read, {} samples and {} verdicts or commands, at {places} (topic {}). The \
-         monitor may have had them: its rows there need not be those that are computed here.",
+        "The recorder of this log missed {} samples and {} verdicts or commands, at {places} (topic {}). The monitor \
+         may have received them: its rows there may differ from those computed here.",
         samples.values.iter().sum::<f64>(),
         verdicts.values.iter().sum::<f64>(),
         monitor_topic::GAPS

@@ -1,5 +1,5 @@
-//! What the analysis of a log comes to, in few numbers: what policies judge, screens collect and
-//! comparisons compare. Every number has its unit in its name; what cannot be computed is `None`.
+//! Facts: the key figures of an analysis, which policies judge and fleets collect. Names include the
+//! unit; values that cannot be computed are `None`.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::report;
 
 pub use super::margin::{EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, WorstMargin};
 
-/// Findings in words that are kept.
+/// Number of findings kept.
 const MOST_FINDINGS: usize = 3;
 
 /// The facts of one log.
@@ -23,35 +23,36 @@ pub struct LogFacts {
     pub start_ns: i64,
     /// Time of the last row (ns).
     pub end_ns: i64,
-    /// From the first to the last row (s).
+    /// Time from the first to the last row (s).
     pub duration_s: f64,
-    /// How many rows there are.
+    /// Number of rows.
     pub rows: u64,
-    /// How many of them are valid.
+    /// Number of valid rows.
     pub valid_rows: u64,
-    /// The smallest margin of the valid rows.
+    /// Smallest margin over the valid rows.
     pub worst: Option<WorstMargin>,
-    /// Largest utilisation of the valid rows, U = 1 - (OTF - 2 sigma) / static load of the worst wheel.
+    /// Largest utilisation over the valid rows: U = 1 - (OTF - 2 sigma) / static load, of the worst
+    /// wheel. OTF is the overturning force.
     pub largest_utilisation: Option<f64>,
-    /// How long the margin was how large, and why it was small.
+    /// Exposure: time by margin, and causes of small margins.
     pub exposure: Exposure,
-    /// By wheel.
+    /// Facts by wheel.
     pub wheels: Vec<WheelFacts>,
-    /// How many events there are, by [`EventKind::name`].
+    /// Number of events by [`EventKind::name`].
     pub event_counts: BTreeMap<String, u64>,
-    /// Longest time without samples of a signal (s); 0 without an `input_gap`.
+    /// Longest gap in a signal (s); 0 without an `input_gap`.
     pub longest_gap_s: f64,
-    /// Ranges of bytes that were lost.
+    /// Number of lost byte ranges.
     pub lost_ranges: u64,
-    /// Bytes in them.
+    /// Bytes in these ranges.
     pub lost_bytes: u64,
-    /// Messages that the recorder counts and that did not come.
+    /// Messages that the recorder counted but the log does not contain.
     pub missing_messages: u64,
     /// Messages that could not be decoded.
     pub undecodable_messages: u64,
-    /// The most important findings in words.
+    /// The most important findings.
     pub findings: Vec<String>,
-    /// What a reader must know.
+    /// Notes of the analysis.
     pub notes: Vec<String>,
 }
 
@@ -60,9 +61,9 @@ pub struct LogFacts {
 pub struct WheelFacts {
     /// Its name, in lower case.
     pub name: String,
-    /// Level, at rest, in the posture of the first valid row (N).
+    /// Static load: level, at rest, in the posture of the first valid row (N).
     pub static_load_n: Option<f64>,
-    /// Smallest signed load (N).
+    /// Smallest OTF (N).
     pub least_otf_n: Option<f64>,
     /// Smallest load (N).
     pub least_load_n: Option<f64>,
@@ -77,27 +78,27 @@ pub struct EventFacts {
     pub kind: String,
     /// Wheel, edge or signal.
     pub subject: String,
-    /// When it begins (ns).
+    /// Start (ns).
     pub start_ns: i64,
-    /// When it ends (ns); `None` if it lasts to the end of the log.
+    /// End (ns); `None` if it lasts until the log ends.
     pub end_ns: Option<i64>,
-    /// How long it lasts, to the end of the log where it is open (s).
+    /// Duration (s), until the log ends if it is still active.
     pub duration_s: f64,
     /// The worst value.
     pub worst: Option<f64>,
     /// Its unit.
     pub unit: String,
-    /// When it was worst (ns).
+    /// Time of the worst value (ns).
     pub worst_ns: i64,
-    /// Time from the first light wheel to this (s).
+    /// Time from the onset of the first `wheel_light` (s).
     pub lead_s: Option<f64>,
-    /// Probability that the finding is true.
+    /// Confidence: probability that the finding is true.
     pub certainty: Option<f64>,
-    /// Whether another split of the loads would undo it.
+    /// Whether another admissible load split would undo it.
     pub split_dependent: Option<bool>,
-    /// The cause that took most of the load.
+    /// The cause with the largest share of the load loss.
     pub main_cause: Option<String>,
-    /// Its share of what was lost (%).
+    /// Its share of the load loss (%).
     pub main_cause_percent: Option<f64>,
 }
 
@@ -137,14 +138,14 @@ impl LogFacts {
         }
     }
 
-    /// How many events there are of a kind.
+    /// Number of events of a kind.
     #[must_use]
     pub fn events_of(&self, kind: EventKind) -> u64 {
         self.event_counts.get(kind.name()).copied().unwrap_or(0)
     }
 
-    /// Whether a person should look at the log: a wheel or an edge has an event, or a load came within
-    /// two standard deviations of nothing.
+    /// Whether the log deserves a report: a stability event, or an OTF within two standard deviations of
+    /// zero.
     #[must_use]
     pub fn has_findings(&self) -> bool {
         let mut stability = EventKind::all().iter().filter(|kind| kind.is_stability());

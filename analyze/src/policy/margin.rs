@@ -1,9 +1,10 @@
-//! The margin of a machine: what its worst wheel still carries, as a share of its static load.
+//! The margin of a machine: remaining load of its worst wheel, as a share of its static load.
 //!
 //! ```text
 //!     margin = min over the wheels of OTF / static load
 //! ```
-//! 1 is a machine at rest on level ground, 0 a wheel that is about to lift.
+//! It is 1 for a machine at rest on level ground and 0 for a wheel about to lift. OTF is the overturning
+//! force, the load that a wheel would carry if every wheel were held to the ground.
 
 use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::{Cause, Quantity};
@@ -11,7 +12,7 @@ use tipwatch_mechanics::{Cause, Quantity};
 use crate::analysis::Analysis;
 use crate::base::number::known;
 
-/// Edges between the bins of [`Exposure::margin_s`]: below 0, twenty of a twentieth each, above 1.
+/// Edges of the bins of [`Exposure::margin_s`]: one below 0, twenty of width 1/20, one above 1.
 pub const HISTOGRAM_EDGES: [f64; 21] = {
     let mut edges = [0.0; 21];
     let mut i = 0;
@@ -22,8 +23,9 @@ pub const HISTOGRAM_EDGES: [f64; 21] = {
     edges
 };
 
-/// What takes load from a wheel, in the order of [`Exposure::exposed_by_cause_s`]: `posture` is what
-/// chassis, wheels and arm weigh on it other than in the static posture; the others as in the columns.
+/// Causes of load loss, in the order of [`Exposure::exposed_by_cause_s`]: `posture` is the change of the
+/// weight loads of chassis, wheels and arm from the static posture; the others are named as in the
+/// columns.
 pub const EXPOSURE_CAUSES: [&str; 7] = [
     "posture",
     "slope",
@@ -50,33 +52,33 @@ const WEIGHTS: [Cause; 3] = [Cause::ChassisWeight, Cause::WheelWeight, Cause::Ar
 pub struct WorstMargin {
     /// OTF as a share of the static load.
     pub margin: f64,
-    /// Its standard deviation; `None` of a model without it.
+    /// Its standard deviation; `None` for models without it.
     pub sigma: Option<f64>,
     /// The wheel, in lower case.
     pub wheel: String,
-    /// When (ns).
+    /// Time (ns).
     pub time_ns: i64,
-    /// OTF of the wheel then (N).
+    /// OTF of the wheel at that time (N).
     pub otf_n: f64,
     /// Its standard deviation (N).
     pub otf_sigma_n: Option<f64>,
 }
 
-/// How long the margin was how large, and why it was small.
+/// Time by margin, and causes of small margins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Exposure {
     /// Time in each bin of the margin (s); see [`HISTOGRAM_EDGES`].
     pub margin_s: Vec<f64>,
-    /// Time without a margin that can be computed (s).
+    /// Time without a computable margin (s).
     pub unknown_s: f64,
     /// Time with a margin below 1 - the notice level of the machine file (s).
     pub exposed_s: f64,
-    /// The same, each moment shared out to the causes as they take load from the worst wheel (s), in the
-    /// order of [`EXPOSURE_CAUSES`]; `None` of a model without causes.
+    /// The same by cause (s), in the order of [`EXPOSURE_CAUSES`]: each instant is divided in proportion
+    /// to the load that the causes take from the worst wheel; `None` for models without causes.
     pub exposed_by_cause_s: Option<Vec<f64>>,
 }
 
-/// The columns that margins are made of.
+/// The columns that define margins.
 struct Wheels<'a> {
     analysis: &'a Analysis,
     otf: Vec<&'a [f64]>,
@@ -110,7 +112,7 @@ impl<'a> Wheels<'a> {
     }
 }
 
-/// The smallest margin of the valid rows; `None` where there is none.
+/// The smallest margin over the valid rows; `None` if there is none.
 pub(super) fn worst(analysis: &Analysis) -> Option<WorstMargin> {
     let (rows, wheels) = (&analysis.rows, Wheels::of(analysis));
     let valid = (0..rows.len()).filter(|&row| rows.is_valid(row));
@@ -137,8 +139,8 @@ pub(super) fn largest_utilisation(analysis: &Analysis) -> Option<f64> {
         .reduce(f64::max)
 }
 
-/// Each row counts until the next one, as long as no gap lies between. While the machine tips the rows
-/// count too: below zero.
+/// Exposure: a row lasts until the next one, except across gaps. Rows of a tipping machine count too,
+/// below zero.
 pub(super) fn exposure(analysis: &Analysis) -> Exposure {
     let (rows, wheels) = (&analysis.rows, Wheels::of(analysis));
     let notice_margin = 1.0 - analysis.machine.limits().notice;
@@ -172,7 +174,7 @@ pub(super) fn exposure(analysis: &Analysis) -> Exposure {
     exposure
 }
 
-/// Load that each of [`EXPOSURE_CAUSES`] takes from a wheel, against the static load (N).
+/// Load that each of [`EXPOSURE_CAUSES`] takes from a wheel, relative to the static load (N).
 fn taken(wheels: &Wheels<'_>, row: usize, wheel: usize) -> [f64; EXPOSURE_CAUSES.len()] {
     let given = |cause: Cause| {
         let column = wheels.column(Quantity::Cause(cause, wheel));
@@ -186,7 +188,7 @@ fn taken(wheels: &Wheels<'_>, row: usize, wheel: usize) -> [f64; EXPOSURE_CAUSES
     taken
 }
 
-/// Shares a time out in proportion to what each cause takes; those that give take no part.
+/// Divides a time in proportion to the load that each cause takes; causes that add load get no share.
 fn share_out(time_s: f64, taken: &[f64], by_cause: &mut [f64]) {
     let takes = |value: f64| if value > 0.0 { value } else { 0.0 };
     let all: f64 = taken.iter().map(|&value| takes(value)).sum();

@@ -1,23 +1,23 @@
-//! The policy file: which findings pass and which fail.
+//! The policy file: defines which findings pass and which fail.
 //!
 //! ```toml
 //! name = "acceptance drive"
 //!
-//! [[rule]]                     # events: how many of a kind are accepted
+//! [[rule]]                     # events: accepted number of a kind
 //! event = "wheel_lift"         # wheel_light, wheel_lift, edge_tipping, tip_over, input_gap, input_fault
 //! at_most = 0                  # the default
-//! min_certainty = 0.9          # less certain ones do not count; one of unknown certainty does
-//! min_duration_s = 0.2         # shorter ones do not count
-//! subjects = ["fl", "fr"]      # of these wheels, edges or signals only
+//! min_certainty = 0.9          # less certain events do not count; unknown certainty counts
+//! min_duration_s = 0.2         # shorter events do not count
+//! subjects = ["fl", "fr"]      # only these wheels, edges or signals
 //! ignore_split_dependent = true
 //!
 //! [[rule]]                     # numbers of the whole log: see `Quantity`
-//! name = "a tenth of the static load is left on every wheel"
+//! name = "every wheel keeps 10 % of its static load"
 //! quantity = "worst_margin"
 //! at_least = 0.1
 //! ```
 //!
-//! A number that cannot be computed breaks its rule, unless the rule says `unknown = "pass"`.
+//! A number that cannot be computed violates its rule, unless the rule has `unknown = "pass"`.
 
 use std::path::Path;
 
@@ -28,12 +28,12 @@ use crate::base::provenance::FileHash;
 use crate::base::provenance::hash_of;
 use crate::events::EventKind;
 
-/// Rules that findings must keep.
+/// Rules that a log must satisfy.
 #[derive(Debug, Clone, Default)]
 pub struct Policy {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// The file that it was read from; `None` of one made from `--fail-on`.
+    /// Its file; `None` for a policy made from `--fail-on`.
     pub file: Option<FileHash>,
     pub(super) rules: Vec<Rule>,
 }
@@ -63,7 +63,7 @@ struct RuleSpec {
     unknown: Option<WhenUnknown>,
 }
 
-/// What becomes of a rule on a number that cannot be computed.
+/// The outcome of a rule on a number that cannot be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum WhenUnknown {
@@ -72,29 +72,29 @@ pub(super) enum WhenUnknown {
     Pass,
 }
 
-/// A number of a log that a rule may bound.
+/// A number that a rule may limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Smallest OTF of the valid rows as a share of the wheel's static load.
     WorstMargin,
-    /// The same less two standard deviations.
+    /// The same minus two standard deviations.
     WorstMarginLow,
     /// Smallest OTF of the valid rows (N).
     LeastOtfN,
-    /// Largest utilisation of the valid rows, U = 1 - (OTF - 2 sigma) / static load.
+    /// Largest utilisation of the valid rows: U = 1 - (OTF - 2 sigma) / static load.
     Utilisation,
     /// Time with a margin below 1 - the notice level (s).
     ExposedS,
     /// Valid rows as a share of all.
     ValidShare,
-    /// From the first to the last row (s).
+    /// Time from the first to the last row (s).
     DurationS,
-    /// Longest time without samples of a signal (s).
+    /// Longest gap in a signal (s).
     LongestGapS,
-    /// Ranges of bytes that were lost.
+    /// Number of lost byte ranges.
     LostRanges,
-    /// Messages that are missing or could not be decoded.
+    /// Number of missing or undecodable messages.
     LostMessages,
 }
 
@@ -125,7 +125,7 @@ pub(super) struct Events {
     pub(super) kind: EventKind,
     pub(super) min_certainty: f64,
     pub(super) min_duration_s: f64,
-    /// In lower case; all where empty.
+    /// In lower case; empty for all.
     pub(super) subjects: Vec<String>,
     pub(super) ignore_split_dependent: bool,
 }
@@ -134,7 +134,7 @@ impl Policy {
     /// Reads a policy file.
     ///
     /// # Errors
-    /// The file cannot be read, or is no policy.
+    /// The file cannot be read, or is not a valid policy.
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("{}: cannot be read", path.display()))?;
@@ -144,10 +144,10 @@ impl Policy {
     /// A policy from its text; `file` is named in errors.
     ///
     /// # Errors
-    /// The text is no policy.
+    /// The text is not a valid policy.
     pub fn from_text(text: &str, file: &str) -> Result<Self> {
         let spec: PolicySpec =
-            toml::from_str(text).with_context(|| format!("{file}: no policy"))?;
+            toml::from_str(text).with_context(|| format!("{file}: not a valid policy file"))?;
         if spec.rules.is_empty() {
             bail!("{file}: expected at least one [[rule]], found none");
         }
@@ -162,7 +162,7 @@ impl Policy {
         })
     }
 
-    /// The policy that no event of these kinds is accepted.
+    /// A policy that accepts no event of these kinds.
     #[must_use]
     pub fn without(kinds: &[EventKind]) -> Self {
         let rule = |&kind: &EventKind| Rule {
@@ -265,7 +265,7 @@ impl RuleSpec {
         match (self.at_least, self.at_most) {
             (None, None) => bail!("expected at_least or at_most, found neither"),
             (Some(least), Some(most)) if least > most => {
-                bail!("expected at_least not above at_most, found {least} and {most}")
+                bail!("expected at_least <= at_most, found {least} and {most}")
             }
             (at_least, at_most) => Ok(Check::Number {
                 quantity,
@@ -276,7 +276,7 @@ impl RuleSpec {
         }
     }
 
-    /// Keys that mean nothing for this kind of rule would be ignored silently.
+    /// Rejects keys that do not apply, which would otherwise be silently ignored.
     fn refuse(&self, keys: &[(&str, bool)]) -> Result<()> {
         let kind = if self.event.is_some() {
             "event"
@@ -284,14 +284,14 @@ impl RuleSpec {
             "quantity"
         };
         match keys.iter().find(|(_, given)| *given) {
-            Some((key, _)) => bail!("{key} means nothing for a rule on {kind}"),
+            Some((key, _)) => bail!("{key} does not apply to a rule on {kind}"),
             None => Ok(()),
         }
     }
 }
 
 impl Quantity {
-    /// Its name in policy files.
+    /// Name in policy files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -310,7 +310,7 @@ impl Quantity {
 }
 
 impl Check {
-    /// The rule in words, where the file gives it no name.
+    /// The rule as text, if the file gives it no name.
     fn told(&self) -> String {
         match self {
             Self::Events { which, at_most: 0 } => format!("no {}", which.kind.name()),

@@ -1,5 +1,5 @@
-//! What a log holds, before anything is computed: topics, clocks, gaps, damage, and what would be
-//! bound to which signal and why.
+//! `inspect`: contents of a log before any analysis: topics, clocks, gaps, damage, and the topic of each
+//! signal with the reason.
 
 use std::fmt::Write;
 use std::ops::ControlFlow;
@@ -23,10 +23,10 @@ use crate::base::stdout::to_stdout;
 
 /// Version of the JSON document.
 const SCHEMA: u32 = 2;
-/// Why a signal has no topic of its own.
-const BY_NUMBERS: &str = "numbers named by the machine file";
+/// Reason for a signal without a topic of its own.
+const BY_NUMBERS: &str = "fields named in the machine file";
 
-/// What a log holds.
+/// Contents of a log.
 #[derive(Debug, Serialize)]
 pub struct Inspection {
     schema: u32,
@@ -37,27 +37,27 @@ pub struct Inspection {
     topics: Vec<TopicInspection>,
     signals: Vec<SignalInspection>,
     clock: ClockInspection,
-    /// Why signals cannot be bound as the log stands.
+    /// Why signals cannot be bound.
     binding_error: Option<String>,
-    /// Where a machine description is, and how long it is.
+    /// Topic and length of the robot description.
     robot_description: Option<String>,
-    /// What was lost.
+    /// Parts of the log that were lost.
     pub losses: Losses,
     integrity: Option<&'static str>,
 }
 
-/// The clock that all topics with signals are put on.
+/// The clock to which all signals are converted.
 #[derive(Debug, Serialize)]
 struct ClockInspection {
     /// "header", "publish" or "log".
     time: Option<StampSource>,
-    /// The topic whose clock it is; null where it is the log time.
+    /// The topic that defines it; null for the log time.
     topic: Option<String>,
-    /// What is odd about the clocks.
+    /// Anomalies of the clocks.
     findings: Vec<TopicsFinding>,
-    /// Offsets between topics from the physics; null without a machine file.
+    /// Offsets between topics, estimated from the physics; null without a machine file.
     offsets: Option<ClockOffsets>,
-    /// Why there are none.
+    /// Why there are no offsets.
     offsets_note: Option<String>,
 }
 
@@ -68,9 +68,9 @@ struct TopicInspection {
     encoding: String,
     definition: String,
     message_count: Option<u64>,
-    /// Stamps, of topics that can be a signal.
+    /// Statistics of the stamps, for topics that can be a signal.
     timing: Option<TopicTiming>,
-    /// What was done to them to put them on the clock of the log.
+    /// Conversion of the stamps to the clock of the log.
     correction: Option<StampCorrection>,
     joint_names: Vec<String>,
 }
@@ -82,7 +82,7 @@ struct SignalInspection {
     why: String,
 }
 
-/// Looks at a log; `file` names topics where types alone do not tell.
+/// Inspects a log; `file` resolves ambiguous topics.
 ///
 /// # Errors
 /// The log cannot be read.
@@ -101,7 +101,7 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
     };
     let (clocks, mut losses) = clocks(&log)?;
     if !losses.is_empty() {
-        // once more, for what the topics lost that are no signals
+        // again over all topics, for losses on those that are not signals
         let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
         losses.merge(&log.read(&ids, &mut |_| ControlFlow::Continue(()))?);
     }
@@ -138,7 +138,7 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
     })
 }
 
-/// The recordings of every topic that can be a signal, for their stamps.
+/// Records all topics that can be a signal, for their stamps.
 fn clocks(log: &Log) -> Result<(Vec<SensorRecording>, Losses)> {
     let kind_of = |topic: &Topic| {
         SensorKind::ALL
@@ -180,7 +180,7 @@ fn clock_inspection(
         Some((topic.name.as_str(), recording.findings.as_slice()))
     });
     let offsets = match file {
-        None => Err("a machine file is needed: --machine".to_owned()),
+        None => Err("expected a machine file (--machine), found none".to_owned()),
         Some(file) => run::clock_offsets(log, file).map_err(|error| format!("{error:#}")),
     };
     ClockInspection {
@@ -245,7 +245,7 @@ fn signals(
     for (kind, binding) in others {
         let missing = match named.bound_otherwise.contains(&kind) {
             true => BY_NUMBERS.into(),
-            false => format!("no {} topic with messages", kind.type_name()),
+            false => format!("no messages of type {}", kind.type_name()),
         };
         signals.push(SignalInspection {
             signal: kind.signal_key(),
@@ -256,10 +256,10 @@ fn signals(
     signals
 }
 
-/// Prints an inspection, for people or as JSON.
+/// Prints an inspection as text or JSON.
 ///
 /// # Errors
-/// Standard output is closed.
+/// Standard output cannot be written.
 pub fn print(inspection: &Inspection, as_json: bool) -> Result<()> {
     match as_json {
         true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(inspection)?)),
@@ -321,7 +321,7 @@ fn describe_clock(clock: &ClockInspection) -> String {
     let mut text = match (clock.time, &clock.topic) {
         (Some(time), Some(topic)) => format!("  {time} of {topic}\n"),
         (Some(time), None) => format!("  {time}\n"),
-        (None, _) => "  no topic can be a signal\n".to_owned(),
+        (None, _) => "  no topic with a signal\n".to_owned(),
     };
     for finding in &clock.findings {
         text += &format!("  {finding}\n");

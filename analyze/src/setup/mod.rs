@@ -1,4 +1,4 @@
-//! Before an analysis: what a log contains, a first machine file for it, and a check of that file.
+//! Before the first analysis: contents of a log, a first machine file for it, and a check of that file.
 
 pub mod check_machine;
 pub mod first_machine;

@@ -1,4 +1,4 @@
-//! What the best posture of the stroke could do, taken at rest at each sample.
+//! The best static posture within the stroke, at each sample.
 
 use anyhow::Result;
 use tipwatch_mechanics::suspension::{MAX_ACTUATORS, Replay};
@@ -6,19 +6,19 @@ use tipwatch_mechanics::{Motion, State};
 
 use crate::analysis::Analysis;
 
-/// Positions of the stroke that are tried.
+/// Positions tried within the stroke.
 const POSITIONS: usize = 21;
-/// Most rows looked at, evenly spread.
+/// Most rows used, evenly spread.
 const MOST_ROWS: usize = 4000;
 
-/// The least spread of the loads that any position of the rods, all alike and at rest, gives.
+/// Smallest load spread over all static positions with equal rod strokes.
 #[derive(Debug, Clone)]
 pub struct Best {
-    /// The rows looked at.
+    /// The rows used.
     pub rows: Vec<usize>,
-    /// That spread, (35) with each pair once, by row looked at (N).
+    /// That spread, equation (35) with each pair once, by row used (N).
     pub spread: Vec<f64>,
-    /// Where the rods are then (m).
+    /// The rod stroke of that position (m).
     pub position: Vec<f64>,
 }
 

@@ -1,9 +1,9 @@
-//! Active suspension: what it would have done in a log, and its control over standard input and output.
+//! Active suspension: replay of a log with another suspension motion, and control over standard input
+//! and output.
 //!
-//! A replay takes the log again with its suspension moved otherwise: locked, as recorded, or controlled.
-//! Arm, drive and the way of the wheels over the ground stay as they were recorded; where the platform is above
-//! its wheels, what its wheels carry and what its actuators need follow from the rods. See [`CAVEATS`] for what
-//! that cannot show.
+//! A replay recomputes the log with its suspension locked, as recorded, or controlled. Arm motion,
+//! driving and the path of the wheels stay as recorded. The pose of the platform, the wheel loads and
+//! the actuator forces follow from the rod strokes. [`CAVEATS`] lists what a replay cannot show.
 
 mod best;
 mod mode;

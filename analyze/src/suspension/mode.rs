@@ -1,26 +1,26 @@
-//! How the suspension of a replay moves.
+//! Suspension motion of a replay.
 
 use serde::Serialize;
 
-/// How the suspension moves.
+/// Suspension motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum SuspensionMode {
-    /// The rods stay where they are in the first valid row.
+    /// Rods locked in the first valid row.
     Locked,
-    /// As the log has it.
+    /// As recorded.
     Recorded,
-    /// The second paper's problem, one step ahead.
+    /// The optimisation problem of the second paper, one step ahead.
     Literal,
-    /// Where a planned move leads.
+    /// Optimisation over a planned motion.
     LookAhead,
 }
 
-/// What is asked for.
+/// Options of a replay.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WhatIfOptions {
-    /// How the suspension moves.
+    /// Suspension motion.
     pub suspension: SuspensionMode,
-    /// Length of a step of the control (s); by the machine file where `None`.
+    /// Control period (s); if `None`, that of the machine file.
     pub step_s: Option<f64>,
 }

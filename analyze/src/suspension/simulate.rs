@@ -1,4 +1,4 @@
-//! The rows with the rods moving otherwise.
+//! Simulates the rows with another rod motion.
 
 use anyhow::{Result, anyhow};
 use tipwatch_mechanics::machine::{Machine, Suspension};
@@ -11,15 +11,15 @@ use super::track::{Driven, Track};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 
-/// Beyond this a row is not the next one of the last (s): the simulation begins afresh.
+/// Longest step between rows (s); beyond it the simulation restarts.
 const LONGEST_ROW_S: f64 = 0.5;
-/// The valves are set at least this often (s).
+/// Longest interval between valve commands (s).
 const VALVE_STEP_S: f64 = 0.01;
 
-/// Motion of the rods of a machine.
+/// Rod motion of a machine.
 type Rods = [Motion<f64>; MAX_ACTUATORS];
 
-/// The rods locked, or as recorded.
+/// Simulates locked rods, or rods as recorded.
 pub(super) fn given(analysis: &Analysis, mode: SuspensionMode) -> Result<Track> {
     let (machine, rows) = (&analysis.machine, &analysis.rows);
     let mut replay = Replay::new(machine)?;
@@ -44,7 +44,7 @@ pub(super) fn given(analysis: &Analysis, mode: SuspensionMode) -> Result<Track> 
     Ok(track)
 }
 
-/// Whether a row's loads mean something and its rods are known.
+/// Whether a row has meaningful loads and known rods.
 fn usable(rows: &Rows, row: usize, rods: &[Motion<f64>]) -> bool {
     rows.reasons[row].leave_loads() && rods.iter().all(|rod| rod.position.is_finite())
 }
@@ -56,7 +56,7 @@ fn at_rest(rods: &Rods) -> Rods {
     })
 }
 
-/// The rods steered by the control, driven by valves and cylinders.
+/// Simulates controlled rods, driven by valves and cylinders.
 pub(super) fn controlled(analysis: &Analysis, suspension: &Suspension) -> Result<Track> {
     let (machine, rows) = (&analysis.machine, &analysis.rows);
     let posture = first_usable_posture(machine, rows)
@@ -113,18 +113,17 @@ struct Run {
     going: Option<Going>,
 }
 
-/// Where it is.
+/// Current state.
 struct Going {
     cylinders: [ActuatorState; MAX_ACTUATORS],
     rods: Rods,
     command: Option<Command>,
-    /// Until the next command (s).
+    /// Time until the next command (s).
     due_s: f64,
 }
 
 impl Run {
-    /// Begins where the recorded rods are, if it is not under way; `false` where the loads of the actuators are
-    /// unknown.
+    /// Starts at the recorded rods unless running; `false` if the actuator loads are unknown.
     fn begin(&mut self, state: &State<f64>, recorded: &Rods) -> bool {
         if self.going.is_some() {
             return true;
@@ -159,7 +158,7 @@ impl Run {
         self.controller.reset();
     }
 
-    /// The row as it is.
+    /// The recorded row.
     fn tell(&mut self, state: &State<f64>, track: &mut Track) {
         let Some(going) = &self.going else {
             return track.push_unknown();
@@ -185,7 +184,7 @@ impl Run {
         track.push(&self.replay, &going.rods, Some(&driven), status);
     }
 
-    /// On by so many seconds, the recorded state held; `false` where that cannot be computed.
+    /// Advances by some seconds with the recorded state held; `false` if that cannot be computed.
     fn advance(&mut self, state: &State<f64>, seconds: f64) -> bool {
         if seconds <= 0.0 {
             return true;

@@ -1,15 +1,18 @@
-//! The stabiliser over lines of text: states in, commands out, for a simulation or a test bench in the loop.
+//! The suspension optimiser over lines of JSON: states in, commands out, for simulation or hardware in
+//! the loop.
 //!
 //! ```text
-//!     in   {"joints": {"slew": 0.1, ...}}                                      once: the joints that are measured, and where they are
+//! in   {"joints": {"slew": 0.1, ...}}                                      once: the measured joints
+//! and their positions
 //!     out  {"rods": ["suspension_right", ...], "step_s": 0.02, "stroke_m": [-0.2, 0.0]}
 //!     in   {"joints": {"slew": [0.1, 0.0, 0.0], ...}, "rods": [-0.1, -0.1], "specific_force": [0, 0, 9.8],
-//!           "angular_velocity": [0, 0, 0], "angular_acceleration": [0, 0, 0], "up": [0, 0, 1]}         every step
-//!     out  {"status": "optimal", "hold": false, "position": [...], "velocity": [...], "acceleration": [...], "opening": [...], "cost": 1.2}
+//! "angular_velocity": [0, 0, 0], "angular_acceleration": [0, 0, 0], "up": [0, 0, 1]}         each step
+//! out  {"status": "optimal", "hold": false, "position": [...], "velocity": [...], "acceleration":
+//! [...], "opening": [...], "cost": 1.2}
 //! ```
-//! Joints have position, rate and acceleration (rad or m, by s); rods their coordinates (m); the rest is what the
-//! IMU feels, in its own frame, and the unit vector against gravity in base axes. `null` is a number that is not known.
-//! A line that is no state is answered by `{"error": "..."}`, and moves nothing.
+//! Joints have position, velocity and acceleration (rad or m, s); rods have strokes (m). The remaining
+//! keys are the IMU measurements in the sensor frame and the upward unit vector in base axes. `null` is
+//! an unknown number. An invalid line is answered by `{"error": "..."}` and has no other effect.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write};
@@ -29,7 +32,7 @@ struct Opening {
     joints: BTreeMap<String, f64>,
 }
 
-/// What is answered to it.
+/// The answer to it.
 #[derive(Debug, Serialize)]
 struct Ready<'a> {
     rods: Vec<&'a str>,
@@ -37,10 +40,10 @@ struct Ready<'a> {
     stroke_m: [f64; 2],
 }
 
-/// A number, or `null` where it is not known.
+/// A number, or `null` if unknown.
 type Number = Option<f64>;
 
-/// A line that asks for a command.
+/// A state that requests a command.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {
@@ -52,7 +55,7 @@ struct Asked {
     up: [Number; 3],
 }
 
-/// A command; what is not finite is null.
+/// A command; values that are not finite are null.
 #[derive(Debug, Serialize)]
 struct Answer {
     status: &'static str,
@@ -64,11 +67,11 @@ struct Answer {
     cost: f64,
 }
 
-/// Serves one client until it closes its end. `mode` and `step_s` are taken in place of those of the machine file.
+/// Serves one client until it closes its input. `mode` and `step_s` override the machine file.
 ///
 /// # Errors
-/// The machine cannot be steered, the first line does not name its joints, or the client cannot be read or
-/// answered.
+/// The machine has no controllable suspension, the first line does not name its joints, or reading or
+/// writing fails.
 pub fn serve(
     file: &MachineFile,
     mode: Option<ControlMode>,
@@ -140,7 +143,7 @@ fn posture(machine: &Machine, opening: &Opening) -> Result<Vec<f64>> {
         .collect()
 }
 
-/// Reads a line into the state; gives the positions of the rods.
+/// Reads a line into the state and returns the rod strokes.
 fn read(machine: &Machine, line: &str, state: &mut State<f64>) -> Result<Vec<f64>> {
     let asked: Asked = serde_json::from_str(line)?;
     let known = |number: Number| number.unwrap_or(f64::NAN);
@@ -255,7 +258,7 @@ mod tests {
         .unwrap();
         assert_eq!(answers[0]["rods"][0], "suspension_right");
         assert_eq!(answers[1]["status"], "optimal");
-        // the arm is in front: the platform goes back
+        // the arm is in front: the platform moves backwards
         assert!(answers[1]["acceleration"][0].as_f64().unwrap().abs() > 0.01);
         assert!(answers[2]["error"].is_string());
         assert_eq!(answers[3]["status"], "position_unknown");

@@ -1,4 +1,4 @@
-//! `summary.json` of a replay, and its findings in plain words.
+//! `summary.json` of a replay, and its findings as text.
 
 use std::collections::BTreeMap;
 
@@ -14,38 +14,38 @@ use crate::base::provenance::Provenance;
 /// Version of the document.
 const SCHEMA: u32 = 1;
 
-/// The document; what cannot be computed is null.
+/// The document; values that cannot be computed are null.
 #[derive(Debug, Serialize)]
 pub struct Summary<'a> {
     /// Version of this document's keys.
     pub schema: u32,
-    /// Findings in plain words.
+    /// Findings as text.
     pub findings: Vec<String>,
-    /// What was asked for.
+    /// The options used.
     pub options: WhatIfOptions,
-    /// Rows of the log, and those replayed.
+    /// Rows of the log and rows replayed.
     pub rows: RowSummary,
-    /// With the rods locked where they are in the first valid row.
+    /// With the rods locked in the first valid row.
     pub fixed: TrackSummary,
-    /// With the rods moving as was asked for.
+    /// With the requested rod motion.
     pub moved: TrackSummary,
-    /// The best posture of the stroke at rest at each sample: mean of (35) (N).
+    /// Mean load spread, equation (35), of the best static posture at each sample (N).
     pub best_mean_spread_n: f64,
-    /// Share of what that would take off the mean spread that was taken off.
+    /// Achieved reduction of the mean spread, as a share of the reduction by the best posture.
     pub gain_share: Option<f64>,
     /// The actuators against their limits, by linkage.
     pub actuators: BTreeMap<String, ActuatorSummary>,
-    /// How often the control ended how: rows by status.
+    /// Rows by status of the control.
     pub statuses: BTreeMap<&'static str, usize>,
     /// What a replay cannot show.
     pub caveats: [&'static str; 5],
-    /// What a reader must know of the log.
+    /// Notes on the log.
     pub notes: &'a [String],
-    /// Where everything comes from.
+    /// Files, versions and hashes.
     pub provenance: &'a Provenance,
 }
 
-/// How many rows.
+/// Numbers of rows.
 #[derive(Debug, Serialize)]
 pub struct RowSummary {
     total: usize,
@@ -53,7 +53,7 @@ pub struct RowSummary {
     moved: usize,
 }
 
-/// One way that the suspension moved.
+/// One suspension motion.
 #[derive(Debug, Serialize)]
 pub struct TrackSummary {
     mean_spread_n: f64,
@@ -62,9 +62,9 @@ pub struct TrackSummary {
     mean_com_offset_m: f64,
     largest_com_offset_m: f64,
     least_stability_angle_rad: f64,
-    /// By wheel: the least load (N).
+    /// Smallest load by wheel (N).
     least_load_n: BTreeMap<String, f64>,
-    /// By wheel: rows without load.
+    /// Rows without load by wheel.
     lifted_rows: BTreeMap<String, usize>,
 }
 
@@ -75,10 +75,10 @@ pub struct ActuatorSummary {
     position_range_m: [f64; 2],
     max_velocity_m_s: f64,
     largest_velocity_m_s: f64,
-    /// Of the reference, which the limits bind; null without control.
+    /// Range of the reference, which obeys the limits; null without control.
     largest_reference_velocity_m_s: f64,
     max_acceleration_m_s2: f64,
-    /// Of the command, which the limits bind; null without control.
+    /// Range of the command, which obeys the limits; null without control.
     largest_commanded_acceleration_m_s2: f64,
     largest_opening: f64,
     pressure_range_pa: [f64; 2],
@@ -168,7 +168,7 @@ fn actuators(what_if: &WhatIf) -> BTreeMap<String, ActuatorSummary> {
     rods.map(of).collect()
 }
 
-/// What came out, in plain sentences.
+/// Findings as sentences.
 #[must_use]
 pub(crate) fn findings(what_if: &WhatIf) -> Vec<String> {
     let (fixed, moved) = (&what_if.fixed, &what_if.moved);
@@ -180,25 +180,27 @@ pub(crate) fn findings(what_if: &WhatIf) -> Vec<String> {
     let mut found = Vec::new();
     let (before, after) = (mean(&fixed.spread), mean(&moved.spread));
     found.push(format!(
-        "Spread of the wheel loads, (35) with each pair once: {:.0} N in the mean with the suspension locked, {:.0} N with it {then} ({:+.1} %).",
+        "Mean spread of the wheel loads, equation (35) with each pair once: {:.0} N with the suspension locked, {:.0} N \
+         with it {then} ({:+.1} %).",
         before,
         after,
         100.0 * (after / before - 1.0)
     ));
     found.push(match what_if.gain_share() {
         Some(share) => format!(
-            "The best posture of the stroke, taken at rest at each sample, would give {:.0} N: {:.0} % of what it can do was done.",
+            "The best static posture at each sample would give {:.0} N: {:.0} % of the possible reduction was achieved.",
             what_if.best.mean_spread(),
             100.0 * share
         ),
         None => format!(
-            "No posture of the stroke has a smaller spread than where the rods are locked ({:.0} N).",
+            "No posture within the stroke has a smaller spread than the locked one ({:.0} N).",
             what_if.best.mean_spread()
         ),
     });
     let (before, after) = (mean(&fixed.com_offset()), mean(&moved.com_offset()));
     found.push(format!(
-        "Centre of mass from the middle of the contact points: {:.1} cm in the mean with the suspension locked, {:.1} cm with it {then}.",
+        "Mean distance of the centre of mass from the middle of the contact points: {:.1} cm with the suspension \
+         locked, {:.1} cm with it {then}.",
         100.0 * before,
         100.0 * after
     ));
@@ -207,14 +209,14 @@ pub(crate) fn findings(what_if: &WhatIf) -> Vec<String> {
         let lifted = |track: &Track| track.load[wheel].iter().filter(|&&n| n == 0.0).count();
         if lifted(fixed) + lifted(moved) > 0 {
             found.push(format!(
-                "Wheel {}: without load in {} rows with the suspension locked, in {} with it {then}.",
+                "Wheel {}: unloaded in {} rows with the suspension locked, in {} with it {then}.",
                 spec.name,
                 lifted(fixed),
                 lifted(moved)
             ));
         } else {
             found.push(format!(
-                "Wheel {}: least load {:.0} N with the suspension locked, {:.0} N with it {then}.",
+                "Wheel {}: smallest load {:.0} N with the suspension locked, {:.0} N with it {then}.",
                 spec.name,
                 least(fixed),
                 least(moved)
@@ -227,18 +229,18 @@ pub(crate) fn findings(what_if: &WhatIf) -> Vec<String> {
     let short = short.filter(|&&s| s == Status::StepTooShort).count();
     if alarms > 0 {
         found.push(format!(
-            "In {alarms} rows the control raised an alarm; the column status says which."
+            "The control raised an alarm in {alarms} rows; see column status."
         ));
     }
     if short > 0 {
         found.push(format!(
-            "In {short} rows the step was too short for the posture of the arm, and the rods stopped."
+            "In {short} rows the rods stopped, because the step was too short for the posture of the arm."
         ));
     }
     found
 }
 
-/// The mean of what is known; NaN of nothing.
+/// Mean of the finite values; NaN if there are none.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     let known = values.iter().filter(|v| v.is_finite());
     known.clone().sum::<f64>() / known.count() as f64
@@ -249,7 +251,7 @@ fn rms(values: &[f64]) -> f64 {
     mean(&squares).sqrt()
 }
 
-/// Least and greatest of what is known; NaN of nothing.
+/// Smallest and largest of the finite values; NaN if there are none.
 fn range(values: &[f64]) -> [f64; 2] {
     let known = values.iter().copied().filter(|v| v.is_finite());
     known.fold([f64::NAN; 2], |[least, greatest], v| {

@@ -9,7 +9,7 @@ use super::track::Track;
 use super::what_if::WhatIf;
 use crate::tables::table::Table;
 
-/// A row per sample: `fixed_` with the rods locked, `moved_` with them moving as asked.
+/// One line per row: `fixed_` with the rods locked, `moved_` with the requested motion.
 pub(crate) fn table(what_if: &WhatIf) -> Result<Table> {
     let mut columns = Columns::default();
     let rows = &what_if.analysis.rows;
@@ -39,7 +39,7 @@ struct Columns {
 
 impl Columns {
     fn add(&mut self, name: String, unit: &'static str, values: &[f64]) {
-        // what cannot be computed is null
+        // null if not computable
         let values: Vec<Option<f64>> = values
             .iter()
             .map(|&value| value.is_finite().then_some(value))
@@ -75,7 +75,7 @@ impl Columns {
         }
     }
 
-    /// Command, valve and cylinder, where there are.
+    /// Command, valve and cylinder, if there are any.
     fn drive(&mut self, what_if: &WhatIf) {
         if !what_if.moved.is_controlled() {
             return;

@@ -1,57 +1,57 @@
-//! One way that the suspension moved, row by row.
+//! One suspension motion, row by row.
 
 use tipwatch_mechanics::Motion;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::suspension::hydraulics::Pressures;
 use tipwatch_mechanics::suspension::{Replay, Status};
 
-/// What comes of one way that the suspension moves; by row, NaN where it is not known.
+/// Results of one suspension motion by row; NaN if unknown.
 #[derive(Debug, Clone)]
 pub struct Track {
     /// Wheel loads, by wheel (N).
     pub load: Vec<Vec<f64>>,
-    /// Signed loads, OTF, by wheel (N).
+    /// OTF (overturning force, the signed load) by wheel (N).
     pub otf: Vec<Vec<f64>>,
-    /// (35), each pair of wheels once (N).
+    /// Spread, equation (35) with each pair of wheels once (N).
     pub spread: Vec<f64>,
-    /// Centre of mass forward and left of the middle of the contact points (m).
+    /// Centre of mass relative to the middle of the contact points, forward and left (m).
     pub com: [Vec<f64>; 2],
-    /// The least of the stability angles (rad).
+    /// Smallest stability angle (rad).
     pub stability_angle: Vec<f64>,
     /// By actuator.
     pub rods: Vec<RodTrack>,
-    /// How the last command was found; `None` where nothing was commanded.
+    /// Status of the last command; `None` without a command.
     pub status: Vec<Option<Status>>,
 }
 
 /// One actuator, by row.
 #[derive(Debug, Clone, Default)]
 pub struct RodTrack {
-    /// Rod coordinate (m).
+    /// Cylinder stroke (m).
     pub position: Vec<f64>,
     /// (m/s)
     pub velocity: Vec<f64>,
     /// (m/s^2)
     pub acceleration: Vec<f64>,
-    /// Force that the motion needs, outwards (N).
+    /// Force needed for the motion, outwards positive (N).
     pub force_needed: Vec<f64>,
-    /// Where it should be (m).
+    /// Reference stroke (m).
     pub reference: Vec<f64>,
     /// Velocity of the reference (m/s).
     pub reference_velocity: Vec<f64>,
     /// Acceleration of the command (m/s^2).
     pub commanded_acceleration: Vec<f64>,
-    /// Least and greatest velocity of the reference where it is (m/s): (31c).
+    /// Velocity limits of the reference at its stroke, equation (31c) (m/s).
     pub velocity_limits: [Vec<f64>; 2],
-    /// Least and greatest acceleration of a command there (m/s^2): (31d).
+    /// Acceleration limits of a command there, equation (31d) (m/s^2).
     pub acceleration_limits: [Vec<f64>; 2],
-    /// Opening of the valve, -1 to 1.
+    /// Valve command, -1 to 1.
     pub opening: Vec<f64>,
-    /// Pressure on the piston's side (Pa).
+    /// Piston-side pressure (Pa).
     pub piston_pressure: Vec<f64>,
-    /// Pressure on the rod's side (Pa).
+    /// Rod-side pressure (Pa).
     pub rod_pressure: Vec<f64>,
-    /// Force of the piston, outwards (N).
+    /// Piston force, outwards positive (N).
     pub force: Vec<f64>,
 }
 
@@ -69,7 +69,7 @@ pub(super) struct Driven {
 }
 
 impl RodTrack {
-    /// Where it should be less where it is (m).
+    /// Tracking error: reference minus stroke (m).
     #[must_use]
     pub fn tracking_error(&self) -> Vec<f64> {
         let pairs = self.reference.iter().zip(&self.position);
@@ -91,7 +91,7 @@ impl Track {
         }
     }
 
-    /// The state that the replay gave last, with the rods moving so.
+    /// The state that the replay returned last, with this rod motion.
     pub(super) fn push(
         &mut self,
         replay: &Replay,
@@ -142,7 +142,7 @@ impl Track {
         self.status.push(status);
     }
 
-    /// A row of which nothing is known.
+    /// Adds a row of unknown values.
     pub(super) fn push_unknown(&mut self) {
         let unknown = f64::NAN;
         let by_wheel = self.load.iter_mut().chain(&mut self.otf);
@@ -158,14 +158,14 @@ impl Track {
         self.status.push(None);
     }
 
-    /// Length of the offset of the centre of mass (m), by row.
+    /// Distance of the centre of mass from the middle, by row (m).
     #[must_use]
     pub fn com_offset(&self) -> Vec<f64> {
         let [x, y] = &self.com;
         x.iter().zip(y).map(|(x, y)| x.hypot(*y)).collect()
     }
 
-    /// Whether anything moved by command.
+    /// Whether any command was given.
     #[must_use]
     pub fn is_controlled(&self) -> bool {
         self.status.iter().any(Option::is_some)

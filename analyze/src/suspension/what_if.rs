@@ -1,4 +1,4 @@
-//! A replay: the log as it was, its suspension moved otherwise, and the best that it could have done.
+//! A replay: the log as recorded, with another suspension motion, and with the best possible one.
 
 use std::path::Path;
 
@@ -14,39 +14,38 @@ use crate::analysis::Analysis;
 use crate::analysis::run;
 use crate::base::options::Options;
 
-/// What would have been.
+/// A replay and what it is compared with.
 #[derive(Debug)]
 pub struct WhatIf {
-    /// The log as it was.
+    /// The log as recorded.
     pub analysis: Analysis,
-    /// What was asked for.
+    /// The options used.
     pub options: WhatIfOptions,
-    /// The suspension and how it is steered.
+    /// The suspension and its control.
     pub suspension: Suspension,
     /// With the rods locked.
     pub fixed: Track,
-    /// With the rods moving as was asked for.
+    /// With the requested rod motion.
     pub moved: Track,
-    /// The best posture of the stroke, sample by sample.
+    /// The best static posture at each sample.
     pub best: Best,
 }
 
-/// What a replay cannot show, in plain sentences.
+/// What a replay cannot show.
 pub const CAVEATS: [&str; 5] = [
-    "The way of the wheels over the ground, the arm's motion and the operator's commands are as recorded: a machine that feels \
-     other loads would have been driven and would have slipped otherwise.",
-    "All wheels are held to one plane that goes where the recorded one went; a wheel that lifts or the ground's unevenness under \
-     a moved wheel are not simulated, and loads of an instant at which a wheel is off the ground are those of equilibrium alone.",
-    "Tyres and frame do not vibrate; the load of an actuator is that of the model with the inertia that moves when all rods move \
-     alike, not measured.",
-    "The control gets the same model that computes the loads here: how wrong parameters or signals spoil it is not in these numbers.",
-    "The split between the diagonals follows the split rule of the machine file, whatever pressures were measured.",
+    "The path of the wheels, the arm motion and the operator's commands are as recorded. A machine with other loads \
+     would have been driven differently and would have slipped differently.",
+    "All wheels stay on one plane that moves as recorded. Lifting wheels and uneven ground under a displaced wheel are \
+     not simulated; with a wheel off the ground the loads follow from equilibrium alone.",
+    "Tyres and frame are rigid. Actuator loads are computed, not measured, with the inertia that moves when all rods move alike.",
+    "The control uses the same model as the computation of the loads. The effect of wrong parameters or signals is not included.",
+    "The load split between the diagonals follows the split rule of the machine file, whatever the measured pressures.",
 ];
 
 /// Replays a log.
 ///
 /// # Errors
-/// The log cannot be analysed, or the machine has no suspension that can be steered as asked.
+/// The log cannot be analysed, or the machine has no suspension that can move as requested.
 pub fn what_if(
     log: &Path,
     file: &MachineFile,
@@ -96,8 +95,8 @@ fn control(stated: &SuspensionControl, options: WhatIfOptions) -> SuspensionCont
 }
 
 impl WhatIf {
-    /// Of what the best posture would have taken off the mean spread of the loads, the share that was taken
-    /// off; `None` where it would have taken off nothing.
+    /// Achieved reduction of the mean load spread, as a share of the reduction by the best posture;
+    /// `None` if that reduces nothing.
     #[must_use]
     pub fn gain_share(&self) -> Option<f64> {
         let mean = |values: &[f64]| {

@@ -1,4 +1,4 @@
-//! What programs read of an analysis: the columns of the tables, `summary.json`, the topics of `derived.mcap`.
+//! Machine-readable results: table columns, Parquet files, `summary.json`, topics of `derived.mcap`.
 
 pub(crate) mod derived;
 pub(crate) mod parquet;

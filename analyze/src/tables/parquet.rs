@@ -1,4 +1,4 @@
-//! Writes tables as Parquet, with units and provenance in the file's metadata.
+//! Writes tables as Parquet with units and provenance in the file metadata.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -10,8 +10,8 @@ use polars::prelude::{KeyValueMetadata, ParquetCompression, ParquetWriter};
 use crate::base::provenance::Provenance;
 use crate::tables::table::Table;
 
-/// Writes a table; key `tipwatch.units` holds JSON column -> unit, key `tipwatch.provenance` where the
-/// numbers come from.
+/// Writes a table; the metadata key `tipwatch.units` maps columns to units (JSON), `tipwatch.provenance`
+/// holds the provenance.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -20,8 +20,8 @@ pub(crate) fn write(table: &mut Table, provenance: &Provenance, path: &Path) -> 
     write_with(table, &[("tipwatch.provenance", provenance)], path)
 }
 
-/// Writes a table; key `tipwatch.units` holds JSON column -> unit, beside it stand the keys and values
-/// given.
+/// Writes a table; the metadata key `tipwatch.units` maps columns to units (JSON), the given keys and
+/// values are added.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -1,6 +1,6 @@
-//! `summary.json`: the analysis in one small, stable document.
+//! `summary.json`: the analysis as one small, stable document.
 //!
-//! Keys carry their unit. What cannot be computed is null. They change only with `schema`.
+//! Keys include their unit. Values that cannot be computed are null. Keys change only with `schema`.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ use crate::tables::table::name_and_unit;
 /// Version of the document.
 pub const SCHEMA: u32 = 4;
 
-/// The JSON schema (draft 2020-12) of the document, as a text.
+/// The JSON schema (draft 2020-12) of the document.
 #[must_use]
 pub fn json_schema() -> String {
     format!("{:#}\n", schemars::schema_for!(Summary<'static>).to_value())
@@ -33,7 +33,7 @@ pub fn json_schema() -> String {
 pub struct Summary<'a> {
     /// Version of this document's keys.
     pub schema: u32,
-    /// Findings in plain words, the most important first.
+    /// Findings as text, the most important first.
     pub findings: Vec<String>,
     /// The events.
     pub events: Vec<EventSummary<'a>>,
@@ -43,29 +43,29 @@ pub struct Summary<'a> {
     pub machine: MachineSummary<'a>,
     /// The rows.
     pub rows: RowSummary,
-    /// Where specific force and angular velocity come from: "imu", "odometry" or "none".
+    /// Source of specific force and angular velocity: "imu", "odometry" or "none".
     pub specific_force_source: &'static str,
     /// The signals used.
     pub inputs: Vec<InputSummary<'a>>,
-    /// The clocks: what is odd about them, and the offsets between topics.
+    /// The clocks: anomalies, and offsets between topics.
     pub clock: ClockSummary<'a>,
-    /// What a reader must know.
+    /// Notes: assumptions, missing signals, anomalies.
     pub notes: &'a [String],
-    /// What of the log was lost.
+    /// Parts of the log that were lost.
     pub losses: &'a Losses,
-    /// Which model the loads come from, and how the other one differs.
+    /// The model of the loads, and how other models differ.
     pub model: ModelSummary,
-    /// What would have changed the least load most; null of a model without derivatives.
+    /// Sensitivity of the smallest load; null for models without derivatives.
     pub sensitivity: Option<SensitivitySummary>,
-    /// Payloads whose mass was estimated from the force of a cylinder.
+    /// Payload masses estimated from cylinder forces.
     pub estimated_payloads: Vec<PayloadSummary<'a>>,
-    /// The study of parametric uncertainty; null where it was not asked for.
+    /// Monte Carlo study of the parameters; null if not requested.
     pub monte_carlo: Option<MonteCarloSummary>,
-    /// One standard deviation of each parameter, as stated or by default.
+    /// Standard deviation of each parameter, stated or default.
     pub uncertainty: BTreeMap<&'static str, f64>,
-    /// What was asked for.
+    /// The options used.
     pub options: Options,
-    /// Where everything comes from.
+    /// Files, versions and hashes.
     pub provenance: &'a Provenance,
 }
 
@@ -84,16 +84,16 @@ pub struct EventSummary<'a> {
     certainty: Option<f64>,
     split_dependent: Option<bool>,
     causes: Option<&'a EventCauses>,
-    /// What is wrong with an input; null of events of other kinds.
+    /// The input fault; null for other kinds of events.
     fault: Option<FaultSummary>,
 }
 
-/// What is wrong with an input.
+/// An input fault.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct FaultSummary {
     kind: &'static str,
     policy: &'static str,
-    /// What `worst` was held against, in its unit.
+    /// The limit that `worst` exceeded, in its unit.
     limit: Option<f64>,
     samples: u64,
 }
@@ -104,23 +104,23 @@ pub struct ModelSummary {
     name: &'static str,
     /// The other models over the same rows.
     others: Vec<OtherModelSummary>,
-    /// Why others cannot be computed.
+    /// Why other models cannot be computed.
     other_notes: Vec<String>,
 }
 
-/// How another model differs.
+/// Comparison with another model.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct OtherModelSummary {
     name: &'static str,
     rows_compared: usize,
-    /// OTF of the other model less that of this one, by wheel.
+    /// OTF difference by wheel, other model minus this one.
     difference: BTreeMap<String, DifferenceSummary>,
 }
 
-/// A payload whose mass was estimated.
+/// An estimated payload mass.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct PayloadSummary<'a> {
-    /// Place among the [[payload]] tables, from 1.
+    /// Number of the [[payload]] table, from 1.
     payload: usize,
     linkage: &'a str,
     mass_kg: f64,
@@ -130,21 +130,21 @@ pub struct PayloadSummary<'a> {
     samples: usize,
 }
 
-/// The study of parametric uncertainty.
+/// Monte Carlo study of the parameters.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct MonteCarloSummary {
     draws: usize,
     /// Largest relative deviation of lengths, angles, masses and inertias.
     spread: f64,
     seed: u64,
-    /// Mean over the rows of half the band that 95 % of the draws are in, by column of samples.parquet
-    /// (N or N m).
+    /// Half width of the band that contains 95 % of the draws, averaged over the rows, by column of
+    /// samples.parquet (N or N m).
     mean_half_band: BTreeMap<String, Option<f64>>,
-    /// Draws times rows that could not be evaluated, the most of all quantities.
+    /// Largest number of draws times rows that could not be evaluated, over all quantities.
     left_out: u64,
 }
 
-/// How the models differ on a wheel.
+/// Difference between the models on one wheel.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct DifferenceSummary {
     mean_n: f64,
@@ -153,18 +153,17 @@ pub struct DifferenceSummary {
     largest_ns: i64,
 }
 
-/// The wheel that came nearest to lifting, and what its load answers to.
+/// The wheel that came closest to lift-off, and the sensitivity of its load.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct SensitivitySummary {
     wheel: String,
     worst_ns: i64,
     worst_otf_n: f64,
-    /// The parameters of which the smallest share of their stated uncertainty would have mattered most:
-    /// those with the largest share in the variance, first.
+    /// The parameters with the largest share of the variance, largest first.
     parameters: Vec<ParameterSummary>,
 }
 
-/// What a parameter does to a wheel's load.
+/// Effect of one parameter on a wheel load.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct ParameterSummary {
     parameter: String,
@@ -186,7 +185,7 @@ pub struct WheelSummary {
     least_otf_n: Option<f64>,
     least_otf_s: Option<f64>,
     largest_load_n: Option<f64>,
-    /// Median of the load's standard deviation.
+    /// Median standard deviation of the load.
     median_load_sigma_n: Option<f64>,
 }
 
@@ -227,7 +226,7 @@ pub struct InputSummary<'a> {
     samples_used: u64,
     samples_not_later: u64,
     samples_not_finite: u64,
-    /// Left out in part, or counted less, because they are implausible.
+    /// Implausible samples, rejected in part or given less weight.
     samples_implausible: u64,
     messages_undecodable: u64,
     timing: TopicTiming,
@@ -235,7 +234,7 @@ pub struct InputSummary<'a> {
 }
 
 impl<'a> Summary<'a> {
-    /// The document of an analysis.
+    /// Builds the document.
     #[must_use]
     pub fn of(analysis: &'a Analysis, findings: Vec<String>) -> Self {
         let rows = &analysis.rows;
@@ -328,7 +327,7 @@ fn wheel_summary(analysis: &Analysis, wheel: usize) -> WheelSummary {
     }
 }
 
-/// Median of the standard deviation over the valid rows; `None` of a model without it.
+/// Median of the standard deviation over the valid rows; `None` for models without it.
 fn median_sigma(analysis: &Analysis, wheel: usize, valid: &[usize]) -> Option<f64> {
     let outcomes = &analysis.rows.outcomes;
     let quantity = Quantity::LoadSigma(wheel);
@@ -408,7 +407,7 @@ fn monte_carlo_summary(analysis: &Analysis) -> Option<MonteCarloSummary> {
     })
 }
 
-/// How many parameters the summary names.
+/// Number of parameters in the summary.
 const NAMED_PARAMETERS: usize = 10;
 
 fn sensitivity_summary(analysis: &Analysis) -> Option<SensitivitySummary> {

@@ -1,4 +1,4 @@
-//! The list of columns of `samples.parquet` and `events.parquet`: names, units, values.
+//! Columns of `samples.parquet`, `events.parquet` and the tables beside them: names, units, values.
 
 use polars::prelude::{Column, DataFrame, IntoColumn, ListStringChunkedBuilder, NamedFrom, Series};
 use polars::prelude::{ListBuilderTrait, PlSmallStr, PolarsResult};
@@ -12,16 +12,16 @@ use crate::base::rows::Rows;
 use crate::base::rows::Verdicts;
 use crate::events::Event;
 
-/// A table with the unit of every column; no unit: a time, a truth value or a text.
+/// A table and the units of its columns; times, booleans and texts have none.
 #[derive(Debug, Clone)]
 pub struct Table {
     /// The columns.
     pub frame: DataFrame,
-    /// Column name to unit, in the order of the columns.
+    /// Unit by column name, in column order.
     pub units: Vec<(String, &'static str)>,
 }
 
-/// Name and unit of the column of a quantity; `None` where it is no column.
+/// Column name and unit of a quantity; `None` if it has no column.
 #[must_use]
 pub fn name_and_unit(machine: &Machine, quantity: Quantity) -> Option<(String, &'static str)> {
     let wheel = |w: usize| machine.wheels()[w].name.to_lowercase();
@@ -89,17 +89,17 @@ fn place_name(machine: &Machine, place: Place) -> String {
     }
 }
 
-/// Whether a column is written though no row has a value: the specific force as a cause is only
-/// known where slope and platform acceleration are not.
+/// Whether a column is written: without a single value, that of the specific force as a cause is omitted, which
+/// is known only where slope and platform acceleration are not.
 pub(crate) fn is_written(quantity: Quantity, values: &[f64]) -> bool {
     !matches!(quantity, Quantity::Cause(Cause::SpecificForce, _))
         || values.iter().any(|value| value.is_finite())
 }
 
-/// One row for each sample.
+/// The table of samples, one line per row.
 ///
 /// # Errors
-/// The columns do not fit together.
+/// The columns differ in length.
 pub fn samples(analysis: &Analysis) -> PolarsResult<Table> {
     let rows = &analysis.rows;
     let mut columns = vec![
@@ -139,7 +139,7 @@ pub fn samples(analysis: &Analysis) -> PolarsResult<Table> {
     })
 }
 
-/// What the monitor that recorded the log found wrong with its input.
+/// Input faults that the monitor recorded in the log.
 fn input_faults(verdicts: &Verdicts) -> Column {
     let rows = verdicts.recorded.len();
     let mut builder = ListStringChunkedBuilder::new("input_faults".into(), rows, 0);
@@ -151,7 +151,7 @@ fn input_faults(verdicts: &Verdicts) -> Column {
     builder.finish().into_column()
 }
 
-/// A column in which what is not finite is null.
+/// A column with null for values that are not finite.
 fn known(name: &str, values: &[f64]) -> Column {
     let name = PlSmallStr::from_str(name);
     if values.iter().all(|value| value.is_finite()) {
@@ -179,10 +179,10 @@ where
     Series::new(name.into(), values.collect::<Vec<T>>()).into_column()
 }
 
-/// One row for each event.
+/// The table of events.
 ///
 /// # Errors
-/// The columns do not fit together.
+/// The columns differ in length.
 pub fn events(events: &[Event]) -> PolarsResult<Table> {
     let frame = DataFrame::new(
         events.len(),
@@ -228,10 +228,10 @@ pub fn events(events: &[Event]) -> PolarsResult<Table> {
     })
 }
 
-/// One row for each wheel and each signal and parameter; `None` where the model has no derivatives.
+/// The table of sensitivities, one line per wheel and parameter; `None` if the model has no derivatives.
 ///
 /// # Errors
-/// The columns do not fit together.
+/// The columns differ in length.
 pub fn sensitivity(analysis: &Analysis) -> PolarsResult<Option<Table>> {
     let Some(table) = &analysis.sensitivity else {
         return Ok(None);
@@ -284,11 +284,11 @@ pub fn sensitivity(analysis: &Analysis) -> PolarsResult<Option<Table>> {
     }))
 }
 
-/// One row for each sample: the bands of the study of parametric uncertainty, `_low` and `_high` with
-/// 2.5 % of the draws beyond each; `None` where there was none.
+/// The bands of the Monte Carlo study, one line per row: 2.5 % of the draws are below `_low` and above
+/// `_high`; `None` without a study.
 ///
 /// # Errors
-/// The columns do not fit together.
+/// The columns differ in length.
 pub fn monte_carlo(analysis: &Analysis) -> PolarsResult<Option<Table>> {
     let Some(study) = &analysis.monte_carlo else {
         return Ok(None);

@@ -1,10 +1,11 @@
-//! Signals in even steps that are compared, made smooth in the same way.
+//! Pairs of signals on an even time grid, smoothed alike.
 
 use super::evenly::STEP_S;
 
-/// What one sensor feels and what another does, in even steps through one stretch.
+/// Measurements of the same motion by two sensors, on an even time grid.
 ///
-/// `late` is the signal whose stamps may be late; up to a delay it is a sum of the `known` ones.
+/// `late` is the signal whose stamps may be late; apart from the delay it is a linear combination of the
+/// `known` ones.
 #[derive(Debug, Clone)]
 pub(super) struct Channel {
     pub(super) late: Vec<f64>,
@@ -12,8 +13,8 @@ pub(super) struct Channel {
 }
 
 impl Channel {
-    /// The signals made smooth over a time (s), without mean, from when all are there until one
-    /// ends; `None` if one has a hole between or the late one does not change.
+    /// Smooths the signals over a time (s) and removes their mean, from the first to the last step with
+    /// all of them; `None` if one has a gap or the late one is constant.
     pub(super) fn new(late: &[f64], known: &[&[f64]], smooth_s: f64) -> Option<Self> {
         let is_whole = |&step: &usize| {
             late[step].is_finite() && known.iter().all(|values| values[step].is_finite())
@@ -41,7 +42,8 @@ fn changes(values: &[f64]) -> bool {
     largest > 1e-12
 }
 
-/// Twice the mean over `half` steps to each side: no delay, and the same for all signals.
+/// Applies a moving average over `half` steps to each side twice: no phase shift, and the same filter
+/// for all signals.
 fn smooth(values: &[f64], half: usize) -> Vec<f64> {
     mean_around(&mean_around(values, half), half)
 }
@@ -53,7 +55,7 @@ fn mean_around(values: &[f64], half: usize) -> Vec<f64> {
         sums.push(sums[sums.len() - 1] + value);
     }
     let mean = |i: usize| {
-        // as far to one side as to the other, also at the ends
+        // symmetric windows, also at the ends
         let reach = half.min(i).min(values.len() - 1 - i);
         (sums[i + reach + 1] - sums[i - reach]) / (2 * reach + 1) as f64
     };
@@ -66,7 +68,7 @@ fn without_mean(mut values: Vec<f64>) -> Vec<f64> {
     values
 }
 
-/// The derivative (1/s) of a signal in even steps.
+/// Central difference (1/s) on the time grid.
 pub(super) fn derivative(values: &[f64]) -> Vec<f64> {
     let last = values.len().saturating_sub(1);
     let slope = |i: usize| {

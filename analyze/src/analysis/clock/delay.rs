@@ -1,39 +1,39 @@
-//! The delay between two views of one motion.
+//! The delay between two measurements of one motion.
 //!
-//! For each delay tau the late signal y is fitted by the known ones x,
+//! For each delay tau the late signal y is fitted by the known ones x:
 //! ```text
 //!     S(tau) = min over a, b, c of sum ( y(t + tau) - a x(t) - b - c t )^2
 //! ```
-//! b and c anew in each stretch of time, and the delay is where the sum over the channels of ln S is least: each channel counts by how well it
-//! fits, whatever its unit and gain. A parabola through the three lowest points gives it between
-//! steps. Its standard deviation is that of a jackknife over blocks of time, which holds for errors that
-//! last, and at least the disagreement between the channels.
+//! Each stretch of time has its own b and c. The delay minimises the sum over the channels of ln S, so a
+//! channel counts by how well it fits, whatever its unit and gain. A parabola through the three lowest
+//! points interpolates between steps. The standard deviation comes from a jackknife over blocks of time,
+//! valid for correlated errors, and is at least the disagreement between the channels.
 
 use std::ops::Range;
 
 use super::channel::Channel;
 use super::evenly::STEP_S;
 
-/// Delays looked at, each way (steps): half a second.
+/// Largest delay searched, either way (steps): half a second.
 const FARTHEST: usize = 50;
 /// Length of a block of the jackknife (steps).
 const BLOCK: usize = 250;
 /// Fewest and most blocks.
 const FEWEST_BLOCKS: usize = 6;
 const MOST_BLOCKS: usize = 40;
-/// Signals with less in common do not tell a delay.
+/// Smallest correlation that determines a delay.
 const LEAST_CORRELATION: f64 = 0.6;
-/// Nor do those that leave it less certain (s).
+/// Largest standard deviation of a delay (s).
 const LARGEST_SIGMA_S: f64 = 0.03;
-/// No estimate is better: sensors low-pass what they measure (s).
+/// Smallest standard deviation (s): sensors low-pass what they measure.
 const FLOOR_S: f64 = 0.0005;
-/// Residuals below this share of the signal are rounding.
+/// Residuals below this share of the signal are rounding errors.
 const ROUNDING: f64 = 1e-10;
 
 /// A delay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Delay {
-    /// By how much the late signal is late (s).
+    /// Delay of the late signal (s).
     pub(super) seconds: f64,
     /// Standard deviation (s).
     pub(super) sigma: f64,
@@ -41,10 +41,10 @@ pub(super) struct Delay {
     pub(super) correlation: f64,
 }
 
-/// Sums over a block, of one channel.
+/// Sums of one channel over a block.
 #[derive(Debug, Clone)]
 struct Sums {
-    /// The stretch of time that the block is a part of.
+    /// The stretch of time that contains the block.
     stretch: usize,
     /// Known by known; the first two are a constant and the time.
     known: Vec<Vec<f64>>,
@@ -54,10 +54,11 @@ struct Sums {
     late: Vec<f64>,
 }
 
-/// The delay of the late signals: `stretches` holds the channels of each stretch of time, in one order.
+/// Estimates the delay of the late signals; `stretches` holds the channels of each stretch, in the same
+/// order.
 ///
 /// # Errors
-/// Why the signals do not tell one.
+/// Why the signals do not determine a delay.
 pub(super) fn find(stretches: &[Vec<Option<Channel>>]) -> Result<Delay, String> {
     let count = stretches.iter().map(Vec::len).max().unwrap_or(0);
     let channels: Vec<Vec<Sums>> = (0..count)
@@ -69,7 +70,7 @@ pub(super) fn find(stretches: &[Vec<Option<Channel>>]) -> Result<Delay, String> 
         .filter(|blocks: &Vec<Sums>| blocks.len() >= FEWEST_BLOCKS)
         .collect();
     if channels.is_empty() {
-        return Err("not enough time in which both signals are there and something moves".into());
+        return Err("too little time with both signals and motion".into());
     }
     let all = |_: usize| true;
     let costs: Vec<Vec<f64>> = channels.iter().map(|c| cost(c, all)).collect();
@@ -78,15 +79,15 @@ pub(super) fn find(stretches: &[Vec<Option<Channel>>]) -> Result<Delay, String> 
     let correlation = (1.0 - best.exp()).max(0.0).sqrt();
     if correlation < LEAST_CORRELATION {
         return Err(format!(
-            "not enough motion: what the two feel has too little in common (correlation {correlation:.2})"
+            "not enough motion: the signals are too weakly correlated ({correlation:.2})"
         ));
     }
-    let seconds = valley(&costs).ok_or("they agree best beyond half a second, or nowhere")?;
-    let jackknife = jackknife(&channels).ok_or("parts of the log contradict each other")?;
+    let seconds = valley(&costs).ok_or("best agreement beyond half a second, or no agreement")?;
+    let jackknife = jackknife(&channels).ok_or("parts of the log disagree")?;
     let sigma = jackknife.hypot(FLOOR_S).max(disagreement(&costs, seconds));
     if sigma > LARGEST_SIGMA_S {
         return Err(format!(
-            "not enough motion: {:.0} ms, but with a standard deviation of {:.0} ms",
+            "not enough motion: estimated delay {:.0} ms with standard deviation {:.0} ms",
             seconds * 1e3,
             sigma * 1e3
         ));
@@ -150,7 +151,7 @@ impl Sums {
     }
 }
 
-/// Sum of products, in eight sums that do not wait for each other.
+/// Dot product in eight independent partial sums.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (a, a_rest) = a.as_chunks::<8>();
     let (b, b_rest) = b.as_chunks::<8>();
@@ -164,11 +165,11 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Constant and time of a stretch.
+/// Constant and linear terms of a stretch.
 const OWN: usize = 2;
 
-/// For each delay ln of what the fit leaves, as a share of what constant and time alone leave of the late
-/// signal; over the blocks for which `counts`.
+/// For each delay, the logarithm of the residual of the fit relative to the residual of constant and
+/// linear terms alone, over the blocks for which `counts`.
 fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
     let used: Vec<&Sums> = (blocks.iter().enumerate())
         .filter(|(block, _)| counts(*block))
@@ -176,7 +177,7 @@ fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
         .collect();
     let known = used.first().map_or(0, |sums| sums.known.len());
     let own = OWN * (1 + used.iter().map(|sums| sums.stretch).max().unwrap_or(0));
-    // constant and time of each stretch first, then what all have in common
+    // constant and linear terms of each stretch first, then the shared coefficients
     let place = |sums: &Sums, k: usize| match k < OWN {
         true => OWN * sums.stretch + k,
         false => own + k - OWN,
@@ -211,10 +212,10 @@ fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
         .collect()
 }
 
-/// L of A = L L', A made a little larger so that signals that are one do not matter.
+/// Cholesky factor L of A = L L', slightly regularised for collinear signals.
 fn cholesky(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
     for (i, row) in a.iter_mut().enumerate() {
-        // a stretch without a block has no part in it
+        // a stretch without a block does not contribute
         row[i] = if row[i] > 0.0 {
             row[i] * (1.0 + 1e-9)
         } else {
@@ -235,7 +236,7 @@ fn cholesky(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
     Some(a)
 }
 
-/// b' inv(A) b, taken apart: what each signal explains beside those before it.
+/// b' inv(A) b, term by term: what each signal explains beyond those before it.
 fn explained(factor: &[Vec<f64>], b: &[f64]) -> Vec<f64> {
     let mut solved: Vec<f64> = Vec::with_capacity(b.len());
     for (i, value) in b.iter().enumerate() {
@@ -245,9 +246,9 @@ fn explained(factor: &[Vec<f64>], b: &[f64]) -> Vec<f64> {
     solved.iter().map(|s| s * s).collect()
 }
 
-/// The delay of the least cost (s); `None` at the ends. Between steps by the parabola through what the fits
-/// leave there and beside it, each channel as a share of its least: squares are a parabola, their logarithm
-/// is none.
+/// The delay of least cost (s); `None` at the ends of the range. Interpolates by a parabola through the
+/// residuals, each channel relative to its minimum: sums of squares are parabolic, their logarithms are
+/// not.
 fn valley(costs: &[Vec<f64>]) -> Option<f64> {
     let sum = |delay: usize| costs.iter().map(|cost| cost[delay]).sum::<f64>();
     let delays = 0..=2 * FARTHEST;
@@ -275,7 +276,7 @@ fn jackknife(channels: &[Vec<Sums>]) -> Option<f64> {
     let without = |left_out: usize| {
         let costs: Vec<Vec<f64>> = (channels.iter())
             .map(|channel| {
-                // channels of fewer blocks lose the one at the same place in time
+                // channels with fewer blocks leave out the one at the same time
                 let skipped = left_out * channel.len() / blocks;
                 cost(channel, |block| block != skipped)
             })
@@ -289,8 +290,7 @@ fn jackknife(channels: &[Vec<Sums>]) -> Option<f64> {
     Some(((n - 1.0) / n * squares).sqrt())
 }
 
-/// Standard deviation of the mean of what the single channels say, each by its weight: how sharp its
-/// valley is.
+/// Standard deviation of the mean over the single channels, weighted by the curvature of their minima.
 fn disagreement(costs: &[Vec<f64>], mean: f64) -> f64 {
     let (mut weights, mut squares, mut count) = (0.0, 0.0, 0.0);
     for cost in costs {

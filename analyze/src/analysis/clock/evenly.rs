@@ -1,29 +1,29 @@
-//! Even steps of time through the rows: what delays are looked for in.
+//! An even time grid through the rows, on which delays are estimated.
 
 use std::ops::Range;
 
 use crate::base::rows::Rows;
 
-/// A step (s).
+/// Time step (s).
 pub(super) const STEP_S: f64 = 0.01;
 const STEP_NS: i64 = 10_000_000;
-/// Rows further apart (ns) are not joined.
+/// Longest gap between rows within a stretch (ns).
 const LONGEST_GAP_NS: i64 = 250_000_000;
-/// A shorter stretch (steps) does not tell a delay.
+/// Shortest stretch that determines a delay (steps).
 const SHORTEST: usize = 300;
-/// A longer one is cut (steps).
+/// Longest stretch; longer ones are cut (steps).
 const LONGEST: usize = 6000;
-/// Most stretches looked at: ten minutes in all.
+/// Most stretches used: ten minutes in total.
 const MOST: usize = 10;
 
-/// A stretch of time without gaps, in even steps.
+/// A stretch of time without gaps, on an even grid.
 #[derive(Debug, Clone)]
 pub(super) struct Stretch {
     /// Time of the first step (ns).
     pub(super) start_ns: i64,
-    /// How many steps.
+    /// Number of steps.
     pub(super) steps: usize,
-    /// The rows before, in and after it.
+    /// The rows in it, and one before and after.
     pub(super) rows: Range<usize>,
 }
 
@@ -33,7 +33,7 @@ impl Stretch {
     }
 }
 
-/// The stretches of the rows for which `holds`; of many the liveliest by `activity`, which is summed up.
+/// Stretches of rows for which `holds`; of many, those with the largest sum of `activity`.
 pub(super) fn stretches(
     rows: &Rows,
     holds: impl Fn(usize) -> bool,
@@ -70,7 +70,7 @@ pub(super) fn stretches(
     found
 }
 
-/// Cuts rows without gaps into stretches of about the same length.
+/// Cuts rows without gaps into stretches of similar length.
 fn cut(times: &[i64], rows: Range<usize>, found: &mut Vec<Stretch>) {
     let (first, last) = (times[rows.start], times[rows.end - 1]);
     let steps = ((last - first) / STEP_NS) as usize;
@@ -92,8 +92,7 @@ fn cut(times: &[i64], rows: Range<usize>, found: &mut Vec<Stretch>) {
     }
 }
 
-/// Values at stamps, at the steps of a stretch: in a straight line between stamps. NaN beyond their ends
-/// and in gaps.
+/// Interpolates values linearly at the steps of a stretch; NaN beyond the ends and in gaps.
 pub(super) fn at_steps(stretch: &Stretch, stamps_ns: &[i64], values: &[f64]) -> Vec<f64> {
     let mut next = stamps_ns.partition_point(|&stamp| stamp < stretch.start_ns);
     let value = |step: usize| {

@@ -1,10 +1,11 @@
-//! Whether the signals of a log belong to one time: offsets between topics, found from the physics.
+//! Offsets between the clocks of topics, estimated from the physics.
 //!
-//! Two sensors often feel the same thing: odometry and IMU the same turning, wheels and odometry the same
-//! travel, the IMU how the platform leans when the arm that the joint states tell moves its weight. The
-//! delay at which they agree best is by how much the stamps of one are late. `estimate` finds it for every
-//! such pair (`pairs` says which), with its standard deviation, or says why the log does not tell; and puts
-//! the pairs together to one offset for each topic. Nothing is applied unless it is asked for.
+//! Two sensors often measure the same motion: odometry and IMU (inertial measurement unit) the turning,
+//! wheels and odometry the travel, the IMU also the lean of the platform when the arm in the joint
+//! states moves its weight. The delay at which they agree best is the offset between their stamps.
+//! `estimate` finds it for every such pair (`pairs` lists them) with its standard deviation, or explains
+//! why the log does not determine it. Then it combines the pairs to one offset for each topic. Offsets
+//! are applied only on request.
 
 mod channel;
 mod delay;

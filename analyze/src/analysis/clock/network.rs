@@ -1,10 +1,10 @@
-//! From how late topics are against each other to one offset for each.
+//! Combines pairwise delays to one offset for each topic.
 //!
-//! With the offset 0 of the reference, the others solve the least squares of
+//! With the offset of the reference fixed at zero, the others minimise
 //! ```text
 //!     sum over pairs ( late_topic - late_against - measured )^2 / sigma^2
 //! ```
-//! and their variances are the diagonal of the inverse of its matrix.
+//! Their variances are the diagonal of the inverse normal matrix.
 
 use nalgebra::{DMatrix, DVector};
 use tipwatch_mechanics::signal::Sensor;
@@ -15,12 +15,12 @@ use crate::base::rows::Rows;
 use crate::load::linkage_force::LinkageForce;
 use crate::load::{LoadedLog, Signal};
 
-/// Finds the offsets between the topics of a log from `rows`, which were made of its signals.
+/// Estimates the offsets between the clocks of a log's topics; `rows` were estimated from its signals.
 pub(crate) fn estimate(loaded: &LoadedLog, forces: &[LinkageForce], rows: &Rows) -> ClockOffsets {
     offsets(loaded, forces, pairs::compare(loaded, forces, rows))
 }
 
-/// One offset for each topic from those of the pairs.
+/// One offset for each topic, from those of the pairs.
 fn offsets(loaded: &LoadedLog, forces: &[LinkageForce], pairs: Vec<PairOffset>) -> ClockOffsets {
     let signals = &loaded.signals;
     let Some(reference) = reference(signals) else {
@@ -71,7 +71,7 @@ fn offsets(loaded: &LoadedLog, forces: &[LinkageForce], pairs: Vec<PairOffset>) 
     }
 }
 
-/// The IMU, which loads follow most closely; else the odometry, else the first joint states.
+/// The reference: the IMU, on which loads depend most; else odometry, else the first joint states.
 fn reference(signals: &[Signal]) -> Option<&str> {
     let of = |sensor: Sensor| signals.iter().find(|signal| signal.sensor == sensor);
     let found = of(Sensor::Imu).or_else(|| of(Sensor::Odometry));
@@ -80,7 +80,7 @@ fn reference(signals: &[Signal]) -> Option<&str> {
         .map(|signal| signal.topic.as_str())
 }
 
-/// How late each topic but the first is, and its standard deviation.
+/// Delay of each topic but the first, and its standard deviation.
 fn solve(topics: &[&str], pairs: &[(&PairOffset, f64, f64)]) -> Option<Vec<(f64, f64)>> {
     let unknown = topics.len().checked_sub(1).filter(|&n| n > 0)?;
     let mut matrix = DMatrix::<f64>::zeros(unknown, unknown);
@@ -111,7 +111,7 @@ fn solve(topics: &[&str], pairs: &[(&PairOffset, f64, f64)]) -> Option<Vec<(f64,
     )
 }
 
-/// Why nothing tells the offset of a topic.
+/// Why the offset of a topic is unknown.
 fn why_not(topic: &str, pairs: &[PairOffset]) -> String {
     let of_topic = pairs
         .iter()
@@ -120,7 +120,7 @@ fn why_not(topic: &str, pairs: &[PairOffset]) -> String {
         .filter_map(|pair| Some(format!("{}: {}", pair.by, pair.why_not.as_ref()?)))
         .collect();
     match reasons.is_empty() {
-        true => "no other signal feels what it does".into(),
+        true => "no other signal measures the same motion".into(),
         false => reasons.join("; "),
     }
 }

@@ -1,4 +1,4 @@
-//! Offsets between the clocks of topics, and which of them may be applied.
+//! Offsets between the clocks of topics, and the conditions for applying them.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -7,58 +7,57 @@ use super::delay::Delay;
 use crate::load::Signal;
 use crate::load::linkage_force::LinkageForce;
 
-/// Offsets with a larger standard deviation (s) are not applied.
+/// Largest standard deviation of an applied offset (s).
 const WORST_APPLIED_S: f64 = 0.015;
-/// An offset is real if it is this many standard deviations, and worth a word or a correction if it is
-/// larger than this (s).
+/// An offset is significant beyond this many standard deviations, and relevant beyond [`LEAST_OFFSET_S`] (s).
 const REAL_SIGMAS: f64 = 3.0;
 const LEAST_OFFSET_S: f64 = 0.005;
 
 /// Offsets between the topics of a log.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 pub struct ClockOffsets {
-    /// The topic that the others are compared with; null where none can be.
+    /// The reference topic; null if there is none.
     pub reference: Option<String>,
-    /// Every topic of a signal.
+    /// Offsets of all topics with signals.
     pub topics: Vec<TopicOffset>,
-    /// What was compared.
+    /// Compared pairs.
     pub pairs: Vec<PairOffset>,
 }
 
-/// By how much the stamps of a topic are wrong against the reference.
+/// Offset of a topic's clock relative to the reference.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct TopicOffset {
     /// The topic.
     pub topic: String,
-    /// What has to be added to its stamps; null where the log does not tell. What the machine file states
-    /// is already part of the stamps.
+    /// Correction to add to its stamps, beyond the one in the machine file; null if the log does not
+    /// determine it.
     pub offset_s: Option<f64>,
-    /// Standard deviation of that.
+    /// Its standard deviation.
     pub sigma_s: Option<f64>,
-    /// Whether it was added, because that was asked for.
+    /// Whether it was applied (on request).
     pub applied: bool,
-    /// What the machine file states for this topic; it was added.
+    /// Correction stated in the machine file; always applied.
     pub stated_s: Option<f64>,
     /// Why there is no offset.
     pub why_not: Option<String>,
 }
 
-/// How late one topic is against another.
+/// Delay of one topic relative to another.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct PairOffset {
     /// The topic whose stamps may be late.
     pub topic: String,
-    /// The topic that it is compared with.
+    /// The topic it is compared with.
     pub against: String,
-    /// What both feel.
+    /// The motion that both measure.
     pub by: &'static str,
-    /// By how much the stamps of the first are late; null where the signals do not tell.
+    /// Delay of the first topic's stamps; null if the signals do not determine it.
     pub late_s: Option<f64>,
-    /// Standard deviation of that.
+    /// Its standard deviation.
     pub sigma_s: Option<f64>,
-    /// Correlation of the two at the best delay.
+    /// Correlation at that delay.
     pub correlation: Option<f64>,
-    /// Why the signals do not tell.
+    /// Why the delay is unknown.
     pub why_not: Option<String>,
 }
 
@@ -83,7 +82,7 @@ impl PairOffset {
 }
 
 impl TopicOffset {
-    /// Whether the offset is real and large enough to matter.
+    /// Whether the offset is significant and large enough to matter.
     #[must_use]
     pub fn matters(&self) -> bool {
         let (Some(offset), Some(sigma)) = (self.offset_s, self.sigma_s) else {
@@ -92,15 +91,15 @@ impl TopicOffset {
         offset.abs() > (REAL_SIGMAS * sigma).max(LEAST_OFFSET_S)
     }
 
-    /// Whether it is known well enough to be applied.
+    /// Whether it is precise enough to be applied.
     fn is_applicable(&self) -> bool {
         self.matters() && self.sigma_s.is_some_and(|sigma| sigma <= WORST_APPLIED_S)
     }
 }
 
 impl ClockOffsets {
-    /// Adds the offsets that are real and well known to the stamps of their signals; tells whether there
-    /// was any.
+    /// Applies the significant and precise offsets to the stamps of their signals; returns whether there
+    /// were any.
     pub(crate) fn apply(&mut self, signals: &mut [Signal], forces: &mut [LinkageForce]) -> bool {
         let mut any = false;
         for offset in self.topics.iter_mut().filter(|o| o.is_applicable()) {

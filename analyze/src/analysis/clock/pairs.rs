@@ -1,16 +1,17 @@
-//! Which topics feel the same, and what they feel in even steps of time.
+//! Pairs of topics that measure the same motion, and their signals on an even time grid.
 //!
-//! | pair | both feel |
+//! | pair | both measure |
 //! |---|---|
 //! | odometry, IMU | turning about each axis, acceleration along and across |
-//! | joint states, odometry | wheels turn as the machine travels |
-//! | joint states, IMU | without odometry: wheels gain speed as the machine accelerates |
-//! | joint states, IMU | on a standing machine: the platform leans as the arm moves its weight |
-//! | force or pressure of a linkage, joint states | the force carries and moves what the joints tell |
-//! | tool wrench, IMU | on a standing machine: the platform leans under the force |
+//! | joint states, odometry | wheel rotation and travel |
+//! | joint states, IMU | without odometry: wheel and machine acceleration |
+//! | joint states, IMU | machine at standstill: lean of the platform as the arm moves its weight |
+//! | force or pressure of a linkage, joint states | the force that carries and moves the links |
+//! | tool wrench, IMU | machine at standstill: lean of the platform under the force |
 //!
-//! Wheels that are driven or braked slip, more so the harder they pull, which looks like a delay; rolling ones
-//! agree best and so count most. A platform on tyres leans a little later than its load: see [`LEAN_S`].
+//! Driven and braked wheels slip in proportion to their force, which looks like a delay; rolling wheels
+//! agree best and count most. A platform on tyres leans slightly later than its load moves: see
+//! [`LEAN_S`].
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -25,18 +26,17 @@ use crate::base::rows::Rows;
 use crate::load::linkage_force::{LinkageForce, Series};
 use crate::load::{LoadedLog, Signal};
 
-/// By how much a platform leans later than its load (s), and how uncertain that is: damping by stiffness
-/// of its tyres. A tenth to three hundredths of the critical damping at 1.5 to 3 Hz are 3 to 20 ms.
+/// Lag of the lean behind the load (s) and its standard deviation: tyre damping divided by tyre
+/// stiffness. 3 to 10 % of critical damping at 1.5 to 3 Hz give 3 to 20 ms.
 const LEAN_S: f64 = 0.012;
 const LEAN_SIGMA_S: f64 = 0.010;
-/// A machine slower than this stands (m/s).
+/// Largest speed of a machine at standstill (m/s).
 const STANDING: f64 = 0.05;
-/// Wheels of a machine that is never faster than this (m/s) may not roll at all: it rocks on its brakes.
+/// A machine that never exceeds this speed (m/s) may only rock on its brakes, without rolling wheels.
 const TRAVELLING: f64 = 0.2;
-/// Joints slower than this tell nothing of the way of friction (rad/s, m/s).
+/// Below this joint velocity the direction of friction is unknown (rad/s, m/s).
 const SLOW: f64 = 0.01;
-/// Over what time signals are smoothed (s): those of turning and travel, those of acceleration, those of
-/// leaning.
+/// Smoothing times (s): of turning and travel, of acceleration, of lean.
 const SMOOTH_TURNING_S: f64 = 0.08;
 const SMOOTH_ACCELERATION_S: f64 = 0.15;
 const SMOOTH_LEANING_S: f64 = 0.1;
@@ -65,7 +65,7 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Compares every pair of topics that feel the same, several at once.
+/// Compares every pair of topics that measure the same motion, in parallel.
 pub(super) fn compare(loaded: &LoadedLog, forces: &[LinkageForce], rows: &Rows) -> Vec<PairOffset> {
     let scene = Scene::of(loaded, rows);
     let pairs = pairs(&scene, forces);
@@ -79,7 +79,7 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
     let mut pairs = Vec::new();
     let (imu, odometry) = (scene.signal(Sensor::Imu), scene.signal(Sensor::Odometry));
     if let (Some(imu), Some(odometry)) = (imu, odometry) {
-        let by = "turning and acceleration of the machine";
+        let by = "rotation and acceleration of the machine";
         let find = move || scene.turning_and_acceleration(odometry);
         pairs.push(Pair::new(&odometry.topic, &imu.topic, by, find));
     }
@@ -90,26 +90,26 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
         if let Some(odometry) = odometry
             && !scene.wheels_of(stream).is_empty()
         {
-            let by = "wheels that turn as the machine travels";
+            let by = "wheel rotation and travel";
             let find = move || scene.rolling(stream, odometry);
             pairs.push(Pair::new(&joints.topic, &odometry.topic, by, find));
         } else if let Some(imu) = imu
             && !scene.wheels_of(stream).is_empty()
         {
-            let by = "wheels that gain speed as the machine accelerates";
+            let by = "acceleration of wheels and machine";
             let find = move || scene.gaining_speed(stream);
             pairs.push(Pair::new(&joints.topic, &imu.topic, by, find));
         }
         if let Some(imu) = imu
             && scene.has_other_joints(stream)
         {
-            let by = "how the platform leans as joints move its weight";
+            let by = "lean of the platform as joints move its weight";
             let find = move || scene.leaning(Some(stream));
             pairs.push(Pair::new(&joints.topic, &imu.topic, by, find));
         }
     }
     if let (Some(imu), Some(wrench)) = (imu, scene.signal(Sensor::ToolWrench)) {
-        let by = "how the platform leans under the tool's force";
+        let by = "lean of the platform under the tool force";
         let find = || scene.leaning(None);
         pairs.push(Pair::new(&wrench.topic, &imu.topic, by, find));
     }
@@ -124,7 +124,7 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
         let Some(joints) = loaded.signals.iter().find(of_joint) else {
             continue;
         };
-        let by = "the force that moves and carries what the joints tell";
+        let by = "the force that carries and moves the links";
         let find = move || match &force.series {
             Ok(series) => scene.carrying(force.linkage, series),
             Err(error) => Err(format!("{error:#}")),
@@ -134,15 +134,15 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
     pairs
 }
 
-/// What of a row tells where to look.
+/// Activity of a row, by which stretches are chosen.
 #[derive(Debug, Clone, Copy)]
 struct RowFacts {
-    /// No gap of a signal that the loads need.
+    /// No gap in a signal that the loads need.
     is_whole: bool,
     has_velocity: bool,
     stands: bool,
     travels: bool,
-    /// How much of the machine itself moves, and how much its arm.
+    /// Activity of the machine and of its arm.
     travel: f64,
     arm: f64,
 }
@@ -151,7 +151,7 @@ struct Scene<'a> {
     loaded: &'a LoadedLog,
     rows: &'a Rows,
     facts: Vec<RowFacts>,
-    /// From the axes of the IMU to those of the base; `None` where it is not on the base.
+    /// Rotation from IMU axes to base axes; `None` if it is not mounted on the base.
     base_from_imu: Option<Matrix3<f64>>,
 }
 
@@ -168,7 +168,7 @@ impl<'a> Scene<'a> {
             RowFacts {
                 is_whole: !rows.reasons[row].leave_state_unknown(),
                 has_velocity: speed.is_finite(),
-                // without odometry nothing tells that it travels
+                // without odometry travel is unknown
                 stands: !(speed >= STANDING),
                 travels: speed > TRAVELLING,
                 travel: state.imu.angular_velocity.norm()
@@ -197,7 +197,7 @@ impl<'a> Scene<'a> {
         self.loaded.signals.iter().find(is_it)
     }
 
-    /// The wheels, and their joints, of a stream.
+    /// The wheels of a stream and their joints.
     fn wheels_of(&self, stream: usize) -> Vec<(usize, usize)> {
         let joints = &self.loaded.matched.sensors.joints[stream].joints;
         let spins =
@@ -215,7 +215,7 @@ impl<'a> Scene<'a> {
             .ok_or_else(|| "the IMU is not on the platform".to_owned())
     }
 
-    /// Numbers of the rows, at the steps of a stretch.
+    /// Values of the rows at the steps of a stretch.
     fn of_rows<const N: usize>(
         &self,
         stretch: &Stretch,
@@ -233,7 +233,7 @@ impl<'a> Scene<'a> {
         columns.map(|column| at_steps(stretch, times, &column))
     }
 
-    /// Turning as the odometry has it, at the steps of a stretch.
+    /// Angular velocity of the odometry at the steps of a stretch.
     fn odometry_turning(&self, odometry: &Signal, stretch: &Stretch) -> [Vec<f64>; 3] {
         let recording = &odometry.recording;
         let mut order: Vec<usize> = (0..recording.stamps_ns.len()).collect();
@@ -273,7 +273,7 @@ impl<'a> Scene<'a> {
                     let felt = rotation * state.imu.specific_force;
                     [turning.x, turning.y, turning.z, felt.x, felt.y]
                 });
-                // a = dv/dt + w x v, with the odometry's own w: all of it is as late as its stamps
+                // a = dv/dt + w x v, with the odometry's own w: all terms have the same delay
                 let turned = |v: &[f64], sign: f64| -> Vec<f64> {
                     let products = odometry[2].iter().zip(v);
                     products.map(|(w, v)| sign * w * v).collect()
@@ -351,7 +351,8 @@ impl<'a> Scene<'a> {
         delay::find(&channels)
     }
 
-    /// The force of a linkage's actuator: weight and inertia of what it moves, and friction against its way.
+    /// Force of a linkage's actuator: weight and inertia of the distal subtree, and friction against the
+    /// motion.
     fn carrying(&self, linkage: usize, force: &Series) -> Result<Delay, String> {
         let machine = &self.loaded.machine;
         let joint = machine.linkages()[linkage].measured_joint;
@@ -377,8 +378,8 @@ impl<'a> Scene<'a> {
         delay::find(&channels)
     }
 
-    /// The platform leans with the moment of the ground, which the joints of a stream change, or without
-    /// one the tool wrench.
+    /// The platform leans with the ground moment, which the joints of a stream change, or without one
+    /// the tool wrench.
     fn leaning(&self, stream: Option<usize>) -> Result<Delay, String> {
         let rotation = self.base_from_imu()?;
         let parts = stretches(
@@ -394,7 +395,7 @@ impl<'a> Scene<'a> {
                     [state.base.up.x, state.base.up.y, felt.x, felt.y]
                 });
                 let is_known = ux.iter().chain(&uy).any(|u| u.is_finite());
-                // an IMU that tells no attitude feels how it leans, on a standing machine
+                // without an attitude, the IMU's specific force shows the lean at standstill
                 let (ux, uy) = if is_known { (ux, uy) } else { (fx, fy) };
                 let known = [&ux[..], &uy, &rest[0], &rest[1]];
                 let channel = |moment: &Vec<f64>| Channel::new(moment, &known, SMOOTH_LEANING_S);
@@ -409,8 +410,8 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// Moment of the ground about the base's x and y axes (N m) under gravity alone: what the motion of the
-    /// stream's joints adds to it, or without one the tool wrench, and the rest.
+    /// Ground moment about the base's x and y axes (N m) under gravity alone: the part due to the
+    /// stream's joints, or without one the tool wrench, and the rest.
     fn moments(&self, stretch: &Stretch, stream: Option<usize>) -> ([Vec<f64>; 2], [Vec<f64>; 2]) {
         let machine = &self.loaded.machine;
         let moving: &[usize] =
@@ -441,7 +442,7 @@ impl<'a> Scene<'a> {
         ([x, y], [rest_x, rest_y])
     }
 
-    /// The joints at rest at their mean positions, the specific force at its mean, no tool wrench.
+    /// Joints at rest in their mean positions, mean specific force, no tool wrench.
     fn mean_state(&self, stretch: &Stretch) -> State<f64> {
         let mut mean = State::zero(&self.loaded.machine);
         let mut state = mean.clone();

@@ -1,4 +1,4 @@
-//! Clocks in plain words.
+//! Text about clocks: notes and the table of `inspect`.
 
 use schemars::JsonSchema;
 use tipwatch_ingest::{ClockFinding, Treatment};
@@ -6,7 +6,7 @@ use tipwatch_ingest::{ClockFinding, Treatment};
 use super::offsets::{ClockOffsets, PairOffset, TopicOffset};
 use crate::load::Signal;
 
-/// What is odd about the clocks, each thing once with the topics that it is about.
+/// Anomalies of the clocks, each once, with the topics concerned.
 #[must_use]
 pub(crate) fn findings<'a>(
     topics: impl Iterator<Item = (&'a str, &'a [ClockFinding])>,
@@ -32,12 +32,12 @@ pub(crate) fn findings<'a>(
     found
 }
 
-/// Something odd about the clocks, and the topics that it is about.
+/// An anomaly of the clocks, and the topics concerned.
 #[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 pub struct TopicsFinding {
     /// The topics.
     pub topics: Vec<String>,
-    /// What it is, and what was done.
+    /// The anomaly and its treatment.
     #[serde(flatten)]
     pub finding: ClockFinding,
 }
@@ -48,7 +48,7 @@ impl std::fmt::Display for TopicsFinding {
     }
 }
 
-/// The same of signals as read.
+/// Anomalies of loaded signals.
 #[must_use]
 pub(crate) fn of_signals(signals: &[Signal]) -> Vec<TopicsFinding> {
     findings(
@@ -58,7 +58,7 @@ pub(crate) fn of_signals(signals: &[Signal]) -> Vec<TopicsFinding> {
     )
 }
 
-/// Offsets that a reader has to know of, as sentences.
+/// Notes on relevant offsets.
 #[must_use]
 pub(crate) fn notes(offsets: &ClockOffsets) -> Vec<String> {
     let reference = offsets.reference.as_deref().unwrap_or("");
@@ -71,7 +71,7 @@ pub(crate) fn notes(offsets: &ClockOffsets) -> Vec<String> {
 fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<String> {
     let stated = topic.stated_s.map(|stated_s| {
         format!(
-            "{}: {:+.1} ms were added to its stamps, as the machine file says.",
+            "{}: stamps corrected by {:+.1} ms, as stated in the machine file.",
             topic.topic,
             stated_s * 1e3
         )
@@ -87,15 +87,16 @@ fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<St
         .map(|pair| pair.by)
         .collect();
     let done = match topic.applied {
-        true => "this was taken out, as asked".to_owned(),
+        true => "corrected, as requested".to_owned(),
         false => format!(
-            "not applied; to apply it use --apply-clock-offsets estimated, or in the machine file [clock] offset = {{ \"{}\" = {:.4} }}",
+            "not corrected; to correct it use --apply-clock-offsets estimated, or in the machine file [clock] offset = \
+             {{ \"{}\" = {:.4} }}",
             topic.topic,
             topic.offset_s? + topic.stated_s.unwrap_or(0.0)
         ),
     };
     Some(format!(
-        "{}{}: its stamps are {:.1} ms {way} against {reference} (standard deviation {sigma_ms:.1} ms), by {}: {done}.",
+        "{}{}: stamps are {:.1} ms {way} relative to {reference} (standard deviation {sigma_ms:.1} ms), from {}; {done}.",
         stated.map_or(String::new(), |stated| format!("{stated} ")),
         topic.topic,
         offset_ms.abs(),
@@ -103,7 +104,7 @@ fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<St
     ))
 }
 
-/// The offsets of topics and pairs, a line each.
+/// Table of the offsets of topics and pairs.
 #[must_use]
 pub(crate) fn table(offsets: &ClockOffsets) -> String {
     let milliseconds = |seconds: f64| format!("{:+.1} ms", seconds * 1e3 + 0.0);
@@ -116,21 +117,21 @@ pub(crate) fn table(offsets: &ClockOffsets) -> String {
             milliseconds(offset),
             sigma * 1e3
         ),
-        (None, why_not) => format!("not known: {}", why_not.as_deref().unwrap_or("")),
+        (None, why_not) => format!("unknown: {}", why_not.as_deref().unwrap_or("")),
     };
     let mut text = String::new();
     let reference = offsets.reference.as_deref().unwrap_or("-");
     for topic in &offsets.topics {
         let offset = known(topic.offset_s, topic.sigma_s, &topic.why_not);
         text += &match topic.topic == reference {
-            true => format!("  {}: what the others are compared with\n", topic.topic),
-            false => format!("  {}: to add to its stamps: {offset}\n", topic.topic),
+            true => format!("  {}: reference\n", topic.topic),
+            false => format!("  {}: correction of its stamps: {offset}\n", topic.topic),
         };
     }
     for pair in &offsets.pairs {
         let late = known(pair.late_s, pair.sigma_s, &pair.why_not);
         text += &format!(
-            "      {} late against {} by {}: {late}\n",
+            "      delay of {} relative to {} from {}: {late}\n",
             pair.topic, pair.against, pair.by
         );
     }

@@ -1,4 +1,4 @@
-//! Checks a machine file: masses, geometry and static loads of the machine that it describes.
+//! Computes masses, geometry and static loads of the machine that a file describes.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use super::readings;
 use crate::analysis::run::posture_in_log;
 use crate::base::number::known;
 
-/// Checks a machine file, in the posture of a log's first valid row where there is a log.
+/// Checks a machine file, in the posture of the log's first valid row if there is a log.
 ///
 /// # Errors
 /// The machine file does not describe a machine, or the log does not fit it.
@@ -58,13 +58,13 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
     })
 }
 
-/// Without a log nothing is known of what the messages name.
+/// Without a log the frames of the messages are unknown.
 fn imu_mounting(machine: &Machine, has_log: bool) -> String {
     let source = &machine.imu().source;
     if has_log || !source.starts_with("assumed") {
         return source.clone();
     }
-    "not in the machine file: the log's frame_id tells".into()
+    "not in the machine file; taken from frame_id of the log".into()
 }
 
 fn masses(standing: &Standing) -> Vec<PartMass> {
@@ -98,26 +98,26 @@ fn wheels(machine: &Machine, standing: &Standing) -> Vec<WheelCheck> {
     machine.wheels().iter().enumerate().map(wheel).collect()
 }
 
-/// What a reader should know of a static posture.
+/// Anomalies of a static posture.
 fn oddities(machine: &Machine, standing: &Standing) -> Vec<String> {
     let mut notes = Vec::new();
     let loads = &standing.outcome().load;
     if loads.iter().any(|load| !load.is_finite()) {
         notes.push(
-            "The static loads cannot be computed in this posture: a linkage cannot close there. Give a log, or a posture."
+            "The static loads cannot be computed, because a linkage cannot close in this posture. Give a log or a posture."
                 .into(),
         );
     }
     let names = machine.wheels().iter().map(|wheel| &wheel.name);
     for (name, _) in names.zip(loads).filter(|(_, load)| **load <= 0.0) {
         notes.push(format!(
-            "Wheel {name} carries nothing in this posture: the centre of mass is outside, or the model is wrong."
+            "Wheel {name} carries no load in this posture: the centre of mass is outside the support polygon, or the model is wrong."
         ));
     }
     let estimated = machine.payloads().iter().enumerate();
     for (i, _) in estimated.filter(|(_, payload)| payload.is_estimated) {
         notes.push(format!(
-            "Payload {}: its mass is estimated from a log; here it counts as nothing.",
+            "Payload {}: its mass is estimated from a log; zero here.",
             i + 1
         ));
     }

@@ -1,4 +1,4 @@
-//! What a checked machine file says, as JSON.
+//! The checked machine as a JSON document.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -9,7 +9,7 @@ use crate::base::number::known;
 /// Version of the JSON document.
 pub(super) const SCHEMA: u32 = 1;
 
-/// What a machine file describes.
+/// The machine that a file describes.
 #[derive(Debug, Serialize)]
 pub struct MachineCheck {
     pub(super) schema: u32,
@@ -19,16 +19,16 @@ pub struct MachineCheck {
     pub(super) base_link: String,
     pub(super) gravity_m_s2: f64,
     pub(super) masses: Vec<PartMass>,
-    /// Between the first and the last axle; null of one axle.
+    /// Distance between the first and the last axle; null for one axle.
     pub(super) wheelbase_m: Option<f64>,
     pub(super) axles: Vec<Axle>,
-    /// Where the joints are: of the log's first valid row, else zero.
+    /// Joint positions: those of the log's first valid row, else zero.
     pub(super) posture: Posture,
     pub(super) wheels: Vec<WheelCheck>,
-    /// Of axles, sides and the whole machine.
+    /// Sums over axles, sides and all wheels.
     pub(super) sums: Vec<SumCheck>,
     pub(super) imu_mounting: String,
-    /// Beside `[weighed]` of the machine file.
+    /// Comparison with `[weighed]` of the machine file.
     pub(super) weighed: Option<Weighed>,
     pub(super) notes: Vec<String>,
 }
@@ -37,7 +37,7 @@ pub struct MachineCheck {
 pub(super) struct PartMass {
     pub(super) part: &'static str,
     pub(super) mass_kg: f64,
-    /// In `base_link`; null without mass.
+    /// In base axes; null without mass.
     pub(super) centre_of_mass_m: Option<[f64; 3]>,
 }
 
@@ -46,7 +46,7 @@ pub(super) struct Axle {
     pub(super) wheels: Vec<String>,
     /// Forward of the base frame's origin.
     pub(super) x_m: f64,
-    /// Between its outermost wheels; null of one wheel.
+    /// Distance between its outermost wheels; null for one wheel.
     pub(super) track_m: Option<f64>,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Posture {
 #[derive(Debug, Serialize)]
 pub(super) struct JointPosition {
     pub(super) joint: String,
-    /// Radians, or metres of a sliding joint.
+    /// In radians, or metres for a sliding joint.
     pub(super) position: Option<f64>,
 }
 
@@ -71,7 +71,7 @@ pub(super) struct WheelCheck {
     pub(super) static_load_n: Option<f64>,
     /// Standard deviation of the load by `[uncertainty]` of the machine file.
     pub(super) sigma_n: Option<f64>,
-    /// As a share of the weight.
+    /// Share of the weight.
     pub(super) share: Option<f64>,
 }
 
@@ -84,31 +84,31 @@ pub(super) struct SumCheck {
     pub(super) share: Option<f64>,
 }
 
-/// `[weighed]` beside the model.
+/// Weighed loads compared with the model.
 #[derive(Debug, Serialize)]
 pub(super) struct Weighed {
     pub(super) posture: Posture,
     pub(super) readings: Vec<Reading>,
 }
 
-/// What one scale said.
+/// One weighed load.
 #[derive(Debug, Serialize)]
 pub(super) struct Reading {
     pub(super) name: String,
     pub(super) wheels: Vec<String>,
     pub(super) weighed_n: f64,
-    /// Standard deviation that the machine file states of the scale.
+    /// Standard deviation of the scale, from the machine file.
     pub(super) weighed_sigma_n: f64,
     pub(super) model_n: Option<f64>,
     /// Standard deviation by `[uncertainty]` of the machine file.
     pub(super) model_sigma_n: Option<f64>,
-    /// Model less weighed.
+    /// Model minus weighed load.
     pub(super) difference_n: Option<f64>,
-    /// Of what was weighed.
+    /// As a percentage of the weighed load.
     pub(super) difference_percent: Option<f64>,
-    /// The difference by the standard deviation of model and scale together.
+    /// The difference divided by the combined standard deviation of model and scale.
     pub(super) sigmas: Option<f64>,
-    /// Whether the difference is no more than two of them; null where that is unknown.
+    /// Whether the difference is within two standard deviations; null if unknown.
     pub(super) is_within: Option<bool>,
 }
 

@@ -1,4 +1,4 @@
-//! Which wheels are an axle and which a side.
+//! Groups wheels to axles and sides.
 
 use tipwatch_mechanics::Standing;
 use tipwatch_mechanics::machine::Machine;
@@ -6,10 +6,10 @@ use tipwatch_mechanics::machine::Machine;
 use super::document::{Axle, SumCheck, names};
 use crate::base::number::known;
 
-/// Wheels whose places differ by less along the machine, as a share of its length, are one axle.
+/// Largest distance along the machine between wheels of one axle, as a share of the wheelbase.
 const AXLE_SHARE: f64 = 0.1;
 
-/// Wheels by axle, the front one first.
+/// Wheels by axle, front first.
 fn by_axle(standing: &Standing) -> Vec<Vec<usize>> {
     let x = |wheel: usize| standing.wheel_centres[wheel].x;
     let mut order: Vec<usize> = (0..standing.wheel_centres.len()).collect();
@@ -54,7 +54,7 @@ pub(super) fn axles(machine: &Machine, standing: &Standing) -> Vec<Axle> {
     by_axle(standing).iter().map(axle).collect()
 }
 
-/// Halfway between the outermost wheels (m).
+/// Centre line between the outermost wheels (m).
 fn middle_line(standing: &Standing) -> f64 {
     let y = standing.wheel_centres.iter().map(|centre| centre.y);
     let (least, largest) = y.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| {

@@ -1,5 +1,4 @@
-//! `check-machine`: what a model weighs, where its centre of mass is and what its wheels carry, beside
-//! what scales said.
+//! `check-machine`: mass, centre of mass and static loads of a machine, compared with weighed loads.
 
 mod check;
 mod document;

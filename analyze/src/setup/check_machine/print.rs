@@ -1,4 +1,4 @@
-//! A checked machine as a table for people, or as JSON.
+//! Prints a checked machine as text or JSON.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use super::document::{MachineCheck, Posture, Reading, Weighed};
 /// Prints a checked machine.
 ///
 /// # Errors
-/// Standard output is closed.
+/// Standard output cannot be written.
 pub fn print(check: &MachineCheck, as_json: bool) -> Result<()> {
     match as_json {
         true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(check)?)),
@@ -106,7 +106,11 @@ fn loads(out: &mut String, check: &MachineCheck) -> std::fmt::Result {
 }
 
 fn readings(out: &mut String, weighed: &Weighed) -> std::fmt::Result {
-    writeln!(out, "\nbeside [weighed]: {}", weighed.posture.source)?;
+    writeln!(
+        out,
+        "\ncomparison with [weighed]: {}",
+        weighed.posture.source
+    )?;
     joints(out, &weighed.posture)?;
     writeln!(
         out,
@@ -134,7 +138,7 @@ fn readings(out: &mut String, weighed: &Weighed) -> std::fmt::Result {
 fn verdict(reading: &Reading) -> &'static str {
     match reading.is_within {
         Some(true) => "within two sigma",
-        Some(false) => "BEYOND two sigma: model or scale is wrong",
+        Some(false) => "BEYOND two sigma: check model and scale",
         None => "unknown",
     }
 }
@@ -154,7 +158,7 @@ fn joints(out: &mut String, posture: &Posture) -> std::fmt::Result {
     }
 }
 
-/// Coordinates to the millimetre, without a sign before zero.
+/// Coordinates to the millimetre, without negative zero.
 fn point(coordinates: [f64; 3]) -> String {
     let text = coordinates.map(|c| format!("{c:8.3}").replace("-0.000", " 0.000"));
     text.concat()

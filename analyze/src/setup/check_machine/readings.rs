@@ -1,4 +1,4 @@
-//! What scales said beside what the model says.
+//! Compares weighed loads with the model.
 
 use tipwatch_mechanics::Standing;
 use tipwatch_mechanics::machine::{Machine, MeasuredJoint, WeighedSpec};
@@ -6,11 +6,10 @@ use tipwatch_mechanics::machine::{Machine, MeasuredJoint, WeighedSpec};
 use super::document::{Posture, Reading, Weighed, posture};
 use crate::base::number::known;
 
-/// A difference of more standard deviations than this contradicts the model or the scales.
+/// Largest difference between model and scale that is consistent (standard deviations).
 const WITHIN_SIGMAS: f64 = 2.0;
 
-/// The readings beside the model in the posture in which it was weighed: that of `[weighed]`, else the
-/// one that is shown.
+/// Compares weighed loads with the model in the posture of `[weighed]`, else in the displayed one.
 pub(super) fn compare(
     machine: &Machine,
     weighed: &WeighedSpec,

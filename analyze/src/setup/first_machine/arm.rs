@@ -1,4 +1,4 @@
-//! Which links are the manipulator, and which of them is its tool.
+//! Guesses the manipulator and its tool.
 
 use tipwatch_mechanics::machine::Outline;
 
@@ -19,13 +19,13 @@ const ARM: [&str; 12] = [
     "loader",
     "excavator",
 ];
-/// The surest words first.
+/// Words for a manipulator, the most specific first.
 const TOOL: [&[&str]; 3] = [
     &["tool", "tcp", "tool0"],
     &["flange", "effector", "ee", "eef"],
     &["gripper", "grapple", "bucket", "fork", "hand", "hook"],
 ];
-/// A chain of fewer moving joints is no arm unless its name says so.
+/// Fewest moving joints of an arm without a telling name.
 const FEWEST_JOINTS: usize = 3;
 
 /// A guess and its reason.
@@ -35,7 +35,7 @@ pub(super) struct Guess {
     pub(super) why: String,
 }
 
-/// The first moving link of the manipulator.
+/// Guesses the root: the first moving link of the manipulator.
 pub(super) fn root(outline: &Outline, wheels: &[Wheel]) -> Option<Guess> {
     let has_wheels = |link: usize| wheels.iter().any(|w| outline.is_below(w.link, link));
     let is_candidate = |link: usize| outline.links[link].moves() && !has_wheels(link);
@@ -69,9 +69,11 @@ pub(super) fn root(outline: &Outline, wheels: &[Wheel]) -> Option<Guess> {
     let count = joints(best);
     let why = match speaking(best) {
         Some(name) => format!(
-            "below it is \"{name}\", whose name says so, and no wheel; {count} joints move it"
+            "the distal subtree contains \"{name}\" and no wheel, and has {count} moving joints"
         ),
-        None if count >= FEWEST_JOINTS => format!("{count} joints move in a chain without wheels"),
+        None if count >= FEWEST_JOINTS => {
+            format!("a chain of {count} moving joints without wheels")
+        }
         None => return None,
     };
     Some(Guess {
@@ -80,7 +82,8 @@ pub(super) fn root(outline: &Outline, wheels: &[Wheel]) -> Option<Guess> {
     })
 }
 
-/// The tool: the link that the wrench's messages name, else the one nearest to the root whose name says so.
+/// Guesses the tool: the frame of the wrench messages, else the link with a matching name nearest to the
+/// root.
 pub(super) fn tool(outline: &Outline, root: &str, wrench_frame: Option<&str>) -> Option<Guess> {
     let root = outline.link(root)?;
     let inside = |link: &usize| outline.is_below(*link, root);
@@ -89,7 +92,7 @@ pub(super) fn tool(outline: &Outline, root: &str, wrench_frame: Option<&str>) ->
     {
         return Some(Guess {
             link: frame.into(),
-            why: "the wrench's messages name it".into(),
+            why: "frame of the wrench messages".into(),
         });
     }
     TOOL.iter().find_map(|wanted| {
@@ -98,7 +101,7 @@ pub(super) fn tool(outline: &Outline, root: &str, wrench_frame: Option<&str>) ->
             .find(|&link| says(&outline.links[link].name, wanted))?;
         Some(Guess {
             link: outline.links[link].name.clone(),
-            why: "its name".into(),
+            why: "by its name".into(),
         })
     })
 }

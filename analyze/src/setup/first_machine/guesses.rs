@@ -1,4 +1,4 @@
-//! What is guessed of a machine from its URDF and the log.
+//! Guesses about a machine, from its URDF and the log.
 
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::machine::Outline;
@@ -9,14 +9,14 @@ use super::linkages::{self, LinkageGuess};
 use super::signals::Topics;
 use super::wheels::{self, Wheel};
 
-/// What is guessed from a URDF.
+/// All guesses.
 pub(super) struct Guesses {
     pub(super) outline: Outline,
     pub(super) wheels: Vec<Wheel>,
     pub(super) passed_over: Vec<String>,
     pub(super) linkages: Vec<LinkageGuess>,
     pub(super) joints: Vec<JointGuess>,
-    /// Joints that nothing tells.
+    /// Moving joints without a known position.
     pub(super) unknown: Vec<String>,
     pub(super) arm: Option<arm::Guess>,
     pub(super) tool: Option<arm::Guess>,
@@ -39,7 +39,7 @@ impl Guesses {
             };
             let follows = |l: &LinkageGuess| {
                 l.cylinder == joint.name || {
-                    // one of both is enough
+                    // one of the two is enough
                     let of_linkage = [&l.pivot, &l.rod];
                     of_linkage.contains(&&joint.name)
                         && of_linkage.iter().any(|name| logged.contains(name))
@@ -55,7 +55,7 @@ impl Guesses {
                 None => unknown.push(joint.name.clone()),
             }
         }
-        // a rod need not be known where the pivot is, nor the other way round
+        // a known pivot makes its rod redundant, and vice versa
         let found = |name: &String| joints.iter().any(|guess| guess.joint == *name);
         let spared: Vec<&String> = (linkages.iter())
             .filter_map(|l| match (found(&l.pivot), found(&l.rod)) {

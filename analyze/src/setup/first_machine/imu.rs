@@ -1,4 +1,4 @@
-//! Where the inertial measurement unit sits.
+//! Guesses the mounting of the IMU (inertial measurement unit).
 
 use anyhow::Result;
 use nalgebra::Vector3;
@@ -12,7 +12,7 @@ use super::text::{Text, quoted, triple};
 use super::urdf::Urdf;
 use super::words::says;
 
-/// The section `[imu]`, as far as the rest of the machine file, the URDF and the log tell it.
+/// Writes the section `[imu]` from the rest of the machine file, the URDF and the log.
 pub(super) fn section(
     log: &Log,
     spec: &MachineSpec,
@@ -23,7 +23,7 @@ pub(super) fn section(
     let mut text = Text::default();
     text.gap();
     let Some(topic) = topics.imu() else {
-        text.comment("No IMU found: what it would feel is reckoned from odometry.");
+        text.comment("No IMU found; odometry is used instead.");
         return Ok(text.finish().trim_end().to_owned());
     };
     let transforms = static_transforms(log)?;
@@ -43,7 +43,7 @@ pub(super) fn section(
     }
     if let Some(mean) = mean_specific_force(log, topic)? {
         text.comment(&format!(
-            "Its mean specific force over the log, in its own axes: ({:.2}, {:.2}, {:.2}) m/s^2. On level ground that points up.",
+            "Mean specific force over the log, in sensor axes: ({:.2}, {:.2}, {:.2}) m/s^2. On level ground it points up.",
             mean.x, mean.y, mean.z
         ));
     }
@@ -58,7 +58,9 @@ fn known(text: &mut Text, machine: &Machine, frame: &str) {
         return;
     }
     if mount.body != 0 {
-        text.comment("It is on a moving part and found by itself; live use needs it here.");
+        text.comment(
+            "It is on a moving link and was found automatically; live operation needs it here.",
+        );
         text.open("[imu]\nlink = \"\"\nxyz = [0.0, 0.0, 0.0]\nrpy = [0.0, 0.0, 0.0]");
         return;
     }
@@ -72,7 +74,7 @@ fn known(text: &mut Text, machine: &Machine, frame: &str) {
     ));
 }
 
-/// The only link whose name says that it is one.
+/// The only link named like an IMU.
 fn named_imu(outline: &Outline) -> Option<&str> {
     let mut links = outline
         .links
@@ -84,25 +86,27 @@ fn named_imu(outline: &Outline) -> Option<&str> {
 
 fn by_name(text: &mut Text, link: &str, frame: Option<&str>) {
     text.comment(&format!(
-        "By the link's name: CHECK place and turn; {}.",
+        "Guessed from the link's name: CHECK position and orientation; {}.",
         unplaced(frame)
     ));
     text.line(&format!("[imu]\nlink = {}", quoted(link)));
 }
 
-/// What the messages say of their frame, which does not help.
+/// Why the frame of the messages does not help.
 fn unplaced(frame: Option<&str>) -> String {
     match frame {
         Some(frame) => {
-            format!("its messages name frame {frame}, which neither URDF nor /tf_static places")
+            format!(
+                "its messages have frame {frame}, which is neither in the URDF nor in /tf_static"
+            )
         }
-        None => "its messages name no frame".into(),
+        None => "its messages have no frame".into(),
     }
 }
 
 fn open(text: &mut Text, frame: Option<&str>) {
     text.comment(&format!(
-        "Needed: where the IMU sits and how it is turned; {}. Without it: at the base, not turned.",
+        "Needed: position and orientation of the IMU; {}. Default: at the base, aligned with it.",
         unplaced(frame)
     ));
     text.open(

@@ -1,11 +1,11 @@
-//! Which numbers of a log are the positions of which joints, where names differ.
+//! Guesses the log fields of joints whose names differ from the URDF.
 
 use tipwatch_ingest::{Topic, number_fields};
 
 use super::text::quoted;
 use super::words::{own_words, words};
 
-/// What a word says of a number's unit: SI is so many times it.
+/// Units by word in a field name, with the factor to SI.
 const UNITS: [(&str, f64); 8] = [
     ("deg", std::f64::consts::PI / 180.0),
     ("degree", std::f64::consts::PI / 180.0),
@@ -26,7 +26,7 @@ const POSITION: [&str; 7] = [
     "value",
 ];
 const VELOCITY: [&str; 4] = ["velocity", "vel", "rate", "speed"];
-/// Words of which a number is no position of a joint.
+/// Words that exclude a joint position.
 const OTHER: [&str; 10] = [
     "effort",
     "torque",
@@ -40,7 +40,7 @@ const OTHER: [&str; 10] = [
     "temperature",
 ];
 
-/// Numbers for a joint that no message names as the URDF does.
+/// Fields for a joint that has another name in the log.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct JointGuess {
     pub(super) joint: String,
@@ -49,10 +49,10 @@ pub(super) struct JointGuess {
     pub(super) why: String,
 }
 
-/// A topic of joint states and the joints that it names.
+/// A topic of joint states and its joint names.
 pub(super) type NamedJoints = (String, Vec<String>);
 
-/// Finds a joint under another name: of joint states first, then among the fields of other messages.
+/// Finds a joint under another name: first in joint states, then among the fields of other messages.
 pub(super) fn find(joint: &str, states: &[NamedJoints], topics: &[Topic]) -> Option<JointGuess> {
     in_joint_states(joint, states).or_else(|| in_fields(joint, topics))
 }
@@ -68,7 +68,7 @@ fn in_joint_states(joint: &str, states: &[NamedJoints]) -> Option<JointGuess> {
     };
     let mut alike = named.filter(|(_, name)| own_words(name) == own || last(name) == own);
     let (topic, name) = alike.next().filter(|_| !own.is_empty())?;
-    // two that fit are none
+    // two matches are ambiguous
     if alike.next().is_some() {
         return None;
     }
@@ -85,7 +85,7 @@ fn in_joint_states(joint: &str, states: &[NamedJoints]) -> Option<JointGuess> {
             format!("position = {}", at("position")),
             format!("velocity = {}", at("velocity")),
         ],
-        why: format!("the log has joint {name} on {topic}, which reads like it"),
+        why: format!("similar to joint {name} on {topic}"),
     })
 }
 
@@ -124,17 +124,20 @@ fn in_fields(joint: &str, topics: &[Topic]) -> Option<JointGuess> {
         lines.push(line("velocity", field, number.scale));
     }
     let unit = match number.unit.is_empty() {
-        true => "its unit is unknown: CHECK IT, and the sign and zero".into(),
-        false => format!("in {} by its name: CHECK sign and zero", number.unit),
+        true => "unknown unit: CHECK unit, sign and zero".into(),
+        false => format!(
+            "in {} according to its name: CHECK sign and zero",
+            number.unit
+        ),
     };
     Some(JointGuess {
         joint: joint.into(),
         lines,
-        why: format!("{field} of {} reads like it; {unit}", topic.name),
+        why: format!("similar to field {field} of {}; {unit}", topic.name),
     })
 }
 
-/// What the name of a field says.
+/// Meaning of a field name.
 struct Named {
     is_rate: bool,
     scale: f64,
@@ -142,8 +145,8 @@ struct Named {
 }
 
 impl Named {
-    /// Reads the name of a field, its topic's last word before it if need be; `None` if it is not about the
-    /// joint of these words.
+    /// Interprets a field name, preceded by its topic's last word if necessary; `None` if it does not
+    /// match the joint's words.
     fn read(topic: &str, field: &str, own: &[String]) -> Option<Self> {
         let mut rest = own_words(field);
         let mut take = |known: &[&str]| {

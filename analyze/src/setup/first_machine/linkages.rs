@@ -1,28 +1,28 @@
-//! Which joints are the hinge and the rod of a cylinder that turns another joint.
+//! Guesses linkages: the hinge and the rod of a cylinder that drives another joint.
 
 use tipwatch_mechanics::machine::{JointMotion, Outline, OutlineJoint};
 
 use super::words::{own_words, says};
 
-/// Axes closer than this are parallel (cosine).
+/// Smallest cosine between parallel axes.
 const PARALLEL: f64 = 0.99;
 const CYLINDER: [&str; 5] = ["cylinder", "piston", "ram", "actuator", "cyl"];
 
-/// A linear actuator that closes a triangle, so far as a URDF tells.
+/// A linear actuator that closes a triangle, as far as the URDF describes it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct LinkageGuess {
     pub(super) name: String,
     pub(super) pivot: String,
     pub(super) cylinder: String,
     pub(super) rod: String,
-    /// The links on which its two eyes are.
+    /// The links of its two eyes.
     pub(super) rod_link: String,
     pub(super) pivot_link: String,
     pub(super) why: String,
 }
 
-/// Cylinders: a sliding joint on a hinge that stands beside a joint with a parallel axis, on the same body,
-/// where nothing measures the hinge.
+/// Finds cylinders: a sliding joint on an unmeasured hinge, next to a joint with a parallel axis on the
+/// same body.
 pub(super) fn linkages(outline: &Outline, logged: &[String]) -> Vec<LinkageGuess> {
     let is_logged = |joint: &OutlineJoint| logged.contains(&joint.name);
     let mut found: Vec<LinkageGuess> = Vec::new();
@@ -77,7 +77,7 @@ pub(super) fn linkages(outline: &Outline, logged: &[String]) -> Vec<LinkageGuess
             rod_link: link.name.clone(),
             pivot_link: outline.links[pivot_link].name.clone(),
             why: format!(
-                "{} slides on the hinge {} that nothing measures, beside {} with a parallel axis{from}",
+                "{} slides on the unmeasured hinge {}, next to {} with a parallel axis{from}",
                 rod.name, hinge.name, pivot.name
             ),
         });
@@ -85,8 +85,8 @@ pub(super) fn linkages(outline: &Outline, logged: &[String]) -> Vec<LinkageGuess
     found
 }
 
-/// Whether a link is a cylinder: it says so, and nothing but one rod slides in it. A telescopic boom is no
-/// cylinder.
+/// Whether a link is a cylinder: it is named like one and carries exactly one sliding rod. A telescopic
+/// boom is not a cylinder.
 fn is_hinge(outline: &Outline, link: usize) -> bool {
     let hinge = &outline.links[link];
     let joint_name = hinge.joint.as_ref().map_or("", |joint| &joint.name);
@@ -99,7 +99,7 @@ fn is_hinge(outline: &Outline, link: usize) -> bool {
     matches!(moving[..], [rod] if joint(outline, rod, JointMotion::Prismatic).is_some())
 }
 
-/// The joint that carries a link, if it moves so; a continuous one counts as revolute.
+/// The parent joint of a link, if it has this motion; continuous counts as revolute.
 fn joint(outline: &Outline, link: usize, motion: JointMotion) -> Option<&OutlineJoint> {
     let joint = outline.links[link].joint.as_ref()?;
     let same = joint.motion == motion
@@ -107,7 +107,7 @@ fn joint(outline: &Outline, link: usize, motion: JointMotion) -> Option<&Outline
     same.then_some(joint)
 }
 
-/// The link that starts the rigid body of a link: the one that a moving joint carries; `None` for the base.
+/// The root link of a link's rigid body, just after a moving joint; `None` for the base.
 fn carrier(outline: &Outline, link: usize) -> Option<usize> {
     let up = std::iter::successors(Some(link), |&at| outline.links[at].parent);
     up.into_iter().find(|&at| outline.links[at].moves())
@@ -117,7 +117,7 @@ fn carrier(outline: &Outline, link: usize) -> Option<usize> {
 mod tests {
     use super::*;
 
-    /// Two rockers on one body, each with a cylinder beside it: all axes are parallel.
+    /// Two rockers on one body, each with a cylinder: all axes are parallel.
     fn outline() -> Outline {
         let mut text = String::from("<robot name='r'><link name='base_link'/>");
         let mut joint = |name: &str, kind: &str, parent: &str, axis: &str| {
@@ -147,7 +147,7 @@ mod tests {
         }
         joint("boom_cylinder", "revolute", "base_link", "0 1 0");
         joint("boom_rod", "prismatic", "boom_cylinder_link", "1 0 0");
-        // it turns and reaches out, but is no cylinder
+        // it turns and extends, but is not a cylinder
         joint("boom", "revolute", "base_link", "0 1 0");
         joint("reach", "prismatic", "boom_link", "1 0 0");
         text.push_str("</robot>");
@@ -169,7 +169,7 @@ mod tests {
                 ["boom", "boom_cylinder", "boom_rod"]
             ]
         );
-        // without a log only names tell
+        // without a log only names are known
         assert_eq!(linkages(&outline(), &[]).len(), 3);
     }
 }

@@ -1,5 +1,5 @@
-//! `inspect --write-machine`: a first machine file, guessed from a log and a URDF, each guess with its
-//! reason. What cannot be guessed is left open behind a `#`, with what is needed.
+//! `inspect --write-machine`: a first machine file, guessed from a log and a URDF, with the reason of
+//! each guess. Missing parts are commented out, with a note on what is needed.
 
 mod arm;
 mod guesses;
@@ -28,7 +28,7 @@ use render::rendered;
 use signals::Topics;
 use urdf::{Urdf, find_urdf};
 
-/// Writes a first machine file to `out`, which must not exist; tells what it still lacks, if anything.
+/// Writes a first machine file to `out`, which must not exist; returns what is still missing, if anything.
 ///
 /// # Errors
 /// The log or the URDF cannot be read, or the file exists or cannot be written.
@@ -42,7 +42,7 @@ pub fn write(log: &Path, urdf: Option<&Path>, out: &Path) -> Result<Option<Strin
         .open(out)
         .with_context(|| {
             format!(
-                "{}: expected a file that does not exist yet and can be written",
+                "{}: expected a new file in a writable folder",
                 out.display()
             )
         })?;
@@ -51,14 +51,14 @@ pub fn write(log: &Path, urdf: Option<&Path>, out: &Path) -> Result<Option<Strin
     Ok(lacking)
 }
 
-/// The text of the file, and what it lacks.
+/// The text of the file, and what is still missing.
 fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, Option<String>)> {
     let topics = Topics::find(log)?;
     let outline = urdf.map(|urdf| Outline::read(&urdf.text, &urdf.name));
     let outline = outline.transpose()?;
     let guesses = outline.map(|outline| Guesses::of(outline, &topics, log));
     let name = out.display().to_string();
-    // where the IMU sits is told by the rest of the machine
+    // the mounting of the IMU depends on the rest of the machine
     let without_imu = rendered(log, urdf, &topics, guesses.as_ref(), "", "");
     let spec = MachineSpec::from_toml(&without_imu, &name)?;
     let outline = guesses.as_ref().map(|guesses| &guesses.outline);
@@ -67,16 +67,16 @@ fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, O
     let spec = MachineSpec::from_toml(&whole, &name)?;
     let lacking = match urdf {
         None => {
-            Some("a URDF: the log carries none on /robot_description; give one with --urdf".into())
+            Some("a URDF; the log has none on /robot_description, so give one with --urdf".into())
         }
         Some(urdf) => bind(log, &spec, &urdf.text, &urdf.name)
             .err()
             .map(|error| error.to_string()),
     };
     let verdict = match &lacking {
-        None => "With it the log can be analysed as it stands.".to_owned(),
+        None => "This file is complete enough to analyse the log.".to_owned(),
         Some(lacking) => {
-            format!("It does not describe the machine yet. First of what is missing: {lacking}")
+            format!("This file is incomplete. First missing part: {lacking}")
         }
     };
     Ok((

@@ -20,8 +20,8 @@ pub(super) fn rendered(
     let mut text = Text::default();
     let path = log.path().display();
     text.comment(&format!(
-        "First machine file, guessed by tipwatch {} from {path}. Check every line; complete what stands behind a #. \
-         Keys and units: MACHINE_FILE.md. `tipwatch check-machine` shows what it describes.",
+        "First machine file, guessed by tipwatch {} from {path}. Check every line and complete the lines that are \
+         commented out. Keys and units: MACHINE_FILE.md. Check the result with `tipwatch check-machine`.",
         env!("CARGO_PKG_VERSION")
     ));
     text.comment(verdict);
@@ -35,7 +35,7 @@ pub(super) fn rendered(
         Some(Urdf {
             line: None, name, ..
         }) => {
-            text.comment(&format!("The URDF comes from the log: {name}."));
+            text.comment(&format!("The URDF is in the log: {name}."));
         }
         Some(Urdf {
             line: Some(line), ..
@@ -51,7 +51,7 @@ pub(super) fn rendered(
         write_contact(&mut text, guesses);
     } else {
         text.gap()
-            .comment("Needed, three or more: the links that stand on the ground.")
+            .comment("Needed, three or more: the wheels.")
             .open("[wheels.FL]\nlink = \"wheel_front_left\"\nradius = 0.35  # m");
         text.line(imu);
     }
@@ -60,7 +60,7 @@ pub(super) fn rendered(
         write_joints(&mut text, guesses);
     }
     text.gap()
-        .comment("What scales said, to hold the model against with `tipwatch check-machine`:")
+        .comment("Weighed loads, for comparison with the model by `tipwatch check-machine`:")
         .open("[weighed]\nunit = \"kg\"\nsums = [ { name = \"front axle\", wheels = [\"FL\", \"FR\"], load = 0, sigma = 10 } ]");
     text.finish()
 }
@@ -72,17 +72,14 @@ fn write_wheels(text: &mut Text, guesses: &Guesses) {
     }
     if guesses.wheels.len() < 3 {
         text.comment(&format!(
-            "Needed: three wheels or more; {} found by name or shape.",
+            "Needed: three or more wheels; {} found by name or shape.",
             guesses.wheels.len()
         ));
     }
     for wheel in &guesses.wheels {
         let link = &guesses.outline.links[wheel.link].name;
         let head = format!("[wheels.{}]\nlink = {}", key(&wheel.name), quoted(link));
-        text.comment(&format!(
-            "A wheel by {}.",
-            wheel.why.trim_start_matches("by ")
-        ));
+        text.comment(&format!("Wheel: {}.", wheel.why));
         match &wheel.radius {
             Some((radius, why)) => {
                 head.lines().for_each(|line| {
@@ -93,7 +90,7 @@ fn write_wheels(text: &mut Text, guesses: &Guesses) {
             }
             None => {
                 text.comment(
-                    "Needed: its radius (m); the URDF has no round shape and no ground frame.",
+                    "Needed: its radius (m); the URDF has neither a round shape nor a ground frame.",
                 );
                 text.open(&format!("{head}\nradius = 0.0"));
             }
@@ -104,7 +101,7 @@ fn write_wheels(text: &mut Text, guesses: &Guesses) {
 fn write_arm(text: &mut Text, guesses: &Guesses) {
     text.gap();
     let Some(arm) = &guesses.arm else {
-        text.comment("No manipulator found: a moving part without wheels, named arm, boom, crane or the like.");
+        text.comment("No manipulator found (a moving part without wheels, named arm, boom, crane or the like).");
         text.open("[arm]\nroot = \"arm_link\"\ntool = \"tool_link\"");
         return;
     };
@@ -113,7 +110,7 @@ fn write_arm(text: &mut Text, guesses: &Guesses) {
     text.line(&format!("root = {}", quoted(&arm.link)));
     match &guesses.tool {
         Some(tool) => {
-            text.comment(&format!("Tool, where a wrench acts: {}.", tool.why));
+            text.comment(&format!("Tool, on which a wrench acts: {}.", tool.why));
             text.line(&format!("tool = {}", quoted(&tool.link)));
         }
         None => {
@@ -125,7 +122,7 @@ fn write_arm(text: &mut Text, guesses: &Guesses) {
 fn write_linkages(text: &mut Text, linkages: &[LinkageGuess]) {
     for guess in linkages {
         text.gap().comment(&format!(
-            "A cylinder: {}. Needed: where its eyes are (m); the URDF does not tell.",
+            "Cylinder: {}. Needed: the positions of its eyes (m), which are not in the URDF.",
             guess.why
         ));
         text.open(&format!(
@@ -141,7 +138,7 @@ fn write_linkages(text: &mut Text, linkages: &[LinkageGuess]) {
     }
 }
 
-/// Joints between base and wheels about lying axes may carry no torque.
+/// Joints with horizontal axes between base and wheels, which may be free.
 fn write_contact(text: &mut Text, guesses: &Guesses) {
     let outline = &guesses.outline;
     let carries_wheel = |link: usize| {
@@ -164,7 +161,7 @@ fn write_contact(text: &mut Text, guesses: &Guesses) {
     let pivots: Vec<String> = pivots.collect();
     if !pivots.is_empty() {
         text.gap()
-            .comment("Joints between the base and wheels: if they carry no torque (bogies, a frame roll joint), say so.")
+            .comment("Joints between base and wheels. List those that carry no torque (bogies, a frame roll joint):")
             .open(&format!("[contact]\nfree_joints = [{}]", pivots.join(", ")));
     }
 }
@@ -180,7 +177,7 @@ fn write_joints(text: &mut Text, guesses: &Guesses) {
     }
     for joint in &guesses.unknown {
         text.gap().comment(&format!(
-            "Needed: the position of joint {joint} (rad or m): no message names it. A joint that never moves can be made fixed in the URDF."
+            "Needed: the position of joint {joint} (rad or m), which is in no message. Make it fixed in the URDF if it never moves."
         ));
         text.open(&format!(
             "[signals.joints.{}]\nposition = {{ topic = \"/topic\", field = \"field\", scale = 1.0, offset = 0.0 }}",

@@ -1,4 +1,4 @@
-//! Which topics carry which sensors.
+//! Guesses the topics of the sensors.
 
 use anyhow::Result;
 use tipwatch_ingest::{Log, SensorKind, Topic, first_frame, joint_names_in};
@@ -6,26 +6,26 @@ use tipwatch_ingest::{Log, SensorKind, Topic, first_frame, joint_names_in};
 use super::joints::NamedJoints;
 use super::text::{Text, array, quoted};
 
-/// The topics of a log that sensors may come from.
+/// Candidate topics for sensors.
 #[derive(Debug, Default)]
 pub(super) struct Topics {
-    /// Joint states that are taken, and the joints in them.
+    /// Selected topics of joint states, and their joints.
     pub(super) joint_states: Vec<NamedJoints>,
-    /// Topics of joint states that name joints which others have already, and one such joint.
+    /// Skipped topics of joint states, with a joint that a selected topic already has.
     repeated: Vec<(String, String)>,
     imu: Vec<(String, Option<u64>)>,
     odometry: Vec<(String, Option<u64>)>,
     tool_wrench: Vec<(String, Option<u64>)>,
-    /// The frames that the messages of IMU and tool wrench name.
+    /// Frames of the IMU and tool wrench messages.
     pub(super) imu_frame: Option<String>,
     pub(super) wrench_frame: Option<String>,
 }
 
 impl Topics {
-    /// Looks at a log.
+    /// Finds the candidate topics of a log.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The log cannot be read.
     pub(super) fn find(log: &Log) -> Result<Self> {
         let of_kind = |kind: SensorKind| {
             let fits = |t: &&Topic| kind.is_type(&t.type_name) && t.message_count != Some(0);
@@ -67,7 +67,7 @@ impl Topics {
         Ok(found)
     }
 
-    /// Every joint that the joint states name.
+    /// All joints in the selected joint states.
     pub(super) fn joints(&self) -> Vec<String> {
         let names = self.joint_states.iter().map(|(_, names)| names.clone());
         names.collect::<Vec<_>>().concat()
@@ -83,11 +83,11 @@ impl Topics {
         text.gap().line("[signals]");
         let states: Vec<String> = self.joint_states.iter().map(|(t, _)| t.clone()).collect();
         for (topic, names) in &self.joint_states {
-            text.comment(&format!("{topic} names {}.", names.join(", ")));
+            text.comment(&format!("{topic} contains {}.", names.join(", ")));
         }
         for (topic, joint) in &self.repeated {
             text.comment(&format!(
-                "{topic} is left out: it names {joint}, which another topic has."
+                "Skipped {topic}: another topic also has its joint {joint}."
             ));
         }
         match states.is_empty() {
@@ -112,7 +112,7 @@ fn write_single(text: &mut Text, kind: SensorKind, topics: &[(String, Option<u64
         text.comment(&format!("No topic of type {}.", kind.type_name()));
         if kind == SensorKind::Imu {
             text.comment(
-                "Numbers of other messages can stand for it, here in g and degrees per second:",
+                "Fields of other messages can replace it, here in g and degrees per second:",
             );
             text.open(
                 "imu.specific_force = [ { topic = \"/t\", field = \"ax\", scale = 9.80665 }, ... ]  # x, y, z (m/s^2)\n\
@@ -125,7 +125,7 @@ fn write_single(text: &mut Text, kind: SensorKind, topics: &[(String, Option<u64
     text.comment(&match others.is_empty() {
         true => format!("The only topic of type {}.", kind.type_name()),
         false => format!(
-            "Of this type with most messages; the others: {}.",
+            "The topic of this type with most messages; others: {}.",
             others.join(", ")
         ),
     });

@@ -1,28 +1,28 @@
-//! The text of a machine file, line by line, each guess with its reason.
+//! Builds the text of a machine file line by line.
 
-/// Longest line of a comment, its sign counted.
+/// Longest line of a comment, including the `#`.
 const WIDTH: usize = 110;
 
-/// TOML in the making.
+/// TOML under construction.
 #[derive(Debug, Default)]
 pub(super) struct Text {
     lines: String,
 }
 
 impl Text {
-    /// A line as it is.
+    /// Adds a line.
     pub(super) fn line(&mut self, line: &str) -> &mut Self {
         self.lines.push_str(line);
         self.lines.push('\n');
         self
     }
 
-    /// An empty line.
+    /// Adds an empty line.
     pub(super) fn gap(&mut self) -> &mut Self {
         self.line("")
     }
 
-    /// A comment, broken into lines. What a log or a URDF has named cannot end it.
+    /// Adds a comment, wrapped. Line breaks in names from a log or URDF cannot end it.
     pub(super) fn comment(&mut self, text: &str) -> &mut Self {
         let mut line = String::from("#");
         for word in text.split(|c: char| c.is_whitespace() || c.is_control()) {
@@ -36,7 +36,7 @@ impl Text {
         self.line(&line)
     }
 
-    /// Lines that somebody has to complete: as they are, behind the sign of a comment.
+    /// Adds lines to complete, commented out.
     pub(super) fn open(&mut self, lines: &str) -> &mut Self {
         for line in lines.lines() {
             self.line(&format!("# {line}"));
@@ -49,12 +49,12 @@ impl Text {
     }
 }
 
-/// A string of TOML. JSON's strings are strings of TOML too.
+/// A TOML string; every JSON string is one.
 pub(super) fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// A name as a key of TOML.
+/// A TOML key.
 pub(super) fn key(name: &str) -> String {
     let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     match !name.is_empty() && name.chars().all(is_bare) {
@@ -63,19 +63,19 @@ pub(super) fn key(name: &str) -> String {
     }
 }
 
-/// Strings as an array.
+/// A TOML array of strings.
 pub(super) fn array(names: &[String]) -> String {
     let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
     format!("[{}]", names.join(", "))
 }
 
-/// A length or an angle, to the micrometre or microradian, always as a TOML float.
+/// A length or an angle as a TOML float, to the micrometre or microradian.
 pub(super) fn number(value: f64) -> String {
     let rounded = (value * 1e6).round() / 1e6 + 0.0;
     format!("{rounded:?}")
 }
 
-/// Three of them.
+/// A TOML array of three lengths or angles.
 pub(super) fn triple(values: [f64; 3]) -> String {
     format!("[{}]", values.map(number).join(", "))
 }

@@ -1,4 +1,4 @@
-//! The URDF that guesses are made from: given, or out of the log.
+//! The URDF that guesses are based on: given, or from the log.
 
 use std::path::Path;
 
@@ -10,9 +10,9 @@ use super::text::quoted;
 /// A URDF for the guesses.
 pub(super) struct Urdf {
     pub(super) text: String,
-    /// What to call it in messages.
+    /// Its name in messages.
     pub(super) name: String,
-    /// The line of the machine file that names it; none where the log carries it.
+    /// The line of the machine file that names it; `None` if it is in the log.
     pub(super) line: Option<String>,
 }
 

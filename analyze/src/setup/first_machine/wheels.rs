@@ -1,39 +1,39 @@
-//! Which links are wheels, and how large they are.
+//! Guesses the wheels and their radii.
 
 use tipwatch_mechanics::machine::{JointMotion, Outline, OutlineLink, Shape};
 
 use super::words::says;
 
 const WHEEL: [&str; 5] = ["wheel", "tyre", "tire", "caster", "castor"];
-/// What stands on the ground without turning.
+/// Words for ground contacts that do not turn.
 const GLIDER: [&str; 4] = ["caster", "castor", "skid", "glider"];
-/// Frames that stand on the ground by convention.
+/// Frames on the ground by convention.
 const FOOTPRINT: [&str; 2] = ["base_footprint", "footprint"];
-/// An axis whose upward part is larger does not carry a rolling wheel.
+/// Largest vertical component of a wheel axis.
 const LYING: f64 = 0.5;
-/// Axes closer than this are one direction (cosine).
+/// Smallest cosine between parallel axes.
 const PARALLEL: f64 = 0.95;
-/// Smaller and larger radii are not believed (m).
+/// Plausible radii (m).
 const BELIEVED_M: [f64; 2] = [0.002, 3.0];
-/// A wheel whose lowest point is this share of its radius above the others' does not stand on the ground.
+/// A wheel whose lowest point is higher than the others' by this share of its radius is not on the ground.
 const OFF_GROUND_SHARE: f64 = 0.5;
-/// Scales that make metres of other units.
+/// Scale factors that convert other units to metres.
 const UNITS: [f64; 4] = [1.0, 0.001, 0.01, 0.0254];
 
-/// A link that may be a wheel.
+/// A candidate wheel.
 #[derive(Debug, Clone)]
 pub(super) struct Wheel {
-    /// What to call it.
+    /// Its name in the machine file.
     pub(super) name: String,
     /// Index of the link.
     pub(super) link: usize,
-    /// Why it is one.
+    /// Why it is a wheel.
     pub(super) why: String,
-    /// Radius (m) and from what it is known.
+    /// Radius (m) and its source.
     pub(super) radius: Option<(f64, String)>,
 }
 
-/// Wheels, front left first, and what was passed over.
+/// Finds the wheels, front left first, and notes on rejected candidates.
 pub(super) fn wheels(outline: &Outline) -> (Vec<Wheel>, Vec<String>) {
     let mut found: Vec<Wheel> = Vec::new();
     for (index, link) in outline.links.iter().enumerate() {
@@ -49,7 +49,7 @@ pub(super) fn wheels(outline: &Outline) -> (Vec<Wheel>, Vec<String>) {
         let related =
             |w: &Wheel| outline.is_below(index, w.link) || outline.is_below(w.link, index);
         if glides(link) && !found.iter().any(related) {
-            let why = "its name, though it does not turn".into();
+            let why = "by its name, although it does not turn".into();
             found.push(wheel(index, why, None));
         }
     }
@@ -77,7 +77,7 @@ fn is_named(link: &OutlineLink, wanted: &[&str]) -> bool {
     says(&link.name, wanted) || says(joint, wanted)
 }
 
-/// Why a link rolls, if it does.
+/// Why a link is a rolling wheel, if it is.
 fn rolls(link: &OutlineLink) -> Option<String> {
     let joint = link.joint.as_ref()?;
     let turns = matches!(
@@ -89,14 +89,14 @@ fn rolls(link: &OutlineLink) -> Option<String> {
     }
     if is_named(link, &WHEEL) {
         return Some(format!(
-            "its name, and joint {} turns it about a lying axis",
+            "by its name, and joint {} turns it about a horizontal axis",
             joint.name
         ));
     }
     let is_endless = joint.motion == JointMotion::Continuous;
     (is_endless && radius(link).is_some()).then(|| {
         format!(
-            "it is round and joint {} turns it without limits about a lying axis",
+            "round shape, and joint {} turns it about a horizontal axis without limits",
             joint.name
         )
     })
@@ -106,7 +106,7 @@ fn glides(link: &OutlineLink) -> bool {
     !link.moves() && link.joint.is_some() && is_named(link, &GLIDER)
 }
 
-/// Radius of a round shape about the joint's axis.
+/// Radius of a round shape about the joint axis.
 fn radius(link: &OutlineLink) -> Option<(f64, String)> {
     let axis = link.joint.as_ref()?.axis_in_link;
     let of_shape = |shape: &Shape| match shape {
@@ -119,10 +119,10 @@ fn radius(link: &OutlineLink) -> Option<(f64, String)> {
     };
     let (radius, shape) = link.shapes.iter().find_map(of_shape)?;
     let is_believed = (BELIEVED_M[0]..BELIEVED_M[1]).contains(&radius);
-    is_believed.then(|| (radius, format!("the {shape} in the URDF")))
+    is_believed.then(|| (radius, format!("from the {shape} in the URDF")))
 }
 
-/// Height of the ground in the base frame (m), and from what it is known.
+/// Height of the ground in the base frame (m), and its source.
 fn ground(outline: &Outline, rolling: &[Wheel]) -> Option<(f64, String)> {
     let bottom = |wheel: &Wheel| {
         let (radius, _) = wheel.radius.as_ref()?;
@@ -137,7 +137,7 @@ fn ground(outline: &Outline, rolling: &[Wheel]) -> Option<(f64, String)> {
     let height = footprint.base_from_link.translation.z;
     Some((
         height,
-        format!("frame {}, taken for the ground", footprint.name),
+        format!("frame {}, assumed on the ground", footprint.name),
     ))
 }
 
@@ -149,7 +149,7 @@ fn height_above(link: &OutlineLink, ground: Option<&(f64, String)>) -> Option<(f
     is_believed.then(|| (radius, format!("height of its centre above {source}")))
 }
 
-/// The radius of a mesh of unit size, which only its scale tells.
+/// The radius of a mesh of unit size, from its scale.
 fn by_mesh(link: &OutlineLink) -> Option<(f64, String)> {
     let axle = link.joint.as_ref()?.axis_in_link.iamax();
     let of_shape = |shape: &Shape| match shape {
@@ -165,13 +165,13 @@ fn by_mesh(link: &OutlineLink) -> Option<(f64, String)> {
     let is_believed = (BELIEVED_M[0]..BELIEVED_M[1]).contains(&a);
     (is_size && is_believed).then(|| {
         let why = format!(
-            "the mesh {file} is scaled by it across the axle, which is the radius if the mesh has a radius of one: MEASURE IT"
+            "scale of the mesh {file} across the axle, which is the radius if the mesh has unit radius: MEASURE IT"
         );
         (a, why)
     })
 }
 
-/// The first of two tellings, and whether the other one contradicts it.
+/// The first of two sources, noting a contradiction by the other one.
 fn told_by_both(
     first: Option<(f64, String)>,
     second: Option<(f64, String)>,
@@ -181,13 +181,13 @@ fn told_by_both(
     };
     let differ = (radius - other).abs() > 0.02 * radius;
     let why = match differ {
-        true => format!("{why}. But {other:.4} would it be by another sign: {other_why}"),
+        true => format!("{why}. Conflicting source: {other:.4}, {other_why}"),
         false => why.clone(),
     };
     Some((*radius, why))
 }
 
-/// Leaves out what does not stand where the others stand, such as a steering wheel.
+/// Rejects candidates above the ground, such as a steering wheel.
 fn drop_raised(outline: &Outline, found: &mut Vec<Wheel>) -> Vec<String> {
     let bottom = |wheel: &Wheel| {
         let (radius, _) = wheel.radius.as_ref()?;
@@ -206,14 +206,14 @@ fn drop_raised(outline: &Outline, found: &mut Vec<Wheel>) -> Vec<String> {
         };
         let name = &outline.links[wheel.link].name;
         passed_over.push(format!(
-            "Link {name} looks like a wheel, but hangs {height:.3} m above the ground of the lowest one: left out."
+            "Skipped link {name}: it looks like a wheel but is {height:.3} m above the ground of the lowest one."
         ));
         false
     });
     passed_over
 }
 
-/// FL FR RL RR for two axles of two wheels, else side and axle, the front one first.
+/// Names FL, FR, RL, RR for two axles of two wheels; else side and number of the axle, front first.
 fn name_by_place(outline: &Outline, found: &mut [Wheel]) {
     let place = |wheel: &Wheel| outline.links[wheel.link].base_from_link.translation.vector;
     found.sort_by(|a, b| place(b).x.total_cmp(&place(a).x));

@@ -1,6 +1,6 @@
-//! What names say: the words in them.
+//! Splits names into words.
 
-/// The words of a name in lower case: parted where letters of other kinds begin, `frontWheel_2` is
+/// The words of a name in lower case, split where the kind of character changes: `frontWheel_2` gives
 /// front, wheel, 2.
 pub(super) fn words(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
@@ -22,7 +22,7 @@ pub(super) fn words(name: &str) -> Vec<String> {
     words
 }
 
-/// Whether a name has one of these words, or begins or ends one with it.
+/// Whether a name contains one of these words, or a word that starts or ends with one.
 pub(super) fn says(name: &str, wanted: &[&str]) -> bool {
     let has = |word: &String| {
         let long = wanted.iter().filter(|w| w.len() > 4);
@@ -31,7 +31,7 @@ pub(super) fn says(name: &str, wanted: &[&str]) -> bool {
     words(name).iter().any(has)
 }
 
-/// The words that tell one joint from another: without those that any joint may have.
+/// The distinctive words of a joint, without those that any joint may have.
 pub(super) fn own_words(name: &str) -> Vec<String> {
     const COMMON: [&str; 9] = [
         "joint", "link", "jnt", "state", "states", "sensor", "encoder", "actual", "measured",

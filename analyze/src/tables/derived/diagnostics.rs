@@ -1,4 +1,4 @@
-//! Verdict and inputs as `diagnostic_msgs/DiagnosticArray`, which every diagnostics panel shows.
+//! Verdict and inputs as `diagnostic_msgs/DiagnosticArray` for diagnostics panels.
 
 use anyhow::Result;
 use tipwatch_ingest::{OutTopic, Ros2Writer};
@@ -28,7 +28,7 @@ impl<'a> Diagnostics<'a> {
         Ok(Self { analysis, topic })
     }
 
-    /// Writes how the machine stood in a row, and what its inputs were worth.
+    /// Writes the stability and the input quality of a row.
     pub(super) fn write(&self, row: usize, writer: &mut Ros2Writer) -> Result<()> {
         let time_ns = self.analysis.rows.times_ns[row];
         let message = DiagnosticArray {
@@ -64,13 +64,13 @@ impl<'a> Diagnostics<'a> {
                 let level = verdicts.verdicts[row].level;
                 (diagnostic_level(level), level.name().to_string())
             }
-            None => (STALE, "this model gives no verdict".to_string()),
+            None => (STALE, "no verdict with this model".to_string()),
         };
         let mut values = Vec::new();
         let mut add = |key: String, value: f64, unit: &str| {
             let value = match value.is_finite() {
                 true => format!("{} {unit}", number(value)),
-                false => "not known".to_string(),
+                false => "unknown".to_string(),
             };
             values.push(KeyValue { key, value });
         };
@@ -89,7 +89,7 @@ impl<'a> Diagnostics<'a> {
         self.status("tipwatch: stability", level, message, values)
     }
 
-    /// What is wrong with the row, and the gaps and faults that it lies in.
+    /// Status of the inputs of a row, with its gaps and faults.
     fn inputs(&self, row: usize) -> DiagnosticStatus<'_> {
         let rows = &self.analysis.rows;
         let (time_ns, reasons) = (rows.times_ns[row], rows.reasons[row]);
@@ -108,10 +108,10 @@ impl<'a> Diagnostics<'a> {
             })
             .collect();
         let (level, message) = match (reasons.is_empty(), values.is_empty()) {
-            (true, true) => (OK, "all inputs in order".to_string()),
+            (true, true) => (OK, "all inputs valid".to_string()),
             (true, false) => (
                 WARN,
-                "row valid in spite of an implausible or missing input".to_string(),
+                "row valid despite an implausible or missing input".to_string(),
             ),
             (false, _) => {
                 let names: Vec<_> = reasons.iter().map(|r| r.name().replace('_', " ")).collect();

@@ -8,7 +8,7 @@ use super::messages::{Flat, Header, Time};
 use crate::analysis::Analysis;
 use crate::tables::table;
 
-/// A topic and the quantities that its messages hold.
+/// A topic and the quantities in its messages.
 #[derive(Debug)]
 pub(super) struct FlatTopic {
     topic: OutTopic,
@@ -16,8 +16,7 @@ pub(super) struct FlatTopic {
     values: Vec<f64>,
 }
 
-/// Topics with the names of their types; the columns of all quantities that are none of the first ones
-/// are indicators.
+/// Topics and their type names; quantities that do not belong to one of the first topics are indicators.
 const TOPICS: [(&str, &str); 4] = [
     ("/tipwatch/loads", "tipwatch_msgs/msg/Loads"),
     ("/tipwatch/margins", "tipwatch_msgs/msg/Margins"),
@@ -39,7 +38,7 @@ fn topic_of(quantity: Quantity) -> usize {
 }
 
 impl FlatTopic {
-    /// All that the analysis has quantities for, begun in `writer`.
+    /// Opens all topics for which the analysis has quantities.
     pub(super) fn all(analysis: &Analysis, writer: &mut Ros2Writer) -> Result<Vec<Self>> {
         let mut topics = Vec::new();
         for (index, (name, type_name)) in TOPICS.into_iter().enumerate() {
@@ -86,7 +85,7 @@ impl FlatTopic {
     }
 }
 
-/// Writes numbers of a row as a flat message.
+/// Writes the numbers of a row as a flat message.
 pub(super) fn write_numbers(
     analysis: &Analysis,
     row: usize,
@@ -105,8 +104,8 @@ pub(super) fn write_numbers(
     Ok(writer.write(topic, time_ns, &message)?)
 }
 
-/// A column's name as a field may be named: letters, digits and single underscores, a letter first, and
-/// unlike those before it.
+/// A valid field name for a column: letters, digits and single underscores, starting with a letter, and
+/// unique.
 fn field_name(column: &str, taken: &[String]) -> String {
     let mut name = String::new();
     for character in column.chars() {

@@ -1,4 +1,4 @@
-//! The machine on its wheels as markers: loads as arrows, support polygon, ZMP, arm.
+//! The machine as markers: loads as arrows, support polygon, zero moment point (ZMP), arm.
 
 use anyhow::Result;
 use nalgebra::{Vector2, Vector3};
@@ -18,7 +18,7 @@ const LINE_LIST: i32 = 5;
 const TEXT: i32 = 9;
 const ADD: i32 = 0;
 const DELETE: i32 = 2;
-/// Length of the arrow of a wheel that carries what it does at rest (m).
+/// Length of the arrow of a wheel with its static load (m).
 const ARROW_AT_REST_M: f64 = 1.0;
 
 const BLUE: ColorRgba = colour(0.0, 0.45, 0.70);
@@ -48,7 +48,7 @@ impl<'a> Markers<'a> {
         Ok(Self { analysis, topic })
     }
 
-    /// Writes the markers of a row. What cannot be placed there is deleted.
+    /// Writes the markers of a row and deletes those that cannot be placed.
     pub(super) fn write(
         &self,
         row: usize,
@@ -70,7 +70,7 @@ impl<'a> Markers<'a> {
         Ok(writer.write(self.topic, time_ns, &MarkerArray { markers })?)
     }
 
-    /// An arrow up from each contact point, as long as the load is large, with the load in kN beside it.
+    /// An arrow up from each contact point, proportional to the load, labelled in kN.
     fn loads<'b>(&self, row: usize, placement: &Placement<'_>, draw: &Draw<'b>) -> Vec<Marker<'b>> {
         let machine = &self.analysis.machine;
         let outcomes = &self.analysis.rows.outcomes;
@@ -79,7 +79,7 @@ impl<'a> Markers<'a> {
         for (wheel, contact) in placement.contacts.iter().enumerate() {
             let load_n = outcomes.column(Quantity::Load(wheel))[row];
             let share = load_n / at_rest[wheel];
-            // An arrow without length has no direction.
+            // an arrow without length has no direction
             let tip = contact + placement.normal * (share.clamp(0.001, 4.0) * ARROW_AT_REST_M);
             let colour = match share {
                 share if share <= 0.0 => RED,

@@ -1,4 +1,4 @@
-//! Messages of ROS 2 as they are encoded: fields in the order of their definitions.
+//! ROS 2 messages; fields in the order of their definitions.
 
 use serde::Serialize;
 use serde::ser::{SerializeTuple, Serializer};
@@ -10,12 +10,12 @@ pub(super) struct Time {
 }
 
 impl Time {
-    /// Of nanoseconds; zero where they do not fit.
+    /// From nanoseconds; zero if out of range.
     pub(super) fn from_ns(time_ns: i64) -> Self {
         let whole = i32::try_from(time_ns.div_euclid(1_000_000_000));
         whole.map_or(Self { sec: 0, nanosec: 0 }, |sec| Self {
             sec,
-            // below 1e9
+            // always below 1e9
             nanosec: time_ns.rem_euclid(1_000_000_000) as u32,
         })
     }
@@ -27,7 +27,7 @@ pub(super) struct Header<'a> {
     pub(super) frame_id: &'a str,
 }
 
-/// A header and numbers, each a field of its own.
+/// A header followed by numbers, one field each.
 #[derive(Debug)]
 pub(super) struct Flat<'a> {
     pub(super) header: Header<'a>,

@@ -1,8 +1,8 @@
-//! `derived.mcap`: the results as messages that the usual viewers plot as they are.
+//! `derived.mcap`: the results as messages for plotting in standard viewers.
 //!
-//! Flat messages of 64-bit numbers with their definitions embedded (CDR), at the time of each row by
-//! the log's own clock; diagnostics and markers at no more than ten a second; the report, the URDF and
-//! the machine file attached. A number that cannot be computed is NaN.
+//! Flat messages of 64-bit numbers with embedded definitions, in CDR (common data representation), at
+//! the time of each row on the log's own clock. Diagnostics and markers at up to 10 Hz. Report, URDF and
+//! machine file as attachments. Numbers that cannot be computed are NaN.
 
 mod diagnostics;
 mod flat;
@@ -24,17 +24,17 @@ use self::markers::Markers;
 use self::verdict::VerdictTopic;
 use crate::analysis::Analysis;
 
-/// Time between messages that are drawn or read, not plotted (ns).
+/// Period of diagnostics and markers (ns).
 const BETWEEN_PICTURES_NS: i64 = 100_000_000;
 
-/// A file that has its messages, and waits for what is attached.
+/// A file with its messages, before its attachments.
 pub(crate) struct Derived<'a> {
     analysis: &'a Analysis,
     writer: Ros2Writer,
 }
 
 impl<'a> Derived<'a> {
-    /// Begins the file, over an older one of the same name, and writes its messages.
+    /// Creates or replaces the file and writes its messages.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -50,7 +50,7 @@ impl<'a> Derived<'a> {
         Ok(Self { analysis, writer })
     }
 
-    /// Attaches the report and the sources, and ends the file.
+    /// Attaches the report and the sources, and finishes the file.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -97,7 +97,7 @@ fn write_rows(analysis: &Analysis, writer: &mut Ros2Writer) -> Result<()> {
     Ok(())
 }
 
-/// What the file says about itself.
+/// Metadata of the file.
 fn provenance(analysis: &Analysis) -> BTreeMap<String, String> {
     let provenance = &analysis.provenance;
     let mut entries = BTreeMap::from([

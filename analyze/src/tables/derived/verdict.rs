@@ -1,4 +1,4 @@
-//! The verdict of each row as numbers: level, the level to act on, time to lift-off.
+//! The verdict of each row as numbers: level, latched level, time to lift-off.
 
 use anyhow::Result;
 use tipwatch_ingest::{OutTopic, Ros2Writer};
@@ -9,7 +9,7 @@ use crate::base::rows::Verdicts;
 
 const DEFINITION: &str = "std_msgs/Header header\n\
     float64 level  # 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault\n\
-    float64 latched_level  # the same, held until it is acknowledged\n\
+    float64 latched_level  # the same, held until acknowledged\n\
     float64 time_to_lift_off  # s\n";
 
 /// The topic of the verdicts.
@@ -20,7 +20,7 @@ pub(super) struct VerdictTopic<'a> {
 }
 
 impl<'a> VerdictTopic<'a> {
-    /// The topic; `None` of a model without verdicts.
+    /// Opens the topic; `None` for models without verdicts.
     pub(super) fn begin(analysis: &'a Analysis, writer: &mut Ros2Writer) -> Result<Option<Self>> {
         let Some(verdicts) = &analysis.rows.verdicts else {
             return Ok(None);
