@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
 use rayon::prelude::*;
+use strum::VariantArray;
 use tipwatch_mechanics::closed_form::ClosedFormInput as Input;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{ClosedForm, Model, OutcomeColumns, Scope, StateColumns, evaluate_rows};
@@ -88,7 +89,7 @@ pub(crate) fn compare_models(
     has_odometry: bool,
     options: &Options,
 ) -> Vec<Result<ModelComparison, String>> {
-    let others = options::Model::ALL.into_iter().filter(|&other| {
+    let others = options::Model::VARIANTS.iter().copied().filter(|&other| {
         // on a platform without actuators the two analytic models are identical
         other != options.model
             && (other != options::Model::VariableInertia || machine.suspension().is_some())

@@ -1,47 +1,43 @@
 //! Atomic replacement of files: a reader sees the old file or the new one, never a part.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 
-/// Writes a file beside its place and moves it there: whoever looks sees the old file or the new one,
-/// whenever the program ends.
+/// Ending of the names of unfinished files.
+const UNFINISHED: &str = ".tipwatch-part";
+
+/// Replaces a file by these bytes.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    make_whole(path, |temporary| {
-        fs::write(temporary, bytes).with_context(|| cannot(path, "written"))
+    make_whole(path, |unfinished| {
+        fs::write(unfinished, bytes).with_context(|| cannot(path, "written"))
     })
 }
 
-/// The same for a file that `make` writes.
+/// Replaces a file by the one that `make` writes to a temporary path in the same folder.
 pub(crate) fn make_whole(path: &Path, make: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let folder = path.parent().unwrap_or(Path::new(""));
     fs::create_dir_all(folder).with_context(|| cannot(folder, "created"))?;
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    // unique also among the machines that share a folder
-    let now_ns = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |since| since.as_nanos());
-    name.push(format!(".{}.{now_ns}{TEMPORARY}", std::process::id()));
-    let temporary = folder.join(name);
-    let made = make(&temporary)
-        .and_then(|()| fs::rename(&temporary, path).with_context(|| cannot(path, "written")));
-    if made.is_err() {
-        // what is left of it is of no use; that it was not made is what counts
-        let _ = fs::remove_file(&temporary);
-    }
-    made
+    let name = path.file_name().unwrap_or_default();
+    let unfinished = tempfile::Builder::new()
+        .prefix(name)
+        .suffix(UNFINISHED)
+        // with the permissions of any other new file, not for the owner alone
+        .make_in(folder, |unfinished| File::create_new(unfinished))
+        .with_context(|| cannot(path, "written"))?
+        .into_temp_path();
+    make(&unfinished)?;
+    unfinished
+        .persist(path)
+        .with_context(|| cannot(path, "written"))
 }
 
-/// Ending of the names of files that are not whole yet.
-const TEMPORARY: &str = ".tipwatch-part";
-
-/// Removes what a killed program left half written in a folder.
+/// Removes unfinished files that a killed program left in a folder.
 pub(crate) fn remove_unfinished(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        if entry.file_name().to_string_lossy().ends_with(TEMPORARY) {
-            // one that cannot be removed is no worse than before
+        if entry.file_name().to_string_lossy().ends_with(UNFINISHED) {
+            // best effort: an unfinished file does no harm
             let _ = fs::remove_file(entry.path());
         }
     }

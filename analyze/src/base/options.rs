@@ -94,7 +94,19 @@ pub enum Estimator {
 }
 
 /// Model of the ground wrench.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Serialize,
+    JsonSchema,
+    clap::ValueEnum,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "kebab-case")]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
     /// Recursive Newton-Euler over all bodies.
@@ -106,16 +118,9 @@ pub enum Model {
 }
 
 impl Model {
-    /// All models.
-    pub const ALL: [Self; 3] = [Self::WholeBody, Self::VariableInertia, Self::ClosedForm];
-
     /// Name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::WholeBody => "whole-body",
-            Self::VariableInertia => "variable-inertia",
-            Self::ClosedForm => "closed-form",
-        }
+        self.into()
     }
 }

@@ -77,8 +77,21 @@ pub struct CauseShare {
 }
 
 /// Kinds of events.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, clap::ValueEnum)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    clap::ValueEnum,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
 #[value(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum EventKind {
     /// A wheel's load is below the limit; `worst` is the lowest load (N).
     WheelLight,
@@ -100,7 +113,7 @@ impl EventKind {
     /// All kinds.
     #[must_use]
     pub fn all() -> &'static [Self] {
-        <Self as clap::ValueEnum>::value_variants()
+        <Self as strum::VariantArray>::VARIANTS
     }
 
     /// Whether it concerns the machine's stability, not the log.
@@ -115,13 +128,6 @@ impl EventKind {
     /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::WheelLight => "wheel_light",
-            Self::WheelLift => "wheel_lift",
-            Self::EdgeTipping => "edge_tipping",
-            Self::TipOver => "tip_over",
-            Self::InputGap => "input_gap",
-            Self::InputFault => "input_fault",
-        }
+        self.into()
     }
 }

@@ -73,8 +73,9 @@ pub(super) enum WhenUnknown {
 }
 
 /// A number that a rule may limit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Quantity {
     /// Smallest OTF of the valid rows as a share of the wheel's static load.
     WorstMargin,
@@ -290,25 +291,6 @@ impl RuleSpec {
     }
 }
 
-impl Quantity {
-    /// Name in policy files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::WorstMargin => "worst_margin",
-            Self::WorstMarginLow => "worst_margin_low",
-            Self::LeastOtfN => "least_otf_n",
-            Self::Utilisation => "utilisation",
-            Self::ExposedS => "exposed_s",
-            Self::ValidShare => "valid_share",
-            Self::DurationS => "duration_s",
-            Self::LongestGapS => "longest_gap_s",
-            Self::LostRanges => "lost_ranges",
-            Self::LostMessages => "lost_messages",
-        }
-    }
-}
-
 impl Check {
     /// The rule as text, if the file gives it no name.
     fn told(&self) -> String {
@@ -326,7 +308,7 @@ impl Check {
                 let least = at_least.map(|least| format!("at least {least}"));
                 let most = at_most.map(|most| format!("at most {most}"));
                 let bounds: Vec<String> = least.into_iter().chain(most).collect();
-                format!("{} {}", quantity.name(), bounds.join(" and "))
+                format!("{quantity} {}", bounds.join(" and "))
             }
         }
     }
