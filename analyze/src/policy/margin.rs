@@ -204,14 +204,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_is_shared_out_among_what_takes_load_and_adds_up() {
+    fn exposure_by_cause_adds_up() {
         let mut by_cause = [0.0; 4];
         share_out(2.0, &[300.0, -500.0, 100.0, f64::NAN], &mut by_cause);
         assert_eq!(by_cause, [1.5, 0.0, 0.5, 0.0]);
     }
 
     #[test]
-    fn margins_at_the_edges_fall_into_the_bin_above() {
+    fn margins_at_an_edge_fall_into_the_bin_above() {
         let bin = |margin: f64| HISTOGRAM_EDGES.partition_point(|&edge| edge <= margin);
         assert_eq!([bin(-0.01), bin(0.0), bin(0.049)], [0, 1, 1]);
         assert_eq!([bin(0.999), bin(1.0), bin(3.0)], [20, 21, 21]);

@@ -165,7 +165,7 @@ fn name_of(path: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
     use super::*;
 
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn folders_patterns_and_manifests_give_each_log_once() {
+    fn folders_patterns_and_manifests_list_each_log_once() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().canonicalize().unwrap();
         let at = |name: &str| folder.join(name);

@@ -152,10 +152,9 @@ fn default_memory_bytes() -> u64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
     use std::sync::atomic::{AtomicUsize, Ordering};
-    use std::time::Duration;
 
     use super::*;
 
@@ -172,7 +171,7 @@ mod tests {
         );
         for_each_log(&logs, 4, Some(memory_bytes), |_| {
             most.fetch_max(now.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
-            std::thread::sleep(Duration::from_millis(5));
+            (0..1000).for_each(|_| std::thread::yield_now());
             now.fetch_sub(1, Ordering::SeqCst);
             done.fetch_add(1, Ordering::SeqCst);
             Ok(())
@@ -182,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn every_log_is_done_with_no_more_at_once_than_fit() {
+    fn every_log_is_done_within_the_memory_limit() {
         assert_eq!(most_at_once(0), (1, 12));
         let two = most_at_once(2 * memory_of(1000));
         assert!(two.0 <= 2 && two.1 == 12, "{two:?}");
@@ -190,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_of_the_screen_itself_ends_it() {
+    fn an_error_of_the_run_stops_all_workers() {
         let logs = [PathBuf::from("a"), PathBuf::from("b")];
         let error = for_each_log(&logs, 1, None, |_| anyhow::bail!("disk full")).unwrap_err();
         assert_eq!(error.to_string(), "disk full");

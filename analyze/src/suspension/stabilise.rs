@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn states_are_answered_by_commands_and_nonsense_by_errors() {
+    fn states_get_commands_and_invalid_lines_get_errors() {
         let rods = [Some(-0.1), Some(-0.1)];
         let answers = talk(&[
             first(),
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_that_cannot_be_steered_is_refused_with_the_reason() {
+    fn a_machine_without_suspension_is_rejected() {
         let file = MachineFile::read(Path::new(DATA)).unwrap();
         let short = serve(
             &file,

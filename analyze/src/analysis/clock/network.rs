@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_and_a_direct_pair_are_weighed_by_their_variances() {
+    fn chained_and_direct_delays_are_weighted_by_variance() {
         // joints 41 ms late against odometry (2 ms), which is 1 ms early (1 ms); directly 38 ms (4 ms)
         let pairs = [
             pair("odom", "imu", -0.001, 0.001),

@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn each_cylinder_turns_the_joint_beside_it_of_the_most_like_name() {
+    fn cylinders_match_the_parallel_joint_of_similar_name() {
         let logged = ["rod_left", "rod_right", "boom", "reach"].map(str::to_owned);
         let found = linkages(&outline(), &logged);
         let triples: Vec<[&str; 3]> = (found.iter())

@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_come_apart_into_words() {
+    fn names_split_into_words() {
         assert_eq!(words("frontWheel_2"), ["front", "wheel", "2"]);
         assert_eq!(words("/arm/BOOM-lift"), ["arm", "boom", "lift"]);
         assert!(says("leftwheel", &["wheel"]) && says("wheel_fl", &["wheel"]));

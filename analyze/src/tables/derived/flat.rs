@@ -134,7 +134,7 @@ mod tests {
     use super::field_name;
 
     #[test]
-    fn names_are_what_a_definition_allows() {
+    fn field_names_are_valid_and_unique() {
         assert_eq!(field_name("load_fl_sigma", &[]), "load_fl_sigma");
         assert_eq!(
             field_name("load_Rad vorn-links__1", &[]),
