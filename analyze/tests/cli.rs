@@ -309,7 +309,7 @@ fn each_error_has_one_clear_message() {
         &no_log,
         &machine,
         1,
-        &["photo.mcap", "no log", "expected MCAP"],
+        &["photo.mcap", " log", "expected MCAP"],
     );
     fs::write(&no_log, b"").unwrap();
     says(&no_log, &machine, 1, &["photo.mcap"]);

@@ -158,7 +158,7 @@ fn one_sided_events_come_first_in_the_text() {
     let (code, words, said) = run(&["compare", text(&a), text(&b), "--machine", text(&machine)]);
     assert_eq!(code, 0, "{said}");
     assert!(
-        words.contains("different logs") && words.contains("only B: wheel lift"),
+        words.contains("Different logs") && words.contains("only B: wheel lift"),
         "{words}"
     );
     let (code, _, said) = run(&["compare", text(&a), text(&b)]);

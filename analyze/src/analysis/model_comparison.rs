@@ -1,5 +1,7 @@
 //! Differences between the wheel loads of two models.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use tipwatch_mechanics::{OutcomeColumns, Quantity};
 
 use crate::base::options::Model;
@@ -17,7 +19,7 @@ pub struct ModelComparison {
 }
 
 /// OTF difference, other model minus chosen model.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct LoadDifference {
     /// Mean (N).
     pub mean_n: f64,

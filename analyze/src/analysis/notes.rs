@@ -53,7 +53,7 @@ pub(crate) fn of(
     notes.extend(clock::words::notes(clock));
     notes.extend(payloads.iter().map(|found| {
         format!(
-            "Payload {}: estimated mass {:.0} kg (standard deviation {:.0} kg), from the force of linkage {}.",
+            "Payload {}: its mass was estimated as {:.0} kg (standard deviation {:.0} kg), from the force of linkage {}.",
             found.payload + 1,
             found.estimate.mass,
             found.estimate.sigma,

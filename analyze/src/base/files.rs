@@ -9,14 +9,14 @@ use anyhow::{Context, Result};
 const UNFINISHED: &str = ".tipwatch-part";
 
 /// Replaces a file by these bytes.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    make_whole(path, |unfinished| {
+pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    make_atomically(path, |unfinished| {
         fs::write(unfinished, bytes).with_context(|| cannot(path, "written"))
     })
 }
 
 /// Replaces a file by the one that `make` writes to a temporary path in the same folder.
-pub(crate) fn make_whole(path: &Path, make: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+pub(crate) fn make_atomically(path: &Path, make: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let folder = path.parent().unwrap_or(Path::new(""));
     fs::create_dir_all(folder).with_context(|| cannot(folder, "created"))?;
     let name = path.file_name().unwrap_or_default();

@@ -9,9 +9,9 @@ use tipwatch_binding::MachineFile;
 use super::exit::{Exit, Usage, Voice};
 use super::options::AnalysisArgs;
 use crate::analysis::run::analyse;
-use crate::base::files::write_whole;
+use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, Model, Options};
-use crate::compare::{Side, compare, render, told};
+use crate::compare::{Side, as_text, compare, render};
 
 #[derive(Debug, Args)]
 pub(super) struct CompareArgs {
@@ -69,12 +69,12 @@ pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Exit> {
     let json = serde_json::to_string_pretty(&comparison)?;
     match args.json {
         true => println!("{json}"),
-        false => print!("{}", told(&comparison, voice.verbose)),
+        false => print!("{}", as_text(&comparison, voice.verbose)),
     }
     if let Some(out) = &args.out {
-        write_whole(&out.join("comparison.json"), json.as_bytes())?;
+        write_atomically(&out.join("comparison.json"), json.as_bytes())?;
         let page = out.join("comparison.html");
-        write_whole(&page, render(&comparison, &a, &b).as_bytes())?;
+        write_atomically(&page, render(&comparison, &a, &b).as_bytes())?;
         voice.say(&format!("page: {}", page.display()));
     }
     Ok(Exit::Done)

@@ -33,10 +33,10 @@ pub(super) fn run(args: &InspectArgs, voice: Voice) -> Result<Exit> {
     let inspection = inspect::inspect(&args.log, file.as_ref())?;
     inspect::print(&inspection, args.json)?;
     if let Some(out) = &args.write_machine {
-        let lacking = first_machine::write(&args.log, args.urdf.as_deref(), out)?;
+        let missing = first_machine::write(&args.log, args.urdf.as_deref(), out)?;
         voice.say(&format!("machine file: {}", out.display()));
-        if let Some(lacking) = lacking {
-            voice.say(&format!("the machine file is incomplete: {lacking}"));
+        if let Some(missing) = missing {
+            voice.say(&format!("the machine file is incomplete: {missing}"));
         }
     }
     Ok(if inspection.losses.is_empty() {

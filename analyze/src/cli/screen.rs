@@ -9,7 +9,7 @@ use tipwatch_binding::MachineFile;
 use super::exit::{Exit, Voice};
 use super::options::{AnalysisArgs, PolicyArgs};
 use crate::base::progress::LogCount;
-use crate::screen::{Fleet, News, Request, Screen, Shard, gather, screen};
+use crate::screen::{Fleet, Request, Screen, Shard, Update, gather, screen};
 
 #[derive(Debug, Args)]
 pub(super) struct ScreenArgs {
@@ -51,9 +51,9 @@ pub(super) struct ScreenArgs {
 pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Exit> {
     let policy = args.policy.policy()?;
     let count = LogCount::new(voice.quiet);
-    let tell = |news: News<'_>| match news {
-        News::Begin(logs) => count.begin(logs),
-        News::Done { log, failure } => {
+    let tell = |news: Update<'_>| match news {
+        Update::Begin(logs) => count.begin(logs),
+        Update::Done { log, failure } => {
             if let Some(reason) = failure {
                 count.error(&failed(log, reason));
             } else if voice.verbose {
@@ -61,7 +61,7 @@ pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Exit> {
             }
             count.next();
         }
-        News::Note(note) => count.say(&format!("note: {note}")),
+        Update::Note(note) => count.say(&format!("note: {note}")),
     };
     let found = if args.gather {
         gather(&args.out, policy.as_ref(), &tell)?
@@ -80,7 +80,7 @@ pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Exit> {
         screen(&request, &fleet, policy.as_ref(), &tell)?
     };
     count.finish();
-    voice.say(&told(&found));
+    voice.say(&result_line(&found));
     Ok(exit_of(&found))
 }
 
@@ -108,7 +108,7 @@ fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-fn told(found: &Screen) -> String {
+fn result_line(found: &Screen) -> String {
     let totals = &found.totals;
     let mut text = format!(
         "{} analysed, {} failed, {} unchanged. Total: {} logs, {} failed, {} with findings, {} with losses",

@@ -65,8 +65,8 @@ pub(super) fn in_words(value: Option<f64>, unit: &str) -> String {
 
 /// Figures of a wheel: key in the summary, label.
 const OF_WHEEL: [(&str, &str); 6] = [
-    ("least_otf_n", "smallest OTF"),
-    ("least_load_n", "smallest load"),
+    ("least_otf_n", "least OTF"),
+    ("least_load_n", "least load"),
     ("mean_load_n", "mean load"),
     ("largest_load_n", "largest load"),
     ("static_load_n", "static load"),
@@ -130,7 +130,7 @@ fn numbers(summary: &Value) -> Numbers {
             .filter(|m| m.is_finite());
         add(
             "-",
-            format!("smallest margin, {}", wheel.to_uppercase()),
+            format!("least margin, {}", wheel.to_uppercase()),
             margin,
         );
     }

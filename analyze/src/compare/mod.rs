@@ -16,4 +16,4 @@ pub use facts::{EventPair, FactDifference};
 pub use page::render;
 pub use series::{SeriesComparison, SeriesDifference};
 pub use side::{Side, SideSummary};
-pub use text::told;
+pub use text::as_text;

@@ -12,7 +12,7 @@ const MOST_LINES: usize = 6;
 
 /// Formats a comparison: all lines, or the largest differences of each unit.
 #[must_use]
-pub fn told(comparison: &Comparison, all: bool) -> String {
+pub fn as_text(comparison: &Comparison, all: bool) -> String {
     let most = if all { usize::MAX } else { MOST_LINES };
     let mut text = String::new();
     for (letter, side) in [("A", &comparison.a), ("B", &comparison.b)] {

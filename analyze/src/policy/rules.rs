@@ -213,7 +213,7 @@ impl RuleSpec {
             (None, None) => bail!("expected event = \"...\" or quantity = \"...\", found neither"),
         };
         Ok(Rule {
-            name: self.name.unwrap_or_else(|| check.told()),
+            name: self.name.unwrap_or_else(|| check.description()),
             check,
         })
     }
@@ -293,7 +293,7 @@ impl RuleSpec {
 
 impl Check {
     /// The rule as text, if the file gives it no name.
-    fn told(&self) -> String {
+    fn description(&self) -> String {
         match self {
             Self::Events { which, at_most: 0 } => format!("no {}", which.kind.name()),
             Self::Events { which, at_most } => {

@@ -16,7 +16,7 @@ use polars::prelude::{
 
 use super::merge::LogRow;
 use super::record::Outcome;
-use crate::base::files::{make_whole, remove_unfinished};
+use crate::base::files::{make_atomically, remove_unfinished};
 use crate::events::EventKind;
 use crate::policy::facts::{EXPOSURE_CAUSES, EventFacts, LogFacts, WheelFacts, WorstMargin};
 use crate::tables::parquet::write_with;
@@ -58,7 +58,7 @@ pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
 
 fn write_table(mut table: Table, path: &Path) -> Result<()> {
     let schema = [("tipwatch.data_set_schema", DATA_SET_SCHEMA.to_string())];
-    make_whole(path, |temporary| {
+    make_atomically(path, |temporary| {
         write_with(&mut table, &schema, temporary)
             .with_context(|| format!("{}: cannot be written", path.display()))
     })

@@ -31,7 +31,7 @@ use self::merge::{LogRow, merge};
 use self::one_log::{Now, Screened, Screening, write_plot_library};
 use self::record::Outcome;
 use self::store::Store;
-use crate::base::files::{remove_unfinished, write_whole};
+use crate::base::files::{remove_unfinished, write_atomically};
 use crate::base::options::Options;
 use crate::policy::{Judgement, Policy};
 
@@ -68,7 +68,7 @@ pub struct Shard {
 
 /// Progress of a run.
 #[derive(Debug)]
-pub enum News<'a> {
+pub enum Update<'a> {
     /// Start, with the number of logs.
     Begin(usize),
     /// A log is finished.
@@ -125,7 +125,7 @@ pub fn screen(
     request: &Request<'_>,
     fleet: &Fleet,
     policy: Option<&Policy>,
-    tell: &(dyn Fn(News<'_>) + Sync),
+    tell: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
     let logs = of_shard(inputs::find(request.logs, request.out)?, request.shard);
     let store = Store::in_folder(request.out)?;
@@ -138,7 +138,9 @@ pub fn screen(
             records.len()
         );
     }
-    unusable.into_iter().for_each(|word| tell(News::Note(word)));
+    unusable
+        .into_iter()
+        .for_each(|word| tell(Update::Note(word)));
     if request.shard.is_none() {
         store.tidy();
         remove_unfinished(request.out);
@@ -159,7 +161,7 @@ pub fn screen(
             .filter_map(|record| Some((record.log_id.clone()?, record)))
             .collect(),
     };
-    tell(News::Begin(logs.len()));
+    tell(Update::Begin(logs.len()));
     let finished: Mutex<Vec<Screened>> = Mutex::new(Vec::new());
     workers::for_each_log(&logs, request.jobs, request.memory_bytes, |log| {
         let screened = screening.screen(log);
@@ -168,7 +170,7 @@ pub fn screen(
             Outcome::Failed { reason } => Some(reason.as_str()),
             Outcome::Analysed { .. } => None,
         };
-        tell(News::Done {
+        tell(Update::Done {
             log: &screened.record.path,
             failure,
         });
@@ -206,7 +208,7 @@ pub fn screen(
 pub fn gather(
     out: &Path,
     policy: Option<&Policy>,
-    tell: &(dyn Fn(News<'_>) + Sync),
+    tell: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
     if !out.join("state").is_dir() {
         bail!(
@@ -217,7 +219,9 @@ pub fn gather(
     let store = Store::in_folder(out)?;
     let _lock = lock(out, false)?;
     let (_, unusable) = store.load()?;
-    unusable.into_iter().for_each(|word| tell(News::Note(word)));
+    unusable
+        .into_iter()
+        .for_each(|word| tell(Update::Note(word)));
     let (totals, page) = finish(&store, out, policy)?;
     Ok(Screen {
         from_before: totals.logs,
@@ -243,9 +247,9 @@ fn finish(store: &Store, out: &Path, policy: Option<&Policy>) -> Result<(Totals,
     let totals = Totals::of(&rows, &judgements);
     let page = out.join("fleet.html");
     let html = page::render(&rows, &judgements, &totals);
-    write_whole(&page, html.as_bytes())?;
+    write_atomically(&page, html.as_bytes())?;
     let text = serde_json::to_string_pretty(&totals)?;
-    write_whole(&totals_path, text.as_bytes())?;
+    write_atomically(&totals_path, text.as_bytes())?;
     Ok((totals, Some(page)))
 }
 
@@ -289,7 +293,7 @@ fn write_policy(
         logs_broken: broken.len(),
         logs: broken,
     };
-    write_whole(&path, serde_json::to_string_pretty(&result)?.as_bytes())
+    write_atomically(&path, serde_json::to_string_pretty(&result)?.as_bytes())
 }
 
 /// Every n-th log by path: all processes see the same list.

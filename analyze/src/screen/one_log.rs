@@ -15,7 +15,7 @@ use super::record::{MachineName, Outcome, RECORD_SCHEMA, Record, report_folder};
 use super::version::{analysis_version, machine_sha256};
 use crate::analysis::Analysis;
 use crate::analysis::run::analyse;
-use crate::base::files::write_whole;
+use crate::base::files::write_atomically;
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
 use crate::report::{self, PlotLibrary};
@@ -87,7 +87,10 @@ impl Screening<'_> {
                 };
             }
             Ok(Err(error)) => format!("{error:#}"),
-            Err(panic) => format!("internal error of tipwatch: {}", told(panic.as_ref())),
+            Err(panic) => format!(
+                "internal error of tipwatch: {}",
+                panic_message(panic.as_ref())
+            ),
         };
         record.result = Outcome::Failed { reason };
         Screened {
@@ -162,9 +165,9 @@ impl Screening<'_> {
 fn write_report(analysis: &Analysis, folder: &Path) -> Result<()> {
     let summary = Summary::of(analysis, report::findings(analysis));
     let summary = serde_json::to_string_pretty(&summary)?;
-    write_whole(&folder.join("summary.json"), summary.as_bytes())?;
+    write_atomically(&folder.join("summary.json"), summary.as_bytes())?;
     let page = report::render(analysis, PlotLibrary::Beside("../plots.js"));
-    write_whole(&folder.join("report.html"), page.as_bytes())
+    write_atomically(&folder.join("report.html"), page.as_bytes())
 }
 
 /// Removes the report of an earlier version that had findings.
@@ -176,7 +179,7 @@ fn remove_report(folder: &Path) {
     let _ = std::fs::remove_dir(folder);
 }
 
-fn told(panic: &(dyn Any + Send)) -> &str {
+fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
         .unwrap_or("no message")
@@ -185,6 +188,6 @@ fn told(panic: &(dyn Any + Send)) -> &str {
 /// Writes the plot library shared by the reports.
 pub(super) fn write_plot_library(out: &Path) -> Result<PathBuf> {
     let path = out.join(PLOT_LIBRARY);
-    write_whole(&path, report::plot_library_script().as_bytes())?;
+    write_atomically(&path, report::plot_library_script().as_bytes())?;
     Ok(path)
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use super::record::{RECORD_SCHEMA, Record};
-use crate::base::files::{remove_unfinished, write_whole};
+use crate::base::files::{remove_unfinished, write_atomically};
 use crate::base::provenance::hash_of;
 
 /// The folder of records.
@@ -34,7 +34,7 @@ impl Store {
         let key = hash_of(String::new(), record.path.as_bytes()).sha256;
         let name = format!("{}.json", key.get(..32).unwrap_or(&key));
         let text = serde_json::to_string_pretty(record)?;
-        write_whole(&self.folder.join(name), text.as_bytes())
+        write_atomically(&self.folder.join(name), text.as_bytes())
     }
 
     /// All records by path, and a note on each invalid file, whose log is analysed again.

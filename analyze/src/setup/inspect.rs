@@ -19,7 +19,7 @@ use crate::analysis::clock::{
     words::{self, TopicsFinding},
 };
 use crate::analysis::run;
-use crate::base::stdout::to_stdout;
+use crate::base::stdout;
 
 /// Version of the JSON document.
 const SCHEMA: u32 = 2;
@@ -261,10 +261,7 @@ fn signals(
 /// # Errors
 /// Standard output cannot be written.
 pub fn print(inspection: &Inspection, as_json: bool) -> Result<()> {
-    match as_json {
-        true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(inspection)?)),
-        false => to_stdout(&table(inspection)?),
-    }
+    stdout::print(inspection, as_json, table)
 }
 
 fn table(inspection: &Inspection) -> Result<String, std::fmt::Error> {

@@ -113,8 +113,8 @@ pub fn serve(
         match read(&machine, &line, &mut state) {
             Ok(rods) => answer(&mut output, &command(&mut controller, &state, &rods))?,
             Err(error) => {
-                let told = BTreeMap::from([("error", format!("{error:#}"))]);
-                answer(&mut output, &told)?;
+                let refusal = BTreeMap::from([("error", format!("{error:#}"))]);
+                answer(&mut output, &refusal)?;
             }
         }
     }

@@ -11,9 +11,10 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::monte_carlo::Band;
 
 use crate::analysis::clock::{ClockOffsets, words::TopicsFinding};
-use crate::analysis::model_comparison::ModelComparison;
+use crate::analysis::model_comparison::{LoadDifference, ModelComparison};
 use crate::analysis::payload::EstimatedPayload;
 use crate::analysis::{Analysis, Input};
+use crate::base::number::known;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::events::EventCauses;
@@ -114,7 +115,7 @@ pub struct OtherModelSummary {
     name: &'static str,
     rows_compared: usize,
     /// OTF difference by wheel, other model minus this one.
-    difference: BTreeMap<String, DifferenceSummary>,
+    difference: BTreeMap<String, LoadDifference>,
 }
 
 /// An estimated payload mass.
@@ -142,15 +143,6 @@ pub struct MonteCarloSummary {
     mean_half_band: BTreeMap<String, Option<f64>>,
     /// Largest number of draws times rows that could not be evaluated, over all quantities.
     left_out: u64,
-}
-
-/// Difference between the models on one wheel.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct DifferenceSummary {
-    mean_n: f64,
-    rms_n: f64,
-    largest_n: f64,
-    largest_ns: i64,
 }
 
 /// The wheel that came closest to lift-off, and the sensitivity of its load.
@@ -309,16 +301,15 @@ fn wheel_summary(analysis: &Analysis, wheel: usize) -> WheelSummary {
         .collect();
     let load = rows.outcomes.column(Quantity::Load(wheel));
     let otf = rows.outcomes.column(Quantity::Otf(wheel));
-    let finite = |value: f64| Some(value).filter(|v| v.is_finite());
     let lightest = valid
         .iter()
         .copied()
         .min_by(|&a, &b| otf[a].total_cmp(&otf[b]));
     let loads = || valid.iter().map(|&row| load[row]);
     WheelSummary {
-        static_load_n: finite(analysis.machine.reference().static_load[wheel]),
+        static_load_n: known(analysis.machine.reference().static_load[wheel]),
         min_load_limit_n: analysis.min_loads_n.as_ref().map(|loads| loads[wheel]),
-        mean_load_n: finite(loads().sum::<f64>() / valid.len() as f64),
+        mean_load_n: known(loads().sum::<f64>() / valid.len() as f64),
         least_load_n: loads().reduce(f64::min),
         least_otf_n: lightest.map(|row| otf[row]),
         least_otf_s: lightest.map(|row| rows.seconds(row)),
@@ -345,16 +336,9 @@ fn model_summary(analysis: &Analysis) -> ModelSummary {
     let wheels = analysis.machine.wheels();
     let by_wheel = |comparison: &ModelComparison| {
         let differences = comparison.wheels.iter().zip(wheels);
-        let summaries = differences.map(|(difference, wheel)| {
-            let summary = DifferenceSummary {
-                mean_n: difference.mean_n,
-                rms_n: difference.rms_n,
-                largest_n: difference.largest_n,
-                largest_ns: difference.largest_ns,
-            };
-            (wheel.name.to_lowercase(), summary)
-        });
-        summaries.collect()
+        differences
+            .map(|(difference, wheel)| (wheel.name.to_lowercase(), *difference))
+            .collect()
     };
     let known = analysis.comparisons.iter().flatten();
     let others = known.map(|comparison| OtherModelSummary {

@@ -1,6 +1,6 @@
 //! Pairs of signals on an even time grid, smoothed alike.
 
-use super::evenly::STEP_S;
+use super::grid::STEP_S;
 
 /// Measurements of the same motion by two sensors, on an even time grid.
 ///

@@ -12,7 +12,7 @@
 use std::ops::Range;
 
 use super::channel::Channel;
-use super::evenly::STEP_S;
+use super::grid::STEP_S;
 
 /// Largest delay searched, either way (steps): half a second.
 const FARTHEST: usize = 50;

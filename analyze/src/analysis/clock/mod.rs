@@ -9,7 +9,7 @@
 
 mod channel;
 mod delay;
-mod evenly;
+mod grid;
 mod network;
 mod offsets;
 mod pairs;

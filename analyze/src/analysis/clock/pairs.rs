@@ -20,7 +20,7 @@ use tipwatch_mechanics::{Motion, Scope, State, Workspace, actuator_force, evalua
 
 use super::channel::{Channel, derivative};
 use super::delay::{self, Delay};
-use super::evenly::{Stretch, at_steps, stretches};
+use super::grid::{Stretch, at_steps, stretches};
 use super::offsets::PairOffset;
 use crate::base::rows::Rows;
 use crate::load::linkage_force::{LinkageForce, Series};

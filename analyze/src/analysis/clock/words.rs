@@ -89,14 +89,14 @@ fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<St
     let done = match topic.applied {
         true => "corrected, as requested".to_owned(),
         false => format!(
-            "not corrected; to correct it use --apply-clock-offsets estimated, or in the machine file [clock] offset = \
+            "not applied; to apply it use --apply-clock-offsets estimated, or in the machine file [clock] offset = \
              {{ \"{}\" = {:.4} }}",
             topic.topic,
             topic.offset_s? + topic.stated_s.unwrap_or(0.0)
         ),
     };
     Some(format!(
-        "{}{}: stamps are {:.1} ms {way} relative to {reference} (standard deviation {sigma_ms:.1} ms), from {}; {done}.",
+        "{}{}: its stamps are {:.1} ms {way} relative to {reference} (standard deviation {sigma_ms:.1} ms), from {}; {done}.",
         stated.map_or(String::new(), |stated| format!("{stated} ")),
         topic.topic,
         offset_ms.abs(),

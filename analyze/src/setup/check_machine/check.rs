@@ -38,7 +38,7 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
     let standing = Standing::new(&machine, &positions);
     let posture = posture(&machine, &positions, source);
     let mut notes = machine.notes().to_vec();
-    notes.extend(oddities(&machine, &standing));
+    notes.extend(anomalies(&machine, &standing));
     let weighed = file.spec.weighed.as_ref();
     Ok(MachineCheck {
         schema: SCHEMA,
@@ -99,7 +99,7 @@ fn wheels(machine: &Machine, standing: &Standing) -> Vec<WheelCheck> {
 }
 
 /// Anomalies of a static posture.
-fn oddities(machine: &Machine, standing: &Standing) -> Vec<String> {
+fn anomalies(machine: &Machine, standing: &Standing) -> Vec<String> {
     let mut notes = Vec::new();
     let loads = &standing.outcome().load;
     if loads.iter().any(|load| !load.is_finite()) {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use anyhow::Result;
 
-use crate::base::stdout::to_stdout;
+use crate::base::stdout;
 
 use super::document::{MachineCheck, Posture, Reading, Weighed};
 
@@ -13,10 +13,7 @@ use super::document::{MachineCheck, Posture, Reading, Weighed};
 /// # Errors
 /// Standard output cannot be written.
 pub fn print(check: &MachineCheck, as_json: bool) -> Result<()> {
-    match as_json {
-        true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(check)?)),
-        false => to_stdout(&table(check)?),
-    }
+    stdout::print(check, as_json, table)
 }
 
 fn table(check: &MachineCheck) -> Result<String, std::fmt::Error> {

@@ -3,7 +3,7 @@
 use tipwatch_mechanics::machine::Outline;
 
 use super::wheels::Wheel;
-use super::words::says;
+use super::words::has_word;
 
 const ARM: [&str; 12] = [
     "arm",
@@ -62,7 +62,7 @@ pub(super) fn root(outline: &Outline, wheels: &[Wheel]) -> Option<Guess> {
             let joint = l.joint.as_ref().map_or("", |joint| &joint.name);
             [l.name.as_str(), joint]
         });
-        names.find(|name| says(name, &ARM)).map(str::to_owned)
+        names.find(|name| has_word(name, &ARM)).map(str::to_owned)
     };
     let score = |root: usize| (speaking(root).is_some(), joints(root));
     let best = candidates.into_iter().max_by_key(|&root| score(root))?;
@@ -98,7 +98,7 @@ pub(super) fn tool(outline: &Outline, root: &str, wrench_frame: Option<&str>) ->
     TOOL.iter().find_map(|wanted| {
         let link = (0..outline.links.len())
             .filter(inside)
-            .find(|&link| says(&outline.links[link].name, wanted))?;
+            .find(|&link| has_word(&outline.links[link].name, wanted))?;
         Some(Guess {
             link: outline.links[link].name.clone(),
             why: "by its name".into(),

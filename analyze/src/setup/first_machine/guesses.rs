@@ -13,7 +13,7 @@ use super::wheels::{self, Wheel};
 pub(super) struct Guesses {
     pub(super) outline: Outline,
     pub(super) wheels: Vec<Wheel>,
-    pub(super) passed_over: Vec<String>,
+    pub(super) rejected: Vec<String>,
     pub(super) linkages: Vec<LinkageGuess>,
     pub(super) joints: Vec<JointGuess>,
     /// Moving joints without a known position.
@@ -25,7 +25,7 @@ pub(super) struct Guesses {
 impl Guesses {
     pub(super) fn of(outline: Outline, topics: &Topics, log: &Log) -> Self {
         let logged = topics.joints();
-        let (wheels, passed_over) = wheels::wheels(&outline);
+        let (wheels, rejected) = wheels::wheels(&outline);
         let linkages = linkages::linkages(&outline, &logged);
         let arm = arm::root(&outline, &wheels);
         let tool = arm
@@ -69,7 +69,7 @@ impl Guesses {
             arm,
             tool,
             wheels,
-            passed_over,
+            rejected,
             linkages,
             joints,
             unknown,

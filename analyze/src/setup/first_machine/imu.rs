@@ -10,7 +10,7 @@ use tipwatch_mechanics::machine::{LogFacts, Machine, Outline};
 use super::signals::Topics;
 use super::text::{Text, quoted, triple};
 use super::urdf::Urdf;
-use super::words::says;
+use super::words::has_word;
 
 /// Writes the section `[imu]` from the rest of the machine file, the URDF and the log.
 pub(super) fn section(
@@ -79,7 +79,7 @@ fn named_imu(outline: &Outline) -> Option<&str> {
     let mut links = outline
         .links
         .iter()
-        .filter(|link| says(&link.name, &["imu"]));
+        .filter(|link| has_word(&link.name, &["imu"]));
     let first = links.next()?;
     links.next().is_none().then_some(first.name.as_str())
 }

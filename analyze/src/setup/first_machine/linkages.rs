@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::machine::{JointMotion, Outline, OutlineJoint};
 
-use super::words::{own_words, says};
+use super::words::{has_word, own_words};
 
 /// Smallest cosine between parallel axes.
 const PARALLEL: f64 = 0.99;
@@ -41,7 +41,8 @@ pub(super) fn linkages(outline: &Outline, logged: &[String]) -> Vec<LinkageGuess
             .all(|l| !outline.links[l].moves());
         let is_cylinder = match logged.is_empty() {
             true => {
-                says(&outline.links[hinge_link].name, &CYLINDER) || says(&hinge.name, &CYLINDER)
+                has_word(&outline.links[hinge_link].name, &CYLINDER)
+                    || has_word(&hinge.name, &CYLINDER)
             }
             false => !is_logged(hinge),
         };
@@ -90,7 +91,7 @@ pub(super) fn linkages(outline: &Outline, logged: &[String]) -> Vec<LinkageGuess
 fn is_hinge(outline: &Outline, link: usize) -> bool {
     let hinge = &outline.links[link];
     let joint_name = hinge.joint.as_ref().map_or("", |joint| &joint.name);
-    if !(says(&hinge.name, &CYLINDER) || says(joint_name, &CYLINDER)) {
+    if !(has_word(&hinge.name, &CYLINDER) || has_word(joint_name, &CYLINDER)) {
         return false;
     }
     let moving = (0..outline.links.len())

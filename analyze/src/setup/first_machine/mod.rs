@@ -35,20 +35,20 @@ use urdf::{Urdf, find_urdf};
 pub fn write(log: &Path, urdf: Option<&Path>, out: &Path) -> Result<Option<String>> {
     let log = Log::open(log)?;
     let urdf = find_urdf(&log, urdf, out)?;
-    let (body, lacking) = machine_file(&log, urdf.as_ref(), out)?;
+    let (body, missing) = machine_file(&log, urdf.as_ref(), out)?;
     let mut file = OpenOptions::new()
         .write(true)
         .create_new(true)
         .open(out)
         .with_context(|| {
             format!(
-                "{}: expected a new file in a writable folder",
+                "{}: expected a file that does not exist yet, in a writable folder",
                 out.display()
             )
         })?;
     file.write_all(body.as_bytes())
         .with_context(|| format!("{}: cannot be written", out.display()))?;
-    Ok(lacking)
+    Ok(missing)
 }
 
 /// The text of the file, and what is still missing.
@@ -65,7 +65,7 @@ fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, O
     let imu = imu::section(log, &spec, urdf, &topics, outline)?;
     let whole = rendered(log, urdf, &topics, guesses.as_ref(), &imu, "");
     let spec = MachineSpec::from_toml(&whole, &name)?;
-    let lacking = match urdf {
+    let missing = match urdf {
         None => {
             Some("a URDF; the log has none on /robot_description, so give one with --urdf".into())
         }
@@ -73,14 +73,14 @@ fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, O
             .err()
             .map(|error| error.to_string()),
     };
-    let verdict = match &lacking {
+    let verdict = match &missing {
         None => "This file is complete enough to analyse the log.".to_owned(),
-        Some(lacking) => {
-            format!("This file is incomplete. First missing part: {lacking}")
+        Some(missing) => {
+            format!("This file is incomplete. First missing part: {missing}")
         }
     };
     Ok((
         rendered(log, urdf, &topics, guesses.as_ref(), &imu, &verdict),
-        lacking,
+        missing,
     ))
 }

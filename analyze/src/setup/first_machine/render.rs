@@ -67,7 +67,7 @@ pub(super) fn rendered(
 
 fn write_wheels(text: &mut Text, guesses: &Guesses) {
     text.gap();
-    for note in &guesses.passed_over {
+    for note in &guesses.rejected {
         text.comment(note);
     }
     if guesses.wheels.len() < 3 {

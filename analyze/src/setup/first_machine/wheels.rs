@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::machine::{JointMotion, Outline, OutlineLink, Shape};
 
-use super::words::says;
+use super::words::has_word;
 
 const WHEEL: [&str; 5] = ["wheel", "tyre", "tire", "caster", "castor"];
 /// Words for ground contacts that do not turn.
@@ -58,9 +58,9 @@ pub(super) fn wheels(outline: &Outline) -> (Vec<Wheel>, Vec<String>) {
         let link = &outline.links[wheel.link];
         wheel.radius = told_by_both(height_above(link, ground.as_ref()), by_mesh(link));
     }
-    let passed_over = drop_raised(outline, &mut found);
+    let rejected = drop_raised(outline, &mut found);
     name_by_place(outline, &mut found);
-    (found, passed_over)
+    (found, rejected)
 }
 
 fn wheel(link: usize, why: String, radius: Option<(f64, String)>) -> Wheel {
@@ -74,7 +74,7 @@ fn wheel(link: usize, why: String, radius: Option<(f64, String)>) -> Wheel {
 
 fn is_named(link: &OutlineLink, wanted: &[&str]) -> bool {
     let joint = link.joint.as_ref().map_or("", |joint| &joint.name);
-    says(&link.name, wanted) || says(joint, wanted)
+    has_word(&link.name, wanted) || has_word(joint, wanted)
 }
 
 /// Why a link is a rolling wheel, if it is.
@@ -198,19 +198,19 @@ fn drop_raised(outline: &Outline, found: &mut Vec<Wheel>) -> Vec<String> {
     let Some(lowest) = bottoms.reduce(f64::min) else {
         return Vec::new();
     };
-    let mut passed_over = Vec::new();
+    let mut rejected = Vec::new();
     found.retain(|wheel| {
         let raised = bottom(wheel).map(|(bottom, radius)| (bottom - lowest, radius));
         let Some((height, _)) = raised.filter(|(height, r)| *height > OFF_GROUND_SHARE * r) else {
             return true;
         };
         let name = &outline.links[wheel.link].name;
-        passed_over.push(format!(
+        rejected.push(format!(
             "Skipped link {name}: it looks like a wheel but is {height:.3} m above the ground of the lowest one."
         ));
         false
     });
-    passed_over
+    rejected
 }
 
 /// Names FL, FR, RL, RR for two axles of two wheels; else side and number of the axle, front first.

@@ -23,7 +23,7 @@ pub(super) fn words(name: &str) -> Vec<String> {
 }
 
 /// Whether a name contains one of these words, or a word that starts or ends with one.
-pub(super) fn says(name: &str, wanted: &[&str]) -> bool {
+pub(super) fn has_word(name: &str, wanted: &[&str]) -> bool {
     let has = |word: &String| {
         let long = wanted.iter().filter(|w| w.len() > 4);
         wanted.contains(&word.as_str()) || long.into_iter().any(|w| word.contains(w))
@@ -50,8 +50,8 @@ mod tests {
     fn names_split_into_words() {
         assert_eq!(words("frontWheel_2"), ["front", "wheel", "2"]);
         assert_eq!(words("/arm/BOOM-lift"), ["arm", "boom", "lift"]);
-        assert!(says("leftwheel", &["wheel"]) && says("wheel_fl", &["wheel"]));
-        assert!(says("tire", &["tire"]) && !says("entire", &["tire"]));
+        assert!(has_word("leftwheel", &["wheel"]) && has_word("wheel_fl", &["wheel"]));
+        assert!(has_word("tire", &["tire"]) && !has_word("entire", &["tire"]));
         assert_eq!(own_words("boom_joint"), own_words("Boom"));
         assert!(words("").is_empty() && words("//__").is_empty());
     }
