@@ -611,7 +611,7 @@ fn a_fleet_file_assigns_machines_or_gives_the_reason() {
     assert!(
         failed
             .iter()
-            .any(|r| r.contains("odd.mcap") && r.contains("found none")),
+            .any(|r| r.contains("odd.mcap") && r.contains("found neither")),
         "{failed:?}"
     );
 }
