@@ -41,8 +41,7 @@ pub(crate) fn estimate_all(
         }
         let place = format!("{}: payload {}", file.path.display(), payload + 1);
         let (linkage, spec) = bound_linkage(file, machine, payload).with_context(|| {
-            format!("{place}: mass = \"estimate\": expected a [[linkage]] that carries it with force or pressure, or \
-                     the effort of its rod in [signals.joints]; found neither")
+            format!("{place}: mass = \"estimate\": expected force or pressure on a [[linkage]] that carries it, or the effort of its rod in [signals.joints], found neither")
         })?;
         let measured = forces.iter().find(|force| force.linkage == linkage);
         let force = match measured.map(|force| &force.series) {
