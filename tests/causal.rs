@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::load::load;
-use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::{CausalEstimator, RowClock};

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::clock::TopicOffset;
-use tipwatch_analyze::options::{ApplyClockOffsets, Estimator, Options};
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::clock::TopicOffset;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::{ApplyClockOffsets, Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_tests::{Truth, data};
 

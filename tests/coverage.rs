@@ -2,8 +2,8 @@
 
 use polars::prelude::{DataFrame, ParquetReader, SerReader};
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Quantity, Scope, State, Workspace, combination_sigma, evaluate};
 use tipwatch_tests::data;

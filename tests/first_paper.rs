@@ -1,8 +1,8 @@
 //! The first paper's results and the cost of its simplifications, on simulated logs.
 
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::base::options::{ClosedFormInput, Model, MoreColumns, Options};
 use tipwatch_analyze::events::EventKind;
-use tipwatch_analyze::options::{ClosedFormInput, Model, MoreColumns, Options};
 use tipwatch_mechanics::{Cause, Quantity};
 use tipwatch_tests::{Truth, analysed, data};
 

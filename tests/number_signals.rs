@@ -1,8 +1,8 @@
 //! Signals bound field by field: the same numbers give the same results, whatever message they come from.
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::{Estimator, Options};
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 use tipwatch_tests::data;

@@ -1,8 +1,8 @@
 //! Payload mass estimated from the force of the lifting cylinder.
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_tests::{Truth, data};
 

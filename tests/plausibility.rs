@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::{Event, EventKind};
-use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_tests::{Values, analysed_with, data, write_edited};

@@ -1,9 +1,9 @@
 //! Logs of real robots, not part of the repository: without ground truth, but with every kind of irregularity.
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::clock::words::TopicsFinding;
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::clock::words::TopicsFinding;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::ClockFindingKind;
 use tipwatch_mechanics::Quantity;

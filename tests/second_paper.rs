@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::{ClosedFormInput, Estimator, Model, Options};
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::{ClosedFormInput, Estimator, Model, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Cause, Quantity};
 use tipwatch_tests::{Truth, data};

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::whatif::{Summary, SuspensionMode, WhatIf, WhatIfOptions, what_if};
+use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::suspension::{Summary, SuspensionMode, WhatIf, WhatIfOptions, what_if};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 use tipwatch_tests::data;

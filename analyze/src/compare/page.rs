@@ -1,11 +1,15 @@
 //! `comparison.html`: the same to look at. One file without scripts.
 
+use super::comparison::Comparison;
 use super::facts::in_words;
 use super::series::shared_rows;
+use super::side::Side;
 use super::text::{event, origin};
-use super::{Comparison, Side};
-use crate::report::{STYLE, html, number, section};
-use crate::svg::{CHART_STYLE, Chart};
+use crate::base::number::number;
+use crate::page::html;
+use crate::page::svg::{CHART_STYLE, Chart};
+use crate::report::STYLE;
+use crate::report::section;
 
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'";
 /// Points of a curve.

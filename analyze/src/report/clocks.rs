@@ -2,9 +2,9 @@
 
 use tipwatch_ingest::Treatment;
 
-use super::html;
+use crate::analysis::clock::{PairOffset, TopicOffset, words::TopicsFinding};
 use crate::analysis::{Analysis, Input};
-use crate::clock::{PairOffset, TopicOffset, words::TopicsFinding};
+use crate::page::html;
 
 /// The section on clocks.
 pub(super) fn clocks(analysis: &Analysis) -> String {

@@ -1,11 +1,12 @@
 //! Tables of what explains the loads: causes of events, sensitivity, models, stated uncertainties.
 
-use super::findings::{Scene, number};
-use super::html::{Bar, bars, table};
+use super::findings::Scene;
+use super::prevention::{limit_of, preventions};
 use crate::analysis::Analysis;
-use crate::model_comparison::ModelComparison;
-use crate::prevention::{limit_of, preventions};
-use crate::sensitivity::SensitivityRow;
+use crate::analysis::model_comparison::ModelComparison;
+use crate::analysis::sensitivity::SensitivityRow;
+use crate::base::number::number;
+use crate::page::html::{Bar, bars, table};
 
 /// Parameters that the page lists.
 const MOST_PARAMETERS: usize = 15;
@@ -77,7 +78,7 @@ pub(super) fn prevention(analysis: &Analysis) -> String {
             "<p>{what}. No single change of posture, motion or load would have kept it at its limit of {limit_n} N, to first order.</p>"
         );
     }
-    let bar = |change: &crate::prevention::Prevention| Bar {
+    let bar = |change: &crate::report::prevention::Prevention| Bar {
         label: change.parameter.name(machine),
         share: change.effort,
         text: format!(

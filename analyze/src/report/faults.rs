@@ -3,7 +3,7 @@
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
 
-use super::findings::number;
+use crate::base::number::number;
 use crate::events::{Event, InputFault};
 
 /// How the subjects of orientations end.

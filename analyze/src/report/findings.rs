@@ -7,6 +7,7 @@ use tipwatch_mechanics::state::Reason;
 
 use super::faults;
 use crate::analysis::Analysis;
+use crate::base::number::number;
 use crate::events::{Event, EventCauses, EventKind};
 
 /// Causes with less of the lost load are not named (%).
@@ -325,17 +326,6 @@ pub(super) fn probability(value: f64) -> String {
         percent if percent > 99.9 => "above 99.9 %".into(),
         percent if percent < 0.1 => "below 0.1 %".into(),
         percent => format!("{percent:.0} %"),
-    }
-}
-
-/// A number with as many digits as a reader can use.
-pub(crate) fn number(value: f64) -> String {
-    match value.abs() {
-        _ if !value.is_finite() => "not computable".to_string(),
-        size if size >= 100.0 => format!("{value:.0}"),
-        size if size >= 1.0 => format!("{value:.1}"),
-        size if size < 0.0005 => "0".to_string(),
-        _ => format!("{value:.3}"),
     }
 }
 

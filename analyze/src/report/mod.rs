@@ -5,9 +5,9 @@ mod decimate;
 mod explanations;
 mod faults;
 mod findings;
-pub(crate) mod html;
 mod moment;
 mod plots;
+mod prevention;
 mod tables;
 mod whatif;
 
@@ -16,11 +16,11 @@ use std::path::Path;
 use plotly::Plot;
 
 pub use findings::findings;
-pub(crate) use findings::number;
 pub(crate) use whatif::render_what_if;
 
 use self::plots::{Figure, MOST_EVENTS, MOST_POINTS};
 use crate::analysis::Analysis;
+use crate::page::html;
 
 pub(crate) const STYLE: &str = include_str!("style.css");
 const SCRIPTS: [&str; 2] = [include_str!("moment.js"), include_str!("page.js")];

@@ -7,9 +7,9 @@ use serde::Serialize;
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::findings::{Scene, rank};
-use super::html;
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
+use crate::page::html;
 
 /// Instants under the slider, those of events not counted.
 const MOST_INSTANTS: usize = 600;

@@ -2,11 +2,12 @@
 
 use tipwatch_ingest::TopicTiming;
 
-use super::findings::{Scene, number, probability, reason_counts};
-use super::html;
+use super::findings::{Scene, probability, reason_counts};
 use crate::analysis::{Analysis, Input};
+use crate::base::number::number;
+use crate::base::provenance::FileHash;
 use crate::events::{Event, EventKind};
-use crate::provenance::FileHash;
+use crate::page::html;
 
 /// Most events and lost ranges listed; the tables of the result have all.
 const MOST_LISTED: usize = 500;

@@ -1,9 +1,9 @@
 //! The page of a replay: the suspension locked beside the suspension moved.
 
-use super::html;
 use super::plots::{Curve, Figure, chart};
 use super::{PlotLibrary, head_of, log_name, page_of, section};
-use crate::whatif::{CAVEATS, Summary, SuspensionMode, Track, WhatIf, rod_names};
+use crate::page::html;
+use crate::suspension::{CAVEATS, Summary, SuspensionMode, Track, WhatIf, rod_names};
 
 /// The page, with everything it needs inside. The same replay gives the same bytes.
 #[must_use]

@@ -6,7 +6,7 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::studies::monte_carlo::Band;
 
 use super::{Figure, Plotter, colour, plain};
-use crate::table::name_and_unit;
+use crate::tables::table::name_and_unit;
 
 /// What is drawn, its unit, and which quantities it is.
 type Kind = (&'static str, &'static str, fn(Quantity) -> bool);

@@ -1,9 +1,10 @@
 //! How small margins were, how long, and why.
 
 use super::{Seen, by_machine, raw_table, time};
-use crate::facts::{EXPOSURE_CAUSES, HISTOGRAM_EDGES};
-use crate::report::{html, number};
-use crate::svg::{Chart, round_up};
+use crate::base::number::number;
+use crate::page::html;
+use crate::page::svg::{Chart, round_up};
+use crate::policy::facts::{EXPOSURE_CAUSES, HISTOGRAM_EDGES};
 
 /// Bins of margins: one below 0, twenty of a twentieth each, one above 1.
 const BINS: usize = HISTOGRAM_EDGES.len() + 1;

@@ -9,10 +9,12 @@ mod trend;
 use super::merge::LogRow;
 use super::record::Record;
 use super::totals::Totals;
-use crate::facts::{EventFacts, LogFacts};
+use crate::page::html;
+use crate::page::svg::CHART_STYLE;
 use crate::policy::Judgement;
-use crate::report::{STYLE, html, section};
-use crate::svg::CHART_STYLE;
+use crate::policy::facts::{EventFacts, LogFacts};
+use crate::report::STYLE;
+use crate::report::section;
 
 const PAGE_STYLE: &str = include_str!("style.css");
 /// Nothing is ever fetched or run, whatever a name in a log says.

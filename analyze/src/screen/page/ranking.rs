@@ -3,10 +3,11 @@
 use std::cmp::Ordering;
 
 use super::{Seen, log_link, percent, raw_table};
+use crate::base::number::number;
 use crate::events::EventKind;
-use crate::facts::EXPOSURE_CAUSES;
-use crate::report::{html, number};
-use crate::svg::margin_bar;
+use crate::page::html;
+use crate::page::svg::margin_bar;
+use crate::policy::facts::EXPOSURE_CAUSES;
 
 /// Logs in the table; the data set has all.
 const MOST_LOGS: usize = 100;

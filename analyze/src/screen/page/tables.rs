@@ -6,7 +6,7 @@ use super::super::record::{Outcome, Record};
 use super::super::totals::Totals;
 use super::{Seen, by_machine, log_link, raw_table, time};
 use crate::events::EventKind;
-use crate::report::html;
+use crate::page::html;
 
 /// Logs that a table lists one by one; the data set has all.
 const MOST_LOGS: usize = 200;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Seen, by_machine, percent};
-use crate::svg::Chart;
+use crate::page::svg::Chart;
 
 /// Machines that get a chart, those with the smallest margins; the data set has all.
 const MOST_MACHINES: usize = 48;
