@@ -33,6 +33,7 @@ pub mod monte_carlo;
 mod notes;
 pub mod options;
 pub mod output;
+mod page;
 mod parquet;
 pub mod payload;
 pub mod policy;

@@ -17,6 +17,7 @@ use crate::model_comparison::ModelComparison;
 use crate::options::Options;
 use crate::payload::EstimatedPayload;
 use crate::provenance::Provenance;
+use crate::report::Finding;
 use crate::table::name_and_unit;
 
 /// Version of the document.
@@ -33,8 +34,10 @@ pub fn json_schema() -> String {
 pub struct Summary<'a> {
     /// Version of this document's keys.
     pub schema: u32,
-    /// Findings in plain words, the most important first.
+    /// What happened, in words, the most important first.
     pub findings: Vec<String>,
+    /// The evidence for each finding, in the order of `findings`: statements in words.
+    pub evidence: Vec<Vec<String>>,
     /// The events.
     pub events: Vec<EventSummary<'a>>,
     /// The wheels by name, in lower case.
@@ -237,7 +240,10 @@ pub struct InputSummary<'a> {
 impl<'a> Summary<'a> {
     /// The document of an analysis.
     #[must_use]
-    pub fn of(analysis: &'a Analysis, findings: Vec<String>) -> Self {
+    pub fn of(analysis: &'a Analysis, findings: Vec<Finding>) -> Self {
+        let (findings, evidence) = (findings.into_iter())
+            .map(|finding| (finding.headline, finding.evidence))
+            .unzip();
         let rows = &analysis.rows;
         let first_ns = rows.times_ns[0];
         let events = analysis.events.iter().map(|event| EventSummary {
@@ -264,6 +270,7 @@ impl<'a> Summary<'a> {
         Self {
             schema: SCHEMA,
             findings,
+            evidence,
             events: events.collect(),
             wheels: wheels
                 .map(|(i, wheel)| (wheel.name.to_lowercase(), wheel_summary(analysis, i)))
