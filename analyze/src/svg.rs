@@ -7,7 +7,7 @@ pub(crate) const CHART_STYLE: &str = include_str!("svg.css");
 /// Size of a chart and its borders, in its own units.
 const WIDTH: f64 = 340.0;
 const HEIGHT: f64 = 170.0;
-const LEFT: f64 = 38.0;
+const LEFT: f64 = 44.0;
 const RIGHT: f64 = 8.0;
 const TOP: f64 = 8.0;
 const BOTTOM: f64 = 34.0;

@@ -6,20 +6,11 @@ use super::facts::in_words;
 use super::series::shared_rows;
 use super::text::{event, origin};
 use super::{Comparison, Side};
-use crate::page::{self, Document, Term, glossary, list, number, rows_to_draw, section, table};
+use crate::page::{self, Document, list, number, rows_to_draw, section, table};
 use crate::svg::{CHART_STYLE, Chart};
 
 /// Points of a curve.
 const MOST_POINTS: usize = 600;
-const TERMS: [Term; 6] = [
-    Term::Margin,
-    Term::Otf,
-    Term::Row,
-    Term::Sigma,
-    Term::StaticLoad,
-    Term::Urdf,
-];
-
 /// The comparison as an HTML page.
 #[must_use]
 pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
@@ -35,7 +26,6 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
         (section("Overturning force (OTF)", curves(comparison, a, b)))
         (section("Whole log", facts(comparison)))
         (section("Row by row", series(comparison)))
-        (glossary(&TERMS))
     };
     Document {
         title: "Comparison of two results",
@@ -44,7 +34,7 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
             false => "The results are of different logs.",
         },
         styles: &[CHART_STYLE],
-        library: None,
+        plots: None,
     }
     .render(&content)
 }

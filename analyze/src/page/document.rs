@@ -5,6 +5,7 @@ use plotly::Plot;
 use serde::Serialize;
 
 use super::figure::Figure;
+use super::glossary::glossary;
 
 const STYLE: &str = include_str!("style.css");
 const FIGURES_SCRIPT: &str = include_str!("figures.js");
@@ -26,11 +27,19 @@ pub(crate) struct Document<'a> {
     /// Style sheets beyond the one of all pages.
     pub(crate) styles: &'a [&'a str],
     /// `None` of a page without scripts.
-    pub(crate) library: Option<PlotLibrary<'a>>,
+    pub(crate) plots: Option<Plots<'a>>,
+}
+
+/// The figures of a page, and what draws them.
+pub(crate) struct Plots<'a> {
+    pub(crate) library: PlotLibrary<'a>,
+    pub(crate) figures: &'a [Figure],
+    /// A script that runs before the figures are drawn.
+    pub(crate) script: &'a str,
 }
 
 impl Document<'_> {
-    /// The whole page.
+    /// The whole page: the content, then the glossary of its terms.
     pub(crate) fn render(&self, content: &Markup) -> String {
         let page = html! {
             (DOCTYPE)
@@ -46,6 +55,8 @@ impl Document<'_> {
                     h1 { (self.title) }
                     p.subtitle { (self.subtitle) }
                     (content)
+                    (glossary(content))
+                    @if let Some(plots) = &self.plots { (plots.scripts()) }
                 }
             }
         };
@@ -54,7 +65,7 @@ impl Document<'_> {
 
     /// A page loads nothing from elsewhere, whatever a name in the log says.
     fn policy(&self) -> String {
-        let scripts = match self.library {
+        let scripts = match self.plots.as_ref().map(|plots| plots.library) {
             None => "",
             Some(PlotLibrary::Inside) => "script-src 'unsafe-inline'; ",
             // opened as a file, a page has no 'self'
@@ -64,16 +75,17 @@ impl Document<'_> {
     }
 }
 
-/// The figures' data and the scripts that draw them, `more` scripts first.
-pub(crate) fn plot_scripts(library: PlotLibrary<'_>, figures: &[Figure], more: &[&str]) -> Markup {
-    html! {
-        @match library {
-            PlotLibrary::Inside => script { (PreEscaped(plot_library_script())) },
-            PlotLibrary::Beside(address) => script src=(address) {},
+impl Plots<'_> {
+    fn scripts(&self) -> Markup {
+        html! {
+            @match self.library {
+                PlotLibrary::Inside => script { (PreEscaped(plot_library_script())) },
+                PlotLibrary::Beside(address) => script src=(address) {},
+            }
+            (json_script("figures", &self.figures))
+            script { (PreEscaped(self.script)) }
+            script { (PreEscaped(FIGURES_SCRIPT)) }
         }
-        (json_script("figures", &figures))
-        @for script in more { script { (PreEscaped(script)) } }
-        script { (PreEscaped(FIGURES_SCRIPT)) }
     }
 }
 

@@ -80,26 +80,14 @@ struct LowestLoad {
 
 impl Scene {
     pub(super) fn of(analysis: &Analysis) -> Self {
-        let wheels = analysis
-            .machine
-            .wheels()
-            .iter()
-            .enumerate()
-            .map(|(wheel, facts)| WheelFacts {
-                name: facts.name.clone(),
-                static_n: analysis
-                    .machine
-                    .reference()
-                    .static_load
-                    .get(wheel)
-                    .copied()
-                    .unwrap_or(f64::NAN),
-                limit_n: analysis
-                    .min_loads_n
-                    .as_ref()
-                    .and_then(|limits| limits.get(wheel))
-                    .copied(),
-            });
+        let machine = &analysis.machine;
+        let limits = analysis.min_loads_n.as_deref().unwrap_or_default();
+        let wheels = machine.wheels().iter().enumerate();
+        let wheels = wheels.map(|(wheel, facts)| WheelFacts {
+            name: facts.name.clone(),
+            static_n: machine.reference().static_load[wheel],
+            limit_n: limits.get(wheel).copied(),
+        });
         Self {
             start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0),
             wheels: wheels.collect(),
@@ -293,30 +281,22 @@ pub(super) fn reason_counts(analysis: &Analysis) -> BTreeMap<Reason, usize> {
     counts
 }
 
+/// The lowest load of the valid rows, the first of equal ones.
 fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
     let rows = &analysis.rows;
-    let valid: Vec<usize> = (0..rows.len())
-        .filter(|&row| rows.reasons[row].is_empty())
-        .collect();
-    let mut lowest: Option<LowestLoad> = None;
-    for wheel in 0..analysis.machine.wheels().len() {
-        let loads = rows.outcomes.column(Quantity::Load(wheel));
-        for &row in &valid {
-            let is_lower = lowest
-                .as_ref()
-                .is_none_or(|lowest| loads[row] < lowest.load_n);
-            if loads[row].is_finite() && is_lower {
-                let (load_n, time_ns) = (loads[row], rows.times_ns[row]);
-                lowest = Some(LowestLoad {
-                    wheel,
-                    load_n,
-                    time_ns,
-                    valid_rows: valid.len(),
-                });
-            }
-        }
-    }
-    lowest
+    let valid = || (0..rows.len()).filter(|&row| rows.reasons[row].is_empty());
+    let load = |wheel: usize, row: usize| rows.outcomes.column(Quantity::Load(wheel))[row];
+    let wheels = 0..analysis.machine.wheels().len();
+    let loads = wheels.flat_map(|wheel| valid().map(move |row| (wheel, row, load(wheel, row))));
+    let finite = loads.filter(|(_, _, load_n)| load_n.is_finite());
+    let (wheel, row, load_n) =
+        finite.reduce(|least, next| if next.2 < least.2 { next } else { least })?;
+    Some(LowestLoad {
+        wheel,
+        load_n,
+        time_ns: rows.times_ns[row],
+        valid_rows: valid().count(),
+    })
 }
 
 fn duration(event: &Event) -> String {

@@ -19,32 +19,12 @@ pub(crate) use whatif::render_what_if;
 use self::plots::MOST_EVENTS;
 use crate::analysis::Analysis;
 pub(crate) use crate::page::number;
-use crate::page::{
-    self, Document, Figure, MOST_POINTS, Term, glossary, list, plot_scripts, section,
-};
+use crate::page::{self, Document, Figure, MOST_POINTS, Plots, list, section};
 pub use crate::page::{PlotLibrary, plot_library_script};
 
 const MOMENT_SCRIPT: &str = include_str!("moment.js");
 /// Findings at the top of the page; the table of events has all.
 const MOST_FINDINGS: usize = 12;
-const TERMS: [Term; 15] = [
-    Term::Com,
-    Term::Envelope,
-    Term::ForceAngle,
-    Term::Fault,
-    Term::Imu,
-    Term::Itom,
-    Term::Mhs,
-    Term::Otf,
-    Term::Row,
-    Term::Sigma,
-    Term::StabilityAngle,
-    Term::StaticLoad,
-    Term::Tom,
-    Term::Urdf,
-    Term::Zmp,
-];
-
 /// The report on a log, as an HTML page with everything it needs inside, or the plot library beside it.
 ///
 /// The same analysis gives the same bytes.
@@ -64,8 +44,6 @@ pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
         (section("Clocks", clocks::clocks(analysis)))
         (section("Data limitations", tables::limitations(analysis)))
         (section("Provenance", tables::provenance(analysis)))
-        (glossary(&TERMS))
-        (plot_scripts(library, &figures, &[MOMENT_SCRIPT]))
     };
     let rows = &analysis.rows;
     let duration = rows
@@ -77,7 +55,11 @@ pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
         title: &format!("Wheel loads and stability: {}", log_name(analysis)),
         subtitle: &format!("Machine {machine}; {count} rows over {duration:.2} s."),
         styles: &[],
-        library: Some(library),
+        plots: Some(Plots {
+            library,
+            figures: &figures,
+            script: MOMENT_SCRIPT,
+        }),
     }
     .render(&content)
 }

@@ -57,24 +57,28 @@
       line(svg, 'lifted', [place[0] - r, place[1] - r], [place[0] + r, place[1] + r], unit);
       line(svg, 'lifted', [place[0] - r, place[1] + r], [place[0] + r, place[1] - r], unit);
     }
-    const label = load === null ? facts.name + ' ?' : facts.name + ' ' + (load / 1000).toFixed(1) + ' kN';
+  }
+
+  function label(svg, facts, value) {
+    const place = at(value[0], value[1]), load = value[2];
+    const text = load === null ? facts.name + ' ?' : facts.name + ' ' + (load / 1000).toFixed(1) + ' kN';
     const isLeft = value[1] > 0;
     add(svg, 'text', { x: place[0] + (isLeft ? 0.5 : -0.5) * facts.radius, y: place[1] + facts.radius + unit * 4.2,
-      'font-size': unit * 3.4, 'text-anchor': isLeft ? 'end' : 'start' }, label);
+      'font-size': unit * 3.4, 'stroke-width': unit, 'text-anchor': isLeft ? 'end' : 'start' }, text);
   }
 
   function slope(svg, instant, size) {
     const corner = [unit * 3, size.height - unit * 3];
     if (!known(instant.downhill) || instant.slope === null) {
-      add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2 }, 'slope unknown');
+      add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit }, 'slope unknown');
       return;
     }
-    add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2 },
+    add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit },
       'slope ' + instant.slope.toFixed(1) + '°' + (instant.slope >= 0.5 ? ', downhill:' : ''));
     if (instant.slope < 0.5) { return; }
     const length = Math.hypot(instant.downhill[0], instant.downhill[1]);
     const along = [-instant.downhill[1] / length, -instant.downhill[0] / length];
-    const from = [corner[0] + unit * 34, corner[1] - unit * 1];
+    const from = [corner[0] + unit * 42, corner[1] - unit * 1];
     const r = unit * 5;
     const tip = [from[0] + along[0] * r, from[1] + along[1] * r];
     line(svg, 'downhill', [from[0] - along[0] * r, from[1] - along[1] * r], tip, unit * 0.8);
@@ -117,6 +121,9 @@
       add(svg, 'polygon', { 'class': 'zmp', 'stroke-width': unit * 0.3,
         points: [[0, -r], [r, 0], [0, r], [-r, 0]].map(function (d) { return [z[0] + d[0], z[1] + d[1]].join(','); }).join(' ') });
     }
+    moments.wheels.forEach(function (facts, w) {
+      if (known(instant.wheels[w].slice(0, 2))) { label(svg, facts, instant.wheels[w]); }
+    });
     slope(svg, instant, size);
   }
 

@@ -4,18 +4,9 @@ use maud::{Markup, html};
 
 use super::log_name;
 use crate::page::{
-    self, Curve, Document, Figure, PlotLibrary, Term, chart, glossary, list, plot_scripts, section,
-    table, words,
+    self, Curve, Document, Figure, PlotLibrary, Plots, chart, list, section, table, words,
 };
 use crate::whatif::{CAVEATS, Summary, SuspensionMode, Track, WhatIf, rod_names};
-
-const TERMS: [Term; 5] = [
-    Term::Com,
-    Term::Imu,
-    Term::Row,
-    Term::StabilityAngle,
-    Term::Urdf,
-];
 
 /// The page, with everything it needs inside. The same replay gives the same bytes.
 #[must_use]
@@ -31,8 +22,6 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
         (section("What a replay cannot show", list(CAVEATS)))
         (section("Data limitations", list(&analysis.notes)))
         (section("Provenance", super::tables::provenance(analysis)))
-        (glossary(&TERMS))
-        (plot_scripts(PlotLibrary::Inside, &figures, &[]))
     };
     Document {
         title: &format!("Suspension {moved}: {}", log_name(analysis)),
@@ -41,7 +30,11 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
             analysis.machine.name()
         ),
         styles: &[],
-        library: Some(PlotLibrary::Inside),
+        plots: Some(Plots {
+            library: PlotLibrary::Inside,
+            figures: &figures,
+            script: "",
+        }),
     }
     .render(&content)
 }
@@ -164,52 +157,26 @@ fn figures(what_if: &WhatIf) -> Vec<Figure> {
             *value = what_if.best.spread[window];
         }
     }
-    let mut figures = vec![plot(
-        "Spread of the wheel loads (equation 35)",
-        "N",
-        vec![
-            Curve::new("locked", fixed.spread.clone()),
-            Curve::new(now, moved.spread.clone()),
-            Curve::new("best posture at rest", best),
-        ],
-    )];
-    let com = |axis: usize, title: &str| {
-        plot(
-            title,
-            "m",
-            vec![
-                Curve::new("locked", fixed.com[axis].clone()),
-                Curve::new(now, moved.com[axis].clone()),
-            ],
-        )
+    let both = |title: &str, unit: &str, of: &dyn Fn(&Track) -> Vec<f64>| {
+        let curves = vec![Curve::new("locked", of(fixed)), Curve::new(now, of(moved))];
+        plot(title, unit, curves)
     };
-    figures.push(com(
-        0,
-        "Centre of mass, forward of the centre of the contact points",
-    ));
-    figures.push(com(
-        1,
-        "Centre of mass, left of the centre of the contact points",
-    ));
-    let wheels = what_if.analysis.machine.wheels();
-    for (wheel, spec) in wheels.iter().enumerate() {
-        figures.push(plot(
-            &format!("Load of wheel {}", spec.name),
-            "N",
-            vec![
-                Curve::new("locked", fixed.load[wheel].clone()),
-                Curve::new(now, moved.load[wheel].clone()),
-            ],
-        ));
+    let spread = vec![
+        Curve::new("locked", fixed.spread.clone()),
+        Curve::new(now, moved.spread.clone()),
+        Curve::new("best posture at rest", best),
+    ];
+    let mut figures = vec![plot("Spread of the wheel loads (equation 35)", "N", spread)];
+    for (axis, side) in ["forward", "left"].into_iter().enumerate() {
+        let title = format!("Centre of mass, {side} of the centre of the contact points");
+        figures.push(both(&title, "m", &|track| track.com[axis].clone()));
     }
-    figures.push(plot(
-        "Minimum stability angle",
-        "rad",
-        vec![
-            Curve::new("locked", fixed.stability_angle.clone()),
-            Curve::new(now, moved.stability_angle.clone()),
-        ],
-    ));
+    for (wheel, spec) in what_if.analysis.machine.wheels().iter().enumerate() {
+        let title = format!("Load of wheel {}", spec.name);
+        figures.push(both(&title, "N", &|track| track.load[wheel].clone()));
+    }
+    let angle = |track: &Track| track.stability_angle.clone();
+    figures.push(both("Minimum stability angle", "rad", &angle));
     figures.extend(rod_figures(what_if, moved, &plot));
     figures
 }

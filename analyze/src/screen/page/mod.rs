@@ -14,20 +14,11 @@ use super::merge::LogRow;
 use super::record::Record;
 use super::totals::Totals;
 use crate::facts::{EventFacts, LogFacts};
-use crate::page::{Document, Term, glossary, section};
+use crate::page::{Document, section, time};
 use crate::policy::Judgement;
 use crate::svg::CHART_STYLE;
 
 const PAGE_STYLE: &str = include_str!("style.css");
-const TERMS: [Term; 6] = [
-    Term::Fault,
-    Term::Margin,
-    Term::Otf,
-    Term::Sigma,
-    Term::StaticLoad,
-    Term::Row,
-];
-
 /// An analysed log, as the sections of the page see it.
 #[derive(Clone, Copy)]
 struct Seen<'a> {
@@ -77,19 +68,18 @@ pub(super) fn render(rows: &[LogRow], judgements: &[Option<Judgement>], totals: 
         @for (title, content) in sections {
             @if let Some(content) = content { (section(title, content)) }
         }
-        (glossary(&TERMS))
     };
     let (logs, machines) = (totals.logs, by_machine(&seen).len());
     let word = if machines == 1 { "machine" } else { "machines" };
-    let hours = totals.duration_s / 3600.0;
     Document {
         title: "How close the fleet came to tipping over",
         subtitle: &format!(
-            "{logs} logs of {machines} {word}, {hours:.1} h{}.",
+            "{logs} logs of {machines} {word}, {}{}.",
+            time(totals.duration_s),
             span(&seen)
         ),
         styles: &[CHART_STYLE, PAGE_STYLE],
-        library: None,
+        plots: None,
     }
     .render(&content)
 }

@@ -117,7 +117,9 @@ fn chart(name: &str, points: &[Point], days: (f64, f64)) -> Markup {
         chart.label_y(share, &format!("{:.0} %", 100.0 * share));
     }
     chart.label_x(days.0, &date(days.0));
-    chart.label_x(days.1, &date(days.1 - 1.0));
+    if days.1 - days.0 > 1.0 {
+        chart.label_x(days.1, &date(days.1 - 1.0));
+    }
     chart.finish()
 }
 
