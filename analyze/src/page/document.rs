@@ -67,11 +67,13 @@ impl Document<'_> {
     fn policy(&self) -> String {
         let scripts = match self.plots.as_ref().map(|plots| plots.library) {
             None => "",
-            Some(PlotLibrary::Inside) => "script-src 'unsafe-inline'; ",
+            Some(PlotLibrary::Inside) => "; script-src 'unsafe-inline'; img-src data: blob:",
             // opened as a file, a page has no 'self'
-            Some(PlotLibrary::Beside(_)) => "script-src 'unsafe-inline' 'self' file:; ",
+            Some(PlotLibrary::Beside(_)) => {
+                "; script-src 'unsafe-inline' 'self' file:; img-src data: blob:"
+            }
         };
-        format!("default-src 'none'; {scripts}style-src 'unsafe-inline'; img-src data: blob:")
+        format!("default-src 'none'; style-src 'unsafe-inline'{scripts}")
     }
 }
 

@@ -140,7 +140,7 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
         "Value",
         "σ",
         "dOTF/dparameter [N per unit]",
-        "Change that lifts the wheel",
+        "Change to OTF = 0",
         "Share of variance [%]",
     ];
     html! {

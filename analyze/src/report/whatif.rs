@@ -74,7 +74,7 @@ fn side_by_side(summary: &Summary, moved: &str) -> Markup {
         String::new(),
         statuses,
     ]);
-    table(&["", "locked", moved], &rows)
+    table(&["Quantity", "locked", moved], &rows)
 }
 
 fn actuators(summary: &Summary) -> Markup {

@@ -93,12 +93,12 @@ fn row(rank: usize, log: &Seen<'_>) -> Vec<Markup> {
 /// "2 wheel lift, 1 wheel light".
 fn events(log: &Seen<'_>) -> String {
     let counts = EventKind::all().iter().rev();
-    let told: Vec<String> = counts
+    let parts: Vec<String> = counts
         .map(|&kind| (kind, log.facts.events_of(kind)))
         .filter(|(_, count)| *count > 0)
         .map(|(kind, count)| format!("{count} {}", words(kind.name())))
         .collect();
-    told.join(", ")
+    parts.join(", ")
 }
 
 fn most_exposed_by(log: &Seen<'_>) -> String {
