@@ -58,7 +58,7 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
 }
 
 /// The rows of the wheel that came closest to lifting.
-fn worst_rows<'a>(found: &'a SensitivityTable) -> impl Iterator<Item = &'a SensitivityRow> {
+fn worst_rows(found: &SensitivityTable) -> impl Iterator<Item = &SensitivityRow> {
     found
         .rows
         .iter()

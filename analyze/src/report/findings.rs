@@ -258,7 +258,7 @@ impl Scene {
 
 /// How often each reason makes a row invalid.
 fn reasons(analysis: &Analysis) -> Vec<String> {
-    if analysis.rows.len() == 0 {
+    if analysis.rows.is_empty() {
         return vec!["There are no rows".into()];
     }
     let counts = reason_counts(analysis).into_iter();
