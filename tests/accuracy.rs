@@ -1,7 +1,7 @@
 //! Wheel loads compared with contact forces from an independent simulator.
 
-use tipwatch_analyze::events::EventKind;
 use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::events::EventKind;
 use tipwatch_tests::{Truth, analysed, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];

@@ -1,4 +1,4 @@
-//! What stands behind an event: how sure it is, and what took the load away.
+//! The evidence for an event: its confidence, and what took the load away.
 
 use std::cell::OnceCell;
 
@@ -8,9 +8,9 @@ use tipwatch_mechanics::{Cause, Quantity, Scope, State, Workspace, combination_s
 use super::event::{CauseShare, Event, EventCauses, EventKind};
 use crate::base::rows::Rows;
 
-/// Joint rates (rad/s or m/s) and angular velocities (rad/s) below this are those of a machine at rest.
+/// Joint velocities (rad/s or m/s) and angular velocities (rad/s) of a machine at rest are below this.
 const STEADY_RATE: f64 = 0.02;
-/// Acceleration (m/s^2) of a machine at rest, noise included.
+/// The acceleration (m/s^2) of a machine at rest is below this, noise included.
 const STEADY_ACCELERATION: f64 = 0.2;
 
 /// Finds the evidence for the events of a log.
@@ -18,16 +18,16 @@ pub(crate) struct Evidence<'a> {
     machine: &'a Machine,
     rows: &'a Rows,
     scope: Scope,
-    /// For each row the last valid one before it in which the machine was steady; made when it is first
-    /// asked for, once for all events.
+    /// For each row, the last valid row before it in which the machine was steady; computed on first use,
+    /// once for all events.
     steady_before: OnceCell<Vec<Option<usize>>>,
 }
 
-/// The sum of OTF that an event is about, and what it would have to be for the event not to be.
+/// What an event claims: a sum of OTF is below a limit.
 struct Claim {
-    /// By wheel: how much its OTF counts.
+    /// Weight of the OTF of each wheel in the sum.
     factors: Vec<f64>,
-    /// The event is true while the sum is below this (N).
+    /// The claim holds while the sum is below this (N).
     limit_n: f64,
 }
 
@@ -41,7 +41,7 @@ impl<'a> Evidence<'a> {
         }
     }
 
-    /// Adds certainty and causes to an event, so far as the evaluation's scope has them.
+    /// Adds confidence and causes to an event, as far as the scope of the evaluation includes them.
     pub(crate) fn add(&self, event: &mut Event, min_loads_n: Option<&[f64]>) {
         let Some(claim) = self.claim(event, min_loads_n) else {
             return;
@@ -83,7 +83,7 @@ impl<'a> Evidence<'a> {
         }
     }
 
-    /// The row of the event in which the wheels that it is about carry least.
+    /// The row of the event in which the sum is smallest.
     fn most_unloaded(&self, event: &Event, claim: &Claim) -> usize {
         let first = self.rows.at(event.start_ns);
         let last = event
@@ -94,7 +94,7 @@ impl<'a> Evidence<'a> {
         least.unwrap_or(first)
     }
 
-    /// Sum of the OTF that the event is about (N).
+    /// The sum of OTF (N).
     fn otf(&self, row: usize, claim: &Claim) -> f64 {
         let columns = claim.factors.iter().enumerate();
         columns
@@ -103,7 +103,8 @@ impl<'a> Evidence<'a> {
             .sum()
     }
 
-    /// Probability that the sum is below the limit, were it normal with the computed standard deviation.
+    /// Probability that the sum is below the limit, if it is normally distributed with the computed standard
+    /// deviation.
     fn certainty(&self, row: usize, claim: &Claim) -> Option<f64> {
         let mut state = State::zero(self.machine);
         self.rows.states.get(row, &mut state);
@@ -114,7 +115,7 @@ impl<'a> Evidence<'a> {
         Some(probability).filter(|p| p.is_finite())
     }
 
-    /// What each cause has changed since the last steady posture.
+    /// How much load each cause has taken since the machine was last steady, or since the first valid row.
     fn causes(&self, event: &Event, row: usize, claim: &Claim) -> Option<EventCauses> {
         let start = self.rows.at(event.start_ns);
         let steady = self.steady_before(start);
@@ -151,7 +152,7 @@ impl<'a> Evidence<'a> {
         })
     }
 
-    /// The last valid row before this one in which the machine was steady.
+    /// The last valid row before `row` in which the machine was steady.
     fn steady_before(&self, row: usize) -> Option<usize> {
         let all = self.steady_before.get_or_init(|| {
             let mut state = State::zero(self.machine);
@@ -170,7 +171,7 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// Whether nothing moves but, perhaps, the wheels at constant speed.
+/// Whether nothing moves, except perhaps the wheels at constant speed.
 fn is_steady(machine: &Machine, state: &State<f64>) -> bool {
     let joints = machine.joints().iter().zip(&state.joints);
     let still = joints
@@ -180,8 +181,8 @@ fn is_steady(machine: &Machine, state: &State<f64>) -> bool {
     still && state.imu.angular_velocity.norm() < STEADY_RATE && push.abs() < STEADY_ACCELERATION
 }
 
-/// The distribution function of the standard normal distribution, to 1e-7 (Abramowitz and Stegun 7.1.26
-/// by the complementary error function).
+/// Cumulative distribution function of the standard normal distribution, to 1e-7 (Abramowitz and Stegun 7.1.26
+/// for the complementary error function).
 fn normal_distribution(z: f64) -> f64 {
     let x = z.abs() / std::f64::consts::SQRT_2;
     let t = 1.0 / (1.0 + 0.327_591_1 * x);
@@ -198,7 +199,7 @@ mod tests {
     use super::normal_distribution;
 
     #[test]
-    fn the_normal_distribution_has_its_known_values() {
+    fn normal_distribution_matches_tabulated_values() {
         for (z, p) in [
             (0.0, 0.5),
             (1.0, 0.841_344_746),

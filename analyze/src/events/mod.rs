@@ -4,6 +4,8 @@ pub(crate) mod detect;
 mod episodes;
 mod event;
 mod evidence;
+mod finding;
 mod inputs;
 
 pub use event::*;
+pub use finding::Finding;

@@ -1,24 +1,25 @@
 //! Small charts as SVG.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
-use crate::page::html::escape;
-
-/// How charts look.
+/// The style of charts.
 pub(crate) const CHART_STYLE: &str = include_str!("svg.css");
-/// Size of a chart's drawing area and what lies around it, in its own units.
+/// Size of a chart and its borders, in its own units.
 const WIDTH: f64 = 340.0;
 const HEIGHT: f64 = 170.0;
-const LEFT: f64 = 38.0;
+const LEFT: f64 = 44.0;
 const RIGHT: f64 = 8.0;
 const TOP: f64 = 8.0;
 const BOTTOM: f64 = 34.0;
+/// The right end and the floor of the drawing area.
+const END: f64 = WIDTH - RIGHT;
+const FLOOR: f64 = HEIGHT - BOTTOM;
 
 /// A chart with axes; numbers outside its ranges are drawn at its edge.
 pub(crate) struct Chart {
     x: (f64, f64),
     y: (f64, f64),
-    body: String,
+    body: Vec<Markup>,
     title: String,
 }
 
@@ -27,159 +28,135 @@ impl Chart {
         Self {
             x,
             y,
-            body: String::new(),
+            body: Vec::new(),
             title: title.into(),
         }
     }
 
     fn at_x(&self, x: f64) -> f64 {
         let share = ((x - self.x.0) / (self.x.1 - self.x.0)).clamp(0.0, 1.0);
-        LEFT + share * (WIDTH - LEFT - RIGHT)
+        LEFT + share * (END - LEFT)
     }
 
     fn at_y(&self, y: f64) -> f64 {
         let share = ((y - self.y.0) / (self.y.1 - self.y.0)).clamp(0.0, 1.0);
-        HEIGHT - BOTTOM - share * (HEIGHT - TOP - BOTTOM)
+        FLOOR - share * (FLOOR - TOP)
     }
 
-    pub(crate) fn bar(&mut self, from: f64, to: f64, height: f64, class: &str, told: &str) {
-        let (left, right) = (self.at_x(from), self.at_x(to));
-        let top = self.at_y(height);
-        let _ = writeln!(
-            self.body,
-            "<rect class=\"{class}\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\"><title>{}</title></rect>",
-            (right - left - 1.0).max(0.5),
-            HEIGHT - BOTTOM - top,
-            escape(told)
-        );
+    /// A bar, with a text that a pointer shows.
+    pub(crate) fn bar(&mut self, from: f64, to: f64, height: f64, class: &str, text: &str) {
+        let (left, right, top) = (self.at_x(from), self.at_x(to), self.at_y(height));
+        let width = (right - left - 1.0).max(0.5);
+        self.body.push(html! {
+            rect class=(class) x=(tenth(left)) y=(tenth(top)) width=(tenth(width)) height=(tenth(FLOOR - top)) {
+                title { (text) }
+            }
+        });
     }
 
     pub(crate) fn whisker(&mut self, x: f64, low: f64, high: f64) {
         let x = self.at_x(x);
-        let (low, high) = (self.at_y(low), self.at_y(high));
-        let _ = writeln!(
-            self.body,
-            "<line class=\"whisker\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{low:.1}\" y2=\"{high:.1}\"/>"
-        );
+        self.segment("whisker", [x, self.at_y(low)], [x, self.at_y(high)]);
     }
 
-    pub(crate) fn dot(&mut self, x: f64, y: f64, class: &str, told: &str) {
+    /// A dot, with a text that a pointer shows.
+    pub(crate) fn dot(&mut self, x: f64, y: f64, class: &str, text: &str) {
         let (x, y) = (self.at_x(x), self.at_y(y));
-        let _ = writeln!(
-            self.body,
-            "<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.8\"><title>{}</title></circle>",
-            escape(told)
-        );
+        self.body.push(html! {
+            circle.dot.(class) cx=(tenth(x)) cy=(tenth(y)) r="2.8" { title { (text) } }
+        });
     }
 
     /// A line through points; one that is not finite breaks it.
     pub(crate) fn line(&mut self, points: &[(f64, f64)], class: &str) {
-        let whole = |(x, y): &(f64, f64)| x.is_finite() && y.is_finite();
-        for run in points
-            .split(|point| !whole(point))
-            .filter(|run| !run.is_empty())
-        {
-            self.run(run, class);
+        let is_broken = |(x, y): &(f64, f64)| !(x.is_finite() && y.is_finite());
+        for run in points.split(is_broken).filter(|run| !run.is_empty()) {
+            let at =
+                |&(x, y): &(f64, f64)| format!("{},{}", tenth(self.at_x(x)), tenth(self.at_y(y)));
+            let points: Vec<String> = run.iter().map(at).collect();
+            self.body
+                .push(html! { polyline class=(class) points=(points.join(" ")) {} });
         }
     }
 
-    fn run(&mut self, points: &[(f64, f64)], class: &str) {
-        let at = |&(x, y): &(f64, f64)| format!("{:.1},{:.1}", self.at_x(x), self.at_y(y));
-        let points: Vec<String> = points.iter().map(at).collect();
-        let _ = writeln!(
-            self.body,
-            "<polyline class=\"{class}\" points=\"{}\"/>",
-            points.join(" ")
-        );
-    }
-
-    /// A dashed line across at a value.
+    /// A dashed horizontal line at a value.
     pub(crate) fn guide(&mut self, y: f64) {
         let y = self.at_y(y);
-        let _ = writeln!(
-            self.body,
-            "<line class=\"guide\" x1=\"{LEFT}\" x2=\"{}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>",
-            WIDTH - RIGHT
-        );
+        self.segment("guide", [LEFT, y], [END, y]);
     }
 
-    /// A dashed line upwards at a value.
+    /// A dashed vertical line at a value.
     pub(crate) fn guide_up(&mut self, x: f64) {
         let x = self.at_x(x);
-        let _ = writeln!(
-            self.body,
-            "<line class=\"guide\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{TOP}\" y2=\"{}\"/>",
-            HEIGHT - BOTTOM
-        );
+        self.segment("guide", [x, TOP], [x, FLOOR]);
+    }
+
+    fn segment(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
+        self.body.push(segment(class, from, to));
     }
 
     pub(crate) fn label_x(&mut self, x: f64, text: &str) {
         let x = self.at_x(x);
         let anchor = match x {
             x if x < LEFT + 20.0 => "start",
-            x if x > WIDTH - RIGHT - 20.0 => "end",
+            x if x > END - 20.0 => "end",
             _ => "middle",
         };
-        let _ = writeln!(
-            self.body,
-            "<text x=\"{x:.1}\" y=\"{}\" text-anchor=\"{anchor}\">{}</text>",
-            HEIGHT - BOTTOM + 14.0,
-            escape(text)
-        );
+        self.text([x, FLOOR + 14.0], anchor, text);
     }
 
     pub(crate) fn label_y(&mut self, y: f64, text: &str) {
-        let _ = writeln!(
-            self.body,
-            "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-            LEFT - 4.0,
-            self.at_y(y) + 4.0,
-            escape(text)
-        );
+        self.text([LEFT - 4.0, self.at_y(y) + 4.0], "end", text);
     }
 
-    /// What the horizontal axis is.
+    /// The name of the horizontal axis.
     pub(crate) fn caption_x(&mut self, text: &str) {
-        let _ = writeln!(
-            self.body,
-            "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            LEFT + (WIDTH - LEFT - RIGHT) / 2.0,
-            HEIGHT - 5.0,
-            escape(text)
-        );
+        self.text([(LEFT + END) / 2.0, HEIGHT - 5.0], "middle", text);
     }
 
-    pub(crate) fn finish(self) -> String {
-        let (floor, right) = (HEIGHT - BOTTOM, WIDTH - RIGHT);
-        format!(
-            "<figure><figcaption>{title}</figcaption>\n<svg class=\"chart\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{title}\">\n\
-             {body}<line class=\"axis\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{floor}\" y2=\"{floor}\"/>\n\
-             <line class=\"axis\" x1=\"{LEFT}\" x2=\"{LEFT}\" y1=\"{TOP}\" y2=\"{floor}\"/>\n</svg></figure>\n",
-            title = escape(&self.title),
-            body = self.body
-        )
+    fn text(&mut self, [x, y]: [f64; 2], anchor: &str, text: &str) {
+        let text = html! { text x=(tenth(x)) y=(tenth(y)) text-anchor=(anchor) { (text) } };
+        self.body.push(text);
+    }
+
+    pub(crate) fn finish(self) -> Markup {
+        html! {
+            figure {
+                figcaption { (self.title) }
+                svg.chart viewBox=(format_args!("0 0 {WIDTH} {HEIGHT}")) role="img" aria-label=(self.title) {
+                    @for part in &self.body { (part) }
+                    (segment("axis", [LEFT, FLOOR], [END, FLOOR]))
+                    (segment("axis", [LEFT, TOP], [LEFT, FLOOR]))
+                }
+            }
+        }
     }
 }
 
+/// A coordinate, to a tenth of a unit.
+fn tenth(value: f64) -> String {
+    format!("{value:.1}")
+}
+
+fn segment(class: &str, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) -> Markup {
+    html! { line class=(class) x1=(tenth(x1)) y1=(tenth(y1)) x2=(tenth(x2)) y2=(tenth(y2)) {} }
+}
+
 /// A number with its band on an axis from 0 to 1, for a line of text.
-pub(crate) fn margin_bar(margin: f64, two_sigma: Option<f64>) -> String {
+pub(crate) fn margin_bar(margin: f64, two_sigma: Option<f64>) -> Markup {
     let at = |share: f64| 6.0 + 120.0 * ((share + 0.2) / 1.2).clamp(0.0, 1.0);
-    let (zero, place) = (at(0.0), at(margin));
-    let band = two_sigma.map_or(String::new(), |sigma| {
-        format!(
-            "<line class=\"whisker\" x1=\"{:.1}\" x2=\"{:.1}\" y1=\"8\" y2=\"8\"/>",
-            at(margin - sigma),
-            at(margin + sigma)
-        )
-    });
-    format!(
-        "<svg width=\"132\" height=\"16\" viewBox=\"0 0 132 16\" role=\"img\" aria-label=\"{:.1} %\">\
-         <line class=\"axis\" x1=\"{zero}\" x2=\"{zero}\" y1=\"1\" y2=\"15\"/>\
-         <line class=\"guide\" x1=\"126\" x2=\"126\" y1=\"1\" y2=\"15\"/>{band}\
-         <circle class=\"dot{}\" cx=\"{place:.1}\" cy=\"8\" r=\"3\"/></svg>",
-        100.0 * margin,
-        if margin <= 0.0 { " event" } else { "" }
-    )
+    let zero = at(0.0);
+    let class = if margin <= 0.0 { "dot event" } else { "dot" };
+    html! {
+        svg width="132" height="16" viewBox="0 0 132 16" role="img" aria-label=(format_args!("{:.1} %", 100.0 * margin)) {
+            (segment("axis", [zero, 1.0], [zero, 15.0]))
+            (segment("guide", [126.0, 1.0], [126.0, 15.0]))
+            @if let Some(sigma) = two_sigma {
+                (segment("whisker", [at(margin - sigma), 8.0], [at(margin + sigma), 8.0]))
+            }
+            circle class=(class) cx=(tenth(at(margin))) cy="8" r="3" {}
+        }
+    }
 }
 
 /// The next number of the series 1, 2, 5, 10, 20, ... for the end of an axis.

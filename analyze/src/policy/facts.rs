@@ -50,7 +50,7 @@ pub struct LogFacts {
     pub missing_messages: u64,
     /// Messages that could not be decoded.
     pub undecodable_messages: u64,
-    /// The most important findings.
+    /// The most important findings in words, without their evidence.
     pub findings: Vec<String>,
     /// Notes of the analysis.
     pub notes: Vec<String>,
@@ -111,8 +111,8 @@ impl LogFacts {
         let losses = &analysis.losses;
         let gaps = analysis.events.iter();
         let gaps = gaps.filter(|event| event.kind == EventKind::InputGap);
-        let mut findings = report::findings(analysis);
-        findings.truncate(MOST_FINDINGS);
+        let findings = report::findings(analysis).into_iter();
+        let findings = findings.map(|finding| finding.headline).take(MOST_FINDINGS);
         Self {
             start_ns,
             end_ns,
@@ -133,7 +133,7 @@ impl LogFacts {
             lost_bytes: losses.bytes_lost(),
             missing_messages: losses.missing_messages.values().sum(),
             undecodable_messages: losses.undecodable_messages.values().sum(),
-            findings,
+            findings: findings.collect(),
             notes: analysis.notes.clone(),
         }
     }

@@ -1,8 +1,8 @@
-//! What would have kept the worst wheel at its limit: the smallest changes of what people decide.
+//! What would have kept the worst wheel at its limit: the smallest changes of what an operator controls.
 //!
-//! To first order, each change by itself: with g the derivative of the wheel's OTF at its worst
-//! instant, `change = (limit - OTF) / g`. Compared by effort: the change as a share of how far that thing
-//! went in this log (positions), of what it was (rates, accelerations, forces), or of itself (masses).
+//! To first order, for each change alone: with g the derivative of the wheel's OTF at its worst instant,
+//! `change = (limit - OTF) / g`. Changes are ranked by effort: the change as a share of the range in this log
+//! (positions) or of the value (velocities, accelerations, forces, masses).
 
 use tipwatch_mechanics::machine::{LinkGroup, Machine};
 use tipwatch_mechanics::{Parameter, State};
@@ -10,28 +10,28 @@ use tipwatch_mechanics::{Parameter, State};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 
-/// A joint that stayed within this did not move (rad or m).
-const STANDS_STILL: f64 = 1e-3;
-/// Less than this share of an acceleration due to gravity or of a speed is not worth naming.
-const NOTHING: f64 = 1e-3;
+/// A joint with a range up to this did not move (rad or m).
+const SMALLEST_RANGE: f64 = 1e-3;
+/// Motions and forces up to this are negligible (in their units).
+const NEGLIGIBLE: f64 = 1e-3;
 
 /// A change that would have kept the worst wheel at its limit.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Prevention {
-    /// What is changed.
+    /// What would change.
     pub(crate) parameter: Parameter,
-    /// What it was.
+    /// Its value at the worst instant.
     pub(crate) value: f64,
-    /// By how much (the parameter's unit).
+    /// The change, in the unit of the parameter.
     pub(crate) change: f64,
-    /// The change as a share of what `effort_of` says.
+    /// The change as a share of `effort_of`.
     pub(crate) effort: f64,
-    /// What the effort is a share of.
+    /// What the change is compared with.
     pub(crate) effort_of: &'static str,
 }
 
-/// The changes by rising effort; empty where the worst wheel stayed above its limit or the model has no
-/// derivatives. Changes of more than the whole are left out, and those that would turn a motion round.
+/// The changes in order of effort; empty if the worst wheel stayed above its limit or the model has no
+/// derivatives. Changes of more than 100 % are omitted, and so are those that would not reduce a motion or force.
 pub(crate) fn preventions(analysis: &Analysis) -> Vec<Prevention> {
     let Some(table) = &analysis.sensitivity else {
         return Vec::new();
@@ -63,7 +63,7 @@ pub(crate) fn preventions(analysis: &Analysis) -> Vec<Prevention> {
     found
 }
 
-/// The load that the worst wheel should have kept (N).
+/// The load that a wheel should keep (N).
 pub(crate) fn limit_of(analysis: &Analysis, wheel: usize) -> f64 {
     let limits = analysis.min_loads_n.as_ref();
     limits
@@ -76,7 +76,7 @@ fn is_position(parameter: Parameter) -> bool {
     matches!(parameter, Parameter::JointPosition(_))
 }
 
-/// What a change is measured by; `None` for what nobody decides.
+/// What a change is compared with; `None` for what an operator does not control.
 fn whole(
     machine: &Machine,
     parameter: Parameter,
@@ -85,16 +85,16 @@ fn whole(
 ) -> Option<(f64, &'static str)> {
     let moved = |joint: usize| {
         let is_wheel = machine.joints()[joint].spins_wheel.is_some();
-        Some(ranges[joint]).filter(|&range| range > STANDS_STILL && !is_wheel)
+        Some(ranges[joint]).filter(|&range| range > SMALLEST_RANGE && !is_wheel)
     };
     match parameter {
         Parameter::JointPosition(joint) => Some((moved(joint)?, "its range in this log")),
         Parameter::JointRate(joint) | Parameter::JointAcceleration(joint) => {
             moved(joint)?;
-            (value.abs() > NOTHING).then_some((value.abs(), "its value then"))
+            (value.abs() > NEGLIGIBLE).then_some((value.abs(), "its value at that time"))
         }
         Parameter::Travel(_) | Parameter::ToolForce(_) | Parameter::ToolMoment(_) => {
-            (value.abs() > NOTHING).then_some((value.abs(), "its value then"))
+            (value.abs() > NEGLIGIBLE).then_some((value.abs(), "its value at that time"))
         }
         Parameter::PayloadMass(_) => Some((value, "its mass")),
         Parameter::LinkMass(link) => {
@@ -105,7 +105,7 @@ fn whole(
     }
 }
 
-/// The arm's body farthest from the base, joint by joint, the heaviest of several: what it weighs is
+/// The body of the arm with the most joints between it and the base, the heaviest of several: its mass is
 /// mostly tool and load.
 fn end_of_arm(machine: &Machine) -> Option<usize> {
     let depth = |body: usize| {
@@ -120,7 +120,7 @@ fn end_of_arm(machine: &Machine) -> Option<usize> {
     })
 }
 
-/// How far each joint moved in the log (rad or m).
+/// The range of each joint in the log (rad or m).
 fn joint_ranges(machine: &Machine, rows: &Rows) -> Vec<f64> {
     let mut state = State::zero(machine);
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.joints().len()];

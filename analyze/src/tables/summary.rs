@@ -17,7 +17,7 @@ use crate::analysis::{Analysis, Input};
 use crate::base::number::known;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
-use crate::events::EventCauses;
+use crate::events::{EventCauses, Finding};
 use crate::tables::table::name_and_unit;
 
 /// Version of the document.
@@ -34,8 +34,10 @@ pub fn json_schema() -> String {
 pub struct Summary<'a> {
     /// Version of this document's keys.
     pub schema: u32,
-    /// Findings as text, the most important first.
+    /// What happened, in words, the most important first.
     pub findings: Vec<String>,
+    /// The evidence for each finding, in the order of `findings`: statements in words.
+    pub evidence: Vec<Vec<String>>,
     /// The events.
     pub events: Vec<EventSummary<'a>>,
     /// The wheels by name, in lower case.
@@ -228,7 +230,10 @@ pub struct InputSummary<'a> {
 impl<'a> Summary<'a> {
     /// Builds the document.
     #[must_use]
-    pub fn of(analysis: &'a Analysis, findings: Vec<String>) -> Self {
+    pub fn of(analysis: &'a Analysis, findings: Vec<Finding>) -> Self {
+        let (findings, evidence) = (findings.into_iter())
+            .map(|finding| (finding.headline, finding.evidence))
+            .unzip();
         let rows = &analysis.rows;
         let first_ns = rows.times_ns[0];
         let events = analysis.events.iter().map(|event| EventSummary {
@@ -255,6 +260,7 @@ impl<'a> Summary<'a> {
         Self {
             schema: SCHEMA,
             findings,
+            evidence,
             events: events.collect(),
             wheels: wheels
                 .map(|(i, wheel)| (wheel.name.to_lowercase(), wheel_summary(analysis, i)))

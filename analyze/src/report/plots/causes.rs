@@ -1,13 +1,13 @@
-//! What causes each wheel's load, over time.
+//! The contributions to the load of each wheel over time.
 
 use plotly::Traces;
 use tipwatch_mechanics::{Cause, Quantity};
 
-use super::{Figure, Plotter};
+use super::Plotter;
+use crate::page::{Figure, colour, words};
 
 impl Plotter<'_> {
-    /// For each wheel the causes stacked on each other, those that take load below zero; the OTF is
-    /// their sum.
+    /// For each wheel the stacked contributions, negative ones below zero; their sum is the OTF.
     pub(super) fn causes(&self) -> Vec<Figure> {
         let names = self.wheel_names();
         let known = |wheel: &usize| self.has(Quantity::Cause(Cause::ArmWeight, *wheel));
@@ -34,17 +34,17 @@ impl Plotter<'_> {
                 }
                 (from, base.to_vec())
             };
-            let label = cause.name().replace('_', " ");
-            let fill = super::colour(index, 0.55);
+            let label = words(cause.name());
+            let fill = colour(index, 0.55);
             let (from, to) = stacked(&mut above, positive);
             traces.push(self.between(&label, &from, &to, fill).legend_group(&label));
             let (from, to) = stacked(&mut below, negative);
             let lower = self.between(&label, &to, &from, fill);
             traces.push(lower.legend_group(&label).show_legend(false));
         }
-        // black: the sum
+        // the fifth colour is black
         traces.push(self.curve(4, "OTF", &self.valid(Quantity::Otf(wheel))));
-        let title = format!("Wheel {name}: what its load (OTF) is made of");
+        let title = format!("Wheel {name}: contributions to its overturning force (OTF)");
         self.figure(&title, "Contribution [N]", 340, traces, false)
     }
 }

@@ -2,7 +2,7 @@
 (function () {
   const figures = JSON.parse(document.getElementById('figures').textContent);
 
-  // A column of numbers comes as "type:" and the bytes of all in base64; ticks are of 0.1 ms.
+  // A column of numbers is "type:" and their bytes in base64; a tick is 0.1 ms.
   const ARRAYS = { ticks: Uint32Array, f32: Float32Array, f64: Float64Array };
   function numbers(column) {
     const parts = column[0].split(':');
@@ -22,7 +22,7 @@
   const plots = [];
   let following = false;
 
-  // The time axis of every plot follows the one that was zoomed or moved.
+  // All time axes follow the plot that was zoomed or panned.
   function follow(from, change) {
     if (following) { return; }
     const range = 'xaxis.range[0]' in change
@@ -36,7 +36,7 @@
       .finally(function () { following = false; });
   }
 
-  // Areas of one stack are told apart without colour, too.
+  // Areas of a stack can be distinguished without colour, too.
   const PATTERNS = ['', '/', '.', '\\', 'x', '-', '+', '|'];
   function addPatterns(traces) {
     const groups = [];
@@ -49,7 +49,7 @@
     });
   }
 
-  // The legend takes as many lines as the width needs: the figure grows, not the plot shrinks.
+  // The legend wraps to the width of the page: the figure grows, the plot keeps its height.
   function makeRoom(plot, figure) {
     const legend = plot.querySelector('.legend .bg');
     const lines = legend ? legend.getBoundingClientRect().height : 0;

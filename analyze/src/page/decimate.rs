@@ -1,11 +1,10 @@
-//! Fewer points for a curve, its peaks and its breaks kept.
+//! Fewer points for a curve, with its peaks and breaks kept.
 
-/// The rows to draw of a curve: at most `most` of them, in order.
+/// The rows of a curve to draw: at most `most` of them, in order.
 ///
-/// A curve that is short enough keeps all rows. Of a longer one each of equally long buckets keeps the
-/// rows of its smallest and its largest value and, as a break, its first row that is no finite number; the first
-/// and the last row stay too.
-pub(super) fn rows_to_draw(values: &[f64], most: usize) -> Vec<usize> {
+/// A short curve keeps all rows. A longer one is cut into equal buckets; each keeps its smallest value, its
+/// largest value and, as a break, its first value that is not finite. The first and the last row stay too.
+pub(crate) fn rows_to_draw(values: &[f64], most: usize) -> Vec<usize> {
     let count = values.len();
     if count <= most {
         return (0..count).collect();
@@ -77,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_of_nothing_stays_nothing() {
+    fn a_curve_without_values_stays_empty() {
         let rows = rows_to_draw(&vec![f64::NAN; 10_000], 1000);
         assert!(!rows.is_empty() && rows.len() <= 1000);
     }

@@ -1,21 +1,21 @@
-//! A figure of curves over time that belong to no analysis.
+//! A figure of curves over time.
 
 use plotly::Traces;
 
-use super::{Figure, MOST_POINTS, config, layout, line, plain};
+use super::figure::{Figure, MOST_POINTS, layout, line, plain};
 
 const HEIGHT: usize = 300;
 /// Room above the plot (pixels).
 const ABOVE: usize = 24;
 
-/// A named curve, a value a row.
-pub(in crate::report) struct Curve {
+/// A named curve with one value per row.
+pub(crate) struct Curve {
     name: String,
     values: Vec<f64>,
 }
 
 impl Curve {
-    pub(in crate::report) fn new(name: &str, values: Vec<f64>) -> Self {
+    pub(crate) fn new(name: &str, values: Vec<f64>) -> Self {
         Self {
             name: name.into(),
             values,
@@ -24,22 +24,12 @@ impl Curve {
 }
 
 /// A figure of curves over the times of the rows (s).
-pub(in crate::report) fn chart(
-    title: &str,
-    unit: &str,
-    seconds: &[f64],
-    curves: &[Curve],
-) -> Figure {
+pub(crate) fn chart(title: &str, unit: &str, seconds: &[f64], curves: &[Curve]) -> Figure {
     let last = seconds.last().copied().unwrap_or(0.0);
     let mut traces = Traces::new();
     for (index, curve) in curves.iter().enumerate() {
         let name = plain(&curve.name);
         traces.push(line(index, &name, seconds, &curve.values, MOST_POINTS));
     }
-    Figure {
-        title: title.into(),
-        traces,
-        layout: layout(unit, HEIGHT, ABOVE, last),
-        config: config(),
-    }
+    Figure::new(title, traces, layout(unit, HEIGHT, ABOVE, last))
 }

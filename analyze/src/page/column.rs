@@ -1,26 +1,25 @@
-//! Numbers of a curve as the page takes them: their bytes, which are fewer than their digits and read at once.
+//! The numbers of a curve on the page: their bytes, which are shorter and faster to read than digits.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use plotly::Scatter;
 use serde::Serialize;
 
-/// A curve of the plotting library whose numbers stand in one [`Column`] each for times and values.
-pub(super) type ColumnScatter = Scatter<Column, Column>;
+/// A curve of the plot library with one [`Column`] for times and one for values.
+pub(crate) type ColumnScatter = Scatter<Column, Column>;
 
-/// A whole column: `type:` and the numbers' bytes in base64. It stands as the only element where the library
-/// has a list of numbers, and the page puts the numbers there.
+/// A whole column: `type:` and the bytes of its numbers in base64. It is the only element where the library
+/// expects a list of numbers; the page's script replaces it with them.
 #[derive(Debug, Clone, Serialize)]
 #[serde(transparent)]
-pub(super) struct Column(String);
+pub(crate) struct Column(String);
 
-/// A tick of the page's times (s).
+/// Length of a tick of the page's times (s).
 const TICK_S: f64 = 1e-4;
 
-/// A curve over times (s from the first row) and values. Times are ticks of 32 bits where these can hold them,
-/// which is five days, else all 64 bits; values have the seven digits of 32 bits. What is not finite breaks
-/// the line.
-pub(super) fn scatter(times: &[f64], values: &[f64]) -> Box<ColumnScatter> {
+/// A curve of values over times (s from the first row). Times are 32-bit ticks up to five days, and 64-bit
+/// numbers beyond; values are 32-bit numbers. A value that is not finite breaks the line.
+pub(crate) fn scatter(times: &[f64], values: &[f64]) -> Box<ColumnScatter> {
     let last_s = f64::from(u32::MAX) * TICK_S;
     let times = if times.iter().all(|time| (0.0..=last_s).contains(time)) {
         let ticks = times.iter().map(|time| (time / TICK_S).round() as u32);
@@ -68,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn times_that_no_tick_can_tell_have_all_digits() {
+    fn times_beyond_the_ticks_keep_all_digits() {
         for times in [[0.0, 500_000.0], [-1.0, 0.0]] {
             let curve = scatter(&times, &[1.0, 2.0]);
             let whole = times.map(f64::to_le_bytes).concat();
