@@ -6,6 +6,7 @@ mod accuracy; // wheel loads against simulated truth
 mod causal; // one by one equals four side by side, through the whole analysis
 mod clocks; // offsets between topics, by the physics
 mod coverage; // standard deviations against the spread of the truth
+mod documents; // README, book and CONTRIBUTING are true
 mod first_paper; // what the first paper shows
 mod gaps; // what is missing is said, never filled in
 mod number_signals; // any number of any message as a signal

@@ -1,5 +1,7 @@
 //! What the tests share: fixtures, truth, and analyses of them.
 
+#[cfg(doctest)]
+mod documents;
 mod edited_log;
 
 use std::path::{Path, PathBuf};
