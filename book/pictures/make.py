@@ -40,7 +40,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         run(TIPWATCH, "--quiet", "demo", "--out", folder / "demo")
-        screenshot(folder / "demo" / "report.html", OUT / "report.png", 1100, 1330, folder)
+        screenshot(folder / "demo" / "report.html", OUT / "report.png", 1100, 1240, folder)
         fleet(folder)
         screenshot(folder / "fleet" / "fleet.html", OUT / "fleet.png", 1100, 1000, folder)
         (OUT / "watch.svg").write_text(watch(folder))
