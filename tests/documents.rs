@@ -408,7 +408,10 @@ fn the_map_of_the_tree_is_current() {
     let old = region(&page.text, "tree");
     let new = tree();
     if is_blessing() && old != new {
-        let text = page.text.replacen(&old, &new, 1);
+        let begin = "<!-- begin: tree -->\n";
+        let text = page
+            .text
+            .replacen(&format!("{begin}{old}"), &format!("{begin}{new}"), 1);
         fs::write(root().join(&page.name), text).expect("a page that can be written");
     } else {
         assert_eq!(old, new, "TIPWATCH_BLESS=1 writes the map anew");
@@ -439,12 +442,12 @@ fn tree() -> String {
         let Some(purpose) = first_sentence(&source.join("lib.rs")) else {
             continue;
         };
-        map += &format!("\n**{name}**: {purpose}\n\n");
+        map += &format!("\n**{name}**: {purpose}\n");
         let entries = fs::read_dir(&source).expect("a folder").flatten();
         let mut folders: Vec<_> = entries.map(|e| e.path()).filter(|p| p.is_dir()).collect();
         folders.sort();
         if !folders.is_empty() {
-            map += "| folder | holds |\n|---|---|\n";
+            map += "\n| folder | holds |\n|---|---|\n";
         }
         for folder in folders {
             let purpose = first_sentence(&folder.join("mod.rs"))

@@ -216,3 +216,16 @@ fn programs() -> PathBuf {
     }
     folder
 }
+
+#[test]
+fn output_matches_only_with_its_wildcards() {
+    let fits = |expected: &[&str], found: &[&str]| lines_match(expected, found);
+    assert!(fits(&["a", "...", "c"], &["a", "b", "b", "c"]));
+    assert!(fits(&["...", "c", "..."], &["c"]));
+    assert!(!fits(&["a", "..."], &["b", "a"]));
+    assert!(!fits(&["a"], &["a", "b"]));
+    assert!(fits(&["load [..] N"], &["load 12 N"]));
+    assert!(fits(&["load [..]"], &["load 12 N"]));
+    assert!(!fits(&["load [..] N"], &["load 12 kN at t"]));
+    assert!(!fits(&["load 1"], &["load 12"]));
+}
