@@ -386,10 +386,12 @@ fn the_data_set_has_the_documented_columns() {
     let (logs, out) = (mixed_logs(), TempDir::new().unwrap());
     let machine = data("tiny_lift.toml");
     screen(logs.path(), out.path(), &["--machine", text(&machine)]);
-    let document =
-        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../SCREEN.md")).unwrap();
+    let document = fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../book/src/reference/data-set.md"),
+    )
+    .unwrap();
     let section = document
-        .split("## The data set")
+        .split("# Fleet data set")
         .nth(1)
         .unwrap()
         .split("With polars")
@@ -438,8 +440,10 @@ fn the_documented_queries_run() {
         &work.path().join("fleet"),
         &["--machine", text(&machine)],
     );
-    let document =
-        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../SCREEN.md")).unwrap();
+    let document = fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../book/src/tutorial/fleet.md"),
+    )
+    .unwrap();
     let scripts: Vec<&str> = document
         .split("```python\n")
         .skip(1)
@@ -448,7 +452,7 @@ fn the_documented_queries_run() {
     assert_eq!(scripts.len(), 2);
     let checks = [
         "assert worst.height == 3 and worst['worst_margin'][0] < 0 < worst['band'][0], worst\n\
-         assert lifts['lifts'].sum() >= 1 and lifts['an_hour'][0] > 0, lifts\n\
+         assert lifts['lifts'].sum() >= 1 and lifts['per_hour'][0] > 0, lifts\n\
          assert logs.collect()['day'].null_count() == 1",
         "assert [row[3] for row in trend.fetchall()] == [3]\n\
          assert 'photo.mcap' in reasons.fetchall()[0][0]\n\

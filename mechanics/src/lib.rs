@@ -5,7 +5,7 @@
 //! their envelope, and the margins to tipping. [`evaluate`] has no memory, does not allocate and is generic over
 //! the number type: [`evaluate_rows`] evaluates four samples at once and gives the same bits.
 //!
-//! `THEORY.md` defines frames, signs and equations. The crate opens no file and starts no thread.
+//! `book/src/theory.md` defines frames, signs and equations. The crate opens no file and starts no thread.
 //!
 //! ```
 //! use tipwatch_mechanics::machine::LogFacts;

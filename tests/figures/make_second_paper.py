@@ -1,4 +1,4 @@
-"""Draw `second_paper.png`, the README's figure after Figs. 5 and 6 of the second paper.
+"""Draw `second_paper.png`, the book's figure after Figs. 5 and 6 of the second paper.
 
     python -m venv .venv && .venv/bin/pip install polars matplotlib
     for MODEL in closed-form variable-inertia whole-body: tipwatch analyze tests/data/second_paper.mcap --machine MACHINE --model MODEL --out OUT/MODEL

@@ -1,4 +1,4 @@
-"""Draw `swing_lift.png`, the README's figure after Figs. 10 and 11 of the first paper.
+"""Draw `swing_lift.png`, the book's figure after Figs. 10 and 11 of the first paper.
 
     python -m venv .venv && .venv/bin/pip install polars matplotlib
     tipwatch analyze tests/data/swing_lift.mcap --machine tests/data/swing_lift.toml --out OUT

@@ -1,5 +1,7 @@
 //! Shared by the tests: fixtures, their ground truth, and analyses of them.
 
+#[cfg(doctest)]
+mod documents;
 mod edited_log;
 pub mod fingerprint;
 

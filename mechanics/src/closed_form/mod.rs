@@ -2,7 +2,7 @@
 //!
 //! G. Petrović and J. Mattila, "Analytic Solutions for Wheeled Mobile Manipulator Supporting Forces",
 //! IEEE Access 10, 2022, (8)-(31), (48)-(58), (61)-(111), with its printing errors corrected. Every wheel's
-//! load is a sum of eleven terms; `THEORY.md` lists the equations by number, C(1) to C(20).
+//! load is a sum of eleven terms; `book/src/theory.md` lists the equations by number, C(1) to C(20).
 //!
 //! Frame {B_C}, "platform axes": origin C, the centre of mass of the platform without arm and wheels; x
 //! forward, y left, z along the contact plane's normal. Arrays of four are in the order of [`Corner`]:

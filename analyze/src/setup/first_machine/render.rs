@@ -21,7 +21,7 @@ pub(super) fn rendered(
     let path = log.path().display();
     text.comment(&format!(
         "First machine file, guessed by tipwatch {} from {path}. Check every line and complete the lines that are \
-         commented out. Keys and units: MACHINE_FILE.md. Check the result with `tipwatch check-machine`.",
+         commented out. Keys and units: book/src/reference/machine-file.md. Check the result with `tipwatch check-machine`.",
         env!("CARGO_PKG_VERSION")
     ));
     text.comment(verdict);
