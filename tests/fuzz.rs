@@ -5,12 +5,13 @@
 
 use std::time::Duration;
 
-use tipwatch_mechanics::estimation::{CausalEstimator, Recording, RowClock, smooth};
+use tipwatch_mechanics::estimation::{CausalEstimator, RowClock, smooth};
 use tipwatch_mechanics::machine::{LogFacts, Machine};
 use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Sample};
 use tipwatch_mechanics::{
     MachineSpec, Scope, State, Workspace, actuator_force, evaluate, static_outcome,
 };
+use tipwatch_tests::OwnedSamples;
 
 /// Time for each target.
 const TIME: Duration = Duration::from_secs(3);
@@ -123,8 +124,8 @@ fn use_samples(machine: &Machine, samples: &[(u8, u64, Vec<u64>)]) {
     let sensors = MatchedSensors::new(machine, &[("all", &names)], others)
         .unwrap()
         .sensors;
-    let mut recordings: Vec<Recording> = (sensors.iter())
-        .map(|sensor| Recording {
+    let mut recordings: Vec<OwnedSamples> = (sensors.iter())
+        .map(|sensor| OwnedSamples {
             sensor,
             stamps_ns: Vec::new(),
             values: Vec::new(),
@@ -154,6 +155,7 @@ fn use_samples(machine: &Machine, samples: &[(u8, u64, Vec<u64>)]) {
         recording.stamps_ns.push(stamp_ns);
         recording.values.extend(values);
     }
+    let recordings: Vec<_> = recordings.iter().map(OwnedSamples::samples).collect();
     let _ = smooth(machine, &sensors, &recordings, RowClock::Rate(50.0));
 }
 

@@ -3,29 +3,12 @@
 use tipwatch_analyze::load::load;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::estimation::{RowClock, SensorSamples, SmoothedRows, smooth};
+use tipwatch_mechanics::estimation::{RowClock, SmoothedRows, smooth};
 use tipwatch_mechanics::state::{Reason, Sensor};
-use tipwatch_tests::data;
-
-/// The samples of one sensor.
-struct Recording {
-    sensor: Sensor,
-    stamps_ns: Vec<i64>,
-    values: Vec<f64>,
-}
-
-impl Recording {
-    fn samples(&self) -> SensorSamples<'_> {
-        SensorSamples {
-            sensor: self.sensor,
-            stamps_ns: &self.stamps_ns,
-            values: &self.values,
-        }
-    }
-}
+use tipwatch_tests::{OwnedSamples, data};
 
 /// Smooths the short log after `edit` has changed its recordings.
-fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
+fn smoothed(edit: impl Fn(&mut OwnedSamples)) -> SmoothedRows {
     let path = data("tiny.mcap");
     let log = Log::open(&path).unwrap();
     let loaded = load(
@@ -34,7 +17,7 @@ fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
         &mut |_| {},
     )
     .unwrap();
-    let recordings: Vec<Recording> = loaded
+    let recordings: Vec<OwnedSamples> = loaded
         .signals
         .iter()
         .map(|signal| {
@@ -42,7 +25,7 @@ fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
                 signal.recording.stamps_ns.clone(),
                 signal.recording.values.clone(),
             );
-            let mut recording = Recording {
+            let mut recording = OwnedSamples {
                 sensor: signal.sensor,
                 stamps_ns,
                 values,
@@ -51,7 +34,7 @@ fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
             recording
         })
         .collect();
-    let samples: Vec<_> = recordings.iter().map(Recording::samples).collect();
+    let samples: Vec<_> = recordings.iter().map(OwnedSamples::samples).collect();
     smooth(
         &loaded.machine,
         &loaded.matched.sensors,
@@ -61,7 +44,7 @@ fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
 }
 
 /// Removes the samples for which `gone` is true, given their time since the first sample (s).
-fn leave_out(recording: &mut Recording, gone: impl Fn(f64) -> bool) {
+fn leave_out(recording: &mut OwnedSamples, gone: impl Fn(f64) -> bool) {
     let width = recording.values.len() / recording.stamps_ns.len();
     let first = recording.stamps_ns[0];
     let keep: Vec<bool> = recording

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::table;
+use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::tables::table;
 use tipwatch_tests::{analysed, data};
 
 use super::page::{Page, is_blessing, root};

@@ -13,6 +13,8 @@ use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::estimation::SensorSamples;
+use tipwatch_mechanics::state::Sensor;
 
 pub use edited_log::{Values, write_edited};
 
@@ -227,4 +229,27 @@ fn smoothed(values: &[f64]) -> Vec<f64> {
     (0..values.len())
         .map(|i| if inside(i) { middle(i) } else { values[i] })
         .collect()
+}
+
+/// Samples of one sensor that a test may edit before they are smoothed.
+#[derive(Debug, Clone)]
+pub struct OwnedSamples {
+    /// The sensor.
+    pub sensor: Sensor,
+    /// Stamps (ns).
+    pub stamps_ns: Vec<i64>,
+    /// Values of all samples, one sample after the other.
+    pub values: Vec<f64>,
+}
+
+impl OwnedSamples {
+    /// The samples as the smoother takes them.
+    #[must_use]
+    pub fn samples(&self) -> SensorSamples<'_> {
+        SensorSamples {
+            sensor: self.sensor,
+            stamps_ns: &self.stamps_ns,
+            values: &self.values,
+        }
+    }
 }
