@@ -1,9 +1,9 @@
 //! The first paper's results and the cost of its simplifications, on simulated logs.
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::base::options::{ClosedFormInput, Model, MoreColumns, Options};
+use tipwatch_analyze::base::options::{ClosedFormInput, ModelKind, MoreColumns, Options};
 use tipwatch_analyze::events::EventKind;
-use tipwatch_mechanics::{Cause, Quantity};
+use tipwatch_mechanics::{Contribution, Quantity};
 use tipwatch_tests::{Truth, analysed, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
@@ -62,7 +62,7 @@ fn val_closed_form_misplaces_load_under_hard_braking() {
     };
     let whole_body = shift(Options::default());
     let closed_form = shift(Options {
-        model: Model::ClosedForm,
+        model: ModelKind::ClosedForm,
         closed_form_input: Some(ClosedFormInput::Accelerometer),
         ..Options::default()
     });
@@ -79,7 +79,7 @@ fn models_are_compared_wheel_by_wheel() {
     let other = analysed(
         &data("tiny.mcap"),
         Options {
-            model: Model::ClosedForm,
+            model: ModelKind::ClosedForm,
             ..Options::default()
         },
     );
@@ -90,7 +90,10 @@ fn models_are_compared_wheel_by_wheel() {
     else {
         panic!("{:?} {:?}", chosen.comparisons, other.comparisons);
     };
-    assert_eq!((a.other, b.other), (Model::ClosedForm, Model::WholeBody));
+    assert_eq!(
+        (a.other, b.other),
+        (ModelKind::ClosedForm, ModelKind::WholeBody)
+    );
     for (a, b) in a.wheels.iter().zip(&b.wheels) {
         assert!((a.mean_n + b.mean_n).abs() < 1e-9 && (a.rms_n - b.rms_n).abs() < 1e-9);
         assert!(
@@ -195,13 +198,14 @@ fn edge_moments_are_the_loads_beyond(name: &str, analysis: &Analysis, weight: f6
 fn causes_add_up(name: &str, analysis: &Analysis, weight: f64) {
     let rows = &analysis.rows;
     for wheel in 0..analysis.machine.wheels().len() {
-        let causes = Cause::ALL.map(|c| rows.outcomes.column(Quantity::Cause(c, wheel)));
+        let causes =
+            Contribution::ALL.map(|c| rows.outcomes.column(Quantity::Contribution(c, wheel)));
         let (otf, load) = (
             rows.outcomes.column(Quantity::Otf(wheel)),
             rows.outcomes.column(Quantity::Load(wheel)),
         );
         for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
-            let lift_off = causes[Cause::LiftOff as usize][row];
+            let lift_off = causes[Contribution::LiftOff as usize][row];
             let known = causes
                 .iter()
                 .map(|cause| cause[row])

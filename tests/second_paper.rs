@@ -4,9 +4,9 @@ use std::path::Path;
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
-use tipwatch_analyze::base::options::{ClosedFormInput, Estimator, Model, Options};
+use tipwatch_analyze::base::options::{ClosedFormInput, Estimator, ModelKind, Options};
 use tipwatch_binding::MachineFile;
-use tipwatch_mechanics::{Cause, Quantity};
+use tipwatch_mechanics::{Contribution, Quantity};
 use tipwatch_tests::{Truth, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
@@ -38,15 +38,15 @@ fn val_frozen_variable_and_whole_body_on_one_log() {
         truth.error_share(&analysed(&log, text, options))
     };
     let plane = text.replace("[contact]", "[contact]\nground = \"plane\"");
-    let frozen = error(&text, Model::ClosedForm, None);
-    let variable = error(&text, Model::VariableInertia, None);
+    let frozen = error(&text, ModelKind::ClosedForm, None);
+    let variable = error(&text, ModelKind::VariableInertia, None);
     let felt = error(
         &text,
-        Model::VariableInertia,
+        ModelKind::VariableInertia,
         Some(ClosedFormInput::Accelerometer),
     );
-    let whole_body = error(&text, Model::WholeBody, None);
-    let on_plane = error(&plane, Model::WholeBody, None);
+    let whole_body = error(&text, ModelKind::WholeBody, None);
+    let on_plane = error(&plane, ModelKind::WholeBody, None);
     println!(
         "of the mean load: frozen {frozen:.4}, variable {variable:.4} (felt {felt:.4}), whole body {whole_body:.4}, on a plane {on_plane:.4}"
     );
@@ -56,7 +56,7 @@ fn val_frozen_variable_and_whole_body_on_one_log() {
     assert!(on_plane < 0.0035, "{on_plane}");
     let compared = analysed(&log, &text, Options::default()).comparisons;
     let models: Vec<_> = compared.iter().flatten().map(|c| c.other).collect();
-    assert_eq!(models, [Model::VariableInertia, Model::ClosedForm]);
+    assert_eq!(models, [ModelKind::VariableInertia, ModelKind::ClosedForm]);
 }
 
 /// The machine file with the chamber pressures of both suspension cylinders bound to signals.
@@ -135,7 +135,8 @@ fn causes_still_add_up(analysis: &Analysis) {
     let rows = &analysis.rows;
     let weight = analysis.machine.mass() * analysis.machine.gravity();
     for wheel in 0..4 {
-        let causes = Cause::ALL.map(|cause| rows.outcomes.column(Quantity::Cause(cause, wheel)));
+        let causes = Contribution::ALL
+            .map(|cause| rows.outcomes.column(Quantity::Contribution(cause, wheel)));
         let load = rows.outcomes.column(Quantity::Load(wheel));
         let mut warps: f64 = 0.0;
         for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
@@ -149,7 +150,7 @@ fn causes_still_add_up(analysis: &Analysis) {
                 "row {row}: {sum} {}",
                 load[row]
             );
-            warps = warps.max(causes[Cause::Warp as usize][row].abs());
+            warps = warps.max(causes[Contribution::Warp as usize][row].abs());
         }
         assert!(warps > 1000.0, "{warps}");
     }

@@ -118,7 +118,7 @@ pub fn named_topics(spec: &MachineSpec) -> NamedTopics {
         tool_wrench: (signals.tool_wrench.as_ref())
             .and_then(SignalSpec::topic)
             .cloned(),
-        bound_otherwise: number_signals::kinds(signals),
+        bound_by_number: number_signals::kinds(signals),
         has_tool: spec.arm.as_ref().is_some_and(|arm| arm.tool.is_some()),
     }
 }

@@ -96,7 +96,7 @@ fn columns<const N: usize>(
     if !has(log, name, type_name) {
         return Ok(None);
     }
-    let requests = fields.map(|field| FieldRequest::as_it_is(name, field));
+    let requests = fields.map(|field| FieldRequest::raw(name, field));
     // losses of the topic are reported when the sensors are read
     let (columns, _) = record_fields(log, &requests, None)?;
     Ok(columns.try_into().ok())

@@ -78,5 +78,5 @@ pub use crate::{
         bind, bind_joint_states, first_frame, first_string, joint_names_in, metadata_records,
         robot_description, static_frames, topic_of_field,
     },
-    write::{OutTopic, RecoverError, RecoveryReport, Ros2Writer, WriteError, recover},
+    write::{RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic, recover},
 };

@@ -253,7 +253,7 @@ fn pong(prefix: &str, wake: Wake) {
     let joined = Joined::new(&bare_place(prefix), "pong").unwrap();
     let samples: Receiver<WireSample> = joined.receiver().unwrap();
     let verdicts: Sender<WireVerdict> = joined.sender(0, 0).unwrap();
-    let bell = joined.bell::<WireVerdict>().unwrap();
+    let topic_notifier = joined.topic_notifier::<WireVerdict>().unwrap();
     let waiter = Waiter::new::<WireSample>(&joined, wake).unwrap();
     let mut verdict = WireVerdict::unknown();
     let mut ends = false;
@@ -263,7 +263,7 @@ fn pong(prefix: &str, wake: Wake) {
             verdict.event = EVENT_ROW;
             verdicts.send_raw(&verdict).unwrap();
             if wake == Wake::Event {
-                bell.ring();
+                topic_notifier.ring();
             }
             ends = kind == Kind::End as u32;
         }
@@ -317,7 +317,7 @@ fn bare(wake: &str, period_ns: i64, count: u64) {
     let joined = Joined::new(&bare_place(&world.prefix), "ping").unwrap();
     let wake: Wake = wake.parse().unwrap();
     let samples: Sender<WireSample> = joined.sender(0, 0).unwrap();
-    let bell = joined.bell::<WireSample>().unwrap();
+    let topic_notifier = joined.topic_notifier::<WireSample>().unwrap();
     let verdicts: Receiver<WireVerdict> = joined.receiver().unwrap();
     let waiter = Waiter::new::<WireVerdict>(&joined, wake).unwrap();
     let name = if wake == Wake::Poll { "poll" } else { "event" };
@@ -346,7 +346,7 @@ fn bare(wake: &str, period_ns: i64, count: u64) {
         let start_ns = monotonic_ns();
         samples.send_raw(&sample).unwrap();
         if wake == Wake::Event {
-            bell.ring();
+            topic_notifier.ring();
         }
         times.push(verdict_on(sequence, &verdicts, &waiter) - start_ns);
     }

@@ -9,7 +9,7 @@ use crate::guard::Counts;
 use crate::identity::new_identity;
 use crate::interrupt;
 use crate::monitor::{HEARTBEAT_NS, Progress, VALIDITY_NS};
-use crate::node::{Bell, Joined, Receiver, Sender};
+use crate::node::{Joined, Receiver, Sender, TopicNotifier};
 use crate::sample_reader::SampleReader;
 use crate::session::{Session, machine_hash};
 use crate::topics::{WireAcknowledge, WireCommand, WireSample, WireSession, WireVerdict};
@@ -47,7 +47,7 @@ pub struct ControlLoop<'a> {
 struct Out<'a> {
     clock: &'a dyn Clock,
     commands: Sender<WireCommand>,
-    bell: Bell,
+    topic_notifier: TopicNotifier,
     failed: Option<anyhow::Error>,
 }
 
@@ -56,7 +56,7 @@ impl Out<'_> {
         let now_ns = self.clock.now_ns();
         command.valid_until_ns = now_ns.saturating_add(VALIDITY_NS);
         match self.commands.send_at(command, now_ns) {
-            Ok(_) => self.bell.ring(),
+            Ok(_) => self.topic_notifier.ring(),
             Err(error) => {
                 self.failed.get_or_insert(error);
             }
@@ -88,7 +88,7 @@ impl<'a> ControlLoop<'a> {
             out: Out {
                 clock,
                 commands: joined.sender(new_identity(hash), hash)?,
-                bell: joined.bell::<WireCommand>()?,
+                topic_notifier: joined.topic_notifier::<WireCommand>()?,
                 failed: None,
             },
             idle_ns: i64::MIN,

@@ -9,7 +9,7 @@ use crate::guard::Counts;
 use crate::identity::new_identity;
 use crate::interrupt;
 use crate::monitor::{HEARTBEAT_NS, Monitor, Progress, VALIDITY_NS};
-use crate::node::{Bell, Joined, Receiver, Sender};
+use crate::node::{Joined, Receiver, Sender, TopicNotifier};
 use crate::sample_reader::SampleReader;
 use crate::session::{Session, machine_hash};
 use crate::topics::{WireAcknowledge, WireMachine, WireSample, WireSession, WireVerdict};
@@ -48,7 +48,7 @@ pub struct MonitorLoop<'a> {
 struct Out<'a> {
     clock: &'a dyn Clock,
     verdicts: Sender<WireVerdict>,
-    bell: Bell,
+    topic_notifier: TopicNotifier,
     failed: Option<anyhow::Error>,
 }
 
@@ -89,7 +89,7 @@ impl Out<'_> {
         let now_ns = self.clock.now_ns();
         verdict.valid_until_ns = now_ns.saturating_add(VALIDITY_NS);
         match self.verdicts.send_at(verdict, now_ns) {
-            Ok(_) => self.bell.ring(),
+            Ok(_) => self.topic_notifier.ring(),
             Err(error) => {
                 self.failed.get_or_insert(error);
             }
@@ -123,7 +123,7 @@ impl<'a> MonitorLoop<'a> {
             out: Out {
                 clock,
                 verdicts: joined.sender(source, hash)?,
-                bell: joined.bell::<WireVerdict>()?,
+                topic_notifier: joined.topic_notifier::<WireVerdict>()?,
                 failed: None,
             },
             idle: Idle::new(clock.now_ns()),

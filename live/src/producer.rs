@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use crate::node::{Bell, Joined, ReaderProgress, Sender};
+use crate::node::{Joined, ReaderProgress, Sender, TopicNotifier};
 use crate::topics::{WireProgress, WireSample, WireSession};
 
 /// Writes one session.
@@ -10,7 +10,7 @@ use crate::topics::{WireProgress, WireSample, WireSession};
 pub struct Producer {
     samples: Sender<WireSample>,
     sessions: Sender<WireSession>,
-    bell: Bell,
+    topic_notifier: TopicNotifier,
     progress: ReaderProgress,
 }
 
@@ -23,7 +23,7 @@ impl Producer {
         Ok(Self {
             samples: joined.sender(source, machine_hash)?,
             sessions: joined.sender(source, machine_hash)?,
-            bell: joined.bell::<WireSample>()?,
+            topic_notifier: joined.topic_notifier::<WireSample>()?,
             progress: ReaderProgress::new(joined.receiver::<WireProgress>()?, source),
         })
     }
@@ -42,7 +42,7 @@ impl Producer {
     /// The shared memory fails.
     pub fn send(&mut self, sample: &mut WireSample) -> Result<()> {
         self.samples.send(sample)?;
-        self.bell.ring();
+        self.topic_notifier.ring();
         Ok(())
     }
 

@@ -75,7 +75,7 @@ pub const NAME_BYTES: usize = 64;
 /// Wheels, and edges between them, that a verdict has room for.
 pub const MAX_PLACES: usize = MAX_WHEELS;
 /// Causes that a verdict tells.
-pub const CAUSES: usize = tipwatch_mechanics::Cause::ALL.len();
+pub const CAUSES: usize = tipwatch_mechanics::Contribution::ALL.len();
 
 wire! {
     /// One message of one sensor.

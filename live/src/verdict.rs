@@ -92,7 +92,7 @@ impl WireVerdict {
         copy(&mut self.mhs, &indicators.mhs);
         copy(&mut self.force_angle, &indicators.force_angle);
         copy(&mut self.stability_angle, &indicators.stability_angle);
-        for (wheel, causes) in outcome.causes.iter().enumerate() {
+        for (wheel, causes) in outcome.contributions.iter().enumerate() {
             for (by_wheel, &value) in self.causes.iter_mut().zip(causes) {
                 by_wheel[wheel] = value;
             }

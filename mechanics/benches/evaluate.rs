@@ -64,7 +64,7 @@ fn main() {
         (
             "causes",
             Scope {
-                causes: true,
+                contributions: true,
                 ..Scope::LOADS
             },
         ),

@@ -42,16 +42,18 @@ pub mod wheel_loads;
 pub use evaluate::batch::{OutcomeColumns, evaluate_rows};
 pub use evaluate::evaluation::evaluate;
 pub use evaluate::model::{ClosedForm, Model};
-pub use evaluate::outcome::{Outcome, Place, Quantity};
+pub use evaluate::outcome::{GroundPoint, Outcome, Quantity};
 pub use evaluate::scope::Scope;
 pub use evaluate::workspace::Workspace;
-pub use explain::attribution::{Cause, Causes};
+pub use explain::attribution::{Contribution, Contributions};
 pub use explain::indicators::{Indicators, VelocityGradient};
 pub use explain::sensitivity::{Sensitivity, SensitivitySums};
 pub use explain::uncertainty::Uncertainty;
 pub use geometry::coordinate::Motion;
 pub use geometry::spatial::Wrench;
-pub use machine::{Axis, InertiaElement, Machine, MachineError, MachineSpec, Parameter, Travel};
+pub use machine::{
+    Axis, BaseMotion, InertiaElement, Machine, MachineError, MachineSpec, Parameter,
+};
 pub use number::{Dual, Gradient, Jet, Lanes, Real};
 pub use state::{BaseState, ImuState, JetCovariance, SignalNoise, State, StateColumns};
 pub use studies::actuator_force::{actuator_force, carries_payload};
@@ -60,5 +62,5 @@ pub use studies::payload_estimate::{
     ForceQuality, MeasuredForce, PayloadEstimate, estimate_payload,
 };
 pub use studies::placement::Placement;
-pub use studies::standing::{MassShare, Standing};
+pub use studies::standing::{MassShare, RestingMachine};
 pub use studies::static_posture::{reference_posture, resting_state, static_outcome};

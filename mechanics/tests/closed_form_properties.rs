@@ -5,8 +5,8 @@ use crate::support::closed_form::{assert_all_close, assert_close, motion, platfo
 use nalgebra::{Matrix4, Vector3, Vector4};
 use proptest::prelude::*;
 use tipwatch_mechanics::closed_form::{
-    Attitude, Causes, Counted, FeltMotion, LoadGradient, PlanarMotion, Platform, sigma,
-    sigma_gradient,
+    Attitude, Counted, DemandContributions, LoadGradient, MeasuredMotion, PlanarMotion, Platform,
+    sigma, sigma_gradient,
 };
 use tipwatch_mechanics::{Lanes, Real, Wrench};
 
@@ -51,7 +51,11 @@ fn printed_b((p, up, v, arm): &Case) -> [f64; 3] {
 
 /// (55) with the row of (54) for any D, solved as a linear system.
 fn solved(p: &Platform<f64>, [b1, b2, b3]: [f64; 3]) -> [f64; 4] {
-    let (l, r, d) = (p.half_track_left, p.half_track_right, p.front_share);
+    let (l, r, d) = (
+        p.half_track_left,
+        p.half_track_right,
+        p.roll_moment_distribution,
+    );
     let (l1, l2) = (p.to_rear, p.to_front);
     #[rustfmt::skip]
     let rows = Matrix4::new(
@@ -64,17 +68,17 @@ fn solved(p: &Platform<f64>, [b1, b2, b3]: [f64; 3]) -> [f64; 4] {
     solution.map_or([f64::NAN; 4], Into::into)
 }
 
-fn causes((platform, up, motion, arm): &Case) -> Causes<f64> {
-    Causes::of_motion(platform, up, motion, arm)
+fn contributions((platform, up, motion, arm): &Case) -> DemandContributions<f64> {
+    DemandContributions::of_motion(platform, up, motion, arm)
 }
 
-fn felt_causes((platform, up, motion, arm): &Case) -> Causes<f64> {
-    let felt = FeltMotion {
+fn measured_contributions((platform, up, motion, arm): &Case) -> DemandContributions<f64> {
+    let measured = MeasuredMotion {
         specific_force: motion.acceleration().push(0.0) + up * platform.gravity,
         yaw_rate: motion.yaw_rate,
         yaw_acceleration: motion.yaw_acceleration,
     };
-    Causes::of_felt(platform, up, &felt, arm)
+    DemandContributions::of_measured(platform, up, &measured, arm)
 }
 
 /// The terms as printed, in one formula for the four wheels: F = 1 in front, S = 1 on the left.
@@ -106,9 +110,9 @@ proptest! {
 
     #[test]
     fn terms_sum_to_solution_of_linear_system(case in cases()) {
-        let b = causes(&case).sum();
+        let b = contributions(&case).sum();
         assert_all_close([b.b1, b.b2, b.b3], printed_b(&case), 1e-7);
-        let loads = causes(&case).terms(&case.0).loads();
+        let loads = contributions(&case).terms(&case.0).loads();
         assert_all_close(loads, solved(&case.0, printed_b(&case)), 1e-6);
     }
 
@@ -116,32 +120,32 @@ proptest! {
     fn terms_equal_printed_ones_on_equal_half_tracks(case in cases()) {
         let (mut p, up, motion, arm) = case;
         p.half_track_right = p.half_track_left;
-        p.front_share = 0.5;
+        p.roll_moment_distribution = 0.5;
         p.wheel_moment.y = 0.0;
         let case = (p, up, motion, arm);
         let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)];
-        for (found, (f, s)) in causes(&case).terms(&p).wheel.into_iter().zip(corners) {
+        for (found, (f, s)) in contributions(&case).terms(&p).wheel.into_iter().zip(corners) {
             assert_all_close(found, printed_terms(&case, f, s), 1e-7);
         }
     }
 
     #[test]
     fn accelerometer_and_velocity_inputs_agree(case in cases()) {
-        let (by_velocity, felt) = (causes(&case), felt_causes(&case));
+        let (by_velocity, measured) = (contributions(&case), measured_contributions(&case));
         assert_all_close(
-            felt.terms(&case.0).loads(), by_velocity.terms(&case.0).loads(), 1e-6,
+            measured.terms(&case.0).loads(), by_velocity.terms(&case.0).loads(), 1e-6,
         );
-        let (felt, by_velocity) = (felt.felt_terms(&case.0), by_velocity.felt_terms(&case.0));
-        for (found, expected) in felt.wheel.into_iter().zip(by_velocity.wheel) {
+        let (measured, by_velocity) = (measured.measured_terms(&case.0), by_velocity.measured_terms(&case.0));
+        for (found, expected) in measured.wheel.into_iter().zip(by_velocity.wheel) {
             assert_all_close(found, expected, 1e-6);
         }
     }
 
     #[test]
     fn edge_moments_equal_moments_of_loads_off_the_edge(case in cases()) {
-        let (platform, causes) = (&case.0, causes(&case));
-        let [fl, fr, rr, rl] = causes.terms(platform).loads();
-        let m = causes.edge_moments(platform, Counted::ITOM_WITH_WHEELS);
+        let (platform, contributions) = (&case.0, contributions(&case));
+        let [fl, fr, rr, rl] = contributions.terms(platform).loads();
+        let m = contributions.edge_moments(platform, Counted::ITOM_WITH_WHEELS);
         assert_close(m.front, -platform.wheelbase() * (rr + rl), 1e-5);
         assert_close(m.rear, -platform.wheelbase() * (fl + fr), 1e-5);
         assert_close(m.left, -platform.track() * (fr + rr), 1e-5);
@@ -160,7 +164,7 @@ proptest! {
                 vdot_y: motion.vdot_y + step[4],
                 yaw_acceleration: motion.yaw_acceleration + step[5],
             };
-            Causes::of_motion(&platform, &up, &moved, &arm).terms(&platform).loads()
+            DemandContributions::of_motion(&platform, &up, &moved, &arm).terms(&platform).loads()
         };
         let gradient = LoadGradient::of(&platform, &motion);
         let optimal = [9000.0, 8000.0, 7000.0, 6000.0];
@@ -218,11 +222,11 @@ fn numbers<T: Real>(
     motion: &PlanarMotion<T>,
     arm: &Wrench<T>,
 ) -> Vec<T> {
-    let causes = Causes::of_motion(platform, up, motion, arm);
-    let mut all = causes.terms(platform).wheel.concat();
-    all.extend(causes.felt_terms(platform).wheel.concat());
-    all.extend(causes.terms(platform).loads());
-    let moments = causes.edge_moments(platform, Counted::ITOM);
+    let contributions = DemandContributions::of_motion(platform, up, motion, arm);
+    let mut all = contributions.terms(platform).wheel.concat();
+    all.extend(contributions.measured_terms(platform).wheel.concat());
+    all.extend(contributions.terms(platform).loads());
+    let moments = contributions.edge_moments(platform, Counted::ITOM);
     all.extend([
         moments.front,
         moments.left,

@@ -3,7 +3,7 @@
 use crate::support::{bogie_by_rods, edited, machine, moving, set_joint, six_wheels};
 use nalgebra::{Matrix3, Vector3};
 use tipwatch_mechanics::{
-    Dual, Machine, Parameter, Real, Scope, State, Travel, Workspace, evaluate,
+    BaseMotion, Dual, Machine, Parameter, Real, Scope, State, Workspace, evaluate,
 };
 
 /// Machines of every kind: rigid with deflecting tyres, an IMU on the arm, payloads and a tool force, actuated
@@ -101,15 +101,15 @@ fn state_of(machine: &Machine, seed: f64, lean: Vector3<f64>) -> State<f64> {
     }
     state.tool_wrench.force = Vector3::new(150.0, -90.0, 220.0);
     state.tool_wrench.moment = Vector3::new(30.0, 40.0, -20.0);
-    state.imu.specific_force = felt(machine, &state, lean * machine.mass());
+    state.imu.specific_force = imu_measurement(machine, &state, lean * machine.mass());
     state
 }
 
 /// The IMU's measurement for a given ground force, which is linear in it.
-fn felt(machine: &Machine, state: &State<f64>, ground: Vector3<f64>) -> Vector3<f64> {
-    let force = |felt: Vector3<f64>| {
+fn imu_measurement(machine: &Machine, state: &State<f64>, ground: Vector3<f64>) -> Vector3<f64> {
+    let force = |imu_measurement: Vector3<f64>| {
         let mut state = state.clone();
-        state.imu.specific_force = felt;
+        state.imu.specific_force = imu_measurement;
         evaluate(machine, &state, &mut Workspace::new(machine))
             .ground_wrench
             .force
@@ -254,7 +254,7 @@ fn derivatives_equal_central_differences() {
 }
 
 fn is_travel(parameter: Parameter) -> bool {
-    matches!(parameter, Parameter::Travel(_))
+    matches!(parameter, Parameter::BaseMotion(_))
 }
 
 /// Measurement of an IMU at the base origin for a motion of the base: f = vdot + w x v + g up.
@@ -286,10 +286,10 @@ fn derivatives_by_base_motion_equal_dual_numbers() {
     let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
     evaluate(&machine, &state, &mut workspace);
     let parameters = Parameter::all(&machine);
-    for (k, travel) in Travel::ALL.into_iter().enumerate() {
+    for (k, travel) in BaseMotion::ALL.into_iter().enumerate() {
         let place = parameters
             .iter()
-            .position(|&p| p == Parameter::Travel(travel))
+            .position(|&p| p == Parameter::BaseMotion(travel))
             .unwrap();
         let mut change = [Dual::fixed(0.0); 6];
         change[k] = Dual::variable(0.0);

@@ -6,7 +6,7 @@ use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{
-    Cause, Machine, Outcome, Scope, State, Workspace, evaluate, static_outcome,
+    Contribution, Machine, Outcome, Scope, State, Workspace, evaluate, static_outcome,
 };
 
 fn outcome(machine: &Machine, state: &State<f64>) -> Outcome<f64> {
@@ -243,9 +243,9 @@ proptest! {
             prop_assert!((worst + found.normal_force * found.zmp_margin).abs() < 1e-6 * found.normal_force);
             prop_assert!(it.load_transfer_ratio.abs() <= 1.0 + 1e-9 && it.spread >= 0.0);
             // At rest there are no contributions except weights, slope and lift-off.
-            for causes in &found.causes {
-                for cause in [Cause::ArmMotion, Cause::PlatformAcceleration, Cause::Cornering, Cause::ToolForce] {
-                    prop_assert!(causes[cause as usize].abs() < 1e-6 * found.normal_force);
+            for contributions in &found.contributions {
+                for cause in [Contribution::ArmMotion, Contribution::PlatformAcceleration, Contribution::Cornering, Contribution::ToolForce] {
+                    prop_assert!(contributions[cause as usize].abs() < 1e-6 * found.normal_force);
                 }
             }
         }

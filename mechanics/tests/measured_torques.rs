@@ -5,8 +5,8 @@ use crate::support::{bogie_by_rods, moving, set_joint, wheel};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tipwatch_mechanics::{
-    Cause, Machine, Outcome, Quantity, Scope, State, StateColumns, Workspace, actuator_force,
-    evaluate, evaluate_rows,
+    Contribution, Machine, Outcome, Quantity, Scope, State, StateColumns, Workspace,
+    actuator_force, evaluate, evaluate_rows,
 };
 
 const RODS: [&str; 2] = ["suspension_right", "suspension_left"];
@@ -127,8 +127,8 @@ fn torques_change_only_the_diagonal_load_split() {
             let narrow =
                 largest - least < 0.02 * (by_rule.load_largest[wheel] - by_rule.load_least[wheel]);
             assert!(narrow, "{least} {largest}");
-            let sum: f64 = Cause::ALL
-                .map(|c| out.causes[wheel][c as usize])
+            let sum: f64 = Contribution::ALL
+                .map(|c| out.contributions[wheel][c as usize])
                 .iter()
                 .filter(|v| v.is_finite())
                 .sum();
@@ -137,7 +137,7 @@ fn torques_change_only_the_diagonal_load_split() {
                 "{sum} {}",
                 out.load[wheel]
             );
-            let contribution = out.causes[wheel][Cause::Warp as usize];
+            let contribution = out.contributions[wheel][Contribution::Warp as usize];
             assert!(
                 (contribution.abs() - 0.5 * warp.abs()).abs() < 30.0,
                 "{contribution} {warp}"
@@ -205,8 +205,8 @@ proptest! {
         forces in prop::array::uniform10(prop_oneof![3 => -1e4..4e4_f64, 1 => Just(f64::NAN), 1 => Just(1e300)]),
     ) {
         let machine = bogie(Some("force_sigma = 300.0"));
-        let felt = Vector3::new(1.5, -1.0, 9.7);
-        let mut states: Vec<_> = seeds.iter().map(|&s| moving(&machine, s, felt, Vector3::new(0.1, 0.05, 0.2))).collect();
+        let measured = Vector3::new(1.5, -1.0, 9.7);
+        let mut states: Vec<_> = seeds.iter().map(|&s| moving(&machine, s, measured, Vector3::new(0.1, 0.05, 0.2))).collect();
         let mut columns = StateColumns::unknown(&machine, states.len());
         for (row, state) in states.iter_mut().enumerate() {
             for (k, name) in RODS.into_iter().enumerate() {

@@ -52,13 +52,13 @@ fn zero_spread_gives_zero_width_and_seed_repeats() {
         }
         assert!(band.low[ROWS - 1].is_nan() && band.left_out[ROWS - 1] == 5);
     }
-    let drawn = Study {
+    let sampled = Study {
         draws: 40,
         spread: 0.1,
         seed: 7,
     };
-    let (once, again) = (study(&machine, drawn), study(&machine, drawn));
-    let other = study(&machine, Study { seed: 8, ..drawn });
+    let (once, again) = (study(&machine, sampled), study(&machine, sampled));
+    let other = study(&machine, Study { seed: 8, ..sampled });
     for ((once, again), other) in once.iter().zip(&again).zip(&other) {
         assert_eq!(once.low[..ROWS - 1], again.low[..ROWS - 1]);
         assert_ne!(once.low[..ROWS - 1], other.low[..ROWS - 1]);

@@ -4,7 +4,7 @@ use crate::support;
 use crate::support::{machine, set_joint, wheel};
 use nalgebra::Vector3;
 use tipwatch_mechanics::{
-    Cause, Machine, Outcome, Scope, State, Workspace, actuator_force, evaluate,
+    Contribution, Machine, Outcome, Scope, State, Workspace, actuator_force, evaluate,
 };
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -129,8 +129,9 @@ fn val_example_s_indicators() {
     }
     assert!(arm.force.xy().norm() < 1e-6 && arm.moment.z.abs() < 1e-6);
     // zeta_1 of Table 1: chassis and wheel weights
-    for causes in &found.causes {
-        let weights = causes[Cause::ChassisWeight as usize] + causes[Cause::WheelWeight as usize];
+    for contributions in &found.contributions {
+        let weights = contributions[Contribution::ChassisWeight as usize]
+            + contributions[Contribution::WheelWeight as usize];
         near(weights, 5982.026, 1e-6);
     }
 }

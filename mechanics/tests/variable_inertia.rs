@@ -74,8 +74,8 @@ fn on_slope(machine: &Machine, mut state: State<f64>, lean: [f64; 2]) -> State<f
 
 /// Everything in motion, with attitude and base velocity known.
 fn in_motion(machine: &Machine, seed: f64) -> State<f64> {
-    let felt = Vector3::new(0.8, -0.6, 9.7);
-    let mut state = moving(machine, seed, felt, Vector3::new(0.05, -0.04, 0.3));
+    let measured = Vector3::new(0.8, -0.6, 9.7);
+    let mut state = moving(machine, seed, measured, Vector3::new(0.05, -0.04, 0.3));
     for (k, name) in RODS.into_iter().enumerate() {
         let phase = seed + k as f64;
         let rod = [
@@ -161,7 +161,7 @@ proptest! {
         let machine = bogie();
         let state = in_motion(&machine, seed);
         let parameters = (0..machine.joints().len()).flat_map(|joint| {
-            [Parameter::JointPosition(joint), Parameter::JointRate(joint), Parameter::JointAcceleration(joint)]
+            [Parameter::JointPosition(joint), Parameter::JointVelocity(joint), Parameter::JointAcceleration(joint)]
         });
         let model = variable(&machine, ClosedFormInput::Velocity);
         for parameter in parameters {

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::time::Instant;
 
-use problems::{Draws, Problem, control, machine, stabiliser};
+use problems::{Draws, Problem, control, machine, optimiser};
 use tipwatch_mechanics::machine::ControlMode;
 use tipwatch_suspension::Status;
 
@@ -27,11 +27,11 @@ fn main() {
         "{:22} {:>8} {:>8} {:>8} {:>8} {:>11} {:>11}",
         "", "median", "p99", "p99.9", "max", "evaluations", "of them max"
     );
-    for mode in [ControlMode::LookAhead, ControlMode::Literal] {
+    for mode in [ControlMode::LookAhead, ControlMode::OneStep] {
         for independent in [false, true] {
             let name = format!(
                 "{} {}",
-                if mode == ControlMode::Literal {
+                if mode == ControlMode::OneStep {
                     "literal"
                 } else {
                     "look-ahead"
@@ -45,20 +45,19 @@ fn main() {
             if wanted.as_ref().is_some_and(|wanted| !name.contains(wanted)) {
                 continue;
             }
-            let mut stabiliser = stabiliser(&machine, &control(mode, independent));
+            let mut optimiser = optimiser(&machine, &control(mode, independent));
             let mut draws = Draws(7);
             let problems: Vec<Problem> = (0..PROBLEMS)
-                .map(|_| Problem::draw(&mut draws, &machine, &stabiliser, !independent))
+                .map(|_| Problem::draw(&mut draws, &machine, &optimiser, !independent))
                 .collect();
             let mut times = vec![f64::INFINITY; PROBLEMS];
             let mut first = Vec::new();
             let (mut sum, mut most, mut endings) = (0, 0, BTreeMap::new());
             for run in 0..REPEATS {
                 for (problem, time) in problems.iter().zip(&mut times) {
-                    stabiliser.reset();
+                    optimiser.reset();
                     let start = Instant::now();
-                    let command =
-                        stabiliser.step(black_box(&problem.state), &problem.x, &problem.v);
+                    let command = optimiser.step(black_box(&problem.state), &problem.x, &problem.v);
                     let took = start.elapsed().as_secs_f64() * 1e6;
                     *time = time.min(took);
                     black_box(&command);

@@ -10,7 +10,7 @@ mod problems;
 
 use std::time::Instant;
 
-use problems::{Draws, Problem, control, machine, stabiliser};
+use problems::{Draws, Problem, control, machine, optimiser};
 use serde_json::json;
 use tipwatch_mechanics::machine::ControlMode;
 
@@ -24,31 +24,31 @@ fn main() {
         _ => ("look-ahead", false, 10),
     };
     let mode = match mode {
-        "literal" => ControlMode::Literal,
+        "literal" => ControlMode::OneStep,
         _ => ControlMode::LookAhead,
     };
     let machine = machine();
     let control = control(mode, independent);
-    let mut stabiliser = stabiliser(&machine, &control);
+    let mut optimiser = optimiser(&machine, &control);
     println!(
         "{}",
         json!({
-            "step": stabiliser.step_length(),
+            "step": optimiser.step_length(),
             "look_ahead": control.look_ahead,
-            "zone": stabiliser.approach_zone(),
+            "zone": optimiser.approach_zone(),
             "acceleration_at_stop": control.acceleration_at_stop,
             "min_stability_angle": control.min_stability_angle,
         })
     );
     let mut draws = Draws(2024);
     for _ in 0..count {
-        let problem = Problem::draw(&mut draws, &machine, &stabiliser, !independent);
+        let problem = Problem::draw(&mut draws, &machine, &optimiser, !independent);
         let mut took = f64::INFINITY;
         let mut command = None;
         for _ in 0..REPEATS {
-            stabiliser.reset();
+            optimiser.reset();
             let start = Instant::now();
-            let found = stabiliser.step(&problem.state, &problem.x, &problem.v);
+            let found = optimiser.step(&problem.state, &problem.x, &problem.v);
             took = took.min(start.elapsed().as_secs_f64());
             command = Some(found);
         }

@@ -5,11 +5,11 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::carriers::Carriers;
 use crate::instant::Instant;
-use crate::prospect::{Own, Prospect};
+use crate::predicted_state::{Own, PredictedState};
 use crate::suspended_machine::SuspendedMachine;
 use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::Workspace;
-use tipwatch_mechanics::dynamics::kinematics::{ImuSeat, base_motion};
+use tipwatch_mechanics::dynamics::kinematics::{SensorFrame, base_motion};
 use tipwatch_mechanics::evaluate;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{Ground, LinkageInput, LogFacts, Machine, MachineSpec};
@@ -100,10 +100,10 @@ fn set_rods(suspended: &SuspendedMachine, state: &mut State<f64>, rods: &[Motion
 #[test]
 fn condensed_machine_equals_whole_body_model() {
     for (which, suspended) in machines().iter().enumerate() {
-        let mut prospect = Prospect::<f64>::new(suspended);
-        let mut scratch = Prospect::<f64>::new(suspended);
+        let mut predicted_state = PredictedState::<f64>::new(suspended);
+        let mut scratch = PredictedState::<f64>::new(suspended);
         let mut instant = Instant::new(suspended);
-        let at_base = suspended.machine.felt_at_base();
+        let at_base = suspended.machine.with_imu_at_base();
         let scope = Scope {
             indicators: true,
             ..Scope::LOADS
@@ -115,21 +115,24 @@ fn condensed_machine_equals_whole_body_model() {
             let mut state = state(&suspended.machine, seed);
             instant.fill(suspended, &state, &rods(suspended, seed), &mut scratch);
             // With the recorded rod motion, the base moves as the IMU measures it.
-            prospect.fill(
+            predicted_state.fill(
                 suspended,
                 &instant,
                 &rods(suspended, seed),
                 Own::InMotion,
                 true,
             );
-            let seat = ImuSeat::of(&suspended.machine, &instant.coordinates);
-            let felt = base_motion(&suspended.machine, &seat, &state.imu);
+            let sensor_frame = SensorFrame::of(&suspended.machine, &instant.coordinates);
+            let measured = base_motion(&suspended.machine, &sensor_frame, &state.imu);
             for (found, expected) in [
-                (prospect.base.specific_force, felt.specific_force),
-                (prospect.base.angular_velocity, felt.angular_velocity),
+                (predicted_state.base.specific_force, measured.specific_force),
                 (
-                    prospect.base.angular_acceleration,
-                    felt.angular_acceleration,
+                    predicted_state.base.angular_velocity,
+                    measured.angular_velocity,
+                ),
+                (
+                    predicted_state.base.angular_acceleration,
+                    measured.angular_acceleration,
                 ),
             ] {
                 assert!((found - expected).norm() < 1e-13 * (1.0 + expected.norm()));
@@ -144,25 +147,27 @@ fn condensed_machine_equals_whole_body_model() {
                         ..Motion::zero()
                     });
                 }
-                prospect.fill(suspended, &instant, &trial, own, true);
+                predicted_state.fill(suspended, &instant, &trial, own, true);
                 set_rods(suspended, &mut state, &trial);
-                state.imu.specific_force = prospect.base.specific_force;
-                state.imu.angular_velocity = prospect.base.angular_velocity;
-                state.imu.angular_acceleration = prospect.base.angular_acceleration;
+                state.imu.specific_force = predicted_state.base.specific_force;
+                state.imu.angular_velocity = predicted_state.base.angular_velocity;
+                state.imu.angular_acceleration = predicted_state.base.angular_acceleration;
                 state.base.up = up_in_base(suspended, &instant, &trial);
                 let whole = evaluate(&at_base, &state, &mut workspace);
                 let weight = at_base.mass() * at_base.gravity();
                 // A lifted wheel extends its tyre in one solution (it pulls) but not in the other.
                 if whole.otf.iter().all(|&load| load > 0.005 * weight) {
                     compared += 1;
-                    for (found, expected) in prospect.otf.iter().zip(&whole.otf) {
+                    for (found, expected) in predicted_state.otf.iter().zip(&whole.otf) {
                         assert!(
                             (found - expected).abs() < 1e-12 * weight,
                             "{which} {seed}: {found} {expected}"
                         );
                     }
-                    for (found, expected) in
-                        prospect.angle.iter().zip(&whole.indicators.stability_angle)
+                    for (found, expected) in predicted_state
+                        .angle
+                        .iter()
+                        .zip(&whole.indicators.stability_angle)
                     {
                         assert!(
                             (found - expected).abs() < 1e-12,
@@ -181,16 +186,16 @@ fn up_in_base(
     instant: &Instant,
     rods: &[Motion<f64>],
 ) -> Vector3<f64> {
-    let mut scratch = Prospect::<f64>::new(suspended);
+    let mut scratch = PredictedState::<f64>::new(suspended);
     let support = scratch.observe(suspended, instant, rods);
-    support.seat.rotation * instant.up_on_ground
+    support.sensor_frame.rotation * instant.up_on_ground
 }
 
 /// On ground at rest, the platform's velocity and acceleration are the derivatives of its position.
 #[test]
 fn platform_motion_matches_position_differences() {
     let suspended = bogie(|t| t);
-    let mut scratch = Prospect::<f64>::new(&suspended);
+    let mut scratch = PredictedState::<f64>::new(&suspended);
     let mut instant = Instant::new(&suspended);
     let h = 1e-3;
     for seed in 0..20 {
@@ -210,18 +215,21 @@ fn platform_motion_matches_position_differences() {
             &mut scratch,
         );
         // Ground at rest, without gravity.
-        for felt in [
+        for measured in [
             &mut instant.on_ground.specific_force,
             &mut instant.on_ground.angular_velocity,
             &mut instant.on_ground.angular_acceleration,
         ] {
-            felt.fill(0.0);
+            measured.fill(0.0);
         }
         // Pose of the base in the axes of the ground.
         let mut pose = |t: f64| -> (Matrix3<f64>, Vector3<f64>) {
-            let seat = scratch.observe(&suspended, &instant, &at(t)).seat;
-            let ground_from_base = seat.rotation.transpose();
-            (ground_from_base, -(ground_from_base * seat.position))
+            let sensor_frame = scratch.observe(&suspended, &instant, &at(t)).sensor_frame;
+            let ground_from_base = sensor_frame.rotation.transpose();
+            (
+                ground_from_base,
+                -(ground_from_base * sensor_frame.position),
+            )
         };
         let [(r0, p0), (r1, p1), (r2, p2)] = [pose(-h), pose(0.0), pose(h)];
         let acceleration = r1.transpose() * (p2 - p1 * 2.0 + p0) / (h * h);
@@ -230,13 +238,13 @@ fn platform_motion_matches_position_differences() {
         let w = Vector3::new(spin.m32, spin.m13, spin.m21);
         let second = r1.transpose() * (r2 - r1 * 2.0 + r0) / (h * h) - spin * spin;
         let alpha = Vector3::new(second.m32, second.m13, second.m21);
-        let mut prospect = Prospect::<f64>::new(&suspended);
-        prospect.fill(&suspended, &instant, &start, Own::InMotion, false);
+        let mut predicted_state = PredictedState::<f64>::new(&suspended);
+        predicted_state.fill(&suspended, &instant, &start, Own::InMotion, false);
         let near = |a: &Vector3<f64>, b: &Vector3<f64>, what: &str| {
             assert!((a - b).norm() < 2e-6, "{seed} {what}: {a} {b}");
         };
-        near(&prospect.base.angular_velocity, &w, "w");
-        near(&prospect.base.angular_acceleration, &alpha, "alpha");
-        near(&prospect.base.specific_force, &acceleration, "a");
+        near(&predicted_state.base.angular_velocity, &w, "w");
+        near(&predicted_state.base.angular_acceleration, &alpha, "alpha");
+        near(&predicted_state.base.specific_force, &acceleration, "a");
     }
 }

@@ -5,7 +5,7 @@
 //! wheels, steering) is assigned to the carrier that supports it and moves relative to it.
 
 use tipwatch_mechanics::geometry::coordinate::Coordinate;
-use tipwatch_mechanics::machine::{Body, Drive, Machine};
+use tipwatch_mechanics::machine::{Body, JointCoupling, Machine};
 use tipwatch_mechanics::number::Real;
 
 /// A body that supports others.
@@ -16,14 +16,14 @@ pub(super) struct Carrier {
     /// Index of the carrier that supports it; the base is its own parent (0).
     pub(super) parent: usize,
     /// Source of its motion relative to its parent.
-    pub(super) drive: CarrierDrive,
+    pub(super) coupling: CarrierCoupling,
     /// The actuator that moves it relative to the base, directly or through its parents; the last one of several.
     pub(super) actuator: Option<usize>,
 }
 
 /// Source of a carrier's motion relative to its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum CarrierDrive {
+pub(super) enum CarrierCoupling {
     /// Not moved by the suspension.
     Fixed,
     /// The pivot of the actuator with this index.
@@ -34,7 +34,7 @@ pub(super) enum CarrierDrive {
     Rod(usize),
 }
 
-impl CarrierDrive {
+impl CarrierCoupling {
     fn actuator(self) -> Option<usize> {
         match self {
             Self::Fixed => None,
@@ -61,15 +61,17 @@ impl Carriers {
     /// `linkages` are the suspension's, by actuator.
     pub(super) fn of(machine: &Machine, linkages: &[usize]) -> Self {
         let actuator = |linkage: usize| linkages.iter().position(|&l| l == linkage);
-        let drive = |body: &Body| match body.drive {
-            Drive::Pivot(l) => actuator(l).map(CarrierDrive::Pivot),
-            Drive::Cylinder(l) => actuator(l).map(CarrierDrive::Cylinder),
-            Drive::Rod(l) => actuator(l).map(CarrierDrive::Rod),
-            Drive::Root | Drive::Measured(_) | Drive::Mimic { .. } => None,
+        let coupling = |body: &Body| match body.coupling {
+            JointCoupling::Pivot(l) => actuator(l).map(CarrierCoupling::Pivot),
+            JointCoupling::Cylinder(l) => actuator(l).map(CarrierCoupling::Cylinder),
+            JointCoupling::Rod(l) => actuator(l).map(CarrierCoupling::Rod),
+            JointCoupling::Root | JointCoupling::Measured(_) | JointCoupling::Mimic { .. } => None,
         };
-        let drives = machine.bodies().iter().map(drive);
-        let drives: Vec<_> = drives.map(|d| d.unwrap_or(CarrierDrive::Fixed)).collect();
-        let moved = |body: usize| drives[body] != CarrierDrive::Fixed;
+        let couplings = machine.bodies().iter().map(coupling);
+        let couplings: Vec<_> = couplings
+            .map(|d| d.unwrap_or(CarrierCoupling::Fixed))
+            .collect();
+        let moved = |body: usize| couplings[body] != CarrierCoupling::Fixed;
         let carries = |body: usize| {
             let mut others = 0..machine.bodies().len();
             body == 0 || others.any(|other| moved(other) && machine.is_carried_by(other, body))
@@ -87,14 +89,14 @@ impl Carriers {
                 continue;
             }
             let below = found.carriers.get(parent).and_then(|c| c.actuator);
-            let own = drives[body].actuator();
+            let own = couplings[body].actuator();
             found.by_rods_alone &= body == 0 || own.is_some();
             found.apart &= own.is_none() || below.is_none() || own == below;
             found.of_body.push(found.carriers.len());
             found.carriers.push(Carrier {
                 body,
                 parent,
-                drive: drives[body],
+                coupling: couplings[body],
                 actuator: own.or(below),
             });
         }
@@ -110,7 +112,7 @@ pub(super) struct ActuatorCoordinates<T> {
     pub(super) rod: Coordinate<T>,
 }
 
-impl CarrierDrive {
+impl CarrierCoupling {
     /// The coordinate of a carrier's joint; `fixed` is that of a joint that no actuator moves.
     pub(super) fn coordinate<T: Real>(
         self,

@@ -5,9 +5,9 @@
 //! rods and is reset to them when they fall too far behind.
 
 use crate::command::{Command, Status};
-use crate::error::StabiliserError;
+use crate::error::SuspensionError;
 use crate::hydraulics::Valve;
-use crate::stabiliser::Stabiliser;
+use crate::optimiser::SuspensionOptimiser;
 use crate::suspended_machine::MAX_ACTUATORS;
 use tipwatch_mechanics::machine::{HydraulicParameters, Machine, SuspensionControl};
 use tipwatch_mechanics::state::State;
@@ -18,7 +18,7 @@ const LOST_SHARE: f64 = 0.25;
 /// Controls the suspension tick by tick. A tick does not allocate and its work is bounded.
 #[derive(Debug)]
 pub struct Controller {
-    stabiliser: Stabiliser,
+    optimiser: SuspensionOptimiser,
     hydraulics: HydraulicParameters,
     stroke: [f64; 2],
     reference: Option<Reference>,
@@ -35,20 +35,20 @@ struct Reference {
 }
 
 impl Controller {
-    /// See [`Stabiliser::new`].
+    /// See [`SuspensionOptimiser::new`].
     ///
     /// # Errors
-    /// [`StabiliserError`]: the machine has no suspension that can be controlled like this.
+    /// [`SuspensionError`]: the machine has no suspension that can be controlled like this.
     pub fn new(
         machine: &Machine,
         control: &SuspensionControl,
         joint_positions: &[f64],
-    ) -> Result<Self, StabiliserError> {
+    ) -> Result<Self, SuspensionError> {
         let Some(suspension) = machine.suspension() else {
-            return Err(StabiliserError::NoSuspension);
+            return Err(SuspensionError::NoSuspension);
         };
         Ok(Self {
-            stabiliser: Stabiliser::new(machine, control, joint_positions)?,
+            optimiser: SuspensionOptimiser::new(machine, control, joint_positions)?,
             hydraulics: suspension.hydraulics,
             stroke: suspension.stroke,
             reference: None,
@@ -59,18 +59,18 @@ impl Controller {
     /// Period of [`Self::tick`] (s).
     #[must_use]
     pub fn step_length(&self) -> f64 {
-        self.stabiliser.step_length()
+        self.optimiser.step_length()
     }
 
     /// The suspension optimiser.
     #[must_use]
-    pub fn stabiliser(&self) -> &Stabiliser {
-        &self.stabiliser
+    pub fn optimiser(&self) -> &SuspensionOptimiser {
+        &self.optimiser
     }
 
     /// Discards the history and closes the valves.
     pub fn reset(&mut self) {
-        self.stabiliser.reset();
+        self.optimiser.reset();
         self.reference = None;
         self.valves = [Valve::closed(); MAX_ACTUATORS];
     }
@@ -88,7 +88,7 @@ impl Controller {
         let known = measured.len() <= MAX_ACTUATORS && measured.iter().all(|x| x.is_finite());
         if !known {
             let command = self
-                .stabiliser
+                .optimiser
                 .step(state, &[f64::NAN; MAX_ACTUATORS], measured);
             if let Some(reference) = &mut self.reference {
                 reference.hold = true;
@@ -109,7 +109,7 @@ impl Controller {
             }
         }
         let n = measured.len();
-        let command = self.stabiliser.step(state, &position[..n], &velocity[..n]);
+        let command = self.optimiser.step(state, &position[..n], &velocity[..n]);
         self.reference = Some(Reference {
             position,
             velocity: command.velocity,

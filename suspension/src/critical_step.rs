@@ -11,7 +11,7 @@
 //! load difference front - rear by acceleration and by position where only that difference matters.
 
 use crate::instant::Instant;
-use crate::prospect::{Own, Prospect};
+use crate::predicted_state::{Own, PredictedState};
 use crate::suspended_machine::SuspendedMachine;
 use crate::weights::Weights;
 use tipwatch_mechanics::geometry::coordinate::Motion;
@@ -38,7 +38,7 @@ const ACCELERATION: usize = 1;
 /// Scratch memory for the computation of [`CriticalStep`]s.
 #[derive(Debug)]
 pub(super) struct StepFinder {
-    prospect: Prospect<Answer>,
+    predicted_state: PredictedState<Answer>,
     /// By variable, loads by wheel.
     answers: [Vec<Answer>; 2],
     rods: Vec<Motion<Answer>>,
@@ -53,7 +53,7 @@ impl StepFinder {
         let side = |w: &tipwatch_mechanics::machine::Wheel| (w.centre_at_zero.x - middle).signum();
         let none = || vec![Gradient::fixed(0.0); wheels.len()];
         Self {
-            prospect: Prospect::new(suspended),
+            predicted_state: PredictedState::new(suspended),
             answers: [none(), none()],
             rods: vec![Motion::zero(); suspended.linkages.len()],
             in_front: wheels.iter().map(side).collect(),
@@ -80,9 +80,9 @@ impl StepFinder {
                     rod.acceleration.slopes[ACCELERATION] = 1.0;
                 }
             }
-            let prospect = &mut self.prospect;
-            prospect.fill(suspended, instant, &self.rods, Own::InMotion, false);
-            self.answers[variable].copy_from_slice(&prospect.otf);
+            let predicted_state = &mut self.predicted_state;
+            predicted_state.fill(suspended, instant, &self.rods, Own::InMotion, false);
+            self.answers[variable].copy_from_slice(&predicted_state.otf);
         }
         let front_less_rear = |by: usize| -> f64 {
             let of = |answer: &Vec<Answer>| -> f64 {

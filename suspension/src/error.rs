@@ -3,10 +3,10 @@
 /// The step must exceed T* by this factor.
 pub(super) const STEP_FACTOR: f64 = 1.5;
 
-/// The [`Stabiliser`](crate::Stabiliser) cannot be created.
+/// The [`SuspensionOptimiser`](crate::SuspensionOptimiser) cannot be created.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum StabiliserError {
+pub enum SuspensionError {
     /// The machine file has no active suspension.
     #[error("expected [suspension] in the machine file, found none")]
     NoSuspension,

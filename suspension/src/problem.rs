@@ -17,7 +17,7 @@ use crate::evaluation::Evaluation;
 use crate::instant::Instant;
 use crate::limits::{Allowed, RodLimits, clamp};
 use crate::minimise::{Ending, Minimum, minimise};
-use crate::prospect::{Own, Prospect};
+use crate::predicted_state::{Own, PredictedState};
 use crate::response::Among;
 use crate::suspended_machine::{MAX_ACTUATORS, SuspendedMachine};
 use crate::weights::Weights;
@@ -54,7 +54,7 @@ pub(super) struct Problem<const N: usize>
 where
     Gradient<N>: Among<Alone>,
 {
-    prospect: Prospect<Gradient<N>, Alone>,
+    predicted_state: PredictedState<Gradient<N>, Alone>,
     rods: [Motion<Alone>; MAX_ACTUATORS],
     /// Loads as functions of the step, at the last evaluation.
     by_step: Vec<Gradient<N>>,
@@ -86,7 +86,7 @@ where
 {
     pub(super) fn new(suspended: &SuspendedMachine) -> Self {
         Self {
-            prospect: Prospect::new(suspended),
+            predicted_state: PredictedState::new(suspended),
             rods: [Motion::zero(); MAX_ACTUATORS],
             by_step: vec![Gradient::fixed(0.0); suspended.machine.wheels().len()],
             last: None,
@@ -108,7 +108,7 @@ where
         let ranges = Ranges::of(aim, rods);
         let start = self.start(aim, rods, &ranges);
         let Self {
-            prospect,
+            predicted_state,
             rods: motions,
             ..
         } = self;
@@ -119,7 +119,13 @@ where
                 variable.slopes[0] = ranges.half[i];
                 *motion = aim.motion(rod, variable);
             }
-            evaluate(suspended, instant, aim, prospect, &motions[..rods.len()])
+            evaluate(
+                suspended,
+                instant,
+                aim,
+                predicted_state,
+                &motions[..rods.len()],
+            )
         });
         let steers_right = aim.look_ahead.is_some()
             || found.ending == Ending::NotFinite
@@ -158,8 +164,8 @@ where
         ranges: &Ranges<N>,
     ) -> bool {
         let motions = &mut self.rods[..actuators];
-        let prospect = &mut self.prospect;
-        self.by_step.copy_from_slice(&prospect.otf);
+        let predicted_state = &mut self.predicted_state;
+        self.by_step.copy_from_slice(&predicted_state.otf);
         for motion in &mut *motions {
             let position = Alone::variable(motion.position.value, 0);
             *motion = Motion {
@@ -167,9 +173,11 @@ where
                 ..Motion::zero()
             };
         }
-        prospect.fill(suspended, instant, motions, Own::AtRest, false);
+        predicted_state.fill(suspended, instant, motions, Own::AtRest, false);
         let by = |i: usize, j: usize| {
-            aim.weights.product(&prospect.otf, i, &self.by_step, j) / ranges.half[j]
+            aim.weights
+                .product(&predicted_state.otf, i, &self.by_step, j)
+                / ranges.half[j]
         };
         if N == 1 {
             return by(0, 0) > 0.0;
@@ -203,7 +211,7 @@ fn evaluate<const N: usize>(
     suspended: &SuspendedMachine,
     instant: &Instant,
     aim: &Aim,
-    prospect: &mut Prospect<Gradient<N>, Alone>,
+    predicted_state: &mut PredictedState<Gradient<N>, Alone>,
     rods: &[Motion<Alone>],
 ) -> Evaluation<N>
 where
@@ -214,15 +222,21 @@ where
         None => Own::InMotion,
     };
     let with_angles = aim.counts_angles();
-    prospect.fill(suspended, instant, rods, own, with_angles);
+    predicted_state.fill(suspended, instant, rods, own, with_angles);
     let angles = if with_angles {
-        &prospect.angle[..]
+        &predicted_state.angle[..]
     } else {
         &[]
     };
     let machine = &suspended.machine;
     let mean = machine.gravity() * instant.condensed.mass() / machine.wheels().len() as f64;
-    Evaluation::of(&aim.weights, &prospect.otf, mean, angles, aim.min_angle)
+    Evaluation::of(
+        &aim.weights,
+        &predicted_state.otf,
+        mean,
+        angles,
+        aim.min_angle,
+    )
 }
 
 impl Aim {

@@ -6,16 +6,16 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::error::StabiliserError;
+use crate::error::SuspensionError;
 use crate::instant::Instant;
-use crate::prospect::{Own, Prospect};
+use crate::predicted_state::{Own, PredictedState};
 use crate::suspended_machine::MAX_ACTUATORS;
 use crate::suspended_machine::SuspendedMachine;
 use tipwatch_mechanics::Outcome;
 use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::Workspace;
 use tipwatch_mechanics::actuator_force;
-use tipwatch_mechanics::dynamics::kinematics::{self, ImuSeat};
+use tipwatch_mechanics::dynamics::kinematics::{self, SensorFrame};
 use tipwatch_mechanics::evaluate;
 use tipwatch_mechanics::geometry::coordinate::{Coordinate, Motion};
 use tipwatch_mechanics::geometry::spatial::rotate;
@@ -28,8 +28,8 @@ use tipwatch_mechanics::state::{BaseState, State};
 pub struct Replay {
     suspended: SuspendedMachine,
     instant: Instant,
-    scratch: Prospect<f64>,
-    prospect: Prospect<f64>,
+    scratch: PredictedState<f64>,
+    predicted_state: PredictedState<f64>,
     coordinates: Vec<Coordinate<f64>>,
     state: State<f64>,
     workspace: Workspace<f64>,
@@ -40,8 +40,8 @@ impl Replay {
     /// For a machine with a suspension.
     ///
     /// # Errors
-    /// [`StabiliserError`]: the machine has no suspension that can be controlled.
-    pub fn new(machine: &Machine) -> Result<Self, StabiliserError> {
+    /// [`SuspensionError`]: the machine has no suspension that can be controlled.
+    pub fn new(machine: &Machine) -> Result<Self, SuspensionError> {
         let (suspended, _) = SuspendedMachine::of(machine)?;
         let own = &suspended.machine;
         let scope = Scope {
@@ -50,8 +50,8 @@ impl Replay {
         };
         Ok(Self {
             instant: Instant::new(&suspended),
-            scratch: Prospect::new(&suspended),
-            prospect: Prospect::new(&suspended),
+            scratch: PredictedState::new(&suspended),
+            predicted_state: PredictedState::new(&suspended),
             coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); own.bodies().len()],
             state: State::zero(own),
             workspace: Workspace::with_scope(own, scope),
@@ -91,15 +91,15 @@ impl Replay {
             suspended,
             instant,
             scratch,
-            prospect,
+            predicted_state,
             coordinates,
             state: moved,
             ..
         } = self;
         let machine = &suspended.machine;
         instant.fill(suspended, state, &recorded[..actuators], scratch);
-        prospect.fill(suspended, instant, rods, Own::InMotion, true);
-        let support = prospect.observe(suspended, instant, rods);
+        predicted_state.fill(suspended, instant, rods, Own::InMotion, true);
+        let support = predicted_state.observe(suspended, instant, rods);
         moved.joints.clone_from(&state.joints);
         for (rod, &linkage) in rods.iter().zip(&suspended.linkages) {
             let linkage = &machine.linkages()[linkage];
@@ -116,21 +116,21 @@ impl Replay {
             };
         }
         kinematics::coordinates(machine, moved, coordinates);
-        moved.imu = ImuSeat::of(machine, coordinates).felt(&prospect.base);
+        moved.imu = SensorFrame::of(machine, coordinates).measured(&predicted_state.base);
         moved.tool_wrench = state.tool_wrench;
         moved.payload_share.clone_from(&state.payload_share);
         moved.noise = state.noise;
         moved.base = BaseState::unknown();
-        let up = rotate(&support.seat.rotation, &instant.up_on_ground);
+        let up = rotate(&support.sensor_frame.rotation, &instant.up_on_ground);
         moved.base.up = up;
         self.com_offset = {
             let plane = &support.plane;
             let up = if up.x.is_finite() { up } else { plane.normal };
-            let com = prospect.com;
+            let com = predicted_state.com;
             let height = plane.normal.dot(&com) - plane.height;
             let below: Vector3<f64> = com - up * (height / plane.normal.dot(&up));
-            let middle = prospect.contacts.iter().sum::<Vector2<f64>>();
-            plane.coordinates(&below) - middle / prospect.contacts.len() as f64
+            let middle = predicted_state.contacts.iter().sum::<Vector2<f64>>();
+            plane.coordinates(&below) - middle / predicted_state.contacts.len() as f64
         };
         evaluate(machine, moved, &mut self.workspace);
         &self.state

@@ -13,7 +13,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use tipwatch_mechanics::dynamics::kinematics::ImuSeat;
+use tipwatch_mechanics::dynamics::kinematics::SensorFrame;
 use tipwatch_mechanics::geometry::contact_plane::{Axes, ContactPlane};
 use tipwatch_mechanics::geometry::spatial::cross;
 use tipwatch_mechanics::number::{Jet, Real};
@@ -22,7 +22,7 @@ use tipwatch_mechanics::number::{Jet, Real};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Support<T: Real> {
     pub(super) plane: ContactPlane<T>,
-    pub(super) seat: ImuSeat<T>,
+    pub(super) sensor_frame: SensorFrame<T>,
 }
 
 impl<T: Real> Support<T> {
@@ -33,7 +33,7 @@ impl<T: Real> Support<T> {
         let none = Vector3::new(o, o, o);
         Self {
             plane,
-            seat: ImuSeat {
+            sensor_frame: SensorFrame {
                 rotation: Matrix3::from_columns(&[plane.forward, plane.left, plane.normal]),
                 position: origin(&plane.normal, centres, radii),
                 velocity: none,
@@ -73,7 +73,7 @@ impl<T: Real> Support<T> {
         let slope = slope.map(|x| x.value);
         Self {
             plane: ContactPlane::with_axes(slope, still, centres, radii),
-            seat: ImuSeat {
+            sensor_frame: SensorFrame {
                 rotation,
                 position: value(&position),
                 velocity: position.map(|x| x.first),

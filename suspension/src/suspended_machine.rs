@@ -1,7 +1,7 @@
 //! A machine whose suspension can be controlled.
 
 use crate::carriers::Carriers;
-use crate::error::StabiliserError;
+use crate::error::SuspensionError;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{Machine, Suspension};
 
@@ -22,16 +22,16 @@ pub(super) struct SuspendedMachine {
 
 impl SuspendedMachine {
     /// For a machine with a suspension that can be controlled.
-    pub(super) fn of(machine: &Machine) -> Result<(Self, Suspension), StabiliserError> {
+    pub(super) fn of(machine: &Machine) -> Result<(Self, Suspension), SuspensionError> {
         let Some(suspension) = machine.suspension().cloned() else {
-            return Err(StabiliserError::NoSuspension);
+            return Err(SuspensionError::NoSuspension);
         };
         let actuators = suspension.linkages.len();
         if !(1..=MAX_ACTUATORS).contains(&actuators) {
-            return Err(StabiliserError::Actuators { found: actuators });
+            return Err(SuspensionError::Actuators { found: actuators });
         }
         if !machine.contact().free_joints.is_empty() {
-            return Err(StabiliserError::FreeJoints {
+            return Err(SuspensionError::FreeJoints {
                 found: machine.contact().free_joints.len(),
             });
         }
@@ -49,7 +49,7 @@ impl SuspendedMachine {
 }
 
 /// Checks that every triangle closes over the stroke.
-fn check_stroke(machine: &Machine, suspension: &Suspension) -> Result<(), StabiliserError> {
+fn check_stroke(machine: &Machine, suspension: &Suspension) -> Result<(), SuspensionError> {
     let [least, greatest] = suspension.stroke;
     for &linkage in &suspension.linkages {
         let linkage = &machine.linkages()[linkage];
@@ -60,7 +60,7 @@ fn check_stroke(machine: &Machine, suspension: &Suspension) -> Result<(), Stabil
                 ..Motion::zero()
             };
             if !(linkage.solve_by_rod(&rod).closure > 0.0) {
-                return Err(StabiliserError::Stroke {
+                return Err(SuspensionError::Stroke {
                     linkage: linkage.name.clone(),
                     position,
                 });

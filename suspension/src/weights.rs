@@ -6,7 +6,7 @@
 //! with each pair of wheels once (the paper's sum counts each twice, with a factor of one half), loads in kN and
 //! angles in rad.
 
-use crate::error::StabiliserError;
+use crate::error::SuspensionError;
 use tipwatch_mechanics::machine::{ControlWeights, MAX_WHEELS, Machine};
 use tipwatch_mechanics::number::Gradient;
 
@@ -25,7 +25,7 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    pub(super) fn of(machine: &Machine, spec: &ControlWeights) -> Result<Self, StabiliserError> {
+    pub(super) fn of(machine: &Machine, spec: &ControlWeights) -> Result<Self, SuspensionError> {
         let wheels = machine.wheels();
         let extent = |axis: usize| {
             let along = wheels.iter().map(|w| w.centre_at_zero[axis]);
@@ -59,7 +59,7 @@ impl Weights {
         let edges = machine.polygon().edges();
         for name in spec.edges.keys() {
             if !edges.iter().any(|edge| &edge.name == name) {
-                return Err(StabiliserError::UnknownEdge {
+                return Err(SuspensionError::UnknownEdge {
                     name: name.clone(),
                     edges: edges
                         .iter()

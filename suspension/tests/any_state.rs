@@ -5,10 +5,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::problems::{Draws, Problem, control, machine, stabiliser};
+use crate::problems::{Draws, Problem, control, machine, optimiser};
 use tipwatch_mechanics::machine::ControlMode;
 use tipwatch_mechanics::{Machine, State};
-use tipwatch_suspension::{Command, Controller, Stabiliser, Status};
+use tipwatch_suspension::{Command, Controller, Status, SuspensionOptimiser};
 
 /// States per configuration; `TIPWATCH_STATES=250000` gives a million for the four configurations.
 const STATES: usize = 4000;
@@ -28,8 +28,13 @@ const ODD: [f64; 10] = [
 ];
 
 /// A problem with some values corrupted: slightly, beyond every limit, or not finite.
-fn spoilt(draws: &mut Draws, machine: &Machine, stabiliser: &Stabiliser, alike: bool) -> Problem {
-    let mut problem = Problem::draw(draws, machine, stabiliser, alike);
+fn spoilt(
+    draws: &mut Draws,
+    machine: &Machine,
+    optimiser: &SuspensionOptimiser,
+    alike: bool,
+) -> Problem {
+    let mut problem = Problem::draw(draws, machine, optimiser, alike);
     let how = draws.signed();
     if how < -0.4 {
         return problem;
@@ -70,14 +75,14 @@ fn spoil_state(state: &mut State<f64>, spoil: &mut impl FnMut(&mut f64, f64)) {
 }
 
 /// Invariants of every command.
-fn check(command: &Command, problem: &Problem, stabiliser: &Stabiliser, limits: &Limits) {
+fn check(command: &Command, problem: &Problem, optimiser: &SuspensionOptimiser, limits: &Limits) {
     let describe = || format!("{command:?} of {problem:?}");
     assert!(
-        command.evaluations <= Stabiliser::MAX_EVALUATIONS,
+        command.evaluations <= SuspensionOptimiser::MAX_EVALUATIONS,
         "{}",
         describe()
     );
-    let dt = stabiliser.step_length();
+    let dt = optimiser.step_length();
     for k in 0..2 {
         let [a, v, x] = [
             command.acceleration[k],
@@ -96,13 +101,13 @@ fn check(command: &Command, problem: &Problem, stabiliser: &Stabiliser, limits: 
         }
         // (31b-f) hold up to rounding
         let (x0, v0) = (problem.x[k], problem.v[k]);
-        let [least, greatest] = stabiliser.acceleration_limits(x0);
+        let [least, greatest] = optimiser.acceleration_limits(x0);
         assert!(
             least - SLACK <= a && a <= greatest + SLACK,
             "{}",
             describe()
         );
-        let [least, greatest] = stabiliser.velocity_limits(x0);
+        let [least, greatest] = optimiser.velocity_limits(x0);
         assert!(
             least - SLACK <= v && v <= greatest + SLACK,
             "{}",
@@ -136,17 +141,17 @@ fn any_state_gives_a_command_within_limits() {
         acceleration: suspension.max_acceleration,
     };
     let mut endings: BTreeMap<Status, usize> = BTreeMap::new();
-    for mode in [ControlMode::LookAhead, ControlMode::Literal] {
+    for mode in [ControlMode::LookAhead, ControlMode::OneStep] {
         for independent in [false, true] {
-            let mut stabiliser = stabiliser(&machine, &control(mode, independent));
+            let mut optimiser = optimiser(&machine, &control(mode, independent));
             let mut draws = Draws(91 + u64::from(independent));
             for _ in 0..states {
-                let problem = spoilt(&mut draws, &machine, &stabiliser, !independent);
+                let problem = spoilt(&mut draws, &machine, &optimiser, !independent);
                 if draws.signed() > 0.0 {
-                    stabiliser.reset();
+                    optimiser.reset();
                 }
-                let command = stabiliser.step(&problem.state, &problem.x, &problem.v);
-                check(&command, &problem, &stabiliser, &limits);
+                let command = optimiser.step(&problem.state, &problem.x, &problem.v);
+                check(&command, &problem, &optimiser, &limits);
                 *endings.entry(command.status).or_insert(0) += 1;
             }
         }
@@ -172,13 +177,13 @@ fn any_state_gives_a_command_within_limits() {
 fn controller_closes_valves_on_unknown_input() {
     let machine = machine();
     let control = control(ControlMode::LookAhead, false);
-    let stabiliser = stabiliser(&machine, &control);
+    let optimiser = optimiser(&machine, &control);
     let stroke = machine.suspension().unwrap().stroke;
     let posture = vec![0.0; machine.joints().len()];
     let mut controller = Controller::new(&machine, &control, &posture).unwrap();
     let mut draws = Draws(17);
     for _ in 0..STATES {
-        let problem = spoilt(&mut draws, &machine, &stabiliser, true);
+        let problem = spoilt(&mut draws, &machine, &optimiser, true);
         controller.tick(&problem.state, &problem.x);
         for _ in 0..3 {
             let openings = controller.follow(&problem.x, 0.007);

@@ -4,12 +4,12 @@ use crate::support;
 use proptest::prelude::*;
 use tipwatch_mechanics::machine::HydraulicsSpec;
 use tipwatch_suspension::hydraulics::{
-    Actuator, ActuatorState, Drive, Pressures, StepError, Valve, flows, piston_force,
+    Actuator, ActuatorInput, ActuatorState, Pressures, StepError, Valve, flows, piston_force,
     pressure_rates,
 };
 
 const STROKE: f64 = 0.2;
-const HELD: Drive = Drive::Motion { velocity: 0.0 };
+const HELD: ActuatorInput = ActuatorInput::Motion { velocity: 0.0 };
 
 fn actuator() -> Actuator {
     Actuator {
@@ -88,7 +88,7 @@ fn val_steady_velocity_under_load() {
         (-0.5, 2e4, 0.18),
         (-0.3, -2e4, 0.18),
     ] {
-        let drive = Drive::Load {
+        let drive = ActuatorInput::Load {
             force,
             mass: 1500.0,
         };
@@ -121,7 +121,7 @@ fn oil_and_energy_are_conserved() {
     let actuator = actuator();
     let p = actuator.parameters;
     let (mut now, dt) = (actuator.at_rest(0.05, 2e4), 1e-4);
-    let drive = Drive::Load {
+    let drive = ActuatorInput::Load {
         force: 2e4,
         mass: 1500.0,
     };
@@ -174,7 +174,7 @@ fn result_does_not_depend_on_step_length() {
     let actuator = actuator();
     let p = actuator.parameters;
     let (opening, force, mass) = (0.35, 2.5e4, 900.0);
-    let drive = Drive::Load { force, mass };
+    let drive = ActuatorInput::Load { force, mass };
     let start = actuator.at_rest(0.06, 5e3);
     let big = actuator.step(&start, open(opening), drive, 0.25).unwrap();
     // Fourth-order Runge-Kutta with steps of 2 microseconds.
@@ -223,7 +223,7 @@ fn val_valve_law_follows_suspension_command() {
             .step(
                 &now,
                 valve,
-                Drive::Load {
+                ActuatorInput::Load {
                     force,
                     mass: 1500.0,
                 },
@@ -265,7 +265,7 @@ proptest! {
             for pressure in [held.pressures.piston, held.pressures.rod] {
                 prop_assert!((p.tank - 2e3..=p.supply + 2e3).contains(&pressure), "{held:?}");
             }
-            let drive = Drive::Load { force: 8e4 * load, mass: 800.0 };
+            let drive = ActuatorInput::Load { force: 8e4 * load, mass: 800.0 };
             moved = actuator.step(&moved, open(opening), drive, dt).unwrap();
             for pressure in [moved.pressures.piston, moved.pressures.rod] {
                 prop_assert!((p.tank - 5e5..=p.relief + 5e5).contains(&pressure), "{moved:?}");
@@ -284,7 +284,7 @@ proptest! {
         let [piston, rod, out, velocity, opening, force, mass, seconds] = numbers;
         let start = ActuatorState { velocity, ..state(piston, rod, out) };
         let valve = Valve::closed().follow(&actuator().parameters, opening, 0.0, seconds);
-        for drive in [Drive::Load { force, mass }, Drive::Motion { velocity: force }] {
+        for drive in [ActuatorInput::Load { force, mass }, ActuatorInput::Motion { velocity: force }] {
             match actuator().step(&start, valve, drive, seconds) {
                 Ok(after) => prop_assert!(after.out.is_finite() && after.pressures.piston.is_finite()),
                 Err(StepError::NotFinite | StepError::TooManySubsteps { .. }) => {}

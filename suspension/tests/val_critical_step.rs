@@ -4,7 +4,7 @@ use crate::support::{bogie, data};
 use serde_json::Value;
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::machine::{ControlMode, SuspensionControl};
-use tipwatch_suspension::{Stabiliser, StabiliserError};
+use tipwatch_suspension::{SuspensionError, SuspensionOptimiser};
 
 fn postures(machine: &Machine) -> Vec<(Vec<f64>, f64, [f64; 3])> {
     let reference: Value = serde_json::from_str(&data("critical_step_reference.json")).unwrap();
@@ -22,10 +22,10 @@ fn postures(machine: &Machine) -> Vec<(Vec<f64>, f64, [f64; 3])> {
 fn val_critical_step_equals_pinocchio() {
     let machine = bogie(|text| text.replace("tyre_stiffness = 8.0e5\n", "")).unwrap();
     let postures = postures(&machine);
-    let mut stabiliser =
-        Stabiliser::new(&machine, &SuspensionControl::default(), &postures[0].0).unwrap();
+    let mut optimiser =
+        SuspensionOptimiser::new(&machine, &SuspensionControl::default(), &postures[0].0).unwrap();
     for (joints, rod, [by_position, by_acceleration, time]) in &postures {
-        let found = stabiliser.critical_step(joints, *rod);
+        let found = optimiser.critical_step(joints, *rod);
         let near = |a: f64, b: f64, share: f64| (a - b).abs() < share * b.abs();
         assert!(
             near(found.front_less_rear_by_position, *by_position, 1e-5),
@@ -46,7 +46,7 @@ fn val_critical_step_equals_pinocchio() {
     let middle: Vec<f64> = postures
         .iter()
         .filter(|(_, rod, _)| *rod == -0.1)
-        .map(|(joints, rod, _)| stabiliser.critical_step(joints, *rod).time.unwrap())
+        .map(|(joints, rod, _)| optimiser.critical_step(joints, *rod).time.unwrap())
         .collect();
     for (found, expected) in middle.iter().zip([0.52, 0.69, 0.81, 0.99, 0.97]) {
         assert!((found - expected).abs() < 0.005, "{middle:?}");
@@ -58,12 +58,12 @@ fn one_step_mode_rejects_steps_below_critical() {
     let machine = bogie(|text| text).unwrap();
     let joints = &postures(&machine)[0].0;
     let control = |rate: f64| SuspensionControl {
-        mode: ControlMode::Literal,
+        mode: ControlMode::OneStep,
         rate,
         ..SuspensionControl::default()
     };
-    let refused = |rate: f64| match Stabiliser::new(&machine, &control(rate), joints) {
-        Err(StabiliserError::StepTooShort {
+    let refused = |rate: f64| match SuspensionOptimiser::new(&machine, &control(rate), joints) {
+        Err(SuspensionError::StepTooShort {
             least_step,
             critical,
             ..
@@ -76,8 +76,8 @@ fn one_step_mode_rejects_steps_below_critical() {
     };
     let least_step = refused(50.0);
     refused(1.001 / least_step);
-    Stabiliser::new(&machine, &control(0.999 / least_step), joints).unwrap();
-    let message = Stabiliser::new(&machine, &control(50.0), joints)
+    SuspensionOptimiser::new(&machine, &control(0.999 / least_step), joints).unwrap();
+    let message = SuspensionOptimiser::new(&machine, &control(50.0), joints)
         .unwrap_err()
         .to_string();
     assert!(

@@ -20,11 +20,11 @@ const BLOCK_ROWS: usize = 1024;
 #[must_use]
 pub(crate) fn scope(options: &Options) -> Scope {
     match options.model {
-        options::Model::WholeBody => Scope {
+        options::ModelKind::WholeBody => Scope {
             parts: options.columns.parts,
             ..Scope::ALL
         },
-        options::Model::VariableInertia | options::Model::ClosedForm => Scope {
+        options::ModelKind::VariableInertia | options::ModelKind::ClosedForm => Scope {
             indicators: true,
             terms: options.columns.terms,
             ..Scope::LOADS
@@ -38,19 +38,19 @@ pub(crate) fn scope(options: &Options) -> Scope {
 /// The closed form does not apply to the machine.
 pub(crate) fn model(
     machine: &Machine,
-    which: options::Model,
+    which: options::ModelKind,
     posture: &[f64],
     has_odometry: bool,
     options: &Options,
 ) -> Result<Arc<Model>> {
-    if which == options::Model::WholeBody {
+    if which == options::ModelKind::WholeBody {
         return Ok(Arc::new(Model::WholeBody));
     }
     let input = match (options.closed_form_input, has_odometry) {
         (Some(options::ClosedFormInput::Velocity), _) | (None, true) => Input::Velocity,
         (Some(options::ClosedFormInput::Accelerometer), _) | (None, false) => Input::Accelerometer,
     };
-    let closed_form = if which == options::Model::ClosedForm {
+    let closed_form = if which == options::ModelKind::ClosedForm {
         ClosedForm::new(machine, posture, input)
     } else {
         ClosedForm::with_variable_inertia(machine, posture, input)
@@ -89,11 +89,14 @@ pub(crate) fn compare_models(
     has_odometry: bool,
     options: &Options,
 ) -> Vec<Result<ModelComparison, String>> {
-    let others = options::Model::VARIANTS.iter().copied().filter(|&other| {
-        // on a platform without actuators the two analytic models are identical
-        other != options.model
-            && (other != options::Model::VariableInertia || machine.suspension().is_some())
-    });
+    let others = options::ModelKind::VARIANTS
+        .iter()
+        .copied()
+        .filter(|&other| {
+            // on a platform without actuators the two analytic models are identical
+            other != options.model
+                && (other != options::ModelKind::VariableInertia || machine.suspension().is_some())
+        });
     others
         .map(|other| {
             let model = model(machine, other, posture, has_odometry, options)

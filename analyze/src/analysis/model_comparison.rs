@@ -4,14 +4,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_mechanics::{OutcomeColumns, Quantity};
 
-use crate::base::options::Model;
+use crate::base::options::ModelKind;
 use crate::base::rows::Rows;
 
 /// Another model compared with the chosen one, over the rows valid for both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelComparison {
     /// The other model.
-    pub other: Model,
+    pub other: ModelKind,
     /// Differences by wheel.
     pub wheels: Vec<LoadDifference>,
     /// Rows compared.
@@ -32,7 +32,7 @@ pub struct LoadDifference {
 }
 
 /// Compares the OTF of `other` with that of the rows.
-pub(crate) fn compare(rows: &Rows, other: Model, others: &OutcomeColumns) -> ModelComparison {
+pub(crate) fn compare(rows: &Rows, other: ModelKind, others: &OutcomeColumns) -> ModelComparison {
     let wheels = (rows.outcomes.quantities.iter())
         .filter(|quantity| matches!(quantity, Quantity::Otf(_)))
         .count();

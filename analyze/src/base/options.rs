@@ -9,7 +9,7 @@ pub struct Options {
     /// The estimator.
     pub estimator: Estimator,
     /// The model of the ground wrench.
-    pub model: Model,
+    pub model: ModelKind,
     /// Row rate (Hz); if `None`, rows follow the stamps of the fastest joint stream.
     pub rate_hz: Option<f64>,
     /// Start time (seconds after the first sample).
@@ -60,7 +60,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             estimator: Estimator::Smoother,
-            model: Model::WholeBody,
+            model: ModelKind::WholeBody,
             rate_hz: None,
             from_s: None,
             to_s: None,
@@ -108,7 +108,7 @@ pub enum Estimator {
 )]
 #[strum(serialize_all = "kebab-case")]
 #[serde(rename_all = "kebab-case")]
-pub enum Model {
+pub enum ModelKind {
     /// Recursive Newton-Euler over all bodies.
     WholeBody,
     /// Analytic model of the second paper: platform inertia depends on the actuators.
@@ -117,7 +117,7 @@ pub enum Model {
     ClosedForm,
 }
 
-impl Model {
+impl ModelKind {
     /// Name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -10,7 +10,7 @@ use super::exit::{Exit, Usage, Voice};
 use super::options::AnalysisArgs;
 use crate::analysis::run::analyse;
 use crate::base::files::write_atomically;
-use crate::base::options::{Estimator, Model, Options};
+use crate::base::options::{Estimator, ModelKind, Options};
 use crate::compare::{Side, as_text, compare, render};
 
 #[derive(Debug, Args)]
@@ -30,7 +30,7 @@ pub(super) struct CompareArgs {
     analysis: AnalysisArgs,
     /// Another model for B.
     #[arg(long, value_enum, value_name = "MODEL")]
-    model_b: Option<Model>,
+    model_b: Option<ModelKind>,
     /// Another estimator for B.
     #[arg(long, value_enum, value_name = "ESTIMATOR")]
     estimator_b: Option<Estimator>,

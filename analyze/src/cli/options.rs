@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 
-use crate::base::options::{ApplyClockOffsets, ClosedFormInput, Estimator, Model, Options};
+use crate::base::options::{ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options};
 use crate::events::EventKind;
 use crate::policy::Policy;
 
@@ -13,8 +13,8 @@ use crate::policy::Policy;
 #[derive(Debug, Args)]
 pub(super) struct AnalysisArgs {
     /// Model of the ground wrench.
-    #[arg(long, value_enum, default_value_t = Model::WholeBody)]
-    pub(super) model: Model,
+    #[arg(long, value_enum, default_value_t = ModelKind::WholeBody)]
+    pub(super) model: ModelKind,
     /// Estimator of the states.
     #[arg(long, value_enum, default_value_t = Estimator::Smoother)]
     pub(super) estimator: Estimator,

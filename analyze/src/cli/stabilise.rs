@@ -36,7 +36,7 @@ enum Mode {
 pub(super) fn run(args: &StabiliseArgs) -> Result<Exit> {
     let file = MachineFile::read(&args.machine)?;
     let mode = args.mode.map(|mode| match mode {
-        Mode::Literal => ControlMode::Literal,
+        Mode::Literal => ControlMode::OneStep,
         Mode::LookAhead => ControlMode::LookAhead,
     });
     stabilise::serve(&file, mode, args.step, stdin().lock(), stdout().lock())?;

@@ -3,7 +3,9 @@
 use std::cell::OnceCell;
 
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Cause, Quantity, Scope, State, Workspace, combination_sigma, evaluate};
+use tipwatch_mechanics::{
+    Contribution, Quantity, Scope, State, Workspace, combination_sigma, evaluate,
+};
 
 use super::event::{CauseShare, Event, EventCauses, EventKind};
 use crate::base::rows::Rows;
@@ -50,7 +52,7 @@ impl<'a> Evidence<'a> {
         if self.scope.sensitivities {
             event.certainty = self.certainty(row, &claim);
         }
-        if self.scope.causes {
+        if self.scope.contributions {
             event.causes = self.causes(event, row, &claim);
         }
     }
@@ -122,17 +124,21 @@ impl<'a> Evidence<'a> {
         let first_valid = || (0..start).find(|&row| self.rows.is_valid(row));
         let from = steady.or_else(first_valid)?;
         let lost_n = self.otf(from, claim) - self.otf(row, claim);
-        let by_cause = |cause: Cause, row: usize| -> f64 {
+        let by_cause = |cause: Contribution, row: usize| -> f64 {
             let wheels = claim.factors.iter().enumerate().filter(|(_, f)| **f != 0.0);
             wheels
                 .map(|(wheel, factor)| {
-                    factor * self.rows.outcomes.column(Quantity::Cause(cause, wheel))[row]
+                    factor
+                        * self
+                            .rows
+                            .outcomes
+                            .column(Quantity::Contribution(cause, wheel))[row]
                 })
                 .sum()
         };
-        let mut shares: Vec<CauseShare> = Cause::ALL
+        let mut shares: Vec<CauseShare> = Contribution::ALL
             .into_iter()
-            .filter(|&cause| cause != Cause::LiftOff)
+            .filter(|&cause| cause != Contribution::LiftOff)
             .map(|cause| (cause, by_cause(cause, from) - by_cause(cause, row)))
             .filter(|(_, taken_n)| taken_n.is_finite())
             .map(|(cause, taken_n)| CauseShare {

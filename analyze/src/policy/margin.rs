@@ -7,7 +7,7 @@
 //! force, the load that a wheel would carry if every wheel were held to the ground.
 
 use serde::{Deserialize, Serialize};
-use tipwatch_mechanics::{Cause, Quantity};
+use tipwatch_mechanics::{Contribution, Quantity};
 
 use crate::analysis::Analysis;
 use crate::base::number::known;
@@ -37,15 +37,19 @@ pub const EXPOSURE_CAUSES: [&str; 7] = [
 ];
 
 /// The causes behind each of [`EXPOSURE_CAUSES`] but the first.
-const MOTION_CAUSES: [Cause; 6] = [
-    Cause::Slope,
-    Cause::ArmMotion,
-    Cause::PlatformAcceleration,
-    Cause::Cornering,
-    Cause::ToolForce,
-    Cause::SpecificForce,
+const MOTION_CAUSES: [Contribution; 6] = [
+    Contribution::Slope,
+    Contribution::ArmMotion,
+    Contribution::PlatformAcceleration,
+    Contribution::Cornering,
+    Contribution::ToolForce,
+    Contribution::SpecificForce,
 ];
-const WEIGHTS: [Cause; 3] = [Cause::ChassisWeight, Cause::WheelWeight, Cause::ArmWeight];
+const WEIGHTS: [Contribution; 3] = [
+    Contribution::ChassisWeight,
+    Contribution::WheelWeight,
+    Contribution::ArmWeight,
+];
 
 /// The smallest margin of a log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -146,7 +150,7 @@ pub(super) fn exposure(analysis: &Analysis) -> Exposure {
     let notice_margin = 1.0 - analysis.machine.limits().notice;
     let max_gap_s = analysis.machine.estimator().max_gap;
     let mut by_cause = wheels
-        .column(Quantity::Cause(Cause::ChassisWeight, 0))
+        .column(Quantity::Contribution(Contribution::ChassisWeight, 0))
         .map(|_| vec![0.0; EXPOSURE_CAUSES.len()]);
     let mut exposure = Exposure {
         margin_s: vec![0.0; HISTOGRAM_EDGES.len() + 1],
@@ -176,8 +180,8 @@ pub(super) fn exposure(analysis: &Analysis) -> Exposure {
 
 /// Load that each of [`EXPOSURE_CAUSES`] takes from a wheel, relative to the static load (N).
 fn taken(wheels: &Wheels<'_>, row: usize, wheel: usize) -> [f64; EXPOSURE_CAUSES.len()] {
-    let given = |cause: Cause| {
-        let column = wheels.column(Quantity::Cause(cause, wheel));
+    let given = |cause: Contribution| {
+        let column = wheels.column(Quantity::Contribution(cause, wheel));
         column.map_or(0.0, |values| values[row])
     };
     let mut taken = [0.0; EXPOSURE_CAUSES.len()];

@@ -89,11 +89,11 @@ fn whole(
     };
     match parameter {
         Parameter::JointPosition(joint) => Some((moved(joint)?, "its range in this log")),
-        Parameter::JointRate(joint) | Parameter::JointAcceleration(joint) => {
+        Parameter::JointVelocity(joint) | Parameter::JointAcceleration(joint) => {
             moved(joint)?;
             (value.abs() > NEGLIGIBLE).then_some((value.abs(), "its value at that time"))
         }
-        Parameter::Travel(_) | Parameter::ToolForce(_) | Parameter::ToolMoment(_) => {
+        Parameter::BaseMotion(_) | Parameter::ToolForce(_) | Parameter::ToolMoment(_) => {
             (value.abs() > NEGLIGIBLE).then_some((value.abs(), "its value at that time"))
         }
         Parameter::PayloadMass(_) => Some((value, "its mass")),

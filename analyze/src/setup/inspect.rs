@@ -243,7 +243,7 @@ fn signals(
         (SensorKind::ToolWrench, &found.tool_wrench),
     ];
     for (kind, binding) in others {
-        let missing = match named.bound_otherwise.contains(&kind) {
+        let missing = match named.bound_by_number.contains(&kind) {
             true => BY_NUMBERS.into(),
             false => format!("no messages of type {}", kind.type_name()),
         };

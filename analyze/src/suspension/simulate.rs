@@ -3,7 +3,7 @@
 use anyhow::{Result, anyhow};
 use tipwatch_mechanics::machine::{Machine, Suspension};
 use tipwatch_mechanics::{Motion, State};
-use tipwatch_suspension::hydraulics::{Actuator, ActuatorState, Drive};
+use tipwatch_suspension::hydraulics::{Actuator, ActuatorInput, ActuatorState};
 use tipwatch_suspension::{Command, Controller, MAX_ACTUATORS, Replay};
 
 use super::mode::SuspensionMode;
@@ -173,8 +173,8 @@ impl Run {
                 reference: position,
                 reference_velocity: velocity,
                 commanded_acceleration: going.command.map_or(f64::NAN, |c| c.acceleration[k]),
-                velocity_limits: self.controller.stabiliser().velocity_limits(position),
-                acceleration_limits: self.controller.stabiliser().acceleration_limits(position),
+                velocity_limits: self.controller.optimiser().velocity_limits(position),
+                acceleration_limits: self.controller.optimiser().acceleration_limits(position),
                 opening: self.controller.valve(k).opening(),
                 pressures: going.cylinders[k].pressures,
                 force: self.actuator.force(&going.cylinders[k]),
@@ -235,7 +235,7 @@ impl Run {
             }
         }
         for k in 0..actuators {
-            let drive = Drive::Load {
+            let drive = ActuatorInput::Load {
                 force: forces[k],
                 mass,
             };

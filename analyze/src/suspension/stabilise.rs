@@ -272,7 +272,7 @@ mod tests {
         let file = MachineFile::read(Path::new(DATA)).unwrap();
         let short = serve(
             &file,
-            Some(ControlMode::Literal),
+            Some(ControlMode::OneStep),
             None,
             first().as_bytes(),
             Vec::new(),

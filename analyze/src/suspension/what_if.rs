@@ -86,7 +86,7 @@ pub fn what_if(
 fn control(stated: &SuspensionControl, options: WhatIfOptions) -> SuspensionControl {
     SuspensionControl {
         mode: match options.suspension {
-            SuspensionMode::Literal => ControlMode::Literal,
+            SuspensionMode::Literal => ControlMode::OneStep,
             _ => ControlMode::LookAhead,
         },
         rate: options.step_s.map_or(stated.rate, |step| 1.0 / step),

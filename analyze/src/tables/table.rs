@@ -4,7 +4,7 @@ use polars::prelude::{Column, DataFrame, IntoColumn, ListStringChunkedBuilder, N
 use polars::prelude::{ListBuilderTrait, PlSmallStr, PolarsResult};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
-use tipwatch_mechanics::{Cause, Place, Quantity, Travel};
+use tipwatch_mechanics::{BaseMotion, Contribution, GroundPoint, Quantity};
 
 use crate::analysis::Analysis;
 use crate::analysis::sensitivity::SensitivityRow;
@@ -57,7 +57,7 @@ pub fn name_and_unit(machine: &Machine, quantity: Quantity) -> Option<(String, &
         Quantity::SigmaGradient(travel) => sigma_gradient(travel),
         Quantity::ArmForce(axis) => (format!("arm_force_{}", axis.name()), "N"),
         Quantity::ArmMoment(axis) => (format!("arm_moment_{}", axis.name()), "N m"),
-        Quantity::Cause(cause, w) => (format!("cause_{}_{}", cause.name(), wheel(w)), "N"),
+        Quantity::Contribution(cause, w) => (format!("cause_{}_{}", cause.name(), wheel(w)), "N"),
         Quantity::Part(link, w) => {
             let link = machine.links()[link].name.to_lowercase();
             (format!("part_{link}_{}", wheel(w)), "N")
@@ -69,31 +69,33 @@ pub fn name_and_unit(machine: &Machine, quantity: Quantity) -> Option<(String, &
     })
 }
 
-fn sigma_gradient(travel: Travel) -> (String, &'static str) {
+fn sigma_gradient(travel: BaseMotion) -> (String, &'static str) {
     let (name, unit) = match travel {
-        Travel::ForwardVelocity => ("dsigma_dvx", "N^2 s/m"),
-        Travel::LeftVelocity => ("dsigma_dvy", "N^2 s/m"),
-        Travel::YawRate => ("dsigma_dyaw_rate", "N^2 s/rad"),
-        Travel::ForwardAcceleration => ("dsigma_dvx_dot", "N^2 s^2/m"),
-        Travel::LeftAcceleration => ("dsigma_dvy_dot", "N^2 s^2/m"),
-        Travel::YawAcceleration => ("dsigma_dyaw_rate_dot", "N^2 s^2/rad"),
+        BaseMotion::ForwardVelocity => ("dsigma_dvx", "N^2 s/m"),
+        BaseMotion::LeftVelocity => ("dsigma_dvy", "N^2 s/m"),
+        BaseMotion::YawRate => ("dsigma_dyaw_rate", "N^2 s/rad"),
+        BaseMotion::ForwardAcceleration => ("dsigma_dvx_dot", "N^2 s^2/m"),
+        BaseMotion::LeftAcceleration => ("dsigma_dvy_dot", "N^2 s^2/m"),
+        BaseMotion::YawAcceleration => ("dsigma_dyaw_rate_dot", "N^2 s^2/rad"),
     };
     (name.into(), unit)
 }
 
-fn place_name(machine: &Machine, place: Place) -> String {
+fn place_name(machine: &Machine, place: GroundPoint) -> String {
     match place {
-        Place::Wheel(wheel) => machine.wheels()[wheel].name.to_lowercase(),
-        Place::FrontAxle => "front_axle".into(),
-        Place::RearAxle => "rear_axle".into(),
+        GroundPoint::Wheel(wheel) => machine.wheels()[wheel].name.to_lowercase(),
+        GroundPoint::FrontAxle => "front_axle".into(),
+        GroundPoint::RearAxle => "rear_axle".into(),
     }
 }
 
 /// Whether a column is written: without a single value, that of the specific force as a cause is omitted, which
 /// is known only where slope and platform acceleration are not.
 pub(crate) fn is_written(quantity: Quantity, values: &[f64]) -> bool {
-    !matches!(quantity, Quantity::Cause(Cause::SpecificForce, _))
-        || values.iter().any(|value| value.is_finite())
+    !matches!(
+        quantity,
+        Quantity::Contribution(Contribution::SpecificForce, _)
+    ) || values.iter().any(|value| value.is_finite())
 }
 
 /// The table of samples, one line per row.

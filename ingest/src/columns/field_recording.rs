@@ -25,7 +25,7 @@ pub struct FieldRequest {
 impl FieldRequest {
     /// Requests a number without scale and offset.
     #[must_use]
-    pub fn as_it_is(topic: &str, field: &str) -> Self {
+    pub fn raw(topic: &str, field: &str) -> Self {
         Self {
             topic: topic.into(),
             number: NumberField {

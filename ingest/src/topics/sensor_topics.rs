@@ -21,7 +21,7 @@ pub struct NamedTopics {
     /// The topic of the tool wrench.
     pub tool_wrench: Option<String>,
     /// Kinds that the machine file binds number by number, which are not searched.
-    pub bound_otherwise: Vec<SensorKind>,
+    pub bound_by_number: Vec<SensorKind>,
     /// Whether to search for a tool wrench: only machines with a tool have one.
     pub has_tool: bool,
 }
@@ -58,7 +58,7 @@ impl SensorTopics {
     /// be read.
     pub fn find(log: &Log, named: &NamedTopics) -> Result<Self, Error> {
         let joint_states = joint_topics(log, &named.joint_states)?;
-        let single = |kind, name: &Option<String>| match named.bound_otherwise.contains(&kind) {
+        let single = |kind, name: &Option<String>| match named.bound_by_number.contains(&kind) {
             true => Ok(None),
             false => bind(log.topics(), kind, name.as_deref()),
         };

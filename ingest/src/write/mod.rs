@@ -5,5 +5,5 @@ mod ros2_writer;
 
 pub use self::{
     recover::{RecoverError, RecoveryReport, recover},
-    ros2_writer::{OutTopic, Ros2Writer, WriteError},
+    ros2_writer::{Ros2Writer, WriteError, WriterTopic},
 };

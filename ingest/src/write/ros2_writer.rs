@@ -61,7 +61,7 @@ pub enum WriteError {
 
 /// A topic of a [`Ros2Writer`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct OutTopic(u16);
+pub struct WriterTopic(u16);
 
 /// Writes a log.
 pub struct Ros2Writer {
@@ -108,7 +108,7 @@ impl Ros2Writer {
         name: &str,
         type_name: &str,
         fields: Option<&str>,
-    ) -> Result<OutTopic, WriteError> {
+    ) -> Result<WriterTopic, WriteError> {
         let definition = match fields {
             Some(fields) => builtin::with_common_parts(fields, Dialect::Ros2),
             None => builtin::definition(type_name, Dialect::Ros2),
@@ -120,7 +120,7 @@ impl Ros2Writer {
         let channel = writer
             .add_schema(type_name, "ros2msg", definition.as_bytes())
             .and_then(|schema| writer.add_channel(schema, name, "cdr", &BTreeMap::new()));
-        channel.map(OutTopic).map_err(|e| failed(&self.path, e))
+        channel.map(WriterTopic).map_err(|e| failed(&self.path, e))
     }
 
     /// Writes a message, whose fields must be those of the topic's type, in the same order.
@@ -130,7 +130,7 @@ impl Ros2Writer {
     /// The file cannot be written.
     pub fn write(
         &mut self,
-        topic: OutTopic,
+        topic: WriterTopic,
         time_ns: i64,
         message: &impl Serialize,
     ) -> Result<(), WriteError> {

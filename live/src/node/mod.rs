@@ -1,8 +1,8 @@
 //! The shared memory: the only place that calls iceoryx2.
 
-mod bell;
 mod port;
 mod reader_progress;
+mod topic_notifier;
 
 use std::fmt::Debug;
 use std::time::{Duration, Instant};
@@ -12,9 +12,9 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::AttributeVerifier;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
-pub use bell::{Bell, Ear};
 pub use port::{Receiver, Sender};
 pub use reader_progress::{NOTHING_YET, ReaderProgress};
+pub use topic_notifier::{Ear, TopicNotifier};
 
 use crate::interrupt::{self, Interrupted};
 use crate::topics::{LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, Topic};
@@ -105,8 +105,8 @@ impl Joined {
     ///
     /// # Errors
     /// There are too many that do so.
-    pub fn bell<T: Topic>(&self) -> Result<Bell> {
-        Bell::new(&self.node, &self.service_name::<T>())
+    pub fn topic_notifier<T: Topic>(&self) -> Result<TopicNotifier> {
+        TopicNotifier::new(&self.node, &self.service_name::<T>())
     }
 
     /// Waits to be woken for messages of a kind.

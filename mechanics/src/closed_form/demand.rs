@@ -65,8 +65,8 @@ impl<T: Real> Demand<T> {
         let front = (platform.to_rear * self.b3 - self.b2) / wheelbase;
         let rear = (platform.to_front * self.b3 + self.b2) / wheelbase;
         let difference = (self.b1 + self.b1 + (right - left) * self.b3) / platform.track();
-        let in_front = platform.front_share * difference;
-        let behind = (T::one() - platform.front_share) * difference;
+        let in_front = platform.roll_moment_distribution * difference;
+        let behind = (T::one() - platform.roll_moment_distribution) * difference;
         [
             (front + in_front) * half,
             (front - in_front) * half,

@@ -1,7 +1,7 @@
 //! Overturning moments about the edges of the wheel rectangle: MHS-type (moment-height stability), TOM
 //! (tip-over moment), ITOM (improved tip-over moment).
 
-use super::{Causes, Demand, Platform};
+use super::{Demand, DemandContributions, Platform};
 use crate::number::Real;
 
 /// Terms that an overturning moment includes besides the arm, after the first paper's remarks on (44)-(46).
@@ -68,7 +68,7 @@ impl<T: Real> EdgeMoments<T> {
     }
 }
 
-impl<T: Real> Causes<T> {
+impl<T: Real> DemandContributions<T> {
     /// Overturning moments of the arm and of the `counted` terms.
     ///
     /// ```text

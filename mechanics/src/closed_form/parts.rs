@@ -14,7 +14,7 @@ pub struct PlatformParts {
     pub(super) chassis: Vec<(usize, MassMoments)>,
     /// Indices of the wheels, by [`Corner`](super::Corner).
     pub(super) wheels: [usize; 4],
-    pub(super) front_share: f64,
+    pub(super) roll_moment_distribution: f64,
     /// Body and point in it at which the arm is attached.
     pub(super) arm_base: Option<(usize, Vector3<f64>)>,
 }
@@ -34,7 +34,7 @@ impl PlatformParts {
         if found != 0 {
             return Err(ClosedFormError::FreeJoints { found });
         }
-        let Split::FrontShare { share, wheels } = machine.contact.split else {
+        let Split::RollMomentDistribution { share, wheels } = machine.contact.split else {
             return Err(ClosedFormError::Split);
         };
         check_wheels_move(machine)?;
@@ -46,7 +46,7 @@ impl PlatformParts {
         Ok(Self {
             chassis,
             wheels: [front_left, front_right, rear_right, rear_left],
-            front_share: share,
+            roll_moment_distribution: share,
             arm_base: arm_base(machine),
         })
     }

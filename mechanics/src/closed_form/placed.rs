@@ -79,7 +79,7 @@ impl PlatformParts {
             wheel_moment,
             inertia_xz: inertia.m13,
             inertia_yz: inertia.m23,
-            front_share: T::constant(self.front_share),
+            roll_moment_distribution: T::constant(self.roll_moment_distribution),
             arm_base: self.arm_base_from_centre(motions, &pose),
             ..Platform::zero()
         };

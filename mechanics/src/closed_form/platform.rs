@@ -61,7 +61,7 @@ pub struct Platform<T> {
     /// I_yz, likewise (kg m^2).
     pub inertia_yz: T,
     /// Roll moment distribution D of (54): the front axle's share of the lateral load difference, 0 to 1.
-    pub front_share: T,
+    pub roll_moment_distribution: T,
     /// (x_CA, y_CA, z_CA) of (60), the root of the arm relative to C (m).
     pub arm_base: Vector3<T>,
 }
@@ -92,7 +92,7 @@ impl<T: Real> Platform<T> {
             wheel_moment: Vector3::zeros(),
             inertia_xz: zero,
             inertia_yz: zero,
-            front_share: zero,
+            roll_moment_distribution: zero,
             arm_base: Vector3::zeros(),
         }
     }
@@ -129,7 +129,7 @@ impl<T: Real> Platform<T> {
             wheel_moment: constant(&platform.wheel_moment),
             inertia_xz: c(platform.inertia_xz),
             inertia_yz: c(platform.inertia_yz),
-            front_share: c(platform.front_share),
+            roll_moment_distribution: c(platform.roll_moment_distribution),
             arm_base: constant(&platform.arm_base),
         }
     }
@@ -202,10 +202,10 @@ impl<T: Real> PlatformPose<T> {
         angular_acceleration: &Vector3<T>,
     ) -> Vector3<T> {
         let swept = cross(angular_velocity, &self.centre);
-        let felt = specific_force
+        let measured = specific_force
             + cross(angular_acceleration, &self.centre)
             + cross(angular_velocity, &swept);
-        self.direction(&felt)
+        self.direction(&measured)
     }
 
     /// Transforms a wrench about the base origin in base axes to a wrench about `point` (platform axes, from C)

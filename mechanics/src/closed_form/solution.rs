@@ -3,8 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::{
-    Causes, Counted, EdgeMoments, FeltMotion, PlacedPlatform, PlanarMotion, PlatformParts,
-    PlatformPose, PointVelocity, Terms, axle_heading, heading_of_spin_axis,
+    Counted, DemandContributions, EdgeMoments, MeasuredMotion, PlacedPlatform, PlanarMotion,
+    PlatformParts, PlatformPose, PointVelocity, Terms, axle_heading, heading_of_spin_axis,
 };
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::contact_plane::ContactPlane;
@@ -30,14 +30,14 @@ pub struct ClosedFormOutcome<T> {
     /// accelerometer as input: it is included in the seventh and eighth.
     pub terms: Vec<[T; 11]>,
     /// Motion of each wheel, by index of the machine's wheels.
-    pub wheels: Vec<Travelling<T>>,
+    pub wheels: Vec<GroundMotion<T>>,
     /// Motion of the front and of the rear axle.
-    pub axles: [Travelling<T>; 2],
+    pub axles: [GroundMotion<T>; 2],
 }
 
 /// Motion of a wheel or an axle, (12)-(31).
 #[derive(Debug, Clone, Copy)]
-pub struct Travelling<T> {
+pub struct GroundMotion<T> {
     /// Speed (m/s).
     pub speed: T,
     /// Direction from forward, counter-clockwise (rad); NaN at standstill.
@@ -66,7 +66,7 @@ pub(crate) struct Held<T> {
     pub(crate) edge_moments: [EdgeMoments<T>; 3],
 }
 
-impl<T: Real> Travelling<T> {
+impl<T: Real> GroundMotion<T> {
     fn of(velocity: &PointVelocity<T>, heading: &Vector2<T>) -> Self {
         Self {
             speed: velocity.speed(),
@@ -90,8 +90,8 @@ impl<T: Real> ClosedFormOutcome<T> {
         let wheels = machine.wheels.len();
         Self {
             terms: vec![[T::constant(f64::NAN); 11]; wheels],
-            wheels: vec![Travelling::unknown(); wheels],
-            axles: [Travelling::unknown(); 2],
+            wheels: vec![GroundMotion::unknown(); wheels],
+            axles: [GroundMotion::unknown(); 2],
         }
     }
 
@@ -107,23 +107,25 @@ impl<T: Real> ClosedFormOutcome<T> {
         let up = pose.direction(&moving.known.up);
         let arm = pose.wrench_at(moving.arm, &platform.arm_base);
         let planar = planar_motion(pose, moving);
-        let causes = match input {
-            ClosedFormInput::Velocity => Causes::of_motion(platform, &up, &planar, &arm),
+        let contributions = match input {
+            ClosedFormInput::Velocity => {
+                DemandContributions::of_motion(platform, &up, &planar, &arm)
+            }
             ClosedFormInput::Accelerometer => {
-                let felt = felt_motion(pose, moving);
-                Causes::of_felt(platform, &up, &felt, &arm)
+                let measured = measured_motion(pose, moving);
+                DemandContributions::of_measured(platform, &up, &measured, &arm)
             }
         };
-        self.fill_terms(parts, &causes.terms(platform), input);
+        self.fill_terms(parts, &contributions.terms(platform), input);
         self.fill_travel(parts, placed, &planar, moving);
-        let b = causes.sum();
+        let b = contributions.sum();
         // Move the reference from the point below C to the projected base origin.
         let centre = pose.direction(&pose.centre);
         Held {
             normal: b.b3,
             moment: Vector2::new(b.b1 + centre.y * b.b3, b.b2 - centre.x * b.b3),
             edge_moments: [Counted::MHS, Counted::TOM, Counted::ITOM]
-                .map(|counted| causes.edge_moments(platform, counted)),
+                .map(|counted| contributions.edge_moments(platform, counted)),
         }
     }
 
@@ -150,12 +152,12 @@ impl<T: Real> ClosedFormOutcome<T> {
             heading_of_spin_axis(&placed.pose.direction(&axis))
         });
         for (corner, &wheel) in parts.wheels().iter().enumerate() {
-            self.wheels[wheel] = Travelling::of(&velocities.wheels[corner], &headings[corner]);
+            self.wheels[wheel] = GroundMotion::of(&velocities.wheels[corner], &headings[corner]);
         }
         let [fl, fr, rr, rl] = &headings;
         self.axles = [
-            Travelling::of(&velocities.front, &axle_heading(fl, fr)),
-            Travelling::of(&velocities.rear, &axle_heading(rl, rr)),
+            GroundMotion::of(&velocities.front, &axle_heading(fl, fr)),
+            GroundMotion::of(&velocities.rear, &axle_heading(rl, rr)),
         ];
     }
 }
@@ -176,10 +178,10 @@ fn planar_motion<T: Real>(pose: &PlatformPose<T>, moving: &Moving<'_, T>) -> Pla
     }
 }
 
-fn felt_motion<T: Real>(pose: &PlatformPose<T>, moving: &Moving<'_, T>) -> FeltMotion<T> {
+fn measured_motion<T: Real>(pose: &PlatformPose<T>, moving: &Moving<'_, T>) -> MeasuredMotion<T> {
     let base = &moving.motions[0];
     let (w, alpha) = (&base.angular_velocity, &base.angular_acceleration);
-    FeltMotion {
+    MeasuredMotion {
         specific_force: pose.specific_force_at_centre(&base.specific_force, w, alpha),
         yaw_rate: pose.direction(w).z,
         yaw_acceleration: pose.direction(alpha).z,

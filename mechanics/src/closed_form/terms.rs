@@ -1,6 +1,6 @@
 //! The terms zeta of every wheel's load, (61)-(108).
 
-use super::{Causes, Demand, Platform};
+use super::{Demand, DemandContributions, Platform};
 use crate::number::Real;
 
 /// Loads by wheel and contribution (N); the wheels by [`Corner`](super::Corner), FL FR RR RL.
@@ -14,10 +14,10 @@ pub struct TermTable<T, const N: usize> {
 /// f_x, f_y, f_z, m_x, m_y; derivatives of v_x and v_y; turning at speed; yaw rate squared; yaw acceleration.
 pub type Terms<T> = TermTable<T, 11>;
 
-/// The terms that a [`FeltMotion`](super::FeltMotion) can separate (N): wheel weights, a part of zeta_1;
+/// The terms that a [`MeasuredMotion`](super::MeasuredMotion) can separate (N): wheel weights, a part of zeta_1;
 /// zeta_2 to zeta_6; chassis weight and acceleration, the rest of zeta_1 with zeta_7 to zeta_9; zeta_10;
 /// zeta_11.
-pub type FeltTerms<T> = TermTable<T, 9>;
+pub type MeasuredTerms<T> = TermTable<T, 9>;
 
 impl<T: Real, const N: usize> TermTable<T, N> {
     fn of(demands: &[Demand<T>; N], platform: &Platform<T>) -> Self {
@@ -36,9 +36,9 @@ impl<T: Real, const N: usize> TermTable<T, N> {
     }
 }
 
-impl<T: Real> Causes<T> {
+impl<T: Real> DemandContributions<T> {
     /// The eleven terms of every wheel. For a measured motion, the seventh and eighth include the paper's ninth:
-    /// see [`Causes::felt_terms`].
+    /// see [`DemandContributions::measured_terms`].
     #[must_use]
     pub fn terms(&self, platform: &Platform<T>) -> Terms<T> {
         let weights = self.chassis_weight.plus(&self.wheel_weights);
@@ -64,12 +64,12 @@ impl<T: Real> Causes<T> {
     /// The terms of every wheel that an accelerometer can separate; those of a motion given by velocities are
     /// merged in the same way.
     #[must_use]
-    pub fn felt_terms(&self, platform: &Platform<T>) -> FeltTerms<T> {
+    pub fn measured_terms(&self, platform: &Platform<T>) -> MeasuredTerms<T> {
         let chassis = self.chassis_weight.plus(&Demand::sum(&self.acceleration));
         let [f_x, f_y, f_z, m_x, m_y] = self.arm;
         let [rate, acceleration] = self.yaw;
         let wheels = self.wheel_weights;
         let demands = [wheels, f_x, f_y, f_z, m_x, m_y, chassis, rate, acceleration];
-        FeltTerms::of(&demands, platform)
+        MeasuredTerms::of(&demands, platform)
     }
 }

@@ -114,7 +114,7 @@ impl<T: Real> Groups<T> {
         if let Some(tool) = &machine.tool {
             self.sets[0].tool = *tool_wrench;
             for (set, joint) in self.sets[1..].iter_mut().zip(&machine.contact.free_joints) {
-                if joint.carries_body[tool.body] {
+                if joint.supports_body[tool.body] {
                     set.tool = *tool_wrench;
                 }
             }
@@ -126,7 +126,7 @@ impl<T: Real> Groups<T> {
         let moments = &self.bodies[body];
         self.sets[0].of(group).add(moments, wrench);
         for (set, joint) in self.sets[1..].iter_mut().zip(&machine.contact.free_joints) {
-            if joint.carries_body[body] {
+            if joint.supports_body[body] {
                 set.of(group).add(moments, wrench);
             }
         }
@@ -145,7 +145,7 @@ impl<T: Real> Groups<T> {
         self.bodies[body].add(&moments);
         self.sets[0].of(group).add(&moments, &wrench);
         for (set, joint) in self.sets[1..].iter_mut().zip(&machine.contact.free_joints) {
-            if joint.carries_body[body] {
+            if joint.supports_body[body] {
                 set.of(group).add(&moments, &wrench);
             }
         }

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::coordinate::Coordinate;
 use crate::geometry::spatial::{compose, constant, cross, rotate_back, rotate_constant};
-use crate::machine::{Body, Drive, JointKind, Machine, rotation_in_body};
+use crate::machine::{Body, JointCoupling, JointKind, Machine, rotation_in_body};
 use crate::number::Real;
 use crate::state::{ImuState, State};
 
@@ -195,14 +195,17 @@ pub fn coordinates<T: Real>(
         closure = closure.min(solved.closure);
     }
     for (body, coordinate) in machine.bodies.iter().zip(coordinates.iter_mut()) {
-        let motion = match body.drive {
-            Drive::Measured(joint) => state.joints[joint],
-            Drive::Mimic {
+        let motion = match body.coupling {
+            JointCoupling::Measured(joint) => state.joints[joint],
+            JointCoupling::Mimic {
                 joint,
                 multiplier,
                 offset,
             } => state.joints[joint].scaled(multiplier, offset),
-            Drive::Root | Drive::Pivot(_) | Drive::Cylinder(_) | Drive::Rod(_) => continue,
+            JointCoupling::Root
+            | JointCoupling::Pivot(_)
+            | JointCoupling::Cylinder(_)
+            | JointCoupling::Rod(_) => continue,
         };
         *coordinate = match body.kind {
             JointKind::Revolute => {
@@ -219,7 +222,7 @@ pub fn coordinates<T: Real>(
 
 /// Pose of the IMU and its motion relative to a base at rest, in base axes.
 #[derive(Debug, Clone, Copy)]
-pub struct ImuSeat<T> {
+pub struct SensorFrame<T> {
     /// Orientation: base from IMU.
     pub rotation: Matrix3<T>,
     /// Position (m).
@@ -234,7 +237,7 @@ pub struct ImuSeat<T> {
     pub angular_acceleration: Vector3<T>,
 }
 
-impl<T: Real> ImuSeat<T> {
+impl<T: Real> SensorFrame<T> {
     /// Where it is with the joints at these coordinates.
     pub fn of(machine: &Machine, coordinates: &[Coordinate<T>]) -> Self {
         let (mount, zero) = (&machine.imu, Vector3::zeros());
@@ -254,16 +257,16 @@ impl<T: Real> ImuSeat<T> {
     }
 }
 
-/// Motion of the base frame from the IMU's measurement: see [`ImuSeat::base_motion`].
+/// Motion of the base frame from the IMU's measurement: see [`SensorFrame::base_motion`].
 pub fn base_motion<T: Real>(
     machine: &Machine,
-    seat: &ImuSeat<T>,
+    sensor_frame: &SensorFrame<T>,
     imu: &ImuState<T>,
 ) -> BodyMotion<T> {
-    seat.base_motion(imu, machine.imu.body != 0)
+    sensor_frame.base_motion(imu, machine.imu.body != 0)
 }
 
-impl<T: Real> ImuSeat<T> {
+impl<T: Real> SensorFrame<T> {
     /// Motion of the base frame from the IMU's measurement.
     ///
     /// On the root body only the lever arm matters. On a body that `moves`, the motion of the sensor relative
@@ -290,7 +293,7 @@ impl<T: Real> ImuSeat<T> {
     }
 
     /// The IMU's measurement, in its own axes, for a given base motion: the inverse of [`Self::base_motion`].
-    pub fn felt(&self, base: &BodyMotion<T>) -> ImuState<T> {
+    pub fn measured(&self, base: &BodyMotion<T>) -> ImuState<T> {
         let (w, alpha) = (&base.angular_velocity, &base.angular_acceleration);
         let force = base.specific_force
             + self.acceleration

@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 use crate::dynamics::composite::{Composite, Field};
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::spatial::{Wrench, cross};
-use crate::machine::{JointKind, Travel};
+use crate::machine::{BaseMotion, JointKind};
 use crate::number::Real;
 
 /// Derivatives of a wrench with respect to position, velocity and acceleration of a joint.
@@ -74,23 +74,23 @@ impl<T: Real> MovingJoint<T> {
         }
     }
 
-    /// Derivatives of `wrench`, the wrench of the distal subtree with the moments `beyond`.
+    /// Derivatives of `wrench`, the wrench of the distal subtree with the moments `distal`.
     #[inline(always)]
-    pub(crate) fn wrenches(&self, beyond: &Composite<T>, wrench: &Wrench<T>) -> JointWrenches<T> {
+    pub(crate) fn wrenches(&self, distal: &Composite<T>, wrench: &Wrench<T>) -> JointWrenches<T> {
         let two = T::constant(2.0);
-        let rate = beyond.accelerated(&self.rate);
+        let rate = distal.accelerated(&self.rate);
         JointWrenches {
             position: self
                 .field
                 .carries_wrench(wrench)
-                .plus(&beyond.accelerated(&self.pull))
-                .plus(&beyond.coriolis(&self.rate.angular)),
+                .plus(&distal.accelerated(&self.pull))
+                .plus(&distal.coriolis(&self.rate.angular)),
             rate: Wrench {
                 force: rate.force * two,
                 moment: rate.moment * two,
             }
-            .plus(&beyond.coriolis(&self.field.angular)),
-            acceleration: beyond.accelerated(&self.field),
+            .plus(&distal.coriolis(&self.field.angular)),
+            acceleration: distal.accelerated(&self.field),
         }
     }
 }
@@ -153,11 +153,11 @@ pub(crate) fn joint_form<T: Real>(kind: JointKind, joint: &BodyMotion<T>, factor
 }
 
 /// Converts derivatives of a load with respect to the base's motion into those of [`VelocityGradient`].
-pub(crate) fn by_travel<T: Real>(
+pub(crate) fn by_base_motion<T: Real>(
     by: &BaseGradient<T>,
     w: &Vector3<T>,
     velocity: &Vector3<T>,
-) -> [T; Travel::ALL.len()] {
+) -> [T; BaseMotion::ALL.len()] {
     let force = &by.specific_force;
     [
         force.dot(&cross(w, &Vector3::x())),

@@ -1,8 +1,8 @@
 //! The causal estimator: it uses past samples only, live and to reproduce a live run offline.
 
-use super::assembly::{Assembler, Followed, Reading, Standing, Tracks};
+use super::kalman_filter::{ChannelState, seconds};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
-use super::track::{Jet, seconds};
+use super::state_builder::{FilterStatus, Filters, Followed, Reading, StateBuilder};
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect};
 use crate::machine::Machine;
 use crate::state::{Credible, Sample, SampleError, Sensor, Sensors, StreamCounts};
@@ -13,8 +13,8 @@ use crate::state::{Credible, Sample, SampleError, Sensor, Sensors, StreamCounts}
 /// The same samples in the same order give identical bits, offline and live. A step never allocates.
 #[derive(Debug, Clone)]
 pub struct CausalEstimator {
-    tracks: Tracks,
-    assembler: Assembler,
+    filters: Filters,
+    state_builder: StateBuilder,
     sensors: Sensors,
     plausibility: Plausibility,
     /// Effect of each sensor's last sample on rows.
@@ -33,8 +33,8 @@ impl CausalEstimator {
     #[must_use]
     pub fn new(machine: &Machine, sensors: &Sensors, clock: RowClock) -> Self {
         Self {
-            tracks: Tracks::new(machine, sensors, false),
-            assembler: Assembler::new(machine, sensors),
+            filters: Filters::new(machine, sensors, false),
+            state_builder: StateBuilder::new(machine, sensors),
             sensors: sensors.clone(),
             plausibility: Plausibility::new(machine, sensors),
             standing: sensors
@@ -132,7 +132,7 @@ impl CausalEstimator {
         {
             *standing = self.plausibility.row_effect(machine);
         }
-        self.tracks.push(sample, &judgement)?;
+        self.filters.push(sample, &judgement)?;
         if self.plausibility.lacks_a_value() {
             return Err(SampleError::NotFinite);
         }
@@ -140,28 +140,28 @@ impl CausalEstimator {
     }
 
     fn give_row(&mut self, machine: &Machine, time_ns: i64, row: &mut dyn FnMut(&Estimate)) {
-        let (tracks, settle_ns, max_gap_ns) = (&self.tracks, self.settle_ns, self.max_gap_ns);
-        let mut read = |followed: Followed, jets: &mut [Jet]| {
-            let Some(track) = tracks.get(followed) else {
+        let (filters, settle_ns, max_gap_ns) = (&self.filters, self.settle_ns, self.max_gap_ns);
+        let mut read = |followed: Followed, jets: &mut [ChannelState]| {
+            let Some(filter) = filters.get(followed) else {
                 return Reading::NOTHING;
             };
-            let near = track
+            let near = filter
                 .last_ns()
                 .is_some_and(|last| last.abs_diff(time_ns) <= max_gap_ns.unsigned_abs());
             if !near {
                 return Reading::NOTHING;
             }
-            for (channel, jet) in jets.iter_mut().enumerate().take(track.channels()) {
-                *jet = track.at(channel, time_ns);
+            for (channel, jet) in jets.iter_mut().enumerate().take(filter.channels()) {
+                *jet = filter.at(channel, time_ns);
             }
-            let settled = time_ns.saturating_sub(track.started_ns()) >= settle_ns;
+            let settled = time_ns.saturating_sub(filter.started_ns()) >= settle_ns;
             Reading {
                 standing: if settled {
-                    Standing::Known
+                    FilterStatus::Known
                 } else {
-                    Standing::Settling
+                    FilterStatus::Settling
                 },
-                covariance: track.covariance_at(time_ns),
+                covariance: filter.covariance_at(time_ns),
             }
         };
         let elapsed_s = seconds(time_ns.saturating_sub(self.first_row_ns.unwrap_or(time_ns)));
@@ -170,7 +170,7 @@ impl CausalEstimator {
             effect.merge(standing);
         }
         self.estimate.time_ns = time_ns;
-        self.estimate.reasons = self.assembler.assemble(
+        self.estimate.reasons = self.state_builder.assemble(
             machine,
             elapsed_s,
             &effect,

@@ -9,14 +9,14 @@
 //! No value is extrapolated over a gap longer than
 //! [`EstimatorSpec::max_gap`](crate::machine::EstimatorSpec): rows in it are marked invalid.
 
-mod assembly;
 mod causal;
+mod kalman_filter;
 pub mod plausibility;
 mod rows;
 mod smoother;
-mod track;
+mod state_builder;
 
 pub use causal::CausalEstimator;
+pub(crate) use kalman_filter::{Doubt, FilterModel, KalmanFilter};
 pub use rows::{Estimate, RowClock};
 pub use smoother::{SensorSamples, SmoothedRows, smooth};
-pub(crate) use track::{Doubt, Model, Track};

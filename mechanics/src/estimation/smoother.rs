@@ -1,8 +1,8 @@
 //! The smoother: estimates each row from past and future samples of a log.
 
-use super::assembly::{Assembler, Followed, Reading, Standing, Tracks};
+use super::kalman_filter::{ChannelState, History, Matrix, seconds, step};
 use super::rows::{RowClock, regular_index, regular_row, regular_stamp};
-use super::track::{History, Jet, Matrix, seconds, step};
+use super::state_builder::{FilterStatus, Filters, Followed, Reading, StateBuilder};
 use crate::estimation::plausibility::{FaultSpan, FaultSpans, Plausibility, SpanWalk};
 use crate::machine::Machine;
 use crate::state::{
@@ -52,14 +52,14 @@ pub fn smooth(
         .filter_map(|&recording| Ordered::new(recording, sensors))
         .collect();
     let faults = find_faults(machine, sensors, &ordered);
-    let mut tracks = Tracks::new(machine, sensors, true);
+    let mut filters = Filters::new(machine, sensors, true);
     let counts = (ordered.iter())
-        .map(|recording| (recording.sensor(), feed(&mut tracks, recording, &faults)))
+        .map(|recording| (recording.sensor(), feed(&mut filters, recording, &faults)))
         .collect();
-    let histories: Vec<(Followed, History)> = tracks
+    let histories: Vec<(Followed, History)> = filters
         .list
         .into_iter()
-        .map(|(f, track)| (f, track.smoothed()))
+        .map(|(f, filter)| (f, filter.smoothed()))
         .collect();
     let joints = ordered.iter().find(|o| o.sensor() == Sensor::Joints(0));
     let joints = joints.map_or(Vec::new(), Ordered::distinct_stamps_ns);
@@ -138,7 +138,7 @@ fn find_faults(machine: &Machine, sensors: &Sensors, ordered: &[Ordered<'_>]) ->
 }
 
 /// Feeds a sensor's samples to its filters, those within faults treated as the fault requires.
-fn feed(tracks: &mut Tracks, recording: &Ordered<'_>, faults: &[FaultSpan]) -> StreamCounts {
+fn feed(filters: &mut Filters, recording: &Ordered<'_>, faults: &[FaultSpan]) -> StreamCounts {
     let mut counts = StreamCounts::default();
     let own = faults
         .iter()
@@ -149,7 +149,7 @@ fn feed(tracks: &mut Tracks, recording: &Ordered<'_>, faults: &[FaultSpan]) -> S
         let is_later = last_ns.replace(sample.stamp_ns) != Some(sample.stamp_ns);
         let judgement = walk.judgement(sample.stamp_ns);
         let taken = match is_later {
-            true => tracks.push(&sample, &judgement),
+            true => filters.push(&sample, &judgement),
             false => Err(SampleError::NotLater),
         };
         let lacks_a_value = walk.lacks_a_value();
@@ -204,18 +204,18 @@ fn fill(
     rows: &mut SmoothedRows,
 ) {
     let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
-    let mut readers: Vec<(Followed, Reader<'_>)> = histories
+    let mut readers: Vec<(Followed, HistoryReader<'_>)> = histories
         .iter()
-        .map(|(followed, history)| (*followed, Reader::new(history, max_gap_ns)))
+        .map(|(followed, history)| (*followed, HistoryReader::new(history, max_gap_ns)))
         .collect();
     let faults = std::mem::take(&mut rows.faults);
     let mut walk = SpanWalk::new(faults.iter());
-    let mut assembler = Assembler::new(machine, sensors);
+    let mut state_builder = StateBuilder::new(machine, sensors);
     let mut state = State::zero(machine);
     let first_ns = rows.times_ns.first().copied().unwrap_or(0);
     for row in 0..rows.times_ns.len() {
         let time_ns = rows.times_ns[row];
-        let mut read = |followed: Followed, jets: &mut [Jet]| match readers
+        let mut read = |followed: Followed, jets: &mut [ChannelState]| match readers
             .iter_mut()
             .find(|(f, _)| *f == followed)
         {
@@ -224,7 +224,7 @@ fn fill(
         };
         let effect = walk.row_effect(time_ns, machine, sensors.imu);
         let elapsed_s = seconds(time_ns.saturating_sub(first_ns));
-        let reasons = assembler.assemble(machine, elapsed_s, &effect, &mut read, &mut state);
+        let reasons = state_builder.assemble(machine, elapsed_s, &effect, &mut read, &mut state);
         rows.states.set(row, &mut state);
         rows.reasons.push(reasons);
     }
@@ -233,14 +233,14 @@ fn fill(
 }
 
 /// Reads a smoothed history at increasing times.
-struct Reader<'a> {
+struct HistoryReader<'a> {
     history: &'a History,
     max_gap_ns: i64,
     /// Index of the first sample after the last time read.
     next: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> HistoryReader<'a> {
     fn new(history: &'a History, max_gap_ns: i64) -> Self {
         Self {
             history,
@@ -251,7 +251,7 @@ impl<'a> Reader<'a> {
 
     /// Between two samples of one segment, the expected state is the quintic through both; beyond either end,
     /// for up to half the longest gap, the Taylor series at that end.
-    fn read(&mut self, time_ns: i64, jets: &mut [Jet]) -> Reading {
+    fn read(&mut self, time_ns: i64, jets: &mut [ChannelState]) -> Reading {
         let stamps = &self.history.stamps_ns;
         while self.next < stamps.len() && stamps[self.next] <= time_ns {
             self.next += 1;
@@ -286,7 +286,7 @@ impl<'a> Reader<'a> {
             _ => return Reading::NOTHING,
         };
         Reading {
-            standing: Standing::Known,
+            standing: FilterStatus::Known,
             covariance,
         }
     }
@@ -297,7 +297,7 @@ fn between(a: &Matrix, b: &Matrix, share: f64) -> Matrix {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + share * (b[i][j] - a[i][j])))
 }
 
-fn extrapolate(jets: &mut [Jet], from: &[Jet], dt: f64) {
+fn extrapolate(jets: &mut [ChannelState], from: &[ChannelState], dt: f64) {
     for (jet, from) in jets.iter_mut().zip(from) {
         *jet = step(from, dt);
     }
@@ -317,7 +317,7 @@ impl Quintic {
 
     /// The Taylor series of the first state plus c3 s^3 + c4 s^4 + c5 s^5, s = t / h, with coefficients that
     /// meet the second state.
-    fn blend(&self, from: &Jet, to: &Jet) -> Jet {
+    fn blend(&self, from: &ChannelState, to: &ChannelState) -> ChannelState {
         let (t, h) = (self.t, self.h);
         let ahead = step(from, h);
         let (e0, e1, e2) = (

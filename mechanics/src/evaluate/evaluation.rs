@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Vector2, Vector3};
 
 use crate::closed_form::Moving;
-use crate::dynamics::kinematics::{self, BodyMotion, ImuSeat};
+use crate::dynamics::kinematics::{self, BodyMotion, SensorFrame};
 use crate::dynamics::newton_euler;
 use crate::evaluate::explain::{Explained, explain};
 use crate::evaluate::model::{ClosedForm, Model};
@@ -18,12 +18,14 @@ use crate::geometry::spatial::Wrench;
 use crate::machine::Machine;
 use crate::number::Real;
 use crate::state::State;
-use crate::wheel_loads::{Actuation, Beyond, GroundForce, Loads, Stance, beyond_torque_joints};
+use crate::wheel_loads::{
+    Actuation, DistalSubtrees, GroundForce, Loads, SupportConfiguration, distal_wrenches,
+};
 
 /// The support solution that a workspace holds.
-macro_rules! stance {
+macro_rules! configuration {
     ($machine:expr, $w:expr, $plane:expr, $ground:expr) => {
-        Stance {
+        SupportConfiguration {
             machine: $machine,
             plane: $plane,
             ground: $ground,
@@ -31,7 +33,7 @@ macro_rules! stance {
             centres: &$w.wheel_centres,
             radii: &$w.radii,
             motions: &$w.motions,
-            beyond: &$w.beyond,
+            distal: &$w.distal,
             actuations: &$w.actuations,
             equations: &$w.equations,
         }
@@ -50,8 +52,8 @@ pub fn evaluate<'w, T: Real>(
 ) -> &'w Outcome<T> {
     let w = workspace;
     w.outcome.linkage_closure = kinematics::coordinates(machine, state, &mut w.coordinates);
-    let seat = ImuSeat::of(machine, &w.coordinates);
-    let base = kinematics::base_motion(machine, &seat, &state.imu);
+    let sensor_frame = SensorFrame::of(machine, &w.coordinates);
+    let base = kinematics::base_motion(machine, &sensor_frame, &state.imu);
     move_bodies(machine, w, base);
     newton_euler::add_payloads(machine, state, &w.motions, &mut w.wrenches);
     let tool_wrench = newton_euler::tool_wrench(machine, state, &w.motions);
@@ -82,7 +84,7 @@ pub fn evaluate<'w, T: Real>(
             machine,
             state,
             plane: &plane,
-            seat: &seat,
+            sensor_frame: &sensor_frame,
             tool_wrench: &tool_wrench,
         };
         explain(&explained, w, &model);
@@ -99,7 +101,7 @@ fn whole_body<T: Real>(
 ) -> ContactPlane<T> {
     let ground = newton_euler::sum(&w.wrenches, |_| true).minus(tool_wrench);
     w.outcome.ground_wrench = ground;
-    beyond_torque_joints(machine, &w.wrenches, tool_wrench, &mut w.beyond);
+    distal_wrenches(machine, &w.wrenches, tool_wrench, &mut w.distal);
     Actuation::fill(machine, state, &mut w.actuations);
     let radii_differ = machine.contact.radii_differ;
     let mut plane = ContactPlane::through(&w.wheel_centres, &w.radii, radii_differ);
@@ -107,9 +109,9 @@ fn whole_body<T: Real>(
     let derives = w.scope.needs_influences();
     if machine.contact.tyres_deflect {
         if derives {
-            let stance = stance!(machine, w, &plane, &ground);
-            w.influences
-                .fill_undeflected(&stance, &w.solver, &w.outcome.load);
+            let configuration = configuration!(machine, w, &plane, &ground);
+            w.adjoints
+                .fill_undeflected(&configuration, &w.solver, &w.outcome.load);
         }
         w.pressing.copy_from_slice(&w.outcome.load);
         // A tyre's radius decreases by load over stiffness, so the plane leans towards the heavier side. The
@@ -122,10 +124,10 @@ fn whole_body<T: Real>(
         stand(machine, w, &ground, &plane);
     }
     if derives {
-        let stance = stance!(machine, w, &plane, &ground);
+        let configuration = configuration!(machine, w, &plane, &ground);
         let pressing = machine.contact.tyres_deflect.then_some(&w.pressing[..]);
         let loads = [&w.outcome.otf[..], &w.outcome.load[..]];
-        w.influences.fill(&stance, &w.solver, loads, pressing);
+        w.adjoints.fill(&configuration, &w.solver, loads, pressing);
         if w.equations.are_measured() {
             share_by_rule(machine, w, &ground, &plane);
         }
@@ -146,8 +148,9 @@ fn share_by_rule<T: Real>(
     let response = w
         .solver
         .solve_by_rule(machine, &w.equations, &mut w.otf_by_rule);
-    let stance = stance!(machine, w, plane, ground);
-    w.influences.fill_by_rule(&stance, response, &w.otf_by_rule);
+    let configuration = configuration!(machine, w, plane, ground);
+    w.adjoints
+        .fill_by_rule(&configuration, response, &w.otf_by_rule);
     w.equations.take_measured_up();
 }
 
@@ -224,18 +227,18 @@ fn stand<T: Real>(
     let force = GroundForce::in_plane(ground, plane);
     w.equations.set_equilibrium(&force, &w.contacts);
     w.equations.set_offsets(machine, plane, &w.wheel_centres);
-    if !w.beyond.is_empty() {
-        let beyond = Beyond {
+    if !w.distal.is_empty() {
+        let distal = DistalSubtrees {
             motions: &w.motions,
-            wrenches: &w.beyond,
+            wrenches: &w.distal,
             plane,
             centres: &w.wheel_centres,
             radii: &w.radii,
             force_per_load: ground.force / force.normal,
         };
-        w.equations.set_free_joints(machine, &beyond);
+        w.equations.set_free_joints(machine, &distal);
         w.equations
-            .set_actuated_joints(machine, &beyond, &w.actuations);
+            .set_actuated_joints(machine, &distal, &w.actuations);
     }
     load_wheels(machine, w, &force, &plane.normal);
 }

@@ -1,9 +1,9 @@
 //! Results beyond the loads: derivatives, uncertainty, indicators, load contributions.
 
-use crate::dynamics::kinematics::ImuSeat;
+use crate::dynamics::kinematics::SensorFrame;
 use crate::evaluate::model::Model;
 use crate::evaluate::workspace::Workspace;
-use crate::explain::attribution::{Cause, Circumstances, attribute, attribute_links};
+use crate::explain::attribution::{Circumstances, Contribution, attribute, attribute_links};
 use crate::explain::indicators::{self, Balance};
 use crate::explain::sensitivity::SensedMotion;
 use crate::explain::uncertainty;
@@ -18,7 +18,7 @@ pub(crate) struct Explained<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) state: &'a State<T>,
     pub(crate) plane: &'a ContactPlane<T>,
-    pub(crate) seat: &'a ImuSeat<T>,
+    pub(crate) sensor_frame: &'a SensorFrame<T>,
     pub(crate) tool_wrench: &'a Wrench<T>,
 }
 
@@ -45,15 +45,15 @@ pub(crate) fn explain<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>, mode
         if whole_body {
             indicators::fill(&balance, &mut w.outcome.indicators);
         } else {
-            indicators::fill_what_needs_no_wrench(&balance, &mut w.outcome.indicators);
+            indicators::fill_wrench_free(&balance, &mut w.outcome.indicators);
         }
     }
-    if whole_body && w.scope.causes {
+    if whole_body && w.scope.contributions {
         find_causes(it, w);
     }
     if whole_body && w.scope.parts {
-        let (influences, out) = (w.influences.by_rule(), &mut w.outcome);
-        attribute_links(it.machine, &w.motions, influences, &mut out.parts);
+        let (adjoints, out) = (w.adjoints.by_rule(), &mut w.outcome);
+        attribute_links(it.machine, &w.motions, adjoints, &mut out.parts);
     }
 }
 
@@ -61,7 +61,7 @@ fn derive<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
     let motion = SensedMotion {
         machine: it.machine,
         state: it.state,
-        seat: it.seat,
+        sensor_frame: it.sensor_frame,
         coordinates: &w.coordinates,
         motions: &w.motions,
         wrenches: &w.wrenches,
@@ -70,7 +70,7 @@ fn derive<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
         tool_wrench: it.tool_wrench,
         centres: &w.wheel_centres,
     };
-    w.sensitivity.fill(&motion, &w.influences);
+    w.sensitivity.fill(&motion, &w.adjoints);
     let noise = &it.state.noise;
     let measured = w.solver.measured_variances(&w.equations);
     let out = &mut w.outcome;
@@ -91,21 +91,21 @@ fn find_causes<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
         known: &it.state.base,
         normal: &it.plane.normal,
     };
-    let (influences, out) = (w.influences.by_rule(), &mut w.outcome);
+    let (adjoints, out) = (w.adjoints.by_rule(), &mut w.outcome);
     attribute(
         &circumstances,
         &w.groups,
         &w.motions,
-        influences,
-        &mut out.causes,
+        adjoints,
+        &mut out.contributions,
     );
     let by_rule = w.solver.rule_or_otf_response(&w.equations);
-    for (wheel, causes) in out.causes.iter_mut().enumerate() {
+    for (wheel, contributions) in out.contributions.iter_mut().enumerate() {
         let mut warp = by_rule.by_heights(&w.equations, wheel);
         if w.equations.are_measured() {
             warp += out.otf[wheel] - w.otf_by_rule[wheel];
         }
-        causes[Cause::Warp as usize] = warp;
-        causes[Cause::LiftOff as usize] = out.load[wheel] - out.otf[wheel];
+        contributions[Contribution::Warp as usize] = warp;
+        contributions[Contribution::LiftOff as usize] = out.load[wheel] - out.otf[wheel];
     }
 }

@@ -4,13 +4,13 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use crate::closed_form::{ClosedFormOutcome, Travelling};
+use crate::closed_form::{ClosedFormOutcome, GroundMotion};
 use crate::evaluate::scope::Scope;
-use crate::explain::attribution::{Cause, Causes};
+use crate::explain::attribution::{Contribution, Contributions};
 use crate::explain::indicators::Indicators;
 use crate::explain::uncertainty::Uncertainty;
 use crate::geometry::spatial::Wrench;
-use crate::machine::{Axis, Machine, Travel, massive_links};
+use crate::machine::{Axis, BaseMotion, Machine, links_with_mass};
 use crate::number::Real;
 
 /// Wheel loads and stability at one instant, or at several instants at once: see [`Real`].
@@ -52,7 +52,7 @@ pub struct Outcome<T> {
     /// Further measures of stability; NaN where the scope excludes them.
     pub indicators: Indicators<T>,
     /// Contributions to the load, by wheel.
-    pub causes: Vec<Causes<T>>,
+    pub contributions: Vec<Contributions<T>>,
     /// Contribution of each link to the OTF, by link and wheel (N); empty where the scope excludes them.
     /// Minus the contribution of the tool wrench they add up to the OTF.
     pub parts: Vec<Vec<T>>,
@@ -64,7 +64,7 @@ pub struct Outcome<T> {
 
 /// A point that travels over the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Place {
+pub enum GroundPoint {
     /// The wheel of this index.
     Wheel(usize),
     /// The middle of the front axle.
@@ -117,13 +117,13 @@ pub enum Quantity {
     /// [`Indicators::sigma`].
     Sigma,
     /// A component of [`Indicators::sigma_gradient`].
-    SigmaGradient(Travel),
+    SigmaGradient(BaseMotion),
     /// Force of [`Indicators::arm_wrench`] along this axis.
     ArmForce(Axis),
     /// Moment of [`Indicators::arm_wrench`] about this axis.
     ArmMoment(Axis),
     /// This contribution to the load of this wheel.
-    Cause(Cause, usize),
+    Contribution(Contribution, usize),
     /// Contribution of a link, the first index, to the OTF of a wheel, the second.
     Part(usize, usize),
     /// [`Uncertainty::load`] of this wheel.
@@ -135,11 +135,11 @@ pub enum Quantity {
     /// A term of the analytic model, 0 to 10 for zeta 1 to 11, for this wheel.
     Term(usize, usize),
     /// Ground speed of this point.
-    Speed(Place),
+    Speed(GroundPoint),
     /// Direction of travel of this point.
-    Direction(Place),
+    Direction(GroundPoint),
     /// Sideslip angle of this point.
-    Sideslip(Place),
+    Sideslip(GroundPoint),
 }
 
 impl<T: Real> Outcome<T> {
@@ -161,7 +161,10 @@ impl<T: Real> Outcome<T> {
             torque_residual: vec![T::constant(f64::NAN); machine.contact.actuated_joints.len()],
             linkage_closure: T::zero(),
             indicators: Indicators::blank(machine),
-            causes: vec![[T::constant(f64::NAN); Cause::ALL.len()]; machine.wheels.len()],
+            contributions: vec![
+                [T::constant(f64::NAN); Contribution::ALL.len()];
+                machine.wheels.len()
+            ],
             parts: Vec::new(),
             uncertainty: Uncertainty::blank(machine),
             closed_form: ClosedFormOutcome::blank(machine),
@@ -184,7 +187,7 @@ impl<T: Real> Outcome<T> {
             Quantity::LinkageClosure => self.linkage_closure,
             Quantity::MeasuredTorques => self.measured_torques,
             Quantity::TorqueResidual(joint) => self.torque_residual[joint],
-            Quantity::Cause(cause, wheel) => self.causes[wheel][cause as usize],
+            Quantity::Contribution(cause, wheel) => self.contributions[wheel][cause as usize],
             Quantity::Part(link, wheel) => self.parts[link][wheel],
             Quantity::LoadSigma(wheel) => self.uncertainty.load[wheel],
             Quantity::OtfSigma(wheel) => self.uncertainty.otf[wheel],
@@ -199,11 +202,11 @@ impl<T: Real> Outcome<T> {
 }
 
 impl<T: Real> ClosedFormOutcome<T> {
-    fn at(&self, place: Place) -> &Travelling<T> {
+    fn at(&self, place: GroundPoint) -> &GroundMotion<T> {
         match place {
-            Place::Wheel(wheel) => &self.wheels[wheel],
-            Place::FrontAxle => &self.axles[0],
-            Place::RearAxle => &self.axles[1],
+            GroundPoint::Wheel(wheel) => &self.wheels[wheel],
+            GroundPoint::FrontAxle => &self.axles[0],
+            GroundPoint::RearAxle => &self.axles[1],
         }
     }
 }
@@ -276,22 +279,29 @@ impl Quantity {
             }
         }
         if scope.indicators && scope.sensitivities {
-            all.extend(Travel::ALL.map(Self::SigmaGradient));
+            all.extend(BaseMotion::ALL.map(Self::SigmaGradient));
         }
-        if scope.causes {
-            let causes = Cause::ALL.into_iter();
-            all.extend(causes.flat_map(|cause| wheels.clone().map(move |w| Self::Cause(cause, w))));
+        if scope.contributions {
+            let contributions = Contribution::ALL.into_iter();
+            all.extend(
+                contributions
+                    .flat_map(|cause| wheels.clone().map(move |w| Self::Contribution(cause, w))),
+            );
         }
         if scope.terms {
             all.extend((0..11).flat_map(|term| wheels.clone().map(move |w| Self::Term(term, w))));
-            let axles = [Place::FrontAxle, Place::RearAxle];
-            let places: Vec<_> = wheels.clone().map(Place::Wheel).chain(axles).collect();
+            let axles = [GroundPoint::FrontAxle, GroundPoint::RearAxle];
+            let places: Vec<_> = wheels
+                .clone()
+                .map(GroundPoint::Wheel)
+                .chain(axles)
+                .collect();
             for kind in [Self::Speed, Self::Direction, Self::Sideslip] {
                 all.extend(places.iter().copied().map(kind));
             }
         }
         if scope.parts {
-            let links = massive_links(machine);
+            let links = links_with_mass(machine);
             all.extend(links.flat_map(|link| wheels.clone().map(move |w| Self::Part(link, w))));
         }
         all

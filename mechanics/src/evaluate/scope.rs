@@ -6,7 +6,7 @@ pub struct Scope {
     /// All other measures of stability.
     pub indicators: bool,
     /// Contributions to each wheel's load.
-    pub causes: bool,
+    pub contributions: bool,
     /// Contribution of every link to each wheel's load.
     pub parts: bool,
     /// Derivatives with respect to every signal and parameter, and the resulting uncertainty.
@@ -19,7 +19,7 @@ impl Scope {
     /// The loads alone.
     pub const LOADS: Self = Self {
         indicators: false,
-        causes: false,
+        contributions: false,
         parts: false,
         sensitivities: false,
         terms: false,
@@ -28,7 +28,7 @@ impl Scope {
     /// Everything except the contributions by link.
     pub const ALL: Self = Self {
         indicators: true,
-        causes: true,
+        contributions: true,
         parts: false,
         sensitivities: true,
         terms: false,
@@ -39,6 +39,6 @@ impl Scope {
     }
 
     pub(crate) fn needs_influences(self) -> bool {
-        self.causes || self.parts || self.sensitivities
+        self.contributions || self.parts || self.sensitivities
     }
 }

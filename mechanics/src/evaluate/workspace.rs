@@ -15,7 +15,7 @@ use crate::geometry::coordinate::Coordinate;
 use crate::geometry::spatial::Wrench;
 use crate::machine::Machine;
 use crate::number::Real;
-use crate::wheel_loads::{Actuation, Equations, Influences, Solver};
+use crate::wheel_loads::{Actuation, Equations, LoadAdjoints, Solver};
 
 /// Reusable scratch memory of [`evaluate`](crate::evaluate) for one machine. A step does not allocate.
 #[derive(Debug)]
@@ -26,7 +26,7 @@ pub struct Workspace<T: Real> {
     pub(crate) motions: Vec<BodyMotion<T>>,
     pub(crate) wrenches: Vec<Wrench<T>>,
     /// Wrench of the distal subtree of each joint with a known torque.
-    pub(crate) beyond: Vec<Wrench<T>>,
+    pub(crate) distal: Vec<Wrench<T>>,
     pub(crate) actuations: Vec<Actuation<T>>,
     /// OTF by the split rule alone, where torques are measured (N).
     pub(crate) otf_by_rule: Vec<T>,
@@ -38,7 +38,7 @@ pub struct Workspace<T: Real> {
     pub(crate) contacts: Vec<Vector2<T>>,
     pub(crate) equations: Equations<T>,
     pub(crate) solver: Solver<T>,
-    pub(crate) influences: Influences<T>,
+    pub(crate) adjoints: LoadAdjoints<T>,
     pub(crate) groups: Groups<T>,
     pub(crate) sensitivity: Sensitivity<T>,
     pub(crate) sigmas: ParameterSigmas,
@@ -73,7 +73,7 @@ impl<T: Real> Workspace<T> {
             coordinates: vec![Coordinate::slid(T::zero(), T::zero(), T::zero()); bodies],
             motions: vec![BodyMotion::base(zero, zero, zero); bodies],
             wrenches: vec![Wrench::zero(); bodies],
-            beyond: vec![Wrench::zero(); machine.contact.torque_joints().count()],
+            distal: vec![Wrench::zero(); machine.contact.torque_joints().count()],
             actuations: vec![Actuation::unknown(); machine.contact.actuated_joints.len()],
             otf_by_rule: vec![T::zero(); wheels],
             wheel_centres: vec![zero; wheels],
@@ -82,7 +82,7 @@ impl<T: Real> Workspace<T> {
             contacts: vec![Vector2::zeros(); wheels],
             equations: Equations::new(machine),
             solver: Solver::new(machine, scope.needs_influences()),
-            influences: Influences::new(machine),
+            adjoints: LoadAdjoints::new(machine),
             groups: Groups::new(machine),
             sensitivity: Sensitivity::new(machine),
             sigmas: ParameterSigmas::of(machine),

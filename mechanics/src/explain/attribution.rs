@@ -28,7 +28,7 @@ use crate::geometry::spatial::{Wrench, cross};
 use crate::machine::Machine;
 use crate::number::Real;
 use crate::state::BaseState;
-use crate::wheel_loads::Influence;
+use crate::wheel_loads::LoadAdjoint;
 
 /// A contribution to a wheel's load.
 #[derive(
@@ -45,7 +45,7 @@ use crate::wheel_loads::Influence;
     strum::VariantArray,
 )]
 #[strum(serialize_all = "snake_case")]
-pub enum Cause {
+pub enum Contribution {
     /// Weight of all links other than wheels and arm, along the contact plane's normal.
     ChassisWeight,
     /// Weight of the wheels.
@@ -71,7 +71,7 @@ pub enum Cause {
     SpecificForce,
 }
 
-impl Cause {
+impl Contribution {
     /// All contributions, in column order.
     pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
         *<Self as strum::VariantArray>::VARIANTS
@@ -85,11 +85,11 @@ impl Cause {
     }
 }
 
-/// Contributions to one wheel's load, in the order of [`Cause::ALL`] (N).
+/// Contributions to one wheel's load, in the order of [`Contribution::ALL`] (N).
 ///
 /// Without `LiftOff` they add up to the OTF, with it to the load. Either `SpecificForce` is NaN, or both
 /// `Slope` and `PlatformAcceleration` are.
-pub type Causes<T> = [T; Cause::ALL.len()];
+pub type Contributions<T> = [T; Contribution::ALL.len()];
 
 /// Motion of the base, as far as it is known.
 pub(crate) struct Circumstances<'a, T: Real> {
@@ -101,34 +101,34 @@ pub(crate) struct Circumstances<'a, T: Real> {
 }
 
 /// Wrenches of the contributions; zero for warp and lift-off, which are not wrenches.
-type CauseWrenches<T> = [Wrench<T>; Cause::ALL.len()];
+type CauseWrenches<T> = [Wrench<T>; Contribution::ALL.len()];
 
 /// Computes the contributions to every wheel's load; `motions` holds the motion of every body.
 pub(crate) fn attribute<T: Real>(
     circumstances: &Circumstances<'_, T>,
     groups: &Groups<T>,
     motions: &[BodyMotion<T>],
-    influences: &[Influence<T>],
-    causes: &mut [Causes<T>],
+    adjoints: &[LoadAdjoint<T>],
+    contributions: &mut [Contributions<T>],
 ) {
-    causes.fill([T::zero(); Cause::ALL.len()]);
+    contributions.fill([T::zero(); Contribution::ALL.len()]);
     for (set, parts) in groups.sets.iter().enumerate() {
         let wrenches = circumstances.wrenches(parts);
-        for (causes, influence) in causes.iter_mut().zip(influences) {
+        for (contributions, adjoint) in contributions.iter_mut().zip(adjoints) {
             let form = match set.checked_sub(1) {
-                None => influence.share,
+                None => adjoint.share,
                 Some(k) => {
                     let joint = &circumstances.machine.contact.free_joints[k];
-                    torque_form(&motions[joint.body], influence.torque_share[k])
+                    torque_form(&motions[joint.body], adjoint.torque_share[k])
                 }
             };
-            for (cause, wrench) in causes.iter_mut().zip(&wrenches) {
+            for (cause, wrench) in contributions.iter_mut().zip(&wrenches) {
                 *cause += wrench.contracted(&form);
             }
         }
     }
-    for causes in causes {
-        circumstances.clear_unknown(causes);
+    for contributions in contributions {
+        circumstances.clear_unknown(contributions);
     }
 }
 
@@ -152,38 +152,41 @@ impl<T: Real> Circumstances<'_, T> {
                 linear: f - centripetal,
             })
             .plus(&rest_moving);
-        let mut wrenches = [Wrench::zero(); Cause::ALL.len()];
-        let mut set = |cause: Cause, wrench: Wrench<T>| wrenches[cause as usize] = wrench;
+        let mut wrenches = [Wrench::zero(); Contribution::ALL.len()];
+        let mut set = |cause: Contribution, wrench: Wrench<T>| wrenches[cause as usize] = wrench;
         set(
-            Cause::ChassisWeight,
+            Contribution::ChassisWeight,
             parts.chassis.moments.uniformly_accelerated(&weight),
         );
         set(
-            Cause::WheelWeight,
+            Contribution::WheelWeight,
             parts.wheels.moments.uniformly_accelerated(&weight),
         );
         set(
-            Cause::ArmWeight,
+            Contribution::ArmWeight,
             parts.arm.moments.uniformly_accelerated(&weight),
         );
-        set(Cause::Slope, whole.uniformly_accelerated(&(up - weight)));
         set(
-            Cause::ArmMotion,
+            Contribution::Slope,
+            whole.uniformly_accelerated(&(up - weight)),
+        );
+        set(
+            Contribution::ArmMotion,
             parts.arm.wrench.minus(&self.frozen(&parts.arm.moments)),
         );
         set(
-            Cause::PlatformAcceleration,
+            Contribution::PlatformAcceleration,
             accelerated.minus(&whole.uniformly_accelerated(&up)),
         );
         set(
-            Cause::Cornering,
+            Contribution::Cornering,
             whole
                 .uniformly_accelerated(&centripetal)
                 .plus(&whole.spun(w)),
         );
-        set(Cause::ToolForce, Wrench::zero().minus(&parts.tool));
+        set(Contribution::ToolForce, Wrench::zero().minus(&parts.tool));
         set(
-            Cause::SpecificForce,
+            Contribution::SpecificForce,
             accelerated.minus(&whole.uniformly_accelerated(&weight)),
         );
         wrenches
@@ -210,14 +213,14 @@ impl<T: Real> Circumstances<'_, T> {
         centripetal.map(|component| T::select(known, component, zero))
     }
 
-    fn clear_unknown(&self, causes: &mut Causes<T>) {
+    fn clear_unknown(&self, contributions: &mut Contributions<T>) {
         let unknown = T::constant(f64::NAN);
         let up = &self.known.up;
         let known = (up.x + up.y + up.z).abs().lt(T::constant(f64::INFINITY));
-        let together = &mut causes[Cause::SpecificForce as usize];
+        let together = &mut contributions[Contribution::SpecificForce as usize];
         *together = T::select(known, unknown, *together);
-        for cause in [Cause::Slope, Cause::PlatformAcceleration] {
-            let alone = &mut causes[cause as usize];
+        for cause in [Contribution::Slope, Contribution::PlatformAcceleration] {
+            let alone = &mut contributions[cause as usize];
             *alone = T::select(known, *alone, unknown);
         }
     }
@@ -227,18 +230,18 @@ impl<T: Real> Circumstances<'_, T> {
 pub(crate) fn attribute_links<T: Real>(
     machine: &Machine,
     motions: &[BodyMotion<T>],
-    influences: &[Influence<T>],
+    adjoints: &[LoadAdjoint<T>],
     parts: &mut [Vec<T>],
 ) {
     for (link, shares) in machine.links.iter().zip(parts) {
         let motion = &motions[link.body];
         let moments = Composite::of(&link.moments, motion);
         let wrench = moments.moved(motion);
-        for (share, influence) in shares.iter_mut().zip(influences) {
-            *share = wrench.contracted(&influence.share);
+        for (share, adjoint) in shares.iter_mut().zip(adjoints) {
+            *share = wrench.contracted(&adjoint.share);
             let free = machine.contact.free_joints.iter();
-            for (joint, &torque) in free.zip(&influence.torque_share) {
-                if joint.carries_body[link.body] {
+            for (joint, &torque) in free.zip(&adjoint.torque_share) {
+                if joint.supports_body[link.body] {
                     let form = torque_form(&motions[joint.body], torque);
                     *share += wrench.contracted(&form);
                 }

@@ -8,9 +8,9 @@ pub struct TorqueJoint {
     /// The body moved by the joint.
     pub body: usize,
     /// Whether the joint supports each body, that is, whether it is in the distal subtree.
-    pub carries_body: Vec<bool>,
+    pub supports_body: Vec<bool>,
     /// Whether each wheel is in the distal subtree.
-    pub carries_wheel: Vec<bool>,
+    pub supports_wheel: Vec<bool>,
 }
 
 /// The pivot of a linkage whose actuator force may be logged, with some but not all wheels in its distal

@@ -15,7 +15,7 @@ pub struct Body {
     /// Revolute about or prismatic along z.
     pub kind: JointKind,
     /// Source of the joint's coordinate.
-    pub drive: Drive,
+    pub coupling: JointCoupling,
     /// Orientation of the joint in the parent body.
     pub parent_from_joint: Matrix3<f64>,
     /// Position of the joint in the parent body (m).
@@ -48,7 +48,7 @@ pub enum JointKind {
 
 /// Source of a joint's coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Drive {
+pub enum JointCoupling {
     /// The root has no joint.
     Root,
     /// The measured joint with this index.
@@ -99,12 +99,12 @@ pub struct MeasuredJoint {
     /// Smallest and largest position (rad or m), where the URDF states them.
     pub limits: Option<[f64; 2]>,
     /// Largest velocity (rad/s or m/s), where the URDF states it.
-    pub max_rate: Option<f64>,
+    pub max_velocity: Option<f64>,
 }
 
 /// The mount of a part on another body: the reference for its position.
 #[derive(Debug, Clone, Copy)]
-pub struct Seat {
+pub struct Mounting {
     /// Index of the body that carries the part.
     pub carrier: usize,
     /// Axes of its position, those of the carrying link, in the carrier's frame.

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use super::body::link_parts;
 use super::parameter::{Axis, Parameter};
-use super::{Inertia, LinkGroup, Machine, MassMoments, Seat, Split};
+use super::{Inertia, LinkGroup, Machine, MassMoments, Mounting, Split};
 
 impl Machine {
     /// This machine with each parameter changed by an amount in its unit. Signals are not part of a machine and
@@ -48,8 +48,8 @@ impl Machine {
                 let turn = UnitQuaternion::from_scaled_axis(along(axis, amount));
                 self.imu.body_from_mount.rotation = turn * self.imu.body_from_mount.rotation;
             }
-            Parameter::FrontShare => {
-                if let Split::FrontShare { share, .. } = &mut self.contact.split {
+            Parameter::RollMomentDistribution => {
+                if let Split::RollMomentDistribution { share, .. } = &mut self.contact.split {
                     *share += amount;
                 }
             }
@@ -58,7 +58,7 @@ impl Machine {
                 wheel.stiffness = wheel.stiffness.map(|stiffness| stiffness * amount.exp());
             }
             Parameter::JointPosition(_)
-            | Parameter::JointRate(_)
+            | Parameter::JointVelocity(_)
             | Parameter::JointAcceleration(_)
             | Parameter::SpecificForce(_)
             | Parameter::AngularVelocity(_)
@@ -66,14 +66,14 @@ impl Machine {
             | Parameter::ToolForce(_)
             | Parameter::ToolMoment(_)
             | Parameter::ActuatorForce(_)
-            | Parameter::Travel(_) => {}
+            | Parameter::BaseMotion(_) => {}
         }
     }
 
     fn shift_wheel(&mut self, wheel: usize, axis: Axis, amount: f64) {
         let wheel = &mut self.wheels[wheel];
-        let shift = wheel.seat.shift(axis, amount);
-        if wheel.body == wheel.seat.carrier {
+        let shift = wheel.mounting.shift(axis, amount);
+        if wheel.body == wheel.mounting.carrier {
             wheel.centre_in_body += shift;
         } else {
             self.bodies[wheel.body].joint_in_parent += shift;
@@ -82,16 +82,18 @@ impl Machine {
     }
 
     fn shift_arm(&mut self, axis: Axis, amount: f64) {
-        let Some(seat) = self.arm_seat else { return };
-        let shift = seat.shift(axis, amount);
+        let Some(mounting) = self.arm_mounting else {
+            return;
+        };
+        let shift = mounting.shift(axis, amount);
         let is_arm = |link: &super::Link| link.group == LinkGroup::Arm;
         for (i, body) in self.bodies.iter_mut().enumerate().skip(1) {
             let arm = self.links.iter().any(|link| link.body == i && is_arm(link));
-            if arm && body.parent == seat.carrier {
+            if arm && body.parent == mounting.carrier {
                 body.joint_in_parent += shift;
             }
         }
-        for link in self.links.iter_mut().filter(|l| l.body == seat.carrier) {
+        for link in self.links.iter_mut().filter(|l| l.body == mounting.carrier) {
             if is_arm(link) {
                 link.inertia.com += shift;
                 let moved = Translation3::from(shift);
@@ -128,7 +130,7 @@ impl Machine {
     }
 }
 
-impl Seat {
+impl Mounting {
     fn shift(&self, axis: Axis, amount: f64) -> Vector3<f64> {
         self.carrier_from_axes * along(axis, amount)
     }

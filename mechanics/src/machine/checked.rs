@@ -1,6 +1,6 @@
 //! The machine that is computed: valid by construction.
 
-use super::body::{Body, Drive, JointKind, Link, MeasuredJoint, Mount, Payload, Seat};
+use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mounting, Payload};
 use super::contact::Contact;
 use super::linkage::{Linkage, LinkageInput};
 use super::plausibility_spec::PlausibilitySpec;
@@ -30,7 +30,7 @@ pub struct Machine {
     pub(crate) notes: Vec<String>,
     pub(crate) tool: Option<Mount>,
     pub(crate) arm_root: Option<Mount>,
-    pub(crate) arm_seat: Option<Seat>,
+    pub(crate) arm_mounting: Option<Mounting>,
     pub(crate) payloads: Vec<Payload>,
     pub(crate) limits: LimitsSpec,
     pub(crate) signals: SignalsSpec,
@@ -160,8 +160,9 @@ impl Machine {
         let measured_rod = |linkage: &Linkage| {
             linkage.measured_joint == joint && linkage.input == LinkageInput::RodLength
         };
-        let driven =
-            |body: &Body| body.drive == Drive::Measured(joint) && body.kind == JointKind::Prismatic;
+        let driven = |body: &Body| {
+            body.coupling == JointCoupling::Measured(joint) && body.kind == JointKind::Prismatic
+        };
         self.linkages.iter().any(measured_rod) || self.bodies.iter().any(driven)
     }
 
@@ -177,8 +178,8 @@ impl Machine {
 
     /// The mount of the arm.
     #[must_use]
-    pub fn arm_seat(&self) -> Option<&Seat> {
-        self.arm_seat.as_ref()
+    pub fn arm_mounting(&self) -> Option<&Mounting> {
+        self.arm_mounting.as_ref()
     }
 
     /// Loads attached to links.

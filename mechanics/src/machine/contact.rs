@@ -66,7 +66,7 @@ impl Contact {
             return;
         }
         self.mean_stiffness = Some(mean_stiffness(wheels));
-        if let Split::FrontShare {
+        if let Split::RollMomentDistribution {
             share,
             wheels: four,
         } = self.split

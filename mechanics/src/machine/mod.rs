@@ -9,7 +9,6 @@ mod changed;
 mod check;
 mod checked;
 mod contact;
-mod drawn;
 mod error;
 mod fault_kind;
 mod hydraulics;
@@ -19,6 +18,7 @@ mod nominal;
 mod outline;
 mod parameter;
 mod plausibility_spec;
+mod sampled;
 mod signals;
 mod spec;
 mod split;
@@ -38,20 +38,22 @@ mod wheel;
 
 pub use actuated_joint::{ActuatedJoint, ActuatorSignal, TorqueJoint};
 pub(crate) use body::rotation_in_body;
-pub use body::{Body, Drive, JointKind, Link, LinkGroup, MeasuredJoint, Mount, Payload, Seat};
+pub use body::{
+    Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, Mounting, Payload,
+};
 pub use check::LogFacts;
 pub use checked::{Machine, Reference};
 pub use contact::Contact;
-pub(crate) use drawn::Draws;
 pub use error::MachineError;
 pub use fault_kind::FaultKind;
 pub use hydraulics::{HydraulicParameters, HydraulicsSpec};
 pub use inertia::{Inertia, MassMoments};
 pub use linkage::{Linkage, LinkageBodies, LinkageInput, LinkageMotion};
 pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
-pub(crate) use parameter::massive_links;
+pub(crate) use parameter::links_with_mass;
 pub use parameter::{Axis, InertiaElement, Parameter};
 pub use plausibility_spec::{PlausibilitySpec, Policy};
+pub(crate) use sampled::ParameterSampler;
 pub use signals::{
     FieldSpec, ImuFields, JointFields, NumberSpec, OdometryFields, OneOrMany, SignalSpec,
     SignalsSpec, WrenchFields,
@@ -66,7 +68,7 @@ pub use static_transform::StaticTransform;
 pub use support_polygon::{Edge, SupportPolygon};
 pub use suspension::Suspension;
 pub use suspension_control::{ControlMode, ControlWeights, PairWeight, SuspensionControl};
-pub use travel::Travel;
+pub use travel::BaseMotion;
 pub use warp::Warp;
 pub use weighed::{WeighedSpec, WeighedSum, WeighedUnit};
 pub use wheel::{MAX_WHEELS, Wheel};

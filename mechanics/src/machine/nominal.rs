@@ -2,7 +2,7 @@
 
 use super::parameter::Parameter;
 use super::stated_sigma::stated_sigma;
-use super::{Machine, Seat, Split};
+use super::{Machine, Mounting, Split};
 
 impl Parameter {
     /// Unit of the parameter.
@@ -17,7 +17,7 @@ impl Parameter {
         };
         match self {
             Self::JointPosition(joint) => of_joint(joint, "rad", "m"),
-            Self::JointRate(joint) => of_joint(joint, "rad/s", "m/s"),
+            Self::JointVelocity(joint) => of_joint(joint, "rad/s", "m/s"),
             Self::JointAcceleration(joint) => of_joint(joint, "rad/s^2", "m/s^2"),
             Self::SpecificForce(_) => "m/s^2",
             Self::AngularVelocity(_) => "rad/s",
@@ -32,8 +32,8 @@ impl Parameter {
             | Self::ArmPosition(_)
             | Self::ImuPosition(_) => "m",
             Self::ImuRotation(_) => "rad",
-            Self::FrontShare | Self::TyreStiffness(_) => "-",
-            Self::Travel(travel) => travel.unit(),
+            Self::RollMomentDistribution | Self::TyreStiffness(_) => "-",
+            Self::BaseMotion(travel) => travel.unit(),
         }
     }
 
@@ -57,34 +57,34 @@ impl Parameter {
             Self::PayloadMass(payload) => Some(machine.payloads[payload].inertia.mass),
             Self::WheelPosition(wheel, axis) => {
                 let wheel = &machine.wheels[wheel];
-                let place = if wheel.body == wheel.seat.carrier {
+                let place = if wheel.body == wheel.mounting.carrier {
                     wheel.centre_in_body
                 } else {
                     machine.bodies[wheel.body].joint_in_parent
                 };
-                Some(in_seat(&wheel.seat, &place)[axis as usize])
+                Some(in_mounting(&wheel.mounting, &place)[axis as usize])
             }
             Self::WheelRadius(wheel) => Some(machine.wheels[wheel].radius),
             Self::ArmPosition(axis) => {
-                let (seat, root) = (machine.arm_seat.as_ref()?, machine.arm_root.as_ref()?);
-                let place = if root.body == seat.carrier {
+                let (mounting, root) = (machine.arm_mounting.as_ref()?, machine.arm_root.as_ref()?);
+                let place = if root.body == mounting.carrier {
                     root.body_from_mount.translation.vector
                 } else {
                     machine.bodies[root.body].joint_in_parent
                 };
-                Some(in_seat(seat, &place)[axis as usize])
+                Some(in_mounting(mounting, &place)[axis as usize])
             }
             Self::ImuPosition(axis) => {
                 Some(machine.imu.body_from_mount.translation.vector[axis as usize])
             }
-            Self::FrontShare => match machine.contact.split {
-                Split::FrontShare { share, .. } => Some(share),
+            Self::RollMomentDistribution => match machine.contact.split {
+                Split::RollMomentDistribution { share, .. } => Some(share),
                 Split::Springs => None,
             },
             Self::ImuRotation(_)
             | Self::TyreStiffness(_)
             | Self::JointPosition(_)
-            | Self::JointRate(_)
+            | Self::JointVelocity(_)
             | Self::JointAcceleration(_)
             | Self::SpecificForce(_)
             | Self::AngularVelocity(_)
@@ -92,7 +92,7 @@ impl Parameter {
             | Self::ToolForce(_)
             | Self::ToolMoment(_)
             | Self::ActuatorForce(_)
-            | Self::Travel(_) => None,
+            | Self::BaseMotion(_) => None,
         }
     }
 
@@ -105,6 +105,6 @@ impl Parameter {
 }
 
 /// A position in the carrier, expressed in the axes of the mount.
-fn in_seat(seat: &Seat, place: &nalgebra::Vector3<f64>) -> nalgebra::Vector3<f64> {
-    seat.carrier_from_axes.transpose() * place
+fn in_mounting(mounting: &Mounting, place: &nalgebra::Vector3<f64>) -> nalgebra::Vector3<f64> {
+    mounting.carrier_from_axes.transpose() * place
 }

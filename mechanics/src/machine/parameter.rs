@@ -1,6 +1,6 @@
 //! Signals and parameters with respect to which the loads can be differentiated, with their names.
 
-use super::travel::Travel;
+use super::travel::BaseMotion;
 use super::{Machine, Split};
 
 /// An axis of a frame.
@@ -37,7 +37,7 @@ pub enum Parameter {
     /// Position of a measured joint, equivalently the offset of its encoder (rad or m).
     JointPosition(usize),
     /// Velocity of a measured joint (rad/s or m/s).
-    JointRate(usize),
+    JointVelocity(usize),
     /// Acceleration of a measured joint (rad/s^2 or m/s^2).
     JointAcceleration(usize),
     /// Specific force in the IMU frame, equivalently the accelerometer's bias (m/s^2).
@@ -71,12 +71,12 @@ pub enum Parameter {
     /// Small rotation of the IMU about an axis of its body (rad).
     ImuRotation(Axis),
     /// Roll moment distribution: D of assumption 8 of the first paper (dimensionless).
-    FrontShare,
+    RollMomentDistribution,
     /// Logarithm of a tyre's stiffness: its relative change (dimensionless).
     TyreStiffness(usize),
     /// Motion of the base: a velocity at constant accelerations, or an acceleration, through the resulting
     /// specific force.
-    Travel(Travel),
+    BaseMotion(BaseMotion),
 }
 
 impl Axis {
@@ -115,7 +115,7 @@ impl Parameter {
         for joint in 0..machine.joints.len() {
             all.extend([
                 Self::JointPosition(joint),
-                Self::JointRate(joint),
+                Self::JointVelocity(joint),
                 Self::JointAcceleration(joint),
             ]);
         }
@@ -131,10 +131,10 @@ impl Parameter {
         let mut triple = |of: fn(Axis) -> Self| all.extend(Axis::ALL.map(of));
         triple(Self::ImuPosition);
         triple(Self::ImuRotation);
-        if machine.arm_seat.is_some() {
+        if machine.arm_mounting.is_some() {
             triple(Self::ArmPosition);
         }
-        for link in massive_links(machine) {
+        for link in links_with_mass(machine) {
             all.push(Self::LinkMass(link));
             all.extend(Axis::ALL.map(|axis| Self::LinkCom(link, axis)));
             all.extend(InertiaElement::ALL.map(|element| Self::LinkInertia(link, element)));
@@ -144,13 +144,13 @@ impl Parameter {
             all.extend(Axis::ALL.map(|axis| Self::WheelPosition(wheel, axis)));
             all.push(Self::WheelRadius(wheel));
         }
-        if matches!(machine.contact.split, Split::FrontShare { .. }) {
-            all.push(Self::FrontShare);
+        if matches!(machine.contact.split, Split::RollMomentDistribution { .. }) {
+            all.push(Self::RollMomentDistribution);
         }
         if machine.contact.tyres_deflect {
             all.extend((0..machine.wheels.len()).map(Self::TyreStiffness));
         }
-        all.extend(Travel::ALL.map(Self::Travel));
+        all.extend(BaseMotion::ALL.map(Self::BaseMotion));
         all
     }
 
@@ -160,7 +160,7 @@ impl Parameter {
         matches!(
             self,
             Self::JointPosition(_)
-                | Self::JointRate(_)
+                | Self::JointVelocity(_)
                 | Self::JointAcceleration(_)
                 | Self::SpecificForce(_)
                 | Self::AngularVelocity(_)
@@ -168,7 +168,7 @@ impl Parameter {
                 | Self::ToolForce(_)
                 | Self::ToolMoment(_)
                 | Self::ActuatorForce(_)
-                | Self::Travel(_)
+                | Self::BaseMotion(_)
         )
     }
 
@@ -180,7 +180,7 @@ impl Parameter {
         let wheel = |w: usize| machine.wheels[w].name.to_lowercase();
         match self {
             Self::JointPosition(j) => format!("{}.position", joint(j)),
-            Self::JointRate(j) => format!("{}.rate", joint(j)),
+            Self::JointVelocity(j) => format!("{}.rate", joint(j)),
             Self::JointAcceleration(j) => format!("{}.acceleration", joint(j)),
             Self::SpecificForce(axis) => format!("imu.specific_force_{}", axis.name()),
             Self::AngularVelocity(axis) => format!("imu.angular_velocity_{}", axis.name()),
@@ -200,14 +200,14 @@ impl Parameter {
             Self::ArmPosition(axis) => format!("arm.position_{}", axis.name()),
             Self::ImuPosition(axis) => format!("imu.position_{}", axis.name()),
             Self::ImuRotation(axis) => format!("imu.rotation_{}", axis.name()),
-            Self::FrontShare => "contact.front_share".into(),
+            Self::RollMomentDistribution => "contact.front_share".into(),
             Self::TyreStiffness(w) => format!("wheel_{}.stiffness_share", wheel(w)),
-            Self::Travel(travel) => format!("base.{}", travel.name()),
+            Self::BaseMotion(travel) => format!("base.{}", travel.name()),
         }
     }
 }
 
 /// Indices of the links that have mass.
-pub(crate) fn massive_links(machine: &Machine) -> impl Iterator<Item = usize> + '_ {
+pub(crate) fn links_with_mass(machine: &Machine) -> impl Iterator<Item = usize> + '_ {
     (0..machine.links.len()).filter(|&link| machine.links[link].inertia.mass > 0.0)
 }

@@ -5,7 +5,7 @@
 pub enum Split {
     /// Assumption 8, (54) of the first paper: the front axle carries the share D of the load difference between
     /// the right and the left side.
-    FrontShare {
+    RollMomentDistribution {
         /// D, 0 to 1.
         share: f64,
         /// Indices of the wheels front left, front right, rear left, rear right.

@@ -14,12 +14,12 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::AngularVelocity(_) => spec.gyro_bias,
         Parameter::ToolForce(_) => spec.tool_force,
         Parameter::ToolMoment(_) => spec.tool_moment,
-        Parameter::JointRate(_)
+        Parameter::JointVelocity(_)
         | Parameter::JointAcceleration(_)
         | Parameter::AngularAcceleration(_)
         // Part of the variance that the measured torques leave.
         | Parameter::ActuatorForce(_)
-        | Parameter::Travel(_) => 0.0,
+        | Parameter::BaseMotion(_) => 0.0,
         Parameter::LinkInertia(..) => {
             spec.inertia_share * parameter.nominal(machine).unwrap_or(0.0).abs()
         }
@@ -35,7 +35,7 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::ArmPosition(_) => spec.arm_position,
         Parameter::ImuPosition(_) => spec.imu_position,
         Parameter::ImuRotation(_) => spec.imu_rotation,
-        Parameter::FrontShare => spec.roll_moment_distribution,
+        Parameter::RollMomentDistribution => spec.roll_moment_distribution,
         Parameter::TyreStiffness(_) => spec.tyre_stiffness_share,
     }
 }

@@ -34,7 +34,8 @@ pub enum ControlMode {
     #[default]
     LookAhead,
     /// The problem of the paper: the loads after the next time step, including its inertia forces.
-    Literal,
+    #[serde(rename = "literal")]
+    OneStep,
 }
 
 /// `[suspension.control.weights]`: the cost is the sum of weight (N_i - N_j)^2 over pairs of wheels, loads in

@@ -13,7 +13,7 @@
     strum::VariantArray,
 )]
 #[strum(serialize_all = "snake_case")]
-pub enum Travel {
+pub enum BaseMotion {
     /// v_x
     #[strum(serialize = "v_x")]
     ForwardVelocity,
@@ -33,7 +33,7 @@ pub enum Travel {
     YawAcceleration,
 }
 
-impl Travel {
+impl BaseMotion {
     /// All components, in column order.
     pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
         *<Self as strum::VariantArray>::VARIANTS

@@ -36,7 +36,7 @@ pub(super) struct TreeJoint {
     pub(super) name: String,
     pub(super) kind: JointKind,
     pub(super) limits: Option<[f64; 2]>,
-    pub(super) max_rate: Option<f64>,
+    pub(super) max_velocity: Option<f64>,
     pub(super) mimic: Option<Mimic>,
 }
 
@@ -271,7 +271,7 @@ impl Grower<'_> {
                 name: joint.name.clone(),
                 kind,
                 limits: joint.limits,
-                max_rate: joint.max_rate,
+                max_velocity: joint.max_velocity,
                 mimic: joint.mimic.clone(),
             }),
             parent_from_joint,

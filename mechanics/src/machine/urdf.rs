@@ -41,7 +41,7 @@ pub(super) struct UrdfJoint {
     /// Lower and upper limit (rad or m); `None` for continuous joints.
     pub(super) limits: Option<[f64; 2]>,
     /// Largest velocity (rad/s or m/s), where a positive one is stated.
-    pub(super) max_rate: Option<f64>,
+    pub(super) max_velocity: Option<f64>,
     pub(super) mimic: Option<Mimic>,
 }
 
@@ -63,7 +63,7 @@ impl Urdf {
             expected: "XML".into(),
             found: e.to_string(),
         })?;
-        let reader = Reader {
+        let reader = UrdfParser {
             file,
             document: &document,
         };
@@ -90,12 +90,12 @@ impl Urdf {
     }
 }
 
-struct Reader<'a> {
+struct UrdfParser<'a> {
     file: &'a str,
     document: &'a Document<'a>,
 }
 
-impl Reader<'_> {
+impl UrdfParser<'_> {
     fn error(
         &self,
         node: Node<'_, '_>,
@@ -200,7 +200,7 @@ impl Reader<'_> {
             _ => None,
         };
         // Irrelevant to the mechanics: an unreadable limit counts as absent.
-        let max_rate = child(node, "limit")
+        let max_velocity = child(node, "limit")
             .and_then(|limit| limit.attribute("velocity"))
             .and_then(|text| text.trim().parse::<f64>().ok())
             .filter(|rate| rate.is_finite() && *rate > 0.0);
@@ -219,7 +219,7 @@ impl Reader<'_> {
             parent_from_joint: self.origin(node)?,
             axis: self.axis(node, &name)?,
             limits,
-            max_rate,
+            max_velocity,
             mimic,
             name,
         })

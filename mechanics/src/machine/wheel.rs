@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::body::Seat;
+use super::body::Mounting;
 
 /// Maximum number of wheels; the load envelope enumerates the possible sets of loaded wheels.
 pub const MAX_WHEELS: usize = 12;
@@ -25,5 +25,5 @@ pub struct Wheel {
     /// Centre in the base frame with all joints at zero (m).
     pub centre_at_zero: Vector3<f64>,
     /// The mount on the body that carries it.
-    pub seat: Seat,
+    pub mounting: Mounting,
 }

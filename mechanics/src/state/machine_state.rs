@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::geometry::coordinate::Motion;
 use crate::geometry::spatial::Wrench;
-use crate::machine::{Machine, Parameter, Travel};
+use crate::machine::{BaseMotion, Machine, Parameter};
 use crate::number::Real;
 
 /// The state at one instant, or at several instants at once: see [`Real`].
@@ -157,7 +157,7 @@ impl<T: Real> State<T> {
         let (imu, tool) = (&mut self.imu, &mut self.tool_wrench);
         let place = match signal {
             Parameter::JointPosition(joint) => &mut self.joints[joint].position,
-            Parameter::JointRate(joint) => &mut self.joints[joint].rate,
+            Parameter::JointVelocity(joint) => &mut self.joints[joint].rate,
             Parameter::JointAcceleration(joint) => &mut self.joints[joint].acceleration,
             Parameter::SpecificForce(axis) => &mut imu.specific_force[axis as usize],
             Parameter::AngularVelocity(axis) => &mut imu.angular_velocity[axis as usize],
@@ -176,7 +176,7 @@ impl<T: Real> State<T> {
         let (imu, tool) = (&self.imu, &self.tool_wrench);
         Some(match signal {
             Parameter::JointPosition(joint) => self.joints[joint].position,
-            Parameter::JointRate(joint) => self.joints[joint].rate,
+            Parameter::JointVelocity(joint) => self.joints[joint].rate,
             Parameter::JointAcceleration(joint) => self.joints[joint].acceleration,
             Parameter::SpecificForce(axis) => imu.specific_force[axis as usize],
             Parameter::AngularVelocity(axis) => imu.angular_velocity[axis as usize],
@@ -184,10 +184,10 @@ impl<T: Real> State<T> {
             Parameter::ToolForce(axis) => tool.force[axis as usize],
             Parameter::ToolMoment(axis) => tool.moment[axis as usize],
             Parameter::ActuatorForce(joint) => self.actuator_force[joint],
-            Parameter::Travel(Travel::ForwardVelocity) => self.base.velocity.x,
-            Parameter::Travel(Travel::LeftVelocity) => self.base.velocity.y,
-            Parameter::Travel(Travel::ForwardAcceleration) => self.base.velocity_rate.x,
-            Parameter::Travel(Travel::LeftAcceleration) => self.base.velocity_rate.y,
+            Parameter::BaseMotion(BaseMotion::ForwardVelocity) => self.base.velocity.x,
+            Parameter::BaseMotion(BaseMotion::LeftVelocity) => self.base.velocity.y,
+            Parameter::BaseMotion(BaseMotion::ForwardAcceleration) => self.base.velocity_rate.x,
+            Parameter::BaseMotion(BaseMotion::LeftAcceleration) => self.base.velocity_rate.y,
             _ => return None,
         })
     }

@@ -6,7 +6,9 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::static_posture::static_outcome;
-use crate::closed_form::{Causes, Demand, FeltMotion, PlacedPlatform, PlatformParts};
+use crate::closed_form::{
+    Demand, DemandContributions, MeasuredMotion, PlacedPlatform, PlatformParts,
+};
 use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::dynamics::newton_euler;
 use crate::geometry::coordinate::Coordinate;
@@ -59,8 +61,8 @@ fn motions<T: Real>(
     let zero = T::zero();
     let mut coordinates = vec![Coordinate::slid(zero, zero, zero); machine.bodies.len()];
     kinematics::coordinates(machine, &state, &mut coordinates);
-    let [felt, rate, acceleration] = base;
-    let mut motions = vec![BodyMotion::base(felt, rate, acceleration); machine.bodies.len()];
+    let [measured, rate, acceleration] = base;
+    let mut motions = vec![BodyMotion::base(measured, rate, acceleration); machine.bodies.len()];
     for (i, body) in machine.bodies.iter().enumerate().skip(1) {
         motions[i] = motions[body.parent].carry(body, &coordinates[i]);
     }
@@ -114,14 +116,14 @@ fn assert_same_demand(machine: &Machine, arm: f64, slope: [f64; 2], push: [f64; 
     let up = Vector3::new(slope[0], slope[1], 1.0).normalize();
     let to_base = pose.platform_from_base.transpose();
     // The model's platform stays on its plane, so the normal specific force is due to gravity alone.
-    let felt = Vector3::new(push[0], push[1], g * up.z);
+    let measured = Vector3::new(push[0], push[1], g * up.z);
     let [rate, acceleration] = yaw.map(|yaw| to_base * Vector3::new(0.0, 0.0, yaw));
     let centre = pose.centre;
-    let felt_at_base =
-        to_base * felt - acceleration.cross(&centre) - rate.cross(&rate.cross(&centre));
-    let back = pose.specific_force_at_centre(&felt_at_base, &rate, &acceleration);
-    assert!((back - felt).norm() < 1e-12);
-    let moving = motions(machine, &positions, [felt_at_base, rate, acceleration]);
+    let with_imu_at_base =
+        to_base * measured - acceleration.cross(&centre) - rate.cross(&rate.cross(&centre));
+    let back = pose.specific_force_at_centre(&with_imu_at_base, &rate, &acceleration);
+    assert!((back - measured).norm() < 1e-12);
+    let moving = motions(machine, &positions, [with_imu_at_base, rate, acceleration]);
     let at_rest = motions(
         machine,
         &positions,
@@ -132,13 +134,14 @@ fn assert_same_demand(machine: &Machine, arm: f64, slope: [f64; 2], push: [f64; 
     );
     let below = Vector3::new(0.0, 0.0, -placed.platform.com_height);
     let demand = pose.wrench_at(&whole, &below);
-    let motion = FeltMotion {
-        specific_force: felt,
+    let motion = MeasuredMotion {
+        specific_force: measured,
         yaw_rate: yaw[0],
         yaw_acceleration: yaw[1],
     };
     let wrench = arm_wrench(machine, &moving, &placed);
-    let found: Demand<f64> = Causes::of_felt(&placed.platform, &up, &motion, &wrench).sum();
+    let found: Demand<f64> =
+        DemandContributions::of_measured(&placed.platform, &up, &motion, &wrench).sum();
     let scale = 1e-9 * machine.mass() * g;
     assert_close(found.b1, demand.moment.x, scale);
     assert_close(found.b2, demand.moment.y, scale);
@@ -170,21 +173,22 @@ fn loads_at_rest_equal_whole_body_model() {
         let placed = parts.place(&machine, &positions).unwrap();
         let up = Vector3::z();
         let normal = placed.pose.platform_from_base.row(2).transpose();
-        let felt = normal * machine.gravity;
+        let measured = normal * machine.gravity;
         let at_rest = motions(
             &machine,
             &positions,
-            [felt, Vector3::zeros(), Vector3::zeros()],
+            [measured, Vector3::zeros(), Vector3::zeros()],
         );
         let wrench = arm_wrench(&machine, &at_rest, &placed);
-        let motion = FeltMotion {
+        let motion = MeasuredMotion {
             specific_force: up * machine.gravity,
             yaw_rate: 0.0,
             yaw_acceleration: 0.0,
         };
-        let causes = Causes::of_felt(&placed.platform, &up, &motion, &wrench);
+        let contributions =
+            DemandContributions::of_measured(&placed.platform, &up, &motion, &wrench);
         let whole_body = static_outcome(&machine, &positions).otf;
-        for (load, wheel) in causes
+        for (load, wheel) in contributions
             .terms(&placed.platform)
             .loads()
             .into_iter()

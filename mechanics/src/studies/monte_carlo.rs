@@ -11,7 +11,7 @@ use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::outcome::Quantity;
 use crate::evaluate::workspace::Workspace;
 use crate::explain::indicators::arm_wrench_of;
-use crate::machine::{Axis, Draws, LinkGroup, Machine};
+use crate::machine::{Axis, LinkGroup, Machine, ParameterSampler};
 use crate::number::Lanes;
 use crate::state::{State, StateColumns};
 
@@ -48,8 +48,10 @@ impl Study {
     /// The sampled machines.
     #[must_use]
     pub fn machines(&self, machine: &Machine) -> Vec<Machine> {
-        let mut draws = Draws::new(self.seed, self.spread);
-        (0..self.draws).map(|_| machine.drawn(&mut draws)).collect()
+        let mut draws = ParameterSampler::new(self.seed, self.spread);
+        (0..self.draws)
+            .map(|_| machine.sampled(&mut draws))
+            .collect()
     }
 }
 
@@ -58,15 +60,15 @@ impl Study {
 #[must_use]
 pub fn bands(
     machine: &Machine,
-    drawn: &[Machine],
+    sampled: &[Machine],
     states: &StateColumns,
     rows: Range<usize>,
 ) -> Vec<Band> {
-    let mut sampler = Sampler::new(machine, drawn.len());
+    let mut sampler = Sampler::new(machine, sampled.len());
     let mut bands: Vec<Band> = sampler.quantities.iter().map(|&q| Band::empty(q)).collect();
     for first in rows.clone().step_by(BLOCK_ROWS) {
         let block = first..(first + BLOCK_ROWS).min(rows.end);
-        sampler.fill(drawn, states, &block);
+        sampler.fill(sampled, states, &block);
         for row in 0..block.len() {
             for (quantity, band) in bands.iter_mut().enumerate() {
                 band.push(sampler.values(quantity, row));
@@ -111,14 +113,14 @@ impl Sampler {
         }
     }
 
-    fn fill(&mut self, drawn: &[Machine], states: &StateColumns, block: &Range<usize>) {
+    fn fill(&mut self, sampled: &[Machine], states: &StateColumns, block: &Range<usize>) {
         let firsts = block.clone().step_by(Lanes::COUNT);
         let groups = firsts.len();
         for (first, state) in firsts.zip(&mut self.states) {
             states.get_lanes(first, block.end, state);
         }
         // A machine is larger than the rows, so each machine is loaded only once for all of them.
-        for (draw, machine) in drawn.iter().enumerate() {
+        for (draw, machine) in sampled.iter().enumerate() {
             for group in 0..groups {
                 self.evaluate(machine, draw, group);
             }

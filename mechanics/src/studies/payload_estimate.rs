@@ -13,7 +13,7 @@ use nalgebra::{Matrix2, Vector2};
 use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::workspace::Workspace;
 use crate::explain::sensitivity::followed_by;
-use crate::machine::{Axis, Machine, Parameter, massive_links};
+use crate::machine::{Axis, Machine, Parameter, links_with_mass};
 use crate::state::State;
 use crate::studies::actuator_force::{actuator_force, carries_payload, force_by_payload_mass};
 
@@ -178,7 +178,7 @@ fn systematic_variance(
     };
     let [known, by_mass] = force(empty);
     let mut variance = 0.0;
-    for link in massive_links(empty) {
+    for link in links_with_mass(empty) {
         let com = Axis::ALL.map(|axis| Parameter::LinkCom(link, axis));
         for parameter in std::iter::once(Parameter::LinkMass(link)).chain(com) {
             let sigma = parameter.sigma(empty);

@@ -11,7 +11,7 @@ use crate::studies::static_posture::{AtRest, at_rest};
 
 /// A machine at rest in one posture.
 #[derive(Debug)]
-pub struct Standing {
+pub struct RestingMachine {
     at_rest: AtRest,
     /// Centres of the wheels in the base frame (m).
     pub wheel_centres: Vec<Vector3<f64>>,
@@ -46,7 +46,7 @@ impl MassShare {
     }
 }
 
-impl Standing {
+impl RestingMachine {
     /// The machine at rest on level ground with these joint positions (rad or m) in the order of
     /// [`Machine::joints`]. NaN where a linkage cannot close at these positions.
     #[must_use]

@@ -33,7 +33,7 @@ pub(crate) struct AtRest {
 
 /// Evaluates the machine at rest on level ground.
 pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64], scope: Scope) -> AtRest {
-    let resting = machine.felt_at_base();
+    let resting = machine.with_imu_at_base();
     let mut state = resting_state(&resting, joint_positions);
     let mut workspace = Workspace::with_scope(&resting, scope);
     state.imu.specific_force = Vector3::z() * resting.gravity();
@@ -95,7 +95,7 @@ impl Machine {
     /// The same machine with an error-free inertial measurement unit at the base frame: the specific force of
     /// a machine at rest on level ground is given.
     #[must_use]
-    pub fn felt_at_base(&self) -> Self {
+    pub fn with_imu_at_base(&self) -> Self {
         let imu = Mount {
             body: 0,
             body_from_mount: Isometry3::identity(),

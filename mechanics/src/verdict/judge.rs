@@ -67,7 +67,7 @@ pub struct Judge {
 
 /// Assessment of a single row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Standing {
+enum RowAssessment {
     /// Its utilisation is valid.
     Known,
     /// The machine tips: the utilisation is not needed.
@@ -138,12 +138,16 @@ impl Judge {
         };
         let standing = self.standing(row, row.time_ns.saturating_sub(first));
         match standing {
-            Standing::Known => self.each_alarm(|alarm| alarm.take(row.utilisation, row.time_ns)),
-            Standing::Tipping => self.each_alarm(|alarm| alarm.take(f64::INFINITY, row.time_ns)),
-            Standing::Unknown | Standing::Failed => self.each_alarm(Alarm::skip),
+            RowAssessment::Known => {
+                self.each_alarm(|alarm| alarm.take(row.utilisation, row.time_ns))
+            }
+            RowAssessment::Tipping => {
+                self.each_alarm(|alarm| alarm.take(f64::INFINITY, row.time_ns))
+            }
+            RowAssessment::Unknown | RowAssessment::Failed => self.each_alarm(Alarm::skip),
         }
-        let is_faulty = standing == Standing::Failed || !row.conditions.faults.is_empty();
-        let is_good = standing == Standing::Known && !is_faulty;
+        let is_faulty = standing == RowAssessment::Failed || !row.conditions.faults.is_empty();
+        let is_good = standing == RowAssessment::Known && !is_faulty;
         self.was_valid |= is_good;
         self.good_rows = if is_good {
             self.good_rows.saturating_add(1)
@@ -155,7 +159,7 @@ impl Judge {
         let is_doubtful = !row.conditions.cautions.is_empty();
         hold(&mut self.caution_ns, is_doubtful, true, row.time_ns);
         let level = self.level(is_ready);
-        let model_failed = standing == Standing::Failed && !row.reasons.leave_state_unknown();
+        let model_failed = standing == RowAssessment::Failed && !row.reasons.leave_state_unknown();
         self.latch(level, model_failed, row.is_acknowledged);
         self.verdict = Verdict {
             level,
@@ -164,40 +168,40 @@ impl Judge {
         self.verdict
     }
 
-    fn standing(&self, row: &RowFacts, elapsed_ns: i64) -> Standing {
+    fn standing(&self, row: &RowFacts, elapsed_ns: i64) -> RowAssessment {
         let reasons = row.reasons;
         if self.implausible_rows >= PERSISTENT {
-            return Standing::Failed;
+            return RowAssessment::Failed;
         }
         if reasons.have_gap() {
             // Before the first valid row, sensors may still be starting.
             let is_starting = !self.was_valid && elapsed_ns <= START_UP_NS;
             return if is_starting {
-                Standing::Unknown
+                RowAssessment::Unknown
             } else {
-                Standing::Failed
+                RowAssessment::Failed
             };
         }
         if reasons.have_implausible_signal() {
-            return Standing::Unknown;
+            return RowAssessment::Unknown;
         }
         if reasons.has(Reason::LinkageOpen)
             || reasons.has(Reason::NotFinite)
             || reasons.has(Reason::NoGroundContact)
         {
-            return Standing::Failed;
+            return RowAssessment::Failed;
         }
         if reasons.has(Reason::Settling) {
-            return Standing::Unknown;
+            return RowAssessment::Unknown;
         }
         if reasons.has(Reason::Tipping) {
-            return Standing::Tipping;
+            return RowAssessment::Tipping;
         }
         // In a valid row without utilisation, the uncertainty cannot be computed.
         if row.utilisation.is_finite() {
-            Standing::Known
+            RowAssessment::Known
         } else {
-            Standing::Failed
+            RowAssessment::Failed
         }
     }
 

@@ -7,13 +7,13 @@
 //! extrapolation is linear: if the load falls at an increasing rate, the wheel lifts sooner. Rates within the
 //! noise give no forecast.
 
-use crate::estimation::{Doubt, Model, Track};
+use crate::estimation::{Doubt, FilterModel, KalmanFilter};
 use crate::machine::Machine;
 
 /// Standard deviation of the OTF due to noise, as a fraction of the static load.
 const NOISE: f64 = 0.003;
 /// Process noise: standard deviation of the change of its second derivative in one second (1/s^2).
-const AGILITY: f64 = 10.0;
+const PROCESS_NOISE: f64 = 10.0;
 /// Forecast horizon (s).
 const HORIZON_S: f64 = 5.0;
 /// Number of standard deviations by which a rate must differ from zero.
@@ -31,7 +31,7 @@ pub struct LiftOff {
 /// Forecasts lift-off from the OTF of all wheels.
 #[derive(Debug, Clone)]
 pub struct LiftOffForecast {
-    track: Track,
+    filter: KalmanFilter,
     shares: Vec<f64>,
 }
 
@@ -40,14 +40,14 @@ impl LiftOffForecast {
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
         let wheels = machine.wheels().len();
-        let model = Model {
+        let model = FilterModel {
             value_variance: NOISE * NOISE,
             rate_variance: 0.0,
-            density: AGILITY * AGILITY,
+            density: PROCESS_NOISE * PROCESS_NOISE,
             max_gap_ns: (machine.estimator().max_gap * 1e9) as i64,
         };
         Self {
-            track: Track::new(model, wheels, false),
+            filter: KalmanFilter::new(model, wheels, false),
             shares: vec![f64::NAN; wheels],
         }
     }
@@ -59,13 +59,13 @@ impl LiftOffForecast {
         for ((share, &otf), &load) in self.shares.iter_mut().zip(otf).zip(static_loads) {
             *share = otf / load;
         }
-        self.track
+        self.filter
             .push(time_ns, &self.shares, None, Doubt::default())
             .ok()?;
-        let doubt = SURE * self.track.covariance_at(time_ns)[1][1].max(0.0).sqrt();
+        let doubt = SURE * self.filter.covariance_at(time_ns)[1][1].max(0.0).sqrt();
         let mut next: Option<LiftOff> = None;
         for (wheel, &share) in self.shares.iter().enumerate() {
-            let [_, rate, _] = self.track.at(wheel, time_ns);
+            let [_, rate, _] = self.filter.at(wheel, time_ns);
             let in_s = if share <= 0.0 { 0.0 } else { -share / rate };
             let is_falling = share <= 0.0 || rate < -doubt;
             let is_ahead = is_falling && (0.0..=HORIZON_S).contains(&in_s);

@@ -20,7 +20,7 @@
 //!     N = K (u + A' l),   (A K A' + diag S) l = b - A K u;      covariance s_0^2 (I - L A) K                   A(3)
 //! ```
 
-use super::equilibrium::{Beyond, Equations, RULE_COMPLIANCE};
+use super::equilibrium::{DistalSubtrees, Equations, RULE_COMPLIANCE};
 use crate::dynamics::newton_euler_derivatives::joint_form;
 use crate::geometry::coordinate::Motion;
 use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, Machine};
@@ -140,7 +140,7 @@ impl<T: Real> Equations<T> {
     pub(crate) fn set_actuated_joints(
         &mut self,
         machine: &Machine,
-        beyond: &Beyond<'_, T>,
+        distal: &DistalSubtrees<'_, T>,
         actuations: &[Actuation<T>],
     ) {
         self.forget_measured();
@@ -148,7 +148,7 @@ impl<T: Real> Equations<T> {
         let mut any = T::Mask::splat(false);
         for (j, (joint, actuation)) in contact.actuated_joints.iter().zip(actuations).enumerate() {
             let row = self.measured + j;
-            let levers = self.set_wheels_beyond(row, &joint.steps[0], beyond);
+            let levers = self.set_distal_wheels(row, &joint.steps[0], distal);
             let [_, _, by_rod] = actuation.gearing.by_pivot;
             let mut value = -(by_rod * actuation.force);
             for (s, (step, &factor)) in joint
@@ -158,8 +158,8 @@ impl<T: Real> Equations<T> {
                 .enumerate()
             {
                 let kind = machine.bodies[step.body].kind;
-                let form = joint_form(kind, &beyond.motions[step.body], factor);
-                value += beyond.wrenches[contact.torque_place(j, s)].contracted(&form);
+                let form = joint_form(kind, &distal.motions[step.body], factor);
+                value += distal.wrenches[contact.torque_place(j, s)].contracted(&form);
             }
             self.value[row] = value;
             self.holds[row] = actuation.known;

@@ -81,7 +81,7 @@ impl<T: Real> Equations<T> {
         };
         equations.forget_measured();
         equations.factor[0] = [T::one(); MAX_WHEELS];
-        if let Split::FrontShare {
+        if let Split::RollMomentDistribution {
             share,
             wheels: [fl, fr, rl, rr],
         } = machine.contact.split
@@ -140,11 +140,11 @@ impl<T: Real> Equations<T> {
     ///     sum over distal wheels of z . (r_i - p) x q N_i = z . (M_b - p x F_b)
     /// ```
     /// where F_b, M_b is the wrench that accelerates the distal subtree, about the base origin.
-    pub(crate) fn set_free_joints(&mut self, machine: &Machine, beyond: &Beyond<'_, T>) {
-        let joints = machine.contact.free_joints.iter().zip(beyond.wrenches);
+    pub(crate) fn set_free_joints(&mut self, machine: &Machine, distal: &DistalSubtrees<'_, T>) {
+        let joints = machine.contact.free_joints.iter().zip(distal.wrenches);
         for (k, (joint, wrench)) in joints.enumerate() {
-            self.set_wheels_beyond(3 + k, joint, beyond);
-            let motion = &beyond.motions[joint.body];
+            self.set_distal_wheels(3 + k, joint, distal);
+            let motion = &distal.motions[joint.body];
             let axis = motion.rotation.column(2).into_owned();
             self.value[3 + k] = axis.dot(&wrench.about(&motion.origin).moment);
         }
@@ -152,22 +152,22 @@ impl<T: Real> Equations<T> {
 
     /// Sets the factors of a joint's row; returns the sum of the lever arms of horizontal forces at the distal
     /// wheels (m).
-    pub(super) fn set_wheels_beyond(
+    pub(super) fn set_distal_wheels(
         &mut self,
         row: usize,
         joint: &TorqueJoint,
-        beyond: &Beyond<'_, T>,
+        distal: &DistalSubtrees<'_, T>,
     ) -> T {
-        let motion = &beyond.motions[joint.body];
+        let motion = &distal.motions[joint.body];
         let axis = motion.rotation.column(2).into_owned();
         let mut levers = T::zero();
         for (wheel, factor) in self.factor[row][..self.wheels].iter_mut().enumerate() {
             let contact =
-                beyond.centres[wheel] - beyond.plane.normal * beyond.radii[wheel] - motion.origin;
+                distal.centres[wheel] - distal.plane.normal * distal.radii[wheel] - motion.origin;
             *factor = T::zero();
-            if joint.carries_wheel[wheel] {
-                *factor = axis.dot(&contact.cross(&beyond.force_per_load));
-                levers += horizontal_lever(&axis, &contact, &beyond.plane.normal);
+            if joint.supports_wheel[wheel] {
+                *factor = axis.dot(&contact.cross(&distal.force_per_load));
+                levers += horizontal_lever(&axis, &contact, &distal.plane.normal);
             }
         }
         levers
@@ -175,7 +175,7 @@ impl<T: Real> Equations<T> {
 }
 
 /// What the joint equations need of the distal subtrees.
-pub(crate) struct Beyond<'a, T: Real> {
+pub(crate) struct DistalSubtrees<'a, T: Real> {
     pub(crate) motions: &'a [BodyMotion<T>],
     /// Wrench of the distal subtree of each joint with known torque, minus the tool wrench if the tool is in it.
     pub(crate) wrenches: &'a [Wrench<T>],
@@ -188,16 +188,16 @@ pub(crate) struct Beyond<'a, T: Real> {
 }
 
 /// The wrench of each such distal subtree, minus the tool wrench where the tool is in it.
-pub(crate) fn beyond_torque_joints<T: Real>(
+pub(crate) fn distal_wrenches<T: Real>(
     machine: &Machine,
     wrenches: &[Wrench<T>],
     tool_wrench: &Wrench<T>,
-    beyond: &mut [Wrench<T>],
+    distal: &mut [Wrench<T>],
 ) {
-    for (joint, beyond) in machine.contact.torque_joints().zip(beyond) {
-        let moved = newton_euler::sum(wrenches, |body| joint.carries_body[body]);
-        *beyond = match &machine.tool {
-            Some(tool) if joint.carries_body[tool.body] => moved.minus(tool_wrench),
+    for (joint, distal) in machine.contact.torque_joints().zip(distal) {
+        let moved = newton_euler::sum(wrenches, |body| joint.supports_body[body]);
+        *distal = match &machine.tool {
+            Some(tool) if joint.supports_body[tool.body] => moved.minus(tool_wrench),
             _ => moved,
         };
     }
@@ -213,7 +213,7 @@ fn prior_scale(machine: &Machine) -> f64 {
     let residual = 2.0 * machine.warp_sigma();
     match machine.contact.split {
         Split::Springs => residual,
-        Split::FrontShare { .. } => residual / RULE_COMPLIANCE.sqrt(),
+        Split::RollMomentDistribution { .. } => residual / RULE_COMPLIANCE.sqrt(),
     }
 }
 

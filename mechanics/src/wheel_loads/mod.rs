@@ -13,19 +13,19 @@
 //! edge, and only the wheels on that edge carry load.
 
 mod actuated;
+mod adjoint;
 mod deviation;
 mod envelope;
 mod equilibrium;
-mod influence;
 mod least_energy;
 mod loads;
 mod response;
 mod unilateral;
 
 pub(crate) use actuated::Actuation;
+pub(crate) use adjoint::{LoadAdjoint, LoadAdjoints, SupportConfiguration};
 pub(crate) use deviation::sigma;
-pub(crate) use equilibrium::{Beyond, beyond_torque_joints};
+pub(crate) use equilibrium::{DistalSubtrees, distal_wrenches};
 pub use equilibrium::{Equations, GroundForce};
-pub(crate) use influence::{Influence, Influences, Stance};
 pub(crate) use loads::Loads;
 pub use unilateral::Solver;

@@ -375,7 +375,7 @@ impl<T: Real> Solver<T> {
             equations.certain
         };
         for (joint, holds) in machine.contact.free_joints.iter().zip(&mut holds[3..]) {
-            for wheel in (0..n).filter(|&wheel| joint.carries_wheel[wheel]) {
+            for wheel in (0..n).filter(|&wheel| joint.supports_wheel[wheel]) {
                 *holds = T::select(self.on_ground[wheel], *holds, T::zero());
             }
         }

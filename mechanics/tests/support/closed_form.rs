@@ -20,7 +20,7 @@ pub(crate) fn table_1(inertia_xz: f64, inertia_yz: f64) -> Platform<f64> {
         half_track_right: 0.875,
         inertia_xz,
         inertia_yz,
-        front_share: 0.5,
+        roll_moment_distribution: 0.5,
         arm_base: Vector3::new(0.5, 0.0, 0.25),
         ..Platform::zero()
     }
@@ -43,7 +43,7 @@ pub(crate) fn platform(u: &[f64]) -> Platform<f64> {
         half_track_right: 0.9 + 0.3 * u[7],
         inertia_xz: 100.0 * u[8],
         inertia_yz: 100.0 * u[9],
-        front_share: 0.5 + 0.5 * u[10],
+        roll_moment_distribution: 0.5 + 0.5 * u[10],
         arm_base: Vector3::new(u[11], 0.5 * u[12], 0.5 * u[13]),
         ..Platform::zero()
     }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tipwatch_mechanics::machine::{ControlMode, LogFacts, MachineSpec, SuspensionControl};
 use tipwatch_mechanics::{Machine, Motion, State};
-use tipwatch_suspension::Stabiliser;
+use tipwatch_suspension::SuspensionOptimiser;
 
 /// The joints in its logs.
 const MEASURED: [&str; 10] = [
@@ -49,20 +49,20 @@ pub(crate) fn control(mode: ControlMode, independent: bool) -> SuspensionControl
         independent,
         rate: match mode {
             ControlMode::LookAhead => 50.0,
-            ControlMode::Literal => 1.0 / LITERAL_STEP,
+            ControlMode::OneStep => 1.0 / LITERAL_STEP,
         },
         ..SuspensionControl::default()
     }
 }
 
 /// The suspension optimiser with these settings.
-pub(crate) fn stabiliser(machine: &Machine, control: &SuspensionControl) -> Stabiliser {
+pub(crate) fn optimiser(machine: &Machine, control: &SuspensionControl) -> SuspensionOptimiser {
     let posture: Vec<f64> = machine
         .joints()
         .iter()
         .map(|joint| middle(&joint.name).0)
         .collect();
-    Stabiliser::new(machine, control, &posture).expect("a machine with a suspension")
+    SuspensionOptimiser::new(machine, control, &posture).expect("a machine with a suspension")
 }
 
 /// Random numbers: SplitMix64 (Steele, Lea and Flood).
@@ -111,7 +111,7 @@ impl Problem {
     pub(crate) fn draw(
         draws: &mut Draws,
         machine: &Machine,
-        stabiliser: &Stabiliser,
+        optimiser: &SuspensionOptimiser,
         alike: bool,
     ) -> Self {
         let mut state = State::zero(machine);
@@ -134,7 +134,7 @@ impl Problem {
             let index = machine.joints().iter().position(|joint| joint.name == rod);
             let motion = &mut state.joints[index.expect("a rod")];
             motion.position = -0.1 + 0.09 * draws.signed();
-            let [least, greatest] = stabiliser.velocity_limits(motion.position);
+            let [least, greatest] = optimiser.velocity_limits(motion.position);
             let share = 0.5 + 0.45 * draws.signed();
             motion.rate = least + (greatest - least) * share;
             (x[k], v[k]) = (motion.position, motion.rate);

@@ -29,7 +29,7 @@ pub struct ActuatorState {
 
 /// Input of an actuator, constant over a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Drive {
+pub enum ActuatorInput {
     /// A load: force on the rod (N), positive when it retracts the rod, and the mass moving with the rod (kg).
     Load {
         /// F (N).
@@ -88,12 +88,14 @@ impl Actuator {
         &self,
         state: &ActuatorState,
         valve: Valve,
-        drive: Drive,
+        drive: ActuatorInput,
         seconds: f64,
     ) -> Result<ActuatorState, StepError> {
         let is_usable = match drive {
-            Drive::Load { force, mass } => force.is_finite() && mass.is_finite() && mass > 0.0,
-            Drive::Motion { velocity } => velocity.is_finite(),
+            ActuatorInput::Load { force, mass } => {
+                force.is_finite() && mass.is_finite() && mass > 0.0
+            }
+            ActuatorInput::Motion { velocity } => velocity.is_finite(),
         };
         if !is_usable {
             return Err(StepError::NotFinite);
@@ -103,8 +105,8 @@ impl Actuator {
             state.pressures.rod,
             state.out,
             match drive {
-                Drive::Load { .. } => state.velocity,
-                Drive::Motion { velocity } => velocity,
+                ActuatorInput::Load { .. } => state.velocity,
+                ActuatorInput::Motion { velocity } => velocity,
             },
         ]);
         let system = Driven {
@@ -125,7 +127,7 @@ impl Actuator {
 struct Driven<'a> {
     parameters: &'a HydraulicParameters,
     opening: f64,
-    drive: Drive,
+    drive: ActuatorInput,
 }
 
 impl Driven<'_> {
@@ -135,8 +137,8 @@ impl Driven<'_> {
         let flows = flows(parameters, &pressures, T::constant(self.opening));
         let rates = pressure_rates(parameters, &flows, out, velocity);
         let acceleration = match self.drive {
-            Drive::Motion { .. } => T::zero(),
-            Drive::Load { force, mass } => {
+            ActuatorInput::Motion { .. } => T::zero(),
+            ActuatorInput::Load { force, mass } => {
                 let drag = T::constant(parameters.friction) * velocity;
                 let pushed = piston_force(parameters, &pressures) - T::constant(force) - drag;
                 (pushed + self.stop(out, velocity)) / T::constant(mass)
@@ -149,10 +151,10 @@ impl Driven<'_> {
     fn stop<T: Real>(&self, out: T, velocity: T) -> T {
         let (stiff, damped) = (T::constant(STOP_STIFFNESS), T::constant(STOP_DAMPING));
         let zero = T::zero();
-        let beyond = out - T::constant(self.parameters.stroke);
+        let distal = out - T::constant(self.parameters.stroke);
         let inner = (-(stiff * out) - damped * velocity).max(zero);
-        let outer = (-(stiff * beyond) - damped * velocity).min(zero);
-        T::select(out.lt(zero), inner, zero) + T::select(zero.lt(beyond), outer, zero)
+        let outer = (-(stiff * distal) - damped * velocity).min(zero);
+        T::select(out.lt(zero), inner, zero) + T::select(zero.lt(distal), outer, zero)
     }
 }
 

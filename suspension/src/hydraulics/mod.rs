@@ -23,7 +23,7 @@ mod chambers;
 mod rosenbrock;
 mod valve;
 
-pub use actuator::{Actuator, ActuatorState, Drive};
+pub use actuator::{Actuator, ActuatorInput, ActuatorState};
 pub use chambers::{Flows, Pressures, flows, piston_force, pressure_rates};
 pub use rosenbrock::StepError;
 pub use valve::Valve;

@@ -1,7 +1,7 @@
 //! The contributions to the load of each wheel over time.
 
 use plotly::Traces;
-use tipwatch_mechanics::{Cause, Quantity};
+use tipwatch_mechanics::{Contribution, Quantity};
 
 use super::Plotter;
 use crate::page::{Figure, colour, words};
@@ -10,7 +10,8 @@ impl Plotter<'_> {
     /// For each wheel the stacked contributions, negative ones below zero; their sum is the OTF.
     pub(super) fn causes(&self) -> Vec<Figure> {
         let names = self.wheel_names();
-        let known = |wheel: &usize| self.has(Quantity::Cause(Cause::ArmWeight, *wheel));
+        let known =
+            |wheel: &usize| self.has(Quantity::Contribution(Contribution::ArmWeight, *wheel));
         (0..names.len())
             .filter(known)
             .map(|wheel| self.causes_of(wheel, &names[wheel]))
@@ -21,10 +22,10 @@ impl Plotter<'_> {
         let rows = self.seconds.len();
         let (mut above, mut below) = (vec![0.0; rows], vec![0.0; rows]);
         let mut traces = Traces::new();
-        for (index, cause) in Cause::ALL.into_iter().enumerate() {
-            let values = self.valid(Quantity::Cause(cause, wheel));
+        for (index, cause) in Contribution::ALL.into_iter().enumerate() {
+            let values = self.valid(Quantity::Contribution(cause, wheel));
             let matters = |value: &f64| value.abs() > 1.0;
-            if cause == Cause::LiftOff || !values.iter().any(matters) {
+            if cause == Contribution::LiftOff || !values.iter().any(matters) {
                 continue;
             }
             let stacked = |base: &mut [f64], part: fn(f64) -> f64| {

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::{Machine, Wheel};
-use tipwatch_mechanics::{MassShare, Standing};
+use tipwatch_mechanics::{MassShare, RestingMachine};
 
 use super::document::{MachineCheck, PartMass, SCHEMA, WheelCheck, posture, triple};
 use super::geometry::{axles, sums, wheelbase};
@@ -35,7 +35,7 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
             (machine, zero, "all joints at zero".into())
         }
     };
-    let standing = Standing::new(&machine, &positions);
+    let standing = RestingMachine::new(&machine, &positions);
     let posture = posture(&machine, &positions, source);
     let mut notes = machine.notes().to_vec();
     notes.extend(anomalies(&machine, &standing));
@@ -67,7 +67,7 @@ fn imu_mounting(machine: &Machine, has_log: bool) -> String {
     "not in the machine file; taken from frame_id of the log".into()
 }
 
-fn masses(standing: &Standing) -> Vec<PartMass> {
+fn masses(standing: &RestingMachine) -> Vec<PartMass> {
     let parts = [
         ("platform", standing.chassis),
         ("wheels", standing.wheels),
@@ -83,7 +83,7 @@ fn masses(standing: &Standing) -> Vec<PartMass> {
     parts.into_iter().map(part).collect()
 }
 
-fn wheels(machine: &Machine, standing: &Standing) -> Vec<WheelCheck> {
+fn wheels(machine: &Machine, standing: &RestingMachine) -> Vec<WheelCheck> {
     let wheel = |(i, wheel): (usize, &Wheel)| {
         let (load, sigma) = standing.load_of(&[i]);
         WheelCheck {
@@ -99,7 +99,7 @@ fn wheels(machine: &Machine, standing: &Standing) -> Vec<WheelCheck> {
 }
 
 /// Anomalies of a static posture.
-fn anomalies(machine: &Machine, standing: &Standing) -> Vec<String> {
+fn anomalies(machine: &Machine, standing: &RestingMachine) -> Vec<String> {
     let mut notes = Vec::new();
     let loads = &standing.outcome().load;
     if loads.iter().any(|load| !load.is_finite()) {

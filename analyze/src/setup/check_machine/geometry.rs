@@ -1,6 +1,6 @@
 //! Groups wheels to axles and sides.
 
-use tipwatch_mechanics::Standing;
+use tipwatch_mechanics::RestingMachine;
 use tipwatch_mechanics::machine::Machine;
 
 use super::document::{Axle, SumCheck, names};
@@ -10,7 +10,7 @@ use crate::base::number::known;
 const AXLE_SHARE: f64 = 0.1;
 
 /// Wheels by axle, front first.
-fn by_axle(standing: &Standing) -> Vec<Vec<usize>> {
+fn by_axle(standing: &RestingMachine) -> Vec<Vec<usize>> {
     let x = |wheel: usize| standing.wheel_centres[wheel].x;
     let mut order: Vec<usize> = (0..standing.wheel_centres.len()).collect();
     order.sort_by(|&a, &b| x(b).total_cmp(&x(a)));
@@ -28,19 +28,19 @@ fn by_axle(standing: &Standing) -> Vec<Vec<usize>> {
     axles
 }
 
-fn axle_x(standing: &Standing, axle: &[usize]) -> f64 {
+fn axle_x(standing: &RestingMachine, axle: &[usize]) -> f64 {
     let sum: f64 = axle.iter().map(|&w| standing.wheel_centres[w].x).sum();
     sum / axle.len() as f64
 }
 
-pub(super) fn wheelbase(standing: &Standing) -> Option<f64> {
+pub(super) fn wheelbase(standing: &RestingMachine) -> Option<f64> {
     let axles = by_axle(standing);
     let at = |axle: &Vec<usize>| axle_x(standing, axle);
     let length = at(axles.first()?) - at(axles.last()?);
     known(length).filter(|_| axles.len() > 1)
 }
 
-pub(super) fn axles(machine: &Machine, standing: &Standing) -> Vec<Axle> {
+pub(super) fn axles(machine: &Machine, standing: &RestingMachine) -> Vec<Axle> {
     let y = |&wheel: &usize| standing.wheel_centres[wheel].y;
     let axle = |axle: &Vec<usize>| {
         let left = axle.iter().map(y).fold(f64::NEG_INFINITY, f64::max);
@@ -55,7 +55,7 @@ pub(super) fn axles(machine: &Machine, standing: &Standing) -> Vec<Axle> {
 }
 
 /// Centre line between the outermost wheels (m).
-fn middle_line(standing: &Standing) -> f64 {
+fn middle_line(standing: &RestingMachine) -> f64 {
     let y = standing.wheel_centres.iter().map(|centre| centre.y);
     let (least, largest) = y.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| {
         (a.min(y), b.max(y))
@@ -63,7 +63,7 @@ fn middle_line(standing: &Standing) -> f64 {
     0.5 * (least + largest)
 }
 
-pub(super) fn sums(machine: &Machine, standing: &Standing) -> Vec<SumCheck> {
+pub(super) fn sums(machine: &Machine, standing: &RestingMachine) -> Vec<SumCheck> {
     let centre = middle_line(standing);
     let left = |&wheel: &usize| standing.wheel_centres[wheel].y > centre;
     let all = 0..machine.wheels().len();

@@ -1,6 +1,6 @@
 //! Compares weighed loads with the model.
 
-use tipwatch_mechanics::Standing;
+use tipwatch_mechanics::RestingMachine;
 use tipwatch_mechanics::machine::{Machine, MeasuredJoint, WeighedSpec};
 
 use super::document::{Posture, Reading, Weighed, posture};
@@ -26,7 +26,7 @@ pub(super) fn compare(
         true => "posture of [weighed]".into(),
         false => shown.source.clone(),
     };
-    let standing = Standing::new(machine, &positions);
+    let standing = RestingMachine::new(machine, &positions);
     let newtons = weighed.unit.newtons(machine.gravity());
     let single = weighed.wheels.iter().map(|(wheel, &load)| {
         let wheels = vec![wheel.clone()];
@@ -46,7 +46,7 @@ pub(super) fn compare(
 
 fn reading(
     machine: &Machine,
-    standing: &Standing,
+    standing: &RestingMachine,
     name: String,
     wheels: Vec<String>,
     [weighed_n, weighed_sigma_n]: [f64; 2],

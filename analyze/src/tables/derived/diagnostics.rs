@@ -1,7 +1,7 @@
 //! Verdict and inputs as `diagnostic_msgs/DiagnosticArray` for diagnostics panels.
 
 use anyhow::Result;
-use tipwatch_ingest::{OutTopic, Ros2Writer};
+use tipwatch_ingest::{Ros2Writer, WriterTopic};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::verdict::Level;
 
@@ -19,7 +19,7 @@ const STALE: u8 = 3;
 #[derive(Debug)]
 pub(super) struct Diagnostics<'a> {
     analysis: &'a Analysis,
-    topic: OutTopic,
+    topic: WriterTopic,
 }
 
 impl<'a> Diagnostics<'a> {

@@ -1,7 +1,7 @@
 //! The columns of `samples.parquet` as topics of flat messages.
 
 use anyhow::Result;
-use tipwatch_ingest::{OutTopic, Ros2Writer};
+use tipwatch_ingest::{Ros2Writer, WriterTopic};
 use tipwatch_mechanics::Quantity;
 
 use super::messages::{Flat, Header, Time};
@@ -11,7 +11,7 @@ use crate::tables::table;
 /// A topic and the quantities in its messages.
 #[derive(Debug)]
 pub(super) struct FlatTopic {
-    topic: OutTopic,
+    topic: WriterTopic,
     columns: Vec<usize>,
     values: Vec<f64>,
 }
@@ -32,7 +32,7 @@ fn topic_of(quantity: Quantity) -> usize {
         | Quantity::LoadSigma(_)
         | Quantity::NormalForce => 0,
         Quantity::Otf(_) | Quantity::OtfSigma(_) | Quantity::Utilisation | Quantity::ZmpMargin => 1,
-        Quantity::Cause(..) | Quantity::Part(..) | Quantity::Term(..) => 2,
+        Quantity::Contribution(..) | Quantity::Part(..) | Quantity::Term(..) => 2,
         _ => 3,
     }
 }
@@ -89,7 +89,7 @@ impl FlatTopic {
 pub(super) fn write_numbers(
     analysis: &Analysis,
     row: usize,
-    topic: OutTopic,
+    topic: WriterTopic,
     values: &[f64],
     writer: &mut Ros2Writer,
 ) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use nalgebra::{Vector2, Vector3};
-use tipwatch_ingest::{OutTopic, Ros2Writer};
+use tipwatch_ingest::{Ros2Writer, WriterTopic};
 use tipwatch_mechanics::{Placement, Quantity};
 
 use super::messages::{
@@ -35,7 +35,7 @@ const fn colour(r: f32, g: f32, b: f32) -> ColorRgba {
 #[derive(Debug)]
 pub(super) struct Markers<'a> {
     analysis: &'a Analysis,
-    topic: OutTopic,
+    topic: WriterTopic,
 }
 
 impl<'a> Markers<'a> {

@@ -1,7 +1,7 @@
 //! The verdict of each row as numbers: level, latched level, time to lift-off.
 
 use anyhow::Result;
-use tipwatch_ingest::{OutTopic, Ros2Writer};
+use tipwatch_ingest::{Ros2Writer, WriterTopic};
 
 use super::flat::write_numbers;
 use crate::analysis::Analysis;
@@ -16,7 +16,7 @@ const DEFINITION: &str = "std_msgs/Header header\n\
 #[derive(Debug)]
 pub(super) struct VerdictTopic<'a> {
     verdicts: &'a Verdicts,
-    topic: OutTopic,
+    topic: WriterTopic,
 }
 
 impl<'a> VerdictTopic<'a> {

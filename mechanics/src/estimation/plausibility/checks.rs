@@ -331,8 +331,8 @@ fn joint_limits(machine: &Machine, joint: usize) -> JointLimits {
     JointLimits {
         range: it.limits.filter(|_| !spins_wheel),
         margin: of_kind(spec.joint_margin, spec.joint_margin_linear),
-        max_rate: it
-            .max_rate
+        max_velocity: it
+            .max_velocity
             .map_or(usual_rate, |rate| rate * spec.joint_rate_margin),
         max_acceleration: spec.joint_acceleration_max,
         rate_tolerance: of_kind(spec.rate_tolerance, spec.rate_tolerance_linear),

@@ -97,13 +97,13 @@ mod tests {
 
     /// Time after which a fault is reported (s); samples every ten milliseconds.
     fn found_after_s(attitude: [f64; 4], force: impl Fn(f64) -> [f64; 3]) -> Option<f64> {
-        let (mut felt, mut given) = (VectorWatch::new(39.2, None), AttitudeWatch::new());
+        let (mut measured, mut given) = (VectorWatch::new(39.2, None), AttitudeWatch::new());
         let mut watch = GravityWatch::new(9.81, 3.0);
         (0..6000_i64).find_map(|step| {
             let (stamp_ns, time_s) = (step * 10_000_000, step as f64 * 0.01);
             let mut found_s = None;
             let force = force(time_s);
-            let is_felt = felt.check(stamp_ns, &force, false, &LIMITS, &mut |_| ());
+            let is_felt = measured.check(stamp_ns, &force, false, &LIMITS, &mut |_| ());
             let is_given = given.check(stamp_ns, &attitude, false, &LIMITS, &mut |_| ());
             if is_felt && is_given {
                 watch.check(stamp_ns, &force, &attitude, &LIMITS, &mut |notice| {

@@ -26,7 +26,7 @@ pub(super) struct JointLimits {
     pub(super) range: Option<[f64; 2]>,
     /// Tolerance beyond them.
     pub(super) margin: f64,
-    pub(super) max_rate: f64,
+    pub(super) max_velocity: f64,
     pub(super) max_acceleration: f64,
     /// Tolerance between the velocity and the derivative of the position.
     pub(super) rate_tolerance: f64,
@@ -179,13 +179,13 @@ impl JointWatch {
         {
             let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
             let step = self.step(good, position).abs();
-            if step > self.limits.max_rate * elapsed_s + 2.0 * POSITION_ALLOWANCE {
+            if step > self.limits.max_velocity * elapsed_s + 2.0 * POSITION_ALLOWANCE {
                 found(Notice {
                     kind: FaultKind::ImpossibleRate,
                     component: Component::Value,
                     since_ns: stamp_ns,
                     measure: step / elapsed_s,
-                    limit: self.limits.max_rate,
+                    limit: self.limits.max_velocity,
                     amount: Amount {
                         value: step,
                         rate: step / elapsed_s,
@@ -219,8 +219,8 @@ impl JointWatch {
             });
             false
         };
-        if rate.abs() > self.limits.max_rate {
-            return notice(rate.abs(), self.limits.max_rate);
+        if rate.abs() > self.limits.max_velocity {
+            return notice(rate.abs(), self.limits.max_velocity);
         }
         if !self.limits.spins_wheel
             && let Some((good_ns, good)) = self.good_rate

@@ -10,10 +10,7 @@ use crate::machine::Machine;
 use crate::number::Real;
 
 /// Fills the indicators that depend on the loads and on gravity alone.
-pub(crate) fn fill_what_needs_no_wrench<T: Real>(
-    balance: &Balance<'_, T>,
-    out: &mut Indicators<T>,
-) {
+pub(crate) fn fill_wrench_free<T: Real>(balance: &Balance<'_, T>, out: &mut Indicators<T>) {
     let whole = balance.whole.whole();
     let angles = TippingAngles::new(balance, &(whole.first / whole.mass));
     let gravity = balance.state.base.up * T::constant(balance.machine.gravity());
@@ -40,7 +37,7 @@ pub(crate) fn fill<T: Real>(balance: &Balance<'_, T>, out: &mut Indicators<T>) {
     for (edge, spec) in machine.polygon.edges.iter().enumerate() {
         out.force_angle[edge] = angles.angle(spec, &reaction);
     }
-    fill_what_needs_no_wrench(balance, out);
+    fill_wrench_free(balance, out);
     if let Some(sensitivity) = balance.sensitivity {
         out.sigma_gradient = velocity_gradient::of(balance, sensitivity, balance.otf);
     }

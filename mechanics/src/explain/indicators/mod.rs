@@ -10,7 +10,7 @@ mod velocity_gradient;
 
 pub(crate) use balance::Balance;
 pub(crate) use edge_moments::overturning;
-pub(crate) use fill::{arm_wrench_of, fill, fill_what_needs_no_wrench};
+pub(crate) use fill::{arm_wrench_of, fill, fill_wrench_free};
 pub use force_angle::TippingAngles;
 pub use values::Indicators;
 pub use velocity_gradient::VelocityGradient;

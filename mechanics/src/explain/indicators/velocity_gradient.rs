@@ -8,9 +8,9 @@
 //! The first three are at constant accelerations; braking appears in the last three.
 
 use super::balance::Balance;
-use crate::dynamics::newton_euler_derivatives::by_travel;
+use crate::dynamics::newton_euler_derivatives::by_base_motion;
 use crate::explain::sensitivity::Sensitivity;
-use crate::machine::Travel;
+use crate::machine::BaseMotion;
 use crate::number::Real;
 
 /// Derivatives of sigma with respect to the motion of the base.
@@ -31,14 +31,14 @@ pub struct VelocityGradient<T> {
 }
 
 impl<T: Real> VelocityGradient<T> {
-    pub(crate) fn get(&self, travel: Travel) -> T {
+    pub(crate) fn get(&self, travel: BaseMotion) -> T {
         match travel {
-            Travel::ForwardVelocity => self.forward_velocity,
-            Travel::LeftVelocity => self.left_velocity,
-            Travel::YawRate => self.yaw_rate,
-            Travel::ForwardAcceleration => self.forward_acceleration,
-            Travel::LeftAcceleration => self.left_acceleration,
-            Travel::YawAcceleration => self.yaw_acceleration,
+            BaseMotion::ForwardVelocity => self.forward_velocity,
+            BaseMotion::LeftVelocity => self.left_velocity,
+            BaseMotion::YawRate => self.yaw_rate,
+            BaseMotion::ForwardAcceleration => self.forward_acceleration,
+            BaseMotion::LeftAcceleration => self.left_acceleration,
+            BaseMotion::YawAcceleration => self.yaw_acceleration,
         }
     }
 
@@ -64,11 +64,11 @@ pub(super) fn of<T: Real>(
         &balance.motions[0].angular_velocity,
         &balance.state.base.velocity,
     );
-    let mut sums = [T::zero(); Travel::ALL.len()];
+    let mut sums = [T::zero(); BaseMotion::ALL.len()];
     let optimal = &balance.machine.reference.optimal_load;
     for (wheel, (&otf, optimal)) in otf.iter().zip(optimal).enumerate() {
         let off = otf - T::constant(*optimal);
-        let by = by_travel(sensitivity.by_base(wheel), w, velocity);
+        let by = by_base_motion(sensitivity.by_base(wheel), w, velocity);
         for (sum, by) in sums.iter_mut().zip(by) {
             *sum += by * off;
         }

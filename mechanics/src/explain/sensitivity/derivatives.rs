@@ -1,13 +1,13 @@
 //! The derivatives of the loads at one instant.
 
-use super::chain::Chain;
 use super::geometry;
+use super::reverse_pass::ReversePass;
 use super::sensed_motion::SensedMotion;
 use super::writer::Writer;
-use crate::dynamics::newton_euler_derivatives::{BaseGradient, by_travel};
+use crate::dynamics::newton_euler_derivatives::{BaseGradient, by_base_motion};
 use crate::machine::{Machine, Parameter};
 use crate::number::Real;
-use crate::wheel_loads::{Influence, Influences};
+use crate::wheel_loads::{LoadAdjoint, LoadAdjoints};
 
 /// Derivatives of the loads at one instant, or at several instants at once.
 #[derive(Debug)]
@@ -19,7 +19,7 @@ pub struct Sensitivity<T: Real> {
     /// Of the OTF with respect to the motion of the base frame.
     base: Vec<BaseGradient<T>>,
     lifted: bool,
-    chain: Chain<T>,
+    reverse_pass: ReversePass<T>,
 }
 
 impl<T: Real> Sensitivity<T> {
@@ -30,7 +30,7 @@ impl<T: Real> Sensitivity<T> {
             load: vec![vec![T::zero(); size]; wheels],
             base: vec![BaseGradient::zero(); wheels],
             lifted: false,
-            chain: Chain::new(machine),
+            reverse_pass: ReversePass::new(machine),
         }
     }
 
@@ -61,38 +61,40 @@ impl<T: Real> Sensitivity<T> {
         &self.base[wheel]
     }
 
-    pub(crate) fn fill(&mut self, motion: &SensedMotion<'_, T>, influences: &Influences<T>) {
-        self.chain.fill(motion);
-        for (wheel, influence) in influences.otf.iter().enumerate() {
-            self.base[wheel] = self.chain.gradient(motion, influence, &mut self.otf[wheel]);
+    pub(crate) fn fill(&mut self, motion: &SensedMotion<'_, T>, adjoints: &LoadAdjoints<T>) {
+        self.reverse_pass.fill(motion);
+        for (wheel, adjoint) in adjoints.otf.iter().enumerate() {
+            self.base[wheel] = self
+                .reverse_pass
+                .gradient(motion, adjoint, &mut self.otf[wheel]);
         }
-        self.lifted = influences.load().is_some();
-        for (wheel, influence) in influences.load().into_iter().flatten().enumerate() {
-            self.chain
-                .gradient(motion, influence, &mut self.load[wheel]);
+        self.lifted = adjoints.load().is_some();
+        for (wheel, adjoint) in adjoints.load().into_iter().flatten().enumerate() {
+            self.reverse_pass
+                .gradient(motion, adjoint, &mut self.load[wheel]);
         }
     }
 }
 
-impl<T: Real> Chain<T> {
+impl<T: Real> ReversePass<T> {
     /// Writes the derivatives of one load; returns those with respect to the base's motion.
     fn gradient(
         &mut self,
         motion: &SensedMotion<'_, T>,
-        influence: &Influence<T>,
+        adjoint: &LoadAdjoint<T>,
         out: &mut [T],
     ) -> BaseGradient<T> {
         let mut write = Writer { rest: out };
-        let base = self.follow(motion, influence);
-        self.write_signals(motion, influence, &base, &mut write);
+        let base = self.follow(motion, adjoint);
+        self.write_signals(motion, adjoint, &base, &mut write);
         geometry::write_imu(motion, &base, &mut write);
         geometry::write_arm(motion, self, &base, &mut write);
         self.write_links(motion, &mut write);
         self.write_payloads(motion, &mut write);
-        geometry::write_wheels(motion, self, influence, &mut write);
-        geometry::write_contact(motion, influence, &mut write);
+        geometry::write_wheels(motion, self, adjoint, &mut write);
+        geometry::write_contact(motion, adjoint, &mut write);
         let w = &motion.motions[0].angular_velocity;
-        write.write(by_travel(&base, w, &motion.state.base.velocity));
+        write.write(by_base_motion(&base, w, &motion.state.base.velocity));
         base
     }
 }

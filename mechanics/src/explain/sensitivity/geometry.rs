@@ -2,17 +2,17 @@
 
 use nalgebra::Vector3;
 
-use super::chain::Chain;
 use super::regressor::pulled;
+use super::reverse_pass::ReversePass;
 use super::sensed_motion::SensedMotion;
 use super::writer::Writer;
 use crate::dynamics::composite::Composite;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler_derivatives::BaseGradient;
 use crate::geometry::spatial::{Wrench, cross, rotate, rotate_back};
-use crate::machine::{LinkGroup, Seat, Split};
+use crate::machine::{LinkGroup, Mounting, Split};
 use crate::number::Real;
-use crate::wheel_loads::Influence;
+use crate::wheel_loads::LoadAdjoint;
 
 /// Position and small rotations of the IMU in its body.
 pub(super) fn write_imu<T: Real>(
@@ -20,18 +20,18 @@ pub(super) fn write_imu<T: Real>(
     base: &BaseGradient<T>,
     write: &mut Writer<'_, T>,
 ) {
-    let (machine, seat) = (motion.machine, motion.seat);
+    let (machine, mounting) = (motion.machine, motion.sensor_frame);
     let carrier = &motion.motions[machine.imu.body];
     // The difference between the specific forces of IMU and base is due to the motion of the sensor's point p:
     // a shift d in the body changes it by alpha x d + w x (w x d), with the body's own angular motion.
     let by_place = -pulled(carrier, &base.specific_force);
     let sensed = base.by_sensor(motion);
-    let felt = |v: &Vector3<T>| rotate(&seat.rotation, v);
+    let measured = |v: &Vector3<T>| rotate(&mounting.rotation, v);
     let imu = &motion.state.imu;
-    let by_turn = cross(&felt(&imu.specific_force), &sensed.specific_force)
-        + cross(&felt(&imu.angular_velocity), &sensed.angular_velocity)
+    let by_turn = cross(&measured(&imu.specific_force), &sensed.specific_force)
+        + cross(&measured(&imu.angular_velocity), &sensed.angular_velocity)
         + cross(
-            &felt(&imu.angular_acceleration),
+            &measured(&imu.angular_acceleration),
             &sensed.angular_acceleration,
         );
     for by in [by_place, by_turn] {
@@ -42,17 +42,17 @@ pub(super) fn write_imu<T: Real>(
 /// Position of the arm on its carrier. An IMU on the arm moves with it.
 pub(super) fn write_arm<T: Real>(
     motion: &SensedMotion<'_, T>,
-    chain: &Chain<T>,
+    reverse_pass: &ReversePass<T>,
     base: &BaseGradient<T>,
     write: &mut Writer<'_, T>,
 ) {
-    let Some(seat) = &motion.machine.arm_seat else {
+    let Some(mounting) = &motion.machine.arm_mounting else {
         return;
     };
     let arm = &motion.groups.sets[0].arm;
     let force = arm.wrench.force - motion.groups.sets[0].tool.force;
-    let form = &chain.form[seat.carrier];
-    let carrier = &motion.motions[seat.carrier];
+    let form = &reverse_pass.form[mounting.carrier];
+    let carrier = &motion.motions[mounting.carrier];
     let mut by = shifted(carrier, &arm.moments, &force, form);
     let links = &motion.machine.links;
     if links
@@ -61,41 +61,49 @@ pub(super) fn write_arm<T: Real>(
     {
         by -= pulled(carrier, &base.specific_force);
     }
-    write_in_seat(motion, seat, &by, write);
+    write_in_mounting(motion, mounting, &by, write);
 }
 
 /// Position and radius of every wheel.
 pub(super) fn write_wheels<T: Real>(
     motion: &SensedMotion<'_, T>,
-    chain: &Chain<T>,
-    influence: &Influence<T>,
+    reverse_pass: &ReversePass<T>,
+    adjoint: &LoadAdjoint<T>,
     write: &mut Writer<'_, T>,
 ) {
     for (wheel, spec) in motion.machine.wheels.iter().enumerate() {
-        let seat = &spec.seat;
-        let mut by = influence.centre[wheel];
-        if spec.body != seat.carrier {
-            let (moments, wrench) = (&chain.beyond[spec.body], &chain.wrench_beyond[spec.body]);
-            let carrier = &motion.motions[seat.carrier];
-            by += shifted(carrier, moments, &wrench.force, &chain.form[spec.body]);
+        let mounting = &spec.mounting;
+        let mut by = adjoint.centre[wheel];
+        if spec.body != mounting.carrier {
+            let (moments, wrench) = (
+                &reverse_pass.distal[spec.body],
+                &reverse_pass.distal_wrench[spec.body],
+            );
+            let carrier = &motion.motions[mounting.carrier];
+            by += shifted(
+                carrier,
+                moments,
+                &wrench.force,
+                &reverse_pass.form[spec.body],
+            );
         }
-        write_in_seat(motion, seat, &by, write);
-        write.write([influence.radius[wheel] + influence.rest_radius[wheel]]);
+        write_in_mounting(motion, mounting, &by, write);
+        write.write([adjoint.radius[wheel] + adjoint.rest_radius[wheel]]);
     }
 }
 
 /// The split rule and the tyres.
 pub(super) fn write_contact<T: Real>(
     motion: &SensedMotion<'_, T>,
-    influence: &Influence<T>,
+    adjoint: &LoadAdjoint<T>,
     write: &mut Writer<'_, T>,
 ) {
     let contact = &motion.machine.contact;
-    if matches!(contact.split, Split::FrontShare { .. }) {
-        write.write([influence.front_share]);
+    if matches!(contact.split, Split::RollMomentDistribution { .. }) {
+        write.write([adjoint.roll_moment_distribution]);
     }
     if contact.tyres_deflect {
-        influence.stiffness.iter().for_each(|&by| write.write([by]));
+        adjoint.stiffness.iter().for_each(|&by| write.write([by]));
     }
 }
 
@@ -114,13 +122,13 @@ fn shifted<T: Real>(
     pulled(carrier, &lever) + cross(force, &form.moment)
 }
 
-fn write_in_seat<T: Real>(
+fn write_in_mounting<T: Real>(
     motion: &SensedMotion<'_, T>,
-    seat: &Seat,
+    mounting: &Mounting,
     by: &Vector3<T>,
     write: &mut Writer<'_, T>,
 ) {
-    let in_carrier = rotate_back(&motion.motions[seat.carrier].rotation, by);
-    let axes = seat.carrier_from_axes.map(T::constant);
+    let in_carrier = rotate_back(&motion.motions[mounting.carrier].rotation, by);
+    let axes = mounting.carrier_from_axes.map(T::constant);
     write.vector(&rotate_back(&axes, &in_carrier));
 }

@@ -19,7 +19,7 @@ use crate::number::Real;
 
 /// A link with mass and its motion; the same for all wheels.
 #[derive(Debug, Clone)]
-pub(super) struct FeltLink<T: Real> {
+pub(super) struct LinkMotion<T: Real> {
     /// Index of the link.
     pub(super) link: usize,
     /// Orientation: base from link.
@@ -27,19 +27,19 @@ pub(super) struct FeltLink<T: Real> {
     /// Centre of mass in base axes (m).
     place: Vector3<T>,
     /// Specific force there (m/s^2).
-    felt: Vector3<T>,
+    measured: Vector3<T>,
     /// Angular velocity and acceleration in the link's axes.
     turning: [Vector3<T>; 2],
 }
 
-impl<T: Real> FeltLink<T> {
+impl<T: Real> LinkMotion<T> {
     pub(super) fn still(link: usize) -> Self {
         let zero = Vector3::zeros();
         Self {
             link,
             rotation: Matrix3::identity(),
             place: zero,
-            felt: zero,
+            measured: zero,
             turning: [zero; 2],
         }
     }
@@ -50,7 +50,7 @@ impl<T: Real> FeltLink<T> {
         let body = &motion.motions[link.body];
         let in_body = link.body_from_link.rotation.to_rotation_matrix();
         self.rotation = compose(&body.rotation, in_body.matrix());
-        (self.place, self.felt) = at_com(&link.inertia, body);
+        (self.place, self.measured) = at_com(&link.inertia, body);
         self.turning = [body.angular_velocity, body.angular_acceleration]
             .map(|v| rotate_back(&self.rotation, &v));
     }
@@ -65,14 +65,14 @@ impl<T: Real> FeltLink<T> {
         write: &mut Writer<'_, T>,
     ) {
         let s = lever(form, &self.place);
-        let by_com = pulled(body, &s) + cross(&self.felt, &form.moment);
+        let by_com = pulled(body, &s) + cross(&self.measured, &form.moment);
         let by_com = rotate_back(&self.rotation, &by_com) * T::constant(mass);
         let t = rotate_back(&self.rotation, &form.moment);
         let [w, alpha] = &self.turning;
         let twisted = cross(&t, w);
         let by = |j: usize, k: usize| t[j] * alpha[k] + twisted[j] * w[k];
         write.write([
-            s.dot(&self.felt),
+            s.dot(&self.measured),
             by_com.x,
             by_com.y,
             by_com.z,
@@ -90,8 +90,8 @@ impl<T: Real> FeltLink<T> {
 pub(super) fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vector3<T>, Vector3<T>) {
     let com = rotate(&body.rotation, &constant(&inertia.com));
     let (w, alpha) = (&body.angular_velocity, &body.angular_acceleration);
-    let felt = body.specific_force + cross(alpha, &com) + cross(w, &cross(w, &com));
-    (body.origin + com, felt)
+    let measured = body.specific_force + cross(alpha, &com) + cross(w, &cross(w, &com));
+    (body.origin + com, measured)
 }
 
 /// s = u + t x r

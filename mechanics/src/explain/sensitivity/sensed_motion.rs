@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::dynamics::groups::Groups;
-use crate::dynamics::kinematics::{BodyMotion, ImuSeat};
+use crate::dynamics::kinematics::{BodyMotion, SensorFrame};
 use crate::geometry::coordinate::Coordinate;
 use crate::geometry::spatial::Wrench;
 use crate::machine::Machine;
@@ -15,7 +15,7 @@ use crate::wheel_loads::Actuation;
 pub(crate) struct SensedMotion<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) state: &'a State<T>,
-    pub(crate) seat: &'a ImuSeat<T>,
+    pub(crate) sensor_frame: &'a SensorFrame<T>,
     pub(crate) coordinates: &'a [Coordinate<T>],
     pub(crate) motions: &'a [BodyMotion<T>],
     /// Wrench of every body including its payloads.

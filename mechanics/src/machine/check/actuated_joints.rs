@@ -9,13 +9,13 @@ const TRACTION_SHARE: f64 = 0.1;
 impl Checker<'_> {
     /// The distal subtree of the joint of this body: its bodies and wheels.
     pub(super) fn torque_joint(&self, body: usize, wheels: &[Wheel]) -> TorqueJoint {
-        let carries_body: Vec<bool> = (0..self.tree.bodies.len())
+        let supports_body: Vec<bool> = (0..self.tree.bodies.len())
             .map(|b| self.tree.is_carried_by(b, body))
             .collect();
         TorqueJoint {
             body,
-            carries_wheel: wheels.iter().map(|w| carries_body[w.body]).collect(),
-            carries_body,
+            supports_wheel: wheels.iter().map(|w| supports_body[w.body]).collect(),
+            supports_body,
         }
     }
 
@@ -32,7 +32,7 @@ impl Checker<'_> {
             let bodies = &linkage.bodies;
             let steps = [bodies.pivot, bodies.cylinder, bodies.rod]
                 .map(|body| self.torque_joint(body, wheels));
-            let carried = &steps[0].carries_wheel;
+            let carried = &steps[0].supports_wheel;
             if signals.is_empty() || carried.iter().all(|&c| c) || carried.iter().all(|&c| !c) {
                 continue;
             }

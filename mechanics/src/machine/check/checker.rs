@@ -7,8 +7,8 @@ use crate::machine::body::link_parts;
 use crate::machine::tree::{Tree, TreeBody, TreeJoint};
 use crate::machine::urdf::Urdf;
 use crate::machine::{
-    Body, Drive, JointKind, Link, LinkGroup, Machine, MachineError, MachineSpec, MassMoments,
-    Mount, Reference, Seat, StaticTransform, Wheel,
+    Body, JointCoupling, JointKind, Link, LinkGroup, Machine, MachineError, MachineSpec,
+    MassMoments, Mount, Mounting, Reference, StaticTransform, Wheel,
 };
 
 /// Facts about a log against which a machine is checked.
@@ -86,8 +86,8 @@ impl Checker<'_> {
             name: spec.name.clone(),
             gravity: spec.gravity,
             base_link: self.tree.base_link.clone(),
-            bodies: machine_bodies(self.tree, &driving.drives, &links),
-            arm_seat: arm_root.map(|root| self.seat(root)),
+            bodies: machine_bodies(self.tree, &driving.couplings, &links),
+            arm_mounting: arm_root.map(|root| self.mounting(root)),
             arm_root: arm_root.map(|root| {
                 self.mount(root, Isometry3::identity(), "arm.root of the machine file")
             }),
@@ -220,10 +220,10 @@ impl Checker<'_> {
     }
 
     /// The mount of a link.
-    pub(super) fn seat(&self, link: usize) -> Seat {
+    pub(super) fn mounting(&self, link: usize) -> Mounting {
         let carrier = self.tree.links[link].parent_link.unwrap_or(link);
         let carrier = &self.tree.links[carrier];
-        Seat {
+        Mounting {
             carrier: carrier.body,
             carrier_from_axes: *carrier
                 .body_from_link
@@ -309,19 +309,19 @@ impl Checker<'_> {
     }
 }
 
-fn machine_bodies(tree: &Tree, drives: &[Option<Drive>], links: &[Link]) -> Vec<Body> {
+fn machine_bodies(tree: &Tree, couplings: &[Option<JointCoupling>], links: &[Link]) -> Vec<Body> {
     tree.bodies
         .iter()
-        .zip(drives)
+        .zip(couplings)
         .enumerate()
-        .map(|(i, (tree_body, drive))| Body {
+        .map(|(i, (tree_body, coupling))| Body {
             parts: link_parts(links, i),
-            ..body(tree_body, drive.unwrap_or(Drive::Root))
+            ..body(tree_body, coupling.unwrap_or(JointCoupling::Root))
         })
         .collect()
 }
 
-fn body(body: &TreeBody, drive: Drive) -> Body {
+fn body(body: &TreeBody, coupling: JointCoupling) -> Body {
     Body {
         name: body.link.clone(),
         parent: body.parent,
@@ -329,7 +329,7 @@ fn body(body: &TreeBody, drive: Drive) -> Body {
             .joint
             .as_ref()
             .map_or(JointKind::Revolute, |j: &TreeJoint| j.kind),
-        drive,
+        coupling,
         parent_from_joint: *body
             .parent_from_joint
             .rotation

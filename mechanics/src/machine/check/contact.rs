@@ -18,7 +18,7 @@ impl Checker<'_> {
         for name in &spec.free_joints {
             let body = self.joint("contact.free_joints", name)?;
             let joint = self.torque_joint(body, wheels);
-            let carried = &joint.carries_wheel;
+            let carried = &joint.supports_wheel;
             if !carried.iter().any(|&c| c) || carried.iter().all(|&c| c) {
                 return Err(self.value_error(
                     "contact.free_joints",
@@ -81,7 +81,7 @@ impl Checker<'_> {
             };
         }
         let (front, rear) = (&edges[0], &edges[2]);
-        Ok(Split::FrontShare {
+        Ok(Split::RollMomentDistribution {
             share,
             wheels: [front.to, front.from, rear.from, rear.to],
         })

@@ -49,7 +49,7 @@ impl Checker<'_> {
                 centre_at_zero: (self.tree.bodies[link.body].base_from_body
                     * Point3::from(centre_in_body))
                 .coords,
-                seat: self.seat(index),
+                mounting: self.mounting(index),
             });
         }
         Ok(wheels)

@@ -2,22 +2,22 @@
 
 use nalgebra::Vector3;
 
-use super::regressor::{FeltLink, at_com, lever};
+use super::regressor::{LinkMotion, at_com, lever};
 use super::sensed_motion::SensedMotion;
 use super::writer::Writer;
 use crate::dynamics::composite::{Composite, Field};
-use crate::dynamics::kinematics::{BodyMotion, ImuSeat, base_motion};
+use crate::dynamics::kinematics::{BodyMotion, SensorFrame, base_motion};
 use crate::dynamics::newton_euler_derivatives::{
     BaseGradient, BaseWrenches, JointWrenches, MotionFields, MovingJoint, joint_form,
 };
 use crate::geometry::coordinate::Coordinate;
 use crate::geometry::spatial::{Wrench, cross, rotate_back};
 use crate::machine::{
-    Drive, JointKind, Linkage, Machine, TorqueJoint, massive_links, rotation_in_body,
+    JointCoupling, JointKind, Linkage, Machine, TorqueJoint, links_with_mass, rotation_in_body,
 };
 use crate::number::{Dual, Real};
 use crate::state::{ImuState, State};
-use crate::wheel_loads::Influence;
+use crate::wheel_loads::LoadAdjoint;
 
 /// Derivatives of a joint's coordinate with respect to the measured joint that it is coupled to.
 #[derive(Debug, Clone, Copy)]
@@ -33,20 +33,20 @@ pub(crate) struct Following<T> {
 
 /// Quantities of one evaluation that are shared by all wheels, and scratch memory for one wheel.
 #[derive(Debug)]
-pub(super) struct Chain<T: Real> {
+pub(super) struct ReversePass<T: Real> {
     /// Moments of every body and its distal subtree.
-    pub(super) beyond: Vec<Composite<T>>,
+    pub(super) distal: Vec<Composite<T>>,
     /// Wrench of every body and its distal subtree, minus the tool wrench.
-    pub(super) wrench_beyond: Vec<Wrench<T>>,
+    pub(super) distal_wrench: Vec<Wrench<T>>,
     /// All links with mass.
-    pub(super) links: Vec<FeltLink<T>>,
+    pub(super) links: Vec<LinkMotion<T>>,
     fields: Vec<MotionFields<T>>,
     joints: Vec<MovingJoint<T>>,
     wrenches: Vec<JointWrenches<T>>,
     following: Vec<Following<T>>,
     base: BaseWrenches<T>,
     /// Of the distal subtree of each joint with known torque.
-    base_beyond: Vec<BaseWrenches<T>>,
+    distal_base: Vec<BaseWrenches<T>>,
     /// Coefficients of every body's wrench in the current load.
     pub(super) form: Vec<Wrench<T>>,
     /// Derivatives with respect to position, velocity and acceleration of every measured joint.
@@ -54,7 +54,7 @@ pub(super) struct Chain<T: Real> {
     dual_coordinates: Vec<Coordinate<Dual<T>>>,
 }
 
-impl<T: Real> Chain<T> {
+impl<T: Real> ReversePass<T> {
     pub(super) fn new(machine: &Machine) -> Self {
         let (n, zero) = (machine.bodies.len(), T::zero());
         let still = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
@@ -64,9 +64,9 @@ impl<T: Real> Chain<T> {
         let base = BaseWrenches::of(&nothing, &Vector3::zeros());
         let dual = Dual::constant(0.0);
         Self {
-            beyond: vec![nothing; n],
-            wrench_beyond: vec![Wrench::zero(); n],
-            links: massive_links(machine).map(FeltLink::still).collect(),
+            distal: vec![nothing; n],
+            distal_wrench: vec![Wrench::zero(); n],
+            links: links_with_mass(machine).map(LinkMotion::still).collect(),
             fields: vec![fields; n],
             joints: vec![joint; n],
             wrenches: vec![joint.wrenches(&nothing, &Wrench::zero()); n],
@@ -79,7 +79,7 @@ impl<T: Real> Chain<T> {
                 n
             ],
             base,
-            base_beyond: vec![base; machine.contact.torque_joints().count()],
+            distal_base: vec![base; machine.contact.torque_joints().count()],
             form: vec![Wrench::zero(); n],
             by_joint: vec![[zero; 3]; machine.joints.len()],
             dual_coordinates: vec![Coordinate::slid(dual, dual, dual); n],
@@ -89,16 +89,16 @@ impl<T: Real> Chain<T> {
     /// Computes the quantities that do not depend on the wheel.
     pub(super) fn fill(&mut self, motion: &SensedMotion<'_, T>) {
         let machine = motion.machine;
-        self.beyond.copy_from_slice(&motion.groups.bodies);
-        self.wrench_beyond.copy_from_slice(motion.wrenches);
+        self.distal.copy_from_slice(&motion.groups.bodies);
+        self.distal_wrench.copy_from_slice(motion.wrenches);
         if let Some(tool) = &machine.tool {
-            let beyond = &mut self.wrench_beyond[tool.body];
-            *beyond = beyond.minus(motion.tool_wrench);
+            let distal = &mut self.distal_wrench[tool.body];
+            *distal = distal.minus(motion.tool_wrench);
         }
         for (i, body) in machine.bodies.iter().enumerate().skip(1).rev() {
-            let (beyond, wrench) = (self.beyond[i], self.wrench_beyond[i]);
-            self.beyond[body.parent].add(&beyond);
-            self.wrench_beyond[body.parent] = self.wrench_beyond[body.parent].plus(&wrench);
+            let (distal, wrench) = (self.distal[i], self.distal_wrench[i]);
+            self.distal[body.parent].add(&distal);
+            self.distal_wrench[body.parent] = self.distal_wrench[body.parent].plus(&wrench);
         }
         for (fields, body) in self.fields.iter_mut().zip(motion.motions) {
             *fields = MotionFields::of(body);
@@ -106,12 +106,12 @@ impl<T: Real> Chain<T> {
         for (i, body) in machine.bodies.iter().enumerate().skip(1) {
             let parent = &self.fields[body.parent];
             self.joints[i] = MovingJoint::new(body.kind, &motion.motions[i], parent);
-            self.wrenches[i] = self.joints[i].wrenches(&self.beyond[i], &self.wrench_beyond[i]);
+            self.wrenches[i] = self.joints[i].wrenches(&self.distal[i], &self.distal_wrench[i]);
         }
         let w = &motion.motions[0].angular_velocity;
-        self.base = BaseWrenches::of(&self.beyond[0], w);
+        self.base = BaseWrenches::of(&self.distal[0], w);
         for (k, joint) in machine.contact.torque_joints().enumerate() {
-            self.base_beyond[k] = BaseWrenches::of(&self.beyond[joint.body], w);
+            self.distal_base[k] = BaseWrenches::of(&self.distal[joint.body], w);
         }
         for link in &mut self.links {
             link.feel(motion);
@@ -129,9 +129,11 @@ impl<T: Real> Chain<T> {
             acceleration: T::zero(),
         };
         for (following, body) in self.following.iter_mut().zip(&machine.bodies) {
-            match body.drive {
-                Drive::Measured(_) => *following = directly(T::one()),
-                Drive::Mimic { multiplier, .. } => *following = directly(T::constant(multiplier)),
+            match body.coupling {
+                JointCoupling::Measured(_) => *following = directly(T::one()),
+                JointCoupling::Mimic { multiplier, .. } => {
+                    *following = directly(T::constant(multiplier))
+                }
                 _ => {}
             }
         }
@@ -143,25 +145,25 @@ impl<T: Real> Chain<T> {
         }
     }
 
-    /// Processes the load of `influence`: fills `form` and `by_joint`, and returns the derivatives with respect to
+    /// Processes the load of `adjoint`: fills `form` and `by_joint`, and returns the derivatives with respect to
     /// the base's motion.
     pub(super) fn follow(
         &mut self,
         motion: &SensedMotion<'_, T>,
-        influence: &Influence<T>,
+        adjoint: &LoadAdjoint<T>,
     ) -> BaseGradient<T> {
         let machine = motion.machine;
         let form_of = |joint: &TorqueJoint, factor: T| {
             let kind = machine.bodies[joint.body].kind;
             joint_form(kind, &motion.motions[joint.body], factor)
         };
-        self.form.fill(influence.wrench);
+        self.form.fill(adjoint.wrench);
         self.by_joint.fill([T::zero(); 3]);
-        let mut base = self.base.contracted(&influence.wrench);
+        let mut base = self.base.contracted(&adjoint.wrench);
         for (k, joint) in machine.contact.torque_joints().enumerate() {
-            let torque = form_of(joint, influence.torque[k]);
-            base.add(&self.base_beyond[k].contracted(&torque));
-            for (form, &carried) in self.form.iter_mut().zip(&joint.carries_body) {
+            let torque = form_of(joint, adjoint.torque[k]);
+            base.add(&self.distal_base[k].contracted(&torque));
+            for (form, &carried) in self.form.iter_mut().zip(&joint.supports_body) {
                 if carried {
                     *form = form.plus(&torque);
                 }
@@ -170,13 +172,13 @@ impl<T: Real> Chain<T> {
         for body in 1..machine.bodies.len() {
             let mut by = self.wrenches[body].contracted(&self.form[body]);
             let field = &self.joints[body].field;
-            by[0] += by_places(machine, motion, influence, body, field);
+            by[0] += by_places(machine, motion, adjoint, body, field);
             for (k, joint) in machine.contact.torque_joints().enumerate() {
                 // A joint closer to the base moves the free joint's distal subtree as a whole.
                 if joint.body != body && machine.is_carried_by(joint.body, body) {
-                    let torque = form_of(joint, influence.torque[k]);
+                    let torque = form_of(joint, adjoint.torque[k]);
                     let (moments, wrench) =
-                        (&self.beyond[joint.body], &self.wrench_beyond[joint.body]);
+                        (&self.distal[joint.body], &self.distal_wrench[joint.body]);
                     let more = self.joints[body]
                         .wrenches(moments, wrench)
                         .contracted(&torque);
@@ -187,14 +189,14 @@ impl<T: Real> Chain<T> {
             }
             self.by_joint_of(machine, body, by);
         }
-        self.follow_gearing(motion, influence);
+        self.follow_gearing(motion, adjoint);
         self.follow_imu(motion, &base);
         base
     }
 
     /// Adds the effect of the changing gear ratio between pivot, cylinder and rod on the value of an actuated
     /// joint's equation, T_p + phi' T_c + x' (T_r - f), through the derivatives of phi' and x'.
-    fn follow_gearing(&mut self, motion: &SensedMotion<'_, T>, influence: &Influence<T>) {
+    fn follow_gearing(&mut self, motion: &SensedMotion<'_, T>, adjoint: &LoadAdjoint<T>) {
         let (machine, contact) = (motion.machine, &motion.machine.contact);
         for (j, joint) in contact.actuated_joints.iter().enumerate() {
             let actuation = &motion.actuations[j];
@@ -203,10 +205,10 @@ impl<T: Real> Chain<T> {
             for (step, &slope) in joint.steps.iter().zip(&actuation.gearing.slope) {
                 let kind = machine.bodies[step.body].kind;
                 let form = joint_form(kind, &motion.motions[step.body], slope);
-                by_position += self.wrench_beyond[step.body].contracted(&form);
+                by_position += self.distal_wrench[step.body].contracted(&form);
             }
             let measured = machine.linkages[joint.linkage].measured_joint;
-            self.by_joint[measured][0] += by_position * influence.gearing[j];
+            self.by_joint[measured][0] += by_position * adjoint.gearing[j];
         }
     }
 
@@ -239,8 +241,8 @@ impl<T: Real> Chain<T> {
             if let Some(measured) = measured_by(machine, carrier) {
                 for jet in 0..3 {
                     self.vary(motion, carrier, jet);
-                    let seat = ImuSeat::of(machine, &self.dual_coordinates);
-                    let moved = base_motion(machine, &seat, &imu);
+                    let sensor_frame = SensorFrame::of(machine, &self.dual_coordinates);
+                    let moved = base_motion(machine, &sensor_frame, &imu);
                     self.by_joint[measured][jet] += base.by_change(&moved);
                 }
             }
@@ -277,7 +279,7 @@ impl<T: Real> Chain<T> {
     pub(super) fn write_signals(
         &self,
         motion: &SensedMotion<'_, T>,
-        influence: &Influence<T>,
+        adjoint: &LoadAdjoint<T>,
         base: &BaseGradient<T>,
         write: &mut Writer<'_, T>,
     ) {
@@ -290,7 +292,7 @@ impl<T: Real> Chain<T> {
             sensed.angular_velocity,
             sensed.angular_acceleration,
         ] {
-            write.vector(&rotate_back(&motion.seat.rotation, &by));
+            write.vector(&rotate_back(&motion.sensor_frame.rotation, &by));
         }
         if let Some(tool) = &motion.machine.tool {
             let carrier = &motion.motions[tool.body];
@@ -302,19 +304,19 @@ impl<T: Real> Chain<T> {
                 write.vector(&rotate_back(&rotation, &by));
             }
         }
-        for &by in &influence.actuator {
+        for &by in &adjoint.actuator {
             write.write([by]);
         }
     }
 }
 
-impl<T: Real> Chain<T> {
+impl<T: Real> ReversePass<T> {
     /// Writes mass, centre of mass and inertia of every link with mass.
     pub(super) fn write_links(&self, motion: &SensedMotion<'_, T>, write: &mut Writer<'_, T>) {
-        for felt in &self.links {
-            let link = &motion.machine.links[felt.link];
+        for measured in &self.links {
+            let link = &motion.machine.links[measured.link];
             let body = &motion.motions[link.body];
-            felt.write(link.inertia.mass, body, &self.form[link.body], write);
+            measured.write(link.inertia.mass, body, &self.form[link.body], write);
         }
     }
 
@@ -323,8 +325,8 @@ impl<T: Real> Chain<T> {
         let payloads = motion.machine.payloads.iter();
         for (payload, &share) in payloads.zip(&motion.state.payload_share) {
             let body = &motion.motions[payload.body];
-            let (place, felt) = at_com(&payload.inertia, body);
-            write.write([lever(&self.form[payload.body], &place).dot(&felt) * share]);
+            let (place, measured) = at_com(&payload.inertia, body);
+            write.write([lever(&self.form[payload.body], &place).dot(&measured) * share]);
         }
     }
 }
@@ -333,21 +335,21 @@ impl<T: Real> Chain<T> {
 fn by_places<T: Real>(
     machine: &Machine,
     motion: &SensedMotion<'_, T>,
-    influence: &Influence<T>,
+    adjoint: &LoadAdjoint<T>,
     body: usize,
     field: &Field<T>,
 ) -> T {
     let mut by = T::zero();
     for (wheel, spec) in machine.wheels.iter().enumerate() {
         if machine.is_carried_by(spec.body, body) {
-            by += influence.centre[wheel].dot(&field.at(&motion.centres[wheel]));
+            by += adjoint.centre[wheel].dot(&field.at(&motion.centres[wheel]));
         }
     }
     for (k, joint) in machine.contact.torque_joints().enumerate() {
         if machine.is_carried_by(joint.body, body) {
             let free = &motion.motions[joint.body];
             let axis: Vector3<T> = free.rotation.column(2).into_owned();
-            let [by_origin, by_axis] = &influence.axis[k];
+            let [by_origin, by_axis] = &adjoint.axis[k];
             by +=
                 by_origin.dot(&field.at(&free.origin)) + by_axis.dot(&cross(&field.angular, &axis));
         }
@@ -357,12 +359,12 @@ fn by_places<T: Real>(
 
 /// The measured joint that a body's joint is coupled to.
 fn measured_by(machine: &Machine, body: usize) -> Option<usize> {
-    match machine.bodies[body].drive {
-        Drive::Root => None,
-        Drive::Measured(joint) | Drive::Mimic { joint, .. } => Some(joint),
-        Drive::Pivot(linkage) | Drive::Cylinder(linkage) | Drive::Rod(linkage) => {
-            Some(machine.linkages[linkage].measured_joint)
-        }
+    match machine.bodies[body].coupling {
+        JointCoupling::Root => None,
+        JointCoupling::Measured(joint) | JointCoupling::Mimic { joint, .. } => Some(joint),
+        JointCoupling::Pivot(linkage)
+        | JointCoupling::Cylinder(linkage)
+        | JointCoupling::Rod(linkage) => Some(machine.linkages[linkage].measured_joint),
     }
 }
 
@@ -434,14 +436,14 @@ impl<T: Real> BaseGradient<T> {
 
     /// Derivatives with respect to the sensor's readings, in base axes: the transpose of [`base_motion`].
     pub(super) fn by_sensor(&self, motion: &SensedMotion<'_, T>) -> Self {
-        let (seat, w) = (motion.seat, &motion.motions[0].angular_velocity);
-        let (p, f) = (&seat.position, &self.specific_force);
+        let (sensor_frame, w) = (motion.sensor_frame, &motion.motions[0].angular_velocity);
+        let (p, f) = (&sensor_frame.position, &self.specific_force);
         let angular_acceleration = self.angular_acceleration - cross(p, f);
         let angular_velocity = self.angular_velocity
             - cross(&cross(w, p), f)
             - cross(p, &cross(f, w))
-            - cross(&seat.velocity, f) * T::constant(2.0)
-            - cross(&seat.angular_velocity, &angular_acceleration);
+            - cross(&sensor_frame.velocity, f) * T::constant(2.0)
+            - cross(&sensor_frame.angular_velocity, &angular_acceleration);
         Self {
             specific_force: *f,
             angular_velocity,

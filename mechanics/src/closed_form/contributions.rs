@@ -8,7 +8,7 @@ use crate::number::Real;
 
 /// The platform's motion as measured by an inertial measurement unit, in platform axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FeltMotion<T> {
+pub struct MeasuredMotion<T> {
     /// Acceleration minus gravity at C (m/s^2); z is not used, because the platform stays on its plane.
     pub specific_force: Vector3<T>,
     /// Psidot, about z (rad/s).
@@ -19,7 +19,7 @@ pub struct FeltMotion<T> {
 
 /// The right side of (55), by contribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Causes<T> {
+pub struct DemandContributions<T> {
     /// Weight of the platform without wheels.
     pub chassis_weight: Demand<T>,
     /// Weight of the wheels.
@@ -33,7 +33,7 @@ pub struct Causes<T> {
     pub yaw: [Demand<T>; 2],
 }
 
-impl<T: Real> Causes<T> {
+impl<T: Real> DemandContributions<T> {
     /// Demand of a motion given by velocities, as in the paper.
     ///
     /// `up` is (r31, r32, r33) of (8), the unit vector pointing up in platform axes; `arm` is the wrench of the
@@ -63,25 +63,25 @@ impl<T: Real> Causes<T> {
     }
 
     /// Demand of a motion given by the specific force of an accelerometer at C: no velocity needs to be known or
-    /// differentiated. Arguments as in [`Causes::of_motion`].
+    /// differentiated. Arguments as in [`DemandContributions::of_motion`].
     ///
     /// ```text
     ///     s = (vdot_x - v_y Psidot + g r31, vdot_y + v_x Psidot + g r32, .)
     ///     b1 = -m z_C (s_y - g r32)    b2 = m z_C (s_x - g r31)
     /// ```
     #[must_use]
-    pub fn of_felt(
+    pub fn of_measured(
         platform: &Platform<T>,
         up: &Vector3<T>,
-        motion: &FeltMotion<T>,
+        motion: &MeasuredMotion<T>,
         arm: &Wrench<T>,
     ) -> Self {
         let (zero, g) = (T::zero(), platform.gravity);
         let lever = platform.mass * platform.com_height;
-        let felt = &motion.specific_force;
+        let measured = &motion.specific_force;
         let acceleration = [
-            Demand::moments(zero, lever * (felt.x - g * up.x)),
-            Demand::moments(-(lever * (felt.y - g * up.y)), zero),
+            Demand::moments(zero, lever * (measured.x - g * up.x)),
+            Demand::moments(-(lever * (measured.y - g * up.y)), zero),
             Demand::zero(),
         ];
         let yaw = yaw_demands(platform, motion.yaw_rate, motion.yaw_acceleration);

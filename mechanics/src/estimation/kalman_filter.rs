@@ -12,7 +12,7 @@
 use crate::state::SampleError;
 
 /// Position-velocity-acceleration state of a channel: value, first and second time derivative.
-pub(crate) type Jet = [f64; 3];
+pub(crate) type ChannelState = [f64; 3];
 
 /// Covariance of such a state, or a gain.
 pub(crate) type Matrix = [[f64; 3]; 3];
@@ -29,7 +29,7 @@ pub(crate) struct Doubt {
 
 /// Model of a group of channels.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Model {
+pub(crate) struct FilterModel {
     /// Variance of a measured value.
     pub(crate) value_variance: f64,
     /// Variance of a measured velocity.
@@ -42,10 +42,10 @@ pub(crate) struct Model {
 
 /// Filter state after the last sample, and the earlier steps where a smoother needs them.
 #[derive(Debug, Clone)]
-pub(crate) struct Track {
-    model: Model,
+pub(crate) struct KalmanFilter {
+    model: FilterModel,
     covariance: Matrix,
-    jets: Vec<Jet>,
+    jets: Vec<ChannelState>,
     last_ns: Option<i64>,
     started_ns: i64,
     history: Option<History>,
@@ -55,8 +55,8 @@ pub(crate) struct Track {
 #[derive(Debug, Clone, Default)]
 pub(super) struct History {
     pub(super) stamps_ns: Vec<i64>,
-    /// States of all channels, step by step: filtered, and smoothed after [`Track::smoothed`].
-    pub(super) jets: Vec<Jet>,
+    /// States of all channels, step by step: filtered, and smoothed after [`KalmanFilter::smoothed`].
+    pub(super) jets: Vec<ChannelState>,
     /// Smoother gain of each step, which propagates the next step's correction backwards; zero where the next
     /// step starts a new segment.
     gains: Vec<Matrix>,
@@ -66,8 +66,8 @@ pub(super) struct History {
     density: f64,
 }
 
-impl Track {
-    pub(crate) fn new(model: Model, channels: usize, keeps_history: bool) -> Self {
+impl KalmanFilter {
+    pub(crate) fn new(model: FilterModel, channels: usize, keeps_history: bool) -> Self {
         Self {
             model,
             covariance: [[0.0; 3]; 3],
@@ -136,7 +136,7 @@ impl Track {
     }
 
     /// State of a channel extrapolated to a stamp close to the last sample, by its Taylor series.
-    pub(crate) fn at(&self, channel: usize, stamp_ns: i64) -> Jet {
+    pub(crate) fn at(&self, channel: usize, stamp_ns: i64) -> ChannelState {
         let last = self.last_ns.unwrap_or(stamp_ns);
         step(&self.jets[channel], seconds(stamp_ns.saturating_sub(last)))
     }
@@ -210,7 +210,7 @@ impl Track {
             let (before, after) = history.jets.split_at_mut((k + 1) * channels);
             for (jet, next) in before[k * channels..].iter_mut().zip(&after[..channels]) {
                 let ahead = step(jet, dt);
-                let correction: Jet = std::array::from_fn(|i| next[i] - ahead[i]);
+                let correction: ChannelState = std::array::from_fn(|i| next[i] - ahead[i]);
                 for i in 0..3 {
                     jet[i] += gain[i][0] * correction[0]
                         + gain[i][1] * correction[1]
@@ -250,7 +250,7 @@ pub(super) fn seconds(ns: i64) -> f64 {
 }
 
 /// F(dt) x
-pub(super) fn step(jet: &Jet, dt: f64) -> Jet {
+pub(super) fn step(jet: &ChannelState, dt: f64) -> ChannelState {
     let [value, first, second] = *jet;
     [
         value + dt * (first + 0.5 * dt * second),
@@ -316,23 +316,23 @@ fn inverse(m: &Matrix) -> Matrix {
 mod tests {
     use super::*;
 
-    const MODEL: Model = Model {
+    const MODEL: FilterModel = FilterModel {
         value_variance: 1e-6,
         rate_variance: 1e-6,
         density: 1.0,
         max_gap_ns: 100_000_000,
     };
 
-    fn parabola(t: f64) -> Jet {
+    fn parabola(t: f64) -> ChannelState {
         [1.0 + 2.0 * t - 1.5 * t * t, 2.0 - 3.0 * t, -3.0]
     }
 
     /// Filter of a jerk-free motion, sampled with jitter.
-    fn parabolic_track(keeps_history: bool) -> Track {
-        let mut track = Track::new(MODEL, 1, keeps_history);
+    fn parabolic_filter(keeps_history: bool) -> KalmanFilter {
+        let mut filter = KalmanFilter::new(MODEL, 1, keeps_history);
         for k in 0..400_i64 {
             let stamp = k * 10_000_000 + (k * 7919 % 13) * 200_000;
-            track
+            filter
                 .push(
                     stamp,
                     &[parabola(seconds(stamp))[0]],
@@ -341,14 +341,14 @@ mod tests {
                 )
                 .unwrap();
         }
-        track
+        filter
     }
 
     #[test]
     fn filter_follows_parabola_without_lag() {
-        let track = parabolic_track(false);
-        let stamp = track.last_ns().unwrap() + 3_000_000;
-        let (found, truth) = (track.at(0, stamp), parabola(seconds(stamp)));
+        let filter = parabolic_filter(false);
+        let stamp = filter.last_ns().unwrap() + 3_000_000;
+        let (found, truth) = (filter.at(0, stamp), parabola(seconds(stamp)));
         for i in 0..3 {
             assert!((found[i] - truth[i]).abs() < 1e-4, "{found:?} {truth:?}");
         }
@@ -356,7 +356,7 @@ mod tests {
 
     #[test]
     fn smoother_reproduces_parabola_exactly() {
-        let history = parabolic_track(true).smoothed();
+        let history = parabolic_filter(true).smoothed();
         for (jet, &stamp) in history.jets.iter().zip(&history.stamps_ns) {
             let truth = parabola(seconds(stamp));
             for i in 0..3 {
@@ -370,31 +370,31 @@ mod tests {
 
     #[test]
     fn velocities_are_used_only_if_all_are_finite() {
-        let mut track = Track::new(MODEL, 2, false);
-        track
+        let mut filter = KalmanFilter::new(MODEL, 2, false);
+        filter
             .push(0, &[0.0, 0.0], Some(&[1.0, f64::NAN]), Doubt::default())
             .unwrap();
-        assert_eq!(track.jets[0][1], 0.0);
+        assert_eq!(filter.jets[0][1], 0.0);
         assert_eq!(
-            track.push(0, &[0.0, 0.0], None, Doubt::default()),
+            filter.push(0, &[0.0, 0.0], None, Doubt::default()),
             Err(SampleError::NotLater)
         );
         assert_eq!(
-            track.push(1, &[0.0, f64::INFINITY], None, Doubt::default()),
+            filter.push(1, &[0.0, f64::INFINITY], None, Doubt::default()),
             Err(SampleError::NotFinite)
         );
     }
 
     #[test]
     fn smoother_does_not_cross_gaps() {
-        let mut track = Track::new(MODEL, 1, true);
+        let mut filter = KalmanFilter::new(MODEL, 1, true);
         for k in 0..20 {
-            track
+            filter
                 .push(k * 10_000_000, &[0.0], None, Doubt::default())
                 .unwrap();
         }
         for k in 0..20 {
-            track
+            filter
                 .push(
                     1_000_000_000 + k * 10_000_000,
                     &[5.0],
@@ -403,8 +403,8 @@ mod tests {
                 )
                 .unwrap();
         }
-        assert_eq!(track.started_ns(), 1_000_000_000);
-        let history = track.smoothed();
+        assert_eq!(filter.started_ns(), 1_000_000_000);
+        let history = filter.smoothed();
         assert!(history.jets[19][0].abs() < 1e-9 && (history.jets[20][0] - 5.0).abs() < 1e-9);
     }
 }

@@ -29,12 +29,12 @@ fn events(node: &Node<ipc::Service>, name: &str) -> Result<Events> {
 
 /// Wakes others.
 #[derive(Debug)]
-pub struct Bell {
+pub struct TopicNotifier {
     notifier: Notifier<ipc::Service>,
     events: Events,
 }
 
-impl Bell {
+impl TopicNotifier {
     pub(super) fn new(node: &Node<ipc::Service>, name: &str) -> Result<Self> {
         let events = events(node, name)?;
         let notifier = events.notifier_builder().create().map_err(cause)?;

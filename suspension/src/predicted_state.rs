@@ -9,7 +9,7 @@ use crate::response::Among;
 use crate::support::Support;
 use crate::suspended_machine::SuspendedMachine;
 use tipwatch_mechanics::dynamics::composite::Composite;
-use tipwatch_mechanics::dynamics::kinematics::{self, BodyMotion, ImuSeat};
+use tipwatch_mechanics::dynamics::kinematics::{self, BodyMotion, SensorFrame};
 use tipwatch_mechanics::explain::indicators::TippingAngles;
 use tipwatch_mechanics::geometry::contact_plane::ContactPlane;
 use tipwatch_mechanics::geometry::coordinate::{Coordinate, Motion};
@@ -32,7 +32,7 @@ pub(super) enum Own {
 
 /// Loads and stability angles for one motion of the rods, with scratch memory.
 #[derive(Debug)]
-pub(super) struct Prospect<T: Real, A: Real = T> {
+pub(super) struct PredictedState<T: Real, A: Real = T> {
     /// Signed loads, OTF, by wheel (N).
     pub(super) otf: Vec<T>,
     /// Stability angles by edge (rad).
@@ -56,7 +56,7 @@ pub(super) struct Prospect<T: Real, A: Real = T> {
     solver: Solver<T>,
 }
 
-impl<T: Among<A>, A: Real> Prospect<T, A> {
+impl<T: Among<A>, A: Real> PredictedState<T, A> {
     pub(super) fn new(suspended: &SuspendedMachine) -> Self {
         let machine = &suspended.machine;
         let (wheels, actuators) = (machine.wheels().len(), suspended.linkages.len());
@@ -112,16 +112,18 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
         self.move_carriers(suspended, instant, rods, own);
         let whole = self.weigh(suspended, instant, own);
         let support = self.support(suspended, instant, own);
-        let felt = ImuState {
+        let measured = ImuState {
             specific_force: constant(&instant.on_ground.specific_force),
             angular_velocity: constant(&instant.on_ground.angular_velocity),
             angular_acceleration: constant(&instant.on_ground.angular_acceleration),
         };
-        self.base = support.seat.base_motion(&felt, own == Own::InMotion);
+        self.base = support
+            .sensor_frame
+            .base_motion(&measured, own == Own::InMotion);
         let ground = whole.moved(&self.base);
         let plane = self.load_wheels(machine, support.plane, &ground);
         if with_angles {
-            let up = rotate_constant(&support.seat.rotation, &instant.up_on_ground);
+            let up = rotate_constant(&support.sensor_frame.rotation, &instant.up_on_ground);
             self.stability_angles(machine, &plane, &whole.moments, &up);
         }
     }
@@ -154,7 +156,7 @@ impl<T: Among<A>, A: Real> Prospect<T, A> {
             }
             let body = &machine.bodies()[carrier.body];
             let fixed = &instant.coordinates[carrier.body];
-            let coordinate = carrier.drive.coordinate(&self.actuators, fixed);
+            let coordinate = carrier.coupling.coordinate(&self.actuators, fixed);
             let parent = &carriers.carriers[carrier.parent];
             self.motions[i] = if carrier.parent == 0 {
                 BodyMotion::on_resting_base(body, &coordinate)
@@ -291,7 +293,7 @@ impl Instant {
         suspended: &SuspendedMachine,
         state: &State<f64>,
         rods: &[Motion<f64>],
-        scratch: &mut Prospect<f64>,
+        scratch: &mut PredictedState<f64>,
     ) {
         let machine = &suspended.machine;
         kinematics::coordinates(machine, state, &mut self.coordinates);
@@ -306,10 +308,10 @@ impl Instant {
             .fill(machine, &suspended.carriers, state, &self.coordinates);
         self.move_fixed(suspended);
         let support = scratch.observe(suspended, self, rods);
-        let seat = ImuSeat::of(machine, &self.coordinates);
-        let base = kinematics::base_motion(machine, &seat, &state.imu);
-        self.on_ground = support.seat.felt(&base);
-        self.up_on_ground = rotate_back(&support.seat.rotation, &state.base.up);
+        let sensor_frame = SensorFrame::of(machine, &self.coordinates);
+        let base = kinematics::base_motion(machine, &sensor_frame, &state.imu);
+        self.on_ground = support.sensor_frame.measured(&base);
+        self.up_on_ground = rotate_back(&support.sensor_frame.rotation, &state.base.up);
     }
 }
 

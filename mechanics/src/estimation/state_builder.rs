@@ -2,7 +2,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::track::{Doubt, Jet, Matrix, Model, Track};
+use super::kalman_filter::{ChannelState, Doubt, FilterModel, KalmanFilter, Matrix};
 use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
 use crate::machine::{Machine, rotation_in_body};
@@ -44,7 +44,7 @@ impl Followed {
 
 /// Whether a filter's estimate is valid at a given time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Standing {
+pub(super) enum FilterStatus {
     Known,
     Settling,
     Unknown,
@@ -53,33 +53,33 @@ pub(super) enum Standing {
 /// A filter's estimate at a given time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reading {
-    pub(super) standing: Standing,
+    pub(super) standing: FilterStatus,
     /// Covariance of a channel's derivatives, shared by all channels; zero where nothing is measured.
     pub(super) covariance: Matrix,
 }
 
 impl Reading {
     pub(super) const NOTHING: Self = Self {
-        standing: Standing::Unknown,
+        standing: FilterStatus::Unknown,
         covariance: [[0.0; 3]; 3],
     };
 }
 
 /// The filters of a set of sensors.
 #[derive(Debug, Clone)]
-pub(super) struct Tracks {
-    pub(super) list: Vec<(Followed, Track)>,
+pub(super) struct Filters {
+    pub(super) list: Vec<(Followed, KalmanFilter)>,
     sensors: Sensors,
 }
 
-impl Tracks {
+impl Filters {
     pub(super) fn new(machine: &Machine, sensors: &Sensors, keeps_history: bool) -> Self {
         let e = machine.estimator();
         let max_gap_ns = (e.max_gap * 1e9) as i64;
-        let model = |noise: f64, rate_noise: f64, agility: f64| Model {
+        let model = |noise: f64, rate_noise: f64, process_noise: f64| FilterModel {
             value_variance: noise * noise,
             rate_variance: rate_noise * rate_noise,
-            density: agility * agility,
+            density: process_noise * process_noise,
             max_gap_ns,
         };
         let joints = model(e.joint_position_noise, e.joint_rate_noise, e.joint_agility);
@@ -90,7 +90,7 @@ impl Tracks {
         let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
         let mut list = Vec::new();
         let mut add = |followed, model, channels| {
-            list.push((followed, Track::new(model, channels, keeps_history)));
+            list.push((followed, KalmanFilter::new(model, channels, keeps_history)));
         };
         for (stream, spec) in sensors.joints.iter().enumerate() {
             add(Followed::Joints(stream), joints, spec.joints.len());
@@ -122,11 +122,11 @@ impl Tracks {
         }
     }
 
-    pub(super) fn get(&self, followed: Followed) -> Option<&Track> {
+    pub(super) fn get(&self, followed: Followed) -> Option<&KalmanFilter> {
         self.list
             .iter()
             .find(|(f, _)| *f == followed)
-            .map(|(_, track)| track)
+            .map(|(_, filter)| filter)
     }
 
     fn push_to(
@@ -145,12 +145,12 @@ impl Tracks {
             value_variance: treatment.value_variance,
             rate_variance: treatment.rate_variance,
         };
-        let track = self
+        let filter = self
             .list
             .iter_mut()
             .find(|(f, _)| *f == followed)
-            .map(|(_, track)| track);
-        track
+            .map(|(_, filter)| filter);
+        filter
             .ok_or(SampleError::UnknownSensor)?
             .push(stamp_ns, values, rates, doubt)
     }
@@ -206,10 +206,10 @@ impl Tracks {
 
 /// Assembles states from the filters' estimates.
 #[derive(Debug, Clone)]
-pub(super) struct Assembler {
+pub(super) struct StateBuilder {
     sensors: Sensors,
     rolling: Vec<RollingWheel>,
-    jets: Vec<Jet>,
+    jets: Vec<ChannelState>,
 }
 
 /// A wheel without a joint state: its velocity follows from rolling without slip.
@@ -222,7 +222,7 @@ struct RollingWheel {
     radius: f64,
 }
 
-impl Assembler {
+impl StateBuilder {
     pub(super) fn new(machine: &Machine, sensors: &Sensors) -> Self {
         let rolling = machine
             .joints()
@@ -255,7 +255,7 @@ impl Assembler {
         machine: &Machine,
         elapsed_s: f64,
         effect: &RowEffect,
-        read: &mut dyn FnMut(Followed, &mut [Jet]) -> Reading,
+        read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
         state: &mut State<f64>,
     ) -> Reasons {
         // Quantities without a sensor must return to zero after a row that was unknown.
@@ -311,20 +311,20 @@ impl Assembler {
         if let Some(up) = up_in_base {
             state.base.up = up;
         }
-        if let Some(travel) = &velocity {
-            state.base.velocity = travel.value;
-            state.base.velocity_rate = travel.rate;
+        if let Some(base_velocity) = &velocity {
+            state.base.velocity = base_velocity.value;
+            state.base.velocity_rate = base_velocity.rate;
         }
         if imu {
-            let felt = triple(Followed::SpecificForce).unwrap_or_default();
-            state.imu.specific_force = felt.value;
-            state.noise.specific_force = felt.covariance[0][0];
-        } else if let Some(travel) = &velocity {
+            let measured = triple(Followed::SpecificForce).unwrap_or_default();
+            state.imu.specific_force = measured.value;
+            state.noise.specific_force = measured.covariance[0][0];
+        } else if let Some(base_velocity) = &velocity {
             // f = dv/dt + w x v + g up
-            state.imu.specific_force = travel.rate
-                + w.cross(&travel.value)
+            state.imu.specific_force = base_velocity.rate
+                + w.cross(&base_velocity.value)
                 + up_in_base.unwrap_or(Vector3::z()) * machine.gravity();
-            state.noise.specific_force = travel.covariance[1][1];
+            state.noise.specific_force = base_velocity.covariance[1][1];
         }
         if self.sensors.tool_wrench {
             let jets = &mut self.jets[..6];
@@ -355,12 +355,12 @@ impl Assembler {
     }
 }
 
-impl Assembler {
+impl StateBuilder {
     /// Assembles the forces of actuated joints whose signals are all available.
     fn read_actuators(
         &self,
         machine: &Machine,
-        read: &mut dyn FnMut(Followed, &mut [Jet]) -> Reading,
+        read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
         state: &mut State<f64>,
     ) {
         let joints = machine.contact.actuated_joints.iter().enumerate();
@@ -369,7 +369,7 @@ impl Assembler {
             for (k, signal) in self.sensors.actuators.iter().enumerate() {
                 let mut jets = [[0.0; 3]];
                 if signal.joint == joint
-                    && read(Followed::Actuator(k), &mut jets).standing != Standing::Unknown
+                    && read(Followed::Actuator(k), &mut jets).standing != FilterStatus::Unknown
                 {
                     sum += spec.signals[signal.signal] * jets[0][0];
                     found += 1;
@@ -404,11 +404,11 @@ impl RollingWheel {
     /// speed is unknown. The angle of a round wheel has no effect.
     fn motion(
         &self,
-        travel: Option<&Triple>,
+        base_velocity: Option<&Triple>,
         w: &Vector3<f64>,
         alpha: &Vector3<f64>,
     ) -> Motion<f64> {
-        let Some(travel) = travel else {
+        let Some(base_velocity) = base_velocity else {
             return Motion::zero();
         };
         let along = |v: &Vector3<f64>, w: &Vector3<f64>| {
@@ -416,18 +416,18 @@ impl RollingWheel {
         };
         Motion {
             position: 0.0,
-            rate: along(&travel.value, w),
-            acceleration: along(&travel.rate, alpha),
+            rate: along(&base_velocity.value, w),
+            acceleration: along(&base_velocity.rate, alpha),
         }
     }
 }
 
-fn note(reasons: &mut Reasons, followed: Followed, standing: Standing, imu: bool) {
+fn note(reasons: &mut Reasons, followed: Followed, standing: FilterStatus, imu: bool) {
     let Some(gap) = followed.gap(imu) else { return };
     match standing {
-        Standing::Known => {}
-        Standing::Settling => reasons.add(Reason::Settling),
-        Standing::Unknown => reasons.add(gap),
+        FilterStatus::Known => {}
+        FilterStatus::Settling => reasons.add(Reason::Settling),
+        FilterStatus::Unknown => reasons.add(gap),
     }
 }
 
@@ -448,7 +448,7 @@ impl Triple {
 
 fn vectors(
     followed: Followed,
-    read: &mut dyn FnMut(Followed, &mut [Jet]) -> Reading,
+    read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
     reasons: &mut Reasons,
     imu: bool,
 ) -> Option<Triple> {
@@ -456,7 +456,7 @@ fn vectors(
     let reading = read(followed, &mut jets);
     note(reasons, followed, reading.standing, imu);
     let [x, y, z] = jets;
-    (reading.standing != Standing::Unknown).then(|| Triple {
+    (reading.standing != FilterStatus::Unknown).then(|| Triple {
         value: Vector3::new(x[0], y[0], z[0]),
         rate: Vector3::new(x[1], y[1], z[1]),
         covariance: reading.covariance,

@@ -7,13 +7,13 @@ use super::{Inertia, Machine};
 /// A stream of random numbers: SplitMix64 (Steele, Lea and Flood). Implemented here so that a study samples
 /// the same machines with every version of every library.
 #[derive(Debug, Clone)]
-pub(crate) struct Draws {
+pub(crate) struct ParameterSampler {
     state: u64,
     /// Largest relative deviation.
     spread: f64,
 }
 
-impl Draws {
+impl ParameterSampler {
     pub(crate) fn new(seed: u64, spread: f64) -> Self {
         Self {
             state: seed,
@@ -58,31 +58,31 @@ impl Machine {
     /// An inertia tensor has a single factor, so that it remains physically valid. The sides of a closed
     /// triangle have factors of their own besides those of the tree, so the triangle may fail to close in some
     /// postures.
-    pub(crate) fn drawn(&self, draws: &mut Draws) -> Self {
-        let mut drawn = self.clone();
-        for body in &mut drawn.bodies[1..] {
+    pub(crate) fn sampled(&self, draws: &mut ParameterSampler) -> Self {
+        let mut sampled = self.clone();
+        for body in &mut sampled.bodies[1..] {
             draws.length(&mut body.joint_in_parent);
             let rotation = nalgebra::Rotation3::from_matrix_unchecked(body.parent_from_joint);
             let mut rotation = UnitQuaternion::from_rotation_matrix(&rotation);
             draws.angle(&mut rotation);
             body.parent_from_joint = *rotation.to_rotation_matrix().matrix();
         }
-        for link in drawn.links.iter_mut().filter(|l| l.inertia.mass > 0.0) {
+        for link in sampled.links.iter_mut().filter(|l| l.inertia.mass > 0.0) {
             draws.inertia(&mut link.inertia);
         }
-        for payload in &mut drawn.payloads {
+        for payload in &mut sampled.payloads {
             draws.inertia(&mut payload.inertia);
         }
-        for wheel in &mut drawn.wheels {
+        for wheel in &mut sampled.wheels {
             wheel.radius *= draws.factor();
             draws.length(&mut wheel.centre_in_body);
         }
-        for linkage in &mut drawn.linkages {
+        for linkage in &mut sampled.linkages {
             linkage.scale_sides(draws.factor(), draws.factor());
         }
-        draws.length(&mut drawn.imu.body_from_mount.translation.vector);
-        draws.angle(&mut drawn.imu.body_from_mount.rotation);
-        drawn.gather();
-        drawn
+        draws.length(&mut sampled.imu.body_from_mount.translation.vector);
+        draws.angle(&mut sampled.imu.body_from_mount.rotation);
+        sampled.gather();
+        sampled
     }
 }

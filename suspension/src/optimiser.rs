@@ -2,12 +2,12 @@
 
 use crate::command::{Command, Status};
 use crate::critical_step::{CriticalStep, StepFinder};
-use crate::error::{STEP_FACTOR, StabiliserError};
+use crate::error::{STEP_FACTOR, SuspensionError};
 use crate::instant::Instant;
 use crate::limits::{Allowed, RodLimits, clamp};
 use crate::minimise::Ending;
+use crate::predicted_state::PredictedState;
 use crate::problem::{Aim, Problem, Rod, Solved};
-use crate::prospect::Prospect;
 use crate::suspended_machine::MAX_ACTUATORS;
 use crate::suspended_machine::{STROKE_POSITIONS, SuspendedMachine};
 use crate::weights::Weights;
@@ -19,16 +19,16 @@ use tipwatch_mechanics::state::State;
 /// Computes, step by step, how the rods of an active suspension should move to keep the wheels on the ground:
 /// (30)-(31) of the second paper, see [`ControlMode`].
 ///
-/// A step does not allocate and its work is bounded: [`Stabiliser::MAX_EVALUATIONS`]. For any input, every
+/// A step does not allocate and its work is bounded: [`SuspensionOptimiser::MAX_EVALUATIONS`]. For any input, every
 /// command is within the rods' limits.
 #[derive(Debug)]
-pub struct Stabiliser {
+pub struct SuspensionOptimiser {
     suspended: SuspendedMachine,
     aim: Aim,
     independent: bool,
     problem: Variables,
     instant: Instant,
-    scratch: Prospect<f64>,
+    scratch: PredictedState<f64>,
     finder: StepFinder,
     /// The last commanded stroke, by rod (m).
     reference: Option<[f64; MAX_ACTUATORS]>,
@@ -45,7 +45,7 @@ enum Variables {
     Two(Box<Problem<2>>),
 }
 
-impl Stabiliser {
+impl SuspensionOptimiser {
     /// Maximum number of evaluations of the machine per step.
     pub const MAX_EVALUATIONS: usize = crate::minimise::MAX_EVALUATIONS;
 
@@ -54,12 +54,12 @@ impl Stabiliser {
     /// checked.
     ///
     /// # Errors
-    /// [`StabiliserError`]: the machine has no suspension that can be controlled like this.
+    /// [`SuspensionError`]: the machine has no suspension that can be controlled like this.
     pub fn new(
         machine: &Machine,
         control: &SuspensionControl,
         joint_positions: &[f64],
-    ) -> Result<Self, StabiliserError> {
+    ) -> Result<Self, SuspensionError> {
         let (suspended, suspension) = SuspendedMachine::of(machine)?;
         let actuators = suspension.linkages.len();
         let suspension = Suspension {
@@ -67,16 +67,16 @@ impl Stabiliser {
             ..suspension
         };
         if joint_positions.len() != machine.joints().len() {
-            return Err(StabiliserError::Posture {
+            return Err(SuspensionError::Posture {
                 expected: machine.joints().len(),
                 found: joint_positions.len(),
             });
         }
         let independent = control.independent && actuators > 1;
         if independent && !suspended.carriers.apart {
-            return Err(StabiliserError::Nested);
+            return Err(SuspensionError::Nested);
         }
-        let mut stabiliser = Self {
+        let mut optimiser = Self {
             aim: Aim {
                 weights: Weights::of(machine, &control.weights)?,
                 min_angle: control.min_stability_angle,
@@ -90,16 +90,16 @@ impl Stabiliser {
                 Variables::One(Box::new(Problem::new(&suspended)))
             },
             instant: Instant::new(&suspended),
-            scratch: Prospect::new(&suspended),
+            scratch: PredictedState::new(&suspended),
             finder: StepFinder::new(&suspended),
             suspended,
             reference: None,
             stopping: false,
         };
-        if control.mode == ControlMode::Literal {
-            stabiliser.check_step(joint_positions)?;
+        if control.mode == ControlMode::OneStep {
+            optimiser.check_step(joint_positions)?;
         }
-        Ok(stabiliser)
+        Ok(optimiser)
     }
 
     /// Duration of a step, for which a command applies (s).
@@ -173,7 +173,7 @@ impl Stabiliser {
     }
 
     /// Checks that the step is long enough over the whole stroke.
-    fn check_step(&mut self, joint_positions: &[f64]) -> Result<(), StabiliserError> {
+    fn check_step(&mut self, joint_positions: &[f64]) -> Result<(), SuspensionError> {
         let [least, greatest] = self.aim.limits.stroke;
         let mut largest = (0.0, least);
         for k in 0..STROKE_POSITIONS {
@@ -181,7 +181,7 @@ impl Stabiliser {
             let position = least + (greatest - least) * share;
             let found = self.critical_step(joint_positions, position);
             let Some(time) = found.time else {
-                return Err(StabiliserError::NoCriticalStep {
+                return Err(SuspensionError::NoCriticalStep {
                     position,
                     by_position: found.front_less_rear_by_position,
                     by_acceleration: found.front_less_rear_by_acceleration,
@@ -193,7 +193,7 @@ impl Stabiliser {
         }
         let (critical, position) = largest;
         if self.step_length() < STEP_FACTOR * critical {
-            return Err(StabiliserError::StepTooShort {
+            return Err(SuspensionError::StepTooShort {
                 step: self.step_length(),
                 least_step: STEP_FACTOR * critical,
                 critical,

@@ -21,7 +21,7 @@ use crate::number::Real;
 
 /// Derivatives of one wheel's load; where the load is linear and homogeneous in a wrench, its coefficients.
 #[derive(Debug, Clone)]
-pub(crate) struct Influence<T> {
+pub(crate) struct LoadAdjoint<T> {
     /// Coefficients of the ground wrench about the base origin with the equations' factors fixed: the
     /// contribution of a part of the wrench to the load.
     pub(crate) share: Wrench<T>,
@@ -45,29 +45,29 @@ pub(crate) struct Influence<T> {
     /// Derivative with respect to the unloaded radius of each wheel, where heights deflect tyres.
     pub(crate) rest_radius: Vec<T>,
     /// Derivative with respect to the roll moment distribution D.
-    pub(crate) front_share: T,
+    pub(crate) roll_moment_distribution: T,
     /// Derivative with respect to the logarithm of each wheel's stiffness.
     pub(crate) stiffness: Vec<T>,
 }
 
 /// The adjoints of all wheels' loads.
 #[derive(Debug)]
-pub(crate) struct Influences<T> {
+pub(crate) struct LoadAdjoints<T> {
     /// Of the OTF.
-    pub(crate) otf: Vec<Influence<T>>,
+    pub(crate) otf: Vec<LoadAdjoint<T>>,
     /// Of the loads, where they differ from the OTF.
-    load: Vec<Influence<T>>,
+    load: Vec<LoadAdjoint<T>>,
     /// Of the OTF by the split rule alone, where torques are measured.
-    rule: Vec<Influence<T>>,
+    rule: Vec<LoadAdjoint<T>>,
     /// Of the loads of the first solution, which deflect the tyres.
-    undeflected: Vec<Influence<T>>,
+    undeflected: Vec<LoadAdjoint<T>>,
     lifted: bool,
     by_rule: bool,
 }
 
-impl<T: Real> Influences<T> {
+impl<T: Real> LoadAdjoints<T> {
     pub(crate) fn new(machine: &Machine) -> Self {
-        let blank = vec![Influence::zero(machine); machine.wheels.len()];
+        let blank = vec![LoadAdjoint::zero(machine); machine.wheels.len()];
         Self {
             otf: blank.clone(),
             load: blank.clone(),
@@ -79,54 +79,54 @@ impl<T: Real> Influences<T> {
     }
 
     /// Those of the loads; `None` where the loads equal the OTF.
-    pub(crate) fn load(&self) -> Option<&[Influence<T>]> {
+    pub(crate) fn load(&self) -> Option<&[LoadAdjoint<T>]> {
         self.lifted.then_some(&self.load)
     }
 
     /// Those of the OTF by the split rule without measured torques: the basis of the load contributions.
-    pub(crate) fn by_rule(&self) -> &[Influence<T>] {
+    pub(crate) fn by_rule(&self) -> &[LoadAdjoint<T>] {
         if self.by_rule { &self.rule } else { &self.otf }
     }
 
     /// Fills those of the OTF by the split rule alone, whose solution is `response`.
     pub(crate) fn fill_by_rule(
         &mut self,
-        stance: &Stance<'_, T>,
+        configuration: &SupportConfiguration<'_, T>,
         response: &Response<T>,
         otf: &[T],
     ) {
-        stance.influences(response, otf, &mut self.rule);
+        configuration.adjoints(response, otf, &mut self.rule);
         self.by_rule = true;
     }
 
     /// Fills those of the loads that deflect the tyres.
     pub(crate) fn fill_undeflected(
         &mut self,
-        stance: &Stance<'_, T>,
+        configuration: &SupportConfiguration<'_, T>,
         solver: &Solver<T>,
         loads: &[T],
     ) {
         let response = solver.load_response().unwrap_or(solver.otf_response());
-        stance.influences(response, loads, &mut self.undeflected);
+        configuration.adjoints(response, loads, &mut self.undeflected);
     }
 
     /// Fills those of OTF and loads; `pressing` are the loads that deflected the tyres.
     pub(crate) fn fill(
         &mut self,
-        stance: &Stance<'_, T>,
+        configuration: &SupportConfiguration<'_, T>,
         solver: &Solver<T>,
         [otf, load]: [&[T]; 2],
         pressing: Option<&[T]>,
     ) {
-        stance.influences(solver.otf_response(), otf, &mut self.otf);
+        configuration.adjoints(solver.otf_response(), otf, &mut self.otf);
         self.lifted = solver.load_response().is_some();
         if let Some(response) = solver.load_response() {
-            stance.influences(response, load, &mut self.load);
+            configuration.adjoints(response, load, &mut self.load);
         }
         if let Some(pressing) = pressing {
             let sets = [&mut self.otf, &mut self.load];
             for set in sets.into_iter().take(if self.lifted { 2 } else { 1 }) {
-                deflect(stance.machine, &self.undeflected, pressing, set);
+                deflect(configuration.machine, &self.undeflected, pressing, set);
             }
         }
     }
@@ -135,24 +135,24 @@ impl<T: Real> Influences<T> {
 /// R = R_0 - N / k, with N the load of the first solution and `undeflected` its adjoint.
 fn deflect<T: Real>(
     machine: &Machine,
-    undeflected: &[Influence<T>],
+    undeflected: &[LoadAdjoint<T>],
     pressing: &[T],
-    influences: &mut [Influence<T>],
+    adjoints: &mut [LoadAdjoint<T>],
 ) {
-    for influence in influences {
+    for adjoint in adjoints {
         let mut by_radius = [T::zero(); MAX_WHEELS];
-        by_radius[..influence.radius.len()].copy_from_slice(&influence.radius);
+        by_radius[..adjoint.radius.len()].copy_from_slice(&adjoint.radius);
         for (wheel, spec) in machine.wheels.iter().enumerate() {
             let compliance = T::constant(spec.stiffness.map_or(0.0, |k| 1.0 / k));
             let by_load = -by_radius[wheel] * compliance;
-            influence.stiffness[wheel] -= by_load * pressing[wheel];
-            influence.add_derivatives(by_load, &undeflected[wheel]);
+            adjoint.stiffness[wheel] -= by_load * pressing[wheel];
+            adjoint.add_derivatives(by_load, &undeflected[wheel]);
         }
     }
 }
 
 /// A solution whose adjoint is computed.
-pub(crate) struct Stance<'a, T: Real> {
+pub(crate) struct SupportConfiguration<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) plane: &'a ContactPlane<T>,
     pub(crate) ground: &'a Wrench<T>,
@@ -162,12 +162,12 @@ pub(crate) struct Stance<'a, T: Real> {
     pub(crate) radii: &'a [T],
     pub(crate) motions: &'a [BodyMotion<T>],
     /// Wrench about the base origin of the distal subtree of each joint with known torque.
-    pub(crate) beyond: &'a [Wrench<T>],
+    pub(crate) distal: &'a [Wrench<T>],
     pub(crate) actuations: &'a [Actuation<T>],
     pub(crate) equations: &'a Equations<T>,
 }
 
-impl<T: Real> Influence<T> {
+impl<T: Real> LoadAdjoint<T> {
     pub(crate) fn zero(machine: &Machine) -> Self {
         let contact = &machine.contact;
         let (wheels, joints) = (machine.wheels.len(), contact.torque_joints().count());
@@ -184,7 +184,7 @@ impl<T: Real> Influence<T> {
             centre: vec![zero; wheels],
             radius: vec![T::zero(); wheels],
             rest_radius: vec![T::zero(); wheels],
-            front_share: T::zero(),
+            roll_moment_distribution: T::zero(),
             stiffness: vec![T::zero(); wheels],
         }
     }
@@ -214,34 +214,34 @@ impl<T: Real> Influence<T> {
                 *to += from * factor;
             }
         }
-        self.front_share += other.front_share * factor;
+        self.roll_moment_distribution += other.roll_moment_distribution * factor;
     }
 }
 
-impl<T: Real> Stance<'_, T> {
+impl<T: Real> SupportConfiguration<'_, T> {
     /// The adjoints of all wheels' loads; `loads` are those of `response`.
-    pub(crate) fn influences(
+    pub(crate) fn adjoints(
         &self,
         response: &Response<T>,
         loads: &[T],
-        influences: &mut [Influence<T>],
+        adjoints: &mut [LoadAdjoint<T>],
     ) {
         let derivatives = PlaneDerivatives::new(self.plane, self.centres, self.radii);
-        for (wheel, influence) in influences.iter_mut().enumerate() {
+        for (wheel, adjoint) in adjoints.iter_mut().enumerate() {
             let form = LinearForm {
-                stance: self,
+                configuration: self,
                 response,
                 loads,
                 wheel,
             };
-            form.fill(&derivatives, influence);
+            form.fill(&derivatives, adjoint);
         }
     }
 }
 
 /// One wheel's load as a linear form in the changes of the equations.
 struct LinearForm<'a, T: Real> {
-    stance: &'a Stance<'a, T>,
+    configuration: &'a SupportConfiguration<'a, T>,
     response: &'a Response<T>,
     loads: &'a [T],
     wheel: usize,
@@ -259,7 +259,7 @@ impl<T: Real> LinearForm<'_, T> {
         if self.has_slack() {
             coefficient += self
                 .response
-                .slack(self.stance.equations, self.wheel, wheel)
+                .slack(self.configuration.equations, self.wheel, wheel)
                 * self.response.multiplier[row];
         }
         coefficient
@@ -268,7 +268,7 @@ impl<T: Real> LinearForm<'_, T> {
     /// Whether the springs determine part of the solution: with as many equations as wheels they do so only
     /// if some rows are compliant.
     fn has_slack(&self) -> bool {
-        let equations = self.stance.equations;
+        let equations = self.configuration.equations;
         equations.measured < equations.wheels || equations.are_measured()
     }
 
@@ -276,9 +276,9 @@ impl<T: Real> LinearForm<'_, T> {
     /// ```text
     ///     b_0 = n.F    b_1 = f.M + h l.F    b_2 = l.M - h f.F      A_1j = l.c_j    A_2j = -f.c_j
     /// ```
-    fn fill(&self, derivatives: &PlaneDerivatives<T>, out: &mut Influence<T>) {
-        let stance = self.stance;
-        let (plane, ground) = (stance.plane, stance.ground);
+    fn fill(&self, derivatives: &PlaneDerivatives<T>, out: &mut LoadAdjoint<T>) {
+        let configuration = self.configuration;
+        let (plane, ground) = (configuration.plane, configuration.ground);
         let [b0, b1, b2] = [0, 1, 2].map(|row| self.value(row));
         let (f, l, n, h) = (&plane.forward, &plane.left, &plane.normal, plane.height);
         out.share = Wrench {
@@ -293,7 +293,7 @@ impl<T: Real> LinearForm<'_, T> {
             normal: force * b0,
             height: b1 * l.dot(force) - b2 * f.dot(force),
         };
-        for (wheel, centre) in stance.centres.iter().enumerate() {
+        for (wheel, centre) in configuration.centres.iter().enumerate() {
             let (a1, a2) = (self.factor(1, wheel), self.factor(2, wheel));
             by_plane.left += centre * a1;
             by_plane.forward -= centre * a2;
@@ -301,12 +301,12 @@ impl<T: Real> LinearForm<'_, T> {
             out.radius[wheel] = T::zero();
             out.rest_radius[wheel] = T::zero();
         }
-        out.front_share = T::zero();
+        out.roll_moment_distribution = T::zero();
         self.fill_offsets(&mut by_plane, out);
         self.fill_joints(&mut by_plane, out);
         let by_slope = derivatives.gradient(&by_plane);
-        for (wheel, centre) in stance.centres.iter().enumerate() {
-            let above = derivatives.above_plane(plane, centre, stance.radii[wheel]);
+        for (wheel, centre) in configuration.centres.iter().enumerate() {
+            let above = derivatives.above_plane(plane, centre, configuration.radii[wheel]);
             let (by_centre, by_radius) = derivatives.by_wheel(&by_slope, centre, above);
             out.centre[wheel] += by_centre;
             out.radius[wheel] += by_radius;
@@ -316,21 +316,24 @@ impl<T: Real> LinearForm<'_, T> {
 
     /// Heights off a plane, u_j = k (R_0j + h - n.c_j): with springs they act through (I - L A) K, with the
     /// split rule by roll moment distribution through the value of its equation.
-    fn fill_offsets(&self, by_plane: &mut PlaneGradient<T>, out: &mut Influence<T>) {
-        let (stance, contact) = (self.stance, &self.stance.machine.contact);
+    fn fill_offsets(&self, by_plane: &mut PlaneGradient<T>, out: &mut LoadAdjoint<T>) {
+        let (configuration, contact) = (self.configuration, &self.configuration.machine.contact);
         let Some(stiffness) = contact.mean_stiffness else {
             return;
         };
-        for (wheel, centre) in stance.centres.iter().enumerate() {
+        for (wheel, centre) in configuration.centres.iter().enumerate() {
             let by_offset = match &contact.warp {
                 Some(warp) => {
-                    self.value(stance.equations.certain) * T::constant(warp.value_by_offset[wheel])
+                    self.value(configuration.equations.certain)
+                        * T::constant(warp.value_by_offset[wheel])
                 }
-                None => self.response.slack(stance.equations, self.wheel, wheel),
+                None => self
+                    .response
+                    .slack(configuration.equations, self.wheel, wheel),
             };
             let by_height = by_offset * T::constant(stiffness);
             out.rest_radius[wheel] = by_height;
-            out.centre[wheel] -= stance.plane.normal * by_height;
+            out.centre[wheel] -= configuration.plane.normal * by_height;
             by_plane.height += by_height;
             by_plane.normal -= centre * by_height;
         }
@@ -340,25 +343,25 @@ impl<T: Real> LinearForm<'_, T> {
     /// ```text
     ///     b = z.(M_b - p x F_b)      A_j = z.((c_j - n R_j - p) x q)
     /// ```
-    fn fill_joints(&self, by_plane: &mut PlaneGradient<T>, out: &mut Influence<T>) {
-        let (stance, contact) = (self.stance, &self.stance.machine.contact);
+    fn fill_joints(&self, by_plane: &mut PlaneGradient<T>, out: &mut LoadAdjoint<T>) {
+        let (configuration, contact) = (self.configuration, &self.configuration.machine.contact);
         let mut by_traction = Vector3::zeros();
         out.axis.fill([by_traction; 2]);
         for (k, joint) in contact.free_joints.iter().enumerate() {
             let row = 3 + k;
-            self.fill_wheels_beyond(row, k, joint, by_plane, &mut by_traction, out);
+            self.fill_distal_wheels(row, k, joint, by_plane, &mut by_traction, out);
             out.torque_share[k] = self.value(row);
             self.add_torque(row, k, joint, T::one(), out);
         }
         for (j, (joint, actuation)) in contact
             .actuated_joints
             .iter()
-            .zip(stance.actuations)
+            .zip(configuration.actuations)
             .enumerate()
         {
-            let row = stance.equations.measured + j;
+            let row = configuration.equations.measured + j;
             let pivot = contact.torque_place(j, 0);
-            self.fill_wheels_beyond(row, pivot, &joint.steps[0], by_plane, &mut by_traction, out);
+            self.fill_distal_wheels(row, pivot, &joint.steps[0], by_plane, &mut by_traction, out);
             let [_, _, by_rod] = actuation.gearing.by_pivot;
             out.actuator[j] = -(self.value(row) * by_rod);
             out.gearing[j] = self.value(row);
@@ -372,41 +375,42 @@ impl<T: Real> LinearForm<'_, T> {
             }
         }
         // dq = (dF - q (dn.F + n.dF)) / F_n
-        let traction = stance.ground.force / stance.normal_force;
+        let traction = configuration.ground.force / configuration.normal_force;
         let along = by_traction.dot(&traction);
-        out.wrench.force += (by_traction - stance.plane.normal * along) / stance.normal_force;
+        out.wrench.force +=
+            (by_traction - configuration.plane.normal * along) / configuration.normal_force;
         by_plane.normal -= traction * along;
     }
 
     /// Derivatives due to the distal wheels in the row of joint `k`.
-    fn fill_wheels_beyond(
+    fn fill_distal_wheels(
         &self,
         row: usize,
         k: usize,
         joint: &TorqueJoint,
         by_plane: &mut PlaneGradient<T>,
         by_traction: &mut Vector3<T>,
-        out: &mut Influence<T>,
+        out: &mut LoadAdjoint<T>,
     ) {
-        let stance = self.stance;
-        let traction = stance.ground.force / stance.normal_force;
-        let motion = &stance.motions[joint.body];
+        let configuration = self.configuration;
+        let traction = configuration.ground.force / configuration.normal_force;
+        let motion = &configuration.motions[joint.body];
         let (z, p) = (
             Vector3::from(motion.rotation.column(2).into_owned()),
             motion.origin,
         );
         let [by_origin, by_axis] = &mut out.axis[k];
         let across = cross(&traction, &z);
-        for wheel in (0..stance.centres.len()).filter(|&w| joint.carries_wheel[w]) {
+        for wheel in (0..configuration.centres.len()).filter(|&w| joint.supports_wheel[w]) {
             let factor = self.factor(row, wheel);
-            let radius = stance.radii[wheel];
-            let arm = stance.centres[wheel] - stance.plane.normal * radius - p;
+            let radius = configuration.radii[wheel];
+            let arm = configuration.centres[wheel] - configuration.plane.normal * radius - p;
             *by_origin -= across * factor;
             *by_axis += cross(&arm, &traction) * factor;
             *by_traction += cross(&z, &arm) * factor;
             by_plane.normal -= across * (factor * radius);
             out.centre[wheel] += across * factor;
-            out.radius[wheel] -= stance.plane.normal.dot(&across) * factor;
+            out.radius[wheel] -= configuration.plane.normal.dot(&across) * factor;
         }
     }
 
@@ -417,39 +421,39 @@ impl<T: Real> LinearForm<'_, T> {
         k: usize,
         joint: &TorqueJoint,
         factor: T,
-        out: &mut Influence<T>,
+        out: &mut LoadAdjoint<T>,
     ) {
-        let stance = self.stance;
+        let configuration = self.configuration;
         let value = self.value(row) * factor;
         out.torque[k] = value;
-        let (motion, beyond) = (&stance.motions[joint.body], &stance.beyond[k]);
-        if k < stance.machine.contact.free_joints.len()
-            || stance.machine.bodies[joint.body].kind == JointKind::Revolute
+        let (motion, distal) = (&configuration.motions[joint.body], &configuration.distal[k]);
+        if k < configuration.machine.contact.free_joints.len()
+            || configuration.machine.bodies[joint.body].kind == JointKind::Revolute
         {
             let z = Vector3::from(motion.rotation.column(2).into_owned());
-            out.axis[k][0] += cross(&z, &beyond.force) * value;
-            out.axis[k][1] += beyond.about(&motion.origin).moment * value;
+            out.axis[k][0] += cross(&z, &distal.force) * value;
+            out.axis[k][1] += distal.about(&motion.origin).moment * value;
         } else {
-            out.axis[k][1] += beyond.force * value;
+            out.axis[k][1] += distal.force * value;
         }
     }
 
     /// Derivatives of the split rule: of the roll moment distribution, or of the springs' stiffness.
-    fn fill_split(&self, out: &mut Influence<T>) {
-        let equations = self.stance.equations;
-        if let Split::FrontShare {
+    fn fill_split(&self, out: &mut LoadAdjoint<T>) {
+        let equations = self.configuration.equations;
+        if let Split::RollMomentDistribution {
             wheels: [fl, fr, rl, rr],
             ..
-        } = self.stance.machine.contact.split
+        } = self.configuration.machine.contact.split
         {
             // dA = (-1, 1, -1, 1) for FR, FL, RR, RL
             let [fl, fr, rl, rr] =
                 [fl, fr, rl, rr].map(|wheel| self.factor(equations.certain, wheel));
-            out.front_share = fl - fr + rl - rr;
+            out.roll_moment_distribution = fl - fr + rl - rr;
         }
         for (wheel, by_stiffness) in out.stiffness.iter_mut().enumerate() {
             *by_stiffness = T::zero();
-            if let Some(warp) = &self.stance.machine.contact.warp {
+            if let Some(warp) = &self.configuration.machine.contact.warp {
                 // The warp is dominated by its softest tyres.
                 let row = equations.certain;
                 let share = T::constant(warp.compliance_share[wheel]);
