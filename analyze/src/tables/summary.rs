@@ -64,7 +64,8 @@ pub struct Summary<'a> {
     pub estimated_payloads: Vec<PayloadSummary<'a>>,
     /// Monte Carlo study of the parameters; null if not requested.
     pub monte_carlo: Option<MonteCarloSummary>,
-    /// Standard deviation of each parameter, stated or default.
+    /// Standard deviation of each parameter, stated or default. `front_share` is the deprecated spelling of
+    /// `roll_moment_distribution`.
     pub uncertainty: BTreeMap<&'static str, f64>,
     /// The options used.
     pub options: Options,
@@ -284,7 +285,7 @@ impl<'a> Summary<'a> {
             sensitivity: sensitivity_summary(analysis),
             estimated_payloads: analysis.payloads.iter().map(payload_summary).collect(),
             monte_carlo: monte_carlo_summary(analysis),
-            uncertainty: analysis.machine.uncertainty().by_key().into(),
+            uncertainty: uncertainty_by_key(analysis),
             options: analysis.options,
             provenance: &analysis.provenance,
         }
@@ -423,6 +424,13 @@ fn sensitivity_summary(analysis: &Analysis) -> Option<SensitivitySummary> {
             })
             .collect(),
     })
+}
+
+fn uncertainty_by_key(analysis: &Analysis) -> BTreeMap<&'static str, f64> {
+    let spec = analysis.machine.uncertainty();
+    let mut by_key = BTreeMap::from(spec.by_key());
+    by_key.insert("front_share", spec.roll_moment_distribution);
+    by_key
 }
 
 fn row_summary(analysis: &Analysis) -> RowSummary {
