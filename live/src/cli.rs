@@ -8,22 +8,22 @@ use anyhow::{Result, bail};
 use clap::{Args, Parser, Subcommand};
 use tipwatch_binding::MachineFile;
 
-use crate::acknowledge::acknowledge;
-use crate::c_header::c_header;
-use crate::clock::Monotonic;
-use crate::control_loop::{ControlLoop, ControlOptions};
-use crate::monitor_listener::MonitorListener;
-use crate::monitor_loop::{MonitorLoop, MonitorOptions};
-use crate::node::{Joined, Place};
-use crate::output::Format;
-use crate::realtime::RealTime;
+use crate::control::ControlProgram;
+use crate::monitor::MonitorProgram;
+use crate::monitor::ProgramObserver;
+use crate::monitor::output::Format;
+use crate::node::Wake;
+use crate::node::{Housekeeping, LoopOptions};
+use crate::node::{LiveNode, ServiceAddress};
+use crate::operator::acknowledge;
+use crate::operator::watch;
 use crate::record::{RecordOptions, record};
-use crate::recording::Recording;
+use crate::replay::Recording;
 use crate::replay::{ReplayOptions, Speed, replay};
-use crate::topics::DEFAULT_SERVICE;
-use crate::wake::Wake;
-use crate::watch::watch;
-use crate::watch_over::WatchOver;
+use crate::system::clock::Monotonic;
+use crate::system::realtime::RealTime;
+use crate::wire::c_header::c_header;
+use crate::wire::topics::DEFAULT_SERVICE;
 
 /// Exit code: a file's content, the machine or the shared memory is at fault.
 const FAILED: u8 = 1;
@@ -196,8 +196,8 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Monitor(args) => run_monitor(args),
         Command::Control(args) => run_control(args),
         Command::Record(args) => run_record(args),
-        Command::Watch(args) => watch(&args.place.place()).map(|()| ExitCode::SUCCESS),
-        Command::Acknowledge(args) => acknowledge(&args.place()).map(|()| ExitCode::SUCCESS),
+        Command::Watch(args) => watch(&args.place.address()).map(|()| ExitCode::SUCCESS),
+        Command::Acknowledge(args) => acknowledge(&args.address()).map(|()| ExitCode::SUCCESS),
         Command::Header => print_header(),
     };
     result.unwrap_or_else(|error| {
@@ -222,8 +222,8 @@ impl LoopArgs {
 }
 
 impl PlaceArgs {
-    fn place(&self) -> Place {
-        Place {
+    fn address(&self) -> ServiceAddress {
+        ServiceAddress {
             service: self.service.clone(),
             prefix: self.prefix.clone(),
         }
@@ -241,7 +241,7 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
     let mut recording = Recording::read(&args.log, &file, args.machine.urdf.as_deref())?;
     recording.set_identity();
     recording.session.pace = args.speed.pace();
-    let joined = Joined::new(&args.place.place(), "tipwatch-replay")?;
+    let joined = LiveNode::new(&args.place.address(), "tipwatch-replay")?;
     let default_wait = if args.lossless { LOSSLESS_WAIT_S } else { 0.0 };
     let options = ReplayOptions {
         speed: args.speed,
@@ -271,9 +271,9 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     let real_time = args.running.real_time()?;
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
-    let place = args.place.place();
-    let joined = Joined::new(&place, "tipwatch-monitor")?;
-    let options = MonitorOptions {
+    let place = args.place.address();
+    let joined = LiveNode::new(&place, "tipwatch-monitor")?;
+    let options = LoopOptions {
         wake: args.running.wake,
         stays: args.running.stay,
     };
@@ -282,9 +282,11 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     } else {
         Format::Text
     };
-    let mut listener =
-        MonitorListener::start((!args.quiet).then_some(format), WatchOver::start(&place)?)?;
-    let mut monitor = MonitorLoop::new(&joined, &file, &urdf, &Monotonic, options)?;
+    let mut listener = ProgramObserver::start(
+        (!args.quiet).then_some(format),
+        Housekeeping::start(&place)?,
+    )?;
+    let mut monitor = MonitorProgram::new(&joined, &file, &urdf, &Monotonic, options)?;
     real_time.apply()?;
     let ran = monitor.run(&mut listener);
     let unprinted = listener.finish()?;
@@ -305,14 +307,14 @@ fn run_control(args: &ControlArgs) -> Result<ExitCode> {
     let real_time = args.running.real_time()?;
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
-    let place = args.place.place();
-    let joined = Joined::new(&place, "tipwatch-control")?;
-    let options = ControlOptions {
+    let place = args.place.address();
+    let joined = LiveNode::new(&place, "tipwatch-control")?;
+    let options = LoopOptions {
         wake: args.running.wake,
         stays: args.running.stay,
     };
-    let watch_over = WatchOver::start(&place)?;
-    let mut control = ControlLoop::new(&joined, &file, &urdf, &Monotonic, options)?;
+    let watch_over = Housekeeping::start(&place)?;
+    let mut control = ControlProgram::new(&joined, &file, &urdf, &Monotonic, options)?;
     real_time.apply()?;
     let counts = control.run(&watch_over)?;
     eprintln!(
@@ -325,7 +327,7 @@ fn run_control(args: &ControlArgs) -> Result<ExitCode> {
 fn run_record(args: &RecordArgs) -> Result<ExitCode> {
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
-    let joined = Joined::new(&args.place.place(), "tipwatch-record")?;
+    let joined = LiveNode::new(&args.place.address(), "tipwatch-record")?;
     let options = RecordOptions {
         folder: args.out.clone(),
         split: args.split,

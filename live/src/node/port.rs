@@ -7,9 +7,9 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::PortFactory as _;
 use iceoryx2::prelude::*;
 
-use super::{Service, cause};
-use crate::clock::monotonic_ns;
-use crate::topics::{Head, Topic};
+use super::iceoryx::{Service, cause};
+use crate::system::clock::monotonic_ns;
+use crate::wire::topics::{Head, Topic};
 
 /// The writing end: gives messages their head and checksum, and sends them. It never waits.
 #[derive(Debug)]
@@ -107,7 +107,7 @@ impl<T: Topic> Sender<T> {
     ///
     /// # Errors
     /// The shared memory fails.
-    pub fn greet(&self) -> Result<()> {
+    pub fn update_connections(&self) -> Result<()> {
         let greeted = self.publisher.update_connections().map_err(cause);
         greeted.with_context(|| format!("{}: cannot be sent", T::TYPE_NAME))
     }

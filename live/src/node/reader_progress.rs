@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 
-use super::{Receiver, Sender};
-use crate::topics::{WireProgress, WireSample};
+use super::port::{Receiver, Sender};
+use crate::wire::topics::{WireProgress, WireSample};
 
 /// What [`WireProgress::next`] is where a reader has had no sample yet.
 pub const NOTHING_YET: u64 = u64::MAX;

@@ -4,8 +4,8 @@ use tipwatch_mechanics::signal::{Sample, Sensor};
 use tipwatch_mechanics::suspension::MAX_ACTUATORS;
 
 use super::cdr::Cdr;
-use crate::names::Names;
-use crate::topics::{WireCommand, WireVerdict};
+use crate::wire::names::Names;
+use crate::wire::topics::{WireCommand, WireVerdict};
 
 /// A sample; `joint_names` are those of its stream, `imu_frame` that of the IMU.
 pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &str) -> Vec<u8> {

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use tipwatch_binding::monitor_topic::{self, ACTUATOR_FIELD};
 
-use crate::names::Names;
-use crate::topics::WireVerdict;
+use crate::wire::names::Names;
+use crate::wire::topics::WireVerdict;
 
 /// A topic.
 #[derive(Debug, Clone, PartialEq, Eq)]

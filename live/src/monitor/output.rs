@@ -1,0 +1,223 @@
+//! Verdicts as text.
+//!
+//! With `--json` every row is one line, and so is every change of the verdict between rows. Schema 2:
+//!
+//! | key | meaning |
+//! |---|---|
+//! | `schema` | 2 |
+//! | `event` | `row`, or `between`: the numbers are then those of the last row |
+//! | `time_ns` | time of the row, by the clock of the joint states |
+//! | `verdict`, `verdict_latched` | the level now, and the one to act on |
+//! | `faults`, `cautions` | what was wrong with the input since the row before |
+//! | `valid`, `reasons` | whether the row is valid, and why not |
+//! | `utilisation` | 1 - (OTF - 2 sigma) / static load, of the worst wheel |
+//! | `time_to_lift_off_s`, `next_wheel` | until which wheel lifts, if its load falls on as it does now; null beyond 5 s |
+//! | `load_n` | load by wheel, names in lower case |
+//! | `otf_n` | load with all wheels held to the ground, by wheel |
+//! | `load_sigma_n` | standard deviation of the load, by wheel |
+//! | `load_min_n`, `load_max_n` | least and largest load that equilibrium allows, by wheel |
+//! | `zmp_x_m`, `zmp_y_m`, `zmp_margin_m` | centre of pressure, and its distance from the nearest edge |
+//! | `normal_force_n` | sum of the loads |
+//! | `untimed` | whether real time is left unchecked, because a log is replayed as fast as possible |
+//!
+//! Numbers are printed so that reading them gives the same bits; one that cannot be computed is null.
+
+use std::io::{self, Write};
+
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use tipwatch_mechanics::signal::Reason;
+use tipwatch_mechanics::verdict::{InputFault, InputFaults};
+
+use crate::wire::names::Names;
+use crate::wire::topics::{EVENT_ROW, WireVerdict};
+
+/// Text that people can follow: one line in this time, by the rows' clock (ns).
+const LINE_PERIOD_NS: u64 = 200_000_000;
+
+/// How verdicts are printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Every row as JSON.
+    Json,
+    /// Some rows, and every change of the level, as text.
+    Text,
+}
+
+/// Prints verdicts.
+#[derive(Debug)]
+pub struct Printer<W: Write> {
+    format: Format,
+    names: Names,
+    first_ns: Option<i64>,
+    last_ns: Option<i64>,
+    levels: Option<[u32; 2]>,
+    out: W,
+}
+
+impl<W: Write> Printer<W> {
+    /// A printer that has printed nothing.
+    #[must_use]
+    pub fn new(format: Format, names: Names, out: W) -> Self {
+        Self {
+            format,
+            names,
+            first_ns: None,
+            last_ns: None,
+            levels: None,
+            out,
+        }
+    }
+
+    /// The names of wheels and edges from now on.
+    pub fn set_names(&mut self, names: Names) {
+        self.names = names;
+    }
+
+    /// Prints a verdict, or leaves it out if it tells nothing new.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn print(&mut self, verdict: &WireVerdict) -> io::Result<()> {
+        let levels = [verdict.level, verdict.latched_level];
+        let is_new = self.levels.replace(levels) != Some(levels);
+        let is_row = verdict.event == EVENT_ROW;
+        match self.format {
+            Format::Json if is_row || is_new => write_json(&mut self.out, verdict, &self.names),
+            Format::Json => Ok(()),
+            Format::Text => self.text(verdict, is_row, is_new),
+        }
+    }
+
+    /// Makes what was printed so far visible.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+
+    fn text(&mut self, verdict: &WireVerdict, is_row: bool, is_new: bool) -> io::Result<()> {
+        let is_early = |last: i64| verdict.time_ns.abs_diff(last) < LINE_PERIOD_NS;
+        if !is_new && (!is_row || self.last_ns.is_some_and(is_early)) {
+            return Ok(());
+        }
+        if is_row {
+            self.first_ns.get_or_insert(verdict.time_ns);
+            self.last_ns = Some(verdict.time_ns);
+        }
+        let since_ns = |first: i64| verdict.time_ns.saturating_sub(first);
+        let seconds = self
+            .first_ns
+            .map_or(0.0, |first| since_ns(first) as f64 * 1e-9);
+        let shown = verdict.verdict();
+        write!(self.out, "{seconds:8.2} s  {:7}", shown.level.name())?;
+        if shown.latched_level != shown.level {
+            write!(
+                self.out,
+                " ({} not acknowledged)",
+                shown.latched_level.name()
+            )?;
+        }
+        if verdict.utilisation.is_finite() {
+            write!(self.out, "  {:3.0} %", 100.0 * verdict.utilisation)?;
+        }
+        let loads = verdict.load.iter().zip(&verdict.load_sigma);
+        for (wheel, (&load, &sigma)) in self.names.wheels.iter().zip(loads) {
+            write!(self.out, "  {wheel} {load:.0} ± {:.0} N", 2.0 * sigma)?;
+        }
+        if verdict.time_to_lift_off_s.is_finite() {
+            let wheel = self.names.wheels.get(verdict.next_wheel as usize);
+            let wheel = wheel.map_or("?", String::as_str);
+            write!(
+                self.out,
+                "  {wheel} lifts in {:.1} s",
+                verdict.time_to_lift_off_s
+            )?;
+        }
+        for reason in verdict.row_reasons().iter() {
+            write!(self.out, "  {}", reason.name())?;
+        }
+        let conditions = verdict.conditions();
+        for fault in conditions.faults.iter() {
+            write!(self.out, "  fault: {}", fault.name())?;
+        }
+        for caution in conditions.cautions.iter() {
+            write!(self.out, "  caution: {}", caution.name())?;
+        }
+        writeln!(self.out)
+    }
+}
+
+/// Writes a verdict as one line of JSON.
+///
+/// # Errors
+/// `out` cannot be written.
+pub fn write_json(out: &mut impl Write, verdict: &WireVerdict, names: &Names) -> io::Result<()> {
+    serde_json::to_writer(&mut *out, &Line { verdict, names })?;
+    out.write_all(b"\n")
+}
+
+struct Line<'a> {
+    verdict: &'a WireVerdict,
+    names: &'a Names,
+}
+
+impl Serialize for Line<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let verdict = self.verdict;
+        let by_wheel = |values| ByWheel {
+            wheels: &self.names.wheels,
+            values,
+        };
+        let reasons = verdict.row_reasons();
+        let conditions = verdict.conditions();
+        let is_row = verdict.event == EVENT_ROW;
+        let next_wheel = (verdict.time_to_lift_off_s.is_finite())
+            .then(|| self.names.wheels.get(verdict.next_wheel as usize))
+            .flatten();
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("schema", &2)?;
+        map.serialize_entry("event", if is_row { "row" } else { "between" })?;
+        map.serialize_entry("time_ns", &verdict.time_ns)?;
+        map.serialize_entry("verdict", verdict.verdict().level.name())?;
+        map.serialize_entry("verdict_latched", verdict.verdict().latched_level.name())?;
+        map.serialize_entry("faults", &FaultNames(conditions.faults))?;
+        map.serialize_entry("cautions", &FaultNames(conditions.cautions))?;
+        map.serialize_entry("valid", &(is_row && reasons.is_empty()))?;
+        let reasons: Vec<&str> = reasons.iter().map(Reason::name).collect();
+        map.serialize_entry("reasons", &reasons)?;
+        map.serialize_entry("utilisation", &verdict.utilisation)?;
+        map.serialize_entry("time_to_lift_off_s", &verdict.time_to_lift_off_s)?;
+        map.serialize_entry("next_wheel", &next_wheel)?;
+        map.serialize_entry("load_n", &by_wheel(&verdict.load))?;
+        map.serialize_entry("otf_n", &by_wheel(&verdict.otf))?;
+        map.serialize_entry("load_sigma_n", &by_wheel(&verdict.load_sigma))?;
+        map.serialize_entry("load_min_n", &by_wheel(&verdict.load_min))?;
+        map.serialize_entry("load_max_n", &by_wheel(&verdict.load_max))?;
+        map.serialize_entry("zmp_x_m", &verdict.zmp_x)?;
+        map.serialize_entry("zmp_y_m", &verdict.zmp_y)?;
+        map.serialize_entry("zmp_margin_m", &verdict.zmp_margin)?;
+        map.serialize_entry("normal_force_n", &verdict.normal_force)?;
+        map.serialize_entry("untimed", &(verdict.untimed != 0))?;
+        map.end()
+    }
+}
+
+struct ByWheel<'a> {
+    wheels: &'a [String],
+    values: &'a [f64],
+}
+
+impl Serialize for ByWheel<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.wheels.iter().zip(self.values))
+    }
+}
+
+struct FaultNames(InputFaults);
+
+impl Serialize for FaultNames {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().map(InputFault::name))
+    }
+}
