@@ -251,7 +251,7 @@ fn pong(prefix: &str, wake: Wake) {
     let joined = LiveNode::new(&bare_place(prefix), "pong").unwrap();
     let samples: Receiver<WireSample> = joined.receiver().unwrap();
     let verdicts: Sender<WireVerdict> = joined.sender(0, 0).unwrap();
-    let bell = joined.event_notifier::<WireVerdict>().unwrap();
+    let topic_notifier = joined.event_notifier::<WireVerdict>().unwrap();
     let waiter = Waiter::new::<WireSample>(&joined, wake).unwrap();
     let mut verdict = WireVerdict::unknown();
     let mut ends = false;
@@ -261,7 +261,7 @@ fn pong(prefix: &str, wake: Wake) {
             verdict.event = EVENT_ROW;
             verdicts.send_raw(&verdict).unwrap();
             if wake == Wake::Event {
-                bell.notify();
+                topic_notifier.notify();
             }
             ends = kind == Kind::End as u32;
         }
@@ -315,7 +315,7 @@ fn bare(wake: &str, period_ns: i64, count: u64) {
     let joined = LiveNode::new(&bare_place(&world.prefix), "ping").unwrap();
     let wake: Wake = wake.parse().unwrap();
     let samples: Sender<WireSample> = joined.sender(0, 0).unwrap();
-    let bell = joined.event_notifier::<WireSample>().unwrap();
+    let topic_notifier = joined.event_notifier::<WireSample>().unwrap();
     let verdicts: Receiver<WireVerdict> = joined.receiver().unwrap();
     let waiter = Waiter::new::<WireVerdict>(&joined, wake).unwrap();
     let name = if wake == Wake::Poll { "poll" } else { "event" };
@@ -344,7 +344,7 @@ fn bare(wake: &str, period_ns: i64, count: u64) {
         let start_ns = monotonic_ns();
         samples.send_raw(&sample).unwrap();
         if wake == Wake::Event {
-            bell.notify();
+            topic_notifier.notify();
         }
         times.push(verdict_on(sequence, &verdicts, &waiter) - start_ns);
     }

@@ -394,7 +394,7 @@ fn commands_are_recorded() {
         .find(|t| t.name == "/tipwatch/command")
         .unwrap();
     let read = |field: &str| {
-        let request = FieldRequest::as_it_is(&topic.name, field);
+        let request = FieldRequest::raw(&topic.name, field);
         record_fields(&log, &[request], None)
             .unwrap()
             .0

@@ -8,7 +8,7 @@ use tipwatch_analyze::run;
 use tipwatch_binding::MachineFile;
 use tipwatch_live::replay::Recording;
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::signal::Reason;
+use tipwatch_mechanics::state::Reason;
 
 use crate::support::{Ended, World, data};
 

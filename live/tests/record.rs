@@ -409,7 +409,7 @@ fn a_recorder_that_is_stopped_for_ten_seconds_tells_what_it_missed() {
     drop(monitor);
     assert_eq!(recorder.status.code(), Some(3), "{}", recorder.err);
     let log = Log::open(&files(folder.path())[0]).unwrap();
-    let gap = FieldRequest::as_it_is("/tipwatch/record_gap", "samples");
+    let gap = FieldRequest::raw("/tipwatch/record_gap", "samples");
     let (gaps, _) = record_fields(&log, &[gap], None).unwrap();
     let missed: f64 = gaps[0].values.iter().sum();
     let (_, _, holes) = sequences(&files(folder.path())[0]);

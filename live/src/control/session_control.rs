@@ -11,8 +11,8 @@
 //! [`CLOSING_RATE`]: crate::safety_limits::CLOSING_RATE
 
 use anyhow::Result;
-use tipwatch_mechanics::signal::Sensors;
-use tipwatch_mechanics::suspension::{Controller, MAX_ACTUATORS, Replay};
+use tipwatch_mechanics::state::Sensors;
+use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay};
 use tipwatch_mechanics::verdict::{Conditions, Level};
 use tipwatch_mechanics::{Machine, reference_posture};
 

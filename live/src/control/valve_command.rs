@@ -1,6 +1,6 @@
 //! The command to the valves as the control keeps it, and the check that rods follow it.
 
-use tipwatch_mechanics::suspension::{MAX_ACTUATORS, Status};
+use tipwatch_suspension::{MAX_ACTUATORS, Status};
 
 use crate::safety_limits::{CLOSING_RATE, HEARTBEAT_NS, MOVING_OPENING, STILL_ROD_M, STILL_ROD_S};
 use crate::wire::command::{HoldReason, HoldReasons, Mode, status_number};

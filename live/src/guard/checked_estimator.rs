@@ -1,7 +1,8 @@
 //! The state estimator behind the guard: the one place that takes the guard's steps, in their order.
 
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::signal::{CausalEstimator, Estimate, RowClock, Sensors};
+use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
+use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::Conditions;
 
 use super::checks::{Admitted, Guard};

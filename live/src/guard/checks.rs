@@ -2,8 +2,8 @@
 
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::machine::Policy;
-use tipwatch_mechanics::plausibility::Finding;
-use tipwatch_mechanics::signal::{Sample, SampleError, Sensors};
+use tipwatch_mechanics::estimation::plausibility::Finding;
+use tipwatch_mechanics::state::{Sample, SampleError, Sensors};
 use tipwatch_mechanics::verdict::{Conditions, InputFault};
 
 use super::sensor_watch::{Age, SensorWatch};

@@ -1,6 +1,6 @@
 //! What is known of one sensor's samples: its clock, its period and its consecutive failures.
 
-use tipwatch_mechanics::signal::{Sensor, Sensors};
+use tipwatch_mechanics::state::{Sensor, Sensors};
 
 use crate::safety_limits::{
     CLOCK_SETTLE_NS, LATE_PERIODS, MIN_LATE_NS, MIN_STALE_NS, STALE_PERIODS,

@@ -25,7 +25,7 @@
 use std::io::{self, Write};
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
-use tipwatch_mechanics::signal::Reason;
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{InputFault, InputFaults};
 
 use crate::wire::names::Names;

@@ -1,6 +1,6 @@
 //! Verdicts on one session. It does not know where messages come from or go to.
 
-use tipwatch_mechanics::signal::Sensors;
+use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{
     Conditions, InputFault, Judge, LiftOffForecast, RowFacts, Verdict,
 };

@@ -13,7 +13,7 @@ use crate::wire::topics::{WireProgress, WireSample, WireSession};
 pub struct Producer {
     samples: Sender<WireSample>,
     sessions: Sender<WireSession>,
-    bell: EventNotifier,
+    topic_notifier: EventNotifier,
     progress: ReaderProgress,
 }
 
@@ -26,7 +26,7 @@ impl Producer {
         Ok(Self {
             samples: joined.sender(source, machine_hash)?,
             sessions: joined.sender(source, machine_hash)?,
-            bell: joined.event_notifier::<WireSample>()?,
+            topic_notifier: joined.event_notifier::<WireSample>()?,
             progress: ReaderProgress::new(joined.receiver::<WireProgress>()?, source),
         })
     }
@@ -45,7 +45,7 @@ impl Producer {
     /// The shared memory fails.
     pub fn send(&mut self, sample: &mut WireSample) -> Result<()> {
         self.samples.send(sample)?;
-        self.bell.notify();
+        self.topic_notifier.notify();
         Ok(())
     }
 

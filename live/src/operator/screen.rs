@@ -5,7 +5,7 @@ use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph};
-use tipwatch_mechanics::signal::Reason;
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
 use crate::wire::command::{HoldReason, Mode};

@@ -1,7 +1,7 @@
 //! Samples and verdicts as messages of ROS 2, with every bit that they have.
 
-use tipwatch_mechanics::signal::{Sample, Sensor};
-use tipwatch_mechanics::suspension::MAX_ACTUATORS;
+use tipwatch_mechanics::state::{Sample, Sensor};
+use tipwatch_suspension::MAX_ACTUATORS;
 
 use super::cdr::Cdr;
 use crate::wire::names::Names;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use tipwatch_binding::{MachineFile, Urdf, monitor_topic};
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::signal::{Sensor, Sensors};
+use tipwatch_mechanics::state::{Sensor, Sensors};
 
 use super::segment::{Channels, Preamble};
 use super::topics;

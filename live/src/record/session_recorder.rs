@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
 use tipwatch_binding::{MachineFile, Urdf};
-use tipwatch_mechanics::signal::Sensor;
+use tipwatch_mechanics::state::Sensor;
 
 use super::encode;
 use super::pending::{Encoded, Kind, Pending};

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use tipwatch_binding::{MachineFile, arrivals, bind};
 use tipwatch_ingest::{Log, Losses, SensorRecording};
-use tipwatch_mechanics::signal::{Sample, Sensor};
+use tipwatch_mechanics::state::{Sample, Sensor};
 
 use crate::wire::identity::new_identity;
 use crate::wire::session::{Session, machine_hash};

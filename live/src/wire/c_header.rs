@@ -14,7 +14,7 @@ const BEGINNING: &str = "\
 /* Messages of tipwatch-live in shared memory (iceoryx2 0.10). Made by `tipwatch-live header`: do not edit.
  *
  * Every service has the attribute \"layout\" with the value of NAME_LAYOUT; its settings stand beside the
- * messages in live/README.md. Numbers are in the computer's own byte order. */
+ * messages in book/src/reference/services.md. Numbers are in the computer's own byte order. */
 #ifndef TIPWATCH_LIVE_H
 #define TIPWATCH_LIVE_H
 

@@ -1,6 +1,6 @@
 //! Commands to the valves between the control and the wire.
 
-use tipwatch_mechanics::suspension::Status;
+use tipwatch_suspension::Status;
 
 use crate::wire::topics::WireCommand;
 

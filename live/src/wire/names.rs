@@ -35,7 +35,7 @@ impl TryFrom<&WireMachine> for Names {
 /// Names of the causes, in the order of [`WireVerdict::causes`].
 #[must_use]
 pub fn causes() -> [&'static str; CAUSES] {
-    tipwatch_mechanics::Cause::ALL.map(tipwatch_mechanics::Cause::name)
+    tipwatch_mechanics::Contribution::ALL.map(tipwatch_mechanics::Contribution::name)
 }
 
 impl Names {

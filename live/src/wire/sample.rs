@@ -3,7 +3,7 @@
 use std::fmt;
 
 use anyhow::{Result, ensure};
-use tipwatch_mechanics::signal::{Sample, Sensor};
+use tipwatch_mechanics::state::{Sample, Sensor};
 
 use crate::wire::topics::{Kind, MAX_VALUES, Wire, WireSample};
 

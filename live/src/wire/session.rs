@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail, ensure};
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::machine::LogFacts;
-use tipwatch_mechanics::signal::{JointStream, MatchedSensors, OtherSensors, Sensors};
+use tipwatch_mechanics::state::{JointStream, MatchedSensors, OtherSensors, Sensors};
 
 use crate::system::clock::monotonic_ns;
 use crate::wire::hash::Fnv1a;

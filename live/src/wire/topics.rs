@@ -20,7 +20,7 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 use tipwatch_mechanics::machine::MAX_WHEELS;
-use tipwatch_mechanics::suspension::MAX_ACTUATORS;
+use tipwatch_suspension::MAX_ACTUATORS;
 
 use crate::wire::hash::Fnv1a;
 pub use crate::wire::message::{Field, FieldType, Head, MAGIC, Wire};
@@ -75,7 +75,7 @@ pub const NAME_BYTES: usize = 64;
 /// Wheels, and edges between them, that a verdict has room for.
 pub const MAX_PLACES: usize = MAX_WHEELS;
 /// Causes that a verdict tells.
-pub const CAUSES: usize = tipwatch_mechanics::Cause::ALL.len();
+pub const CAUSES: usize = tipwatch_mechanics::Contribution::ALL.len();
 
 wire! {
     /// One message of one sensor.

@@ -1,7 +1,7 @@
 //! Verdicts between the monitor and the wire.
 
 use anyhow::Result;
-use tipwatch_mechanics::signal::Reasons;
+use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::verdict::{Conditions, InputFaults, Level, LiftOff, Verdict};
 use tipwatch_mechanics::{Machine, Outcome};
 
@@ -92,7 +92,7 @@ impl WireVerdict {
         copy(&mut self.mhs, &indicators.mhs);
         copy(&mut self.force_angle, &indicators.force_angle);
         copy(&mut self.stability_angle, &indicators.stability_angle);
-        for (wheel, causes) in outcome.causes.iter().enumerate() {
+        for (wheel, causes) in outcome.contributions.iter().enumerate() {
             for (by_wheel, &value) in self.causes.iter_mut().zip(causes) {
                 by_wheel[wheel] = value;
             }
