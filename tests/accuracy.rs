@@ -1,65 +1,69 @@
-//! Wheel loads against the contact forces of a simulation that shares no formula with us.
+//! Wheel loads compared with contact forces from an independent simulator.
 
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::EventKind;
-use tipwatch_analyze::options::{Estimator, Options};
-use tipwatch_tests::{Truth, analysed, beside, data};
+use tipwatch_tests::{Truth, analysed, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
-fn error(log: &std::path::Path, estimator: Estimator) -> f64 {
-    let analysis = analysed(
-        log,
-        Options {
+/// Load errors of the smoother and, after a start-up time (s), of the causal estimator.
+fn errors(log: &std::path::Path, start_up_s: f64) -> [f64; 2] {
+    let truth = Truth::of(log, &WHEELS);
+    let analysis = |estimator| {
+        let options = Options {
             estimator,
             ..Options::default()
-        },
+        };
+        analysed(log, options)
+    };
+    [
+        truth.error_share(&analysis(Estimator::Smoother)),
+        truth.error_share_after(&analysis(Estimator::Causal), start_up_s),
+    ]
+}
+
+#[track_caller]
+fn assert_below(name: &str, found: [f64; 2], bounds: [f64; 2]) {
+    eprintln!("{name}: smoother {:.5}, causal {:.5}", found[0], found[1]);
+    assert!(
+        found[0] < bounds[0] && found[1] < bounds[1],
+        "{name}: {found:?}, expected below {bounds:?}"
     );
-    Truth::of(log, &WHEELS).error_share(&analysis)
 }
 
+/// The bounds for driving are those of the README's accuracy table. `tiny` starts with the arm already moving, faster
+/// than in any log of that table.
 #[test]
-fn val_short_logs_of_the_repository() {
-    for (name, smoother, causal) in [
-        ("tiny.mcap", 0.007, 0.08),
-        ("tiny_lift.mcap", 0.0075, 0.012),
+fn val_errors_on_short_logs_are_as_documented() {
+    for (name, start_up_s, bounds) in [
+        ("corner_brake", 1.0, [0.00315, 0.00635]),
+        ("tiny_lift", 0.5, [0.0068, 0.0115]),
+        ("tiny", 1.5, [0.0058, 0.0140]),
     ] {
-        let found = [
-            error(&data(name), Estimator::Smoother),
-            error(&data(name), Estimator::Causal),
-        ];
-        assert!(
-            found[0] < smoother && found[1] < causal,
-            "{name}: {found:?}"
+        assert_below(
+            name,
+            errors(&data(&format!("{name}.mcap")), start_up_s),
+            bounds,
         );
     }
 }
 
+/// Uneven ground twists the frame. No rigid-body model sees the resulting change of the loads, but the envelope must
+/// contain it.
 #[test]
-fn val_simulated_logs() {
-    for (name, smoother, causal) in [
-        ("sim/flat_arm_clean.mcap", 0.0035, 0.009),
-        ("sim/drive_brake_clean.mcap", 0.0035, 0.011),
-        ("sim/flat_arm.mcap", 0.0042, 0.009),
-        ("sim/drive_brake.mcap", 0.0044, 0.011),
-    ] {
-        let Some(log) = beside(name) else { return };
-        let found = [
-            error(&log, Estimator::Smoother),
-            error(&log, Estimator::Causal),
-        ];
-        assert!(
-            found[0] < smoother && found[1] < causal,
-            "{name}: {found:?}"
-        );
-    }
+fn val_envelope_contains_loads_of_bogies_on_ridges() {
+    let log = data("bogie_drive.mcap");
+    let truth = Truth::of(&log, &["FL", "FR", "ML", "MR", "RL", "RR"]);
+    let share = truth.share_within_envelope(&analysed(&log, Options::default()), 20.0);
+    assert!(share > 0.99, "{share}");
 }
 
 #[test]
-fn val_the_lifted_wheel_is_found_when_it_lifted() {
+fn val_wheel_lift_is_detected_at_the_right_time() {
     let analysis = analysed(&data("tiny_lift.mcap"), Options::default());
     let first_ns = analysis.rows.times_ns[0];
     let seconds = |ns: i64| (ns - first_ns) as f64 * 1e-9;
-    // true: RL light 0.41 to 2.68 s, lifted 0.90 to 2.45 s
+    // ground truth: RL is light from 0.41 to 2.68 s and in the air from 0.90 to 2.45 s
     for (kind, start, end) in [
         (EventKind::WheelLight, 0.41, 2.68),
         (EventKind::WheelLift, 0.90, 2.45),
@@ -89,4 +93,24 @@ fn val_the_lifted_wheel_is_found_when_it_lifted() {
         "{:?}",
         analysis.events
     );
+}
+
+mod needs_shared {
+    use super::{assert_below, errors};
+    use tipwatch_tests::beside;
+
+    /// The bounds are those of the README's accuracy table.
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn val_errors_on_simulated_logs_are_as_documented() {
+        for (name, bounds) in [
+            ("flat_arm_clean", [0.00315, 0.00425]),
+            ("drive_brake_clean", [0.00185, 0.00275]),
+            ("flat_arm", [0.00395, 0.00665]),
+            ("drive_brake", [0.00315, 0.00635]),
+        ] {
+            let log = beside(&format!("sim/{name}.mcap"));
+            assert_below(name, errors(&log, 0.5), bounds);
+        }
+    }
 }

@@ -1,23 +1,24 @@
-//! The causal estimator through the whole analysis gives the bits of one sample at a time.
+//! An analysis with the causal estimator equals sample-by-sample evaluation bit for bit.
 
 use std::path::Path;
 
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::load::load;
-use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::signal::{CausalEstimator, Reason, Reasons, RowClock};
+use tipwatch_mechanics::estimation::{CausalEstimator, RowClock};
+use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::{Quantity, Scope, Workspace, evaluate};
 use tipwatch_tests::{analysed, analysed_with, data, write_edited};
 
 #[test]
-fn analysis_equals_one_sample_at_a_time() {
+fn causal_analysis_equals_sample_by_sample() {
     let path = data("tiny_lift.mcap");
     assert_equals_one_sample_at_a_time(&path, &path.with_extension("toml"));
 }
 
 #[test]
-fn it_does_so_with_signals_that_cannot_be_true() {
+fn implausible_signals_keep_that_equality() {
     let folder = tempfile::tempdir().unwrap();
     let (source, path) = (data("tiny_lift.mcap"), folder.path().join("faulty.mcap"));
     let mut samples = 0;
@@ -49,7 +50,7 @@ fn assert_equals_one_sample_at_a_time(path: &Path, machine: &Path) -> Vec<Reason
     );
     let log = Log::open(path).unwrap();
     let loaded = load(&log, &MachineFile::read(machine).unwrap(), &mut |_| {}).unwrap();
-    // the same machine, with the reference loads that the analysis found
+    // the machine of the analysis, which has its reference loads
     let machine = &analysis.machine;
     let mut estimator =
         CausalEstimator::new(machine, &loaded.matched.sensors, RowClock::JointStates);
@@ -82,7 +83,7 @@ fn assert_equals_one_sample_at_a_time(path: &Path, machine: &Path) -> Vec<Reason
 }
 
 #[test]
-fn a_row_before_the_first_imu_sample_does_not_spoil_those_after_it() {
+fn rows_before_the_first_imu_sample_do_not_spoil_later_ones() {
     let log = data("../../analyze/demo/demo.mcap");
     let analysis = analysed(
         &log,

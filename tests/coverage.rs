@@ -1,19 +1,19 @@
-//! Whether the standard deviations are true: 24 logs of machines drawn from the stated uncertainty.
+//! Standard deviations compared with actual errors: 24 logs of machines drawn from the stated uncertainty.
 
 use polars::prelude::{DataFrame, ParquetReader, SerReader};
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Quantity, Scope, State, Workspace, combination_sigma, evaluate};
 use tipwatch_tests::data;
 
 const LOGS: i32 = 24;
 const WHEELS: [&str; 4] = ["fl", "fr", "rl", "rr"];
-/// Truth is left out so near to its ends (ns), where the estimator has no neighbours either.
+/// Span at each end (ns) that is not compared: the estimator lacks neighbouring samples there.
 const MARGIN_NS: i64 = 150_000_000;
 
-/// How often the truth is within two standard deviations.
+/// Counts how often the ground truth lies within two standard deviations.
 #[derive(Default)]
 struct Tally {
     inside: f64,
@@ -39,7 +39,7 @@ impl Tally {
 }
 
 #[test]
-fn val_bands_of_two_sigma_hold_the_truth() {
+fn val_two_sigma_bands_contain_the_true_loads() {
     let truth = {
         let file = std::fs::File::open(data("coverage.truth.parquet")).unwrap();
         ParquetReader::new(file).finish().unwrap()
@@ -58,11 +58,12 @@ fn val_bands_of_two_sigma_hold_the_truth() {
     println!(
         "inside: loads {load_share:.3} (median sigma {load_sigma:.0} N), axle and side sums {sum_share:.3} ({sum_sigma:.0} N)"
     );
-    assert!((0.90..=0.99).contains(&load_share), "{load_share}");
-    // sums do not depend on how stiff tyres split the load: there the band is narrow
-    assert!((0.85..=0.995).contains(&sum_share), "{sum_share}");
+    // a normal distribution has 95.4 %
+    assert!((0.94..=0.96).contains(&load_share), "{load_share}");
+    // axle and side sums do not depend on the split between the diagonals, so their band is narrow
+    assert!((0.985..=0.997).contains(&sum_share), "{sum_share}");
     assert!(
-        load_sigma < 2600.0 && sum_sigma < 500.0,
+        load_sigma < 2350.0 && sum_sigma < 300.0,
         "{load_sigma} {sum_sigma}"
     );
 }
@@ -80,7 +81,7 @@ fn tally_loads(analysis: &Analysis, truth: &TrueLoads, tally: &mut Tally) {
     }
 }
 
-/// Every tenth row: front, rear, left and right, as long as all wheels stand.
+/// Front, rear, left and right sums in every tenth row in which all wheels touch the ground.
 fn tally_sums(analysis: &Analysis, truth: &TrueLoads, tally: &mut Tally) {
     let (machine, rows) = (&analysis.machine, &analysis.rows);
     let mut workspace = Workspace::with_scope(machine, Scope::ALL);
@@ -112,7 +113,7 @@ fn tally_sums(analysis: &Analysis, truth: &TrueLoads, tally: &mut Tally) {
     }
 }
 
-/// True loads of one log.
+/// Ground truth of one log.
 struct TrueLoads {
     times_ns: Vec<i64>,
     loads: Vec<Vec<f64>>,
@@ -139,7 +140,7 @@ impl TrueLoads {
         }
     }
 
-    /// The loads at a time, between samples in a straight line; `None` near and beyond the ends.
+    /// Linearly interpolated loads; `None` near and beyond the ends.
     fn at(&self, time_ns: i64) -> Option<[f64; 4]> {
         let (first, last) = (self.times_ns.first()?, self.times_ns.last()?);
         if time_ns < first + MARGIN_NS || time_ns > last - MARGIN_NS {

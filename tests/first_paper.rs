@@ -1,10 +1,10 @@
-//! What the first paper shows, and what its steps cost, on simulated logs.
+//! The first paper's results and the cost of its simplifications, on simulated logs.
 
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::base::options::{ClosedFormInput, ModelKind, MoreColumns, Options};
 use tipwatch_analyze::events::EventKind;
-use tipwatch_analyze::options::{ClosedFormInput, Model, MoreColumns, Options};
-use tipwatch_mechanics::{Cause, Quantity};
-use tipwatch_tests::{Truth, analysed, beside, data};
+use tipwatch_mechanics::{Contribution, Quantity};
+use tipwatch_tests::{Truth, analysed, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
@@ -13,10 +13,10 @@ fn largest(analysis: &Analysis, quantity: Quantity) -> f64 {
     column.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Figs. 10 and 11: the arm is swung over the front left wheel until the rear right one lifts. OTF says
-/// so; no overturning moment comes near zero.
+/// Figs. 10 and 11: the arm swings over the front left wheel until the rear right one lifts. The overturning force (OTF)
+/// shows it; no overturning moment comes near zero.
 #[test]
-fn val_otf_sees_the_lift_that_no_edge_moment_sees() {
+fn val_otf_shows_a_lift_that_no_edge_moment_shows() {
     let analysis = analysed(&data("swing_lift.mcap"), Options::default());
     let lift = analysis
         .events
@@ -32,7 +32,7 @@ fn val_otf_sees_the_lift_that_no_edge_moment_sees() {
     for edge in 0..4 {
         for quantity in [Quantity::Itom(edge), Quantity::ItomFull(edge)] {
             let worst = largest(&analysis, quantity);
-            // the nearest edge keeps more than a fifth of the weight at half the track
+            // about the nearest edge, more than a fifth of the weight times a metre remains
             assert!(worst < -0.2 * weight, "{quantity:?}: {worst}");
         }
     }
@@ -49,20 +49,20 @@ fn val_otf_sees_the_lift_that_no_edge_moment_sees() {
     assert!((percent - 100.0).abs() < 1e-6, "{percent}");
 }
 
-/// The closed form leaves out the wheels' dynamics (32)-(44) by its assumption 5: on hard braking that
-/// moves load between the axles.
+/// By its assumption 5 the closed form omits the wheel dynamics (32)-(44). Under hard braking this shifts load between
+/// the axles.
 #[test]
-fn val_dropping_the_wheel_dynamics_costs_load_on_hard_braking() {
+fn val_closed_form_misplaces_load_under_hard_braking() {
     let path = data("hard_brake.mcap");
     let truth = Truth::of(&path, &WHEELS);
     let shift = |options| {
         let analysis = analysed(&path, options);
-        // mean error of front less rear while it brakes
+        // mean of front minus rear error while braking
         truth.mean_error(&analysis, [3.05, 3.55], [0.5, 0.5, -0.5, -0.5])
     };
     let whole_body = shift(Options::default());
     let closed_form = shift(Options {
-        model: Model::ClosedForm,
+        model: ModelKind::ClosedForm,
         closed_form_input: Some(ClosedFormInput::Accelerometer),
         ..Options::default()
     });
@@ -74,23 +74,26 @@ fn val_dropping_the_wheel_dynamics_costs_load_on_hard_braking() {
 }
 
 #[test]
-fn the_two_models_are_compared_wheel_by_wheel() {
+fn models_are_compared_wheel_by_wheel() {
     let chosen = analysed(&data("tiny.mcap"), Options::default());
     let other = analysed(
         &data("tiny.mcap"),
         Options {
-            model: Model::ClosedForm,
+            model: ModelKind::ClosedForm,
             ..Options::default()
         },
     );
-    // on a rigid platform the second paper's model is the first's
+    // on a rigid platform both papers' models are the same
     let [Ok(a), Ok(b)] = [&chosen, &other]
         .map(|analysis| &analysis.comparisons[..])
         .map(only)
     else {
         panic!("{:?} {:?}", chosen.comparisons, other.comparisons);
     };
-    assert_eq!((a.other, b.other), (Model::ClosedForm, Model::WholeBody));
+    assert_eq!(
+        (a.other, b.other),
+        (ModelKind::ClosedForm, ModelKind::WholeBody)
+    );
     for (a, b) in a.wheels.iter().zip(&b.wheels) {
         assert!((a.mean_n + b.mean_n).abs() < 1e-9 && (a.rms_n - b.rms_n).abs() < 1e-9);
         assert!(
@@ -108,7 +111,7 @@ fn only<T: std::fmt::Debug>(all: &[T]) -> &T {
     one
 }
 
-/// The identities of the edge moments and of the causes, on every log of the repository.
+/// Identities between edge moments, load contributions and loads, on every kind of log.
 #[test]
 fn identities_hold_on_every_log() {
     for name in [
@@ -118,6 +121,8 @@ fn identities_hold_on_every_log() {
         "hard_brake",
         "forwarder6",
         "forwarder6_bump",
+        "bogie_drive",
+        "corner_brake",
         "lift_payload",
         "coverage_01",
         "coverage_13",
@@ -130,11 +135,6 @@ fn identities_hold_on_every_log() {
         };
         identities(name, &analysis);
     }
-    for name in ["flat_arm", "drive_brake", "drive_brake_clean"] {
-        if let Some(path) = beside(&format!("sim/{name}.mcap")) {
-            identities(name, &analysed(&path, Options::default()));
-        }
-    }
 }
 
 fn identities(name: &str, analysis: &Analysis) {
@@ -144,7 +144,7 @@ fn identities(name: &str, analysis: &Analysis) {
 }
 
 #[test]
-fn the_parts_of_the_links_add_up_to_the_signed_load() {
+fn contributions_of_the_links_add_up_to_the_otf() {
     let columns = MoreColumns {
         parts: true,
         terms: false,
@@ -175,8 +175,8 @@ fn the_parts_of_the_links_add_up_to_the_signed_load() {
     }
 }
 
-/// ITOM with wheel weights = -F_n * distance of the centre of pressure from the edge; their least is
-/// the margin, and the loads' sum is F_n.
+/// ITOM with wheel weights = -F_n * distance of the centre of pressure from the edge. The smallest distance is the
+/// margin; the loads add up to F_n.
 fn edge_moments_are_the_loads_beyond(name: &str, analysis: &Analysis, weight: f64) {
     let (rows, edges) = (&analysis.rows, analysis.machine.polygon().edges().len());
     let column = |quantity| rows.outcomes.column(quantity);
@@ -198,13 +198,14 @@ fn edge_moments_are_the_loads_beyond(name: &str, analysis: &Analysis, weight: f6
 fn causes_add_up(name: &str, analysis: &Analysis, weight: f64) {
     let rows = &analysis.rows;
     for wheel in 0..analysis.machine.wheels().len() {
-        let causes = Cause::ALL.map(|c| rows.outcomes.column(Quantity::Cause(c, wheel)));
+        let causes =
+            Contribution::ALL.map(|c| rows.outcomes.column(Quantity::Contribution(c, wheel)));
         let (otf, load) = (
             rows.outcomes.column(Quantity::Otf(wheel)),
             rows.outcomes.column(Quantity::Load(wheel)),
         );
         for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
-            let lift_off = causes[Cause::LiftOff as usize][row];
+            let lift_off = causes[Contribution::LiftOff as usize][row];
             let known = causes
                 .iter()
                 .map(|cause| cause[row])
@@ -223,15 +224,29 @@ fn causes_add_up(name: &str, analysis: &Analysis, weight: f64) {
 }
 
 #[test]
-fn val_a_forwarder_on_free_bogies() {
+fn val_loads_of_a_forwarder_on_free_bogies() {
     let path = data("forwarder6.mcap");
     let analysis = analysed(&path, Options::default());
     let truth = Truth::of(&path, &["FL", "FR", "ML", "MR", "RL", "RR"]);
     let share = truth.error_share(&analysis);
     assert!(share < 0.012, "{share}");
-    // on the ridge the frame twists, which no rigid-body equation sees: the envelope does
+    // the ridge twists the frame: outside any rigid-body model, but inside the envelope
     let path = data("forwarder6_bump.mcap");
     let analysis = analysed(&path, Options::default());
     let truth = Truth::of(&path, &["FL", "FR", "ML", "MR", "RL", "RR"]);
     assert!(truth.share_within_envelope(&analysis, 20.0) > 0.99);
+}
+
+mod needs_shared {
+    use super::{Options, analysed, identities};
+    use tipwatch_tests::beside;
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn identities_hold_on_longer_logs() {
+        for name in ["flat_arm", "drive_brake", "drive_brake_clean"] {
+            let path = beside(&format!("sim/{name}.mcap"));
+            identities(name, &analysed(&path, Options::default()));
+        }
+    }
 }

@@ -1,13 +1,14 @@
-//! What is missing is said, never filled in: gaps, disorder, duplicates.
+//! Gaps, disorder and duplicates are reported, never filled in.
 
 use tipwatch_analyze::load::load;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::signal::{Reason, Recording, RowClock, Sensor, SmoothedRows, smooth};
-use tipwatch_tests::data;
+use tipwatch_mechanics::estimation::{RowClock, SmoothedRows, smooth};
+use tipwatch_mechanics::state::{Reason, Sensor};
+use tipwatch_tests::{OwnedSamples, data};
 
-/// Smooths the short log after `edit` changed its recordings.
-fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
+/// Smooths the short log after `edit` has changed its recordings.
+fn smoothed(edit: impl Fn(&mut OwnedSamples)) -> SmoothedRows {
     let path = data("tiny.mcap");
     let log = Log::open(&path).unwrap();
     let loaded = load(
@@ -16,7 +17,7 @@ fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
         &mut |_| {},
     )
     .unwrap();
-    let recordings: Vec<Recording> = loaded
+    let recordings: Vec<OwnedSamples> = loaded
         .signals
         .iter()
         .map(|signal| {
@@ -24,7 +25,7 @@ fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
                 signal.recording.stamps_ns.clone(),
                 signal.recording.values.clone(),
             );
-            let mut recording = Recording {
+            let mut recording = OwnedSamples {
                 sensor: signal.sensor,
                 stamps_ns,
                 values,
@@ -33,16 +34,17 @@ fn smoothed(edit: impl Fn(&mut Recording)) -> SmoothedRows {
             recording
         })
         .collect();
+    let samples: Vec<_> = recordings.iter().map(OwnedSamples::samples).collect();
     smooth(
         &loaded.machine,
         &loaded.matched.sensors,
-        &recordings,
+        &samples,
         RowClock::JointStates,
     )
 }
 
-/// Leaves out the samples for which `gone` holds of their time since the first (s).
-fn leave_out(recording: &mut Recording, gone: impl Fn(f64) -> bool) {
+/// Removes the samples for which `gone` is true, given their time since the first sample (s).
+fn leave_out(recording: &mut OwnedSamples, gone: impl Fn(f64) -> bool) {
     let width = recording.values.len() / recording.stamps_ns.len();
     let first = recording.stamps_ns[0];
     let keep: Vec<bool> = recording
@@ -60,7 +62,7 @@ fn leave_out(recording: &mut Recording, gone: impl Fn(f64) -> bool) {
 }
 
 #[test]
-fn rows_in_a_gap_of_the_imu_are_invalid_and_the_others_are_not() {
+fn only_rows_inside_an_imu_gap_are_invalid() {
     let rows = smoothed(|recording| {
         if recording.sensor == Sensor::Imu {
             leave_out(recording, |t| (1.0..1.6).contains(&t));
@@ -78,7 +80,7 @@ fn rows_in_a_gap_of_the_imu_are_invalid_and_the_others_are_not() {
 }
 
 #[test]
-fn a_gap_in_the_joint_states_leaves_an_invalid_row_and_is_not_bridged() {
+fn a_gap_in_the_joint_states_is_invalid_and_not_bridged() {
     let rows = smoothed(|recording| {
         if matches!(recording.sensor, Sensor::Joints(_)) {
             leave_out(recording, |t| (1.0..1.6).contains(&t));
@@ -104,7 +106,7 @@ fn disorder_and_duplicates_change_nothing() {
     let shuffled = smoothed(|recording| {
         let width = recording.values.len() / recording.stamps_ns.len();
         let n = recording.stamps_ns.len();
-        // every seventh sample a second time at the end, then all in another order
+        // repeat every seventh sample at the end, then reorder all of them
         for i in (0..n).step_by(7) {
             recording.stamps_ns.push(recording.stamps_ns[i]);
             recording

@@ -1,13 +1,13 @@
-//! Signals bound number by number: the same numbers give the same results, whatever they come from.
+//! Signals bound field by field: the same numbers give the same results, whatever message they come from.
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::{Estimator, Options};
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 use tipwatch_tests::data;
 
-/// `tiny.toml` with other signals.
+/// `tiny.toml` with different signals.
 fn machine_file(signals: &str) -> String {
     let text = std::fs::read_to_string(data("tiny.toml")).unwrap();
     let kept = text.split("[signals]").next().unwrap();
@@ -58,7 +58,7 @@ fn tables() -> String {
 const BY_TYPE: &str = "[signals]\n";
 
 #[test]
-fn numbers_named_one_by_one_give_what_the_usual_types_give() {
+fn single_fields_give_the_results_of_standard_messages() {
     for estimator in [Estimator::Smoother, Estimator::Causal] {
         let by_type = analysed(BY_TYPE, estimator).unwrap();
         let by_number = analysed(&tables(), estimator).unwrap();
@@ -85,9 +85,9 @@ fn numbers_named_one_by_one_give_what_the_usual_types_give() {
 }
 
 #[test]
-fn units_are_converted_and_constants_stand_for_what_is_not_logged() {
+fn units_are_converted_and_constants_replace_signals() {
     let typed = analysed(BY_TYPE, Estimator::Smoother).unwrap();
-    // an encoder whose zero is off
+    // an encoder with a wrong zero
     let turned = |offset: f64| {
         joint("lift").replacen(
             "joint = \"lift\" }",

@@ -1,8 +1,8 @@
-//! The mass that nobody logged, from the force of the cylinder that lifts it.
+//! Payload mass estimated from the force of the lifting cylinder.
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_tests::{Truth, data};
 
@@ -20,7 +20,7 @@ const PRESSURE: &str = "pressure = { \
      rod = { topic = \"/lift_cylinder/rod_pressure\", field = \"fluid_pressure\" }, \
      piston_area = 50.265e-4, rod_area = 34.361e-4 }";
 
-/// The machine file with something added to its lift linkage.
+/// The machine file with text added to its lift linkage.
 fn machine_file(binding: &str) -> String {
     let text = std::fs::read_to_string(data("lift_payload.toml")).unwrap();
     let bound = format!("name = \"lift\"\n{binding}\n");
@@ -34,7 +34,7 @@ fn analysed(text: &str) -> anyhow::Result<Analysis> {
 }
 
 #[test]
-fn val_the_payload_is_found_by_force_and_by_pressures() {
+fn val_payload_is_estimated_from_force_or_pressures() {
     for binding in [FORCE, PRESSURE] {
         let analysis = analysed(&machine_file(binding)).unwrap();
         let [found] = &analysis.payloads[..] else {

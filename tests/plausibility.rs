@@ -1,34 +1,34 @@
-//! Signals that cannot be true: every fault put into a small log, under every policy.
+//! Implausible signals: every kind of fault, injected into a small log under every policy.
 
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::{Event, EventKind};
-use tipwatch_analyze::options::{Estimator, Options};
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::signal::Reason;
+use tipwatch_mechanics::state::Reason;
 use tipwatch_tests::{Values, analysed_with, data, write_edited};
 
-/// A fault and what is to be found of it.
+/// An injected fault and the event expected for it.
 struct Case {
     name: &'static str,
     topic: &'static str,
-    /// From when to when it is put in (s from the first sample of the log).
+    /// Start and end of the injection (s after the first sample of the log).
     span_s: [f64; 2],
     edit: fn(&mut Values<'_>, &Memory),
     subject: &'static str,
     kind: &'static str,
     unit: &'static str,
-    /// Smallest and largest worst value.
+    /// Range of the worst value.
     worst: [f64; 2],
-    /// How far off start and end may be found (s).
+    /// Tolerance of the detected start and end (s).
     slack_s: f64,
-    /// Why rows are invalid under the policy `invalid`; `None` where loads do not rest on the signal.
+    /// Why rows are invalid under the policy `invalid`; `None` where loads do not depend on the signal.
     reason: Option<Reason>,
 }
 
-/// Numbers of the last message before the fault.
+/// Values of the last message before the fault.
 #[derive(Default)]
 struct Memory(std::collections::BTreeMap<&'static str, f64>);
 
@@ -157,7 +157,7 @@ const CASES: [Case; 13] = [
     Case {
         name: "a position beyond the joint's limit",
         topic: "/joint_states",
-        // nothing is put in: the machine of this case has a limit of 0.15 rad, which the arm passes
+        // nothing is injected: in this case the machine has a limit of 0.15 rad, which the arm exceeds
         span_s: [0.68, 1.26],
         edit: |_, _| {},
         subject: "joint_states.slew",
@@ -217,7 +217,7 @@ const CASES: [Case; 13] = [
     },
 ];
 
-/// The small log with a fault, and its machine under a policy.
+/// The small log with a fault, and its machine file with a policy.
 struct Scene {
     folder: TempDir,
 }
@@ -276,7 +276,7 @@ impl Scene {
     }
 }
 
-/// The machine's URDF with an upper limit of its slew joint.
+/// The machine's URDF with an upper limit on its slew joint.
 fn limit_slew(to: &Path, upper: f64) {
     let urdf = std::fs::read_to_string(data("tiny.urdf")).unwrap();
     let lines = urdf.lines().map(|line| match line.contains("name='slew'") {
@@ -293,7 +293,7 @@ fn faults(analysis: &Analysis) -> Vec<&Event> {
     analysis.events.iter().filter(is_fault).collect()
 }
 
-/// The rows by whether they are in the span of a fault, `slack_s` around its ends left out.
+/// Rows inside and outside the span of a fault; those within `slack_s` of its ends are in neither.
 fn rows_of(analysis: &Analysis, case: &Case, slack_s: f64) -> (Vec<usize>, Vec<usize>) {
     let [from, to] = case.span_s;
     let (mut inside, mut outside) = (Vec::new(), Vec::new());
@@ -326,7 +326,7 @@ fn worst_sigma(analysis: &Analysis, row: usize) -> f64 {
     (0..4).map(of).fold(0.0, f64::max)
 }
 
-/// Largest difference of the loads from those of the log without fault, over rows.
+/// Largest difference of the loads from those of the log without the fault, over some rows.
 fn largest_error(analysis: &Analysis, clean: &Analysis, rows: &[usize]) -> f64 {
     let error = |&row: &usize| {
         let at = clean.rows.at(analysis.rows.times_ns[row]);
@@ -336,7 +336,7 @@ fn largest_error(analysis: &Analysis, clean: &Analysis, rows: &[usize]) -> f64 {
     rows.iter().map(error).fold(0.0, f64::max)
 }
 
-/// Rows away from the fault are as they were: nearer to it the estimator begins anew.
+/// Rows away from the fault are unchanged; closer to it the estimator restarts.
 fn assert_harmless_elsewhere(analysis: &Analysis, clean: &Analysis, case: &Case) {
     let (_, away) = rows_of(analysis, case, case.slack_s + 0.15);
     assert!(away.len() > 50);
@@ -345,7 +345,7 @@ fn assert_harmless_elsewhere(analysis: &Analysis, clean: &Analysis, case: &Case)
 }
 
 #[test]
-fn every_fault_is_found_where_it_is_and_its_rows_are_invalid() {
+fn faults_are_located_and_their_rows_invalid() {
     let clean = clean(Estimator::Smoother);
     assert!(faults(&clean).is_empty());
     for case in &CASES {
@@ -402,7 +402,7 @@ fn every_fault_is_found_where_it_is_and_its_rows_are_invalid() {
 }
 
 #[test]
-fn widened_rows_stay_valid_and_allow_for_the_error() {
+fn widened_rows_stay_valid_and_cover_the_error() {
     let clean = clean(Estimator::Smoother);
     for case in CASES.iter().filter(|case| case.reason.is_some()) {
         let analysis = Scene::new(case, "policy = \"widen\"").analysed(Estimator::Smoother);
@@ -425,7 +425,7 @@ fn widened_rows_stay_valid_and_allow_for_the_error() {
 }
 
 #[test]
-fn reported_faults_change_no_row_that_can_be_computed() {
+fn reported_faults_leave_computable_rows_unchanged() {
     for case in CASES.iter().filter(|case| case.kind != "not_finite") {
         let analysis = Scene::new(case, "policy = \"report\"").analysed(Estimator::Smoother);
         assert_eq!(faults(&analysis)[0].subject, case.subject, "{}", case.name);

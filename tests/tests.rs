@@ -1,16 +1,20 @@
-//! What crosses the crates.
+//! Tests that span several crates.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot continue fails")]
 
-mod accuracy; // wheel loads against simulated truth
-mod causal; // one by one equals four side by side, through the whole analysis
-mod clocks; // offsets between topics, by the physics
-mod coverage; // standard deviations against the spread of the truth
-mod first_paper; // what the first paper shows
-mod gaps; // what is missing is said, never filled in
-mod number_signals; // any number of any message as a signal
-mod payload; // masses that the log can tell
-mod plausibility; // signals that cannot be true
-mod real_logs; // logs of real robots, where they are there
-mod second_paper; // what the second paper shows, and what pressures tell beyond it
-mod whatif; // a log with its suspension moved otherwise
+mod accuracy; // wheel loads compared with simulated ground truth
+mod architecture; // dependencies between files, folders and crates
+mod causal; // batch evaluation equals sample-by-sample evaluation
+mod clocks; // time offsets between topics, estimated from the physics
+mod coverage; // standard deviations compared with actual errors
+mod documents; // commands, snippets and names in README, book and CONTRIBUTING
+mod first_paper; // results of the first paper
+mod fuzz; // no input makes the program panic
+mod gaps; // missing data is reported, never filled in
+mod golden; // results equal the recorded ones bit for bit
+mod number_signals; // any field of any message as a signal
+mod payload; // payload mass from cylinder forces
+mod plausibility; // implausible signals
+mod real_logs; // logs of real robots
+mod second_paper; // results of the second paper, and the gain from cylinder pressures
+mod whatif; // replays with a different suspension motion

@@ -1,9 +1,9 @@
-//! A log again with its suspension moved otherwise.
+//! Replays of a log with a different suspension motion.
 
 use std::path::Path;
 
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::whatif::{Summary, SuspensionMode, WhatIf, WhatIfOptions, what_if};
+use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::suspension::{Summary, SuspensionMode, WhatIf, WhatIfOptions, what_if};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 use tipwatch_tests::data;
@@ -25,9 +25,9 @@ fn options(suspension: SuspensionMode) -> WhatIfOptions {
     }
 }
 
-/// With the rods as recorded nothing is another one: the loads are those of the analysis.
+/// With the rods as recorded, a replay gives the loads of the analysis.
 #[test]
-fn as_recorded_is_what_was_recorded() {
+fn a_replay_as_recorded_gives_the_recorded_loads() {
     let what_if = replayed("second_paper.mcap", None, options(SuspensionMode::Recorded)).unwrap();
     let analysis = &what_if.analysis;
     let weight = analysis.machine.mass() * analysis.machine.gravity();
@@ -46,15 +46,15 @@ fn as_recorded_is_what_was_recorded() {
     }
     assert!(compared > 1000, "{compared}");
     assert!(!what_if.moved.is_controlled());
-    // locked, another one
+    // locking the rods changes the loads
     let apart = |row: usize| (what_if.fixed.load[0][row] - what_if.moved.load[0][row]).abs();
     assert!((0..analysis.rows.len()).map(apart).fold(0.0, f64::max) > 300.0);
 }
 
-/// The second paper's Figs. 8 to 11 on a manoeuvre of its kind, the arm folded: the spread of the loads falls by
-/// more than its 35 %, the centre of mass comes half way to the middle.
+/// The second paper's Figs. 8 to 11 on a similar manoeuvre with the arm folded: the spread of the loads falls by more than
+/// the paper's 35 %, and the offset of the centre of mass is halved.
 #[test]
-fn val_with_the_arm_folded_the_control_halves_spread_and_offset() {
+fn val_control_halves_spread_and_offset_of_a_folded_arm() {
     let what_if = replayed("folded_arm.mcap", None, options(SuspensionMode::LookAhead)).unwrap();
     let summary = serde_json::to_value(Summary::of(&what_if)).unwrap();
     let of = |track: &str, key: &str| summary[track][key].as_f64().unwrap();
@@ -70,7 +70,7 @@ fn val_with_the_arm_folded_the_control_halves_spread_and_offset() {
     limits_hold(&what_if);
 }
 
-/// What the limits bind keeps them, valves and pressures stay within theirs, and the rods follow.
+/// References and commands respect their limits, valves and pressures stay within range, and the rods follow.
 fn limits_hold(what_if: &WhatIf) {
     let suspension = &what_if.suspension;
     let hydraulics = &suspension.hydraulics;
@@ -113,7 +113,7 @@ fn limits_hold(what_if: &WhatIf) {
 }
 
 #[test]
-fn the_literal_problem_is_refused_with_a_short_step_and_works_with_a_long_one() {
+fn the_one_step_problem_needs_a_long_step() {
     let refused = replayed("folded_arm.mcap", None, options(SuspensionMode::Literal)).unwrap_err();
     assert!(
         refused.contains("suspension.control.rate") && refused.contains("1.5 times"),
@@ -150,7 +150,7 @@ fn a_machine_without_a_suspension_is_refused() {
 }
 
 #[test]
-fn its_files_hold_both_side_by_side_and_say_what_they_cannot_show() {
+fn output_files_contain_both_motions_and_the_caveats() {
     let out = tempfile::tempdir().unwrap();
     let what_if = replayed("folded_arm.mcap", None, options(SuspensionMode::LookAhead)).unwrap();
     what_if.write(out.path()).unwrap();
@@ -170,7 +170,7 @@ fn its_files_hold_both_side_by_side_and_say_what_they_cannot_show() {
     ] {
         assert!(page.contains(told), "{told}");
     }
-    // nothing is fetched
+    // the page loads nothing from elsewhere
     assert!(!page.contains("<script src") && !page.contains("<link"));
     assert!(out.path().join("whatif.parquet").metadata().unwrap().len() > 10_000);
 }

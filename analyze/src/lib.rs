@@ -1,53 +1,25 @@
-//! Analysis of whole logs: from a log and a machine file to tables, a summary and a report.
+//! Analysis of whole logs: a log and a machine file in; tables, a summary and a report out.
 //!
-//! [`load`] reads machine and samples, [`run::analyse`] makes an [`Analysis`](analysis::Analysis) of
-//! them, [`output::write`] writes its files: [`table`] lists the columns, [`summary`] the keys of
-//! `summary.json`, [`report`] makes the page. [`inspect`] looks at a log without a machine.
+//! [`load`] reads machine and samples. [`analysis::run::analyse`] computes an
+//! [`Analysis`](analysis::Analysis). [`output::write`] writes its files: [`tables`] for programs, the
+//! [`report`] for people. [`setup`] helps to describe a machine before its first analysis.
 //!
-//! [`facts`] are what an analysis comes to in few numbers: a [`policy`] judges them, a [`screen`] collects
-//! those of many logs, [`compare`] puts two analyses side by side.
+//! A [`policy`] judges the key figures of an analysis, a [`screen`] collects those of many logs,
+//! [`compare`] compares two analyses. [`suspension`] replays a log with an active suspension.
 
 #![forbid(unsafe_code)]
 
 pub mod analysis;
-pub mod check_machine;
+pub mod base;
 pub mod cli;
-pub mod clock;
 pub mod compare;
-pub mod demo;
-mod derived;
-mod detect;
-mod evaluation;
 pub mod events;
-mod evidence;
-pub mod facts;
-mod files;
-pub mod first_machine;
-pub mod imu_check;
-mod input_events;
-pub mod inspect;
-mod linkage_force;
 pub mod load;
-pub mod model_comparison;
-pub mod monte_carlo;
-mod notes;
-pub mod options;
 pub mod output;
-mod parquet;
-pub mod payload;
+mod page;
 pub mod policy;
-mod prevention;
-mod progress;
-pub mod provenance;
-mod recorder_gaps;
 pub mod report;
-pub mod run;
 pub mod screen;
-pub mod sensitivity;
-pub mod stabilise;
-mod stdout;
-pub mod summary;
-mod svg;
-pub mod table;
-pub mod verdicts;
-pub mod whatif;
+pub mod setup;
+pub mod suspension;
+pub mod tables;

@@ -1,4 +1,4 @@
-//! The files of an analysis: written into the output folder, never beside the evidence.
+//! Writes the files of an analysis or a replay into an output folder, never beside the log.
 
 use std::fs;
 use std::path::Path;
@@ -6,13 +6,15 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use crate::analysis::Analysis;
-use crate::derived::Derived;
 use crate::policy::Judgement;
+use crate::report;
 use crate::report::PlotLibrary;
-use crate::summary::Summary;
-use crate::{parquet, report, table};
+use crate::suspension::{self, Summary as WhatIfSummary, WhatIf};
+use crate::tables::derived::Derived;
+use crate::tables::summary::Summary;
+use crate::tables::{parquet, table};
 
-/// Which files are written.
+/// Which files to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Outputs {
     /// All of them.
@@ -21,7 +23,7 @@ pub enum Outputs {
     Samples,
 }
 
-/// Writes the files of an analysis into `folder`, which is made if it is not there.
+/// Writes the files of an analysis into `folder`, which is created if missing.
 ///
 /// # Errors
 /// A file cannot be written.
@@ -56,7 +58,7 @@ fn write_events(analysis: &Analysis, folder: &Path) -> Result<()> {
     )
 }
 
-/// The tables that not every analysis has.
+/// Writes the tables that not every analysis has.
 fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<()> {
     for (name, table) in [
         ("sensitivity.parquet", table::sensitivity(analysis)?),
@@ -76,13 +78,13 @@ fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
         || Derived::begin(analysis, &path),
     );
     if page.is_err() {
-        // without the report it would look whole
+        // without its attachments it would look complete
         let _ = fs::remove_file(&path);
     }
     derived?.finish(&page?)
 }
 
-/// Writes the summary and the report; the report's text.
+/// Writes the summary and the report; returns the text of the report.
 fn write_report(analysis: &Analysis, folder: &Path) -> Result<String> {
     let summary = Summary::of(analysis, report::findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
@@ -92,7 +94,7 @@ fn write_report(analysis: &Analysis, folder: &Path) -> Result<String> {
     Ok(page)
 }
 
-/// Writes what a policy says of an analysis: `policy.json`.
+/// Writes the judgement of a policy: `policy.json`.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -103,4 +105,28 @@ pub fn write_judgement(judgement: &Judgement, folder: &Path) -> Result<()> {
 
 fn write_text(path: &Path, text: &str) -> Result<()> {
     fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
+}
+
+impl WhatIf {
+    /// Writes `whatif.parquet`, `summary.json` and `report.html` into a folder, which is created if missing.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        fs::create_dir_all(folder)
+            .with_context(|| format!("{}: cannot be created", folder.display()))?;
+        let mut table = suspension::table::table(self)?;
+        let path = folder.join("whatif.parquet");
+        parquet::write(&mut table, &self.analysis.provenance, &path)?;
+        let summary = serde_json::to_string_pretty(&WhatIfSummary::of(self))?;
+        for (name, text) in [
+            ("summary.json", summary),
+            ("report.html", report::render_what_if(self)),
+        ] {
+            let path = folder.join(name);
+            fs::write(&path, text)
+                .with_context(|| format!("{}: cannot be written", path.display()))?;
+        }
+        Ok(())
+    }
 }

@@ -1,28 +1,20 @@
-//! `check-machine`: the model beside scales.
-
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! `check-machine`: comparison with weighed loads.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// What the wheels of `tiny.mcap` carry in the simulation when it starts at rest on level ground
-/// (first row of `tiny.truth.parquet`): the scales of this test (N).
+use super::support::{data, tipwatch};
+
+/// Wheel loads of the simulation behind `tiny.mcap`, at rest on level ground (first row of
+/// `tiny.truth.parquet`), used as weighed loads (N).
 const SCALES_N: [(&str, f64); 4] = [
     ("FL", 13317.529),
     ("FR", 13292.521),
     ("RL", 3889.075),
     ("RR", 3864.542),
 ];
-
-fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../tests/data")
-        .join(name)
-}
 
 /// The tiny machine with `[weighed]` and its URDF changed.
 fn machine(weighed: &str, urdf: impl Fn(String) -> String) -> (TempDir, String) {
@@ -33,11 +25,6 @@ fn machine(weighed: &str, urdf: impl Fn(String) -> String) -> (TempDir, String) 
     fs::write(folder.path().join("tiny.urdf"), urdf(read("tiny.urdf"))).unwrap();
     let path = path.to_str().unwrap().to_owned();
     (folder, path)
-}
-
-fn tipwatch(args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tipwatch"));
-    command.args(args).output().unwrap()
 }
 
 fn checked(machine: &str, in_log: bool) -> Value {
@@ -79,7 +66,7 @@ fn readings(check: &Value) -> &Vec<Value> {
 }
 
 #[test]
-fn val_the_model_weighs_what_the_simulation_weighs() {
+fn val_static_loads_match_the_simulation() {
     for weighed in [readings_in_newtons(), sums_in_kilograms()] {
         let (_folder, machine) = machine(&weighed, |urdf| urdf);
         let check = checked(&machine, true);
@@ -103,7 +90,7 @@ fn val_the_model_weighs_what_the_simulation_weighs() {
 
 /// By hand: 2200 + 4 * 60 + 1062.9 kg.
 #[test]
-fn val_masses_and_geometry_are_those_of_the_urdf() {
+fn val_masses_and_geometry_match_the_urdf() {
     let (_folder, machine) = machine("", |urdf| urdf);
     let check = checked(&machine, false);
     assert!(check["weighed"].is_null());
@@ -119,7 +106,7 @@ fn val_masses_and_geometry_are_those_of_the_urdf() {
 }
 
 #[test]
-fn a_model_that_is_wrong_is_beyond_its_uncertainty() {
+fn a_wrong_model_is_beyond_two_sigma() {
     let heavier = |urdf: String| urdf.replace("<mass value='2200.0'/>", "<mass value='2600.0'/>");
     let (_folder, machine) = machine(&sums_in_kilograms(), heavier);
     let check = checked(&machine, true);
@@ -133,7 +120,7 @@ fn a_model_that_is_wrong_is_beyond_its_uncertainty() {
 }
 
 #[test]
-fn a_stated_posture_holds_without_a_log() {
+fn a_stated_posture_needs_no_log() {
     let posture = "posture = { lift = -1.2943, tilt = -1.7279, extension = 0.2042 }\n";
     let (_folder, machine) = machine(&(readings_in_newtons() + posture), |urdf| urdf);
     let check = checked(&machine, false);
@@ -150,7 +137,7 @@ fn a_stated_posture_holds_without_a_log() {
 }
 
 #[test]
-fn readings_that_make_no_sense_are_refused() {
+fn invalid_weighed_loads_are_rejected() {
     let refusal = |weighed: &str| {
         let (_folder, machine) =
             machine(&format!("\n[weighed]\nunit = \"kg\"\n{weighed}\n"), |u| u);

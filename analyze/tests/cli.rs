@@ -1,34 +1,16 @@
-//! The command line as a user meets it: outputs, exit codes, and one clear message for each mistake.
-
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! The command line: outputs, exit codes, and one clear message for each error.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::sync::Arc;
 
 use tempfile::TempDir;
 
-fn tipwatch(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_tipwatch"))
-        .args(args)
-        .output()
-        .unwrap()
-}
+use super::support::{code_and_stderr, data, text, tipwatch};
 
-fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../tests/data")
-        .join(name)
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
-
-/// Runs `analyze` on `log` with a machine file; gives exit code, stderr and the output folder.
+/// Runs `analyze` on `log` with a machine file; returns exit code, stderr and the output folder.
 fn analyze(log: &Path, machine: &Path, more: &[&str]) -> (i32, String, TempDir) {
     let out = TempDir::new().unwrap();
     let mut args = vec![
@@ -41,11 +23,8 @@ fn analyze(log: &Path, machine: &Path, more: &[&str]) -> (i32, String, TempDir) 
     ];
     args.extend(more);
     let output = tipwatch(&args);
-    (
-        output.status.code().unwrap(),
-        String::from_utf8_lossy(&output.stderr).into_owned(),
-        out,
-    )
+    let (code, messages) = code_and_stderr(&output);
+    (code, messages, out)
 }
 
 /// An MCAP with these topics and types, three messages of four bytes on each.
@@ -82,7 +61,7 @@ fn log_of(folder: &Path, topics: &[(&str, &str)]) -> PathBuf {
 }
 
 #[test]
-fn analyze_writes_every_output_and_says_the_findings() {
+fn analyze_writes_all_outputs_and_prints_findings() {
     let (code, said, out) = analyze(&data("tiny_lift.mcap"), &data("tiny_lift.toml"), &[]);
     assert_eq!(code, 0, "{said}");
     for file in [
@@ -131,7 +110,7 @@ fn analyze_writes_every_output_and_says_the_findings() {
 }
 
 #[test]
-fn the_closed_form_writes_its_terms_and_refuses_machines_that_it_does_not_describe() {
+fn closed_form_writes_terms_or_rejects_the_machine() {
     let asked = ["--model", "closed-form", "--columns", "terms"];
     let (code, said, out) = analyze(&data("tiny.mcap"), &data("tiny.toml"), &asked);
     assert_eq!(code, 0, "{said}");
@@ -152,7 +131,7 @@ fn the_closed_form_writes_its_terms_and_refuses_machines_that_it_does_not_descri
 }
 
 #[test]
-fn the_study_of_drawn_machines_writes_its_bands() {
+fn monte_carlo_writes_bands() {
     let (code, said, out) = analyze(
         &data("tiny.mcap"),
         &data("tiny.toml"),
@@ -176,7 +155,7 @@ fn the_study_of_drawn_machines_writes_its_bands() {
 }
 
 #[test]
-fn fail_on_gives_exit_code_four_only_where_the_event_happened() {
+fn fail_on_exits_with_4_only_if_the_event_occurred() {
     let lift = analyze(
         &data("tiny_lift.mcap"),
         &data("tiny_lift.toml"),
@@ -192,7 +171,7 @@ fn fail_on_gives_exit_code_four_only_where_the_event_happened() {
 }
 
 #[test]
-fn a_damaged_chunk_is_told_with_its_times_and_the_messages_of_each_topic() {
+fn a_damaged_chunk_is_reported_with_times_and_topics() {
     let folder = TempDir::new().unwrap();
     let mut bytes = fs::read(data("swing_lift.mcap")).unwrap();
     let index = mcap::Summary::read(&bytes).unwrap().unwrap();
@@ -240,7 +219,7 @@ fn a_damaged_chunk_is_told_with_its_times_and_the_messages_of_each_topic() {
 }
 
 #[test]
-fn a_truncated_log_gives_what_is_intact_and_exit_code_three() {
+fn a_truncated_log_is_analysed_and_exits_with_3() {
     let folder = TempDir::new().unwrap();
     let bytes = fs::read(data("tiny_lift.mcap")).unwrap();
     let log = folder.path().join("cut.mcap");
@@ -259,7 +238,7 @@ fn a_truncated_log_gives_what_is_intact_and_exit_code_three() {
 }
 
 #[test]
-fn a_recovered_log_gives_the_rows_of_the_damaged_one_and_is_whole() {
+fn a_recovered_log_is_intact_and_has_the_same_rows() {
     let folder = TempDir::new().unwrap();
     let bytes = fs::read(data("tiny_lift.mcap")).unwrap();
     let (log, whole) = (
@@ -291,7 +270,7 @@ fn a_recovered_log_gives_the_rows_of_the_damaged_one_and_is_whole() {
 }
 
 #[test]
-fn nothing_is_written_beside_the_evidence() {
+fn nothing_is_written_next_to_the_log() {
     let folder = TempDir::new().unwrap();
     for name in ["tiny.mcap", "tiny.toml", "tiny.urdf"] {
         fs::copy(data(name), folder.path().join(name)).unwrap();
@@ -306,7 +285,7 @@ fn nothing_is_written_beside_the_evidence() {
 }
 
 #[test]
-fn each_mistake_gets_one_clear_message() {
+fn each_error_has_one_clear_message() {
     let folder = TempDir::new().unwrap();
     let machine = data("tiny.toml");
     let says = |log: &Path, machine: &Path, code: i32, parts: &[&str]| {
@@ -330,7 +309,7 @@ fn each_mistake_gets_one_clear_message() {
         &no_log,
         &machine,
         1,
-        &["photo.mcap", "no log", "expected MCAP"],
+        &["photo.mcap", "not a log", "expected MCAP"],
     );
     fs::write(&no_log, b"").unwrap();
     says(&no_log, &machine, 1, &["photo.mcap"]);
@@ -380,12 +359,12 @@ fn each_mistake_gets_one_clear_message() {
         &two_imus,
         &unnamed,
         1,
-        &["two candidates", "/a", "/b", "[signals]"],
+        &["several candidates", "/a", "/b", "[signals]"],
     );
 }
 
 #[test]
-fn usage_mistakes_give_exit_code_two() {
+fn usage_errors_exit_with_2() {
     for args in [
         vec!["analyze"],
         vec!["analyze", "x.mcap"],
@@ -406,7 +385,7 @@ fn usage_mistakes_give_exit_code_two() {
 }
 
 #[test]
-fn inspect_tells_topics_and_bindings_for_people_and_as_json() {
+fn inspect_shows_topics_and_bindings_as_text_and_json() {
     let log = data("tiny.mcap");
     let output = tipwatch(&["inspect", text(&log), "--json"]);
     assert_eq!(output.status.code(), Some(0));

@@ -1,24 +1,17 @@
-//! Logs whose clocks are wrong, through the program: told, and dealt with or refused.
-
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! Logs with wrong clocks: reported, and corrected or rejected.
 
 use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
+use super::support::{code_and_stderr, data, stdout, text, tipwatch};
+
 const S: i64 = 1_000_000_000;
 /// A day (ns).
 const DAY: i64 = 86_400 * S;
-
-fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../tests/data")
-        .join(name)
-}
 
 /// The times of a message.
 struct Times {
@@ -59,23 +52,23 @@ fn changed(folder: &Path, change: impl Fn(&mut Times)) -> PathBuf {
     path
 }
 
-/// Exit code, what was said, summary.
+/// Exit code, messages, summary.
 fn analyzed(log: &Path) -> (i32, String, Option<Value>) {
     let out = TempDir::new().unwrap();
     let machine = data("tiny.toml");
-    let output = Command::new(env!("CARGO_BIN_EXE_tipwatch"))
-        .arg("analyze")
-        .arg(log)
-        .arg("--machine")
-        .arg(machine)
-        .arg("--out")
-        .arg(out.path())
-        .output()
-        .unwrap();
+    let output = tipwatch(&[
+        "analyze",
+        text(log),
+        "--machine",
+        text(&machine),
+        "--out",
+        text(out.path()),
+    ]);
+    let (code, messages) = code_and_stderr(&output);
     let summary = fs::read_to_string(out.path().join("summary.json")).ok();
     (
-        output.status.code().unwrap(),
-        String::from_utf8_lossy(&output.stderr).into_owned(),
+        code,
+        messages,
         summary.map(|text| serde_json::from_str(&text).unwrap()),
     )
 }
@@ -100,7 +93,7 @@ fn assert_close(found: &Value, expected: &Value, share: f64) {
 }
 
 #[test]
-fn whatever_the_epoch_the_loads_are_the_same() {
+fn loads_do_not_depend_on_the_epoch() {
     let folder = TempDir::new().unwrap();
     let (code, said, sound) = analyzed(&data("tiny.mcap"));
     assert_eq!(code, 0, "{said}");
@@ -144,7 +137,7 @@ fn whatever_the_epoch_the_loads_are_the_same() {
 }
 
 #[test]
-fn a_replay_in_a_loop_gives_two_runs_and_carries_nothing_over() {
+fn a_looped_recording_gives_two_independent_runs() {
     let folder = TempDir::new().unwrap();
     let sound = analyzed(&data("tiny.mcap")).2.unwrap();
     let (first, last) = (&sound["rows"]["first_ns"], &sound["rows"]["last_ns"]);
@@ -172,7 +165,7 @@ fn a_replay_in_a_loop_gives_two_runs_and_carries_nothing_over() {
 }
 
 #[test]
-fn what_cannot_be_put_on_one_clock_is_refused_with_the_reason() {
+fn irreconcilable_clocks_are_rejected_with_the_reason() {
     let folder = TempDir::new().unwrap();
     let start = 1_700_000_000 * S;
     let joints_apart = changed(folder.path(), |times| {
@@ -191,15 +184,10 @@ fn what_cannot_be_put_on_one_clock_is_refused_with_the_reason() {
 }
 
 #[test]
-fn inspect_tells_the_clocks_and_with_a_machine_the_offsets() {
+fn inspect_shows_clocks_and_offsets() {
     let inspected = |more: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_tipwatch"))
-            .arg("inspect")
-            .arg(data("hard_brake.mcap"))
-            .args(more)
-            .output()
-            .unwrap();
-        String::from_utf8(output.stdout).unwrap()
+        let log = data("hard_brake.mcap");
+        stdout(&tipwatch(&[&["inspect", text(&log)], more].concat()))
     };
     let json: Value = serde_json::from_str(&inspected(&["--json"])).unwrap();
     assert_eq!(json["clock"]["time"], "header");
@@ -222,6 +210,6 @@ fn inspect_tells_the_clocks_and_with_a_machine_the_offsets() {
     );
     let machine = data("hard_brake.toml");
     let text = inspected(&["--machine", machine.to_str().unwrap()]);
-    assert!(text.contains("/odom: to add to its stamps: "), "{text}");
+    assert!(text.contains("/odom: correction of its stamps: "), "{text}");
     assert!(text.contains("standard deviation"), "{text}");
 }

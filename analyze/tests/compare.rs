@@ -1,47 +1,29 @@
-//! Two results side by side.
-
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! `compare`: differences between two results.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../tests/data")
-        .join(name)
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
+use super::support::{code_and_stderr, data, stdout, text, tipwatch};
 
 /// Exit code, stdout and stderr.
-fn tipwatch(args: &[&str]) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_tipwatch"))
-        .args(args)
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (
-        output.status.code().unwrap(),
-        text(output.stdout),
-        text(output.stderr),
-    )
+fn run(args: &[&str]) -> (i32, String, String) {
+    let output = tipwatch(args);
+    let (code, messages) = code_and_stderr(&output);
+    (code, stdout(&output), messages)
 }
 
 fn compared(args: &[&str]) -> Value {
     let mut all = vec!["compare", "--json"];
     all.extend(args);
-    let (code, json, said) = tipwatch(&all);
+    let (code, json, said) = run(&all);
     assert_eq!(code, 0, "{said}");
     serde_json::from_str(&json).unwrap()
 }
 
-/// A machine file like `tiny_lift.toml` whose chassis weighs so many kilogrammes more.
+/// A machine file like `tiny_lift.toml` whose chassis is heavier by so many kilogrammes.
 fn heavier(folder: &Path, more_kg: f64) -> PathBuf {
     let urdf = fs::read_to_string(data("tiny_lift.urdf")).unwrap();
     let mass = "<mass value='";
@@ -56,7 +38,7 @@ fn heavier(folder: &Path, more_kg: f64) -> PathBuf {
 }
 
 #[test]
-fn a_log_under_a_heavier_machine_differs_by_its_weight() {
+fn a_heavier_machine_differs_by_its_weight() {
     let folder = TempDir::new().unwrap();
     let (log, machine) = (data("tiny_lift.mcap"), data("tiny_lift.toml"));
     let other = heavier(folder.path(), 100.0);
@@ -105,7 +87,7 @@ fn a_log_under_a_heavier_machine_differs_by_its_weight() {
 }
 
 #[test]
-fn results_compare_as_the_logs_do_and_a_log_with_itself_not_at_all() {
+fn results_and_logs_compare_alike() {
     let folder = TempDir::new().unwrap();
     let (log, machine) = (data("tiny_lift.mcap"), data("tiny_lift.toml"));
     let result = |model: &str| {
@@ -120,7 +102,7 @@ fn results_compare_as_the_logs_do_and_a_log_with_itself_not_at_all() {
             "--model",
             model,
         ];
-        let (code, _, said) = tipwatch(&args);
+        let (code, _, said) = run(&args);
         assert_eq!(code, 0, "{said}");
         out
     };
@@ -170,22 +152,21 @@ fn results_compare_as_the_logs_do_and_a_log_with_itself_not_at_all() {
 }
 
 #[test]
-fn different_logs_are_told_in_words_with_the_events_of_one_side_first() {
+fn one_sided_events_come_first_in_the_text() {
     let machine = data("tiny_lift.toml");
     let (a, b) = (data("tiny.mcap"), data("tiny_lift.mcap"));
-    let (code, words, said) =
-        tipwatch(&["compare", text(&a), text(&b), "--machine", text(&machine)]);
+    let (code, words, said) = run(&["compare", text(&a), text(&b), "--machine", text(&machine)]);
     assert_eq!(code, 0, "{said}");
     assert!(
-        words.contains("different logs") && words.contains("only B: wheel lift"),
+        words.contains("Different logs") && words.contains("only B: wheel lift"),
         "{words}"
     );
-    let (code, _, said) = tipwatch(&["compare", text(&a), text(&b)]);
+    let (code, _, said) = run(&["compare", text(&a), text(&b)]);
     assert_eq!(code, 1);
     assert!(said.contains("--machine"), "{said}");
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("summary.json"), "{\"schema\": 1}").unwrap();
-    let (code, _, said) = tipwatch(&["compare", text(folder.path()), text(folder.path())]);
+    let (code, _, said) = run(&["compare", text(folder.path()), text(folder.path())]);
     assert_eq!(code, 1);
     assert!(
         said.contains("expected a summary of schema") && said.contains("found 1"),

@@ -1,6 +1,4 @@
-//! Tables of numbers become a log, and the log is analysed like any other.
-
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! Logs made from tables of numbers are analysed like any other.
 
 use std::fmt::Write;
 use std::fs;
@@ -8,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{
     Log, SensorKind, SensorRecording, SensorRequest, first_frame, record_sensors,
@@ -20,6 +18,8 @@ use tipwatch_mechanics::Quantity;
 mod csv_to_mcap;
 
 use csv_to_mcap::{TableFormat, convert};
+
+use super::support::data;
 
 const JOINTS: [&str; 6] = ["lift", "tilt", "slew", "extension", "steer_fl", "steer_fr"];
 const START_NS: i64 = 1_780_000_000_000_000_000;
@@ -59,12 +59,6 @@ roll_pitch_yaw = [
 [signals.odometry]
 velocity = [{ topic = "/can/speed", field = "km_h", scale = 0.2777777777777778 }, 0, 0]
 "#;
-
-fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../tests/data")
-        .join(name)
-}
 
 fn recorded(log: &Log, kind: SensorKind) -> SensorRecording {
     let topic = log.topics().iter().find(|t| kind.is_type(&t.type_name));
@@ -172,7 +166,7 @@ fn mean_of(analysis: &Analysis, quantity: Quantity) -> f64 {
 }
 
 #[test]
-fn val_a_log_made_of_tables_gives_the_loads_of_the_log_that_it_was_made_of() {
+fn val_a_log_from_csv_tables_gives_the_same_loads() {
     let folder = TempDir::new().unwrap();
     let made = folder.path().join("made.mcap");
     let count = convert(&tables(folder.path()), &made, &format()).unwrap();
@@ -217,7 +211,7 @@ fn val_a_log_made_of_tables_gives_the_loads_of_the_log_that_it_was_made_of() {
 }
 
 #[test]
-fn tables_with_mistakes_are_refused() {
+fn invalid_tables_are_rejected() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("out.mcap");
     let says = |text: &str, format: &TableFormat| {

@@ -1,27 +1,16 @@
-//! `derived.mcap` read back: the same numbers as the analysis has, and everything that belongs to it.
-
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test that panics has failed, helpers included"
-)]
+//! `derived.mcap` read back: the numbers of the analysis, its sources and attachments.
 
 use std::ops::ControlFlow;
-use std::path::Path;
 
-use tipwatch_analyze::options::Options;
 use tipwatch_analyze::output::{self, Outputs};
-use tipwatch_analyze::run;
-use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldPath, Fields, Layout, Log};
 use tipwatch_mechanics::Quantity;
 
-const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data");
+use super::support::{analysed, data};
 
 #[test]
-fn every_row_comes_back_to_the_bit_with_its_sources() {
-    let file = MachineFile::read(&Path::new(DATA).join("swing_lift.toml")).unwrap();
-    let log = Path::new(DATA).join("swing_lift.mcap");
-    let analysis = run::analyse(&log, &file, Options::default(), &mut |_| {}).unwrap();
+fn derived_rows_equal_the_analysis_to_the_bit() {
+    let analysis = analysed(&data("swing_lift.mcap"), &data("swing_lift.toml"));
     let folder = tempfile::tempdir().unwrap();
     output::write(&analysis, folder.path(), Outputs::All).unwrap();
     let path = folder.path().join("derived.mcap");
@@ -82,8 +71,11 @@ fn every_row_comes_back_to_the_bit_with_its_sources() {
             .data
             .into_owned()
     };
-    assert_eq!(attached("machine.toml"), file.text.as_bytes());
-    let urdf = std::fs::read(Path::new(DATA).join("swing_lift.urdf")).unwrap();
+    assert_eq!(
+        attached("machine.toml"),
+        analysis.sources.machine_file.as_bytes()
+    );
+    let urdf = std::fs::read(data("swing_lift.urdf")).unwrap();
     assert_eq!(attached("machine.urdf"), urdf);
     let report = std::fs::read(folder.path().join("report.html")).unwrap();
     assert!(attached("report.html") == report);

@@ -1,6 +1,4 @@
-//! The IMU's mounting in a whole analysis: from the log's own transforms, and found wrong.
-
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! The mounting of the IMU: from transforms in the log, and found wrong.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -10,20 +8,16 @@ use std::sync::Arc;
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::imu_check::FAULT;
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::imu_check::FAULT;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 
+use super::support::data;
+
 /// As `[imu]` of `tiny.toml` has it (m).
 const IMU_IN_BASE: [f64; 3] = [0.1, 0.0, 0.05];
-
-fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../tests/data")
-        .join(name)
-}
 
 /// `tiny.toml` with another `[imu]`, or none.
 fn analysed(log: &Path, imu: &str) -> Analysis {
@@ -101,7 +95,7 @@ fn fault(analysis: &Analysis) -> Option<&String> {
 }
 
 #[test]
-fn transforms_of_the_log_stand_in_for_a_silent_machine_file() {
+fn transforms_in_the_log_define_an_unstated_mounting() {
     let stated = analysed(
         &data("tiny.mcap"),
         "[imu]\nlink = \"base_link\"\nxyz = [0.1, 0.0, 0.05]\n",
@@ -125,7 +119,7 @@ fn transforms_of_the_log_stand_in_for_a_silent_machine_file() {
 }
 
 #[test]
-fn an_imu_that_is_not_turned_as_the_machine_file_says_is_reported_and_not_corrected() {
+fn a_wrong_imu_mounting_is_reported_but_not_corrected() {
     let right = analysed(&data("tiny.mcap"), "[imu]\n");
     assert_eq!(fault(&right), None);
     // on its side, on its back, nose up

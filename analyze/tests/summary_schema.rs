@@ -1,28 +1,14 @@
-//! The published schema of `summary.json` is that of the program, and every summary keeps it.
+//! The published schema of `summary.json` matches the program, and every summary satisfies it.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../tests/data")
-        .join(name)
-}
-
-fn tipwatch(args: &[&str]) -> std::process::Output {
-    Command::new(env!("CARGO_BIN_EXE_tipwatch"))
-        .args(args)
-        .output()
-        .unwrap()
-}
+use super::support::{data, tipwatch};
 
 #[test]
-fn the_published_schema_is_that_of_the_program() {
+fn the_published_schema_matches_the_program() {
     let printed = String::from_utf8(tipwatch(&["schema"]).stdout).unwrap();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("summary.schema.json");
     let published = std::fs::read_to_string(&path).unwrap();
@@ -33,7 +19,7 @@ fn the_published_schema_is_that_of_the_program() {
 }
 
 #[test]
-fn every_summary_keeps_the_schema() {
+fn every_summary_satisfies_the_schema() {
     let schema: Value = serde_json::from_slice(&tipwatch(&["schema"]).stdout).unwrap();
     let folder = TempDir::new().unwrap();
     let out = folder.path().to_str().unwrap();
@@ -65,7 +51,7 @@ fn every_summary_keeps_the_schema() {
         assert_eq!(mistakes, Vec::<String>::new());
         assert!(checked > 200, "{checked}");
 
-        // and the check finds what is wrong
+        // and the check detects violations
         let mut wrong = summary.clone();
         wrong["rows"]["count"] = Value::from("many");
         wrong["surprise"] = Value::from(1);
@@ -75,8 +61,8 @@ fn every_summary_keeps_the_schema() {
     }
 }
 
-/// What of `value` is not as `schema` says, of the keywords that the program's schema consists of. Keys
-/// that the schema does not name are mistakes: a program may add keys, but not without telling of them.
+/// Lists the violations of `schema` by `value`, for the keywords that the program's schema uses. Keys that are
+/// not in the schema are violations, too.
 fn check(
     root: &Value,
     schema: &Value,
@@ -152,6 +138,6 @@ fn is(value: &Value, name: &str) -> bool {
         "string" => value.is_string(),
         "array" => value.is_array(),
         "object" => value.is_object(),
-        other => panic!("a schema of \"{other}\" was not foreseen"),
+        other => panic!("a schema of \"{other}\" is not supported by this check"),
     }
 }

@@ -1,27 +1,28 @@
-//! Forces of actuators that tell how the wheels share the load: numbers of any messages.
+//! Finds the actuator force signals that determine the load split: numbers from any messages.
 
 use tipwatch_ingest::{
-    Error, Log, NumberSample, SampleValue, SensorKind, SensorRequest, topic_of_field,
+    Error, Log, SampleSpec, SensorKind, SensorRequest, ValueSource, topic_of_field,
 };
+use tipwatch_mechanics::machine::ActuatorSignal;
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine, MachineSpec};
-use tipwatch_mechanics::signal::{ActuatorSignal, Sensor};
+use tipwatch_mechanics::state::Sensor;
 
 use crate::BoundSensor;
 use crate::number_signals::number_field;
 
-/// What a log has of the actuated joints' forces.
+/// The actuator force signals in a log.
 #[derive(Debug, Default)]
 pub(crate) struct FoundActuators {
-    /// For [`Sensors::actuators`](tipwatch_mechanics::signal::Sensors::actuators).
+    /// For [`Sensors::actuators`](tipwatch_mechanics::state::Sensors::actuators).
     pub(crate) signals: Vec<ActuatorSignal>,
-    /// What to read, in that order.
+    /// What to read, in the same order.
     pub(crate) sensors: Vec<BoundSensor>,
-    /// What is bound and not there, in plain sentences.
+    /// Bound signals missing from the log, as sentences.
     pub(crate) notes: Vec<String>,
 }
 
-/// Finds the signals of every actuated joint of a machine. A joint of which the log lacks a topic is left
-/// out and told of.
+/// Finds the signals of all actuated joints of a machine. A joint without its topic in the log is
+/// omitted and reported.
 ///
 /// # Errors
 /// The log cannot be read.
@@ -57,7 +58,7 @@ pub(crate) fn find(
     for (joint, (linkage, _)) in bound.iter().enumerate() {
         if let Some((field, _)) = missing(joint) {
             found.notes.push(format!(
-                "Linkage {}: the log has no topic {}, so its force is unknown and the split rule alone shares the load.",
+                "Linkage {}: the log has no topic {}, so its force is unknown and the load split follows the rule alone.",
                 linkage.name, field.topic
             ));
         }
@@ -65,8 +66,8 @@ pub(crate) fn find(
     Ok(found)
 }
 
-/// The fields of the signals of [`ActuatedJoint::signals`](tipwatch_mechanics::machine::ActuatedJoint),
-/// in their order, and what they are.
+/// The fields of [`ActuatedJoint::signals`](tipwatch_mechanics::machine::ActuatedJoint), in order,
+/// each with its description.
 fn bound_fields<'s>(
     spec: &'s MachineSpec,
     linkage: &'s LinkageSpec,
@@ -74,8 +75,8 @@ fn bound_fields<'s>(
     match (spec.force_of(linkage), &linkage.pressure) {
         (Some(force), _) => vec![(force, "force")],
         (None, Some(pressure)) => vec![
-            (&pressure.piston, "pressure on the piston's side"),
-            (&pressure.rod, "pressure on the rod's side"),
+            (&pressure.piston, "piston-side pressure"),
+            (&pressure.rod, "rod-side pressure"),
         ],
         (None, None) => Vec::new(),
     }
@@ -88,8 +89,8 @@ fn request(log: &Log, field: &FieldSpec) -> Result<SensorRequest, Error> {
         kind: SensorKind::Number,
         joint_names: Vec::new(),
         other_parts: Vec::new(),
-        numbers: Some(NumberSample {
-            values: vec![SampleValue::Field(number)],
+        numbers: Some(SampleSpec {
+            values: vec![ValueSource::Field(number)],
             has_roll_pitch_yaw: false,
         }),
     })

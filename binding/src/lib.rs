@@ -1,8 +1,9 @@
-//! A machine and a log put together: which topic carries which sensor of which machine.
+//! Binds a machine to a log: which topic carries which sensor.
 //!
 //! [`tipwatch_ingest`] knows no machine and [`tipwatch_mechanics`] opens no file; offline and live
-//! analysis both need this one step between them. [`MachineFile`] is read from disk; [`bind`] finds the topics, checks the machine
-//! against what the log has, and says what to read; [`BoundLog::record`] then reads it.
+//! analysis both need this step between them. [`MachineFile`] is read from disk. [`bind`] finds the
+//! topics, checks the machine against the log and determines what to read. [`BoundLog::record`]
+//! reads it.
 
 #![forbid(unsafe_code)]
 
@@ -22,7 +23,7 @@ use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{
     LogFacts, Machine, MachineSpec, OneOrMany, SignalSpec, StaticTransform,
 };
-use tipwatch_mechanics::signal::{JointTwice, MatchedSensors, OtherSensors, Sample, Sensor};
+use tipwatch_mechanics::state::{JointTwice, MatchedSensors, OtherSensors, Sample, Sensor};
 
 pub use machine_file::{MachineFile, MachineFileError, Urdf};
 pub use number_signals::number_field;
@@ -32,39 +33,39 @@ use number_signals::NumberSignals;
 /// A machine bound to a log.
 #[derive(Debug)]
 pub struct BoundLog {
-    /// The machine as checked against the log.
+    /// The machine, checked against the log.
     pub machine: Machine,
-    /// Its sensors, as the estimators want them.
+    /// Its sensors, in the form that the estimators use.
     pub matched: MatchedSensors,
     /// What to read for each sensor, in the order of
-    /// [`Sensors::iter`](tipwatch_mechanics::signal::Sensors::iter).
+    /// [`Sensors::iter`](tipwatch_mechanics::state::Sensors::iter).
     pub sensors: Vec<BoundSensor>,
-    /// The topics found, used or not.
+    /// All topics found, used or not.
     pub topics: SensorTopics,
-    /// By topic what the machine file says has to be added to its stamps (s).
+    /// Clock offsets from the machine file, to be added to the stamps (s), by topic.
     pub clock_offsets_s: BTreeMap<String, f64>,
-    /// What is bound and not there, in plain sentences.
+    /// Bound signals missing from the log, as sentences.
     pub notes: Vec<String>,
 }
 
 /// A sensor and the topic that carries it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundSensor {
-    /// Its place among the machine's sensors.
+    /// The sensor of the machine.
     pub sensor: Sensor,
     /// What to read.
     pub request: SensorRequest,
-    /// Why this topic was taken.
+    /// Why this topic was chosen.
     pub why: String,
 }
 
-/// Why a machine and a log do not go together.
+/// Why a machine cannot be bound to a log.
 #[derive(Debug, thiserror::Error)]
 pub enum BindError {
     /// The log cannot be read, or a signal is missing, of the wrong type or ambiguous.
     #[error(transparent)]
     Log(#[from] tipwatch_ingest::Error),
-    /// The machine is none, or the log lacks what it needs.
+    /// The machine description is invalid, or the log lacks what it needs.
     #[error(transparent)]
     Machine(#[from] MachineError),
     /// Two topics measure one joint.
@@ -78,7 +79,7 @@ pub enum BindError {
         /// Every topic with its type.
         topics: String,
     },
-    /// The machine file knows the clock of a topic that is not there.
+    /// The machine file states the clock offset of a topic that does not exist.
     #[error("{file}: clock.offset.\"{topic}\": expected a topic of {log}, which has: {topics}")]
     NoTopicOfClock {
         /// The machine file.
@@ -90,7 +91,7 @@ pub enum BindError {
         /// Every topic of the log.
         topics: String,
     },
-    /// The joint states are of other joints.
+    /// The joint states contain none of the machine's joints.
     #[error("{log}: expected joint states of the machine's joints, found only: {joints}")]
     NoJointOfTheMachine {
         /// The log.
@@ -117,15 +118,16 @@ pub fn named_topics(spec: &MachineSpec) -> NamedTopics {
         tool_wrench: (signals.tool_wrench.as_ref())
             .and_then(SignalSpec::topic)
             .cloned(),
-        bound_otherwise: number_signals::kinds(signals),
+        bound_by_number: number_signals::kinds(signals),
         has_tool: spec.arm.as_ref().is_some_and(|arm| arm.tool.is_some()),
     }
 }
 
-/// Binds a machine, given by its file and the text of its URDF (`urdf_name` is for messages), to a log.
+/// Binds a machine, given by its machine file and the text of its URDF, to a log. `urdf_name` is
+/// for error messages.
 ///
 /// # Errors
-/// [`BindError`]: the first thing in which they do not fit.
+/// The first mismatch between machine and log.
 pub fn bind(
     log: &Log,
     spec: &MachineSpec,
@@ -155,7 +157,7 @@ pub fn bind(
     let found = Found { topics, numbers };
     let mut streams = found.joint_streams(log);
     if is_recorded {
-        // as the monitor had them, whatever was lost
+        // in the monitor's order, whatever was lost
         let place = |stream: &FoundJoints<'_>| {
             let names = &mut named.joint_states.iter();
             names.position(|name| *name == stream.topic.name)
@@ -189,20 +191,20 @@ pub fn bind(
     })
 }
 
-/// Everything that carries signals: topics of the usual types, and single numbers.
+/// All sources of signals: topics of standard types, and single numbers.
 struct Found {
     topics: SensorTopics,
     numbers: NumberSignals,
 }
 
-/// Joints that messages of one topic tell together.
+/// Joints measured together on one topic.
 struct FoundJoints<'f> {
     topic: &'f Topic,
     joints: Vec<String>,
     source: JointSource<'f>,
 }
 
-/// From where joints come.
+/// The source of joints.
 enum JointSource<'f> {
     Typed(&'f JointTopic),
     Numbers(&'f SensorRequest),
@@ -221,8 +223,8 @@ impl Found {
         self.topics.tool_wrench.is_some() || self.numbers.tool_wrench.is_some()
     }
 
-    /// The streams of joints, the one of most messages first. A joint that the machine file binds number by
-    /// number is taken out of the others.
+    /// The streams of joints, the one with most messages first. Joints that the machine file binds
+    /// number by number are removed from the others.
     fn joint_streams<'f>(&'f self, log: &'f Log) -> Vec<FoundJoints<'f>> {
         let is_numbered = |name: &String| self.numbers.joints.iter().any(|j| j.joint == *name);
         let typed = self.topics.joint_states.iter().map(|found| FoundJoints {
@@ -244,7 +246,7 @@ impl Found {
     }
 }
 
-/// The frames that a log's `/tf_static` places.
+/// The static transforms on a log's `/tf_static`.
 ///
 /// # Errors
 /// The log cannot be read.
@@ -353,7 +355,7 @@ fn bound_sensors(
             Sensor::Imu => (&topics.imu, &numbers.imu),
             Sensor::Odometry => (&topics.odometry, &numbers.odometry),
             Sensor::ToolWrench => (&topics.tool_wrench, &numbers.tool_wrench),
-            // found once the machine is known
+            // found later, once the machine is known
             Sensor::Actuator(_) => continue,
         };
         bound.extend(binding.iter().map(|b| typed(sensor, b, Vec::new())));
@@ -362,8 +364,8 @@ fn bound_sensors(
     bound
 }
 
-/// All samples of the sensors and their log times (ns), in the order in which the recorder received
-/// them: what a live system would have seen.
+/// All samples of the sensors with their log times (ns), in the order of arrival at the recorder,
+/// as a live system would have seen them.
 pub fn arrivals<'a>(
     signals: Vec<(Sensor, &'a SensorRecording)>,
 ) -> impl Iterator<Item = (Sample<'a>, i64)> {

@@ -1,4 +1,4 @@
-//! A machine file as it lies on disk, and the URDF that belongs to it.
+//! Reads a machine file and its URDF (Unified Robot Description Format).
 
 use std::path::{Path, PathBuf};
 
@@ -11,13 +11,13 @@ use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
 pub struct MachineFile {
     /// Where it is.
     pub path: PathBuf,
-    /// What it says.
+    /// Its content.
     pub spec: MachineSpec,
-    /// Its text, for hashes.
+    /// Its text, for hashing.
     pub text: String,
 }
 
-/// The text of a URDF and where it is from, for messages.
+/// The text of a URDF and its origin, for error messages.
 #[derive(Debug, Clone)]
 pub struct Urdf {
     /// The file or topic.
@@ -26,7 +26,7 @@ pub struct Urdf {
     pub text: String,
 }
 
-/// Why there is no machine.
+/// Why a machine file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum MachineFileError {
     /// The machine file cannot be read.
@@ -34,7 +34,7 @@ pub enum MachineFileError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// Its URDF cannot be read.
@@ -47,18 +47,18 @@ pub enum MachineFileError {
         /// What the operating system said.
         source: std::io::Error,
     },
-    /// There is no URDF.
+    /// No URDF was given.
     #[error("{}: expected urdf = \"...\" in the machine file or {elsewhere}, found neither", file.display())]
     NoUrdf {
         /// The machine file.
         file: PathBuf,
-        /// Where else it may be.
+        /// Where else it could come from.
         elsewhere: &'static str,
     },
-    /// The log that may have it cannot be read.
+    /// The log that may contain the URDF cannot be read.
     #[error(transparent)]
     Log(#[from] tipwatch_ingest::Error),
-    /// The text is no machine file, or it describes no machine.
+    /// The text is not a valid machine file, or describes an invalid machine.
     #[error(transparent)]
     Machine(#[from] MachineError),
 }
@@ -67,7 +67,7 @@ impl MachineFile {
     /// Reads a machine file.
     ///
     /// # Errors
-    /// The file cannot be read, or is no machine file.
+    /// The file cannot be read, or is not a valid machine file.
     pub fn read(path: &Path) -> Result<Self, MachineFileError> {
         let text = std::fs::read_to_string(path).map_err(|source| MachineFileError::Read {
             path: path.into(),
@@ -76,10 +76,10 @@ impl MachineFile {
         Self::from_text(path, &text)
     }
 
-    /// A machine file from its text; `path` tells where its URDF is looked for.
+    /// Parses a machine file; its URDF is searched relative to `path`.
     ///
     /// # Errors
-    /// The text is no machine file.
+    /// The text is not a valid machine file.
     pub fn from_text(path: &Path, text: &str) -> Result<Self, MachineFileError> {
         Ok(Self {
             path: path.into(),
@@ -88,10 +88,11 @@ impl MachineFile {
         })
     }
 
-    /// The URDF beside the machine file that it names, else the file `other`, else the one in the log.
+    /// The URDF named by the machine file, relative to it; else the file `other`, else the one in
+    /// the log.
     ///
     /// # Errors
-    /// It cannot be read, or there is none.
+    /// The URDF cannot be read, or there is none.
     pub fn urdf(&self, other: Option<&Path>, log: Option<&Log>) -> Result<Urdf, MachineFileError> {
         let named = |name: &String| self.path.parent().unwrap_or(Path::new("")).join(name);
         let beside = self.spec.urdf.as_ref().map(named);
@@ -121,10 +122,10 @@ impl MachineFile {
         })
     }
 
-    /// The machine without a log: every joint counts as measured that no linkage moves.
+    /// The machine without a log: every joint not moved by a linkage counts as measured.
     ///
     /// # Errors
-    /// The machine file or its URDF does not describe a machine.
+    /// The machine file or its URDF does not describe a valid machine.
     pub fn check_alone(&self) -> Result<Machine, MachineFileError> {
         let urdf = self.urdf(None, None)?;
         Ok(self

@@ -1,26 +1,25 @@
-//! The topics of a log that a monitor's recorder writes. Live writes them, offline reads them: every signal
-//! stands in a topic of its own, as the monitor used it, and what the machine file says of topics, scales
-//! and clocks has been applied already.
+//! The topics in a log of the monitor's recorder. Live writes them, offline reads them. Every
+//! signal has its own topic, with the values that the monitor used: topics, scales and clock
+//! offsets of the machine file are applied already.
 
 use tipwatch_ingest::{Error, FieldRecording, FieldRequest, Log, record_fields};
 use tipwatch_mechanics::machine::{FieldSpec, MachineSpec, OneOrMany, SignalSpec, SignalsSpec};
 
-/// Name of the topic of verdicts: offline takes from it what no sample tells: which of them never came,
-/// came too late or were refused.
+/// Name of the verdict topic. Offline reads from it which samples were missing, late or refused.
 pub const NAME: &str = "/tipwatch/verdict";
 /// Type of its messages.
 pub const TYPE_NAME: &str = "tipwatch_msgs/msg/Verdict";
-/// The fields that offline reads, all of unsigned integers: what the verdict is on (1: a row, whose time
-/// is the header's stamp), and the faults, cautions and acknowledgement since the row before.
+/// The fields that offline reads, all unsigned integers: the kind of verdict (1: on a row, whose
+/// time is the header stamp), and the faults, cautions and acknowledgement since the previous row.
 pub const FIELDS: [&str; 4] = ["event", "faults", "cautions", "acknowledged"];
-/// [`FIELDS`]: a verdict on a row.
+/// Value of `event` for a verdict on a row, see [`FIELDS`].
 pub const EVENT_ROW: u32 = 1;
-/// Name of the topic on which the recorder tells what it missed.
+/// Name of the topic on which the recorder reports what it missed.
 pub const GAPS: &str = "/tipwatch/record_gap";
 /// Type of its messages.
 pub const GAPS_TYPE_NAME: &str = "tipwatch_msgs/msg/RecordGap";
-/// The fields that offline reads: how many samples, and how many verdicts and commands are missing before
-/// the message.
+/// The fields that offline reads: the number of samples, and of verdicts and commands, missing
+/// before the message.
 pub const GAPS_FIELDS: [&str; 2] = ["samples", "verdicts"];
 /// Topic of the IMU.
 pub const IMU: &str = "/imu/data";
@@ -28,10 +27,10 @@ pub const IMU: &str = "/imu/data";
 pub const ODOMETRY: &str = "/odom";
 /// Topic of the tool wrench.
 pub const TOOL_WRENCH: &str = "/tool_wrench";
-/// Field of a signal of an actuator's force.
+/// Field of an actuator force signal.
 pub const ACTUATOR_FIELD: &str = "value";
 
-/// Topic of a stream of joint states, the one that makes the rows being the first.
+/// Topic of a stream of joint states; rows are computed at the samples of the first.
 #[must_use]
 pub fn joint_states(stream: usize) -> String {
     match stream {
@@ -46,13 +45,13 @@ pub fn force(linkage: &str) -> String {
     format!("/actuator/{linkage}/force")
 }
 
-/// Topic of the pressure on the piston's side of a linkage's actuator (Pa).
+/// Topic of the piston-side pressure of a linkage's actuator (Pa).
 #[must_use]
 pub fn piston_pressure(linkage: &str) -> String {
     format!("/actuator/{linkage}/piston_pressure")
 }
 
-/// Topic of the pressure on the rod's side (Pa).
+/// Topic of the rod-side pressure of a linkage's actuator (Pa).
 #[must_use]
 pub fn rod_pressure(linkage: &str) -> String {
     format!("/actuator/{linkage}/rod_pressure")
@@ -69,9 +68,9 @@ fn has(log: &Log, name: &str, type_name: &str) -> bool {
     topics.any(|topic| topic.name == name && topic.type_name == type_name)
 }
 
-/// [`FIELDS`] of all verdicts that the recorder wrote; none where the log is not of a recorder. Their
-/// stamps are those of the joint states that the monitor went by, and stay as they are: they have no
-/// clock of their own.
+/// [`FIELDS`] of all recorded verdicts; `None` if the log is not from the monitor's recorder. Their
+/// stamps are those of the monitor's joint states and stay unchanged: verdicts have no clock of
+/// their own.
 ///
 /// # Errors
 /// The log cannot be read.
@@ -79,7 +78,7 @@ pub fn verdicts(log: &Log) -> Result<Option<[FieldRecording; 4]>, Error> {
     columns(log, NAME, TYPE_NAME, FIELDS)
 }
 
-/// [`GAPS_FIELDS`] of all places where the recorder missed something; none where the log is not of a
+/// [`GAPS_FIELDS`] of all gaps in the recording; `None` if the log is not from the monitor's
 /// recorder.
 ///
 /// # Errors
@@ -97,13 +96,13 @@ fn columns<const N: usize>(
     if !has(log, name, type_name) {
         return Ok(None);
     }
-    let requests = fields.map(|field| FieldRequest::as_it_is(name, field));
-    // what is lost of the topic is told where the sensors are read
+    let requests = fields.map(|field| FieldRequest::raw(name, field));
+    // losses of the topic are reported when the sensors are read
     let (columns, _) = record_fields(log, &requests, None)?;
     Ok(columns.try_into().ok())
 }
 
-/// The machine with its signals bound to those of a recorder's log.
+/// The machine with its signals bound to the topics of a recorder's log.
 pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
     let is_there = |name: &String| log.topics().iter().any(|topic| topic.name == *name);
     let streams = (0..).map(joint_states).take_while(is_there);

@@ -1,12 +1,12 @@
-//! Signals that the machine file binds number by number: `[signals]` tables become requests.
+//! Signals that the machine file binds number by number: turns `[signals]` tables into requests.
 
 use tipwatch_ingest::{
-    Error, Log, NumberField, NumberSample, SampleValue, SensorKind, SensorRequest, Topic, TopicId,
+    Error, Log, NumberField, SampleSpec, SensorKind, SensorRequest, Topic, TopicId, ValueSource,
     first_frame, topic_of_field,
 };
 use tipwatch_mechanics::machine::{FieldSpec, JointFields, NumberSpec, SignalSpec, SignalsSpec};
 
-/// Why a topic is taken whose numbers the machine file names.
+/// The reason given for topics whose numbers the machine file names.
 pub(crate) const WHY: &str = "numbers named by the machine file";
 
 /// A joint whose position the machine file binds.
@@ -16,19 +16,19 @@ pub(crate) struct NumberedJoint {
     pub(crate) request: SensorRequest,
 }
 
-/// The requests of everything that the machine file binds number by number.
+/// The requests for all signals that the machine file binds number by number.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct NumberSignals {
     pub(crate) joints: Vec<NumberedJoint>,
     pub(crate) imu: Option<SensorRequest>,
     pub(crate) odometry: Option<SensorRequest>,
     pub(crate) tool_wrench: Option<SensorRequest>,
-    /// The frame that the IMU's messages name.
+    /// The frame in the IMU's messages.
     pub(crate) imu_frame: Option<String>,
 }
 
-/// Where a number stands, for [`tipwatch_ingest::record_fields`] and the like; `list` is the usual list of
-/// numbers where the machine file names a joint alone.
+/// The location of a number, for example for [`tipwatch_ingest::record_fields`]. `list` is the
+/// default array of numbers if the machine file names only a joint.
 #[must_use]
 pub fn number_field(spec: &FieldSpec, list: &str) -> NumberField {
     NumberField {
@@ -100,7 +100,7 @@ impl NumberSignals {
     }
 }
 
-/// The stream of a joint: position and rate; none where only its effort is bound.
+/// The stream of a joint, position and velocity; `None` if only its effort is bound.
 fn numbered_joint(
     log: &Log,
     joint: &str,
@@ -111,17 +111,17 @@ fn numbered_joint(
     };
     let position = (topic(log, position)?, number_field(position, "position"));
     let rate = match &fields.velocity {
-        Some(rate) => SampleValue::Field(number_field(rate, "velocity")),
-        None => SampleValue::Absent,
+        Some(rate) => ValueSource::Field(number_field(rate, "velocity")),
+        None => ValueSource::Absent,
     };
-    let values = vec![SampleValue::Field(position.1), rate];
+    let values = vec![ValueSource::Field(position.1), rate];
     Ok(Some(NumberedJoint {
         joint: joint.into(),
         request: SensorRequest {
             topic: position.0.id,
             kind: SensorKind::JointStates,
             joint_names: vec![joint.into()],
-            numbers: Some(NumberSample {
+            numbers: Some(SampleSpec {
                 values,
                 has_roll_pitch_yaw: false,
             }),
@@ -135,8 +135,8 @@ fn topic<'l>(log: &'l Log, spec: &FieldSpec) -> Result<&'l Topic, Error> {
     topic_of_field(log, &spec.topic, wanted.unwrap_or_default())
 }
 
-/// The parts of a sample. Parts of one topic are read together; samples are at the stamps of the first
-/// part's topic, and those of other topics join them.
+/// The parts of a sample. Parts on one topic are read together. Samples have the stamps of the
+/// first part's topic; parts on other topics are interpolated.
 struct Parts<'s> {
     first: &'s [NumberSpec; 3],
     second: Option<&'s [NumberSpec; 3]>,
@@ -144,7 +144,7 @@ struct Parts<'s> {
     roll_pitch_yaw: Option<&'s [NumberSpec; 3]>,
 }
 
-/// Where the numbers of a part begin in the sample, and the numbers.
+/// Start index of a part in the sample, and its numbers.
 type Placed<'s> = (usize, &'s [NumberSpec]);
 
 impl Parts<'_> {
@@ -155,7 +155,7 @@ impl Parts<'_> {
         parts.extend(self.roll_pitch_yaw.map(|numbers| (6, &numbers[..])));
         let mut by_topic: Vec<(TopicId, Vec<Placed<'_>>)> = Vec::new();
         for part in parts {
-            // the machine is checked: every part has a number of the log
+            // the machine file is checked: every part has at least one field
             let Some(field) = part.1.iter().find_map(NumberSpec::field) else {
                 continue;
             };
@@ -166,7 +166,7 @@ impl Parts<'_> {
             }
         }
         let samples = by_topic.into_iter().map(|(topic, parts)| {
-            let mut values = vec![SampleValue::Absent; kind.value_count(0)];
+            let mut values = vec![ValueSource::Absent; kind.value_count(0)];
             let mut has_roll_pitch_yaw = false;
             for (place, numbers) in parts {
                 has_roll_pitch_yaw |= place == 6 && numbers.len() == 3;
@@ -178,7 +178,7 @@ impl Parts<'_> {
             if has_roll_pitch_yaw {
                 values.pop();
             }
-            let sample = NumberSample {
+            let sample = SampleSpec {
                 values,
                 has_roll_pitch_yaw,
             };
@@ -195,9 +195,9 @@ impl Parts<'_> {
     }
 }
 
-fn sample_value(number: &NumberSpec) -> SampleValue {
+fn sample_value(number: &NumberSpec) -> ValueSource {
     match number {
-        NumberSpec::Constant(value) => SampleValue::Constant(*value),
-        NumberSpec::Field(field) => SampleValue::Field(number_field(field, "")),
+        NumberSpec::Constant(value) => ValueSource::Constant(*value),
+        NumberSpec::Field(field) => ValueSource::Field(number_field(field, "")),
     }
 }

@@ -1,14 +1,14 @@
-//! Reading the samples of a machine's sensors, on one clock.
+//! Reads the samples of a machine's sensors, on one clock.
 
 use tipwatch_ingest::{Losses, SensorRecording, SensorRequest, record_sensors};
 
 use crate::{BoundLog, Log};
 
 impl BoundLog {
-    /// All samples of the sensors, in the order of [`BoundLog::sensors`], on the clock of the log and
-    /// shifted as the machine file says.
+    /// All samples of the sensors, in the order of [`BoundLog::sensors`], on the clock of the log,
+    /// with the clock offsets of the machine file applied.
     ///
-    /// `progress` is called now and then with the number of bytes left behind.
+    /// `progress` is called from time to time with the number of bytes read so far.
     ///
     /// # Errors
     /// The log cannot be read.

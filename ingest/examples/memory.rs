@@ -1,11 +1,14 @@
-//! Reads a large log and tells how much memory that takes.
+//! Reads a large log and prints the memory used.
 //!
-//! `cargo run --release -p tipwatch-ingest --example memory -- LOG make [GIGABYTES]` makes a log of
-//! images (nine tenths) and joint states; `... -- LOG` reads it: every message, then the columns of
-//! the joint states, and prints the most anonymous memory (`RssAnon` of Linux) seen on the way.
+//! `cargo run --release -p tipwatch-ingest --example memory -- LOG make [GIGABYTES]` generates a
+//! log of images (nine tenths) and joint states; `... -- LOG` reads every message, then the columns
+//! of the joint states, and prints the peak anonymous memory (`RssAnon` of Linux).
 
 // What it prints is its result.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
+
+#[path = "../benches/figures/cdr.rs"]
+mod cdr;
 
 use std::{
     collections::BTreeMap, fs::File, io::BufWriter, ops::ControlFlow, path::Path, time::Instant,
@@ -13,6 +16,8 @@ use std::{
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
 use tipwatch_ingest::{Log, SensorKind, SensorRequest, joint_names_in, record_sensors};
+
+use crate::cdr::{put, put_text};
 
 const JOINTS: usize = 6;
 const IMAGE_BYTES: usize = 250_000;
@@ -136,19 +141,6 @@ fn make(path: &Path, bytes: u64) {
         index += 1;
     }
     writer.finish().unwrap();
-}
-
-fn put<const N: usize>(cdr: &mut Vec<u8>, value: [u8; N]) {
-    while !(cdr.len() - 4).is_multiple_of(N) {
-        cdr.push(0);
-    }
-    cdr.extend(value);
-}
-
-fn put_text(cdr: &mut Vec<u8>, text: &str) {
-    put(cdr, (text.len() as u32 + 1).to_le_bytes());
-    cdr.extend(text.as_bytes());
-    cdr.push(0);
 }
 
 fn joint_state(index: u64) -> Vec<u8> {

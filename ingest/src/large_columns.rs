@@ -1,11 +1,11 @@
-//! Room for columns of many millions of values.
+//! Memory for columns of many millions of values.
 
-/// Below this a column is not worth a call to the system.
+/// Smaller columns are not worth a system call.
 const LARGE_BYTES: usize = 4 << 20;
 
-/// Makes room for as many values, exactly, if there is so much memory; without it the column grows as they
-/// come. A large column gets large pages where the system has them: with pages of the common size it takes
-/// longer to get the memory of a column than to decode the messages that fill it.
+/// Reserves memory for exactly `values` values, if available; otherwise the column grows as values
+/// arrive. A large column gets huge pages where the system has them: with normal pages, allocating
+/// the column takes longer than decoding the messages that fill it.
 pub(crate) fn reserve<T>(column: &mut Vec<T>, values: u64) {
     let wanted = usize::try_from(values).unwrap_or(usize::MAX);
     let missing = wanted.saturating_sub(column.len());
@@ -18,15 +18,15 @@ pub(crate) fn reserve<T>(column: &mut Vec<T>, values: u64) {
 #[cfg(target_os = "linux")]
 #[allow(unsafe_code, reason = "the advice is a system call")]
 fn ask_for_large_pages(start: *mut u8, bytes: usize) {
-    /// The system takes whole pages of the common size only; it finds the large ones within.
+    /// The advice takes whole normal pages; the system finds the huge pages inside.
     const PAGE_BYTES: usize = 64 << 10;
     if bytes < LARGE_BYTES {
         return;
     }
     let skipped = start.align_offset(PAGE_BYTES);
     let whole = bytes.saturating_sub(skipped) / PAGE_BYTES * PAGE_BYTES;
-    // SAFETY: the range lies within memory that the column owns. The advice changes neither what stands
-    // there nor who may use it; a system that refuses it goes on as before.
+    // SAFETY: the range lies within memory that the column owns. The advice changes neither content
+    // nor access; a system that refuses it is unaffected.
     let _ = unsafe { libc::madvise(start.add(skipped).cast(), whole, libc::MADV_HUGEPAGE) };
 }
 
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn room_is_made_once_and_too_much_of_it_is_no_error() {
+    fn memory_is_reserved_once_and_excess_is_no_error() {
         let mut column = vec![1.5_f64];
         reserve(&mut column, 3 << 20);
         assert!(column.capacity() >= 3 << 20);

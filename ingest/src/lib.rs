@@ -1,15 +1,15 @@
-//! Any log of a robot or machine: messages, typed sensor samples, and what of it is damaged.
+//! Reads logs of robots and machines: messages, typed sensor samples, and a report of all damage.
 //!
-//! - [`Log`] opens a recording, lists its [`Topic`]s and hands out every intact [`Message`];
-//!   [`Losses`] tell what was damaged. Nothing in a damaged file ends the program.
+//! - [`Log`] opens a log, lists its [`Topic`]s and passes every intact [`RawMessage`] to a callback;
+//!   [`Losses`] report what was damaged. No damage in a file ends the program.
 //! - [`bind`] finds the topic that carries a signal; [`SensorDecoder`] turns its messages into
 //!   [`SensorSample`]s.
-//! - [`TopicStatistics`] tells how the clocks of a topic behave, and where its gaps are; [`TimeBase`] puts
-//!   all topics on one clock and says what it had to do for that.
-//! - [`Layout`] reads single fields out of any message by its recorded definition.
+//! - [`TopicStatistics`] describes the clocks and gaps of a topic; [`TimeBase`] puts all topics on one
+//!   clock and reports the corrections.
+//! - [`Layout`] reads single fields of any message by its recorded definition.
 //! - [`recover`] writes the intact part of a log as a clean MCAP file; [`Ros2Writer`] writes a new one.
 //!
-//! It knows no machine: what the numbers mean for one is told by its callers.
+//! The crate knows nothing about machines: callers interpret the numbers.
 //!
 //! ```no_run
 //! use std::{ops::ControlFlow, path::Path};
@@ -41,73 +41,42 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod bag;
-mod binary;
-mod binding;
-mod builtin;
 mod clock;
-mod definition;
-mod error;
-mod extra;
-mod field_path;
-mod field_recording;
-mod fields;
-mod file_bytes;
-mod first_messages;
-mod json;
+mod columns;
+mod decode;
+mod file;
+mod formats;
 mod large_columns;
-mod layout;
 mod log;
-mod log_file;
-mod losses;
-mod mcap;
-mod merged_parts;
 mod message;
-mod metadata_records;
-mod number_decoder;
-mod number_fields;
-mod path_tree;
-mod protobuf;
-mod reader;
-mod recognise;
-mod records;
-mod recover;
-mod ros2_writer;
-mod rosbag2_folder;
-mod rosbag2_metadata;
-mod rosbag2_sqlite;
-mod sensor;
-mod sensor_columns;
-mod sensor_recording;
-mod sensor_topics;
-mod static_frames;
-mod topic;
+mod schema;
+mod topics;
+mod write;
 
 pub use crate::{
-    binary::DecodeError,
-    binding::{Binding, BindingError, Wanted, bind, bind_joint_states},
     clock::{
         BackwardStep, ClockFinding, ClockFindingKind, Gap, Placed, StampCorrection, StampDecision,
         StampOffset, StampSource, TimeBase, Times, TopicStatistics, TopicTiming, Treatment,
     },
-    definition::SchemaError,
-    error::Error,
-    field_path::FieldPath,
-    field_recording::{FieldRecording, FieldRequest, record_fields, topic_of_field},
-    fields::Fields,
-    first_messages::{first_frame, first_string, joint_names_in},
-    layout::Layout,
-    log::{Format, Log},
-    losses::{Integrity, Losses, LostPart, LostRange},
-    message::Message,
-    metadata_records::{MetadataRecord, metadata_records},
-    number_decoder::{NumberField, NumberSample, SampleValue},
-    number_fields::number_fields,
-    recover::{RecoverError, RecoveryReport, recover},
-    ros2_writer::{OutTopic, Ros2Writer, WriteError},
-    sensor::{SensorDecoder, SensorKind, SensorSample},
-    sensor_recording::{SensorRecording, SensorRequest, arrival_order, record_sensors},
-    sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},
-    static_frames::{StaticFrame, static_frames},
-    topic::{DefinitionSource, Topic, TopicId},
+    columns::{
+        FieldRecording, FieldRequest, SensorRecording, SensorRequest, arrival_order, record_fields,
+        record_sensors,
+    },
+    decode::{
+        DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
+        ValueSource, number_fields,
+    },
+    file::Format,
+    log::Log,
+    message::{
+        BindingError, DefinitionSource, Error, Integrity, Losses, LostPart, LostRange, RawMessage,
+        SensorKind, Topic, TopicId,
+    },
+    schema::{FieldPath, SchemaError},
+    topics::{
+        Binding, JointTopic, MetadataRecord, NamedTopics, SensorTopics, SignalRequest, StaticFrame,
+        bind, bind_joint_states, first_frame, first_string, joint_names_in, metadata_records,
+        robot_description, static_frames, topic_of_field,
+    },
+    write::{RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic, recover},
 };

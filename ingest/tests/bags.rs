@@ -46,7 +46,7 @@ fn connection(id: u32, topic: &str, type_name: &str, definition: &str) -> Vec<u8
         ],
         b"",
     );
-    // The data of a connection is a header without data of its own.
+    // The data of a connection is itself a header, without data.
     let data = &data[4..data.len() - 4];
     record(
         &[
@@ -97,7 +97,7 @@ fn pack(packing: &str, content: &[u8]) -> Vec<u8> {
     }
 }
 
-/// The same joint states and strings as those of [`joint_log`].
+/// The same joint states and strings as in [`joint_log`].
 pub(crate) fn bag(packing: &str, is_indexed: bool, message_count: usize) -> Vec<u8> {
     let connections = [
         connection(0, "/joint_states", "sensor_msgs/JointState", JOINT_STATE),
@@ -186,7 +186,7 @@ fn bag_header(index_position: u64, chunks: usize) -> Vec<u8> {
 }
 
 #[test]
-fn a_bag_gives_the_samples_of_the_mcap_file() {
+fn bag_gives_the_samples_of_the_mcap_file() {
     let mcap = TempLog::new("log.mcap", &joint_log(&Style::chunked(None), 90));
     let (expected, _) = joint_samples(&mcap.path);
     for packing in PACKINGS {
@@ -205,7 +205,7 @@ fn a_bag_gives_the_samples_of_the_mcap_file() {
                 assert_eq!(sample.log_time_ns, expected.log_time_ns);
             }
             assert_eq!(losses.integrity.note().is_some(), packing == "none");
-            // A bag without index may go on: nobody can tell.
+            // A bag without index may continue; its end is unknown.
             assert_eq!(losses.is_empty(), is_indexed, "{losses:?}");
             assert_eq!(losses.bytes_lost(), 0);
         }
@@ -213,7 +213,7 @@ fn a_bag_gives_the_samples_of_the_mcap_file() {
 }
 
 #[test]
-fn a_bag_cut_anywhere_yields_what_came_before() {
+fn bag_cut_anywhere_yields_what_came_before() {
     for packing in PACKINGS {
         let bytes = bag(packing, true, 90);
         let mut counts = Vec::new();
@@ -237,7 +237,7 @@ fn a_bag_cut_anywhere_yields_what_came_before() {
 }
 
 #[test]
-fn what_a_damaged_chunk_held_is_known_from_the_index() {
+fn index_tells_what_a_damaged_chunk_held() {
     for packing in ["lz4", "bz2"] {
         let mut bytes = bag(packing, true, 90);
         let headers = (0..bytes.len() / 2).filter(|&at| bytes[at..].starts_with(b"compression="));
@@ -259,7 +259,7 @@ fn what_a_damaged_chunk_held_is_known_from_the_index() {
 }
 
 #[test]
-fn bytes_missing_from_one_chunk_into_the_next_cost_only_the_messages_they_touch() {
+fn missing_bytes_lose_only_the_messages_they_touch() {
     let whole = bag("none", false, 150);
     // in message 79, the last but one of its chunk, to the first messages of the next chunk
     let inside = |index: usize| {

@@ -12,8 +12,8 @@ const TOPICS: [&str; 2] = ["/arm", "/wheels"];
 /// Smaller files are read by one thread.
 const READ_BY_SEVERAL_BYTES: usize = 4 << 20;
 
-/// Two topics that take turns, their joints in changing order, some messages cut short; the sender's
-/// time differs from the recorder's from the middle on, and some headers have no stamp.
+/// Two alternating topics with joints in changing order and some truncated messages. The publish
+/// time differs from the log time from the middle on, and some headers have no stamp.
 fn log_of_two_topics(compression: Option<Compression>) -> Vec<u8> {
     let mut writer = WriteOptions::new()
         .compression(compression)
@@ -65,7 +65,7 @@ fn joint_names() -> Vec<String> {
     ["bb", "a"].map(str::to_owned).to_vec()
 }
 
-/// The samples one after the other, by topic and log time, and those that could not be decoded.
+/// The samples decoded one by one, by topic and log time, and the number of undecodable ones.
 fn one_by_one(log: &Log) -> (Vec<(usize, SensorSample)>, u64, Losses) {
     let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
     let decoder =
@@ -100,7 +100,7 @@ fn check(bytes: &[u8]) -> usize {
         })
         .collect();
     let (recordings, mut losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
-    // Those without a stamp are left out of recordings.
+    // Recordings omit messages without a stamp.
     let unstamped = expected.len();
     expected.retain(|(_, sample)| sample.header_stamp_ns.is_some());
     let unstamped = unstamped - expected.len();
@@ -130,7 +130,7 @@ fn check(bytes: &[u8]) -> usize {
 }
 
 #[test]
-fn samples_decoded_by_several_threads_are_those_of_one() {
+fn several_threads_decode_the_same_samples_as_one() {
     for compression in COMPRESSIONS {
         let intact = log_of_two_topics(compression);
         assert!(intact.len() > READ_BY_SEVERAL_BYTES, "{}", intact.len());
@@ -152,7 +152,7 @@ fn samples_decoded_by_several_threads_are_those_of_one() {
 }
 
 #[test]
-fn numbers_found_by_several_threads_are_found() {
+fn several_threads_find_the_same_numbers_as_one() {
     let bytes = log_of_two_topics(None);
     let file = TempLog::new("log.mcap", &bytes);
     let log = Log::open(&file.path).unwrap();

@@ -1,4 +1,4 @@
-use tipwatch_ingest::{Log, SensorKind, Topic, Wanted, bind, bind_joint_states};
+use tipwatch_ingest::{Log, SensorKind, SignalRequest, Topic, bind, bind_joint_states};
 
 const IMU: &str = "sensor_msgs/msg/Imu";
 
@@ -8,7 +8,7 @@ fn topics(named: &[(&str, &str)], messages: &[(usize, i64, &[u8])]) -> Vec<Topic
 }
 
 #[test]
-fn the_only_topic_with_messages_is_taken() {
+fn only_topic_with_messages_is_bound() {
     let topics = topics(
         &[
             ("/imu/a", IMU),
@@ -21,7 +21,7 @@ fn the_only_topic_with_messages_is_taken() {
     assert_eq!(binding.topic.index(), 1);
     assert_eq!(binding.why, "the only sensor_msgs/msg/Imu topic");
     assert_eq!(bind(&topics, SensorKind::Odometry, None), Ok(None));
-    let named = Wanted {
+    let named = SignalRequest {
         kind: SensorKind::Imu,
         topic: Some("/imu/a".to_owned()),
     };
@@ -33,7 +33,7 @@ fn the_only_topic_with_messages_is_taken() {
 }
 
 #[test]
-fn what_is_missing_wrong_or_ambiguous_is_explained() {
+fn missing_wrong_and_ambiguous_topics_are_explained() {
     let topics = topics(
         &[
             ("/imu/a", IMU),
@@ -46,7 +46,7 @@ fn what_is_missing_wrong_or_ambiguous_is_explained() {
         .unwrap_err()
         .to_string();
     assert!(
-        error.starts_with("two candidates for one signal"),
+        error.starts_with("several candidates for one signal"),
         "{error}"
     );
     assert!(

@@ -1,4 +1,4 @@
-//! Logs whose clocks are wrong in every way that machines get them wrong, written here.
+//! Logs with every kind of wrong clock seen on machines, written here.
 
 use std::{collections::BTreeMap, io::Cursor};
 
@@ -15,23 +15,23 @@ const S: i64 = 1_000_000_000;
 const PERIOD: i64 = 10 * MS;
 const MESSAGES: i64 = 2000;
 
-/// The times of a message: header stamp (zero: none), publish time, log time.
+/// The times of a message: header stamp (zero if absent), publish time, log time.
 #[derive(Clone, Copy)]
-struct Message {
+struct StampedMessage {
     stamp: i64,
     publish: i64,
     log: i64,
 }
 
-/// On its way for 2 ms and up to 1 ms more.
+/// Transport delay of 2 to 3 ms.
 fn delay(i: i64) -> i64 {
     2 * MS + ((i * 0x9E37_79B9) >> 7) % MS
 }
 
-/// A message at this time by a clock that is right.
-fn sound(time: i64, i: i64) -> Message {
+/// A message at this time, by a correct clock.
+fn sound(time: i64, i: i64) -> StampedMessage {
     let log = time + delay(i);
-    Message {
+    StampedMessage {
         stamp: time,
         publish: log,
         log,
@@ -42,11 +42,11 @@ fn at(i: i64) -> i64 {
     FIRST_NS + i * PERIOD
 }
 
-fn all(message: impl Fn(i64) -> Message) -> Vec<Message> {
+fn all(message: impl Fn(i64) -> StampedMessage) -> Vec<StampedMessage> {
     (0..MESSAGES).map(message).collect()
 }
 
-fn log_of(topics: &[(&str, Vec<Message>)], with_clock_topic: bool) -> TempLog {
+fn log_of(topics: &[(&str, Vec<StampedMessage>)], with_clock_topic: bool) -> TempLog {
     let mut writer = WriteOptions::new()
         .compression(None)
         .create(Cursor::new(Vec::new()))
@@ -114,10 +114,10 @@ fn kinds(recording: &SensorRecording) -> Vec<Kind> {
     recording.findings.iter().map(|f| f.kind).collect()
 }
 
-/// The largest distance of the stamps from where they should be (ms).
+/// The largest error of the stamps (ms).
 fn largest_error_ms(recording: &SensorRecording, truth: impl Fn(i64) -> i64) -> f64 {
     let error = |(place, &stamp): (usize, &i64)| {
-        // the position of the joint is the number of the message
+        // the joint position is the index of the message
         let i = recording.values[place * recording.width] as i64;
         (stamp - truth(i)).abs() as f64 / MS as f64
     };
@@ -126,7 +126,7 @@ fn largest_error_ms(recording: &SensorRecording, truth: impl Fn(i64) -> i64) -> 
 }
 
 #[test]
-fn sound_stamps_stay_as_they_are() {
+fn valid_stamps_stay_unchanged() {
     let shifted = |i| sound(at(i) + 3 * MS, i);
     let recordings = recorded(&log_of(
         &[("/arm", all(|i| sound(at(i), i))), ("/imu", all(shifted))],
@@ -145,9 +145,9 @@ fn sound_stamps_stay_as_they_are() {
 }
 
 #[test]
-fn simulation_time_is_the_time_of_all_signals() {
-    // the simulation takes two seconds for one
-    let simulated = |i: i64| Message {
+fn simulation_time_becomes_the_time_of_all_signals() {
+    // the simulation runs at half speed
+    let simulated = |i: i64| StampedMessage {
         stamp: 7 * S + i * PERIOD,
         publish: FIRST_NS + 2 * i * PERIOD + delay(i),
         log: FIRST_NS + 2 * i * PERIOD + delay(i),
@@ -165,18 +165,18 @@ fn simulation_time_is_the_time_of_all_signals() {
 }
 
 #[test]
-fn a_simulation_that_stumbles_carries_signals_without_stamps_along() {
-    // the pace changes from second to second
+fn unstamped_signals_follow_uneven_simulation_time() {
+    // the rate changes every second
     let log_time = |i: i64| {
         let t = i as f64 * 0.01;
         FIRST_NS + ((1.3 * t + 0.3 * (0.7 * t).sin()) * 1e9) as i64
     };
-    let simulated = |i| Message {
+    let simulated = |i| StampedMessage {
         stamp: S + i * PERIOD,
         publish: log_time(i),
         log: log_time(i),
     };
-    let unstamped = |i| Message {
+    let unstamped = |i| StampedMessage {
         stamp: 0,
         ..simulated(i)
     };
@@ -194,11 +194,11 @@ fn a_simulation_that_stumbles_carries_signals_without_stamps_along() {
 }
 
 #[test]
-fn a_replayed_log_keeps_the_time_of_the_machine() {
+fn replayed_log_keeps_machine_time() {
     let days = 40 * 86_400 * S;
     let replayed = |i: i64| {
         let log = at(i) / 2 + FIRST_NS / 2 + days + delay(i);
-        Message {
+        StampedMessage {
             stamp: at(i),
             publish: log,
             log,
@@ -220,12 +220,12 @@ fn a_replayed_log_keeps_the_time_of_the_machine() {
 }
 
 #[test]
-fn messages_without_stamps_are_left_out_or_put_on_the_clock_of_the_others() {
-    let never = |i| Message {
+fn unstamped_messages_are_omitted_or_placed() {
+    let never = |i| StampedMessage {
         stamp: 0,
         ..sound(at(i), i)
     };
-    let sometimes = |i| Message {
+    let sometimes = |i| StampedMessage {
         stamp: if i % 10 == 3 { 0 } else { at(i) },
         ..sound(at(i), i)
     };
@@ -244,7 +244,7 @@ fn messages_without_stamps_are_left_out_or_put_on_the_clock_of_the_others() {
     );
     assert_eq!(force.clock.source, StampSource::Log);
     assert!((force.correction.added_s + 0.0025).abs() < 2e-4);
-    // what the delays of single messages differ from the median remains
+    // the deviation of single delays from the median remains
     let error = largest_error_ms(force, at);
     assert!(error < 0.7, "{error} ms");
     let imu = &recordings["/imu"];
@@ -254,8 +254,8 @@ fn messages_without_stamps_are_left_out_or_put_on_the_clock_of_the_others() {
 }
 
 #[test]
-fn without_any_stamp_the_log_time_is_used_and_said_to_be_an_error() {
-    let never = |i| Message {
+fn log_time_is_used_and_reported_without_stamps() {
+    let never = |i| StampedMessage {
         stamp: 0,
         ..sound(at(i), i)
     };
@@ -271,9 +271,9 @@ fn without_any_stamp_the_log_time_is_used_and_said_to_be_an_error() {
 }
 
 #[test]
-fn a_publish_time_is_better_than_the_log_time() {
-    // published 1 ms after measuring, recorded with delays
-    let published = |stamp: i64, i: i64| Message {
+fn publish_time_is_preferred_to_log_time() {
+    // published 1 ms after measurement, recorded with delays
+    let published = |stamp: i64, i: i64| StampedMessage {
         stamp,
         publish: at(i) + MS,
         log: at(i) + delay(i) * 10,
@@ -295,12 +295,12 @@ fn a_publish_time_is_better_than_the_log_time() {
 }
 
 #[test]
-fn a_topic_of_another_epoch_is_put_on_the_clock_of_the_others() {
-    let since_boot = |i| Message {
+fn topic_of_another_epoch_is_mapped_to_the_common_clock() {
+    let since_boot = |i| StampedMessage {
         stamp: 500 * S + i * PERIOD,
         ..sound(at(i), i)
     };
-    let slow_clock = |i| Message {
+    let slow_clock = |i| StampedMessage {
         stamp: at(i) - 90 * S,
         ..sound(at(i), i)
     };
@@ -321,8 +321,8 @@ fn a_topic_of_another_epoch_is_put_on_the_clock_of_the_others() {
 }
 
 #[test]
-fn a_topic_of_another_epoch_is_refused_where_log_times_tell_nothing() {
-    let at_once = |stamp: i64| Message {
+fn other_epoch_is_refused_without_usable_log_times() {
+    let at_once = |stamp: i64| StampedMessage {
         stamp,
         publish: FIRST_NS,
         log: FIRST_NS,
@@ -346,32 +346,32 @@ fn a_topic_of_another_epoch_is_refused_where_log_times_tell_nothing() {
 }
 
 #[test]
-fn a_replay_in_a_loop_is_put_one_run_after_the_other() {
+fn runs_of_a_looped_replay_follow_each_other() {
     let length = 5 * S;
     let looped = |period: i64| {
         move |i: i64| {
             let time = i * period;
-            Message {
+            StampedMessage {
                 stamp: FIRST_NS - 86_400 * S + time % length,
                 ..sound(FIRST_NS + time, i)
             }
         }
     };
-    let slow: Vec<Message> = (0..500).map(looped(40 * MS)).collect();
+    let slow: Vec<StampedMessage> = (0..500).map(looped(40 * MS)).collect();
     let topics = [("/arm", all(looped(PERIOD))), ("/imu", slow)];
     let recordings = recorded(&log_of(&topics, false));
     for (name, period) in [("/arm", PERIOD), ("/imu", 40 * MS)] {
         let recording = &recordings[name];
         let finding = found(recording, Kind::ClockRestart);
         assert_eq!(finding.treatment, Treatment::Handled);
-        assert!(finding.done.contains("all topics do so"), "{finding}");
+        assert!(finding.done.contains("all topics restart"), "{finding}");
         assert_eq!(recording.correction.restarts, 3);
         let run = |i: i64| i * period / length;
         let truth = |i: i64| FIRST_NS - 86_400 * S + i * period + run(i) * S;
         let error = largest_error_ms(recording, truth);
         assert!(error < 1.0, "{name}: {error} ms");
     }
-    // both topics are shifted by the same, to the nanosecond
+    // both topics are shifted equally, to the nanosecond
     let (arm, imu) = (&recordings["/arm"], &recordings["/imu"]);
     let of_run = |recording: &SensorRecording, i: usize| recording.stamps_ns[i];
     assert_eq!(of_run(arm, 1000), of_run(imu, 250));
@@ -379,12 +379,12 @@ fn a_replay_in_a_loop_is_put_one_run_after_the_other() {
 }
 
 #[test]
-fn one_sensor_that_restarts_is_joined_by_the_log_time() {
-    let restarted = |i| Message {
+fn restarted_sensor_is_joined_by_log_time() {
+    let restarted = |i| StampedMessage {
         stamp: at(i) - if i < 800 { 0 } else { 60 * S },
         ..sound(at(i), i)
     };
-    let set_ahead = |i| Message {
+    let set_ahead = |i| StampedMessage {
         stamp: at(i) - if i < 1300 { 400 * 86_400 * S } else { 0 },
         ..sound(at(i), i)
     };
@@ -397,7 +397,7 @@ fn one_sensor_that_restarts_is_joined_by_the_log_time() {
     for name in ["/imu", "/odom"] {
         let recording = &recordings[name];
         let finding = found(recording, Kind::ClockRestart);
-        assert!(finding.done.contains("other topics go on"), "{finding}");
+        assert!(finding.done.contains("other topics continue"), "{finding}");
         let error = largest_error_ms(recording, at);
         assert!(error < 0.5, "{name}: {error} ms");
     }
@@ -405,20 +405,20 @@ fn one_sensor_that_restarts_is_joined_by_the_log_time() {
 }
 
 #[test]
-fn late_repeated_and_impossible_stamps_are_told() {
+fn late_repeated_and_impossible_stamps_are_reported() {
     let odd = |i: i64| {
         let stamp = match i % 500 {
-            100 => at(i - 300),         // late by three seconds
+            100 => at(i - 300),         // three seconds late
             200 => at(i - 1),           // again
-            300 => i32::MAX as i64 * S, // beyond reason
+            300 => i32::MAX as i64 * S, // impossible
             _ => at(i),
         };
-        Message {
+        StampedMessage {
             stamp,
             ..sound(at(i), i)
         }
     };
-    let often_twice = |i: i64| Message {
+    let often_twice = |i: i64| StampedMessage {
         stamp: at(i / 4 * 4),
         ..sound(at(i), i)
     };
@@ -442,8 +442,8 @@ fn late_repeated_and_impossible_stamps_are_told() {
 }
 
 #[test]
-fn a_clock_that_drifts_is_held_to_the_others() {
-    let fast = |i: i64| Message {
+fn clock_drift_is_removed() {
+    let fast = |i: i64| StampedMessage {
         stamp: at(i) + i * PERIOD / 200,
         ..sound(at(i), i)
     };
@@ -462,11 +462,11 @@ fn a_clock_that_drifts_is_held_to_the_others() {
 
 #[test]
 fn single_numbers_are_put_on_the_clock_of_the_sensors() {
-    let simulated = |i: i64| Message {
+    let simulated = |i: i64| StampedMessage {
         stamp: 7 * S + i * PERIOD,
         ..sound(at(i), i)
     };
-    let never = |i| Message {
+    let never = |i| StampedMessage {
         stamp: 0,
         ..sound(at(i), i)
     };

@@ -5,7 +5,7 @@ use tipwatch_ingest::{Log, LostPart, SensorDecoder, SensorKind, SensorSample};
 
 use crate::support::{COMPRESSIONS, FIRST_NS, PERIOD_NS, Style, TempLog, joint_log, joint_samples};
 
-/// Reads everything there is of a possibly damaged file.
+/// Reads all that is left of a possibly damaged file.
 fn read_all(bytes: &[u8]) -> Vec<SensorSample> {
     let file = TempLog::new("log.mcap", bytes);
     let Ok(log) = Log::open(&file.path) else {
@@ -33,7 +33,7 @@ fn read_all(bytes: &[u8]) -> Vec<SensorSample> {
 }
 
 #[test]
-fn a_file_cut_anywhere_yields_what_came_before() {
+fn file_cut_anywhere_yields_what_came_before() {
     for compression in COMPRESSIONS {
         for chunked in [true, false] {
             let style = Style {
@@ -56,7 +56,7 @@ fn a_file_cut_anywhere_yields_what_came_before() {
 }
 
 #[test]
-fn a_cut_is_reported_with_its_place() {
+fn truncation_is_reported_with_its_position() {
     let bytes = joint_log(&Style::chunked(None), 200);
     let file = TempLog::new("log.mcap", &bytes[..bytes.len() / 2]);
     let (samples, losses) = joint_samples(&file.path);
@@ -66,7 +66,10 @@ fn a_cut_is_reported_with_its_place() {
     };
     assert_eq!(range.part, LostPart::Tail);
     assert_eq!(range.end_byte, bytes.len() as u64 / 2);
-    assert!(range.reason.contains("the file ends after"), "{range}");
+    assert!(
+        range.reason.contains("bytes are left in the file"),
+        "{range}"
+    );
     let json = serde_json::to_string(&losses).unwrap();
     assert!(
         json.contains("start_byte") && json.contains("undecodable_messages"),
@@ -87,7 +90,7 @@ fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
 }
 
 #[test]
-fn a_chunk_with_a_wrong_checksum_is_lost_alone() {
+fn wrong_checksum_loses_one_chunk_only() {
     for compression in COMPRESSIONS {
         for summary in [true, false] {
             let indexed = joint_log(&Style::chunked(compression), 200);
@@ -121,7 +124,7 @@ fn a_chunk_with_a_wrong_checksum_is_lost_alone() {
 }
 
 #[test]
-fn a_chunk_with_a_wrong_length_is_read_if_its_checksum_vouches_for_it() {
+fn chunk_of_wrong_length_is_read_if_its_checksum_fits() {
     for compression in COMPRESSIONS {
         for summary in [true, false] {
             let style = Style {
@@ -145,7 +148,7 @@ fn a_chunk_with_a_wrong_length_is_read_if_its_checksum_vouches_for_it() {
 }
 
 #[test]
-fn after_damage_the_next_record_is_found_without_an_index() {
+fn next_record_after_damage_is_found_without_index() {
     let style = Style {
         summary: false,
         ..Style::chunked(Some(mcap::Compression::Lz4))
@@ -175,7 +178,7 @@ fn after_damage_the_next_record_is_found_without_an_index() {
 }
 
 #[test]
-fn an_index_that_leads_nowhere_costs_nothing() {
+fn wrong_index_loses_no_message() {
     let good = joint_log(&Style::chunked(None), 200);
     let summary_at = chunks(&good)
         .iter()
@@ -184,7 +187,7 @@ fn an_index_that_leads_nowhere_costs_nothing() {
         .unwrap();
     let mut bytes = good.clone();
     let first = chunks(&good)[1].0 as u64;
-    // The same offset stands in the index of the chunk; without its checksum nobody would notice.
+    // The chunk's index has the same offset; without its checksum the damage would go unnoticed.
     let place = (summary_at..bytes.len() - 8)
         .find(|&at| bytes[at..at + 8] == first.to_le_bytes())
         .unwrap();
@@ -195,11 +198,14 @@ fn an_index_that_leads_nowhere_costs_nothing() {
     let (samples, losses) = joint_samples(&file.path);
     assert_eq!(samples.len(), 200);
     assert!(losses.is_empty(), "{losses:?}");
-    assert!(losses.notes[0].contains("where no chunk is"), "{losses:?}");
+    assert!(
+        losses.notes[0].contains("are not at their offsets"),
+        "{losses:?}"
+    );
 }
 
 #[test]
-fn an_absurd_size_of_content_is_refused_before_any_memory_is_taken() {
+fn absurd_content_size_is_refused_before_allocation() {
     for compression in COMPRESSIONS {
         let mut bytes = joint_log(&Style::chunked(compression), 200);
         let (offset, _) = chunks(&bytes)[1];
@@ -215,7 +221,7 @@ fn an_absurd_size_of_content_is_refused_before_any_memory_is_taken() {
 }
 
 #[test]
-fn a_damaged_beginning_costs_only_itself() {
+fn damaged_beginning_loses_nothing_else() {
     let mut bytes = joint_log(&Style::chunked(Some(mcap::Compression::Zstd)), 200);
     bytes[..30].fill(0);
     let file = TempLog::new("log.mcap", &bytes);
@@ -227,7 +233,7 @@ fn a_damaged_beginning_costs_only_itself() {
 }
 
 #[test]
-fn absent_checksums_are_a_finding_and_no_loss() {
+fn absent_checksums_are_a_finding_not_a_loss() {
     let style = Style {
         crc: false,
         ..Style::chunked(None)

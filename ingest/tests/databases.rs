@@ -1,4 +1,4 @@
-//! Databases of rosbag2 as crashes leave them, and of every version.
+//! Databases of rosbag2 after crashes, and of every schema version.
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ fn folder_of(path: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// A database in the state in which a recorder leaves it that dies: copied while it is open.
+/// A database as a crashed recorder leaves it: copied while open.
 fn copied_while_open(journal_mode: &str, ending: &str) -> TempLog {
     let messages = joint_messages(0, 400);
     let original = database(&[JOINTS], &rows(&messages[..100]), true);
@@ -54,7 +54,7 @@ fn copied_while_open(journal_mode: &str, ending: &str) -> TempLog {
 }
 
 #[test]
-fn a_journal_beside_a_database_is_applied_on_a_copy() {
+fn journal_beside_a_database_is_applied_to_a_copy() {
     for (journal_mode, ending) in [("WAL", "-wal"), ("DELETE", "-journal")] {
         let file = copied_while_open(journal_mode, ending);
         let before = folder_of(&file.path);
@@ -73,19 +73,19 @@ fn a_journal_beside_a_database_is_applied_on_a_copy() {
 }
 
 #[test]
-fn a_journal_that_cannot_be_applied_is_told() {
+fn unusable_journal_is_reported() {
     let file = copied_while_open("DELETE", "-journal");
     let journal = file.folder().join("crashed_0.db3-journal");
     std::fs::write(&journal, b"no journal").unwrap();
     let before = folder_of(&file.path);
-    // Without its journal the database is torn, but what stands in it comes out.
+    // Without its journal the database is torn, but its intact pages are read.
     let (samples, _) = joint_samples(&file.path);
     assert!(samples.len() >= 200);
     assert!(folder_of(&file.path) == before);
 }
 
 #[test]
-fn torn_pages_cost_only_what_they_held() {
+fn torn_pages_lose_only_their_messages() {
     const PAGE: usize = 4096;
     let messages = joint_messages(0, 3000);
     let file = database(&[JOINTS], &rows(&messages), true);
@@ -115,7 +115,7 @@ fn torn_pages_cost_only_what_they_held() {
 }
 
 #[test]
-fn the_topics_of_a_database_without_readable_schema_are_found() {
+fn topics_are_found_without_a_readable_schema() {
     let messages = joint_messages(0, 300);
     let file = database(&[JOINTS], &rows(&messages), false);
     let mut bytes = std::fs::read(&file.path).unwrap();
@@ -128,7 +128,7 @@ fn the_topics_of_a_database_without_readable_schema_are_found() {
 }
 
 #[test]
-fn large_messages_go_on_on_other_pages() {
+fn large_messages_continue_on_overflow_pages() {
     let mut messages = joint_messages(0, 60);
     let image = vec![7_u8; 50_000];
     for index in (0..60).step_by(3) {
@@ -200,7 +200,7 @@ const VERSIONS: [(u32, &str); 4] = [
 ];
 
 #[test]
-fn every_version_of_the_schema_is_read() {
+fn every_schema_version_is_read() {
     for (version, tables) in VERSIONS {
         let file = TempLog::new("v.db3", b"");
         let connection = Connection::open(&file.path).unwrap();

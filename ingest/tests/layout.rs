@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 use tipwatch_ingest::{DecodeError, FieldPath, Fields, Layout, SchemaError};
 
-use crate::support::{Cdr, JOINT_STATE, joint_state};
+use crate::support::{self, Cdr, JOINT_STATE, joint_state};
 
 fn paths(texts: &[&str]) -> Vec<FieldPath> {
     texts.iter().map(|text| text.parse().unwrap()).collect()
@@ -42,7 +42,7 @@ fn everything(big_endian: bool, name: &str) -> Vec<u8> {
 }
 
 #[test]
-fn every_kind_of_field_is_read_in_both_byte_orders_at_any_alignment() {
+fn all_field_kinds_are_read_at_any_alignment() {
     let wanted = [
         "after_text",
         "flag",
@@ -84,7 +84,7 @@ fn every_kind_of_field_is_read_in_both_byte_orders_at_any_alignment() {
 }
 
 #[test]
-fn a_single_late_field_is_found_past_all_others() {
+fn single_late_field_is_found_past_all_others() {
     let layout = compile(EVERYTHING, &["last"]).unwrap();
     let mut fields = Fields::new();
     for big_endian in [false, true] {
@@ -96,7 +96,7 @@ fn a_single_late_field_is_found_past_all_others() {
 }
 
 #[test]
-fn paths_that_lead_nowhere_are_explained() {
+fn wrong_paths_are_explained() {
     let message = |texts: &[&str]| compile(EVERYTHING, texts).unwrap_err().to_string();
     assert!(message(&["missing"]).contains("expected a field of pkg/Root, which has: name, "));
     assert!(message(&["parts[].z"]).contains("expected a field of pkg/Part"));
@@ -112,7 +112,7 @@ fn paths_that_lead_nowhere_are_explained() {
 }
 
 #[test]
-fn other_encodings_and_cut_messages_are_told() {
+fn other_encodings_and_cut_messages_are_refused() {
     let layout = Layout::compile(
         JOINT_STATE,
         "sensor_msgs/msg/JointState",
@@ -146,7 +146,7 @@ fn other_encodings_and_cut_messages_are_told() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(support::proptest_config(2000))]
 
     #[test]
     fn decoding_arbitrary_bytes_never_panics(

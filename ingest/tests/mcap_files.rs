@@ -9,7 +9,7 @@ use crate::support::{
 const COUNT: usize = 500;
 
 #[test]
-fn every_way_of_writing_gives_the_same_samples() {
+fn every_writer_option_gives_the_same_samples() {
     for compression in COMPRESSIONS {
         for (chunked, summary) in [(true, true), (true, false), (false, true), (false, false)] {
             let style = Style {
@@ -68,12 +68,12 @@ fn topics_are_known_after_opening() {
 }
 
 #[test]
-fn a_visit_can_break_and_progress_ends_at_the_size() {
+fn visit_can_break_and_progress_reaches_the_size() {
     let file = TempLog::new("log.mcap", &joint_log(&Style::chunked(None), COUNT));
     let log = Log::open(&file.path).unwrap();
     let wanted = [topic_named(&log, "/chatter")];
     let mut seen = 0;
-    let mut stop_at_ten = |_: &tipwatch_ingest::Message<'_>| {
+    let mut stop_at_ten = |_: &tipwatch_ingest::RawMessage<'_>| {
         seen += 1;
         if seen < 10 {
             ControlFlow::Continue(())
@@ -85,7 +85,7 @@ fn a_visit_can_break_and_progress_ends_at_the_size() {
     assert_eq!(seen, 10);
 
     let mut reports = Vec::new();
-    let mut pass = |_: &tipwatch_ingest::Message<'_>| ControlFlow::Continue(());
+    let mut pass = |_: &tipwatch_ingest::RawMessage<'_>| ControlFlow::Continue(());
     log.read_with_progress(&wanted, &mut pass, &mut |bytes| reports.push(bytes))
         .unwrap();
     assert!(reports.is_sorted() && reports.len() > 10);
@@ -93,18 +93,21 @@ fn a_visit_can_break_and_progress_ends_at_the_size() {
 }
 
 #[test]
-fn what_is_no_log_is_refused_by_name() {
+fn other_files_are_refused_with_a_reason() {
     let refused = |bytes: &[u8]| {
         let file = TempLog::new("log.mcap", bytes);
         Log::open(&file.path).unwrap_err().to_string()
     };
-    assert!(refused(b"").contains("no log") && refused(b"").contains("an empty file"));
+    assert!(refused(b"").contains("not a log") && refused(b"").contains("an empty file"));
     let text = refused(b"hello\x01");
     assert!(
-        text.contains("no log") && text.contains("first bytes \"hello\\x01\""),
+        text.contains("not a log") && text.contains("first bytes \"hello\\x01\""),
         "{text}"
     );
-    assert!(refused(b"#ROSBAG V1.2\n").contains("other than 2.0: not read yet"));
+    assert!(
+        refused(b"#ROSBAG V1.2\n")
+            .contains("unsupported format: ROS bag of a version other than 2.0")
+    );
     let missing = Log::open(std::path::Path::new("/nowhere/x.mcap")).unwrap_err();
     assert!(matches!(missing, Error::Io { .. }));
 }

@@ -1,15 +1,14 @@
-use std::collections::BTreeMap;
-use std::io::Cursor;
+use std::{collections::BTreeMap, io::Cursor};
 
 use mcap::{WriteOptions, records::MessageHeader};
 use tipwatch_ingest::{
-    FieldRequest, Log, NumberField, NumberSample, SampleValue, SensorKind, SensorRequest,
+    FieldRequest, Log, NumberField, SampleSpec, SensorKind, SensorRequest, ValueSource,
     record_fields, record_sensors,
 };
 
 use crate::support::{Cdr, TempLog};
 
-/// Axes with names in a list of messages, without a header.
+/// Named axes in an array of messages, without a header.
 const AXES: &str = "Axis[] axes\nCell[2] cells\n===\nMSG: pkg/Axis\nstring name\nfloat64 angle\n\
     ===\nMSG: pkg/Cell\nfloat64 load\n";
 
@@ -76,7 +75,7 @@ fn values(file: &TempLog, field: &str, joint: Option<&str>) -> Result<(Vec<f64>,
 }
 
 #[test]
-fn numbers_are_found_in_lists_by_name_and_by_index() {
+fn numbers_are_found_in_arrays_by_name_and_index() {
     let file = binary();
     assert_eq!(
         values(&file, "axes[].angle", Some("boom")),
@@ -94,7 +93,7 @@ fn numbers_are_found_in_lists_by_name_and_by_index() {
 }
 
 #[test]
-fn what_is_not_there_is_told_with_what_is() {
+fn missing_numbers_are_reported_with_those_present() {
     let file = binary();
     let says = |field: &str, joint: Option<&str>| values(&file, field, joint).unwrap_err();
     for (said, parts) in [
@@ -124,7 +123,7 @@ fn what_is_not_there_is_told_with_what_is() {
 }
 
 #[test]
-fn messages_that_tell_their_own_fields_are_read_too() {
+fn self_describing_messages_are_read() {
     let messages = [
         br#"{"header": {"stamp": {"sec": 3, "nanosec": 5}}, "name": ["a", "b"], "angle": [1, 2.5]}"#.to_vec(),
         br#"{"header": {"stamp": {"sec": 4, "nanosec": 5}}, "name": ["b"], "angle": [3]}"#.to_vec(),
@@ -138,24 +137,24 @@ fn messages_that_tell_their_own_fields_are_read_too() {
     );
 }
 
-/// Two sensors of one topic, one of which has only some of its values there.
+/// Two sensors on one topic, one of which has only some of its values there.
 #[test]
 fn one_topic_may_serve_several_sensors() {
     let file = binary();
     let log = Log::open(&file.path).unwrap();
     let topic = log.topics()[0].id;
-    let field = |path: &str| SampleValue::Field(number(path, None));
-    let mut imu = vec![SampleValue::Absent; 6];
+    let field = |path: &str| ValueSource::Field(number(path, None));
+    let mut imu = vec![ValueSource::Absent; 6];
     imu[0] = field("cells[0].load");
-    imu[1] = SampleValue::Constant(0.5);
-    // a quarter turn about z: x goes to y
-    imu.extend([0.0, 0.0, std::f64::consts::FRAC_PI_2].map(SampleValue::Constant));
-    let boom = SampleValue::Field(number("axes[].angle", Some("boom")));
+    imu[1] = ValueSource::Constant(0.5);
+    // a quarter turn about z maps x to y
+    imu.extend([0.0, 0.0, std::f64::consts::FRAC_PI_2].map(ValueSource::Constant));
+    let boom = ValueSource::Field(number("axes[].angle", Some("boom")));
     let request = |kind, values, has_roll_pitch_yaw, joints: &[&str]| SensorRequest {
         topic,
         kind,
         joint_names: joints.iter().map(|&j| j.to_owned()).collect(),
-        numbers: Some(NumberSample {
+        numbers: Some(SampleSpec {
             values,
             has_roll_pitch_yaw,
         }),
@@ -165,7 +164,7 @@ fn one_topic_may_serve_several_sensors() {
         request(SensorKind::Imu, imu, true, &[]),
         request(
             SensorKind::JointStates,
-            vec![boom, SampleValue::Absent],
+            vec![boom, ValueSource::Absent],
             false,
             &["boom"],
         ),
@@ -188,9 +187,10 @@ fn one_topic_may_serve_several_sensors() {
     assert_eq!(joints.stamps_ns, [imu.stamps_ns[0], imu.stamps_ns[1]]);
 }
 
-/// Accelerations at 10, 20, ... ms; rates, which grow with time, 4 ms later and with a gap.
+/// Accelerations at 10, 20, ... ms; angular velocities, which grow with time, 4 ms later and with a
+/// gap.
 #[test]
-fn parts_of_a_sample_may_come_on_topics_of_their_own() {
+fn parts_of_a_sample_may_come_on_separate_topics() {
     const MS: i64 = 1_000_000;
     let mut writer = WriteOptions::new().create(Cursor::new(Vec::new())).unwrap();
     let schema = writer.add_schema("pkg/Part", "jsonschema", b"{}").unwrap();
@@ -219,16 +219,16 @@ fn parts_of_a_sample_may_come_on_topics_of_their_own() {
     let log = Log::open(&file.path).unwrap();
     let topic = |name: &str| crate::support::topic_named(&log, name);
     let part = |first: usize| {
-        let mut values = vec![SampleValue::Absent; 10];
+        let mut values = vec![ValueSource::Absent; 10];
         for (place, field) in (first..).zip(["x", "y", "z"]) {
-            values[place] = SampleValue::Field(NumberField {
+            values[place] = ValueSource::Field(NumberField {
                 field: field.into(),
                 joint: None,
                 scale: 1.0,
                 offset: 0.0,
             });
         }
-        NumberSample {
+        SampleSpec {
             values,
             has_roll_pitch_yaw: false,
         }
@@ -242,7 +242,7 @@ fn parts_of_a_sample_may_come_on_topics_of_their_own() {
     };
     let (recordings, _) = record_sensors(&log, &[request], &mut |_| {}).unwrap();
     let [joined] = &recordings[..] else { panic!() };
-    // the first and the last five have no rate around them, and the gap is longer than what is bridged
+    // the first and the last five lack a neighbour, and the gap is too long to interpolate
     let stamps: Vec<i64> = joined
         .stamps_ns
         .iter()
@@ -258,7 +258,7 @@ fn parts_of_a_sample_may_come_on_topics_of_their_own() {
             "{sample:?}"
         );
         assert!(sample[6..].iter().all(|v| v.is_nan()));
-        // known when the rate after it has arrived
+        // available once the next angular velocity has arrived
         assert_eq!(joined.log_times_ns[i], joined.stamps_ns[i] + 4 * MS);
     }
 }

@@ -1,6 +1,6 @@
-//! Skipped, with a word, where the logs are not at hand.
+//! Logs of real and simulated robots.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use tipwatch_ingest::{
     DefinitionSource, Format, Log, SensorKind, StampSource, TopicStatistics, bind, first_string,
@@ -9,18 +9,9 @@ use tipwatch_ingest::{
 
 use crate::support::{samples, topic_named};
 
-fn open(name: &str) -> Option<Log> {
+fn open(name: &str) -> Log {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/logs");
-    let path = PathBuf::from(folder).join(name);
-    if path.exists() {
-        return Some(Log::open(&path).unwrap());
-    }
-    skipped(&path);
-    None
-}
-
-fn skipped(path: &Path) {
-    eprintln!("skipped: {} is not there", path.display());
+    Log::open(&PathBuf::from(folder).join(name)).unwrap()
 }
 
 fn count(log: &Log, kind: SensorKind) -> usize {
@@ -48,10 +39,9 @@ fn timing(log: &Log, kind: SensorKind) -> tipwatch_ingest::TopicTiming {
 }
 
 #[test]
-fn a_simulated_arm() {
-    let Some(log) = open("sim/flat_arm.mcap") else {
-        return;
-    };
+#[ignore = "needs ../shared"]
+fn simulated_arm_is_read_whole() {
+    let log = open("sim/flat_arm.mcap");
     assert_eq!(count(&log, SensorKind::JointStates), 4000);
     assert_eq!(count(&log, SensorKind::Imu), 9999);
     let urdf = first_string(&log, topic_named(&log, "/robot_description"))
@@ -62,14 +52,13 @@ fn a_simulated_arm() {
 }
 
 #[test]
-fn the_same_drive_as_mcap_database_and_bag() {
+#[ignore = "needs ../shared"]
+fn mcap_database_and_bag_of_one_drive_agree() {
     let logs = ["mcap", "db3", "bag"].map(|format| match format {
         "db3" => open("sim/drive_brake_db3"),
         other => open(&format!("sim/drive_brake.{other}")),
     });
-    let [Some(mcap), Some(db3), Some(bag)] = logs else {
-        return;
-    };
+    let [mcap, db3, bag] = logs;
     for kind in [
         SensorKind::JointStates,
         SensorKind::Imu,
@@ -97,10 +86,9 @@ fn the_same_drive_as_mcap_database_and_bag() {
 }
 
 #[test]
+#[ignore = "needs ../shared"]
 fn abitobot_has_two_epochs_and_no_checksums() {
-    let Some(log) = open("real/abitobot") else {
-        return;
-    };
+    let log = open("real/abitobot");
     assert_eq!(count(&log, SensorKind::JointStates), 1866);
     assert_eq!(count(&log, SensorKind::Imu), 4712);
     assert!(log.losses().integrity.note().is_some());
@@ -110,10 +98,9 @@ fn abitobot_has_two_epochs_and_no_checksums() {
 }
 
 #[test]
-fn turtlebot3_needs_built_in_definitions() {
-    let Some(log) = open("real/turtlebot3") else {
-        return;
-    };
+#[ignore = "needs ../shared"]
+fn turtlebot3_is_read_by_built_in_definitions() {
+    let log = open("real/turtlebot3");
     assert_eq!(count(&log, SensorKind::Imu), 5636);
     assert_eq!(count(&log, SensorKind::JointStates), 826);
     assert_eq!(count(&log, SensorKind::Odometry), 826);
@@ -131,10 +118,9 @@ fn turtlebot3_needs_built_in_definitions() {
 }
 
 #[test]
-fn jackal_is_a_bag_of_ros_1() {
-    let Some(log) = open("real/jackal/test2.bag") else {
-        return;
-    };
+#[ignore = "needs ../shared"]
+fn jackal_bag_is_read_whole() {
+    let log = open("real/jackal/test2.bag");
     assert_eq!(log.format(), Format::Ros1Bag);
     assert_eq!(count(&log, SensorKind::Imu), 3061);
     assert_eq!(count(&log, SensorKind::Odometry), 3060);

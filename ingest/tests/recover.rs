@@ -8,9 +8,9 @@ use crate::{
     support::{Style, TempLog, joint_log, joint_samples},
 };
 
-type RawMessage = (String, i64, i64, u32, Vec<u8>);
+type RecordedMessage = (String, i64, i64, u32, Vec<u8>);
 
-fn messages(path: &Path) -> Vec<RawMessage> {
+fn messages(path: &Path) -> Vec<RecordedMessage> {
     let log = Log::open(path).unwrap();
     let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
     let mut found = Vec::new();
@@ -29,7 +29,7 @@ fn messages(path: &Path) -> Vec<RawMessage> {
 }
 
 #[test]
-fn every_format_comes_out_as_the_same_messages() {
+fn recovered_messages_are_the_same_for_every_format() {
     let recorded = joint_messages(0, 200);
     let logs = [
         TempLog::new(
@@ -57,7 +57,7 @@ fn every_format_comes_out_as_the_same_messages() {
             assert_eq!(topic.type_name, original.type_name);
             assert_eq!(topic.message_count, original.message_count);
         }
-        // Also for the crate that wrote it.
+        // The `mcap` crate reads it too.
         let bytes = std::fs::read(&out).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         assert_eq!(summary.stats.unwrap().message_count, report.message_count());
@@ -65,7 +65,7 @@ fn every_format_comes_out_as_the_same_messages() {
 }
 
 #[test]
-fn the_intact_part_of_a_damaged_log_is_clean() {
+fn intact_part_of_a_damaged_log_is_recovered() {
     let mut bytes = joint_log(&Style::chunked(Some(mcap::Compression::Zstd)), 400);
     let third = bytes.len() / 3;
     bytes[third..third + 500].fill(0);
@@ -117,7 +117,7 @@ fn attachments_and_metadata_are_kept() {
 }
 
 #[test]
-fn nothing_is_overwritten() {
+fn existing_file_is_not_overwritten() {
     let file = TempLog::new("a.mcap", &joint_log(&Style::chunked(None), 5));
     let log = Log::open(&file.path).unwrap();
     let before = std::fs::read(&file.path).unwrap();

@@ -9,7 +9,7 @@ use crate::support::{
 
 pub(crate) const JOINTS: (&str, &str) = ("/joint_states", "sensor_msgs/msg/JointState");
 
-/// A database with these topics and messages (place of the topic, time, data).
+/// A database with these topics and messages (index of the topic, time, data).
 pub(crate) fn database(
     topics: &[(&str, &str)],
     messages: &[(usize, i64, &[u8])],
@@ -106,7 +106,7 @@ fn databases_are_read_with_and_without_definitions() {
 }
 
 #[test]
-fn a_database_cut_short_yields_its_beginning() {
+fn truncated_database_yields_its_beginning() {
     let messages = joint_messages(0, 3000);
     let file = database(&[JOINTS], &rows(&messages), false);
     let bytes = std::fs::read(&file.path).unwrap();
@@ -162,8 +162,7 @@ fn split_files_of_a_folder_are_one_log() {
     let values: Vec<f64> = samples.iter().map(|sample| sample.values[1]).collect();
     assert_eq!(values, (0..120).map(f64::from).collect::<Vec<_>>());
 
-    let metadata =
-        "info:\n  relative_file_paths:\n    - drive_1.db3\n    - drive_0.db3\n    - gone.db3\n";
+    let metadata = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - drive_1.db3\n    - drive_0.db3\n    - gone.db3\n";
     std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
     let log = Log::open(folder.path()).unwrap();
     assert_eq!(log.topics().len(), 1);
@@ -173,14 +172,32 @@ fn split_files_of_a_folder_are_one_log() {
     assert_eq!(losses.ranges[0].part, LostPart::File);
     assert_eq!(losses.notes.len(), 10, "{:?}", losses.notes);
 
-    let compressed = "info:\n  compression_format: zstd\n  compression_mode: MESSAGE\n";
+    let compressed =
+        "rosbag2_bagfile_information:\n  compression_format: zstd\n  compression_mode: MESSAGE\n";
     std::fs::write(folder.path().join("metadata.yaml"), compressed).unwrap();
     assert!(
         Log::open(folder.path())
             .unwrap_err()
             .to_string()
-            .contains("not read yet")
+            .contains("unsupported format")
     );
+}
+
+#[test]
+fn damaged_metadata_is_a_loss_and_the_files_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for part in 0..2_usize {
+        let messages = joint_messages(part * 10, part * 10 + 10);
+        let path = folder.path().join(format!("drive_{part}.db3"));
+        write_database(&path, &[JOINTS], &rows(&messages), false);
+    }
+    let damaged = "rosbag2_bagfile_information:\n  relative_file_paths: [drive_1.db3\n";
+    std::fs::write(folder.path().join("metadata.yaml"), damaged).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(samples.len(), 20);
+    let text = losses.ranges[0].to_string();
+    assert!(text.contains("metadata.yaml: bytes 0 to"), "{text}");
+    assert!(text.contains("not valid metadata"), "{text}");
 }
 
 #[test]
@@ -197,7 +214,7 @@ fn split_mcap_files_share_their_topics() {
 }
 
 #[test]
-fn a_folder_that_is_no_log_is_refused() {
+fn folder_without_a_single_log_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |folder: &Path| Log::open(folder).unwrap_err().to_string();
     assert!(refused(folder.path()).contains("a folder without any such file"));
@@ -212,7 +229,7 @@ fn a_folder_that_is_no_log_is_refused() {
 }
 
 #[test]
-fn files_compressed_as_a_whole_are_unpacked_elsewhere() {
+fn compressed_files_are_decompressed_elsewhere() {
     let folder = tempfile::tempdir().unwrap();
     let mut names = Vec::new();
     for part in 0..3_usize {
@@ -226,7 +243,7 @@ fn files_compressed_as_a_whole_are_unpacked_elsewhere() {
     }
     assert_eq!(joint_samples(folder.path()).0.len(), 30);
     let metadata = format!(
-        "info:\n  relative_file_paths:\n{}  compression_format: zstd\n  compression_mode: FILE\n",
+        "rosbag2_bagfile_information:\n  relative_file_paths:\n{}  compression_format: zstd\n  compression_mode: FILE\n",
         names.concat()
     );
     std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
@@ -244,18 +261,18 @@ fn files_compressed_as_a_whole_are_unpacked_elsewhere() {
 }
 
 #[test]
-fn a_compressed_file_that_is_cut_yields_its_beginning() {
+fn truncated_compressed_file_yields_its_beginning() {
     let bytes = joint_log(&Style::chunked(None), 3000);
     let packed = zstd::encode_all(&*bytes, 1).unwrap();
     let file = TempLog::new("log.mcap.zstd", &packed[..packed.len() * 2 / 3]);
     let (samples, losses) = joint_samples(&file.path);
     assert!(samples.len() > 1000, "{}", samples.len());
-    assert!(losses.ranges[0].reason.contains("unpacked bytes"));
+    assert!(losses.ranges[0].reason.contains("decompressed bytes"));
     assert!(losses.ranges.len() > 1, "{losses:?}");
 }
 
 #[test]
-fn split_files_in_folders_within_folders_are_one_log() {
+fn split_files_in_subfolders_are_one_log() {
     let folder = tempfile::tempdir().unwrap();
     for part in 0..11 {
         let below = folder.path().join(format!("part_{part}"));
@@ -270,11 +287,11 @@ fn split_files_in_folders_within_folders_are_one_log() {
 }
 
 #[test]
-fn the_recorder_says_how_many_messages_there_should_be() {
+fn recorder_message_counts_reveal_missing_messages() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive_0.db3");
     write_database(&path, &[JOINTS], &rows(&joint_messages(0, 2000)), true);
-    let metadata = "info:\n  relative_file_paths:\n    - drive_0.db3\n\
+    let metadata = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - drive_0.db3\n\
         \x20 topics_with_message_count:\n    - topic_metadata:\n        name: /joint_states\n\
         \x20     message_count: 2000\n  version: 5\n";
     std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();

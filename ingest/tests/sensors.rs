@@ -1,8 +1,10 @@
-use tipwatch_ingest::{DefinitionSource, Message, SensorDecoder, SensorKind, SensorSample, Topic};
+use tipwatch_ingest::{
+    DefinitionSource, RawMessage, SensorDecoder, SensorKind, SensorSample, Topic,
+};
 
 use crate::support::{Cdr, Style, TempLog, joint_log, joint_state};
 
-/// A topic of a common type, as a log without definitions has it.
+/// A topic of a built-in type, in a log without definitions.
 fn topic(kind: SensorKind) -> Topic {
     let folder = crate::rosbag2::database(&[("/t", kind.type_name())], &[], false);
     tipwatch_ingest::Log::open(&folder.path).unwrap().topics()[0].clone()
@@ -11,7 +13,7 @@ fn topic(kind: SensorKind) -> Topic {
 fn decode(decoder: &mut SensorDecoder, data: &[u8]) -> SensorSample {
     let mut sample = SensorSample::default();
     let topic = topic(decoder.kind()).id;
-    let message = Message {
+    let message = RawMessage {
         topic,
         log_time_ns: 2,
         publish_time_ns: 1,
@@ -31,7 +33,7 @@ fn same(left: &[f64], right: &[f64]) -> bool {
 }
 
 #[test]
-fn joints_are_matched_by_name_through_changes_of_order() {
+fn joints_are_matched_by_name_in_any_order() {
     const NAN: f64 = f64::NAN;
     let joints = ["boom", "slew"].map(str::to_owned);
     let topic = topic(SensorKind::JointStates);
@@ -53,7 +55,7 @@ fn joints_are_matched_by_name_through_changes_of_order() {
 }
 
 #[test]
-fn a_damaged_list_of_names_does_not_confuse_the_next_message() {
+fn damaged_name_list_does_not_affect_the_next_message() {
     let joints = ["a".to_owned()];
     let topic = topic(SensorKind::JointStates);
     let mut decoder = SensorDecoder::new(&topic, SensorKind::JointStates, &joints).unwrap();
@@ -61,7 +63,7 @@ fn a_damaged_list_of_names_does_not_confuse_the_next_message() {
     assert_eq!(decode(&mut decoder, &good).values[0], 2.0);
     let mut cut = joint_state(5, &["a", "z"], &[1.0, 2.0], &[]);
     cut.truncate(35);
-    let message = Message {
+    let message = RawMessage {
         topic: topic.id,
         log_time_ns: 0,
         publish_time_ns: 0,
@@ -77,7 +79,7 @@ fn a_damaged_list_of_names_does_not_confuse_the_next_message() {
 }
 
 #[test]
-fn imu_odometry_and_wrench_give_their_values_in_order() {
+fn imu_odometry_and_wrench_values_come_in_order() {
     let quaternion = [0.0, 0.0, 0.6, 0.8];
     let topic_imu = topic(SensorKind::Imu);
     let imu = |covariance: f64, quaternion: &[f64]| {
@@ -142,7 +144,7 @@ fn imu_odometry_and_wrench_give_their_values_in_order() {
 }
 
 #[test]
-fn what_cannot_be_decoded_is_refused_when_bound() {
+fn undecodable_topics_are_refused_when_bound() {
     let file = TempLog::new("log.mcap", &joint_log(&Style::chunked(None), 3));
     let log = tipwatch_ingest::Log::open(&file.path).unwrap();
     let joints = log
@@ -162,12 +164,12 @@ fn what_cannot_be_decoded_is_refused_when_bound() {
         encoding: "flatbuffer".to_owned(),
         ..joints.clone()
     };
-    assert!(refused(&flat, SensorKind::JointStates).ends_with("not read yet: encoding flatbuffer"));
+    assert!(refused(&flat, SensorKind::JointStates).ends_with("unsupported encoding flatbuffer"));
     let idl = Topic {
         schema_encoding: "ros2idl".to_owned(),
         ..joints.clone()
     };
-    assert!(refused(&idl, SensorKind::JointStates).ends_with("not read yet: encoding ros2idl"));
+    assert!(refused(&idl, SensorKind::JointStates).ends_with("unsupported encoding ros2idl"));
     let bare = Topic {
         definition: None,
         definition_source: DefinitionSource::Missing,

@@ -1,5 +1,4 @@
-use std::collections::BTreeMap;
-use std::io::Cursor;
+use std::{collections::BTreeMap, io::Cursor};
 
 use mcap::{WriteOptions, records::MessageHeader};
 use tipwatch_ingest::{Log, static_frames};
@@ -9,7 +8,7 @@ use crate::support::{Cdr, TempLog};
 /// A log of transforms, one message each: topic, parent, child, x, w.
 fn log(transforms: &[(&str, &str, &str, f64, f64)]) -> TempLog {
     let mut writer = WriteOptions::new().create(Cursor::new(Vec::new())).unwrap();
-    // without a definition: the common one of that name is assumed
+    // without a definition, the built-in one is used
     let schema = writer
         .add_schema("tf2_msgs/msg/TFMessage", "ros2msg", b"")
         .unwrap();
@@ -33,7 +32,7 @@ fn log(transforms: &[(&str, &str, &str, f64, f64)]) -> TempLog {
 }
 
 #[test]
-fn frames_are_placed_with_or_without_a_leading_slash() {
+fn leading_slashes_of_frames_are_removed() {
     let file = log(&[
         ("/tf_static", "/base_link", "/imu", 1.0, 1.0),
         ("/robot/tf_static", "imu", "chip", 0.5, 1.0),
@@ -48,7 +47,7 @@ fn frames_are_placed_with_or_without_a_leading_slash() {
 }
 
 #[test]
-fn what_moves_or_is_no_pose_is_left_out() {
+fn moving_frames_and_invalid_poses_are_omitted() {
     let file = log(&[
         ("/tf", "base_link", "imu", 1.0, 1.0),
         ("/tf_static", "base_link", "imu", f64::NAN, 1.0),

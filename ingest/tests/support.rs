@@ -8,6 +8,7 @@ use std::{
 };
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
+use proptest::test_runner::{Config as ProptestConfig, FileFailurePersistence};
 use tempfile::TempDir;
 use tipwatch_ingest::{Log, Losses, SensorDecoder, SensorKind, SensorSample, TopicId};
 
@@ -18,7 +19,7 @@ pub(crate) const JOINT_STATE: &str = "std_msgs/Header header\nstring[] name\nflo
 pub(crate) const FIRST_NS: i64 = 1_700_000_000_000_000_000;
 pub(crate) const PERIOD_NS: i64 = 10_000_000;
 
-/// Writes CDR values, padded as the encoding demands.
+/// Writes CDR values with the required padding.
 pub(crate) struct Cdr {
     pub(crate) bytes: Vec<u8>,
     big_endian: bool,
@@ -100,7 +101,7 @@ pub(crate) fn joint_state(
     cdr.bytes
 }
 
-/// How an MCAP file is written.
+/// Options of an MCAP file.
 #[derive(Clone)]
 pub(crate) struct Style {
     pub(crate) compression: Option<Compression>,
@@ -134,7 +135,7 @@ impl Style {
 pub(crate) const COMPRESSIONS: [Option<Compression>; 3] =
     [None, Some(Compression::Lz4), Some(Compression::Zstd)];
 
-/// Joint states on `/joint_states`, as many strings on `/chatter` in between.
+/// Joint states on `/joint_states`, alternating with strings on `/chatter`.
 pub(crate) fn joint_log(style: &Style, message_count: usize) -> Vec<u8> {
     let mut writer = style.options().create(Cursor::new(Vec::new())).unwrap();
     let joint_schema = writer
@@ -181,7 +182,7 @@ pub(crate) fn joint_log(style: &Style, message_count: usize) -> Vec<u8> {
     writer.into_inner().into_inner()
 }
 
-/// A file that vanishes with the value.
+/// A file that is deleted with the value.
 pub(crate) struct TempLog {
     folder: TempDir,
     pub(crate) path: PathBuf,
@@ -208,7 +209,17 @@ pub(crate) fn topic_named(log: &Log, name: &str) -> TopicId {
         .id
 }
 
-/// Every sample of a topic, and what was lost.
+/// Failing cases are kept, and tried first in later runs.
+pub(crate) fn proptest_config(cases: u32) -> ProptestConfig {
+    let kept = FileFailurePersistence::Direct("tests/proptest-regressions.txt");
+    ProptestConfig {
+        cases,
+        failure_persistence: Some(Box::new(kept)),
+        ..ProptestConfig::default()
+    }
+}
+
+/// All samples of a topic, and the losses.
 pub(crate) fn samples(
     log: &Log,
     topic: TopicId,

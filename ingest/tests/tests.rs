@@ -1,4 +1,4 @@
-//! The crate from outside: logs made here, damaged here, and real ones.
+//! Tests of the public interface, on generated, damaged and real logs.
 
 // The exception in clippy.toml covers test functions, not the helpers they share.
 #![allow(clippy::unwrap_used)]
@@ -6,21 +6,22 @@
 mod support; // CDR messages and logs made in memory
 
 mod bags; // bags of ROS 1
-mod batches; // several threads find what one finds
+mod batches; // several threads give the same result as one
 mod binding; // which topic carries a signal
 mod clocks; // all topics of a log on one clock
-mod damage; // nothing panics, everything intact comes out
-mod databases; // databases as crashes leave them, and of every version
-mod layout; // fields out of CDR messages
-mod mcap_files; // the same samples however an MCAP file is written
-mod number_fields; // single numbers of any messages
-mod passed_over; // what an index says is of no use here is not read
-mod real_logs; // logs of real and simulated robots, where they are at hand
-mod recover; // the intact part as a clean file
+mod damage; // nothing panics, everything intact is read
+mod databases; // databases after crashes, and of every schema version
+mod fuzz; // every parser on damaged inputs
+mod layout; // fields of CDR messages
+mod mcap_files; // the same samples for all writer options
+mod number_fields; // single numbers from any messages
+mod real_logs; // logs of real and simulated robots
+mod recover; // the intact part of a log as a clean file
 mod rosbag2; // databases and folders
-mod sensors; // messages as numbers
-mod static_frames; // where /tf_static puts frames
-mod telling; // messages that tell their own fields: JSON, protobuf
+mod self_describing; // self-describing messages: JSON, protobuf
+mod sensors; // messages to samples
+mod skipped_chunks; // chunks without a wanted topic are not read
+mod static_frames; // transforms of /tf_static
 mod timing; // clocks, gaps, offsets
 mod variants; // two hundred damaged variants of each format
-mod writing; // what is written comes back
+mod writing; // what is written can be read

@@ -49,7 +49,7 @@ fn periods_gaps_and_disorder_are_counted() {
 }
 
 #[test]
-fn stamps_at_half_pace_have_their_drift() {
+fn drift_of_stamps_at_half_speed_is_found() {
     let messages = (0..100).map(|i| (Some((i + 1) * 5 * MS), 0, DAY_NS + i * 10 * MS));
     let timing = statistics(messages).timing();
     assert_eq!(timing.clock.source, StampSource::Header);
@@ -59,8 +59,8 @@ fn stamps_at_half_pace_have_their_drift() {
 }
 
 #[test]
-fn a_million_messages_take_no_more_memory_than_ten_thousand() {
-    // a gap every hundred messages, and a clock that is 30 ppm fast
+fn memory_does_not_grow_with_the_number_of_messages() {
+    // a gap every hundred messages, and a clock that runs 30 ppm fast
     let messages = (0..1_000_000_i64).map(|i| {
         let log = DAY_NS + i * 10 * MS + i / 100 * 500 * MS;
         (Some(log + i * 300), log, log)
@@ -76,7 +76,7 @@ fn a_million_messages_take_no_more_memory_than_ten_thousand() {
 }
 
 #[test]
-fn without_usable_header_stamps_the_next_clock_is_taken_and_said_so() {
+fn next_clock_is_used_without_usable_header_stamps() {
     let absent = statistics((0..9).map(|i| (None, DAY_NS + i, DAY_NS + i)));
     assert_eq!(absent.decide().source, StampSource::Log);
     let constant = statistics((0..9).map(|i| (Some(7), DAY_NS + i, DAY_NS + 2 * i)));

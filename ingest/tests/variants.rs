@@ -1,7 +1,7 @@
-//! Two hundred damaged variants of each format: nothing panics, what the damage did not touch comes
-//! out, and the damage is told.
+//! Two hundred damaged variants of each format: nothing panics, undamaged messages are read, and
+//! the damage is reported.
 
-// Places of bytes are ranges, also where there is only one.
+// Positions of bytes are ranges, even if there is only one.
 #![allow(clippy::single_range_in_vec_init)]
 
 use std::{
@@ -18,7 +18,7 @@ use crate::{
     support::{Style, TempLog, joint_log},
 };
 
-/// How many variants of each format; more with `TIPWATCH_VARIANTS` in the environment.
+/// Variants per format; the environment variable `TIPWATCH_VARIANTS` sets another number.
 fn variants() -> u64 {
     let more = std::env::var("TIPWATCH_VARIANTS").ok();
     more.and_then(|count| count.parse().ok()).unwrap_or(200)
@@ -26,7 +26,7 @@ fn variants() -> u64 {
 
 const MESSAGES: usize = 150;
 
-/// Numbers that are the same in every run.
+/// SplitMix64: the same numbers in every run.
 struct Random(u64);
 
 impl Random {
@@ -43,19 +43,19 @@ impl Random {
     }
 }
 
-/// A log, and where its messages lie.
+/// A log and the positions of its messages.
 struct Original {
     name: &'static str,
     bytes: Vec<u8>,
-    /// What has to be intact for a message to come out: a chunk or the message itself.
+    /// What must be intact for a message to be read: a chunk or the message itself.
     messages: BTreeMap<Key, Range<usize>>,
-    /// Bytes without which nothing can be read.
+    /// Bytes without which nothing is readable.
     vital: Vec<Range<usize>>,
-    /// Where the topics are defined, with nothing to check them by.
+    /// Definitions of topics without a checksum.
     definitions: Range<usize>,
-    /// Whether a flipped bit in a message shows.
+    /// Whether a flipped bit in a message is detected.
     is_checked: bool,
-    /// Whether bytes may be missing: not in a file of pages.
+    /// Whether bytes may be removed: not in a file of pages.
     may_shift: bool,
 }
 
@@ -94,12 +94,12 @@ fn last_position(bytes: &[u8], part: &[u8]) -> usize {
         .unwrap()
 }
 
-/// For formats in which messages lie as they are.
+/// For formats that store messages literally.
 fn plain(name: &'static str, bytes: Vec<u8>, before: usize, vital: Vec<Range<usize>>) -> Original {
     let messages = messages_of(&bytes)
         .into_iter()
         .map(|key| {
-            // A page that was split keeps what it held before.
+            // A split page keeps its old content.
             let at = last_position(&bytes, &key.2);
             let range = at - before..at + key.2.len();
             (key, range)
@@ -146,7 +146,7 @@ fn mcap_chunks(name: &'static str, style: &Style) -> Original {
     }
     let mut vital = vec![0..8];
     if !style.summary {
-        // Without it nobody knows the topics.
+        // Without it the topics are unknown.
         vital.push(first_chunk);
     }
     Original {
@@ -171,7 +171,7 @@ fn bag_chunks(packing: &'static str) -> Original {
     for key in messages_of(&bytes) {
         let index = (key.1 - crate::support::FIRST_NS) / crate::support::PERIOD_NS;
         let chunk = index as usize / 20;
-        // The next record begins with the index of this chunk.
+        // The index of this chunk follows.
         let rest = &bytes[starts[chunk]..];
         let length = 4 + 4 + 12 + packing.len() + 4 + 4 + 4 + 9;
         let data_bytes = u32::from_le_bytes(rest[length..length + 4].try_into().unwrap());
@@ -238,7 +238,7 @@ fn database_pages(bytes: Vec<u8>) -> Original {
     original
 }
 
-/// The damaged bytes, and which of the original ones were touched.
+/// The damaged bytes, and which original bytes were changed.
 fn damage(original: &Original, random: &mut Random) -> (Vec<u8>, Vec<Range<usize>>, &'static str) {
     let bytes = &original.bytes;
     let mut damaged = bytes.clone();
@@ -282,7 +282,7 @@ fn overlap(left: &Range<usize>, right: &Range<usize>) -> bool {
     left.start < right.end && right.start < left.end
 }
 
-/// Whether some loss spans this time.
+/// Whether a loss covers this time.
 fn is_told(losses: &Losses, time_ns: i64) -> bool {
     losses.ranges.iter().any(|range| {
         range.first_time_ns.is_none_or(|first| first <= time_ns)
@@ -311,7 +311,7 @@ fn check(original: &Original, seed: u64) -> Option<bool> {
         .iter()
         .any(|range| range.reason.contains("not defined"))
     {
-        // Every definition of a topic was hit.
+        // All definitions of a topic were hit.
         return Some(true);
     }
     let mut lost: BTreeMap<&str, u64> = BTreeMap::new();
@@ -350,7 +350,7 @@ fn check(original: &Original, seed: u64) -> Option<bool> {
     Some(is_reported || is_same)
 }
 
-/// What the losses say of how many messages are lost is right wherever they say it.
+/// Wherever the losses state a number of lost messages, it is correct.
 fn check_numbers(losses: &Losses, lost: &BTreeMap<&str, u64>, context: &str) {
     let mut told: BTreeMap<&str, u64> = BTreeMap::new();
     for range in &losses.ranges {
@@ -392,16 +392,16 @@ fn check_format(originals: &[Original]) {
 }
 
 #[test]
-fn mcap_files() {
+fn damaged_mcap_files_yield_intact_messages() {
     check_format(&originals()[0]);
 }
 
 #[test]
-fn bags() {
+fn damaged_bags_yield_intact_messages() {
     check_format(&originals()[1]);
 }
 
 #[test]
-fn databases() {
+fn damaged_databases_yield_intact_messages() {
     check_format(&originals()[2]);
 }

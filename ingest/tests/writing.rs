@@ -24,7 +24,7 @@ fn joint_state(index: i32) -> JointState {
 }
 
 #[test]
-fn a_common_message_comes_back_as_it_was() {
+fn builtin_message_survives_a_round_trip() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("new.mcap");
     let mut writer = Ros2Writer::create(&path).unwrap();
@@ -56,7 +56,7 @@ fn a_common_message_comes_back_as_it_was() {
 }
 
 #[test]
-fn an_existing_file_is_kept_and_an_unknown_type_refused() {
+fn existing_file_and_unknown_type_are_refused() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("new.mcap");
     std::fs::write(&path, "evidence").unwrap();
@@ -69,7 +69,8 @@ fn an_existing_file_is_kept_and_an_unknown_type_refused() {
 }
 
 proptest! {
-    /// Our reader was made from the standard and other programs' files, not from this writer.
+    /// The reader was developed against the standard and files of other programs, not against this
+    /// writer.
     #[test]
     fn any_numbers_and_texts_come_back(
         text in ".{0,9}", numbers in prop::collection::vec(any::<f64>(), 0..5), byte: u8, last: f64,

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::{Estimator, Options};
-use tipwatch_analyze::run;
+use tipwatch_analyze::analysis::run;
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_live::replay::Recording;
 use tipwatch_mechanics::Quantity;

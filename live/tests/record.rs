@@ -6,8 +6,8 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::{Estimator, Options};
-use tipwatch_analyze::run;
+use tipwatch_analyze::analysis::run;
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
 use tipwatch_live::system::clock::monotonic_ns;

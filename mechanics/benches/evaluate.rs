@@ -1,10 +1,9 @@
-//! One evaluation of the simulated machine: fifteen bodies, two closed chains, all loads, envelope.
+//! Time of one evaluation of the simulated machine: fifteen bodies, two closed chains, loads and envelope.
 //!
-//! `cargo bench -p tipwatch-mechanics`. With `TIPWATCH_PINOCCHIO` set to a program that times
-//! Pinocchio's `rnea` on the same bodies (`benches/pinocchio/`), it is run before and after, on the same
-//! machine.
+//! `cargo bench -p tipwatch-mechanics`. If `TIPWATCH_PINOCCHIO` is set to a program that times Pinocchio's `rnea`
+//! on the same bodies (`benches/pinocchio/`), it is run before and after on the same computer.
 
-#![allow(clippy::print_stdout, reason = "a benchmark prints")]
+#![allow(clippy::print_stdout, reason = "a benchmark prints its result")]
 
 use std::hint::black_box;
 use std::process::Command;
@@ -43,7 +42,7 @@ fn main() {
     let everything = by_rows(Scope::ALL);
     let loads_again = by_rows(Scope::LOADS);
     println!(
-        "evaluate, f64:            {scalar:7.0} ns a sample (least of {REPEATS} runs over {STATES} states)"
+        "evaluate, f64:            {scalar:7.0} ns a sample (minimum of {REPEATS} runs over {STATES} states)"
     );
     println!(
         "evaluate, lanes:          {lanes:7.0} ns a sample, {:.1} times as fast",
@@ -51,7 +50,7 @@ fn main() {
     );
     println!("evaluate_rows, lanes:     {rows:7.0} ns a sample, from columns to columns");
     println!(
-        "with all the rest, lanes: {everything:7.0} ns a sample, {:.1} times the loads alone",
+        "full scope, lanes:        {everything:7.0} ns a sample, {:.1} times the loads alone",
         everything / rows.min(loads_again)
     );
     for (what, scope) in [
@@ -65,7 +64,7 @@ fn main() {
         (
             "causes",
             Scope {
-                causes: true,
+                contributions: true,
                 ..Scope::LOADS
             },
         ),
@@ -84,13 +83,13 @@ fn main() {
 
 fn machine() -> Machine {
     let spec = MachineSpec::from_toml(include_str!("../tests/data/rigid.toml"), "rigid.toml")
-        .expect("a machine file");
+        .expect("a valid machine file");
     spec.check(
         include_str!("../tests/data/rigid.urdf"),
         "rigid.urdf",
         LogFacts::default(),
     )
-    .expect("a machine")
+    .expect("a valid machine")
 }
 
 /// Working postures in motion, all wheels on the ground in most of them.

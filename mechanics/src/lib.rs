@@ -1,12 +1,11 @@
-//! Mechanics of wheeled machines with an arm: from what the sensors feel to what the wheels carry.
+//! Mechanics of wheeled machines with an arm: from sensor signals to wheel loads and stability.
 //!
 //! [`MachineSpec`] (a machine file) and a URDF are checked into an immutable [`Machine`];
-//! [`signal`] turns sensor samples into [`State`]s; [`evaluate`] turns a state into an [`Outcome`]:
-//! wheel loads, their envelope, and how far the machine is from tipping. [`evaluate`] remembers
-//! nothing, allocates nothing and is generic over the number: [`evaluate_rows`] does four samples
-//! side by side and gives the same bits.
+//! [`estimation`] turns sensor samples into [`State`]s; [`evaluate`] turns a state into an [`Outcome`]: wheel loads,
+//! their envelope, and the margins to tipping. [`evaluate`] has no memory, does not allocate and is generic over
+//! the number type: [`evaluate_rows`] evaluates four samples at once and gives the same bits.
 //!
-//! Frames, signs and equations stand in `THEORY.md`. The crate opens no file and starts no thread.
+//! `book/src/theory.md` defines frames, signs and equations. The crate opens no file and starts no thread.
 //!
 //! ```
 //! use tipwatch_mechanics::machine::LogFacts;
@@ -16,7 +15,7 @@
 //! let machine = spec.check(include_str!("../tests/data/rigid.urdf"), "rigid.urdf", LogFacts::default())?;
 //! let mut workspace = Workspace::new(&machine);
 //! let mut state = State::<f64>::zero(&machine);
-//! // lift and tilt of the arm, and an IMU that feels gravity: a machine at rest on level ground
+//! // lift and tilt of the arm, and an IMU that measures gravity: a machine at rest on level ground
 //! state.joints[0].position = -1.3;
 //! state.joints[1].position = -1.4;
 //! state.imu.specific_force.z = machine.gravity();
@@ -27,59 +26,41 @@
 //! ```
 
 #![forbid(unsafe_code)]
-mod actuator_force;
-mod attribution;
-mod batch;
 pub mod closed_form;
-mod composite;
-mod contact_plane;
-mod contact_plane_derivatives;
-mod coordinate;
+pub mod dynamics;
+pub mod estimation;
 mod evaluate;
-mod explain;
-mod groups;
-mod indicators;
-mod kinematics;
+pub mod explain;
+pub mod geometry;
 pub mod machine;
-mod model;
-pub mod monte_carlo;
-mod newton_euler;
-mod newton_euler_derivatives;
 pub mod number;
-mod outcome;
-mod payload_estimate;
-mod placement;
-pub mod plausibility;
-mod scope;
-mod sensitivity;
-pub mod signal;
-mod spatial;
-mod standing;
-mod state;
-mod static_posture;
-pub mod suspension;
-mod uncertainty;
+pub mod state;
+pub mod studies;
 pub mod verdict;
-mod wheel_loads;
-mod workspace;
+pub mod wheel_loads;
 
-pub use actuator_force::{actuator_force, carries_payload};
-pub use attribution::{Cause, Causes};
-pub use batch::{OutcomeColumns, StateColumns, evaluate_rows};
-pub use coordinate::Motion;
-pub use evaluate::evaluate;
-pub use indicators::{Indicators, Travel, VelocityGradient};
-pub use machine::{Machine, MachineError, MachineSpec};
-pub use model::{ClosedForm, Model};
+pub use evaluate::batch::{OutcomeColumns, evaluate_rows};
+pub use evaluate::evaluation::evaluate;
+pub use evaluate::model::{ClosedForm, Model};
+pub use evaluate::outcome::{GroundPoint, Outcome, Quantity};
+pub use evaluate::scope::Scope;
+pub use evaluate::workspace::Workspace;
+pub use explain::attribution::{Contribution, Contributions};
+pub use explain::indicators::{Indicators, VelocityGradient};
+pub use explain::sensitivity::{Sensitivity, SensitivitySums};
+pub use explain::uncertainty::Uncertainty;
+pub use geometry::coordinate::Motion;
+pub use geometry::spatial::Wrench;
+pub use machine::{
+    Axis, BaseMotion, InertiaElement, Machine, MachineError, MachineSpec, Parameter,
+};
 pub use number::{Dual, Gradient, Jet, Lanes, Real};
-pub use outcome::{Outcome, Place, Quantity};
-pub use payload_estimate::{ForceQuality, MeasuredForce, PayloadEstimate, estimate_payload};
-pub use placement::Placement;
-pub use scope::Scope;
-pub use sensitivity::{Axis, InertiaElement, Parameter, Sensitivity, SensitivitySums};
-pub use spatial::Wrench;
-pub use standing::{MassShare, Standing};
-pub use state::{BaseState, ImuState, JetCovariance, SignalNoise, State};
-pub use static_posture::{reference_posture, static_outcome};
-pub use uncertainty::{Uncertainty, combination_sigma};
-pub use workspace::Workspace;
+pub use state::{BaseState, ImuState, JetCovariance, SignalNoise, State, StateColumns};
+pub use studies::actuator_force::{actuator_force, carries_payload};
+pub use studies::combination_sigma::combination_sigma;
+pub use studies::payload_estimate::{
+    ForceQuality, MeasuredForce, PayloadEstimate, estimate_payload,
+};
+pub use studies::placement::Placement;
+pub use studies::standing::{MassShare, RestingMachine};
+pub use studies::static_posture::{reference_posture, resting_state, static_outcome};

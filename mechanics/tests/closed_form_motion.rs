@@ -1,21 +1,18 @@
-//! Attitude, and the motion of platform and wheels over the ground.
+//! Attitude, and planar motion of the platform and the wheels.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::closed_form::{assert_all_close, assert_close, motion, platform};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use proptest::prelude::*;
-use support::closed_form::{assert_all_close, assert_close, motion, platform};
 use tipwatch_mechanics::closed_form::{
     Attitude, LEAST_SPEED, PlanarMotion, axle_heading, heading_of_spin_axis, steering_angle,
 };
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
+    #![proptest_config(support::cases(400))]
 
     #[test]
-    fn attitude_and_up_go_both_ways(
+    fn attitude_from_up_inverts_up_from_attitude(
         theta in -1.5..1.5_f64, phi in -1.5..1.5_f64, psi in -3.1..3.1_f64,
     ) {
         let attitude = Attitude { theta, phi, psi };
@@ -28,7 +25,7 @@ proptest! {
     }
 
     #[test]
-    fn angular_velocity_is_the_turning_of_the_axes(
+    fn angular_velocity_matches_rotation_rate(
         angles in prop::array::uniform3(-1.4..1.4_f64), rates in prop::array::uniform3(-2.0..2.0_f64),
     ) {
         let of = |[theta, phi, psi]: [f64; 3]| Attitude { theta, phi, psi };
@@ -40,7 +37,7 @@ proptest! {
     }
 
     #[test]
-    fn wheels_move_with_the_platform(u in prop::collection::vec(-1.0..1.0_f64, 20)) {
+    fn wheel_velocities_follow_rigid_body_motion(u in prop::collection::vec(-1.0..1.0_f64, 20)) {
         let (p, v) = (platform(&u), motion(&u[14..]));
         let velocities = v.velocities(&p);
         let (speed, beta) = (velocities.centre.speed(), velocities.centre.direction());
@@ -58,7 +55,7 @@ proptest! {
             prop_assume!(point.speed() > LEAST_SPEED);
             let (sin, cos) = point.direction().sin_cos();
             prop_assert!((Vector2::new(cos, sin) * point.speed() - expected).norm() < 1e-12);
-            // (31), up to whole turns
+            // (31), modulo full turns
             let heading = Vector2::new(0.3_f64.cos(), 0.3_f64.sin());
             let off = point.sideslip(&heading) - (point.direction() - 0.3);
             prop_assert!(off.abs() < 1e-12 || (off.abs() - std::f64::consts::TAU).abs() < 1e-12);
@@ -67,7 +64,7 @@ proptest! {
 }
 
 #[test]
-fn signs_of_the_slope_angles() {
+fn slope_angles_have_documented_signs() {
     let up = |theta: f64, phi: f64| {
         Attitude {
             theta,
@@ -81,7 +78,7 @@ fn signs_of_the_slope_angles() {
 }
 
 #[test]
-fn directions_are_unknown_at_standstill() {
+fn direction_is_unknown_at_standstill() {
     let creeping = PlanarMotion {
         v_x: 0.9 * LEAST_SPEED,
         ..PlanarMotion::zero()
@@ -98,10 +95,10 @@ fn directions_are_unknown_at_standstill() {
 }
 
 #[test]
-fn headings_follow_spin_axes_whichever_way_they_point() {
+fn heading_is_independent_of_spin_axis_sign() {
     let (sin, cos) = 0.4_f64.sin_cos();
     for side in [1.0, -1.0] {
-        // turned left by 0.4, with camber
+        // Steered left by 0.4, with camber.
         let heading = heading_of_spin_axis(&(Vector3::new(-sin, cos, 0.1) * side));
         assert_close(steering_angle(&heading), 0.4, 1e-15);
         let other = Vector2::new(0.2_f64.cos(), 0.2_f64.sin());

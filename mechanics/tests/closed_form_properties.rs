@@ -1,19 +1,16 @@
-//! What holds for the analytic model whatever the platform and its motion.
+//! Properties of the analytic model for any platform and motion.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::closed_form::{assert_all_close, assert_close, motion, platform, wrench};
 use nalgebra::{Matrix4, Vector3, Vector4};
 use proptest::prelude::*;
-use support::closed_form::{assert_all_close, assert_close, motion, platform, wrench};
 use tipwatch_mechanics::closed_form::{
-    Attitude, Causes, Counted, FeltMotion, LoadGradient, PlanarMotion, Platform, sigma,
-    sigma_gradient,
+    Attitude, Counted, DemandContributions, LoadGradient, MeasuredMotion, PlanarMotion, Platform,
+    sigma, sigma_gradient,
 };
 use tipwatch_mechanics::{Lanes, Real, Wrench};
 
-/// A platform, the direction up in its axes, its motion and the arm's wrench.
+/// A platform, the up direction in its axes, its motion and the arm's wrench.
 type Case = (Platform<f64>, Vector3<f64>, PlanarMotion<f64>, Wrench<f64>);
 
 fn arm(u: &[f64]) -> Wrench<f64> {
@@ -27,7 +24,7 @@ fn cases() -> impl Strategy<Value = Case> {
     })
 }
 
-/// (56)-(58), with the weights of four wheels on half tracks that differ.
+/// (56)-(58), with the weights of four wheels on unequal half tracks.
 fn printed_b((p, up, v, arm): &Case) -> [f64; 3] {
     let g = p.gravity;
     let [m_w, m_w_r_w] = [p.wheel_mass / 4.0, p.wheel_moment.z / 4.0];
@@ -52,9 +49,13 @@ fn printed_b((p, up, v, arm): &Case) -> [f64; 3] {
     [b1, b2, g * (p.mass + 4.0 * m_w) * up.z - f.z]
 }
 
-/// (55) with the row of (54) for any D, solved as it stands.
+/// (55) with the row of (54) for any D, solved as a linear system.
 fn solved(p: &Platform<f64>, [b1, b2, b3]: [f64; 3]) -> [f64; 4] {
-    let (l, r, d) = (p.half_track_left, p.half_track_right, p.front_share);
+    let (l, r, d) = (
+        p.half_track_left,
+        p.half_track_right,
+        p.roll_moment_distribution,
+    );
     let (l1, l2) = (p.to_rear, p.to_front);
     #[rustfmt::skip]
     let rows = Matrix4::new(
@@ -67,20 +68,20 @@ fn solved(p: &Platform<f64>, [b1, b2, b3]: [f64; 3]) -> [f64; 4] {
     solution.map_or([f64::NAN; 4], Into::into)
 }
 
-fn causes((platform, up, motion, arm): &Case) -> Causes<f64> {
-    Causes::of_motion(platform, up, motion, arm)
+fn contributions((platform, up, motion, arm): &Case) -> DemandContributions<f64> {
+    DemandContributions::of_motion(platform, up, motion, arm)
 }
 
-fn felt_causes((platform, up, motion, arm): &Case) -> Causes<f64> {
-    let felt = FeltMotion {
+fn measured_contributions((platform, up, motion, arm): &Case) -> DemandContributions<f64> {
+    let measured = MeasuredMotion {
         specific_force: motion.acceleration().push(0.0) + up * platform.gravity,
         yaw_rate: motion.yaw_rate,
         yaw_acceleration: motion.yaw_acceleration,
     };
-    Causes::of_felt(platform, up, &felt, arm)
+    DemandContributions::of_measured(platform, up, &measured, arm)
 }
 
-/// The terms as printed, in one pattern for the four wheels: F = 1 in front, S = 1 on the left.
+/// The terms as printed, in one formula for the four wheels: F = 1 in front, S = 1 on the left.
 fn printed_terms((p, up, v, arm): &Case, f: f64, s: f64) -> [f64; 11] {
     let (w, l, g) = (p.half_track_left, p.wheelbase(), p.gravity);
     let other = if f > 0.0 { p.to_rear } else { p.to_front };
@@ -105,46 +106,46 @@ fn printed_terms((p, up, v, arm): &Case, f: f64, s: f64) -> [f64; 11] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
+    #![proptest_config(support::cases(400))]
 
     #[test]
-    fn terms_add_up_to_the_solution_of_the_equations(case in cases()) {
-        let b = causes(&case).sum();
+    fn terms_sum_to_solution_of_linear_system(case in cases()) {
+        let b = contributions(&case).sum();
         assert_all_close([b.b1, b.b2, b.b3], printed_b(&case), 1e-7);
-        let loads = causes(&case).terms(&case.0).loads();
+        let loads = contributions(&case).terms(&case.0).loads();
         assert_all_close(loads, solved(&case.0, printed_b(&case)), 1e-6);
     }
 
     #[test]
-    fn terms_are_the_printed_ones_on_equal_half_tracks(case in cases()) {
+    fn terms_equal_printed_ones_on_equal_half_tracks(case in cases()) {
         let (mut p, up, motion, arm) = case;
         p.half_track_right = p.half_track_left;
-        p.front_share = 0.5;
+        p.roll_moment_distribution = 0.5;
         p.wheel_moment.y = 0.0;
         let case = (p, up, motion, arm);
         let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)];
-        for (found, (f, s)) in causes(&case).terms(&p).wheel.into_iter().zip(corners) {
+        for (found, (f, s)) in contributions(&case).terms(&p).wheel.into_iter().zip(corners) {
             assert_all_close(found, printed_terms(&case, f, s), 1e-7);
         }
     }
 
     #[test]
-    fn the_accelerometer_gives_what_the_velocities_give(case in cases()) {
-        let (by_velocity, felt) = (causes(&case), felt_causes(&case));
+    fn accelerometer_and_velocity_inputs_agree(case in cases()) {
+        let (by_velocity, measured) = (contributions(&case), measured_contributions(&case));
         assert_all_close(
-            felt.terms(&case.0).loads(), by_velocity.terms(&case.0).loads(), 1e-6,
+            measured.terms(&case.0).loads(), by_velocity.terms(&case.0).loads(), 1e-6,
         );
-        let (felt, by_velocity) = (felt.felt_terms(&case.0), by_velocity.felt_terms(&case.0));
-        for (found, expected) in felt.wheel.into_iter().zip(by_velocity.wheel) {
+        let (measured, by_velocity) = (measured.measured_terms(&case.0), by_velocity.measured_terms(&case.0));
+        for (found, expected) in measured.wheel.into_iter().zip(by_velocity.wheel) {
             assert_all_close(found, expected, 1e-6);
         }
     }
 
     #[test]
-    fn moments_about_an_edge_are_the_loads_off_it(case in cases()) {
-        let (platform, causes) = (&case.0, causes(&case));
-        let [fl, fr, rr, rl] = causes.terms(platform).loads();
-        let m = causes.edge_moments(platform, Counted::ITOM_WITH_WHEELS);
+    fn edge_moments_equal_moments_of_loads_off_the_edge(case in cases()) {
+        let (platform, contributions) = (&case.0, contributions(&case));
+        let [fl, fr, rr, rl] = contributions.terms(platform).loads();
+        let m = contributions.edge_moments(platform, Counted::ITOM_WITH_WHEELS);
         assert_close(m.front, -platform.wheelbase() * (rr + rl), 1e-5);
         assert_close(m.rear, -platform.wheelbase() * (fl + fr), 1e-5);
         assert_close(m.left, -platform.track() * (fr + rr), 1e-5);
@@ -152,7 +153,7 @@ proptest! {
     }
 
     #[test]
-    fn gradients_are_differences_of_the_loads(case in cases()) {
+    fn gradients_equal_load_differences(case in cases()) {
         let (platform, up, motion, arm) = case;
         let loads = |step: [f64; 6]| {
             let moved = PlanarMotion {
@@ -163,13 +164,13 @@ proptest! {
                 vdot_y: motion.vdot_y + step[4],
                 yaw_acceleration: motion.yaw_acceleration + step[5],
             };
-            Causes::of_motion(&platform, &up, &moved, &arm).terms(&platform).loads()
+            DemandContributions::of_motion(&platform, &up, &moved, &arm).terms(&platform).loads()
         };
         let gradient = LoadGradient::of(&platform, &motion);
         let optimal = [9000.0, 8000.0, 7000.0, 6000.0];
         let of_sigma = sigma_gradient(&loads([0.0; 6]), &optimal, &gradient.by_velocity);
         for k in 0..6 {
-            // second degree at most: the central difference is exact
+            // At most quadratic, so the central difference is exact.
             let step = |h: f64| std::array::from_fn(|i| if i == k { h } else { 0.0 });
             let (ahead, behind) = (loads(step(0.5)), loads(step(-0.5)));
             let found = [gradient.by_velocity, gradient.by_acceleration][k / 3].map(|by| by[k % 3]);
@@ -184,7 +185,7 @@ proptest! {
     }
 
     #[test]
-    fn lanes_equal_scalar_to_the_bit(case in cases(), others in prop::array::uniform4(cases())) {
+    fn lanes_equal_scalar_bitwise(case in cases(), others in prop::array::uniform4(cases())) {
         let platform = case.0;
         let four = Platform::<Lanes>::constant(&platform);
         let up = Vector3::from_fn(|row, _| lanes(&others, |c| c.1[row]));
@@ -214,18 +215,18 @@ fn lanes(cases: &[Case; 4], number: impl Fn(&Case) -> f64) -> Lanes {
     Lanes::from_array(cases.each_ref().map(number))
 }
 
-/// Everything that the model gives, in a row.
+/// All results of the model in one vector.
 fn numbers<T: Real>(
     platform: &Platform<T>,
     up: &Vector3<T>,
     motion: &PlanarMotion<T>,
     arm: &Wrench<T>,
 ) -> Vec<T> {
-    let causes = Causes::of_motion(platform, up, motion, arm);
-    let mut all = causes.terms(platform).wheel.concat();
-    all.extend(causes.felt_terms(platform).wheel.concat());
-    all.extend(causes.terms(platform).loads());
-    let moments = causes.edge_moments(platform, Counted::ITOM);
+    let contributions = DemandContributions::of_motion(platform, up, motion, arm);
+    let mut all = contributions.terms(platform).wheel.concat();
+    all.extend(contributions.measured_terms(platform).wheel.concat());
+    all.extend(contributions.terms(platform).loads());
+    let moments = contributions.edge_moments(platform, Counted::ITOM);
     all.extend([
         moments.front,
         moments.left,

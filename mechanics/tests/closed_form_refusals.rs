@@ -1,15 +1,12 @@
-//! Machines that the analytic model does not describe are told so.
+//! Machines to which the analytic model does not apply are rejected.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
 use tipwatch_mechanics::closed_form::{ClosedFormError, Platform, PlatformParts};
 use tipwatch_mechanics::machine::LogFacts;
 use tipwatch_mechanics::{Machine, MachineSpec};
 
 #[test]
-fn machines_of_another_kind_are_told_so() {
+fn unsupported_machines_are_rejected() {
     let wheels = ClosedFormError::Wheels { found: 6 };
     let six = support::machine("six_wheels");
     assert_eq!(PlatformParts::of(&six).unwrap_err(), wheels);
@@ -25,7 +22,7 @@ fn machines_of_another_kind_are_told_so() {
     assert_eq!(refusal, ClosedFormError::Posture);
     let springs = support::edited("petrovic_mattila", |text| {
         let each = "[contact.tyre_stiffness]\nFL = 8e5\nFR = 8e5\nRL = 8e5\nRR = 9e5";
-        text.replace("[contact]\nfront_share = 0.5", each)
+        text.replace("[contact]\nroll_moment_distribution = 0.5", each)
     })
     .unwrap();
     assert_eq!(
@@ -34,7 +31,7 @@ fn machines_of_another_kind_are_told_so() {
     );
 }
 
-/// The platform of a machine whose front left wheel hangs at `place`.
+/// The platform of a machine whose front left wheel is at `place`.
 fn with_front_left_at(place: &str) -> Result<Platform<f64>, ClosedFormError> {
     let text = support::data("petrovic_mattila.toml");
     let text = text.split("[arm]").next().unwrap();
@@ -49,7 +46,7 @@ fn with_front_left_at(place: &str) -> Result<Platform<f64>, ClosedFormError> {
 }
 
 #[test]
-fn wheels_that_stand_in_no_rectangle_are_told_so() {
+fn wheels_off_a_rectangle_are_rejected() {
     assert!(with_front_left_at("1.18 0.89 -0.1").is_ok());
     let ahead = with_front_left_at("1.25 0.875 -0.1");
     assert!(
@@ -64,7 +61,7 @@ fn wheels_that_stand_in_no_rectangle_are_told_so() {
 }
 
 #[test]
-fn wheels_welded_to_the_platform_are_told_so() {
+fn wheels_fixed_to_the_platform_are_rejected() {
     let text = support::data("petrovic_mattila.toml");
     let urdf = support::data("petrovic_mattila.urdf");
     let urdf = urdf.replace("type='continuous'", "type='fixed'");
@@ -80,7 +77,7 @@ fn wheels_welded_to_the_platform_are_told_so() {
 }
 
 #[test]
-fn without_an_arm_its_base_is_the_centre_of_mass() {
+fn without_arm_its_root_is_the_centre_of_mass() {
     let platform = with_front_left_at("1.15 0.875 -0.1").unwrap();
     assert_eq!(platform.arm_base, nalgebra::Vector3::zeros());
 }

@@ -1,17 +1,13 @@
-//! Sensitivities against two other ways: dual numbers through the same equations, and differences.
+//! Verifies sensitivities against dual numbers through the same equations, and against differences.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support::{bogie_by_rods, edited, machine, moving, set_joint, six_wheels};
 use nalgebra::{Matrix3, Vector3};
-use support::{bogie_by_rods, edited, machine, moving, set_joint, six_wheels};
 use tipwatch_mechanics::{
-    Dual, Machine, Parameter, Real, Scope, State, Travel, Workspace, evaluate,
+    BaseMotion, Dual, Machine, Parameter, Real, Scope, State, Workspace, evaluate,
 };
 
-/// Machines of every kind: rigid with tyres that deflect, an IMU on the arm, payloads and a tool force,
-/// bogies moved by actuators, six wheels on springs, free bogies.
+/// Machines of every kind: rigid with deflecting tyres, an IMU on the arm, payloads and a tool force, actuated
+/// bogies, six wheels on springs, free bogies.
 fn machines() -> Vec<(&'static str, Machine)> {
     let on_boom = |text: String| {
         text.replace("link = \"base_link\"", "link = \"lift_boom\"")
@@ -39,7 +35,7 @@ fn machines() -> Vec<(&'static str, Machine)> {
     ]
 }
 
-/// Measured torques that nearly contradict each other lose digits: this many times as much.
+/// Nearly contradicting torque measurements lose digits: factor on the tolerance.
 fn rounding(machine: &Machine) -> f64 {
     if machine.contact().actuated_joints.is_empty() {
         1.0
@@ -48,8 +44,8 @@ fn rounding(machine: &Machine) -> f64 {
     }
 }
 
-/// The forces of the suspension's actuators are known. Their weight in the solution is taken as given where
-/// it is derived: here it depends on nothing but the rods.
+/// A machine file with known forces of the suspension's actuators. Analytic derivatives hold the weight of
+/// these measurements in the solution constant, so it must depend on the rods alone here.
 fn with_forces(text: String) -> String {
     ["suspension_right", "suspension_left"].into_iter().fold(
         text.replace("[contact]", "[contact]\ntraction_share = 0.0"),
@@ -67,7 +63,7 @@ fn measured(edit: impl Fn(String) -> String) -> Machine {
     bogie_by_rods(|text| edit(with_forces(text)))
 }
 
-/// The arm in motion, the machine leaning, turning and braking: a little, and until a wheel lifts.
+/// States with the arm in motion, the machine leaning, turning and braking: moderate, and with a lifted wheel.
 fn states(machine: &Machine) -> Vec<State<f64>> {
     [
         (0.3, 0.9, -0.7),
@@ -105,15 +101,15 @@ fn state_of(machine: &Machine, seed: f64, lean: Vector3<f64>) -> State<f64> {
     }
     state.tool_wrench.force = Vector3::new(150.0, -90.0, 220.0);
     state.tool_wrench.moment = Vector3::new(30.0, 40.0, -20.0);
-    state.imu.specific_force = felt(machine, &state, lean * machine.mass());
+    state.imu.specific_force = imu_measurement(machine, &state, lean * machine.mass());
     state
 }
 
-/// What the IMU feels where the ground's force is this one: that force is linear in it.
-fn felt(machine: &Machine, state: &State<f64>, ground: Vector3<f64>) -> Vector3<f64> {
-    let force = |felt: Vector3<f64>| {
+/// The IMU's measurement for a given ground force, which is linear in it.
+fn imu_measurement(machine: &Machine, state: &State<f64>, ground: Vector3<f64>) -> Vector3<f64> {
+    let force = |imu_measurement: Vector3<f64>| {
         let mut state = state.clone();
-        state.imu.specific_force = felt;
+        state.imu.specific_force = imu_measurement;
         evaluate(machine, &state, &mut Workspace::new(machine))
             .ground_wrench
             .force
@@ -130,7 +126,7 @@ fn loads(machine: &Machine, state: &State<f64>) -> [Vec<f64>; 2] {
     [outcome.otf.clone(), outcome.load.clone()]
 }
 
-/// Derivatives of OTF and load of all wheels by a signal, in dual numbers.
+/// Derivatives of OTF and load of all wheels with respect to a signal, in dual numbers.
 fn by_dual(machine: &Machine, state: &State<f64>, signal: Parameter) -> [Vec<f64>; 2] {
     let mut workspace = Workspace::<Dual<f64>>::new(machine);
     let mut dual = state.map(Dual::fixed);
@@ -146,7 +142,7 @@ fn by_dual(machine: &Machine, state: &State<f64>, signal: Parameter) -> [Vec<f64
     [slopes(&outcome.otf), slopes(&outcome.load)]
 }
 
-/// The same by central differences, of signals and parameters.
+/// The same by central differences, with respect to signals and parameters.
 fn by_difference(machine: &Machine, state: &State<f64>, parameter: Parameter) -> [Vec<f64>; 2] {
     let step = 1e-5 * rounding(machine);
     let at = |amount: f64| {
@@ -177,7 +173,7 @@ fn compare(
     let mut workspace = Workspace::with_scope(machine, Scope::ALL);
     let outcome = evaluate(machine, state, &mut workspace);
     let tips = outcome.zmp_margin < 0.0;
-    // what a difference of loads of this size loses by rounding
+    // Rounding error of a difference of loads of this size.
     let lost = 1e-10
         * outcome
             .otf
@@ -203,7 +199,7 @@ fn compare(
                     continue;
                 }
                 let truth = others[wheel];
-                // what the measured torques weigh follows the masses, and is held
+                // The weight of the measured torques depends on the masses, which the derivative neglects.
                 let is_held = !parameter.is_signal() && rounding(machine) > 1.0;
                 let share = if is_held { share.max(5e-3) } else { share };
                 assert!(
@@ -220,7 +216,7 @@ fn compare(
 }
 
 #[test]
-fn derivatives_by_signals_are_those_of_dual_numbers() {
+fn derivatives_by_signal_equal_dual_numbers() {
     for (name, machine) in machines() {
         for state in states(&machine) {
             let compared = compare(name, &machine, &state, 1e-9 * rounding(&machine), |p| {
@@ -232,7 +228,7 @@ fn derivatives_by_signals_are_those_of_dual_numbers() {
 }
 
 #[test]
-fn derivatives_by_everything_are_those_of_differences() {
+fn derivatives_equal_central_differences() {
     let mut lifted = 0;
     for (name, machine) in machines() {
         for state in states(&machine) {
@@ -245,7 +241,7 @@ fn derivatives_by_everything_are_those_of_differences() {
                         .any(|linkage| linkage.measured_joint == joint)
                 };
                 let held = matches!(p, Parameter::JointPosition(joint) if weighs(joint));
-                // and the stiffness decides what they weigh
+                // The stiffness also determines the weight of the torques.
                 let decides = rounding(&machine) > 1.0 && p.name(&machine).contains("stiffness");
                 (!is_travel(p) && !held && !decides).then(|| by_difference(&machine, &state, p))
             });
@@ -258,10 +254,10 @@ fn derivatives_by_everything_are_those_of_differences() {
 }
 
 fn is_travel(parameter: Parameter) -> bool {
-    matches!(parameter, Parameter::Travel(_))
+    matches!(parameter, Parameter::BaseMotion(_))
 }
 
-/// What the IMU at the base origin feels of travel: f = vdot + w x v + g up.
+/// Measurement of an IMU at the base origin for a motion of the base: f = vdot + w x v + g up.
 fn travelling<T: Real>(machine: &Machine, state: &State<f64>, change: [T; 6]) -> State<T> {
     let [v_x, v_y, yaw, v_x_dot, v_y_dot, yaw_dot] = change;
     let mut state = state.map(T::constant);
@@ -277,7 +273,7 @@ fn travelling<T: Real>(machine: &Machine, state: &State<f64>, change: [T; 6]) ->
 }
 
 #[test]
-fn derivatives_by_travel_are_those_of_dual_numbers() {
+fn derivatives_by_base_motion_equal_dual_numbers() {
     let at_origin = |text: String| text.replace("xyz = [0.1, 0, 0.05]", "xyz = [0, 0, 0]");
     let machine = edited("rigid", at_origin).unwrap();
     let still = moving(
@@ -290,10 +286,10 @@ fn derivatives_by_travel_are_those_of_dual_numbers() {
     let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
     evaluate(&machine, &state, &mut workspace);
     let parameters = Parameter::all(&machine);
-    for (k, travel) in Travel::ALL.into_iter().enumerate() {
+    for (k, travel) in BaseMotion::ALL.into_iter().enumerate() {
         let place = parameters
             .iter()
-            .position(|&p| p == Parameter::Travel(travel))
+            .position(|&p| p == Parameter::BaseMotion(travel))
             .unwrap();
         let mut change = [Dual::fixed(0.0); 6];
         change[k] = Dual::variable(0.0);

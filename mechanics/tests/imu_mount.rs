@@ -1,16 +1,13 @@
-//! Where the IMU sits: machine file, URDF, static transforms of the log, in this order; contradictions told.
+//! Mounting pose of the IMU: machine file, URDF, static transforms, in this order; conflicts are reported.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
 use nalgebra::Vector3;
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec, StaticTransform};
 
 const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// The rigid machine with `[imu]` replaced, beside a log whose IMU names `frame`.
+/// The rigid machine with another `[imu]` table, for a log whose IMU messages name `frame`.
 fn machine(imu: &str, frame: &str, transforms: &[StaticTransform]) -> Machine {
     let text = support::data("rigid.toml");
     let (before, after) = text.split_once("[imu]").unwrap();
@@ -31,8 +28,8 @@ fn place(machine: &Machine) -> Vector3<f64> {
 }
 
 #[test]
-fn a_chain_of_static_transforms_places_it_with_or_without_leading_slashes() {
-    // the IMU in a box that is turned by a quarter to the left and sits on the base
+fn static_transform_chain_places_imu_despite_slashes() {
+    // The IMU is in a box mounted on the base, rotated left by a quarter turn.
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let box_in_base =
         StaticTransform::new("/base_link", "box", [1.0, 0.0, 0.5], [0.0, 0.0, half, half]);
@@ -49,7 +46,7 @@ fn a_chain_of_static_transforms_places_it_with_or_without_leading_slashes() {
 }
 
 #[test]
-fn the_machine_file_goes_first_and_a_contradiction_is_told() {
+fn machine_file_takes_precedence_conflict_is_reported() {
     let elsewhere = StaticTransform::new("base_link", "imu", [0.3, 0.0, 0.05], UPRIGHT);
     let stated = "[imu]\nlink = \"base_link\"\nxyz = [0.1, 0.0, 0.05]\n";
     let found = machine(stated, "imu", std::slice::from_ref(&elsewhere));
@@ -63,14 +60,14 @@ fn the_machine_file_goes_first_and_a_contradiction_is_told() {
     );
     let agreeing = StaticTransform::new("base_link", "imu", [0.1, 0.0, 0.0504], UPRIGHT);
     assert!(machine(stated, "imu", &[agreeing]).notes().is_empty());
-    // a link of the URDF goes before the transforms
+    // A link of the URDF takes precedence over the transforms.
     let of_link = StaticTransform::new("base_link", "arm_slew", [0.0; 3], UPRIGHT);
     let source = machine("", "/arm_slew", &[of_link]).imu().source.clone();
     assert!(source.contains("link \"arm_slew\" of the URDF"), "{source}");
 }
 
 #[test]
-fn a_frame_that_nothing_places_is_assumed_at_the_base_and_said_so() {
+fn unknown_imu_frame_is_assumed_at_base_and_reported() {
     let loops = [
         StaticTransform::new("a", "imu", [1.0; 3], UPRIGHT),
         StaticTransform::new("imu", "a", [1.0; 3], UPRIGHT),

@@ -1,15 +1,12 @@
-//! What physics demands of every result, whatever the numbers.
+//! Physical invariants of every result.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::{edited, machine, moving, set_joint, six_wheels, upright, wheel};
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
-use support::{edited, machine, moving, set_joint, six_wheels, upright, wheel};
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{
-    Cause, Machine, Outcome, Scope, State, Workspace, evaluate, static_outcome,
+    Contribution, Machine, Outcome, Scope, State, Workspace, evaluate, static_outcome,
 };
 
 fn outcome(machine: &Machine, state: &State<f64>) -> Outcome<f64> {
@@ -22,10 +19,10 @@ fn vector(range: f64) -> impl Strategy<Value = Vector3<f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+    #![proptest_config(support::cases(300))]
 
     #[test]
-    fn loads_are_never_negative_and_sum_to_the_normal_force(
+    fn loads_are_non_negative_and_sum_to_normal_force(
         seed in 0.0..100.0_f64, tilt in vector(7.0), spin in vector(0.5)
     ) {
         for machine in [machine("rigid"), six_wheels(|text| text)] {
@@ -40,7 +37,7 @@ proptest! {
     }
 
     #[test]
-    fn itom_and_zmp_follow_from_the_signed_loads(seed in 0.0..100.0_f64, tilt in vector(6.0), spin in vector(0.5)) {
+    fn itom_and_zmp_follow_from_signed_loads(seed in 0.0..100.0_f64, tilt in vector(6.0), spin in vector(0.5)) {
         let machine = edited("rigid", |text| text.replace("tyre_stiffness = 8.0e5\n", "")).unwrap();
         let found = outcome(&machine, &moving(&machine, seed, Vector3::new(tilt.x, tilt.y, 9.8), spin));
         let [fl, fr, rl, rr] = ["FL", "FR", "RL", "RR"].map(|name| found.otf[wheel(&machine, name)]);
@@ -56,11 +53,11 @@ proptest! {
     }
 
     #[test]
-    fn the_load_lies_in_its_envelope_and_the_split_rule_does_not_move_the_envelope(
+    fn loads_lie_in_envelope_independent_of_split_rule(
         seed in 0.0..100.0_f64, tilt in vector(4.0), share in 0.0..1.0_f64
     ) {
         let split = |share: f64| edited("rigid", |text| {
-            text.replace("tyre_stiffness = 8.0e5\n", "").replace("front_share = 0.5", &format!("front_share = {share}"))
+            text.replace("tyre_stiffness = 8.0e5\n", "").replace("roll_moment_distribution = 0.5", &format!("roll_moment_distribution = {share}"))
         }).unwrap();
         let machines = [split(share), split(0.5)];
         let state = moving(&machines[0], seed, Vector3::new(tilt.x, tilt.y, 9.8), Vector3::zeros());
@@ -74,8 +71,8 @@ proptest! {
     }
 
     #[test]
-    fn loads_do_not_depend_on_where_the_base_frame_is(seed in 0.0..100.0_f64, tilt in vector(5.0), spin in vector(0.5)) {
-        // The same machine seen from its rear axle: base_link welded to the old base, everything else below that.
+    fn loads_do_not_depend_on_base_frame(seed in 0.0..100.0_f64, tilt in vector(5.0), spin in vector(0.5)) {
+        // The same machine with the base frame at its rear axle, rigidly connected to the original base link.
         let moved_urdf = support::data("rigid.urdf").replace("base_link", "chassis").replace(
             "<robot name='hdmm_rigid'>",
             "<robot name='moved'><link name='base_link'/><joint name='moved' type='fixed'><parent link='base_link'/>\
@@ -95,7 +92,7 @@ proptest! {
 }
 
 #[test]
-fn an_imu_on_the_slewing_arm_tells_the_same_as_one_on_the_chassis() {
+fn imu_on_slewing_arm_equals_imu_on_chassis() {
     let chassis = machine("rigid");
     let on_arm = edited("rigid", |text| {
         text.replace(
@@ -130,7 +127,7 @@ fn an_imu_on_the_slewing_arm_tells_the_same_as_one_on_the_chassis() {
 }
 
 #[test]
-fn free_bogies_carry_their_two_wheels_alike_at_rest() {
+fn free_bogies_load_their_wheels_equally_at_rest() {
     let machine = six_wheels(|text| text);
     let positions = vec![0.0; machine.joints().len()];
     let load = static_outcome(&machine, &positions).load;
@@ -151,7 +148,7 @@ fn free_bogies_carry_their_two_wheels_alike_at_rest() {
 }
 
 #[test]
-fn a_machine_on_its_side_carries_nothing_and_an_impossible_force_is_no_load() {
+fn machine_on_its_side_has_no_loads() {
     let machine = machine("rigid");
     let mut state = moving(
         &machine,
@@ -175,7 +172,7 @@ fn a_machine_on_its_side_carries_nothing_and_an_impossible_force_is_no_load() {
 }
 
 #[test]
-fn tipping_puts_all_load_on_the_edge_it_tips_about() {
+fn tipping_puts_all_load_on_the_tipping_edge() {
     let machine = machine("rigid");
     let tilted = Rotation3::from_euler_angles(-60.0_f64.to_radians(), 0.0, 0.0)
         * Vector3::z()
@@ -206,23 +203,23 @@ fn tipping_puts_all_load_on_the_edge_it_tips_about() {
     );
 }
 
-/// A machine on three wheels: the rear right one taken off.
+/// A machine with three wheels: the rear right one removed.
 fn three_wheels() -> Machine {
     let off = |text: String| {
         let at = text.find("[wheels.RR]").unwrap();
         let end = at + text[at..].find("[arm]").unwrap();
-        format!("{}{}", &text[..at], &text[end..]).replace("front_share = 0.5", "")
+        format!("{}{}", &text[..at], &text[end..]).replace("roll_moment_distribution = 0.5", "")
     };
     edited("rigid", off).unwrap()
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
+    #![proptest_config(support::cases(200))]
 
-    /// At rest Force-Angle, stability angle, overturning moments and the centre of pressure agree on
-    /// whether and how the machine stands, on any polygon, with a wheel in the air or without.
+    /// At rest, Force-Angle, stability angle, overturning moments and centre of pressure agree on the stability of
+    /// the machine, on any polygon, with and without a lifted wheel.
     #[test]
-    fn at_rest_all_measures_agree_on_any_polygon(
+    fn stability_measures_agree_at_rest_on_any_polygon(
         slew in -3.1..3.1_f64, lift in -1.6..-0.9_f64, tilt in -1.6..-0.6_f64, lean in vector(0.35)
     ) {
         for machine in [machine("rigid"), three_wheels(), six_wheels(|text| text)] {
@@ -245,10 +242,10 @@ proptest! {
             let worst = found.itom_full.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             prop_assert!((worst + found.normal_force * found.zmp_margin).abs() < 1e-6 * found.normal_force);
             prop_assert!(it.load_transfer_ratio.abs() <= 1.0 + 1e-9 && it.spread >= 0.0);
-            // nothing moves: no cause but weights, slope and what lifted wheels give
-            for causes in &found.causes {
-                for cause in [Cause::ArmMotion, Cause::PlatformAcceleration, Cause::Cornering, Cause::ToolForce] {
-                    prop_assert!(causes[cause as usize].abs() < 1e-6 * found.normal_force);
+            // At rest there are no contributions except weights, slope and lift-off.
+            for contributions in &found.contributions {
+                for cause in [Contribution::ArmMotion, Contribution::PlatformAcceleration, Contribution::Cornering, Contribution::ToolForce] {
+                    prop_assert!(contributions[cause as usize].abs() < 1e-6 * found.normal_force);
                 }
             }
         }

@@ -1,13 +1,10 @@
-//! Four samples side by side give the bits that each gives alone, over random and extreme states.
+//! Evaluation in lanes gives the same bits as one by one, over random and extreme states.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
 use std::sync::Arc;
 
+use crate::support::machine;
 use proptest::prelude::*;
-use support::machine;
 use tipwatch_mechanics::{
     Machine, Model, OutcomeColumns, Quantity, Scope, State, StateColumns, Workspace, evaluate,
     evaluate_rows,
@@ -18,7 +15,7 @@ const EVERYTHING: Scope = Scope {
     ..Scope::ALL
 };
 
-/// Numbers as machines have them, and as only damaged logs have them.
+/// Realistic numbers, and numbers that only damaged logs contain.
 fn number() -> impl Strategy<Value = f64> {
     prop_oneof![
         8 => -3.0..3.0_f64,
@@ -55,7 +52,7 @@ fn one_by_one(machine: &Machine, states: &StateColumns) -> OutcomeColumns {
     columns
 }
 
-/// Equal bits; any NaN equals any other, since its payload carries no meaning.
+/// Bitwise equality; any NaN equals any other, since its payload is meaningless.
 fn same(a: f64, b: f64) -> bool {
     a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
 }
@@ -92,15 +89,15 @@ fn rows_of(machine: &Machine, rows: usize) -> impl Strategy<Value = Vec<f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+    #![proptest_config(support::cases(300))]
 
     #[test]
-    fn on_a_machine_with_pivots_measured(numbers in rows_of(&machine("rigid"), 7)) {
+    fn with_measured_pivots(numbers in rows_of(&machine("rigid"), 7)) {
         assert_equal_bits(&machine("rigid"), &numbers);
     }
 
     #[test]
-    fn on_free_bogies_with_six_wheels(numbers in rows_of(&six_wheels(), 5)) {
+    fn with_six_wheels_on_free_bogies(numbers in rows_of(&six_wheels(), 5)) {
         assert_equal_bits(&six_wheels(), &numbers);
     }
 }
@@ -118,7 +115,7 @@ fn six_wheels() -> Machine {
 }
 
 #[test]
-fn plausible_states_stay_finite_and_take_every_branch() {
+fn plausible_states_stay_finite_and_cover_all_branches() {
     let machine = machine("rigid");
     let mut lifted = 0;
     let mut state = State::<f64>::zero(&machine);
@@ -152,6 +149,6 @@ fn plausible_states_stay_finite_and_take_every_branch() {
     }
     assert!(
         lifted > 100 && lifted < 1900,
-        "{lifted} of 2000 with a wheel in the air"
+        "{lifted} of 2000 with a lifted wheel"
     );
 }

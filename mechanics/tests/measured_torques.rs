@@ -1,20 +1,17 @@
-//! Joints of measured torque pin what equilibrium leaves open.
+//! Measured joint torques determine the load split that equilibrium leaves open.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::{bogie_by_rods, moving, set_joint, wheel};
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use support::{bogie_by_rods, moving, set_joint, wheel};
 use tipwatch_mechanics::{
-    Cause, Machine, Outcome, Quantity, Scope, State, StateColumns, Workspace, actuator_force,
-    evaluate, evaluate_rows,
+    Contribution, Machine, Outcome, Quantity, Scope, State, StateColumns, Workspace,
+    actuator_force, evaluate, evaluate_rows,
 };
 
 const RODS: [&str; 2] = ["suspension_right", "suspension_left"];
 
-/// The machine on actuated bogies; the forces of both actuators known this well, if at all.
+/// The machine on actuated bogies, with forces of both actuators known to this accuracy, if at all.
 fn bogie(quality: Option<&str>) -> Machine {
     bogie_by_rods(|text| {
         let Some(quality) = quality else { return text };
@@ -29,10 +26,10 @@ fn bogie(quality: Option<&str>) -> Machine {
     })
 }
 
-/// Well known forces.
+/// Accurately known forces.
 const SURE: &str = "force_sigma = 30.0\nfriction_share = 0.0";
 
-/// At rest on level ground, the rods in the middle, where the bogies' pivots are at zero.
+/// At rest on level ground with the cylinders at mid-stroke, where the bogies' pivots are at zero.
 fn resting(machine: &Machine, slew: f64, forces: [f64; 2]) -> State<f64> {
     let mut state = State::zero(machine);
     for (name, position) in [
@@ -59,7 +56,7 @@ fn outcome(machine: &Machine, state: &State<f64>) -> Outcome<f64> {
     evaluate(machine, state, &mut workspace).clone()
 }
 
-/// The left force that goes with a right one: then neither contradicts the other.
+/// The left force that is consistent with a given right one.
 fn agreeing(machine: &Machine, slew: f64, right: f64) -> [f64; 2] {
     let off =
         |left: f64| outcome(machine, &resting(machine, slew, [right, left])).torque_residual[0];
@@ -68,7 +65,7 @@ fn agreeing(machine: &Machine, slew: f64, right: f64) -> [f64; 2] {
 }
 
 #[test]
-fn val_forces_and_loads_agree_by_the_lever() {
+fn val_forces_and_loads_obey_the_lever_law() {
     let machine = bogie(Some(SURE));
     let mut by_motion: [Option<f64>; 2] = [None; 2];
     for right in [-8e3, -5.5e3, -3e3] {
@@ -89,9 +86,9 @@ fn val_forces_and_loads_agree_by_the_lever() {
                 "{} {whole}",
                 forces[joint]
             );
-            // the ground turns the bogie with the wheels' levers, 1.5 m ahead and 0.8 m behind the pivot
+            // The ground turns the bogie through the wheels' lever arms, 1.5 m ahead of and 0.8 m behind the pivot.
             let by_ground = (1.5 * front - 0.8 * rear) / by_angle;
-            // what is left moves and holds the bogie, however the ground pushes
+            // The rest moves and supports the bogie, independent of the ground forces.
             let left = forces[joint] - by_ground;
             let first = *by_motion[joint].get_or_insert(left);
             assert!((left - first).abs() < 40.0, "{left} {first}");
@@ -105,7 +102,7 @@ fn val_forces_and_loads_agree_by_the_lever() {
 }
 
 #[test]
-fn torques_move_the_diagonal_and_nothing_else() {
+fn torques_change_only_the_diagonal_load_split() {
     let (machine, unbound) = (bogie(Some(SURE)), bogie(None));
     let by_rule = outcome(&unbound, &resting(&unbound, 2.9, [0.0; 2]));
     let mut warps = Vec::new();
@@ -119,7 +116,7 @@ fn torques_move_the_diagonal_and_nothing_else() {
                 .sum()
         };
         for sum in [["FL", "FR"], ["RL", "RR"], ["FL", "RL"], ["FR", "RR"]] {
-            // the tyres' deflection follows the loads: the plane leans by a little
+            // The tyres' deflection depends on the loads, so the plane leans slightly.
             assert!((of(&out, sum) - of(&by_rule, sum)).abs() < 30.0, "{sum:?}");
         }
         let warp = of(&out, ["FL", "RR"]) - of(&by_rule, ["FL", "RR"]);
@@ -130,8 +127,8 @@ fn torques_move_the_diagonal_and_nothing_else() {
             let narrow =
                 largest - least < 0.02 * (by_rule.load_largest[wheel] - by_rule.load_least[wheel]);
             assert!(narrow, "{least} {largest}");
-            let sum: f64 = Cause::ALL
-                .map(|c| out.causes[wheel][c as usize])
+            let sum: f64 = Contribution::ALL
+                .map(|c| out.contributions[wheel][c as usize])
                 .iter()
                 .filter(|v| v.is_finite())
                 .sum();
@@ -140,10 +137,10 @@ fn torques_move_the_diagonal_and_nothing_else() {
                 "{sum} {}",
                 out.load[wheel]
             );
-            let told = out.causes[wheel][Cause::Warp as usize];
+            let contribution = out.contributions[wheel][Contribution::Warp as usize];
             assert!(
-                (told.abs() - 0.5 * warp.abs()).abs() < 30.0,
-                "{told} {warp}"
+                (contribution.abs() - 0.5 * warp.abs()).abs() < 30.0,
+                "{contribution} {warp}"
             );
         }
     }
@@ -151,7 +148,7 @@ fn torques_move_the_diagonal_and_nothing_else() {
 }
 
 #[test]
-fn what_is_not_known_changes_nothing_and_what_is_vague_little() {
+fn unknown_forces_do_not_change_loads_vague_ones_little() {
     let unbound = bogie(None);
     let by_rule = outcome(&unbound, &resting(&unbound, 2.4, [0.0; 2]));
     let machine = bogie(Some(SURE));
@@ -165,7 +162,7 @@ fn what_is_not_known_changes_nothing_and_what_is_vague_little() {
     for &quantity in &Quantity::all(&unbound, Scope::ALL) {
         let (a, b) = (by_rule.get(quantity), unknown.get(quantity));
         let same = match quantity {
-            // zeros are added to what derivatives are made of
+            // Zeros are added to the terms of the derivatives.
             Quantity::LoadSigma(_) | Quantity::OtfSigma(_) | Quantity::Utilisation => {
                 (a - b).abs() < 1e-9 * b.abs() || (a.is_nan() && b.is_nan())
             }
@@ -184,9 +181,9 @@ fn what_is_not_known_changes_nothing_and_what_is_vague_little() {
     }
 }
 
-/// Half a weight's error in what the other side says is told by the residuals, not hidden.
+/// An error of half the weight in the other side's force appears in the residuals.
 #[test]
-fn forces_that_contradict_each_other_show_in_the_residuals() {
+fn contradicting_forces_appear_in_residuals() {
     let machine = bogie(Some(SURE));
     let [right, left] = agreeing(&machine, 2.9, -5e3);
     let out = outcome(&machine, &resting(&machine, 2.9, [right, left + 4000.0]));
@@ -200,7 +197,7 @@ fn forces_that_contradict_each_other_show_in_the_residuals() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60) })]
+    #![proptest_config(support::cases(60))]
 
     #[test]
     fn lanes_equal_scalar(
@@ -208,8 +205,8 @@ proptest! {
         forces in prop::array::uniform10(prop_oneof![3 => -1e4..4e4_f64, 1 => Just(f64::NAN), 1 => Just(1e300)]),
     ) {
         let machine = bogie(Some("force_sigma = 300.0"));
-        let felt = Vector3::new(1.5, -1.0, 9.7);
-        let mut states: Vec<_> = seeds.iter().map(|&s| moving(&machine, s, felt, Vector3::new(0.1, 0.05, 0.2))).collect();
+        let measured = Vector3::new(1.5, -1.0, 9.7);
+        let mut states: Vec<_> = seeds.iter().map(|&s| moving(&machine, s, measured, Vector3::new(0.1, 0.05, 0.2))).collect();
         let mut columns = StateColumns::unknown(&machine, states.len());
         for (row, state) in states.iter_mut().enumerate() {
             for (k, name) in RODS.into_iter().enumerate() {

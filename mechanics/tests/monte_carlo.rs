@@ -1,19 +1,15 @@
-//! The study of drawn machines.
+//! Monte Carlo study of sampled machines.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support::{machine, moving};
 use nalgebra::Vector3;
-use support::{machine, moving};
-use tipwatch_mechanics::monte_carlo::{Band, Study, bands};
+use tipwatch_mechanics::studies::monte_carlo::{Band, Study, bands};
 use tipwatch_mechanics::{Machine, Quantity, Scope, StateColumns, Workspace, evaluate};
 
 const ROWS: usize = 18;
 
 fn states(machine: &Machine) -> StateColumns {
     let mut columns = StateColumns::unknown(machine, ROWS);
-    // the last row stays unknown
+    // The last row stays unknown.
     for row in 0..ROWS - 1 {
         let push = Vector3::new(0.3, -0.2, 9.8);
         let mut state = moving(machine, row as f64, push, Vector3::new(0.0, 0.1, 0.2));
@@ -35,7 +31,7 @@ fn nominal(machine: &Machine, quantity: Quantity, row: usize) -> f64 {
 }
 
 #[test]
-fn no_spread_is_no_band_and_the_same_seed_is_the_same_band() {
+fn zero_spread_gives_zero_width_and_seed_repeats() {
     let machine = machine("rigid");
     let still = Study {
         draws: 5,
@@ -56,23 +52,23 @@ fn no_spread_is_no_band_and_the_same_seed_is_the_same_band() {
         }
         assert!(band.low[ROWS - 1].is_nan() && band.left_out[ROWS - 1] == 5);
     }
-    let drawn = Study {
+    let sampled = Study {
         draws: 40,
         spread: 0.1,
         seed: 7,
     };
-    let (once, again) = (study(&machine, drawn), study(&machine, drawn));
-    let other = study(&machine, Study { seed: 8, ..drawn });
+    let (once, again) = (study(&machine, sampled), study(&machine, sampled));
+    let other = study(&machine, Study { seed: 8, ..sampled });
     for ((once, again), other) in once.iter().zip(&again).zip(&other) {
         assert_eq!(once.low[..ROWS - 1], again.low[..ROWS - 1]);
         assert_ne!(once.low[..ROWS - 1], other.low[..ROWS - 1]);
     }
 }
 
-/// Figs. 13 and 14: ten per cent of all parameters moves the load of a wheel by some kilonewton and the
-/// arm's vertical force by nearly half a kilonewton; the bands hold the nominal value.
+/// Figs. 13 and 14: ten per cent variation of all parameters changes a wheel's load by some kilonewtons and the
+/// arm's vertical force by nearly half a kilonewton; the bands contain the nominal value.
 #[test]
-fn val_ten_per_cent_of_everything() {
+fn val_ten_per_cent_parameter_variation() {
     let machine = machine("rigid");
     let found = study(
         &machine,
@@ -97,7 +93,7 @@ fn val_ten_per_cent_of_everything() {
     for load in &found[..4] {
         assert!((500.0..6000.0).contains(&width(load)), "{}", width(load));
     }
-    // the tool's 570 kg alone give 5.6 kN * 0.1 / sqrt(3) = 323 N
+    // The tool's 570 kg alone contribute 5.6 kN * 0.1 / sqrt(3) = 323 N.
     let vertical = &found[6];
     assert!(
         (320.0..500.0).contains(&vertical.sigma[3]),

@@ -1,20 +1,13 @@
-//! Where the parts are: a machine at rest presses where its centre of mass is above.
-
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test that panics has failed, helpers included"
-)]
-
-mod support;
+//! Positions of the parts: at rest, the centre of pressure is below the centre of mass.
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::{Placement, State, Workspace, evaluate};
 
-use support::{machine, set_joint};
+use crate::support::{machine, set_joint};
 
-/// At rest ZMP = projection of the centre of mass along gravity, whichever way the machine leans.
+/// At rest the ZMP is the projection of the centre of mass along gravity, however the machine leans.
 #[test]
-fn zmp_at_rest_is_below_the_centre_of_mass() {
+fn zmp_at_rest_is_below_centre_of_mass() {
     for (name, lift, tilt) in [("rigid", -1.3, -1.4), ("rigid", -0.7, -1.0)] {
         let machine = machine(name);
         let mut state = State::<f64>::zero(&machine);
@@ -38,7 +31,7 @@ fn zmp_at_rest_is_below_the_centre_of_mass() {
 }
 
 #[test]
-fn an_unknown_joint_leaves_its_places_unknown() {
+fn unknown_joint_makes_its_positions_unknown() {
     let machine = machine("rigid");
     let mut state = State::<f64>::zero(&machine);
     state.imu.specific_force.z = machine.gravity();

@@ -1,17 +1,14 @@
-//! What is no machine is refused, with what was expected, what was found and where.
+//! Invalid machine descriptions are rejected with what was expected, what was found and where.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{Machine, MachineError};
 
 fn refusal(result: Result<Machine, MachineError>) -> String {
-    result.expect_err("this is no machine").to_string()
+    result.expect_err("an invalid machine").to_string()
 }
 
-/// What is said of the rigid machine with one replacement in its machine file.
+/// Error for the rigid machine with one replacement in its machine file.
 fn of_file(from: &str, to: &str) -> String {
     refusal(support::edited("rigid", |text| {
         assert!(text.contains(from), "{from}");
@@ -19,7 +16,7 @@ fn of_file(from: &str, to: &str) -> String {
     }))
 }
 
-/// The same with one replacement in its URDF.
+/// Error for the rigid machine with one replacement in its URDF.
 fn of_urdf(from: &str, to: &str) -> String {
     let urdf = support::data("rigid.urdf");
     assert!(urdf.contains(from), "{from}");
@@ -34,7 +31,7 @@ fn assert_says(message: &str, parts: &[&str]) {
 }
 
 #[test]
-fn names_that_the_urdf_does_not_have() {
+fn names_missing_from_the_urdf_are_rejected() {
     assert_says(
         &of_file("link = \"wheel_fl\"", "link = \"wheel_FLX\""),
         &[
@@ -55,14 +52,14 @@ fn names_that_the_urdf_does_not_have() {
 }
 
 #[test]
-fn bodies_that_cannot_be() {
+fn impossible_inertial_parameters_are_rejected() {
     assert_says(
         &of_urdf("<mass value='2200.0'/>", "<mass value='-2200.0'/>"),
         &["base_link", "positive mass", "-2200"],
     );
     assert_says(
         &of_urdf("ixx='480.0'", "ixx='4800.0'"),
-        &["base_link", "none exceeds the sum", "kg m^2"],
+        &["base_link", "none larger than the sum", "kg m^2"],
     );
     assert_says(
         &of_urdf("<mass value='2200.0'/>", "<mass value='heavy'/>"),
@@ -71,7 +68,7 @@ fn bodies_that_cannot_be() {
 }
 
 #[test]
-fn triangles_that_cannot_close() {
+fn triangles_that_cannot_close_are_rejected() {
     assert_says(
         &of_file(
             "xyz = [0.376106321013, 0, 0]",
@@ -81,7 +78,7 @@ fn triangles_that_cannot_close() {
     );
     assert_says(
         &of_file("xyz = [0.376106321013, 0, 0]", "xyz = [0, 0, 0]"),
-        &["cannot close", "three corners"],
+        &["cannot close", "three distinct corners"],
     );
     let short = "<joint name='lift_rod' type='prismatic'><parent link='lift_cylinder_link'/><child link='lift_rod_link'/><origin xyz='0.085 0 0' rpy='0 -0 0'/><axis xyz='1 0 0'/><limit lower='-10' upper='10'";
     let message = of_urdf(
@@ -92,7 +89,7 @@ fn triangles_that_cannot_close() {
 }
 
 #[test]
-fn joints_that_nothing_measures() {
+fn joints_without_a_source_of_motion_are_rejected() {
     let spec = MachineSpec::from_toml(&support::data("rigid.toml"), "machine.toml").unwrap();
     let logged = [
         "slew".to_string(),
@@ -125,30 +122,33 @@ fn joints_that_nothing_measures() {
 }
 
 #[test]
-fn numbers_and_keys_that_make_no_sense() {
+fn invalid_numbers_and_keys_are_rejected() {
     assert_says(
         &of_file("radius = 0.35", "radius = -0.35"),
         &["wheels.FL.radius", "positive length", "-0.35"],
     );
     assert_says(
-        &of_file("front_share = 0.5", "front_share = 1.5"),
-        &["contact.front_share", "0 to 1"],
+        &of_file(
+            "roll_moment_distribution = 0.5",
+            "roll_moment_distribution = 1.5",
+        ),
+        &["contact.roll_moment_distribution", "0 to 1"],
     );
     assert_says(
-        &of_file("front_share = 0.5", "frontshare = 0.5"),
-        &["machine.toml", "line", "frontshare"],
+        &of_file("roll_moment_distribution = 0.5", "rollmoment = 0.5"),
+        &["machine.toml", "line", "rollmoment"],
     );
 }
 
 #[test]
-fn trees_that_are_none() {
+fn invalid_trees_are_rejected() {
     assert_says(
         &of_urdf("<child link='wheel_fl'/>", "<child link='wheel_fx'/>"),
         &["wheel_fl", "existing links", "wheel_fx"],
     );
     assert_says(
         &of_urdf("<child link='wheel_fl'/>", "<child link='wheel_fr'/>"),
-        &["one parent"],
+        &["one parent joint"],
     );
     assert_says(
         &of_urdf("type='prismatic'", "type='floating'"),
@@ -158,4 +158,22 @@ fn trees_that_are_none() {
         &of_urdf("<robot name='hdmm_rigid'>", "<robot name='hdmm_rigid'"),
         &["machine.urdf, line", "XML"],
     );
+}
+
+#[test]
+fn deprecated_front_share_key_is_read_but_not_twice() {
+    let with = |contact: &str, uncertainty: &str| {
+        let text = support::data("rigid.toml").replace("roll_moment_distribution = 0.5", contact);
+        MachineSpec::from_toml(
+            &format!("{text}\n[uncertainty]\n{uncertainty}"),
+            "machine.toml",
+        )
+    };
+    for key in ["front_share", "roll_moment_distribution"] {
+        let spec = with(&format!("{key} = 0.25"), &format!("{key} = 0.125")).unwrap();
+        assert_eq!(spec.contact.roll_moment_distribution, Some(0.25));
+        assert_eq!(spec.uncertainty.roll_moment_distribution, 0.125);
+    }
+    let twice = with("front_share = 0.5\nroll_moment_distribution = 0.5", "").unwrap_err();
+    assert_says(&twice.to_string(), &["duplicate field"]);
 }

@@ -1,49 +1,51 @@
-//! Reference numbers of the analytic model, computed by two other routes (g = 9.8066).
+//! Validation: reference values of the analytic model from two independent computations (g = 9.8066).
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::closed_form::{assert_all_close, assert_close, table_1, wrench};
 use nalgebra::Vector3;
-use support::closed_form::{assert_all_close, assert_close, table_1, wrench};
 use tipwatch_mechanics::Wrench;
 use tipwatch_mechanics::closed_form::{
-    Attitude, Causes, Counted, EdgeMoments, FeltMotion, LoadGradient, PlanarMotion, Platform,
-    PlatformParts, sigma, sigma_gradient,
+    Attitude, Counted, DemandContributions, EdgeMoments, LoadGradient, MeasuredMotion,
+    PlanarMotion, Platform, PlatformParts, sigma, sigma_gradient,
 };
 
-/// A digit of the numbers as written.
+/// Precision of the reference values as written.
 const ROUNDED: f64 = 6e-7;
 
-fn at_rest(arm: &Wrench<f64>) -> (Platform<f64>, Causes<f64>) {
+fn at_rest(arm: &Wrench<f64>) -> (Platform<f64>, DemandContributions<f64>) {
     let platform = table_1(0.0, 0.0);
-    let causes = Causes::of_motion(&platform, &Vector3::z(), &PlanarMotion::zero(), arm);
-    (platform, causes)
+    let contributions =
+        DemandContributions::of_motion(&platform, &Vector3::z(), &PlanarMotion::zero(), arm);
+    (platform, contributions)
 }
 
-fn moments(causes: &Causes<f64>, platform: &Platform<f64>, counted: Counted) -> [f64; 4] {
+fn moments(
+    contributions: &DemandContributions<f64>,
+    platform: &Platform<f64>,
+    counted: Counted,
+) -> [f64; 4] {
     let EdgeMoments {
         front,
         left,
         rear,
         right,
-    } = causes.edge_moments(platform, counted);
+    } = contributions.edge_moments(platform, counted);
     [front, rear, left, right]
 }
 
 #[test]
-fn val_example_0_every_wheel_carries_the_same() {
-    let (platform, causes) = at_rest(&Wrench::zero());
-    assert_all_close(causes.terms(&platform).loads(), [5982.026; 4], 1e-6);
+fn val_example_0_all_wheels_carry_the_same() {
+    let (platform, contributions) = at_rest(&Wrench::zero());
+    assert_all_close(contributions.terms(&platform).loads(), [5982.026; 4], 1e-6);
 }
 
 #[test]
 fn val_example_s_arm_at_rest() {
     let arm = wrench([0.0, 0.0, -10423.7773, -12091.1179, 12030.5718, 0.0]);
-    let (platform, causes) = at_rest(&arm);
-    let b = causes.sum();
+    let (platform, contributions) = at_rest(&arm);
+    let b = contributions.sum();
     assert_all_close([b.b1, b.b2, b.b3], [12091.118, -17242.460, 34351.881], 1e-3);
-    let terms = causes.terms(&platform);
+    let terms = contributions.terms(&platform);
     let loads = [15790.936, 8881.726, 1385.004, 8294.214];
     assert_all_close(terms.loads(), loads, 1e-3);
     let [fl, fr, rr, rl] = terms.wheel;
@@ -59,8 +61,8 @@ fn val_example_s_arm_at_rest() {
 #[test]
 fn val_example_s_moments() {
     let arm = wrench([0.0, 0.0, -10423.7773, -12091.1179, 12030.5718, 0.0]);
-    let (platform, causes) = at_rest(&arm);
-    let of = |counted| moments(&causes, &platform, counted);
+    let (platform, contributions) = at_rest(&arm);
+    let of = |counted| moments(&contributions, &platform, counted);
     let mhs = [5255.12, -29229.80, 2970.31, -21211.92];
     let tom = [-19555.58, -54040.50, -15907.39, -40089.63];
     let with_wheels = [-22262.20, -56747.12, -17966.78, -42149.01];
@@ -68,7 +70,9 @@ fn val_example_s_moments() {
     assert_all_close(of(Counted::TOM), tom, 1e-2);
     assert_all_close(of(Counted::ITOM), tom, 1e-2);
     assert_all_close(of(Counted::ITOM_WITH_WHEELS), with_wheels, 1e-2);
-    let largest = causes.edge_moments(&platform, Counted::TOM).largest();
+    let largest = contributions
+        .edge_moments(&platform, Counted::TOM)
+        .largest();
     assert_close(largest, -15907.39, 1e-2);
 }
 
@@ -89,8 +93,8 @@ fn val_moving_arm() {
         ),
     ];
     for (arm, loads) in samples {
-        let (platform, causes) = at_rest(&wrench(arm));
-        assert_all_close(causes.terms(&platform).loads(), loads, 2e-2);
+        let (platform, contributions) = at_rest(&wrench(arm));
+        assert_all_close(contributions.terms(&platform).loads(), loads, 2e-2);
     }
 }
 
@@ -174,11 +178,11 @@ const EXAMPLE_R_LOADS: [f64; 4] = [10854.406539, 10929.546726, 5948.128364, 5872
 fn val_example_r_every_term_of_every_wheel() {
     let (platform, up, motion, arm) = example_r();
     assert_all_close([up.x, up.y, up.z], [0.1637, 0.0052, 0.9865], 1e-4);
-    let causes = Causes::of_motion(&platform, &up, &motion, &arm);
-    let b = causes.sum();
+    let contributions = DemandContributions::of_motion(&platform, &up, &motion, &arm);
+    let b = contributions.sum();
     let expected = [-131.495328, -11457.262233, 33605.069805];
     assert_all_close([b.b1, b.b2, b.b3], expected, ROUNDED);
-    let terms = causes.terms(&platform);
+    let terms = contributions.terms(&platform);
     for (found, expected) in terms.wheel.into_iter().zip(EXAMPLE_R_TERMS) {
         assert_all_close(found, expected, ROUNDED);
     }
@@ -186,15 +190,15 @@ fn val_example_r_every_term_of_every_wheel() {
 }
 
 #[test]
-fn val_example_r_other_front_shares() {
+fn val_example_r_other_roll_moment_distributions() {
     let (platform, up, motion, arm) = example_r();
-    let loads = |front_share| {
+    let loads = |roll_moment_distribution| {
         let platform = Platform {
-            front_share,
+            roll_moment_distribution,
             ..platform
         };
-        let causes = Causes::of_motion(&platform, &up, &motion, &arm);
-        causes.terms(&platform).loads()
+        let contributions = DemandContributions::of_motion(&platform, &up, &motion, &arm);
+        contributions.terms(&platform).loads()
     };
     let less = [10861.9206, 10922.0327, 5955.6424, 5865.4742];
     let more = [10846.8925, 10937.0607, 5940.6143, 5880.5022];
@@ -205,8 +209,8 @@ fn val_example_r_other_front_shares() {
 #[test]
 fn val_example_r_moments() {
     let (platform, up, motion, arm) = example_r();
-    let causes = Causes::of_motion(&platform, &up, &motion, &arm);
-    let of = |counted| moments(&causes, &platform, counted);
+    let contributions = DemandContributions::of_motion(&platform, &up, &motion, &arm);
+    let of = |counted| moments(&contributions, &platform, counted);
     let mhs = [850.0, -23850.0, -8060.0, -9440.0];
     let tom = [-25214.853, -46736.644, -26732.929, -28012.776];
     let itom = [-24383.653, -47567.844, -27500.099, -27245.606];
@@ -220,7 +224,7 @@ fn val_example_r_moments() {
 #[test]
 fn val_example_r_sigma_and_its_gradient() {
     let (platform, up, motion, arm) = example_r();
-    let loads = Causes::of_motion(&platform, &up, &motion, &arm)
+    let loads = DemandContributions::of_motion(&platform, &up, &motion, &arm)
         .terms(&platform)
         .loads();
     let optimal = [8000.0, 8000.0, 6000.0, 6000.0];
@@ -231,19 +235,19 @@ fn val_example_r_sigma_and_its_gradient() {
 }
 
 #[test]
-fn val_example_r_by_the_accelerometer() {
+fn val_example_r_with_accelerometer_input() {
     let (platform, up, motion, arm) = example_r();
     let acceleration = motion.acceleration();
-    let felt = FeltMotion {
+    let measured = MeasuredMotion {
         specific_force: acceleration.push(0.0) + up * platform.gravity,
         yaw_rate: motion.yaw_rate,
         yaw_acceleration: motion.yaw_acceleration,
     };
-    let causes = Causes::of_felt(&platform, &up, &felt, &arm);
-    let terms = causes.felt_terms(&platform);
+    let contributions = DemandContributions::of_measured(&platform, &up, &measured, &arm);
+    let terms = contributions.measured_terms(&platform);
     assert_all_close(terms.loads(), EXAMPLE_R_LOADS, ROUNDED);
     for (found, all) in terms.wheel.into_iter().zip(EXAMPLE_R_TERMS) {
-        // weights and acceleration of C are told apart otherwise, their sum is the same
+        // Weight and acceleration of C are separated differently; their sum is the same.
         let merged = all[0] + all[6] + all[7] + all[8];
         assert_close(found[0] + found[6], merged, 4.0 * ROUNDED);
         assert_all_close([found[7], found[8]], [all[9], all[10]], ROUNDED);
@@ -271,7 +275,7 @@ fn val_table_1_from_the_machine_file() {
             p.wheel_moment.z,
             p.inertia_xz,
             p.inertia_yz,
-            p.front_share,
+            p.roll_moment_distribution,
             p.arm_base.x,
             p.arm_base.y,
             p.arm_base.z,
@@ -283,7 +287,7 @@ fn val_table_1_from_the_machine_file() {
     assert_eq!(names, ["FL", "FR", "RR", "RL"]);
 }
 
-/// Positions in which the arm's triangles close.
+/// Positions at which the arm's triangles close.
 fn in_reach(joint: &tipwatch_mechanics::machine::MeasuredJoint) -> f64 {
     match joint.name.as_str() {
         "lift" => -1.3,

@@ -1,9 +1,6 @@
-//! The ground wrench of the whole body, closed chains included, against Pinocchio's inverse dynamics.
+//! Validation of the whole-body ground wrench, closed chains included, with Pinocchio's inverse dynamics.
 //!
-//! `data/rnea_reference.json` comes from `data/make_rnea_reference.py`, which shares no code with this
-//! crate.
-
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! `data/make_rnea_reference.py`, which shares no code with this crate, generates `data/rnea_reference.json`.
 
 use std::path::Path;
 
@@ -12,7 +9,7 @@ use serde_json::Value;
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{ImuState, Machine, Motion, State, Workspace, evaluate};
 
-/// The reference's own accuracy: closed-chain derivatives by differences.
+/// Accuracy of the reference, whose closed-chain derivatives are differences.
 const ACCURACY: f64 = 1e-8;
 
 fn data(name: &str) -> String {
@@ -46,7 +43,7 @@ fn machine(name: &str, measured: &[String]) -> Machine {
 }
 
 #[test]
-fn val_ground_wrench_equals_pinocchio_with_open_and_closed_chains() {
+fn val_ground_wrench_equals_pinocchio() {
     let reference: Value = serde_json::from_str(&data("rnea_reference.json")).unwrap();
     let mut compared = 0;
     for (name, entry) in reference["machines"].as_object().unwrap() {

@@ -1,18 +1,15 @@
-//! Reference numbers of the first paper's machine, computed by two other routes (g = 9.8066).
+//! Validation: reference values of the first paper's machine from two independent computations (g = 9.8066).
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
+use crate::support::{machine, set_joint, wheel};
 use nalgebra::Vector3;
-use support::{machine, set_joint, wheel};
 use tipwatch_mechanics::{
-    Cause, Machine, Outcome, Scope, State, Workspace, actuator_force, evaluate,
+    Contribution, Machine, Outcome, Scope, State, Workspace, actuator_force, evaluate,
 };
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// Angle and its derivatives that the arm's geometry subtracts: q1 = Theta1 - pi/2 - beta1 - beta2,
+/// Offset of the arm's geometry and its derivatives: q1 = Theta1 - pi/2 - beta1 - beta2,
 /// q2 = Theta2 - beta3 - beta4.
 fn arm_offsets() -> (f64, f64) {
     let (b1, b2) = ((374.261_f64 / 935.0).atan(), (45.757_f64 / 373.313).atan());
@@ -20,7 +17,7 @@ fn arm_offsets() -> (f64, f64) {
     (-std::f64::consts::FRAC_PI_2 - b1 - b2, -b3 - b4)
 }
 
-/// Everything at rest on level ground with the arm moving, gamma = 45 degrees.
+/// The platform at rest on level ground with the arm moving, gamma = 45 degrees.
 fn outcome(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) -> Outcome<f64> {
     let (q1, q2) = arm_offsets();
     let mut state = State::<f64>::zero(machine);
@@ -46,7 +43,7 @@ fn outcome(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) 
         ],
     );
     set_joint(machine, &mut state, "extension", x3);
-    // at rest the sensor feels gravity, wherever it sits
+    // At rest the sensor measures gravity, wherever it is mounted.
     state.imu.specific_force = Vector3::z() * machine.gravity();
     state.base.up = Vector3::z();
     state.base.velocity = Vector3::zeros();
@@ -54,7 +51,7 @@ fn outcome(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) 
     evaluate(machine, &state, &mut workspace).clone()
 }
 
-/// Loads FL FR RR RL of the same.
+/// Loads FL FR RR RL in the same state.
 fn loads(machine: &Machine, theta1: [f64; 3], theta2: [f64; 3], x3: [f64; 3]) -> [f64; 4] {
     let load = outcome(machine, theta1, theta2, x3).otf;
     ["FL", "FR", "RR", "RL"].map(|name| load[wheel(machine, name)])
@@ -64,7 +61,7 @@ fn assert_loads(found: [f64; 4], expected: [f64; 4], relative: f64) {
     for (found, expected) in found.into_iter().zip(expected) {
         assert!(
             (found - expected).abs() <= relative * expected,
-            "{found} instead of {expected}"
+            "{found}, expected {expected}"
         );
     }
 }
@@ -81,7 +78,7 @@ fn val_example_s_arm_at_rest() {
     assert_loads(found, [15790.936, 8881.726, 1385.004, 8294.214], 1e-6);
 }
 
-/// Example S by every other measure: edges front, left, rear, right.
+/// All other indicators in example S; edges front, left, rear, right.
 #[test]
 fn val_example_s_indicators() {
     let machine = machine("petrovic_mattila");
@@ -94,7 +91,7 @@ fn val_example_s_indicators() {
     let near = |found: f64, expected: f64, relative: f64| {
         assert!(
             (found - expected).abs() <= relative * expected.abs(),
-            "{found} instead of {expected}"
+            "{found}, expected {expected}"
         );
     };
     near(found.zmp_x, 0.501_936, 2e-6);
@@ -132,13 +129,14 @@ fn val_example_s_indicators() {
     }
     assert!(arm.force.xy().norm() < 1e-6 && arm.moment.z.abs() < 1e-6);
     // zeta_1 of Table 1: chassis and wheel weights
-    for causes in &found.causes {
-        let weights = causes[Cause::ChassisWeight as usize] + causes[Cause::WheelWeight as usize];
+    for contributions in &found.contributions {
+        let weights = contributions[Contribution::ChassisWeight as usize]
+            + contributions[Contribution::WheelWeight as usize];
         near(weights, 5982.026, 1e-6);
     }
 }
 
-/// Cylinder forces of example S, from the pivots' virtual work.
+/// Cylinder forces in example S, from virtual work of the pivots.
 #[test]
 fn val_cylinder_forces() {
     let machine = machine("petrovic_mattila");

@@ -1,14 +1,11 @@
-//! The second paper's model: a platform whose inertia follows its actuators.
+//! The second paper's model: the platform's inertia depends on the positions of its actuators.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod support;
-
+use crate::support;
 use std::sync::Arc;
 
+use crate::support::{bogie_by_rods, moving, set_joint};
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use support::{bogie_by_rods, moving, set_joint};
 use tipwatch_mechanics::closed_form::{ClosedFormInput, PlatformParts};
 use tipwatch_mechanics::{
     ClosedForm, Dual, Machine, Model, Parameter, Real, Scope, State, StateColumns, Workspace,
@@ -18,15 +15,17 @@ use tipwatch_mechanics::{
 const RODS: [&str; 2] = ["suspension_right", "suspension_left"];
 const INPUTS: [ClosedFormInput; 2] = [ClosedFormInput::Velocity, ClosedFormInput::Accelerometer];
 
-/// The machine on bogies, tyres that do not deflect, as the analytic model has them.
+/// The machine on bogies with rigid tyres, as in the analytic model.
 fn bogie() -> Machine {
     bogie_by_rods(|text| {
-        text.replace("tyre_stiffness = 8.0e5", "")
-            .replace("front_share = 0.5", "front_share = 0.35")
+        text.replace("tyre_stiffness = 8.0e5", "").replace(
+            "roll_moment_distribution = 0.5",
+            "roll_moment_distribution = 0.35",
+        )
     })
 }
 
-/// The arm in some posture at rest, the rods at these coordinates.
+/// The machine at rest in an arm posture, the rods at these positions.
 fn resting(machine: &Machine, arm: f64, rods: [f64; 2]) -> State<f64> {
     let mut state = State::zero(machine);
     for (name, position) in [
@@ -62,7 +61,7 @@ fn otf<T: Real>(machine: &Machine, state: &State<T>, model: &Arc<Model>) -> Vec<
     evaluate(machine, state, &mut workspace).otf.clone()
 }
 
-/// At rest on a slope: what the IMU feels is gravity, and up is known.
+/// At rest on a slope: the IMU measures gravity, and up is known.
 fn on_slope(machine: &Machine, mut state: State<f64>, lean: [f64; 2]) -> State<f64> {
     let normal = static_outcome(machine, &positions(&state)).contact_normal;
     let up = (normal + Vector3::new(lean[0], lean[1], 0.0)).normalize();
@@ -73,10 +72,10 @@ fn on_slope(machine: &Machine, mut state: State<f64>, lean: [f64; 2]) -> State<f
     state
 }
 
-/// In motion throughout, with attitude and travel known.
+/// Everything in motion, with attitude and base velocity known.
 fn in_motion(machine: &Machine, seed: f64) -> State<f64> {
-    let felt = Vector3::new(0.8, -0.6, 9.7);
-    let mut state = moving(machine, seed, felt, Vector3::new(0.05, -0.04, 0.3));
+    let measured = Vector3::new(0.8, -0.6, 9.7);
+    let mut state = moving(machine, seed, measured, Vector3::new(0.05, -0.04, 0.3));
     for (k, name) in RODS.into_iter().enumerate() {
         let phase = seed + k as f64;
         let rod = [
@@ -93,12 +92,12 @@ fn in_motion(machine: &Machine, seed: f64) -> State<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(100) })]
+    #![proptest_config(support::cases(100))]
 
-    /// Nothing is counted twice and nothing left out: at rest the second paper's platform and the
-    /// arm's wrench hold what Newton-Euler over every body holds, wherever the rods and the arm are.
+    /// Every mass counts exactly once: at rest, the second paper's platform and the arm's wrench give the same as
+    /// Newton-Euler over every body, for any positions of rods and arm.
     #[test]
-    fn val_at_rest_the_variable_platform_carries_what_the_whole_body_does(
+    fn val_variable_platform_equals_whole_body_at_rest(
         arm in -1.0..1.0_f64,
         rods in prop::array::uniform2(-0.19..-0.01_f64),
         lean in prop::array::uniform2(-0.3..0.3_f64),
@@ -115,9 +114,9 @@ proptest! {
         }
     }
 
-    /// The frozen platform is that of its posture, whatever the rods are then.
+    /// The frozen platform is that of its posture, whatever the present rod positions.
     #[test]
-    fn the_frozen_platform_is_the_variable_one_at_mid_stroke(
+    fn frozen_platform_equals_variable_one_at_mid_stroke(
         arm in -1.0..1.0_f64,
         rods in prop::array::uniform2(-0.19..-0.01_f64),
         lean in prop::array::uniform2(-0.3..0.3_f64),
@@ -155,14 +154,14 @@ proptest! {
         }
     }
 
-    /// Dual numbers go through the composite inertia: the loads' derivatives by the rods are those of
-    /// differences, and none is nothing.
+    /// Dual numbers propagate through the composite inertia: the derivatives of the loads with respect to the rods
+    /// equal differences and are non-zero.
     #[test]
-    fn derivatives_by_dual_numbers_are_those_of_differences(seed in 0.0..50.0_f64) {
+    fn dual_number_derivatives_equal_differences(seed in 0.0..50.0_f64) {
         let machine = bogie();
         let state = in_motion(&machine, seed);
         let parameters = (0..machine.joints().len()).flat_map(|joint| {
-            [Parameter::JointPosition(joint), Parameter::JointRate(joint), Parameter::JointAcceleration(joint)]
+            [Parameter::JointPosition(joint), Parameter::JointVelocity(joint), Parameter::JointAcceleration(joint)]
         });
         let model = variable(&machine, ClosedFormInput::Velocity);
         for parameter in parameters {
@@ -191,9 +190,9 @@ proptest! {
     }
 }
 
-/// Mass, centre of mass, height, distances and the tensor follow the rods.
+/// Mass, centre of mass, height, distances and inertia tensor depend on the rods.
 #[test]
-fn the_platform_follows_its_rods() {
+fn platform_parameters_depend_on_rods() {
     let machine = bogie();
     let parts = PlatformParts::of(&machine).unwrap();
     let at = |rods| {

@@ -1,12 +1,8 @@
-//! Stamps that are years, or the whole range of numbers, away from all others.
+//! Stamps that are years apart, or at the limits of the integer range.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
+use tipwatch_mechanics::estimation::{CausalEstimator, RowClock, SensorSamples, smooth};
 use tipwatch_mechanics::machine::LogFacts;
-use tipwatch_mechanics::signal::{
-    CausalEstimator, MatchedSensors, OtherSensors, Reason, Recording, RowClock, Sample, Sensor,
-    smooth,
-};
+use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Reason, Sample, Sensor};
 use tipwatch_mechanics::{Machine, MachineSpec};
 
 const TOML: &str = include_str!("data/rigid.toml");
@@ -18,7 +14,7 @@ fn machine() -> Machine {
 }
 
 #[test]
-fn a_regular_rate_ends_whatever_the_stamps() {
+fn regular_rate_terminates_for_any_stamps() {
     let machine = machine();
     let names: Vec<String> = machine.joints().iter().map(|j| j.name.clone()).collect();
     let others = OtherSensors::default();
@@ -32,7 +28,7 @@ fn a_regular_rate_ends_whatever_the_stamps() {
         good.clone().chain(wild).collect(),
         wild.into_iter().chain(good.clone()).collect(),
     ] {
-        // standing still, as the rates say, too
+        // At rest, with zero velocities.
         let values = [vec![0.1; names.len()], vec![0.0; names.len()]].concat();
         for clock in [RowClock::Rate(50.0), RowClock::JointStates] {
             let mut causal = CausalEstimator::new(&machine, sensors, clock);
@@ -46,16 +42,16 @@ fn a_regular_rate_ends_whatever_the_stamps() {
                 let _ = causal.push(&machine, &sample, &mut |_| rows += 1);
             }
             assert!((1..=300).contains(&rows), "{rows}");
-            let recording = Recording {
+            let samples = SensorSamples {
                 sensor: Sensor::Joints(0),
-                stamps_ns: stamps.clone(),
-                values: values.repeat(stamps.len()),
+                stamps_ns: &stamps,
+                values: &values.repeat(stamps.len()),
             };
-            let smoothed = smooth(&machine, sensors, &[recording], clock);
+            let smoothed = smooth(&machine, sensors, &[samples], clock);
             let times = &smoothed.times_ns;
             assert!((90..=210).contains(&times.len()), "{}", times.len());
             assert!(times.is_sorted(), "{times:?}");
-            // beside the missing IMU nothing is said of the good ones
+            // Apart from the missing IMU, the good samples give valid states.
             let known = smoothed
                 .reasons
                 .iter()

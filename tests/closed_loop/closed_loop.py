@@ -1,19 +1,19 @@
-"""The stabiliser in the loop of a simulated machine: its benefit on contact forces that owe nothing to its model.
+"""Suspension control in a closed loop with a simulated machine: its effect on contact forces from an independent simulator.
 
     python -m venv .venv && .venv/bin/pip install mujoco numpy matplotlib
     cargo build --workspace --release
     .venv/bin/python tests/closed_loop/closed_loop.py LAB TARGET/release/tipwatch OUT [MANOEUVRE ...]
 
-LAB is the folder of the simulation lab (its machine `bogie`: two bogies, each turned by an actuator), OUT receives machine file, URDF, results.json and
-closed_loop.png. Every manoeuvre is run with the rods locked at mid stroke and with `tipwatch stabilise` steering them: each control step the
-simulation's joints, IMU and attitude go to it as a line, and position and velocity of its command to the simulated servos of the rods. The
-servos are stiff: valve and cylinder are no part of this test.
+LAB is the folder of the simulation laboratory (its machine `bogie` has two bogies, each turned by an actuator). OUT receives machine file, URDF,
+results.json and closed_loop.png. Every manoeuvre runs with the rods locked at mid-stroke and with the rods controlled by `tipwatch stabilise`: at each
+control step it receives joints, IMU and attitude of the simulation as a line, and its commanded positions and velocities go to the simulated servos of
+the rods. The servos are stiff; valves and cylinders are not part of this test.
 
-What is measured are MuJoCo's contact forces, averaged over 20 ms: spread (35) with each pair of wheels once, the smallest load, and how far the
-centre of pressure is from the middle. Beside both stands what the best posture could do: the rods locked at five positions of the stroke, the least
-spread of them at each sample. The first 2 s do not count: the rods begin to move at time zero, and by their inertia load the wrong side at first.
-Not part of the default test run: it needs MuJoCo and the lab, and some minutes. The exit code is 1 where a wheel that could be held down was
-not, or a spread did not fall.
+The results are MuJoCo's contact forces averaged over 20 ms: spread (35) with each pair of wheels once, the smallest load, and the distance of the
+centre of pressure from the middle. For comparison, the best posture is the least spread, at each sample, of the rods locked at five positions of the
+stroke. The first 2 s are left out: the rods start to move at time zero, and their inertia first loads the wrong side. The default test run does not
+include this script, which needs MuJoCo, the laboratory and some minutes. The exit code is 1 if a wheel lifted that could have been held down, or if a
+spread did not fall.
 """
 import json
 import math
@@ -47,7 +47,7 @@ def swing(t):
 
 
 def folded(t):
-    """The paper's own: the arm folded over the platform, lifted and let down a little."""
+    """The paper's manoeuvre: the arm, folded over the platform, is raised and lowered a little."""
     s = smooth(t, 0, 2)
     return pose(FOLDED[0] + 4 * s * math.sin(0.4 * t), FOLDED[1], 0.0, 0.1 * s * math.sin(0.3 * t))
 
@@ -57,7 +57,7 @@ REACH = (35.0, -50.0, 0.78, 0.75)    # lift and tilt (degrees), extension (m), s
 
 
 def reach(t):
-    """The arm reaches out in front until a rear wheel lifts, and comes back."""
+    """The arm reaches forward until a rear wheel lifts, then returns."""
     s = smooth(t, 3, 7) - smooth(t, 12, 16)
     return pose(REACH[0] + (60 - REACH[0]) * (1 - s), REACH[1] - 35 * (1 - s), 0.1 + (REACH[2] - 0.1) * s, REACH[3])
 
@@ -66,7 +66,7 @@ MANOEUVRES = {"swing": (swing, 16.0), "folded": (folded, 20.0), "reach": (reach,
 
 
 class Stabiliser:
-    """`tipwatch stabilise`, a line at a time."""
+    """`tipwatch stabilise`, one line at a time."""
 
     def __init__(self, program, machine, joints):
         self.process = subprocess.Popen([program, "stabilise", "--machine", str(machine), "--step", str(CONTROL_S)], text=True,
@@ -87,7 +87,7 @@ class Stabiliser:
 
 
 class Loop:
-    """Stands in for the mujoco module inside the lab's simulation: before each of its steps the rods get the latest command."""
+    """Replaces the mujoco module inside the laboratory's simulation: before each step the rods receive the latest command."""
 
     def __init__(self, mujoco, machine, program, machine_path, clear_s):
         self._mujoco, self.machine, self.program, self.machine_path, self.clear_s = mujoco, machine, program, machine_path, clear_s
@@ -97,7 +97,7 @@ class Loop:
         return getattr(self._mujoco, name)
 
     def measured(self, model, data):
-        """Positions and velocities of the joints that a log would have."""
+        """Positions and velocities of the joints as in a log."""
         names = [*self.machine.arm_joints, *[k.rod for k in self.machine.linkages if k.rod.startswith("suspension")],
                  *[link for link, _ in self.machine.wheels.values()]]
         at = lambda name: model.joint(name).id
@@ -132,7 +132,7 @@ class Loop:
             self.stabiliser = Stabiliser(self.program, self.machine_path, {n: p for n, (p, _) in joints.items()})
             self.before, self.felt, self.turning = joints, felt, np.zeros(3)
             self.rates = {n: 0.0 for n in joints}
-        # accelerations: differences over a step, smoothed over some
+        # accelerations: differences over one step, smoothed over several
         for n in joints:
             self.rates[n] += 0.3 * ((joints[n][1] - self.before[n][1]) / CONTROL_S - self.rates[n])
         self.turning = self.turning + 0.3 * ((felt[3:] - self.felt[3:]) / CONTROL_S - self.turning)
@@ -175,7 +175,7 @@ def spread(loads):
 
 
 def figures(t, loads, log):
-    used = t > 2.0    # the control has begun
+    used = t > 2.0    # after the control has started
     least = loads[used].min(axis=0)
     front, left = (loads[used] @ np.array(signs) / loads[used].sum(axis=1) for signs in ([1, 1, -1, -1], [1, -1, 1, -1]))
     offset = np.hypot(HALF_WHEELBASE * front, HALF_TRACK * left)

@@ -1,6 +1,6 @@
-"""What the scripts that make fixtures share: paths of manoeuvres, a watched run of the simulation lab, log and truth files.
+"""Shared by the scripts that make fixtures: manoeuvre paths, an observed run of the simulation laboratory, log and truth files.
 
-The lab's folder must be on sys.path (`lab_arguments` puts it there) before a function is called that imports from it.
+The laboratory's folder must be on sys.path (`lab_arguments` adds it) before calling a function that imports from it.
 Made with Python 3.11 and the versions in VERSIONS.
 """
 import argparse
@@ -14,20 +14,20 @@ import numpy as np
 VERSIONS = "mujoco 4.0.0, numpy 2.4.6, polars 2.1.0, rosbags 0.11.9, mcap 1.6.0, zstandard 0.25.0"
 DEGREE = math.pi / 180
 CHUNK_BYTES = 1 << 18
-EVERY = {"/imu/data": 2, "/odom": 2, "/robot_description": 0}    # of the lab's 250, 50 Hz; the URDF is beside the log
-TRUTH_HALF_WINDOW = 25               # samples at 500 Hz to each side that smoothed truth is fitted to
+EVERY = {"/imu/data": 2, "/odom": 2, "/robot_description": 0}    # of the laboratory's 250 and 50 Hz; the URDF is beside the log
+TRUTH_HALF_WINDOW = 25               # samples at 500 Hz on each side of the smoothing window
 
 
 # ---- manoeuvres
 
 def smooth(t, start, end):
-    """0 before start, 1 after end, with continuous rate and acceleration between."""
+    """0 before start, 1 after end, with continuous first and second derivatives in between."""
     s = min(1.0, max(0.0, (t - start) / (end - start)))
     return s * s * s * (10 + s * (-15 + 6 * s))
 
 
 def via(t, *points):
-    """A path that comes to rest at each of some (time, value) points."""
+    """A path that rests at each of the given (time, value) points."""
     for (start, a), (end, b) in zip(points, points[1:]):
         if t <= end:
             return a + (b - a) * smooth(t, start, end)
@@ -35,7 +35,7 @@ def via(t, *points):
 
 
 def arm_pose(lift_deg, tilt_deg, extension_m, slew_deg):
-    """Joint targets from the angles of the arm's published parameter set, whose zero is another one."""
+    """Joint targets from the angles of the arm's published parameter set, which has a different zero."""
     return {"slew": slew_deg * DEGREE, "lift": lift_deg * DEGREE - 2.0736, "tilt": tilt_deg * DEGREE - 0.4116, "extension": extension_m}
 
 
@@ -46,9 +46,9 @@ def standing(_t):
 # ---- the simulation
 
 class Watch:
-    """Stands in for the mujoco module inside the lab's simulation and sees what that does not record: the mean force or torque
-    of every actuator between two rows. Where the ground is not plane it also turns contact forces into their vertical share, which is
-    the wheel load where a wheel stands on a slanted face."""
+    """Replaces the mujoco module inside the laboratory's simulation to observe what that does not record: the mean force or torque
+    of every actuator between two rows. On uneven ground it also reduces contact forces to their vertical component, the wheel load
+    on an inclined face."""
 
     def __init__(self, mujoco, uneven):
         self._mujoco, self._uneven = mujoco, uneven
@@ -61,7 +61,7 @@ class Watch:
         self._mujoco.mj_step(model, data)
         self._sum, self._steps = self._sum + data.actuator_force, self._steps + 1
 
-    def mj_kinematics(self, model, data):    # once a recorded row
+    def mj_kinematics(self, model, data):    # once per recorded row
         self._mujoco.mj_kinematics(model, data)
         self.actuator_means.append(self._sum / self._steps)
         self._sum, self._steps = 0.0, 0
@@ -74,8 +74,8 @@ class Watch:
 
 
 def run(scenario, edit_mjcf=lambda xml: xml, tyre=None):
-    """The lab's simulation of a scenario: its MuJoCo model and its rows, each with the mean force of every actuator, by name.
-    `edit_mjcf` may change the model's text first; `tyre` is another stiffness [N/m] and damping [N s/m] of the tyres."""
+    """Simulates a scenario and returns the MuJoCo model and the rows, each with the mean force of every actuator by name.
+    `edit_mjcf` may change the MJCF text first; `tyre` replaces stiffness [N/m] and damping [N s/m] of the tyres."""
     import model
     import mujoco
     import simulate
@@ -88,13 +88,13 @@ def run(scenario, edit_mjcf=lambda xml: xml, tyre=None):
     finally:
         simulate.mjcf, simulate.mujoco = model.mjcf, mujoco
     names = [mujoco_model.actuator(i).name for i in range(mujoco_model.nu)]
-    for row, forces in zip(rows, watch.actuator_means[1:]):    # the lab drops its first row
+    for row, forces in zip(rows, watch.actuator_means[1:]):    # the laboratory drops its first row
         row["actuators"] = dict(zip(names, forces))
     return mujoco_model, rows
 
 
 def cut(rows, start_s, end_s):
-    """The rows of a time span, with the clock set back to zero at its start."""
+    """The rows of a time span, with time counted from its start."""
     return [row | {"t": row["t"] - start_s} for row in rows if start_s <= row["t"] <= end_s]
 
 
@@ -106,7 +106,7 @@ def typestore():
 
 
 def messages(scenario, mujoco_model, rows, types):
-    """The lab's log of a run, with the numbers on the grids of fixed-point sensors: they are smaller compressed."""
+    """The laboratory's log of a run, with numbers rounded to fixed-point grids, which compress better."""
     import writelog
 
     def grid(values, bits):
@@ -133,7 +133,7 @@ def messages(scenario, mujoco_model, rows, types):
 
 
 def thinned(events, every):
-    """Only each n-th event of a topic, for the topics in `every`; n = 0 leaves a topic out."""
+    """Keeps every n-th message of the topics in `every`; n = 0 removes a topic."""
     seen = {}
     for event in events:
         n = every.get(event[1], 1)
@@ -143,7 +143,7 @@ def thinned(events, every):
 
 
 def write_mcap(events, types, path):
-    """An MCAP file as rosbag2 would record it: CDR messages, one channel a topic."""
+    """Writes an MCAP file as rosbag2 would: CDR messages, one channel per topic."""
     from mcap.writer import CompressionType, Writer
     with open(path, "wb") as file:
         writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
@@ -171,14 +171,14 @@ def stamp(seconds):
 
 
 def write_truth(machine, rows, path):
-    """The true wheel loads at 500 Hz."""
+    """Writes the true wheel loads at 500 Hz."""
     import polars
     loads = {column: np.array([row[column] for row in rows]) for column in wheel_columns(machine)}
     polars.DataFrame({"t_ns": [stamp(row["t"]) for row in rows], **loads}).write_parquet(path)
 
 
 def write_smoothed_truth(machine, rows, path, every=10):
-    """The true wheel loads, smoothed as the tests smooth them, every n-th of 500 Hz."""
+    """Writes every n-th of the true wheel loads at 500 Hz, smoothed as in the tests."""
     import polars
     middle = rows[TRUTH_HALF_WINDOW:len(rows) - TRUTH_HALF_WINDOW][::every]
     loads = {column: savitzky_golay(np.array([row[column] for row in rows]))[::every].astype(np.float32) for column in wheel_columns(machine)}
@@ -199,8 +199,8 @@ def say(path, machine, rows):
 
 
 def write_fixture(scenario, mujoco_model, rows, out, every=None, edit_toml=lambda text: text, urdf=None, more=(), smoothed_truth=False):
-    """All four files of a fixture. `every` thins topics, `edit_toml` may change the machine file, `urdf` takes the place of the machine's
-    own, `more` are further events for the log, `smoothed_truth` writes a smaller table of truth."""
+    """Writes all four files of a fixture. `every` thins topics, `edit_toml` may change the machine file, `urdf` replaces the machine's
+    own, `more` are further messages for the log, `smoothed_truth` selects a smaller truth table."""
     import machine_file
     import model
     types = typestore()
@@ -214,9 +214,9 @@ def write_fixture(scenario, mujoco_model, rows, out, every=None, edit_toml=lambd
 
 
 def lab_arguments(description, names):
-    """The command line of a script that makes the fixtures of these names: where to write and which to make."""
+    """Parses the command line of a script that makes these fixtures: where to write, and which ones to make."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("lab", type=Path, help="folder of the simulation lab")
+    parser.add_argument("lab", type=Path, help="folder of the simulation laboratory")
     parser.add_argument("out", type=Path, help="folder to write to")
     parser.add_argument("names", nargs="*", default=names, help="fixtures to make; all by default")
     arguments = parser.parse_args()

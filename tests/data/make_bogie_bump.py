@@ -1,17 +1,17 @@
-"""Make `bogie_bump`: a stiff machine on uneven ground, and the pressures that tell what its wheels carry.
+"""Make `bogie_bump`: a stiff machine on uneven ground, with the pressures of its suspension cylinders.
 
     .venv/bin/python make_bogie_bump.py LAB OUT
 
-LAB is the folder of the simulation lab, OUT receives bogie_bump.mcap (noisy, joint states 50 Hz, IMU 125 Hz, odometry 25 Hz),
-bogie_bump.toml, bogie_bump.urdf and bogie_bump.truth.parquet (wheel loads at 50 Hz, already smoothed). The machine stands on two bogies that
-the rods of two cylinders turn. Its front right wheel rolls up a ridge of RIDGE_HEIGHT and stands on its top; then the arm moves. The log also has at
-50 Hz, for both sides
+LAB is the folder of the simulation laboratory, OUT receives bogie_bump.mcap (noisy, joint states 50 Hz, IMU 125 Hz, odometry 25 Hz),
+bogie_bump.toml, bogie_bump.urdf and bogie_bump.truth.parquet (wheel loads at 50 Hz, already smoothed). The machine stands on two bogies, each
+turned by a cylinder. Its front right wheel climbs a ridge of RIDGE_HEIGHT and stands on top; then the arm moves. At 50 Hz the log also has, for
+both sides,
 
     /suspension/SIDE/piston_pressure  sensor_msgs/FluidPressure [Pa]
     /suspension/SIDE/rod_pressure
 
-piston pressure times piston area less rod pressure times ring area is the force of the simulated actuator and the friction of its seals: FRICTION of
-it against the motion.
+Piston pressure times piston area minus rod pressure times ring area is the force of the simulated actuator including seal friction, a share FRICTION of
+the force that opposes the motion.
 """
 import math
 
@@ -21,12 +21,12 @@ from fixture_tools import lab_arguments, arm_pose, run, smooth, stamp, typestore
 
 SECONDS = 8.0
 RIDGE_RADIUS, RIDGE_HEIGHT, RIDGE_AT, WHEEL_AT = 2.5, 0.015, 2.1, 1.5     # m; along x
-EVERY_ROW = 10                              # of the 500 Hz
+EVERY_ROW = 10                              # of the 500 Hz rows
 PRESSURE_NOISE = 4e4                        # Pa
-FRICTION, CREEP = 0.02, 2e-3                # share of the force; m/s at which friction has three quarters of it
+FRICTION, CREEP = 0.02, 2e-3                # share of the force; speed in m/s at which friction reaches three quarters of it
 PISTON, ROD = 0.100, 0.056                  # diameters, m
 PISTON_AREA, RING_AREA = math.pi / 4 * PISTON**2, math.pi / 4 * (PISTON**2 - ROD**2)
-BACK_PRESSURE = 2.0e6                       # Pa, on the rod's side
+BACK_PRESSURE = 2.0e6                       # Pa, on the rod side
 SIDES = ("right", "left")
 
 
@@ -44,14 +44,14 @@ def drive(t):
 
 
 def ridge():
-    """A cylinder across the way of the right wheels, sunk until its top is the ridge's height above the ground."""
+    """A cylinder across the path of the right wheels, sunk so that its top is at the ridge height."""
     lateral = "0.7071067811865476 0.7071067811865476 0 0"
     return (f"<geom name='ridge' type='cylinder' size='{RIDGE_RADIUS} 0.3' pos='{RIDGE_AT} -0.875 {RIDGE_HEIGHT - RIDGE_RADIUS}' quat='{lateral}' "
             "contype='2' conaffinity='1' friction='0.9 0.01 0.005' condim='4' solref='0.004 1.0' solimp='0.98 0.98 0.001'/>")
 
 
 def pressures(scenario, mujoco_model, rows, types):
-    """The events of the cylinders' topics."""
+    """The messages of the cylinder topics."""
     rng = np.random.default_rng(scenario.seed + 100)
     header_type, time_type = types.types["std_msgs/msg/Header"], types.types["builtin_interfaces/msg/Time"]
     fluid_pressure = types.types["sensor_msgs/msg/FluidPressure"]

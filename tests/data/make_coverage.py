@@ -1,14 +1,14 @@
-"""Make `coverage_00` to `coverage_23`: logs of machines that are not quite what their machine file says.
+"""Make `coverage_00` to `coverage_23`: logs of machines that deviate from their machine file.
 
-    .venv/bin/python make_coverage.py LAB OUT [number...]    # the truth table holds the logs of this call
+    .venv/bin/python make_coverage.py LAB OUT [number...]    # the truth table contains the logs of this call
 
-LAB is the folder of the simulation lab, OUT receives `coverage.toml` and `coverage.urdf` (the nominal machine, the same for all logs),
+LAB is the folder of the simulation laboratory, OUT receives `coverage.toml` and `coverage.urdf` (the nominal machine, the same for all logs),
 `coverage_NN.mcap` (noisy, 4 s, no /robot_description) and `coverage.truth.parquet`: log, t_ns, load_fl, load_fr, load_rl, load_rr [N], the
-contact forces of MuJoCo at 500 Hz smoothed over 51 samples by a third-order Savitzky-Golay filter, every fifth of them.
+contact forces of MuJoCo at 500 Hz smoothed over 51 samples by a third-order Savitzky-Golay filter, every fifth sample.
 
-The machine of log NN is drawn by a generator seeded with DRAW_SEED + NN, everything independent and normal with the standard deviations
-below, in the order of `true_machine` and `Sensors`. Log NN is: NN % 3 = 0 the arm moves on the flat, 1 driving, cornering and braking, 2 the
-arm moves on a slope. Amplitudes come from the generator MANOEUVRE_SEED + NN. The arm points to the rear, where no wheel is light.
+The machine of log NN is drawn by a generator seeded with DRAW_SEED + NN: independent, normally distributed deviations with the standard deviations
+below, in the order of `true_machine` and `Sensors`. NN % 3 = 0: the arm moves on level ground; 1: driving, cornering and braking; 2: the arm
+moves on a slope. Amplitudes come from a generator seeded with MANOEUVRE_SEED + NN. The arm points to the rear, where no wheel is light.
 """
 import copy
 import math
@@ -22,7 +22,7 @@ LOGS, SECONDS = 24, 4.0
 DRAW_SEED, MANOEUVRE_SEED, NOISE_SEED = 1000, 2000, 3000
 EVERY = {"/joint_states": 2, "/odom": 2, "/robot_description": 0}    # of the 100 Hz rows: 50 Hz, and odometry 25 Hz
 
-# one standard deviation of
+# one standard deviation each
 MASS = 0.02                      # each link's mass, share
 CENTRE_OF_MASS = 0.01            # each link's centre of mass, each axis, m
 INERTIA = 0.10                   # each link's inertia tensor, one factor for its six numbers
@@ -30,7 +30,7 @@ WHEEL_POSITION = 0.005           # each wheel joint's origin, each axis, m
 WHEEL_RADIUS = 0.002             # each wheel, m
 ARM_POSITION = 0.005             # origin of the joint of arm_slew, each axis, m
 TYRE_STIFFNESS = 0.20            # each tyre, share
-JOINT_OFFSET = {"slew": 0.005, "lift": 0.005, "tilt": 0.005, "extension": 0.003}    # added to what is measured, rad or m
+JOINT_OFFSET = {"slew": 0.005, "lift": 0.005, "tilt": 0.005, "extension": 0.003}    # added to the measurement, rad or m
 IMU_POSITION = 0.01              # each axis, m
 IMU_ORIENTATION = 0.005          # about each axis, rad
 ACCELEROMETER_BIAS = 0.03        # each axis, m/s^2
@@ -59,7 +59,7 @@ def true_machine(nominal, rng):
 
 
 def with_wheels(xml, radii, stiffness):
-    """The model's text with each wheel's own radius and tyre stiffness."""
+    """The MJCF text with radius and tyre stiffness of each wheel."""
     for link, radius in radii.items():
         geom = f"<geom name='{link}' class='wheel' type='ellipsoid' size='0.35 0.12 0.35'/>"
         tyre = f"<joint name='tyre_{link}' type='slide' axis='0 0 1' stiffness='800000.0'"
@@ -70,7 +70,7 @@ def with_wheels(xml, radii, stiffness):
 
 
 class Sensors:
-    """What the sensors of one machine add to what there is."""
+    """Sensor errors of one machine."""
 
     def __init__(self, rng):
         self.joints = {joint: sigma * rng.normal() for joint, sigma in JOINT_OFFSET.items()}
@@ -83,12 +83,12 @@ class Sensors:
         self.mounting = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross    # IMU axes in base axes
 
     def imu(self, row):
-        """A row as the IMU sees it."""
+        """A row as the IMU measures it."""
         to_imu = self.mounting.T
         return row | {"R": row["R"] @ self.mounting, "gyro": to_imu @ row["gyro"] + self.gyro, "acc": to_imu @ row["acc"] + self.accelerometer}
 
     def encoders(self, row, mujoco_model):
-        """A row as the encoders see it."""
+        """A row as the encoders measure it."""
         qpos = row["qpos"].copy()
         for joint, offset in self.joints.items():
             qpos[mujoco_model.jnt_qposadr[mujoco_model.joint(joint).id]] += offset
@@ -121,12 +121,12 @@ def manoeuvre(number):
             return via(t, (0, start), (1.5, top), (2.5, top), (3.8, 0)), turn * (smooth(t, 0.8, 1.6) - smooth(t, 2.2, 3.0))
         return arm, drive, (0.0, 0.0)
     roll, pitch = rng.uniform(-4, 4) * DEGREE, rng.uniform(-4, 4) * DEGREE
-    # the wheel servo stands still on a slope only with a small uphill command
+    # on a slope the wheel servo holds still only with a small uphill command
     return arm, lambda t: (-0.44 * math.sin(pitch), 0.0), (roll, pitch)
 
 
 def simulated(nominal, number):
-    """One log's scenario, MuJoCo model, rows as they are, and sensors."""
+    """Scenario, MuJoCo model, true rows and sensors of one log."""
     from simulate import Scenario
     rng = np.random.default_rng(DRAW_SEED + number)
     machine, radii, stiffness = true_machine(nominal, rng)
@@ -141,7 +141,7 @@ def write_log(scenario, mujoco_model, rows, sensors, out):
     types = typestore()
     rows = [sensors.encoders(row, mujoco_model) for row in rows[::5]]
     seen_by_imu = messages(scenario, mujoco_model, [sensors.imu(row) for row in rows], types)
-    # one seed, so both lists have the same times and the same noise
+    # the same seed gives both lists the same times and noise
     others = messages(scenario, mujoco_model, rows, types)
     events = [turned if turned[1] == "/imu/data" else event for event, turned in zip(others, seen_by_imu, strict=True)]
     path = out / f"{scenario.name}.mcap"
@@ -163,10 +163,10 @@ def main():
     import model
     import polars
     import writelog
-    writelog.NOISE |= {"acc_bias": 0.0, "gyro_bias": 0.0}    # the drawn biases take their place
+    writelog.NOISE |= {"acc_bias": 0.0, "gyro_bias": 0.0}    # replaced by the drawn biases
     nominal = model.rigid(yaw0=0.0)
     (arguments.out / "coverage.urdf").write_text(model.urdf(nominal))
-    # the simulated ground is a plane: then the tyres' springs split the load, and heights count
+    # the simulated ground is a plane, so tyre stiffness and wheel heights determine the load split
     text = machine_file.machine_toml(nominal, "coverage.urdf").replace("front_share = 0.5", 'ground = "plane"')
     (arguments.out / "coverage.toml").write_text(text)
     tables = []

@@ -3,7 +3,7 @@
     python -m venv .venv && .venv/bin/pip install mujoco numpy polars rosbags mcap
     .venv/bin/python make_fixtures.py LAB OUT [name...]
 
-LAB is the folder of the simulation lab (model.py, simulate.py, writelog.py, machine_file.py), OUT receives for each fixture
+LAB is the folder of the simulation laboratory (model.py, simulate.py, writelog.py, machine_file.py), OUT receives for each fixture
 
     NAME.mcap             the log: ROS 2 messages, zstd, noisy sensors, /robot_description included
     NAME.toml, NAME.urdf  the machine file and the machine
@@ -23,7 +23,7 @@ import math
 
 from fixture_tools import DEGREE, arm_pose, cut, lab_arguments, run, say, smooth, standing, thinned, typestore, write_mcap
 
-IMU_EVERY = 2                        # of the lab's 250 Hz: 125 Hz keeps the files small
+IMU_EVERY = 2                        # of the laboratory's 250 Hz: 125 Hz keeps the files small
 LIFT_FROM_S, LIFT_TO_S = 5.2, 9.2    # the part of the demo that tiny_lift keeps
 
 

@@ -1,10 +1,10 @@
-"""Make `folded_arm`: a machine on two actuated bogies stands with its arm folded and lifts it a little, the rods at mid stroke.
+"""Make `folded_arm`: a machine on two actuated bogies, standing with the rods at mid-stroke, lifts its folded arm a little.
 
     .venv/bin/python make_folded_arm.py LAB OUT
 
-LAB is the folder of the simulation lab, OUT receives folded_arm.mcap (joint states 25 Hz, IMU 62.5 Hz, odometry 12.5 Hz), folded_arm.toml,
-folded_arm.urdf and folded_arm.truth.parquet. The centre of mass is 15 cm in front of the middle of the wheels, which is about what the
-stroke can make up for by half: the case of Figs. 9 and 10 of A. Paz and J. Mattila, "Mechanic Modeling and Nonlinear Optimal Control of
+LAB is the folder of the simulation laboratory, OUT receives folded_arm.mcap (joint states 25 Hz, IMU 62.5 Hz, odometry 12.5 Hz), folded_arm.toml,
+folded_arm.urdf and folded_arm.truth.parquet. The centre of mass is 15 cm in front of the middle of the wheels, about twice what the
+stroke can compensate: the case of Figs. 9 and 10 of A. Paz and J. Mattila, "Mechanic Modeling and Nonlinear Optimal Control of
 Actively Articulated Suspension of Mobile Heavy-Duty Manipulators".
 """
 import math

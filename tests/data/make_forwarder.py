@@ -2,14 +2,14 @@
 
     .venv/bin/python make_forwarder.py LAB OUT [name...]
 
-LAB is the folder of the simulation lab, OUT receives for each fixture NAME.mcap (noisy, joint states 100 Hz, IMU 125 Hz, odometry 25 Hz),
+LAB is the folder of the simulation laboratory, OUT receives for each fixture NAME.mcap (noisy, joint states 100 Hz, IMU 125 Hz, odometry 25 Hz),
 NAME.toml, NAME.urdf and NAME.truth.parquet (wheel loads at 500 Hz, along the vertical).
 
 forwarder6       6 s, level ground, standing. The crane, with 400 kg in its grapple, swings from the right to the left and lifts.
 forwarder6_bump  6 s. The right bogie's front wheel rolls slowly up a smooth ridge of 6 cm and stops on its top; then the crane, empty,
                  slews from the rear to the left.
 
-The crane is the lab's arm. The rest is made up after forwarders of 14 t payload class, unladen: wheelbase 4.2 m, track 2.1 m, wheels of 1.3 m.
+The crane is the laboratory's arm. The rest is made up after forwarders of 14 t payload class, unladen: wheelbase 4.2 m, track 2.1 m, wheels of 1.3 m.
 The bogies turn freely on lateral pivots: no actuator, no friction. Bogie angles are in the joint states.
 """
 import dataclasses
@@ -23,12 +23,12 @@ RADIUS, HALF_WIDTH = 0.65, 0.15
 TYRE = 7.0e5, 2.5e4              # N/m, N s/m: 2.5 cm under 18 kN
 AXLE_HEIGHT = -0.25              # of all wheel centres, in base_link
 FRONT_AXLE, BOGIE_PIVOT, BOGIE_HALF, HALF_TRACK = 2.2, -2.0, 0.75, 1.05    # m
-RIDGE_RADIUS, RIDGE_HEIGHT, RIDGE_AT = 3.0, 0.06, 0.55                    # m; the last: along x
+RIDGE_RADIUS, RIDGE_HEIGHT, RIDGE_AT = 3.0, 0.06, 0.55                    # m; x of the top
 BOGIES = ["bogie_left", "bogie_right"]
 
 
 def forwarder(payload):
-    """The machine, with something in its grapple [kg]."""
+    """The machine with a payload in its grapple [kg]."""
     from model import Link, Machine, hydraulic_arm
     links = [Link("base_link", None, mass=5900.0, com=(0.55, 0.0, 0.30), inertia=np.array([[2900.0, 0, 150.0], [0, 14500.0, 0], [150.0, 0, 15200.0]]))]
     for side in ("left", "right"):
@@ -70,7 +70,7 @@ def roll(t):
 
 
 def ridge():
-    """A cylinder across the way of the right wheels, sunk until its top is the ridge's height above the ground."""
+    """A cylinder across the path of the right wheels, sunk so that its top is at the ridge height."""
     z = RIDGE_HEIGHT - RIDGE_RADIUS
     lateral = "0.7071067811865476 0.7071067811865476 0 0"
     return (f"<geom name='ridge' type='cylinder' size='{RIDGE_RADIUS} 0.4' pos='{RIDGE_AT} {-HALF_TRACK} {z}' quat='{lateral}' contype='2' conaffinity='1' "
@@ -92,18 +92,20 @@ def edit_toml(text):
     return text.replace(contact, f"free_joints = {BOGIES}\ntyre_stiffness = {TYRE[0]}".replace("'", '"'))
 
 
+def write_forwarder(scenario, mujoco_model, rows, out):
+    """Writes the four files of a fixture. The laboratory logs the arm joints that it drives; the free bogie joints are only logged."""
+    import model
+    machine = scenario.machine
+    logged = dataclasses.replace(scenario, machine=dataclasses.replace(machine, arm_joints=machine.arm_joints + BOGIES))
+    urdf = model.urdf(machine).replace("radius='0.35' length='0.24'", f"radius='{RADIUS}' length='{2 * HALF_WIDTH}'")
+    write_fixture(logged, mujoco_model, rows, out, edit_toml=edit_toml, urdf=urdf)
+
+
 def main():
     arguments = lab_arguments(__doc__, ["forwarder6", "forwarder6_bump"])
-    import model
     known = scenarios()
     for name in arguments.names:
-        scenario = known[name]
-        mujoco_model, rows = run(scenario, with_wheels, TYRE)
-        machine = scenario.machine
-        # the lab drives the joints of an arm and logs them; the bogies' joints are logged only
-        logged = dataclasses.replace(scenario, machine=dataclasses.replace(machine, arm_joints=machine.arm_joints + BOGIES))
-        urdf = model.urdf(machine).replace("radius='0.35' length='0.24'", f"radius='{RADIUS}' length='{2 * HALF_WIDTH}'")
-        write_fixture(logged, mujoco_model, rows, arguments.out, edit_toml=edit_toml, urdf=urdf)
+        write_forwarder(known[name], *run(known[name], with_wheels, TYRE), arguments.out)
 
 
 if __name__ == "__main__":

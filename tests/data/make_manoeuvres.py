@@ -1,8 +1,8 @@
-"""Make `swing_lift` and `hard_brake`: two manoeuvres that show what dynamics do to wheel loads.
+"""Make `swing_lift` and `hard_brake`: two manoeuvres that show the effect of dynamics on wheel loads.
 
     .venv/bin/python make_manoeuvres.py LAB OUT [name...]
 
-LAB is the folder of the simulation lab, OUT receives for each fixture NAME.mcap (noisy, joint states 100 Hz, IMU 125 Hz, odometry 25 Hz),
+LAB is the folder of the simulation laboratory, OUT receives for each fixture NAME.mcap (noisy, joint states 100 Hz, IMU 125 Hz, odometry 25 Hz),
 NAME.toml, NAME.urdf and NAME.truth.parquet (wheel loads at 500 Hz).
 
 swing_lift  7 s, level ground, standing. The arm is swung over the front left wheel and stopped; the rear right wheel lifts, the others keep
@@ -22,7 +22,7 @@ def swing_arm(t):
 
 
 def ramp(t, start, onset):
-    """0 before start, then rising at a rate that grows to 1 within `onset`: the integral of `smooth`."""
+    """0 before start, then rising with a slope that grows to 1 within `onset`: the integral of `smooth`."""
     s = min(1.0, max(0.0, (t - start) / onset))
     return onset * s**4 * (2.5 + s * (s - 3)) + max(0.0, t - start - onset)
 

@@ -1,17 +1,17 @@
-"""Make `lift_payload`: a machine that holds what its machine file does not know, with the forces of its cylinders.
+"""Make `lift_payload`: a machine with a payload that its machine file lacks, and the forces of its cylinders.
 
     .venv/bin/python make_payload.py LAB OUT
 
-LAB is the folder of the simulation lab, OUT receives lift_payload.mcap (noisy, joint states 100 Hz, IMU 125 Hz, odometry 25 Hz),
+LAB is the folder of the simulation laboratory, OUT receives lift_payload.mcap (noisy, joint states 100 Hz, IMU 125 Hz, odometry 25 Hz),
 lift_payload.toml, lift_payload.urdf (without the payload) and lift_payload.truth.parquet (wheel loads at 500 Hz). The log also has at 50 Hz
 
     /actuators                      sensor_msgs/JointState: effort [N] of lift_rod and tilt_rod, positive where it pushes the rod out
     /lift_cylinder/piston_pressure  sensor_msgs/FluidPressure [Pa]
     /lift_cylinder/rod_pressure
 
-The simulation turns the arm by torques at its pivots. By virtual work the force of a rod is the pivot's torque over dx/dtheta, with x the rod's
-coordinate from the triangle. Seals rub with FRICTION of the force against the motion, so the measured force is larger where the rod pushes outward
-and smaller where it gives way. Pressures give the same force, piston pressure times piston area less rod pressure times ring area.
+The simulation drives the arm by torques at its pivots. By virtual work the force of a rod is the pivot torque divided by dx/dtheta, where x is the
+rod coordinate of the triangle. Seal friction, a share FRICTION of the force, opposes the motion: the measured force is larger while the rod extends
+and smaller while it retracts. The pressures give the same force: piston pressure times piston area minus rod pressure times ring area.
 """
 import math
 
@@ -20,9 +20,9 @@ import numpy as np
 from fixture_tools import arm_pose, lab_arguments, run, smooth, stamp, standing, typestore, via, write_fixture
 
 PAYLOAD_KG = 320.0
-EVERY_ROW = 10                              # of the 500 Hz
+EVERY_ROW = 10                              # of the 500 Hz rows
 FORCE_NOISE, PRESSURE_NOISE = 300.0, 5e4    # N, Pa
-FRICTION, CREEP = 0.02, 2e-3                # share of the force; m/s at which friction has three quarters of it
+FRICTION, CREEP = 0.02, 2e-3                # share of the force; speed in m/s at which friction reaches three quarters of it
 PISTON, ROD = 0.080, 0.045                  # diameters, m
 PISTON_AREA, RING_AREA = math.pi / 4 * PISTON**2, math.pi / 4 * (PISTON**2 - ROD**2)
 ROD_PRESSURE, RETURN_THROTTLE = 2.0e6, 4e6  # Pa at rest; Pa per m/s of outward motion
@@ -35,27 +35,27 @@ def arm(t):
 
 
 def rod_rate(machine, linkage, angle):
-    """dx/dtheta of a triangle: how fast the rod leaves its cylinder as the pivot turns."""
+    """dx/dtheta of a triangle: rod extension per pivot angle."""
     from simulate import triangle
     step = 1e-6
     return (triangle(machine, linkage, angle + step)[0] - triangle(machine, linkage, angle - step)[0]) / (2 * step)
 
 
 def rod_force(machine, linkage, mujoco_model, row):
-    """What the actuator of a triangle would push with, from the torque at its pivot [N]."""
+    """Actuator force of a triangle from the torque at its pivot [N]."""
     angle = row["qpos"][mujoco_model.jnt_qposadr[mujoco_model.joint(linkage.pivot).id]]
     return row["actuators"][linkage.pivot] / rod_rate(machine, linkage, angle)
 
 
 def measured_force(machine, linkage, mujoco_model, row):
-    """The same with the friction of the seals, and the rod's velocity."""
+    """The same with seal friction, and the rod velocity."""
     force = rod_force(machine, linkage, mujoco_model, row)
     velocity = row["qvel"][mujoco_model.jnt_dofadr[mujoco_model.joint(linkage.rod).id]]
     return force + FRICTION * abs(force) * math.tanh(velocity / CREEP), velocity
 
 
 def hydraulics(scenario, mujoco_model, rows, types):
-    """The events of the cylinders' topics."""
+    """The messages of the cylinder topics."""
     rng = np.random.default_rng(scenario.seed + 100)
     machine = scenario.machine
     header_type, time_type = types.types["std_msgs/msg/Header"], types.types["builtin_interfaces/msg/Time"]

@@ -2,12 +2,12 @@
 
     .venv/bin/python make_second_paper.py LAB OUT
 
-LAB is the folder of the simulation lab, OUT receives second_paper.mcap (without noise, as the paper compares; joint states 25 Hz, IMU 62.5 Hz, odometry 12.5 Hz),
+LAB is the folder of the simulation laboratory, OUT receives second_paper.mcap (without noise, as in the paper's comparison; joint states 25 Hz, IMU 62.5 Hz, odometry 12.5 Hz),
 second_paper.toml, second_paper.urdf and second_paper.truth.parquet (wheel loads at 50 Hz, already smoothed).
 
 The commands are (32)-(34) of A. Paz and J. Mattila, "Mechanic Modeling and Nonlinear Optimal Control of Actively Articulated Suspension of
-Mobile Heavy-Duty Manipulators", as far as the simulated machine, another one with an arm of four joints instead of seven, can follow them without
-falling:
+Mobile Heavy-Duty Manipulators", as far as the simulated machine, a different one with four instead of seven arm joints, can follow them without
+tipping over:
 
     arm         q = q_a + q_b sin(t)     here sin(t / 2); slew by 1.2 rad instead of 4 pi, lift by 0.6 rad, the second boom 0.65 rad
                                          further in, extension from 0.1 to 0.5 m
@@ -27,7 +27,7 @@ RIGHT, LEFT = math.pi / 5 * RADIUS, math.pi / 10 * RADIUS                       
 
 
 def targets(t):
-    """Joints of the arm, whose zeros are other ones than the published, and rods of the suspension."""
+    """Arm joints, whose zeros differ from the published ones, and suspension rods."""
     start = smooth(t, 0, 2)
     s = start * math.sin(ARM_RATE * t)
     of = lambda joint: joint[0] + joint[1] * s

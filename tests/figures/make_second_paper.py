@@ -1,4 +1,4 @@
-"""Draw `second_paper.png`, the README's figure after Figs. 5 and 6 of the second paper.
+"""Draw `second_paper.png`, the book's figure after Figs. 5 and 6 of the second paper.
 
     python -m venv .venv && .venv/bin/pip install polars matplotlib
     for MODEL in closed-form variable-inertia whole-body: tipwatch analyze tests/data/second_paper.mcap --machine MACHINE --model MODEL --out OUT/MODEL
@@ -16,7 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import polars as pl
 
-# Okabe and Ito: told apart by colour-blind people, and by their lightness in print
+# Okabe and Ito: distinguishable with colour blindness, and by lightness in print
 MODELS = {"closed-form": ("#E69F00", "inertia frozen"), "variable-inertia": ("#56B4E9", "inertia from the actuators"), "whole-body": ("#0072B2", "whole body")}
 WHEELS = ("fl", "fr", "rl", "rr")
 

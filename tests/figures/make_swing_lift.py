@@ -1,4 +1,4 @@
-"""Draw `swing_lift.png`, the README's figure after Figs. 10 and 11 of the first paper.
+"""Draw `swing_lift.png`, the book's figure after Figs. 10 and 11 of the first paper.
 
     python -m venv .venv && .venv/bin/pip install polars matplotlib
     tipwatch analyze tests/data/swing_lift.mcap --machine tests/data/swing_lift.toml --out OUT
@@ -13,13 +13,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 import polars as pl
 
-# Okabe and Ito: told apart by colour-blind people, and by their lightness in print
+# Okabe and Ito: distinguishable with colour blindness, and by lightness in print
 COLOURS = {"fl": "#0072B2", "fr": "#56B4E9", "rl": "#E69F00", "rr": "#D55E00"}
 EDGES = {"front": "#0072B2", "left": "#D55E00", "rear": "#E69F00", "right": "#56B4E9"}
 
 
 def smoothed(values, half=25):
-    """Third-order Savitzky-Golay smoothing over 51 samples, as the tests smooth the truth."""
+    """Third-order Savitzky-Golay smoothing over 51 samples, as in the tests."""
     k = np.arange(-half, half + 1)
     scale = (2 * half - 1) * (2 * half + 1) * (2 * half + 3) / 3
     weights = (3 * half * half + 3 * half - 1 - 5 * k * k) / scale

@@ -1,4 +1,4 @@
-//! Logs with faults put in: every message of a log written anew, some of them changed.
+//! Fault injection: copies of a log with some messages changed.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -8,7 +8,7 @@ use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use tipwatch_ingest::{Log, TopicId};
 
-/// A message in the encoding of ROS 2 whose numbers can be changed in place.
+/// A CDR message (the encoding of ROS 2) whose numbers can be changed in place.
 #[derive(Debug)]
 struct Cdr<'m> {
     bytes: &'m mut [u8],
@@ -38,7 +38,7 @@ impl<'m> Cdr<'m> {
         text
     }
 
-    /// Passes over the header; gives the stamp (ns).
+    /// Skips the header and returns its stamp (ns).
     fn header(&mut self) -> i64 {
         let (seconds, nanoseconds) = (self.count() as i64, self.count() as i64);
         self.text();
@@ -54,11 +54,11 @@ impl<'m> Cdr<'m> {
     }
 }
 
-/// The numbers of a sensor's message.
+/// The numbers of a sensor message.
 #[derive(Debug)]
 pub struct Values<'m> {
     cdr: Cdr<'m>,
-    /// Byte of each number, by name: `position.slew`, `velocity.slew`, `force.x`, `turning.x`,
+    /// Byte offset of each number by name: `position.slew`, `velocity.slew`, `force.x`, `turning.x`,
     /// `attitude.w`, `velocity.x`.
     places: BTreeMap<String, usize>,
     /// Stamp of the message (ns).
@@ -66,10 +66,10 @@ pub struct Values<'m> {
 }
 
 impl Values<'_> {
-    /// A number by its name.
+    /// The number with this name.
     ///
     /// # Panics
-    /// If the message has none of the name.
+    /// If the message has no such number.
     #[must_use]
     pub fn get(&self, name: &str) -> f64 {
         self.cdr.number(self.places[name])
@@ -78,7 +78,7 @@ impl Values<'_> {
     /// Sets a number.
     ///
     /// # Panics
-    /// If the message has none of the name.
+    /// If the message has no such number.
     pub fn set(&mut self, name: &str, value: f64) {
         self.cdr.set(self.places[name], value);
     }
@@ -132,10 +132,10 @@ fn values<'m>(type_name: &str, bytes: &'m mut [u8]) -> Option<Values<'m>> {
     })
 }
 
-/// Writes a log anew as MCAP; `edit` gets the name of each topic of sensors with the message's numbers.
+/// Copies a log to a new MCAP file. `edit` is called with topic name and numbers of every sensor message.
 ///
 /// # Panics
-/// If the log cannot be read or the new one not be written.
+/// If the log cannot be read or the copy cannot be written.
 pub fn write_edited(from: &Path, to: &Path, edit: &mut dyn FnMut(&str, &mut Values<'_>)) {
     let log = Log::open(from).expect("a log");
     let file = std::io::BufWriter::new(std::fs::File::create(to).expect("a new file"));

@@ -1,15 +1,20 @@
-//! What the tests share: fixtures, truth, and analyses of them.
+//! Shared by the tests: fixtures, their ground truth, and analyses of them.
 
+#[cfg(doctest)]
+mod documents;
 mod edited_log;
+pub mod fingerprint;
 
 use std::path::{Path, PathBuf};
 
 use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::options::Options;
-use tipwatch_analyze::run::analyse;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::estimation::SensorSamples;
+use tipwatch_mechanics::state::Sensor;
 
 pub use edited_log::{Values, write_edited};
 
@@ -21,20 +26,20 @@ pub fn data(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// A file beside the repository that it does not carry; `None`, saying so, where it is absent.
+/// A log beside the repository, not part of it. Tests that need one are in modules named `needs_shared`.
+///
+/// # Panics
+/// If it is absent.
 #[must_use]
-pub fn beside(name: &str) -> Option<PathBuf> {
+pub fn beside(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../shared/logs")
         .join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!("skipped: {} is not there", path.display());
-    None
+    assert!(path.exists(), "{}: not found", path.display());
+    path
 }
 
-/// The analysis of a log with the machine file of the same name beside it.
+/// Analyses a log with the machine file of the same name beside it.
 ///
 /// # Panics
 /// If the analysis fails.
@@ -43,7 +48,7 @@ pub fn analysed(log: &Path, options: Options) -> Analysis {
     analysed_with(log, &log.with_extension("toml"), options)
 }
 
-/// The analysis of a log with a machine file.
+/// Analyses a log with a machine file.
 ///
 /// # Panics
 /// If the analysis fails.
@@ -53,8 +58,8 @@ pub fn analysed_with(log: &Path, machine: &Path, options: Options) -> Analysis {
     analyse(log, &file, options, &mut |_| {}).expect("an analysis")
 }
 
-/// True wheel loads of a simulated log: times (ns) and, by wheel, loads (N) smoothed over 51 samples by
-/// a third-order Savitzky-Golay filter.
+/// Ground truth of a simulated log: times (ns) and the loads of each wheel (N), smoothed over 51 samples by a third-order
+/// Savitzky-Golay filter.
 #[derive(Debug)]
 pub struct Truth {
     times_ns: Vec<i64>,
@@ -62,10 +67,10 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Reads the truth beside a log, for wheels of these names.
+    /// Reads and smooths the ground truth beside a log, for the wheels with these names.
     ///
     /// # Panics
-    /// If there is none.
+    /// If the file is missing.
     #[must_use]
     pub fn of(log: &Path, wheels: &[&str]) -> Self {
         let truth = Self::smoothed_already(log, wheels);
@@ -75,10 +80,10 @@ impl Truth {
         }
     }
 
-    /// Reads a truth that was smoothed when it was written.
+    /// Reads ground truth that was smoothed when it was written.
     ///
     /// # Panics
-    /// If there is none.
+    /// If the file is missing.
     #[must_use]
     pub fn smoothed_already(log: &Path, wheels: &[&str]) -> Self {
         let path = log.with_extension("truth.parquet");
@@ -100,7 +105,7 @@ impl Truth {
         }
     }
 
-    /// Load of a wheel at a time, between samples in a straight line.
+    /// Linearly interpolated load of a wheel.
     fn at(&self, wheel: usize, time_ns: i64) -> f64 {
         let next = self
             .times_ns
@@ -112,7 +117,7 @@ impl Truth {
         loads[next - 1] + share * (loads[next] - loads[next - 1])
     }
 
-    /// Mean over a time span (s from the start) of the errors of the wheels' OTF, each times a factor (N).
+    /// Mean over a time span (s after the start) of a weighted sum of the OTF errors of the wheels (N).
     #[must_use]
     pub fn mean_error(&self, analysis: &Analysis, span_s: [f64; 2], factors: [f64; 4]) -> f64 {
         let from_start = |time: i64| (time - self.times_ns[0]) as f64 * 1e-9;
@@ -132,8 +137,7 @@ impl Truth {
         rows.iter().map(|&row| error(row)).sum::<f64>() / rows.len() as f64
     }
 
-    /// Share of the loads that the envelope holds, give or take `slack_n` (N), half a second at each end
-    /// left out.
+    /// Share of the true loads inside the envelope widened by `slack_n` (N), without half a second at each end.
     #[must_use]
     pub fn share_within_envelope(&self, analysis: &Analysis, slack_n: f64) -> f64 {
         let (first, last) = (
@@ -156,18 +160,28 @@ impl Truth {
         inside / all
     }
 
-    /// Root mean square error of all wheels' loads as a share of the mean load, half a second at each
-    /// end left out.
+    /// Root mean square error of all wheel loads relative to the mean load, without half a second at each end.
     #[must_use]
     pub fn error_share(&self, analysis: &Analysis) -> f64 {
         self.error_share_shifted(analysis, 0)
     }
 
-    /// As [`error_share`](Self::error_share), of rows whose times are early by so much (ns).
+    /// As [`error_share`](Self::error_share), without a longer start (s): the causal estimator has to settle where a log
+    /// begins in motion.
+    #[must_use]
+    pub fn error_share_after(&self, analysis: &Analysis, start_s: f64) -> f64 {
+        self.error_share_of(analysis, start_s, 0)
+    }
+
+    /// As [`error_share`](Self::error_share), for rows whose times are early by so much (ns).
     #[must_use]
     pub fn error_share_shifted(&self, analysis: &Analysis, early_ns: i64) -> f64 {
+        self.error_share_of(analysis, 0.5, early_ns)
+    }
+
+    fn error_share_of(&self, analysis: &Analysis, start_s: f64, early_ns: i64) -> f64 {
         let (first, last) = (
-            self.times_ns[0] + 500_000_000,
+            self.times_ns[0] + (start_s * 1e9) as i64,
             self.times_ns[self.times_ns.len() - 1] - 500_000_000,
         );
         let (mut squares, mut sum, mut count) = (0.0, 0.0, 0.0);
@@ -199,11 +213,11 @@ fn floats(frame: &DataFrame, name: &str) -> Vec<f64> {
         .collect()
 }
 
-/// Third-order Savitzky-Golay smoothing over 51 samples; the ends, which no test uses, stay as they are.
+/// Third-order Savitzky-Golay smoothing over 51 samples. The ends, which no test uses, are not smoothed.
 fn smoothed(values: &[f64]) -> Vec<f64> {
     const HALF: i64 = 25;
     let m = HALF as f64;
-    // weights of the least-squares cubic at the window's middle
+    // weights of the least-squares cubic in the middle of the window
     let scale = (2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0) / 3.0;
     let weight = |k: i64| (3.0 * m * m + 3.0 * m - 1.0 - 5.0 * (k * k) as f64) / scale;
     let inside = |i: usize| i as i64 >= HALF && (i as i64) < values.len() as i64 - HALF;
@@ -215,4 +229,27 @@ fn smoothed(values: &[f64]) -> Vec<f64> {
     (0..values.len())
         .map(|i| if inside(i) { middle(i) } else { values[i] })
         .collect()
+}
+
+/// Samples of one sensor that a test may edit before they are smoothed.
+#[derive(Debug, Clone)]
+pub struct OwnedSamples {
+    /// The sensor.
+    pub sensor: Sensor,
+    /// Stamps (ns).
+    pub stamps_ns: Vec<i64>,
+    /// Values of all samples, one sample after the other.
+    pub values: Vec<f64>,
+}
+
+impl OwnedSamples {
+    /// The samples as the smoother takes them.
+    #[must_use]
+    pub fn samples(&self) -> SensorSamples<'_> {
+        SensorSamples {
+            sensor: self.sensor,
+            stamps_ns: &self.stamps_ns,
+            values: &self.values,
+        }
+    }
 }

@@ -6,41 +6,43 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
+use super::exit::{Exit, Usage, Voice, exit_of};
 use super::options::{AnalysisArgs, PolicyArgs};
-use super::{Verdict, Voice, usage, verdict};
 use crate::analysis::Analysis;
-use crate::facts::{LogFacts, event_facts};
-use crate::imu_check::FAULT;
-use crate::options::{ColumnGroup, MoreColumns, Options};
+use crate::analysis::imu_check::FAULT;
+use crate::analysis::run;
+use crate::base::options::{ColumnGroup, MoreColumns, Options};
+use crate::base::progress::Progress;
+use crate::output;
 use crate::output::Outputs;
+use crate::policy::facts::{LogFacts, event_facts};
 use crate::policy::{Judgement, Policy};
-use crate::progress::Progress;
-use crate::{output, report, run};
+use crate::report;
 
 #[derive(Debug, Args)]
 pub(super) struct AnalyzeArgs {
-    /// The logs: .mcap, .bag, .db3 or rosbag2 folders.
+    /// Logs: .mcap, .bag, .db3 or rosbag2 folders.
     #[arg(required = true)]
     logs: Vec<PathBuf>,
     /// The machine file.
     #[arg(long)]
     machine: PathBuf,
-    /// Where the results go: straight for one log, into DIR/<name of the log>/ for several.
+    /// Output folder; several logs are written to DIR/<name of the log>/.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     #[command(flatten)]
     analysis: AnalysisArgs,
-    /// Rows from here on (s from the first sample).
+    /// Start time (seconds after the first sample).
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
-    /// Rows up to here (s from the first sample).
+    /// End time (seconds after the first sample).
     #[arg(long, value_name = "S")]
     to: Option<f64>,
-    /// Draw N machines with all lengths, angles, masses and inertias up to 10 % off, and write the bands
-    /// that the loads spread over.
+    /// Draw N machines with lengths, angles, masses and inertias varied by up to 10 %, and write the
+    /// bands of their loads.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     monte_carlo: Option<u32>,
-    /// Further columns of samples.parquet; may be repeated.
+    /// Optional columns of samples.parquet; may be repeated.
     #[arg(long, value_enum, value_delimiter = ',')]
     columns: Vec<ColumnGroup>,
     /// Which files to write.
@@ -50,11 +52,11 @@ pub(super) struct AnalyzeArgs {
     policy: PolicyArgs,
 }
 
-pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Exit> {
     if let (Some(from), Some(to)) = (args.from, args.to)
         && from >= to
     {
-        usage("--from must be before --to");
+        bail!(Usage("--from must be before --to"));
     }
     let file = MachineFile::read(&args.machine)?;
     let options = Options {
@@ -68,7 +70,7 @@ pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
         ..args.analysis.options()
     };
     let policy = args.policy.policy()?;
-    let mut verdict = Verdict::Done;
+    let mut exit = Exit::Done;
     for (log, out) in args.logs.iter().zip(out_folders(&args.logs, &args.out)?) {
         let one = analyze_one(
             log,
@@ -81,11 +83,11 @@ pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Verdict> {
         )
         .unwrap_or_else(|error| {
             voice.error(&error);
-            Verdict::Failed
+            Exit::Failed
         });
-        verdict = verdict.max(one);
+        exit = exit.max(one);
     }
-    Ok(verdict)
+    Ok(exit)
 }
 
 fn analyze_one(
@@ -96,14 +98,14 @@ fn analyze_one(
     outputs: Outputs,
     policy: Option<&Policy>,
     voice: Voice,
-) -> Result<Verdict> {
+) -> Result<Exit> {
     let mut progress = Progress::new(log, voice.quiet);
     let analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
     progress.finish();
     output::write(&analysis, out, outputs)?;
     let judgement =
         policy.map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis)));
-    // --fail-on is on the command line; a file's rules are worth a file
+    // only a policy file gets a result file; --fail-on is on the command line
     if let Some(judgement) = judgement.as_ref().filter(|j| j.policy_sha256.is_some()) {
         output::write_judgement(judgement, out)?;
     }
@@ -113,7 +115,7 @@ fn analyze_one(
     for rule in &broken {
         voice.say(&format!("rule broken: {}: {}", rule.rule, rule.found));
     }
-    Ok(verdict(&analysis, !broken.is_empty()))
+    Ok(exit_of(&analysis, !broken.is_empty()))
 }
 
 fn report_findings(analysis: &Analysis, out: &Path, voice: Voice) {
@@ -126,7 +128,7 @@ fn report_findings(analysis: &Analysis, out: &Path, voice: Voice) {
     voice.say(&format!("results: {}", out.display()));
 }
 
-/// Where each log's results go.
+/// The output folder of each log.
 fn out_folders(logs: &[PathBuf], out: &Path) -> Result<Vec<PathBuf>> {
     if let [_] = logs {
         return Ok(vec![out.into()]);

@@ -6,24 +6,24 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::Verdict;
-use crate::check_machine;
+use super::exit::Exit;
+use crate::setup::check_machine;
 
 #[derive(Debug, Args)]
 pub(super) struct CheckMachineArgs {
     /// The machine file.
     machine: PathBuf,
-    /// A log: loads in the posture of its first valid row, instead of with all joints at zero.
+    /// A log: compute loads in the posture of its first valid row instead of all joints at zero.
     #[arg(long)]
     log: Option<PathBuf>,
-    /// As JSON.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
-pub(super) fn run(args: &CheckMachineArgs) -> Result<Verdict> {
+pub(super) fn run(args: &CheckMachineArgs) -> Result<Exit> {
     let file = MachineFile::read(&args.machine)?;
     let check = check_machine::check(&file, args.log.as_deref())?;
     check_machine::print(&check, args.json)?;
-    Ok(Verdict::Done)
+    Ok(Exit::Done)
 }

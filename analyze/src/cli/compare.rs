@@ -2,51 +2,54 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
+use super::exit::{Exit, Usage, Voice};
 use super::options::AnalysisArgs;
-use super::{Verdict, Voice, usage};
-use crate::compare::{Side, compare, render, told};
-use crate::files::write_whole;
-use crate::options::{Estimator, Model, Options};
-use crate::run::analyse;
+use crate::analysis::run::analyse;
+use crate::base::files::write_atomically;
+use crate::base::options::{Estimator, ModelKind, Options};
+use crate::compare::{Side, as_text, compare, render};
 
 #[derive(Debug, Args)]
 pub(super) struct CompareArgs {
-    /// A log, or a folder that `analyze` wrote.
+    /// A log, or an output folder of `analyze`.
     a: PathBuf,
-    /// Another; without it, A is compared with itself under --machine-b, --model-b or --estimator-b.
+    /// Another log or output folder; if missing, A is compared with itself under --machine-b, --model-b
+    /// or --estimator-b.
     b: Option<PathBuf>,
-    /// The machine file of logs.
+    /// The machine file for logs.
     #[arg(long)]
     machine: Option<PathBuf>,
-    /// The machine file of B, where it is another.
+    /// Another machine file for B.
     #[arg(long, value_name = "MACHINE")]
     machine_b: Option<PathBuf>,
     #[command(flatten)]
     analysis: AnalysisArgs,
-    /// The model of B, where it is another.
+    /// Another model for B.
     #[arg(long, value_enum, value_name = "MODEL")]
-    model_b: Option<Model>,
-    /// The estimator of B, where it is another.
+    model_b: Option<ModelKind>,
+    /// Another estimator for B.
     #[arg(long, value_enum, value_name = "ESTIMATOR")]
     estimator_b: Option<Estimator>,
-    /// As JSON.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Write comparison.json and comparison.html there.
+    /// Write comparison.json and comparison.html into DIR.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
-#[expect(clippy::print_stdout, reason = "the comparison is what is asked for")]
-pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Verdict> {
+#[expect(clippy::print_stdout, reason = "the comparison is the output")]
+pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Exit> {
     let options = args.analysis.options();
     let other = args.machine_b.is_some() || args.model_b.is_some() || args.estimator_b.is_some();
     if args.b.is_none() && !other {
-        usage("expected a second log or result, or --machine-b, --model-b or --estimator-b");
+        bail!(Usage(
+            "expected a second log or output folder, or --machine-b, --model-b or --estimator-b"
+        ));
     }
     let options_b = Options {
         model: args.model_b.unwrap_or(options.model),
@@ -56,7 +59,9 @@ pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Verdict> {
     let path_b = args.b.as_deref().unwrap_or(&args.a);
     let machine_b = args.machine_b.as_deref().or(args.machine.as_deref());
     if other && is_result(path_b) {
-        usage("--machine-b, --model-b and --estimator-b are for logs, not for results");
+        bail!(Usage(
+            "--machine-b, --model-b and --estimator-b apply to logs, not to output folders"
+        ));
     }
     let a = side(&args.a, args.machine.as_deref(), options)?;
     let b = side(path_b, machine_b, options_b)?;
@@ -64,15 +69,15 @@ pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Verdict> {
     let json = serde_json::to_string_pretty(&comparison)?;
     match args.json {
         true => println!("{json}"),
-        false => print!("{}", told(&comparison, voice.verbose)),
+        false => print!("{}", as_text(&comparison, voice.verbose)),
     }
     if let Some(out) = &args.out {
-        write_whole(&out.join("comparison.json"), json.as_bytes())?;
+        write_atomically(&out.join("comparison.json"), json.as_bytes())?;
         let page = out.join("comparison.html");
-        write_whole(&page, render(&comparison, &a, &b).as_bytes())?;
+        write_atomically(&page, render(&comparison, &a, &b).as_bytes())?;
         voice.say(&format!("page: {}", page.display()));
     }
-    Ok(Verdict::Done)
+    Ok(Exit::Done)
 }
 
 fn is_result(path: &Path) -> bool {

@@ -1,26 +1,77 @@
-//! `tipwatch demo`.
+//! `tipwatch demo`: analyses a small log that comes with the program.
+//!
+//! A forwarder-like machine crawls onto a side slope, slews its loaded arm downhill and reaches out; the
+//! uphill rear wheel goes light, lifts, and comes down again when the arm is retracted. Simulated with
+//! contact physics by `tests/data/make_fixtures.py`.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
+use tipwatch_binding::MachineFile;
 
-use super::{Verdict, Voice, verdict};
-use crate::demo;
+use super::exit::{Exit, Voice, exit_of};
+use crate::analysis::{Analysis, run};
+use crate::base::options::Options;
 use crate::output::{self, Outputs};
+use crate::report;
+
+const FILES: [(&str, &[u8]); 3] = [
+    ("demo.mcap", include_bytes!("../../demo/demo.mcap")),
+    ("demo.toml", include_bytes!("../../demo/demo.toml")),
+    ("demo.urdf", include_bytes!("../../demo/demo.urdf")),
+];
 
 #[derive(Debug, Args)]
 pub(super) struct DemoArgs {
-    /// Where the results go.
+    /// Output folder.
     #[arg(long, default_value = "tipwatch-demo")]
     out: PathBuf,
 }
 
-pub(super) fn run(args: &DemoArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &DemoArgs, voice: Voice) -> Result<Exit> {
     let out = &args.out;
-    let analysis = demo::analyse(&out.join("input"))?;
+    let analysis = analyse(&out.join("input"))?;
     output::write(&analysis, out, Outputs::All)?;
-    demo::tell(&analysis, out);
-    voice.say("the log and the machine file of the demo are in its folder input/");
-    Ok(verdict(&analysis, false))
+    tell(&analysis, out);
+    voice.say("the demo's log and machine file are in its folder input/");
+    Ok(exit_of(&analysis, false))
+}
+
+/// Unpacks the demo's log and machine into `folder` and analyses them.
+///
+/// # Errors
+/// The folder cannot be written.
+fn analyse(folder: &Path) -> Result<Analysis> {
+    fs::create_dir_all(folder)
+        .with_context(|| format!("{}: cannot be created", folder.display()))?;
+    for (name, bytes) in FILES {
+        let path = folder.join(name);
+        fs::write(&path, bytes)
+            .with_context(|| format!("{}: cannot be written", path.display()))?;
+    }
+    let file = MachineFile::read(&folder.join("demo.toml"))?;
+    run::analyse(
+        &folder.join("demo.mcap"),
+        &file,
+        Options::default(),
+        &mut |_| {},
+    )
+}
+
+/// Prints the three most important findings and where the report is.
+#[expect(
+    clippy::print_stdout,
+    reason = "the findings are the output of the demo"
+)]
+fn tell(analysis: &Analysis, out: &Path) {
+    for finding in report::findings(analysis).iter().take(3) {
+        println!("- {finding}");
+    }
+    let report = out.join("report.html");
+    println!(
+        "report: {}",
+        report.canonicalize().unwrap_or(report).display()
+    );
 }

@@ -6,41 +6,42 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::{Verdict, Voice};
-use crate::{first_machine, inspect};
+use super::exit::{Exit, Voice};
+use crate::setup::first_machine;
+use crate::setup::inspect;
 
 #[derive(Debug, Args)]
 pub(super) struct InspectArgs {
     /// The log.
     log: PathBuf,
-    /// A machine file whose [signals] to bind.
+    /// A machine file whose [signals] are bound.
     #[arg(long)]
     machine: Option<PathBuf>,
-    /// As JSON.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Write a first machine file here, guessed and commented; a file that exists is never overwritten.
+    /// Write a first machine file, guessed and commented; an existing file is never overwritten.
     #[arg(long, value_name = "FILE")]
     write_machine: Option<PathBuf>,
-    /// The URDF for its guesses, where the log carries none.
+    /// The URDF to guess from, if the log contains none.
     #[arg(long, requires = "write_machine")]
     urdf: Option<PathBuf>,
 }
 
-pub(super) fn run(args: &InspectArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &InspectArgs, voice: Voice) -> Result<Exit> {
     let file = args.machine.as_deref().map(MachineFile::read).transpose()?;
     let inspection = inspect::inspect(&args.log, file.as_ref())?;
     inspect::print(&inspection, args.json)?;
     if let Some(out) = &args.write_machine {
-        let lacking = first_machine::write(&args.log, args.urdf.as_deref(), out)?;
+        let missing = first_machine::write(&args.log, args.urdf.as_deref(), out)?;
         voice.say(&format!("machine file: {}", out.display()));
-        if let Some(lacking) = lacking {
-            voice.say(&format!("it does not describe the machine yet: {lacking}"));
+        if let Some(missing) = missing {
+            voice.say(&format!("the machine file is incomplete: {missing}"));
         }
     }
     Ok(if inspection.losses.is_empty() {
-        Verdict::Done
+        Exit::Done
     } else {
-        Verdict::Lost
+        Exit::Lost
     })
 }

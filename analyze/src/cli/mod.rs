@@ -1,9 +1,10 @@
-//! The command line: what may be asked, and asking it. A command is a file.
+//! The command line: one file per command.
 
 mod analyze;
 mod check_machine;
 mod compare;
 mod demo;
+mod exit;
 mod inspect;
 mod options;
 mod recover;
@@ -13,83 +14,59 @@ mod whatif;
 
 use std::process::ExitCode;
 
-use crate::stdout::to_stdout;
-use crate::summary;
+use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::analysis::Analysis;
+use self::exit::{Exit, Usage, Voice};
+use crate::base::stdout::to_stdout;
+use crate::tables::summary;
 
-/// Exit code: a file's content, the machine or the disk is at fault.
-const FAILED: u8 = 1;
-/// Exit code: done, but bytes or messages of a log were lost.
-const LOST: u8 = 3;
-/// Exit code: the condition of `--fail-on` was met, or the policy broken.
-const CONDITION_MET: u8 = 4;
-
-/// How close a wheeled machine came to tipping over, from the logs that it keeps.
+/// Computes from logs how close a wheeled machine came to tipping over.
 #[derive(Debug, Parser)]
 #[command(name = "tipwatch", version, arg_required_else_help = true)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Say nothing but errors.
+    /// Print only errors.
     #[arg(short, long, global = true)]
     quiet: bool,
-    /// Say more.
+    /// Print more.
     #[arg(short, long, global = true)]
     verbose: bool,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Wheel loads, stability and events of logs.
+    /// Compute wheel loads, stability and events of logs.
     Analyze(analyze::AnalyzeArgs),
-    /// Many logs: a data set with a row for each, and a page with the machines at most risk.
+    /// Analyse many logs: a data set with one row per log, and a page that ranks the machines by risk.
     Screen(screen::ScreenArgs),
-    /// Two results, two logs, or one log under two machine files or models, side by side.
+    /// Compare two results, two logs, or one log under two machine files or models.
     Compare(compare::CompareArgs),
-    /// What a log holds: topics, clocks, gaps, damage, and what would be bound to which signal.
+    /// Show the contents of a log: topics, clocks, gaps, damage, and the topic of each signal.
     Inspect(inspect::InspectArgs),
-    /// Mass, centre of mass and static loads of a machine, beside weighed loads if its file has them.
+    /// Show mass, centre of mass and static loads of a machine, compared with weighed loads if its file
+    /// has them.
     CheckMachine(check_machine::CheckMachineArgs),
-    /// A log again with the suspension locked, as recorded, or controlled: what it would have done to the loads.
+    /// Replay a log with the suspension locked, as recorded, or controlled, and compare the wheel loads.
     Whatif(whatif::WhatIfArgs),
-    /// Steer an active suspension over standard input and output: a line of JSON with a state in, one with a command out.
+    /// Control an active suspension over standard input and output: one line of JSON per state and per
+    /// command.
     Stabilise(stabilise::StabiliseArgs),
-    /// Write the intact part of a damaged log, of any format, as a clean, indexed MCAP file.
+    /// Write the intact part of a damaged log as a clean, indexed MCAP file.
     Recover(recover::RecoverArgs),
     /// Analyse a small log that comes with the program.
     Demo(demo::DemoArgs),
     /// Print the JSON schema of `summary.json`.
     Schema,
-    /// Print the completion script of a shell.
+    /// Print a shell completion script.
     Completions {
         /// The shell.
         shell: clap_complete::Shell,
     },
 }
 
-/// What a command ends with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Verdict {
-    Done,
-    Lost,
-    ConditionMet,
-    Failed,
-}
-
-impl From<Verdict> for ExitCode {
-    fn from(verdict: Verdict) -> Self {
-        match verdict {
-            Verdict::Done => Self::SUCCESS,
-            Verdict::Lost => Self::from(LOST),
-            Verdict::ConditionMet => Self::from(CONDITION_MET),
-            Verdict::Failed => Self::from(FAILED),
-        }
-    }
-}
-
-/// Does what the command line asks.
+/// Runs the command.
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
     let voice = Voice {
@@ -106,7 +83,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Stabilise(args) => stabilise::run(args),
         Command::Recover(args) => recover::run(args, voice),
         Command::Demo(args) => demo::run(args, voice),
-        Command::Schema => to_stdout(&summary::json_schema()).map(|()| Verdict::Done),
+        Command::Schema => to_stdout(&summary::json_schema()).map(|()| Exit::Done),
         Command::Completions { shell } => {
             clap_complete::generate(
                 *shell,
@@ -114,49 +91,18 @@ pub fn run(cli: &Cli) -> ExitCode {
                 "tipwatch",
                 &mut std::io::stdout(),
             );
-            Ok(Verdict::Done)
+            Ok(Exit::Done)
         }
     };
     result
         .unwrap_or_else(|error| {
+            if let Some(Usage(mistake)) = error.downcast_ref() {
+                Cli::command()
+                    .error(ErrorKind::ValueValidation, mistake)
+                    .exit()
+            }
             voice.error(&error);
-            Verdict::Failed
+            Exit::Failed
         })
         .into()
-}
-
-/// Ends the program with exit code 2: the arguments do not make sense together.
-fn usage(mistake: &str) -> ! {
-    Cli::command()
-        .error(clap::error::ErrorKind::ValueValidation, mistake)
-        .exit()
-}
-
-/// What is said, to stderr.
-#[derive(Debug, Clone, Copy)]
-struct Voice {
-    quiet: bool,
-    verbose: bool,
-}
-
-impl Voice {
-    fn say(self, text: &str) {
-        if !self.quiet {
-            eprintln!("{text}");
-        }
-    }
-
-    fn error(self, error: &anyhow::Error) {
-        eprintln!("error: {error:#}");
-    }
-}
-
-fn verdict(analysis: &Analysis, is_condition_met: bool) -> Verdict {
-    if is_condition_met {
-        Verdict::ConditionMet
-    } else if !analysis.losses.is_empty() {
-        Verdict::Lost
-    } else {
-        Verdict::Done
-    }
 }

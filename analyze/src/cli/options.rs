@@ -1,31 +1,30 @@
-//! Options that commands share: how logs are analysed, and what makes a result fail.
+//! Shared options: how to analyse logs, and when to fail.
 
 use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
 
+use crate::base::options::{ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options};
 use crate::events::EventKind;
-use crate::options::{ApplyClockOffsets, ClosedFormInput, Estimator, Model, Options};
 use crate::policy::Policy;
 
-/// How signals become loads.
+/// How to analyse logs.
 #[derive(Debug, Args)]
 pub(super) struct AnalysisArgs {
-    /// How the ground wrench is computed.
-    #[arg(long, value_enum, default_value_t = Model::WholeBody)]
-    pub(super) model: Model,
-    /// How signals become states.
+    /// Model of the ground wrench.
+    #[arg(long, value_enum, default_value_t = ModelKind::WholeBody)]
+    pub(super) model: ModelKind,
+    /// Estimator of the states.
     #[arg(long, value_enum, default_value_t = Estimator::Smoother)]
     pub(super) estimator: Estimator,
-    /// Rows at this rate instead of at the stamps of the fastest joint stream.
+    /// Row rate; default: rows at the stamps of the fastest joint stream.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub(super) rate: Option<f64>,
-    /// Where the closed form takes the platform's acceleration from; default: velocity if the log has
-    /// odometry.
+    /// Source of the platform's acceleration in the closed form; default: velocity if the log has odometry.
     #[arg(long, value_enum, value_name = "SIGNAL")]
     pub(super) closed_form_input: Option<ClosedFormInput>,
-    /// Which offsets between the topics' clocks are taken out.
+    /// Which offsets between the clocks of topics to correct.
     #[arg(long, value_enum, value_name = "WHICH", default_value_t = ApplyClockOffsets::Stated)]
     pub(super) apply_clock_offsets: ApplyClockOffsets,
 }
@@ -43,19 +42,19 @@ impl AnalysisArgs {
     }
 }
 
-/// What makes a result fail.
+/// When to fail.
 #[derive(Debug, Args)]
 pub(super) struct PolicyArgs {
-    /// End with exit code 4 if there is such an event; may be repeated.
+    /// Exit with code 4 if there is an event of this kind; may be repeated.
     #[arg(long, value_name = "EVENT", value_enum)]
     fail_on: Vec<EventKind>,
-    /// End with exit code 4 if a rule of this policy file is broken; `policy.json` tells which.
+    /// Exit with code 4 if the log violates a rule of this policy file; `policy.json` lists the rules.
     #[arg(long, value_name = "FILE", conflicts_with = "fail_on")]
     policy: Option<PathBuf>,
 }
 
 impl PolicyArgs {
-    /// The policy; `None` where nothing was asked.
+    /// The policy; `None` if none was given.
     pub(super) fn policy(&self) -> Result<Option<Policy>> {
         match &self.policy {
             Some(path) => Policy::read(path).map(Some),

@@ -6,18 +6,18 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_ingest::{Log, recover};
 
-use super::{Verdict, Voice};
+use super::exit::{Exit, Voice};
 
 #[derive(Debug, Args)]
 pub(super) struct RecoverArgs {
     /// The log.
     log: PathBuf,
-    /// The new file; one that exists is never overwritten.
+    /// The new file; an existing one is never overwritten.
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
 }
 
-pub(super) fn run(args: &RecoverArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &RecoverArgs, voice: Voice) -> Result<Exit> {
     let report = recover(&Log::open(&args.log)?, &args.out)?;
     voice.say(&format!(
         "{} messages of {} topics written to {}",
@@ -26,10 +26,10 @@ pub(super) fn run(args: &RecoverArgs, voice: Voice) -> Result<Verdict> {
         args.out.display()
     ));
     if report.losses.is_empty() {
-        return Ok(Verdict::Done);
+        return Ok(Exit::Done);
     }
     for line in report.losses.lines() {
         voice.say(&format!("lost: {line}"));
     }
-    Ok(Verdict::Lost)
+    Ok(Exit::Lost)
 }

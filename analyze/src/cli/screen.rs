@@ -6,40 +6,40 @@ use anyhow::{Context, Result};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
+use super::exit::{Exit, Voice};
 use super::options::{AnalysisArgs, PolicyArgs};
-use super::{Verdict, Voice};
-use crate::progress::LogCount;
-use crate::screen::{Fleet, News, Request, Screen, Shard, gather, screen};
+use crate::base::progress::LogCount;
+use crate::screen::{Fleet, Request, Screen, Shard, Update, gather, screen};
 
 #[derive(Debug, Args)]
 pub(super) struct ScreenArgs {
     /// Folders, patterns ("logs/**/*.mcap"), manifests (.txt, .list, .manifest: one log a line) and logs.
     #[arg(required_unless_present = "gather")]
     logs: Vec<PathBuf>,
-    /// The machine file of all logs.
+    /// The machine file for all logs.
     #[arg(long, required_unless_present_any = ["fleet", "gather"], conflicts_with = "fleet")]
     machine: Option<PathBuf>,
-    /// The fleet file: rules that tell which machine file belongs to which log.
+    /// The fleet file: rules that assign machine files to logs.
     #[arg(long)]
     fleet: Option<PathBuf>,
-    /// Where the data set, the page and the reports go.
+    /// Output folder for data set, page and reports.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// How many logs at a time; default: as many as there are processors.
+    /// Number of logs analysed in parallel; default: number of processors.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     jobs: Option<u32>,
-    /// Most memory that the analyses may take together, as estimated (GiB); default: three quarters of
-    /// what is free. One log is always at work.
+    /// Limit of the estimated memory of all analyses (GiB); default: three quarters of the free memory.
+    /// One log is always analysed.
     #[arg(long, value_name = "GIB", value_parser = clap::value_parser!(u32).range(1..))]
     memory: Option<u32>,
-    /// Do the I-th of N parts of the logs, for array jobs; `--gather` makes one result of all parts.
+    /// Analyse the I-th of N parts of the logs, for array jobs; `--gather` combines the parts.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
-    /// Go on with what stands in DIR: logs of the same content under the same machine, options and
-    /// program are not analysed again, except those that failed.
+    /// Resume the run in DIR: skip logs already analysed with the same content, machine, options and
+    /// program version. Failed logs are retried.
     #[arg(long)]
     resume: bool,
-    /// Analyse nothing: make data set and page of what stands in DIR.
+    /// Analyse nothing; build data set and page from the records in DIR.
     #[arg(long, conflicts_with_all = ["logs", "machine", "fleet", "shard", "resume", "jobs", "memory"])]
     gather: bool,
     #[command(flatten)]
@@ -48,12 +48,12 @@ pub(super) struct ScreenArgs {
     policy: PolicyArgs,
 }
 
-pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Exit> {
     let policy = args.policy.policy()?;
     let count = LogCount::new(voice.quiet);
-    let tell = |news: News<'_>| match news {
-        News::Begin(logs) => count.begin(logs),
-        News::Done { log, failure } => {
+    let tell = |news: Update<'_>| match news {
+        Update::Begin(logs) => count.begin(logs),
+        Update::Done { log, failure } => {
             if let Some(reason) = failure {
                 count.error(&failed(log, reason));
             } else if voice.verbose {
@@ -61,7 +61,7 @@ pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Verdict> {
             }
             count.next();
         }
-        News::Note(note) => count.say(&format!("note: {note}")),
+        Update::Note(note) => count.say(&format!("note: {note}")),
     };
     let found = if args.gather {
         gather(&args.out, policy.as_ref(), &tell)?
@@ -80,11 +80,11 @@ pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Verdict> {
         screen(&request, &fleet, policy.as_ref(), &tell)?
     };
     count.finish();
-    voice.say(&told(&found));
-    Ok(verdict(&found))
+    voice.say(&result_line(&found));
+    Ok(exit_of(&found))
 }
 
-/// The reason names the log itself in most cases.
+/// Names the log unless the reason does.
 fn failed(log: &str, reason: &str) -> String {
     match reason.contains(log) {
         true => format!("failed: {reason}"),
@@ -108,10 +108,10 @@ fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-fn told(found: &Screen) -> String {
+fn result_line(found: &Screen) -> String {
     let totals = &found.totals;
     let mut text = format!(
-        "{} analysed, {} failed, {} known from before. In all {} logs, {} of them failed; {} with findings, {} with losses",
+        "{} analysed, {} failed, {} unchanged. Total: {} logs, {} failed, {} with findings, {} with losses",
         found.analysed_now,
         found.failed_now,
         found.from_before,
@@ -121,27 +121,32 @@ fn told(found: &Screen) -> String {
         totals.with_losses
     );
     if totals.breaking_policy > 0 {
-        text.push_str(&format!("; {} break the policy", totals.breaking_policy));
+        text.push_str(&format!(
+            ", {} violating the policy",
+            totals.breaking_policy
+        ));
     }
     match &found.page {
         Some(page) => text.push_str(&format!("\npage: {}", page.display())),
         None => {
-            text.push_str("\na part of the logs; --gather makes data set and page of all parts");
+            text.push_str(
+                "\nthis is one part of the logs; --gather builds data set and page from all parts",
+            );
         }
     }
     text
 }
 
-fn verdict(found: &Screen) -> Verdict {
+fn exit_of(found: &Screen) -> Exit {
     let totals = &found.totals;
     if totals.failed > 0 {
-        Verdict::Failed
+        Exit::Failed
     } else if totals.breaking_policy > 0 {
-        Verdict::ConditionMet
+        Exit::ConditionMet
     } else if totals.with_losses > 0 {
-        Verdict::Lost
+        Exit::Lost
     } else {
-        Verdict::Done
+        Exit::Done
     }
 }
 

@@ -8,37 +8,37 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::ControlMode;
 
-use super::Verdict;
+use super::exit::Exit;
 use super::options::positive;
-use crate::stabilise;
+use crate::suspension::stabilise;
 
 #[derive(Debug, Args)]
 pub(super) struct StabiliseArgs {
     /// The machine file.
     #[arg(long)]
     machine: PathBuf,
-    /// The problem that is solved; default: by the machine file.
+    /// The optimisation problem; default: that of the machine file.
     #[arg(long, value_enum)]
     mode: Option<Mode>,
-    /// Length of a step; default: by the machine file's rate.
+    /// Control period; default: from the rate in the machine file.
     #[arg(long, value_name = "S", value_parser = positive)]
     step: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Mode {
-    /// The second paper's problem, one step ahead.
+    /// The problem of the second paper, one step ahead.
     Literal,
-    /// Where a planned move leads.
+    /// Optimisation over a planned motion.
     LookAhead,
 }
 
-pub(super) fn run(args: &StabiliseArgs) -> Result<Verdict> {
+pub(super) fn run(args: &StabiliseArgs) -> Result<Exit> {
     let file = MachineFile::read(&args.machine)?;
     let mode = args.mode.map(|mode| match mode {
-        Mode::Literal => ControlMode::Literal,
+        Mode::Literal => ControlMode::OneStep,
         Mode::LookAhead => ControlMode::LookAhead,
     });
     stabilise::serve(&file, mode, args.step, stdin().lock(), stdout().lock())?;
-    Ok(Verdict::Done)
+    Ok(Exit::Done)
 }

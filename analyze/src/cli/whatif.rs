@@ -6,43 +6,43 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
+use super::exit::{Exit, Voice};
 use super::options::positive;
-use super::{Verdict, Voice};
-use crate::options::{Estimator, Options};
-use crate::progress::Progress;
-use crate::whatif::{Summary, SuspensionMode, WhatIfOptions, what_if};
+use crate::base::options::{Estimator, Options};
+use crate::base::progress::Progress;
+use crate::suspension::{Summary, SuspensionMode, WhatIfOptions, what_if};
 
 #[derive(Debug, Args)]
 pub(super) struct WhatIfArgs {
     /// The log.
     log: PathBuf,
-    /// The machine file; its [suspension] says what can move and how it is steered.
+    /// The machine file; its [suspension] describes the actuators and their control.
     #[arg(long)]
     machine: PathBuf,
-    /// Where the results go.
+    /// Output folder.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// How the suspension moves.
+    /// Suspension motion.
     #[arg(long, value_enum, default_value_t = SuspensionMode::LookAhead)]
     suspension: SuspensionMode,
-    /// Length of a step of the control; default: by the machine file's rate.
+    /// Control period; default: from the rate in the machine file.
     #[arg(long, value_name = "S", value_parser = positive)]
     step: Option<f64>,
-    /// How signals become states.
+    /// Estimator of the states.
     #[arg(long, value_enum, default_value_t = Estimator::Smoother)]
     estimator: Estimator,
-    /// Rows at this rate instead of at the stamps of the fastest joint stream.
+    /// Row rate; default: rows at the stamps of the fastest joint stream.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
-    /// Rows from here on (s from the first sample).
+    /// Start time (seconds after the first sample).
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
-    /// Rows up to here (s from the first sample).
+    /// End time (seconds after the first sample).
     #[arg(long, value_name = "S")]
     to: Option<f64>,
 }
 
-pub(super) fn run(args: &WhatIfArgs, voice: Voice) -> Result<Verdict> {
+pub(super) fn run(args: &WhatIfArgs, voice: Voice) -> Result<Exit> {
     let file = MachineFile::read(&args.machine)?;
     let options = Options {
         estimator: args.estimator,
@@ -66,8 +66,8 @@ pub(super) fn run(args: &WhatIfArgs, voice: Voice) -> Result<Verdict> {
     }
     voice.say(&format!("results: {}", args.out.display()));
     Ok(if replayed.analysis.losses.is_empty() {
-        Verdict::Done
+        Exit::Done
     } else {
-        Verdict::Lost
+        Exit::Lost
     })
 }

@@ -1,25 +1,25 @@
-//! Differences of the summaries: events and numbers of the whole log.
+//! Differences of the summaries: events and figures of the whole log.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 use serde_json::Value;
 
-use super::Side;
-use crate::report::number;
+use super::side::Side;
+use crate::base::number::number;
 
-/// A number of the whole log on both sides.
+/// A figure of the whole log on both sides.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FactDifference {
-    /// What it is.
+    /// Its name.
     pub name: String,
-    /// Its unit; "-" of a share, "events" of a count.
+    /// Its unit; "-" for a share, "events" for a count.
     pub unit: &'static str,
-    /// On side A; null where it cannot be computed, or A has no such thing.
+    /// Value on side A; null if not computable or not applicable.
     pub a: Option<f64>,
-    /// On side B.
+    /// Value on side B.
     pub b: Option<f64>,
-    /// B less A.
+    /// B minus A.
     pub difference: Option<f64>,
 }
 
@@ -32,28 +32,28 @@ pub struct EventPair {
     pub subject: String,
     /// On side A.
     pub a: Option<EventSide>,
-    /// On side B.
+    /// Value on side B.
     pub b: Option<EventSide>,
 }
 
 /// An event as one side has it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EventSide {
-    /// Its begin (s from the first row).
+    /// Start (s after the first row).
     pub start_s: f64,
-    /// How long it lasts (s); null while open.
+    /// Duration (s); null if still active when the log ends.
     pub duration_s: Option<f64>,
     /// The worst value.
     pub worst: Option<f64>,
     /// Its unit.
     pub unit: String,
-    /// Probability that it is true.
+    /// Confidence: probability that it is true.
     pub certainty: Option<f64>,
 }
 
-/// Units in the order in which they are told.
+/// Units in the order of the output.
 const UNITS: [&str; 6] = ["events", "-", "N", "kg", "s", "rows"];
-/// A number as people read it in its unit.
+/// A value formatted for its unit.
 pub(super) fn in_words(value: Option<f64>, unit: &str) -> String {
     match (value, unit) {
         (None, _) => "unknown".into(),
@@ -63,7 +63,7 @@ pub(super) fn in_words(value: Option<f64>, unit: &str) -> String {
     }
 }
 
-/// Numbers of a wheel: key of the summary, in words.
+/// Figures of a wheel: key in the summary, label.
 const OF_WHEEL: [(&str, &str); 6] = [
     ("least_otf_n", "least OTF"),
     ("least_load_n", "least load"),
@@ -76,7 +76,7 @@ const OF_WHEEL: [(&str, &str); 6] = [
     ),
 ];
 
-/// All numbers, grouped by unit, the largest difference first; what only one side has comes last.
+/// All figures, grouped by unit, the largest difference first; those on one side only come last.
 pub(super) fn facts(a: &Side, b: &Side) -> Vec<FactDifference> {
     let (on_a, on_b) = (numbers(&a.summary), numbers(&b.summary));
     let names: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
@@ -104,7 +104,7 @@ pub(super) fn facts(a: &Side, b: &Side) -> Vec<FactDifference> {
     facts
 }
 
-/// Place of the unit and name to value.
+/// Value by index of the unit and name.
 type Numbers = BTreeMap<(usize, String), Option<f64>>;
 
 fn numbers(summary: &Value) -> Numbers {
@@ -164,8 +164,7 @@ fn numbers(summary: &Value) -> Numbers {
     numbers
 }
 
-/// Events of both sides: of the same kind and subject and at the same time they are one. Those of one
-/// side alone come first.
+/// Pairs of events with the same kind and subject that overlap. Events on one side only come first.
 pub(super) fn events(a: &Side, b: &Side) -> Vec<EventPair> {
     let list = |side: &Side| -> Vec<Value> {
         side.summary["events"]

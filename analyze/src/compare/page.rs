@@ -1,134 +1,113 @@
-//! `comparison.html`: the same to look at. One file without scripts.
+//! `comparison.html`: the comparison as a page. One file without scripts.
 
+use maud::{Markup, html};
+
+use super::comparison::Comparison;
 use super::facts::in_words;
 use super::series::shared_rows;
+use super::side::Side;
 use super::text::{event, origin};
-use super::{Comparison, Side};
-use crate::report::{STYLE, html, number, section};
-use crate::svg::{CHART_STYLE, Chart};
+use crate::page::svg::{CHART_STYLE, Chart};
+use crate::page::{self, Document, list, number, rows_to_draw, section, table};
 
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'";
 /// Points of a curve.
 const MOST_POINTS: usize = 600;
-
 /// The comparison as an HTML page.
 #[must_use]
 pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
     let sides = [
-        ("A".to_string(), origin(&comparison.a)),
-        ("A says".into(), comparison.a.finding.clone()),
-        ("B".into(), origin(&comparison.b)),
-        ("B says".into(), comparison.b.finding.clone()),
-        (
-            "Log".into(),
-            match comparison.same_log {
-                true => "the same content on both sides".into(),
-                false => "different logs".into(),
-            },
-        ),
+        ("A", origin(&comparison.a)),
+        ("Main finding of A", comparison.a.finding.clone()),
+        ("B", origin(&comparison.b)),
+        ("Main finding of B", comparison.b.finding.clone()),
     ];
-    let mut page = format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>Comparison</title>\n<style>\n{STYLE}{CHART_STYLE}</style>\n</head>\n<body>\n\
-         <h1>Two results side by side</h1>\n{}",
-        html::facts(&sides)
-    );
-    page.push_str(&section("Events", &events(comparison)));
-    page.push_str(&section("Curves", &curves(comparison, a, b)));
-    page.push_str(&section("Whole log", &facts(comparison)));
-    page.push_str(&section("Row by row", &series(comparison)));
-    page.push_str("</body>\n</html>\n");
-    page
-}
-
-fn events(comparison: &Comparison) -> String {
-    if comparison.events.is_empty() {
-        return "<p>Neither has an event.</p>\n".into();
-    }
-    let told: Vec<String> = comparison.events.iter().map(event).collect();
-    html::list("events", &told)
-}
-
-fn facts(comparison: &Comparison) -> String {
-    let rows: Vec<Vec<String>> = comparison
-        .facts
-        .iter()
-        .map(|fact| {
-            vec![
-                fact.name.clone(),
-                in_words(fact.a, fact.unit),
-                in_words(fact.b, fact.unit),
-                in_words(fact.difference, fact.unit),
-                fact.unit.into(),
-            ]
-        })
-        .collect();
-    html::table(&["", "A", "B", "B - A", "unit"], &rows)
-}
-
-fn series(comparison: &Comparison) -> String {
-    let Some(series) = &comparison.series else {
-        let note = comparison.series_note.as_deref().unwrap_or("unknown");
-        return format!("<p>Not compared row by row: {}.</p>\n", html::escape(note));
+    let content = html! {
+        (page::facts(&sides))
+        (section("Events", events(comparison)))
+        (section("Overturning force (OTF)", curves(comparison, a, b)))
+        (section("Whole log", facts(comparison)))
+        (section("Row by row", series(comparison)))
     };
-    let rows: Vec<Vec<String>> = series
-        .columns
-        .iter()
-        .map(|column| {
-            vec![
-                column.column.clone(),
-                number(column.mean),
-                number(column.rms),
-                number(column.largest),
-                column
-                    .relative
-                    .map_or(String::new(), |r| format!("{:.2} %", 100.0 * r)),
-                column.unit.clone(),
-            ]
-        })
-        .collect();
-    let head = [
-        "column",
-        "mean B - A",
-        "rms",
-        "largest",
-        "rms, relative",
-        "unit",
-    ];
-    let mut text = format!(
-        "<p class=\"hint\">{} rows that are valid on both sides.</p>\n",
-        series.rows
-    );
-    text.push_str(&html::table(&head, &rows));
-    for (letter, names) in [("A", &series.only_a), ("B", &series.only_b)] {
-        if !names.is_empty() {
-            text.push_str(&format!(
-                "<p class=\"hint\">Only {letter} has {}.</p>\n",
-                html::escape(&names.join(", "))
-            ));
+    Document {
+        title: "Comparison of two results",
+        subtitle: match comparison.same_log {
+            true => "Both results are of the same log.",
+            false => "The results are of different logs.",
+        },
+        styles: &[CHART_STYLE],
+        plots: None,
+    }
+    .render(&content)
+}
+
+fn events(comparison: &Comparison) -> Markup {
+    html! {
+        @if comparison.events.is_empty() {
+            p { "Neither result has an event." }
+        } @else {
+            (list(comparison.events.iter().map(event)))
         }
     }
-    text
 }
 
-/// OTF of each wheel that both have, over the rows that they share; else each over its own time.
-fn curves(comparison: &Comparison, a: &Side, b: &Side) -> String {
+fn facts(comparison: &Comparison) -> Markup {
+    let row = |fact: &super::FactDifference| {
+        let values = [fact.a, fact.b, fact.difference].map(|value| in_words(value, fact.unit));
+        let name = [fact.name.clone()].into_iter();
+        name.chain(values).chain([fact.unit.to_string()]).collect()
+    };
+    let rows: Vec<Vec<String>> = comparison.facts.iter().map(row).collect();
+    table(&["Quantity", "A", "B", "B - A", "Unit"], &rows)
+}
+
+fn series(comparison: &Comparison) -> Markup {
+    let Some(series) = &comparison.series else {
+        let note = comparison.series_note.as_deref().unwrap_or("unknown");
+        return html! { p { "Not compared row by row: " (note) "." } };
+    };
+    let rows = series.columns.iter().map(|column| {
+        let relative = column
+            .relative
+            .map_or(String::new(), |r| format!("{:.2} %", 100.0 * r));
+        let of = [column.mean, column.rms, column.largest].map(number);
+        let name = [column.column.clone()].into_iter();
+        name.chain(of)
+            .chain([relative, column.unit.clone()])
+            .collect()
+    });
+    let head = [
+        "Column",
+        "Mean of B - A",
+        "RMS",
+        "Largest",
+        "RMS, relative",
+        "Unit",
+    ];
+    html! {
+        p.hint { (series.rows) " rows are valid in both results." }
+        (table(&head, &rows.collect::<Vec<Vec<String>>>()))
+        @for (side, names) in [("A", &series.only_a), ("B", &series.only_b)] {
+            @if !names.is_empty() { p.hint { "Only " (side) " has " (names.join(", ")) "." } }
+        }
+    }
+}
+
+/// The OTF of each wheel that both have, over the rows that they share; otherwise each over its own time.
+fn curves(comparison: &Comparison, a: &Side, b: &Side) -> Markup {
     let names = a.columns.iter().map(|column| column.name.as_str());
     let wheels: Vec<&str> = names
         .filter_map(|name| name.strip_prefix("otf_"))
         .filter(|wheel| !wheel.ends_with("_sigma") && b.column(&format!("otf_{wheel}")).is_some())
         .collect();
     if wheels.is_empty() {
-        return "<p>The two machines have no wheel of the same name.</p>\n".into();
+        return html! { p { "The machines have no wheel of the same name." } };
     }
     let together = comparison.series.is_some();
     let rows = match together {
         true => shared_rows(a, b),
         false => Vec::new(),
     };
-    let (mut both, mut differences) = (String::new(), String::new());
+    let (mut both, mut differences) = (Vec::new(), Vec::new());
     for wheel in wheels {
         let column = format!("otf_{wheel}");
         let Some((on_a, on_b)) = a.column(&column).zip(b.column(&column)) else {
@@ -136,35 +115,32 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> String {
         };
         let curves = [curve(a, &on_a.values), curve(b, &on_b.values)];
         let wheel = wheel.to_uppercase();
-        both.push_str(&chart(
-            &format!("OTF {wheel} (N)"),
-            &curves,
-            &["line-a", "line-b"],
-        ));
-        let points = rows
-            .iter()
-            .map(|&(i, j)| (seconds(a, i), on_b.values[j] - on_a.values[i]));
-        let points: Vec<_> = points.collect();
+        let classes = ["line-a", "line-b"];
+        both.push(chart(&format!("OTF {wheel} (N)"), &curves, &classes));
         if together {
+            let of_row =
+                |&(i, j): &(usize, usize)| (seconds(a, i), on_b.values[j] - on_a.values[i]);
+            let points: Vec<_> = rows.iter().map(of_row).collect();
             let title = format!("B - A, OTF {wheel} (N)");
-            differences.push_str(&chart(&title, &[thinned(&points)], &["line-a"]));
+            differences.push(chart(&title, &[thinned(&points)], &classes));
         }
     }
-    let when = match together {
-        true => "on both sides at the same time",
-        false => "each from its own first row",
-    };
-    format!(
-        "<p class=\"hint\">OTF of each wheel over time, {when}. Solid: A; dashed: B.</p>\n\
-         <div class=\"grid\">\n{both}</div>\n<div class=\"grid\">\n{differences}</div>\n"
-    )
+    html! {
+        p.hint {
+            "OTF of each wheel over time, "
+            @if together { "at the same times in both results" } @else { "from the first row of each result" }
+            ". Solid: A; dashed: B."
+        }
+        div.grid { @for chart in &both { (chart) } }
+        div.grid { @for chart in &differences { (chart) } }
+    }
 }
 
 fn seconds(side: &Side, row: usize) -> f64 {
     (side.times_ns[row] - side.times_ns[0]) as f64 * 1e-9
 }
 
-/// Values over time, broken where a row is not valid.
+/// Values over time, interrupted where a row is invalid.
 fn curve(side: &Side, values: &[f64]) -> Vec<(f64, f64)> {
     let points = values.iter().enumerate().map(|(row, &value)| {
         let value = if side.valid[row] { value } else { f64::NAN };
@@ -173,30 +149,14 @@ fn curve(side: &Side, values: &[f64]) -> Vec<(f64, f64)> {
     thinned(&points.collect::<Vec<_>>())
 }
 
-/// At most so many points as a chart can show, with the lowest and the highest of each stretch.
+/// At most as many points as a chart can show.
 fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let stretch = points.len().div_ceil(MOST_POINTS / 2).max(1);
-    if stretch <= 2 {
-        return points.to_vec();
-    }
-    let mut kept = Vec::new();
-    for part in points.chunks(stretch) {
-        let finite = || part.iter().filter(|point| point.1.is_finite());
-        let low = finite().min_by(|a, b| a.1.total_cmp(&b.1));
-        let high = finite().max_by(|a, b| a.1.total_cmp(&b.1));
-        match (low, high) {
-            (Some(low), Some(high)) => {
-                let mut two = [*low, *high];
-                two.sort_by(|a, b| a.0.total_cmp(&b.0));
-                kept.extend(two);
-            }
-            _ => kept.extend(part.first()),
-        }
-    }
-    kept
+    let values: Vec<f64> = points.iter().map(|point| point.1).collect();
+    let rows = rows_to_draw(&values, MOST_POINTS);
+    rows.into_iter().map(|row| points[row]).collect()
 }
 
-fn chart(title: &str, curves: &[Vec<(f64, f64)>], classes: &[&str]) -> String {
+fn chart(title: &str, curves: &[Vec<(f64, f64)>], classes: &[&str]) -> Markup {
     let all = || curves.iter().flatten().filter(|point| point.1.is_finite());
     let low = all().map(|point| point.1).fold(0.0, f64::min);
     let high = all().map(|point| point.1).fold(0.0, f64::max);

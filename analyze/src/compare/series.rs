@@ -1,18 +1,18 @@
-//! Differences row by row, where both sides have rows at the same times.
+//! Differences row by row, for sides with rows at the same times.
 
 use serde::Serialize;
 
-use super::Side;
+use super::side::Side;
 
-/// Units that are told before all others.
+/// Units that come first in the output.
 const FIRST_UNITS: [&str; 3] = ["N", "-", "N m"];
 
-/// Both sides' columns over the rows that they share.
+/// Columns of both sides over their shared rows.
 #[derive(Debug, Serialize)]
 pub struct SeriesComparison {
     /// Rows at the same time that are valid on both sides.
     pub rows: usize,
-    /// Columns of both, those of a unit together, the largest root mean square difference first.
+    /// Columns of both, grouped by unit, the largest root mean square difference first.
     pub columns: Vec<SeriesDifference>,
     /// Columns that only A has.
     pub only_a: Vec<String>,
@@ -27,21 +27,21 @@ pub struct SeriesDifference {
     pub column: String,
     /// Its unit.
     pub unit: String,
-    /// Rows in which both know it.
+    /// Rows with a value on both sides.
     pub rows: usize,
-    /// Mean of B less A.
+    /// Mean of B minus A.
     pub mean: f64,
-    /// Root mean square of B less A.
+    /// Root mean square of B minus A.
     pub rms: f64,
     /// Largest absolute difference.
     pub largest: f64,
-    /// When (ns).
+    /// Time of the largest difference (ns).
     pub largest_ns: i64,
-    /// `rms` as a share of the larger root mean square of the two; null where both are zero.
+    /// `rms` relative to the larger root mean square of the two; null if both are zero.
     pub relative: Option<f64>,
 }
 
-/// Rows of A and of B at the same time, both valid.
+/// Indices of rows at the same time that are valid on both sides.
 pub(super) fn shared_rows(a: &Side, b: &Side) -> Vec<(usize, usize)> {
     let (mut shared, mut on_b) = (Vec::new(), 0);
     for (on_a, time) in a.times_ns.iter().enumerate() {
@@ -55,14 +55,14 @@ pub(super) fn shared_rows(a: &Side, b: &Side) -> Vec<(usize, usize)> {
     shared
 }
 
-/// Compares all columns that both have.
+/// Compares all shared columns.
 ///
 /// # Errors
-/// There is no common valid row; the text tells why.
+/// There is no shared valid row; the text explains why.
 pub(super) fn compare(a: &Side, b: &Side) -> Result<SeriesComparison, String> {
     let rows = shared_rows(a, b);
     if rows.is_empty() {
-        return Err("the two have no valid row at the same time".into());
+        return Err("the two sides share no valid row at the same time".into());
     }
     let mut columns: Vec<SeriesDifference> = a
         .columns
@@ -99,7 +99,7 @@ pub(super) fn compare(a: &Side, b: &Side) -> Result<SeriesComparison, String> {
     })
 }
 
-/// `None` where no row has both values.
+/// `None` if no row has both values.
 fn difference(
     column: &str,
     unit: &str,
@@ -137,10 +137,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn differences_are_of_the_rows_that_both_know() {
+    fn differences_use_rows_with_values_on_both_sides() {
         let rows = [(0, 1.0, 4.0), (1, f64::NAN, 9.0), (2, 3.0, -1.0)];
         let Some(found) = difference("x", "N", rows.into_iter()) else {
-            panic!("there are common rows");
+            panic!("expected shared rows");
         };
         assert_eq!(
             (found.rows, found.mean, found.largest, found.largest_ns),

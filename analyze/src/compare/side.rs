@@ -1,4 +1,4 @@
-//! One of the two results that are compared.
+//! One of two compared results.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -6,12 +6,13 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
+use serde::Serialize;
 use serde_json::Value;
 
-use super::SideSummary;
 use crate::analysis::Analysis;
-use crate::summary::{self, Summary};
-use crate::{report, table};
+use crate::report;
+use crate::tables::summary::{self, Summary};
+use crate::tables::table;
 
 /// A result: its summary and its rows.
 #[derive(Debug)]
@@ -36,11 +37,34 @@ pub(super) struct SideColumn {
     pub(super) values: Vec<f64>,
 }
 
+/// Origin of a side.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SideSummary {
+    /// As given on the command line.
+    pub name: String,
+    /// The log's files.
+    pub log: Vec<String>,
+    /// SHA-256 of the log's files.
+    pub log_sha256: Vec<String>,
+    /// The machine's name.
+    pub machine: String,
+    /// SHA-256 of the machine file.
+    pub machine_file_sha256: String,
+    /// SHA-256 of the URDF.
+    pub urdf_sha256: String,
+    /// The model.
+    pub model: String,
+    /// The estimator.
+    pub estimator: String,
+    /// The first finding.
+    pub finding: String,
+}
+
 impl Side {
-    /// An analysis as its files would show it.
+    /// Converts an analysis to its documents.
     ///
     /// # Errors
-    /// The tables cannot be made.
+    /// The tables cannot be built.
     pub fn of_analysis(analysis: &Analysis, name: &str) -> Result<Self> {
         let summary = serde_json::to_value(Summary::of(analysis, report::findings(analysis)))?;
         let samples = table::samples(analysis)?;
@@ -51,16 +75,16 @@ impl Side {
         Self::new(name, summary, &samples.frame, &units)
     }
 
-    /// A folder with `summary.json` and `samples.parquet`.
+    /// Reads an output folder with `summary.json` and `samples.parquet`.
     ///
     /// # Errors
-    /// The folder is no result, or one of another version.
+    /// The folder is not a result, or has another schema version.
     pub fn of_folder(folder: &Path) -> Result<Self> {
         let path = folder.join("summary.json");
         let place = path.display();
         let text = std::fs::read(&path).with_context(|| format!("{place}: cannot be read"))?;
-        let document: Value =
-            serde_json::from_slice(&text).with_context(|| format!("{place}: no summary"))?;
+        let document: Value = serde_json::from_slice(&text)
+            .with_context(|| format!("{place}: not a valid summary"))?;
         let expected = u64::from(summary::SCHEMA);
         if document["schema"].as_u64() != Some(expected) {
             bail!(

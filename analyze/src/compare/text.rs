@@ -1,25 +1,26 @@
-//! A comparison in words and columns, for a terminal.
+//! A comparison as text for a terminal.
 
 use std::fmt::Write;
 
-use super::facts::in_words;
-use super::{Comparison, EventPair, SideSummary};
-use crate::report::number;
+use super::comparison::Comparison;
+use super::facts::{EventPair, in_words};
+use super::side::SideSummary;
+use crate::base::number::number;
 
-/// Lines of a unit, unless all are asked for.
+/// Lines per unit, unless all are requested.
 const MOST_LINES: usize = 6;
 
-/// The comparison as text; `all` lines, or the largest differences of each unit.
+/// Formats a comparison: all lines, or the largest differences of each unit.
 #[must_use]
-pub fn told(comparison: &Comparison, all: bool) -> String {
+pub fn as_text(comparison: &Comparison, all: bool) -> String {
     let most = if all { usize::MAX } else { MOST_LINES };
     let mut text = String::new();
     for (letter, side) in [("A", &comparison.a), ("B", &comparison.b)] {
         let _ = writeln!(text, "{letter}  {}\n   {}", origin(side), side.finding);
     }
     let log = match comparison.same_log {
-        true => "Both are of the same log.",
-        false => "They are of different logs.",
+        true => "Same log on both sides.",
+        false => "Different logs.",
     };
     let _ = writeln!(text, "{log}");
     add_events(comparison, &mut text);
@@ -47,12 +48,12 @@ pub fn told(comparison: &Comparison, all: bool) -> String {
     text
 }
 
-/// The beginning of a SHA-256, enough to tell files apart.
+/// The first digits of a SHA-256.
 fn short(sha256: &str) -> &str {
     sha256.get(..8).unwrap_or("unknown")
 }
 
-/// What a side is, on one line.
+/// Origin of a side, on one line.
 #[must_use]
 pub(super) fn origin(side: &SideSummary) -> String {
     let log = side.log.first().map_or("no log", String::as_str);
@@ -75,7 +76,7 @@ pub(super) fn origin(side: &SideSummary) -> String {
 
 fn add_events(comparison: &Comparison, text: &mut String) {
     if comparison.events.is_empty() {
-        let _ = writeln!(text, "\nNeither has an event.");
+        let _ = writeln!(text, "\nNo events on either side.");
         return;
     }
     let _ = writeln!(text, "\nEvents");
@@ -84,7 +85,7 @@ fn add_events(comparison: &Comparison, text: &mut String) {
     }
 }
 
-/// An event and which side has it.
+/// An event, with its values on both sides.
 #[must_use]
 pub(super) fn event(pair: &EventPair) -> String {
     let side = |letter: &str, side: &Option<super::facts::EventSide>| {
@@ -115,7 +116,7 @@ pub(super) fn event(pair: &EventPair) -> String {
 fn add_series(comparison: &Comparison, most: usize, text: &mut String) {
     let Some(series) = &comparison.series else {
         let note = comparison.series_note.as_deref().unwrap_or("unknown");
-        let _ = writeln!(text, "\nNot compared row by row: {note}.");
+        let _ = writeln!(text, "\nNo comparison row by row: {note}.");
         return;
     };
     let _ = writeln!(
@@ -146,7 +147,7 @@ fn add_series(comparison: &Comparison, most: usize, text: &mut String) {
     }
 }
 
-/// Counts lines of the same unit; whether this one is still to be told.
+/// Counts lines of the same unit; returns whether to print this one.
 fn within(counted: &mut (String, usize), unit: &str, most: usize) -> bool {
     if counted.0 != unit {
         *counted = (unit.into(), 0);

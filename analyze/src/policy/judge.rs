@@ -1,36 +1,36 @@
-//! Whether a log keeps a policy's rules.
+//! Judges a log by the rules of a policy.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
-use crate::facts::{EventFacts, LogFacts};
+use super::facts::{EventFacts, LogFacts};
+use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
 
-/// What a policy says of a log: `policy.json`.
+/// The judgement of a log: `policy.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
     /// The policy's name.
     pub policy: String,
-    /// SHA-256 of its file; `None` of `--fail-on`.
+    /// SHA-256 of its file; `None` for `--fail-on`.
     pub policy_sha256: Option<String>,
-    /// Whether every rule is kept.
+    /// Whether the log satisfies every rule.
     pub passed: bool,
-    /// Each rule.
+    /// Outcome of each rule.
     pub rules: Vec<RuleOutcome>,
 }
 
-/// Whether a rule is kept, and by what it is judged.
+/// The outcome of a rule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RuleOutcome {
     /// Name of the rule.
     pub rule: String,
-    /// Whether it is kept.
+    /// Whether it is satisfied.
     pub passed: bool,
-    /// What was expected and what was found, in words.
+    /// What was expected and what was found.
     pub found: String,
 }
 
 impl Judgement {
-    /// The rules that are broken.
+    /// The violated rules.
     pub fn broken(&self) -> impl Iterator<Item = &RuleOutcome> {
         self.rules.iter().filter(|outcome| !outcome.passed)
     }
@@ -95,7 +95,7 @@ impl Events {
 }
 
 impl Quantity {
-    /// Its value; `None` where it cannot be computed.
+    /// Its value; `None` if it cannot be computed.
     fn of(self, facts: &LogFacts) -> Option<f64> {
         let worst = facts.worst.as_ref();
         let otfs = facts.wheels.iter().map(|wheel| wheel.least_otf_n);
@@ -107,7 +107,7 @@ impl Quantity {
                 .into_iter()
                 .reduce(f64::min),
             Self::Utilisation => facts.largest_utilisation,
-            // without any margin, nobody knows of how long it was small
+            // without any margin the exposure is unknown
             Self::ExposedS => worst.map(|_| facts.exposure.exposed_s),
             Self::ValidShare => Some(facts.valid_rows as f64 / facts.rows as f64),
             Self::DurationS => Some(facts.duration_s),
@@ -133,10 +133,7 @@ fn judge_number(
     };
     let Some(value) = value else {
         let passed = unknown == WhenUnknown::Pass;
-        return (
-            passed,
-            format!("{expected}, found nothing that can be computed"),
-        );
+        return (passed, format!("{expected}, found no computable value"));
     };
     let kept =
         at_least.is_none_or(|least| value >= least) && at_most.is_none_or(|most| value <= most);
@@ -167,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_unsure_short_or_split_dependent_counts_only_where_the_rule_says_so() {
+    fn a_rule_may_ignore_unsure_short_and_split_dependent_events() {
         let all = Events::all_of(EventKind::WheelLift);
         assert!(all.counts(&event(Some(0.1), 0.05, true)));
         let sure = Events {
@@ -194,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_computed_passes_only_where_the_rule_says_so() {
+    fn unknown_values_pass_only_if_the_rule_allows_it() {
         let judged = |value, unknown| judge_number(value, Some(0.1), Some(0.5), unknown).0;
         assert!(judged(Some(0.1), WhenUnknown::Fail) && judged(Some(0.5), WhenUnknown::Fail));
         assert!(!judged(Some(0.6), WhenUnknown::Pass) && !judged(Some(0.0), WhenUnknown::Pass));

@@ -1,22 +1,31 @@
-//! The clocks of the log: what is odd about them, how each goes, how far apart topics are.
+//! The clocks of the log: findings, stamp statistics per topic, offsets between topics.
 
+use maud::{Markup, html};
 use tipwatch_ingest::Treatment;
 
-use super::html;
+use crate::analysis::clock::{PairOffset, TopicOffset, words::TopicsFinding};
 use crate::analysis::{Analysis, Input};
-use crate::clock::{PairOffset, TopicOffset, words::TopicsFinding};
+use crate::page::{or_dash, table, words};
 
 /// The section on clocks.
-pub(super) fn clocks(analysis: &Analysis) -> String {
-    let head = ["Finding", "Topics", "Seen", "Treatment", "What was done"];
-    let findings: Vec<Vec<String>> = (analysis.clock_findings.iter()).map(finding_row).collect();
-    let odd = match findings.is_empty() {
-        true => {
-            "<p>All signals have stamps of one clock; nothing is odd about them.</p>\n".to_owned()
+pub(super) fn clocks(analysis: &Analysis) -> Markup {
+    let head = [
+        "Finding",
+        "Topics",
+        "Observation",
+        "Treatment",
+        "Action taken",
+    ];
+    let findings: Vec<_> = analysis.clock_findings.iter().map(finding_row).collect();
+    html! {
+        @if findings.is_empty() {
+            p { "All signals are stamped by one clock, and its stamps are consistent." }
+        } @else {
+            (table(&head, &findings))
         }
-        false => html::table(&head, &findings),
-    };
-    odd + &stamps(analysis) + &offsets(analysis)
+        (stamps(analysis))
+        (offsets(analysis))
+    }
 }
 
 fn finding_row(found: &TopicsFinding) -> Vec<String> {
@@ -27,7 +36,7 @@ fn finding_row(found: &TopicsFinding) -> Vec<String> {
         Treatment::Reported => "reported",
     };
     vec![
-        finding.kind.name().replace('_', " "),
+        words(finding.kind.name()),
         found.topics.join(", "),
         finding.seen.clone(),
         treatment.to_owned(),
@@ -35,41 +44,38 @@ fn finding_row(found: &TopicsFinding) -> Vec<String> {
     ]
 }
 
-/// Stamps against the log time.
-fn stamps(analysis: &Analysis) -> String {
+/// Stamps compared with the log time.
+fn stamps(analysis: &Analysis) -> Markup {
     let head = [
         "Topic",
         "Header stamp minus log time, median [s]",
         "Median absolute deviation [ms]",
         "Drift [ppm]",
-        "Its standard deviation [ppm]",
+        "Standard deviation of the drift [ppm]",
         "Jitter [ms]",
-        "Zero",
-        "Repeated",
-        "Backward (largest [s])",
-        "Added to the stamps [s]",
+        "Zero stamps",
+        "Duplicate stamps",
+        "Backward stamps (largest [s])",
+        "Applied correction [s]",
     ];
-    let rows: Vec<Vec<String>> = analysis.inputs.iter().map(stamp_row).collect();
-    html::table(&head, &rows)
+    let rows: Vec<_> = analysis.inputs.iter().map(stamp_row).collect();
+    table(&head, &rows)
 }
 
 fn stamp_row(input: &Input) -> Vec<String> {
     let timing = input.statistics.timing();
     let offset = timing.header_minus_log;
-    let number = |value: Option<f64>, digits: usize| {
-        value.map_or("–".to_owned(), |value| format!("{value:.digits$}"))
-    };
     let backward = match timing.largest_backward {
         Some(largest) => format!("{} ({:.3})", timing.backward_stamps, largest.size_s()),
         None => timing.backward_stamps.to_string(),
     };
     vec![
         input.topic.clone(),
-        number(offset.map(|o| o.median_s), 4),
-        number(offset.map(|o| o.mad_s * 1e3), 2),
-        number(offset.map(|o| o.drift_ppm), 1),
-        number(offset.map(|o| o.drift_sigma_ppm), 1),
-        number(offset.map(|o| o.jitter_s * 1e3), 2),
+        or_dash(offset.map(|o| o.median_s), 4),
+        or_dash(offset.map(|o| o.mad_s * 1e3), 2),
+        or_dash(offset.map(|o| o.drift_ppm), 1),
+        or_dash(offset.map(|o| o.drift_sigma_ppm), 1),
+        or_dash(offset.map(|o| o.jitter_s * 1e3), 2),
         timing.zero_stamps.to_string(),
         timing.duplicate_stamps.to_string(),
         backward,
@@ -77,45 +83,43 @@ fn stamp_row(input: &Input) -> Vec<String> {
     ]
 }
 
-/// Topics against each other, by the physics.
-fn offsets(analysis: &Analysis) -> String {
+/// Offsets between topics, from the motion that they measure.
+fn offsets(analysis: &Analysis) -> Markup {
     let clock = &analysis.clock;
-    let Some(reference) = &clock.reference else {
-        return String::new();
-    };
     let topic_head = [
         "Topic",
         "Offset [ms]",
         "Standard deviation [ms]",
-        "Stated [ms]",
+        "Stated in the machine file [ms]",
         "Applied",
-        "Why not known",
+        "Why unknown",
     ];
     let pair_head = [
         "Topic",
-        "Against",
-        "By",
-        "Late by [ms]",
+        "Compared with",
+        "Quantity",
+        "Delay [ms]",
         "Standard deviation [ms]",
         "Correlation",
-        "Why not known",
+        "Why unknown",
     ];
-    let topics: Vec<Vec<String>> = clock.topics.iter().map(topic_row).collect();
-    let pairs: Vec<Vec<String>> = clock.pairs.iter().map(pair_row).collect();
-    let said = format!(
-        "<p>Offsets between topics, found from what both feel: what has to be added to the stamps of each so that they are those of {}. \
-         Nothing is added unless it is asked for.</p>\n",
-        html::escape(reference)
-    );
-    let pairs = match pairs.is_empty() {
-        true => String::new(),
-        false => html::table(&pair_head, &pairs),
-    };
-    said + &html::table(&topic_head, &topics) + &pairs
+    let topics: Vec<_> = clock.topics.iter().map(topic_row).collect();
+    let pairs: Vec<_> = clock.pairs.iter().map(pair_row).collect();
+    html! {
+        @if let Some(reference) = &clock.reference {
+            p {
+                "Offsets between topics, estimated from the motion that both measure: the value to add to the stamps of a topic "
+                "to align them with " (reference) ". Offsets are applied only on request."
+            }
+            (table(&topic_head, &topics))
+            @if !pairs.is_empty() { (table(&pair_head, &pairs)) }
+        }
+    }
 }
 
 fn milliseconds(seconds: Option<f64>) -> String {
-    seconds.map_or("–".to_owned(), |s| format!("{:.1}", s * 1e3 + 0.0))
+    // plus zero: no sign before zero
+    or_dash(seconds.map(|s| s * 1e3 + 0.0), 1)
 }
 
 fn topic_row(topic: &TopicOffset) -> Vec<String> {
@@ -136,8 +140,7 @@ fn pair_row(pair: &PairOffset) -> Vec<String> {
         pair.by.to_owned(),
         milliseconds(pair.late_s),
         milliseconds(pair.sigma_s),
-        pair.correlation
-            .map_or("–".to_owned(), |c| format!("{c:.3}")),
+        or_dash(pair.correlation, 3),
         pair.why_not.clone().unwrap_or_default(),
     ]
 }

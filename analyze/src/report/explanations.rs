@@ -1,83 +1,82 @@
-//! Tables of what explains the loads: causes of events, sensitivity, models, stated uncertainties.
+//! What explains the loads: causes of events, preventive changes, sensitivity, models, stated uncertainties.
 
-use super::findings::{Scene, number};
-use super::html::{Bar, bars, table};
+use maud::{Markup, html};
+
+use super::findings::Scene;
 use crate::analysis::Analysis;
-use crate::model_comparison::ModelComparison;
-use crate::prevention::{limit_of, preventions};
-use crate::sensitivity::SensitivityRow;
+use crate::analysis::model_comparison::ModelComparison;
+use crate::analysis::sensitivity::{SensitivityRow, SensitivityTable};
+use crate::page::{Bar, bars, number, short, table, words};
+use crate::report::prevention::{Prevention, limit_of, preventions};
 
-/// Parameters that the page lists.
+/// Most parameters listed.
 const MOST_PARAMETERS: usize = 15;
-/// Changes that the page lists.
+/// Most preventive changes listed.
 const MOST_PREVENTIONS: usize = 8;
+/// Causes with a smaller share of the lost load are not listed (%).
+const LEAST_PERCENT: f64 = 0.5;
 
-/// What took the load away, for each event that is about one.
-pub(super) fn causes(analysis: &Analysis) -> String {
+/// For each event of a wheel or an edge, what took the load away.
+pub(super) fn causes(analysis: &Analysis) -> Markup {
     let scene = Scene::of(analysis);
     let mut rows = Vec::new();
     for event in &analysis.events {
         let Some(causes) = &event.causes else {
             continue;
         };
-        for share in causes
-            .shares
-            .iter()
-            .filter(|share| share.percent.abs() >= 0.5)
-        {
-            rows.push(vec![
-                format!("{} {}", event.kind.name(), scene.subject(event)),
-                format!("{:.2}", scene.seconds(causes.since_ns)),
-                format!("{:.2}", scene.seconds(causes.at_ns)),
-                share.cause.replace('_', " "),
-                number(share.taken_n),
-                format!("{:.0}", share.percent),
-            ]);
+        let shares = causes.shares.iter();
+        rows.extend(
+            shares
+                .filter(|share| share.percent.abs() >= LEAST_PERCENT)
+                .map(|share| {
+                    vec![
+                        format!("{} {}", words(event.kind.name()), scene.subject(event)),
+                        format!("{:.2}", scene.seconds(causes.since_ns)),
+                        format!("{:.2}", scene.seconds(causes.at_ns)),
+                        words(share.cause),
+                        number(share.taken_n),
+                        format!("{:.0}", share.percent),
+                    ]
+                }),
+        );
+    }
+    let head = [
+        "Event",
+        "From [s]",
+        "To [s]",
+        "Cause",
+        "OTF lost [N]",
+        "Share [%]",
+    ];
+    html! {
+        @if rows.is_empty() {
+            p { "No event involves a wheel load, or the chosen model does not compute load contributions." }
+        } @else {
+            (table(&head, &rows))
         }
     }
-    if rows.is_empty() {
-        return "<p>No event is about a load, or the model has no causes.</p>".into();
-    }
-    let headings = [
-        "event",
-        "from [s]",
-        "to [s]",
-        "cause",
-        "OTF taken [N]",
-        "share [%]",
-    ];
-    table(&headings, &rows)
+}
+
+/// The rows of the wheel that came closest to lifting.
+fn worst_rows(found: &SensitivityTable) -> impl Iterator<Item = &SensitivityRow> {
+    found
+        .rows
+        .iter()
+        .filter(|row| row.wheel == found.worst_wheel)
 }
 
 /// The smallest changes that would have kept the worst wheel at its limit.
-pub(super) fn prevention(analysis: &Analysis) -> String {
+pub(super) fn prevention(analysis: &Analysis) -> Markup {
     let Some(found) = &analysis.sensitivity else {
-        return "<p>The chosen model has no derivatives.</p>".into();
+        return no_derivatives();
+    };
+    let Some(row) = worst_rows(found).next() else {
+        return html! {};
     };
     let machine = &analysis.machine;
-    let wheel = &machine.wheels()[found.worst_wheel].name;
-    let limit_n = number(limit_of(analysis, found.worst_wheel));
-    let Some(row) = (found.rows.iter()).find(|row| row.wheel == found.worst_wheel) else {
-        return String::new();
-    };
-    let what = format!(
-        "Wheel {} came nearest to lifting, at t = {:.2} s with an OTF of {} N",
-        super::html::escape(wheel),
-        Scene::of(analysis).seconds(row.worst_ns),
-        number(row.worst_otf_n)
-    );
-    if row.worst_otf_n >= limit_of(analysis, found.worst_wheel) {
-        return format!(
-            "<p>{what}: above its limit of {limit_n} N. There was nothing to prevent.</p>"
-        );
-    }
+    let limit_n = limit_of(analysis, found.worst_wheel);
     let changes = preventions(analysis);
-    if changes.is_empty() {
-        return format!(
-            "<p>{what}. No single change of posture, motion or load would have kept it at its limit of {limit_n} N, to first order.</p>"
-        );
-    }
-    let bar = |change: &crate::prevention::Prevention| Bar {
+    let bar = |change: &Prevention| Bar {
         label: change.parameter.name(machine),
         share: change.effort,
         text: format!(
@@ -90,107 +89,103 @@ pub(super) fn prevention(analysis: &Analysis) -> String {
         ),
     };
     let listed: Vec<Bar> = changes.iter().take(MOST_PREVENTIONS).map(bar).collect();
-    format!(
-        "<p>{what}. Each of these changes by itself would have kept it at its limit of {limit_n} N, to first order; the smallest come \
-         first, the bar is the change as a share of what it is compared with.</p>"
-    ) + &bars(&listed)
+    html! {
+        p {
+            "Wheel " (machine.wheels()[found.worst_wheel].name) " came closest to lifting: its overturning force (OTF) was "
+            (number(row.worst_otf_n)) " N at t = " (format_args!("{:.2}", Scene::of(analysis).seconds(row.worst_ns))) " s. "
+            @if row.worst_otf_n >= limit_n {
+                "This is above its limit of " (number(limit_n)) " N; there was nothing to prevent."
+            } @else if listed.is_empty() {
+                "To first order, no single change of posture, motion or load would have kept it at its limit of "
+                (number(limit_n)) " N."
+            } @else {
+                "To first order, each of these changes alone would have kept it at its limit of " (number(limit_n)) " N. "
+                "The smallest comes first; a bar shows the change as a share of its reference value."
+            }
+        }
+        @if row.worst_otf_n < limit_n && !listed.is_empty() { (bars(&listed)) }
+    }
 }
 
-/// What the load of the wheel that came nearest to lifting answers to.
-pub(super) fn sensitivity(analysis: &Analysis) -> String {
+fn no_derivatives() -> Markup {
+    html! { p { "The chosen model does not compute derivatives." } }
+}
+
+/// How the load of the wheel that came closest to lifting depends on signals and parameters.
+pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     let Some(found) = &analysis.sensitivity else {
-        return "<p>The chosen model has no derivatives.</p>".into();
+        return no_derivatives();
     };
     let machine = &analysis.machine;
-    let mut rows: Vec<&SensitivityRow> = (found.rows.iter())
-        .filter(|row| row.wheel == found.worst_wheel)
-        .collect();
+    let mut rows: Vec<&SensitivityRow> = worst_rows(found).collect();
     rows.sort_by(|a, b| b.variance_share.total_cmp(&a.variance_share));
     let Some(first) = rows.first() else {
-        return String::new();
+        return html! {};
     };
-    let seconds = Scene::of(analysis).seconds(first.worst_ns);
-    let name = &machine.wheels()[found.worst_wheel].name;
-    let said = format!(
-        "<p>What the uncertainty of wheel {}'s OTF at t = {seconds:.2} s ({} N) is made of, by the stated uncertainties, to \
-         first order; all signals and parameters stand in sensitivity.parquet.</p>",
-        super::html::escape(name),
-        number(first.worst_otf_n)
-    );
-    let optional = |value: Option<f64>| value.map_or("-".into(), short);
-    let cells: Vec<Vec<String>> = (rows.iter().take(MOST_PARAMETERS))
-        .map(|row| {
-            vec![
-                row.parameter.name(machine),
-                row.parameter.unit(machine).into(),
-                optional(row.nominal),
-                short(row.sigma),
-                short(row.derivative),
-                optional(row.change_to_zero),
-                format!("{:.1}", 100.0 * row.variance_share),
-            ]
-        })
-        .collect();
-    let headings = [
-        "parameter",
-        "unit",
-        "value",
-        "sigma",
-        "OTF by it [N per unit]",
-        "change to lift the wheel",
-        "share of variance [%]",
+    let optional = |value: Option<f64>| value.map_or("–".into(), short);
+    let cells = rows.iter().take(MOST_PARAMETERS).map(|row| {
+        vec![
+            row.parameter.name(machine),
+            row.parameter.unit(machine).into(),
+            optional(row.nominal),
+            short(row.sigma),
+            short(row.derivative),
+            optional(row.change_to_zero),
+            format!("{:.1}", 100.0 * row.variance_share),
+        ]
+    });
+    let head = [
+        "Parameter",
+        "Unit",
+        "Value",
+        "σ",
+        "dOTF/dparameter [N per unit]",
+        "Change to OTF = 0",
+        "Share of variance [%]",
     ];
-    said + &table(&headings, &cells)
+    html! {
+        p {
+            "Contributions to the variance of the OTF of wheel " (machine.wheels()[found.worst_wheel].name) " at t = "
+            (format_args!("{:.2}", Scene::of(analysis).seconds(first.worst_ns))) " s (" (number(first.worst_otf_n)) " N), "
+            "to first order, from the stated uncertainties. The file sensitivity.parquet has all signals and parameters."
+        }
+        (table(&head, &cells.collect::<Vec<_>>()))
+    }
 }
 
-/// How the models differ, and what was taken as uncertain.
-pub(super) fn models(analysis: &Analysis) -> String {
+/// How the models differ, and the stated uncertainties.
+pub(super) fn models(analysis: &Analysis) -> Markup {
     let chosen = analysis.options.model.name();
-    let comparisons = analysis
-        .comparisons
+    let stated = analysis.machine.uncertainty().by_key();
+    let stated: Vec<_> = stated
         .iter()
-        .map(|comparison| match comparison {
-            Err(why) => format!("<p>Model {chosen}. {}.</p>", super::html::escape(why)),
-            Ok(comparison) => difference(analysis, chosen, comparison),
-        });
-    let compared: String = comparisons.collect();
-    let stated: Vec<Vec<String>> = (analysis.machine.uncertainty().by_key().iter())
         .map(|(key, sigma)| vec![(*key).into(), short(*sigma)])
         .collect();
-    compared
-        + "<p>One standard deviation of each parameter, as the machine file states it or by default:</p>"
-        + &table(&["key of [uncertainty]", "value"], &stated)
+    html! {
+        @for comparison in &analysis.comparisons {
+            @match comparison {
+                Err(why) => p { "Model " (chosen) ". " (why) "." },
+                Ok(comparison) => (difference(analysis, chosen, comparison)),
+            }
+        }
+        p { "Standard deviation (σ) of each parameter, from the machine file or the default:" }
+        (table(&["Key in [uncertainty]", "Value"], &stated))
+    }
 }
 
 /// How another model differs from the chosen one.
-fn difference(analysis: &Analysis, chosen: &str, comparison: &ModelComparison) -> String {
+fn difference(analysis: &Analysis, chosen: &str, comparison: &ModelComparison) -> Markup {
     let wheels = comparison.wheels.iter().zip(analysis.machine.wheels());
-    let cells: Vec<Vec<String>> = wheels
-        .map(|(difference, wheel)| {
-            vec![
-                wheel.name.clone(),
-                number(difference.mean_n),
-                number(difference.rms_n),
-                number(difference.largest_n),
-            ]
-        })
-        .collect();
-    let said = format!(
-        "<p>Model {chosen}; OTF of model {} less it, over {} rows:</p>",
-        comparison.other.name(),
-        comparison.rows
-    );
-    said + &table(&["wheel", "mean [N]", "rms [N]", "largest [N]"], &cells)
-}
-
-/// Four digits.
-fn short(value: f64) -> String {
-    match value.abs() {
-        0.0 => "0".into(),
-        size if (1e-3..1e5).contains(&size) => {
-            let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
-            format!("{value:.digits$}")
-        }
-        _ => format!("{value:.3e}"),
+    let cells = wheels.map(|(difference, wheel)| {
+        let of = [difference.mean_n, difference.rms_n, difference.largest_n];
+        [wheel.name.clone()]
+            .into_iter()
+            .chain(of.map(number))
+            .collect()
+    });
+    let other = comparison.other.name();
+    html! {
+        p { "OTF difference, model " (other) " minus model " (chosen) ", over " (comparison.rows) " rows:" }
+        (table(&["Wheel", "Mean [N]", "RMS [N]", "Largest [N]"], &cells.collect::<Vec<_>>()))
     }
 }

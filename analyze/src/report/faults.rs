@@ -1,49 +1,45 @@
-//! Implausible inputs in words.
+//! Evidence for implausible inputs.
 
+use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
-use tipwatch_mechanics::plausibility::FaultKind;
 
-use super::findings::number;
 use crate::events::{Event, InputFault};
+use crate::page::number;
 
-/// How the subjects of orientations end.
+/// How the names of orientation signals end.
 const ATTITUDE: &str = ".attitude";
 
-/// What was wrong, how much, and what became of the rows.
-pub(super) fn how_bad(event: &Event, fault: &InputFault) -> String {
-    let worst = format!("{} {}", number(event.worst), event.unit);
+/// What was wrong and by how much, in how many samples, and what this means for the loads.
+pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
     let limit = fault.limit.map_or(String::new(), |limit| {
         format!(" (limit {} {})", number(limit), event.unit)
     });
-    let samples = match fault.samples {
-        1 => "1 sample".to_string(),
-        samples => format!("{samples} samples"),
-    };
+    let worst = format!("up to {} {}{limit}", number(event.worst), event.unit);
     let is_of_gravity = fault.kind == FaultKind::Disagreement && event.subject.ends_with(ATTITUDE);
     let what = match fault.kind {
         FaultKind::NotFinite => "NaN or infinite values".to_string(),
-        FaultKind::OutOfRange => format!("out of range, up to {worst}{limit}"),
-        FaultKind::JointLimit => {
-            format!("beyond a joint limit of the URDF, as far as {worst}{limit}")
-        }
-        FaultKind::ImpossibleRate => format!("changes as fast as {worst}{limit}"),
-        FaultKind::Frozen => format!("frozen for {:.2} s", event.worst),
-        FaultKind::NotUnit => format!("a quaternion of length {}", number(event.worst)),
+        FaultKind::OutOfRange => format!("Out of range: {worst}"),
+        FaultKind::JointLimit => format!("Beyond a joint limit of the URDF: {worst}"),
+        FaultKind::ImpossibleRate => format!("Changes too fast: {worst}"),
+        FaultKind::Frozen => format!("Frozen for {:.2} s", event.worst),
+        FaultKind::NotUnit => format!("Quaternion of length {}", number(event.worst)),
         FaultKind::Disagreement if is_of_gravity => {
-            format!(
-                "gravity by the attitude is not what the specific force feels, up to {worst} apart{limit}"
-            )
+            format!("Attitude and specific force disagree on the direction of gravity: {worst}")
         }
         FaultKind::Disagreement => {
-            format!("the rate is not the derivative of the position, up to {worst} apart{limit}")
+            format!("Velocity differs from the derivative of the position: {worst}")
         }
     };
-    let rows = match fault.policy {
-        // one of the two is wrong, and loads rest on the other alone
-        _ if is_of_gravity => "loads rest on the specific force and stay as they are",
-        Policy::Invalid => "what rests on it is not valid",
-        Policy::Widen => "what rests on it has a wider standard deviation",
-        Policy::Report => "it was used all the same",
+    let samples = match fault.samples {
+        1 => "1 sample affected".to_string(),
+        samples => format!("{samples} samples affected"),
     };
-    format!("{what}; {samples}; {rows}")
+    let effect = match fault.policy {
+        // one of the two is wrong, and loads depend on the specific force alone
+        _ if is_of_gravity => "Loads use the specific force and are unchanged",
+        Policy::Invalid => "Rows that depend on it are invalid",
+        Policy::Widen => "Results that depend on it have a larger standard deviation",
+        Policy::Report => "The values were used as logged",
+    };
+    vec![what, samples, effect.to_string()]
 }

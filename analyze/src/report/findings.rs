@@ -1,33 +1,32 @@
-//! What was found, in plain words.
+//! Findings: what happened, and the evidence for it.
 
 use std::collections::BTreeMap;
 
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::signal::Reason;
+use tipwatch_mechanics::state::Reason;
 
 use super::faults;
 use crate::analysis::Analysis;
-use crate::events::{Event, EventCauses, EventKind};
+use crate::events::{Event, EventCauses, EventKind, Finding};
+use crate::page::{number, percent, probability, words};
 
-/// Causes with less of the lost load are not named (%).
+/// Causes with a smaller share of the lost load are not named (%).
 const LEAST_PERCENT: f64 = 2.0;
-/// Most causes that a sentence names.
+/// Most causes that a finding names.
 const MOST_CAUSES: usize = 3;
 
-/// What was found, in plain sentences, the most important first. Times are seconds from the first row.
+/// The findings, the most important first. Times are seconds from the first row.
 ///
-/// Never empty: without a wheel event the first sentence tells the lowest load, or why there is none.
+/// Never empty: without a wheel event the first finding states the minimum load, or why there is none.
 #[must_use]
-pub fn findings(analysis: &Analysis) -> Vec<String> {
+pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     let scene = Scene::of(analysis);
     let mut events: Vec<&Event> = analysis.events.iter().collect();
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
-    let wheel_event = events.iter().any(|event| !is_of_input(event.kind));
-    let lowest = (!wheel_event).then(|| scene.without_event(lowest_load(analysis), analysis));
-    lowest
-        .into_iter()
-        .chain(events.into_iter().map(|event| scene.sentence(event)))
-        .collect()
+    let wheel_event = events.iter().any(|event| event.kind.is_stability());
+    let without = (!wheel_event).then(|| scene.without_event(lowest_load(analysis), analysis));
+    let found = events.into_iter().map(|event| scene.finding(event));
+    without.into_iter().chain(found).collect()
 }
 
 /// The smaller, the more important.
@@ -42,12 +41,7 @@ pub(super) fn rank(kind: EventKind) -> usize {
     }
 }
 
-/// Whether an event is about a signal, not about the machine.
-fn is_of_input(kind: EventKind) -> bool {
-    matches!(kind, EventKind::InputGap | EventKind::InputFault)
-}
-
-/// What sentences need to know beside the event.
+/// What findings need to know beside the event.
 pub(super) struct Scene {
     start_ns: i64,
     wheels: Vec<WheelFacts>,
@@ -68,26 +62,14 @@ struct LowestLoad {
 
 impl Scene {
     pub(super) fn of(analysis: &Analysis) -> Self {
-        let wheels = analysis
-            .machine
-            .wheels()
-            .iter()
-            .enumerate()
-            .map(|(wheel, facts)| WheelFacts {
-                name: facts.name.clone(),
-                static_n: analysis
-                    .machine
-                    .reference()
-                    .static_load
-                    .get(wheel)
-                    .copied()
-                    .unwrap_or(f64::NAN),
-                limit_n: analysis
-                    .min_loads_n
-                    .as_ref()
-                    .and_then(|limits| limits.get(wheel))
-                    .copied(),
-            });
+        let machine = &analysis.machine;
+        let limits = analysis.min_loads_n.as_deref().unwrap_or_default();
+        let wheels = machine.wheels().iter().enumerate();
+        let wheels = wheels.map(|(wheel, facts)| WheelFacts {
+            name: facts.name.clone(),
+            static_n: machine.reference().static_load[wheel],
+            limit_n: limits.get(wheel).copied(),
+        });
         Self {
             start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0),
             wheels: wheels.collect(),
@@ -115,59 +97,19 @@ impl Scene {
             .find(|wheel| wheel.name.to_lowercase() == subject)
     }
 
-    fn sentence(&self, event: &Event) -> String {
-        let when = format!(
-            "from t = {:.2} s, {}",
-            self.seconds(event.start_ns),
-            duration(event)
-        );
-        let mut sentence = format!("{} {when}: {}", self.what(event), self.how_bad(event));
-        if !is_of_input(event.kind) {
-            sentence.push_str(&format!(", at t = {:.2} s", self.seconds(event.worst_ns)));
+    fn finding(&self, event: &Event) -> Finding {
+        let confidence = event.certainty.map_or(String::new(), |certainty| {
+            format!(" (confidence {})", probability(certainty))
+        });
+        let start = self.seconds(event.start_ns);
+        Finding {
+            headline: format!(
+                "{} from t = {start:.2} s {}{confidence}",
+                self.what(event),
+                duration(event)
+            ),
+            evidence: self.evidence(event),
         }
-        if let Some(lead_s) = event.lead_s {
-            sentence.push_str(&format!(
-                "; it began {lead_s:.2} s after the first wheel became light (lead time)"
-            ));
-        }
-        if let Some(certainty) = event.certainty {
-            sentence.push_str(&format!(
-                "; probability that it is true {}",
-                probability(certainty)
-            ));
-        }
-        if event.split_dependent == Some(true) {
-            sentence.push_str("; depends on how the loads split between the wheels");
-        }
-        sentence.push('.');
-        if let Some(causes) = &event.causes {
-            sentence.push_str(&self.why(causes));
-        }
-        sentence
-    }
-
-    /// What took the load away: the largest causes, as computed.
-    fn why(&self, causes: &EventCauses) -> String {
-        let lost_n = causes.otf_before_n - causes.otf_n;
-        if !(lost_n > 0.0) {
-            return String::new();
-        }
-        let since = match causes.since_is_steady {
-            true => "Since the machine was last steady",
-            false => "Since the first valid row",
-        };
-        let named: Vec<String> = (causes.shares.iter())
-            .filter(|share| share.percent >= LEAST_PERCENT)
-            .take(MOST_CAUSES)
-            .map(|share| format!("{} {:.0} %", share.cause.replace('_', " "), share.percent))
-            .collect();
-        format!(
-            " {since}, at t = {:.2} s, the OTF fell by {} N to {} N; computed shares: {}.",
-            self.seconds(causes.since_ns),
-            number(lost_n),
-            number(causes.otf_n),
-            named.join(", ")
-        )
     }
 
     fn what(&self, event: &Event) -> String {
@@ -175,35 +117,83 @@ impl Scene {
         match event.kind {
             EventKind::TipOver => format!("The machine tipped over about the {subject} edge"),
             EventKind::EdgeTipping => format!("The machine was tipping about the {subject} edge"),
-            EventKind::WheelLift => format!("Wheel {subject} lifted: it carried nothing"),
-            EventKind::WheelLight => format!("Wheel {subject} was light"),
-            EventKind::InputGap => format!("Input {subject} was missing"),
+            EventKind::WheelLift => format!("Wheel {subject} was off the ground"),
+            EventKind::WheelLight => format!("Wheel {subject} was below its load limit"),
+            EventKind::InputGap => format!("Input {subject} had no data"),
             EventKind::InputFault => format!("Input {subject} was implausible"),
         }
     }
 
-    fn how_bad(&self, event: &Event) -> String {
+    fn evidence(&self, event: &Event) -> Vec<String> {
         if let Some(fault) = &event.fault {
-            return faults::how_bad(event, fault);
+            return faults::evidence(event, fault);
         }
-        if !event.worst.is_finite() {
-            return "the worst value is not computable".to_string();
+        let mut evidence = vec![self.worst(event)];
+        if let Some(lead_s) = event.lead_s {
+            evidence.push(format!(
+                "Lead time: {lead_s:.2} s after the first wheel fell below its load limit"
+            ));
         }
-        let worst = format!("{} {}", number(event.worst), event.unit);
+        if event.split_dependent == Some(true) {
+            evidence.push("Depends on how the load is split between the wheels".into());
+        }
+        if let Some(causes) = &event.causes {
+            evidence.extend(self.causes(causes));
+        }
+        evidence
+    }
+
+    fn worst(&self, event: &Event) -> String {
+        let worst = match event.kind {
+            _ if !event.worst.is_finite() => "not computable".to_string(),
+            _ => format!("{} {}", number(event.worst), event.unit),
+        };
+        let at = format!("at t = {:.2} s", self.seconds(event.worst_ns));
         match event.kind {
-            EventKind::TipOver => {
-                format!("the tilt grew by {:.1} degrees", event.worst.to_degrees())
+            EventKind::TipOver if event.worst.is_finite() => {
+                format!("Tilt increased by {:.1}°, {at}", event.worst.to_degrees())
             }
-            EventKind::EdgeTipping => format!("largest overturning moment {worst}"),
-            EventKind::WheelLift => {
-                format!("lowest load with all wheels held to the ground (OTF) {worst}")
+            EventKind::TipOver => format!("Increase of the tilt: {worst}, {at}"),
+            EventKind::EdgeTipping => format!("Maximum overturning moment: {worst}, {at}"),
+            EventKind::WheelLift => format!("Minimum overturning force (OTF): {worst}, {at}"),
+            EventKind::WheelLight => {
+                format!("Minimum load: {worst}{}, {at}", self.shares(event))
             }
-            EventKind::WheelLight => format!("lowest load {worst}{}", self.shares(event)),
-            EventKind::InputGap | EventKind::InputFault => format!(
-                "no value for {:.2} s; nothing is computed there",
-                event.worst
-            ),
+            EventKind::InputGap | EventKind::InputFault => {
+                format!(
+                    "No value for {:.2} s; nothing is computed there",
+                    event.worst
+                )
+            }
         }
+    }
+
+    /// How much load was lost since when, and the largest causes.
+    fn causes(&self, causes: &EventCauses) -> Vec<String> {
+        let lost_n = causes.otf_before_n - causes.otf_n;
+        if !(lost_n > 0.0) {
+            return Vec::new();
+        }
+        let since = match causes.since_is_steady {
+            true => "the machine was last steady",
+            false => "the first valid row",
+        };
+        let fall = format!(
+            "Overturning force (OTF) down by {} N to {} N since {since}, at t = {:.2} s",
+            number(lost_n),
+            number(causes.otf_n),
+            self.seconds(causes.since_ns),
+        );
+        let named: Vec<String> = (causes.shares.iter())
+            .filter(|share| share.percent >= LEAST_PERCENT)
+            .take(MOST_CAUSES)
+            .map(|share| format!("{} {:.0} %", words(share.cause), share.percent))
+            .collect();
+        let causes = format!("Computed causes: {}", named.join(", "));
+        [Some(fall), (!named.is_empty()).then_some(causes)]
+            .into_iter()
+            .flatten()
+            .collect()
     }
 
     fn shares(&self, event: &Event) -> String {
@@ -216,47 +206,47 @@ impl Scene {
         format!(" ({}{limit})", share(event.worst, wheel.static_n))
     }
 
-    fn without_event(&self, lowest: Option<LowestLoad>, analysis: &Analysis) -> String {
+    fn without_event(&self, lowest: Option<LowestLoad>, analysis: &Analysis) -> Finding {
         let Some(lowest) = lowest else {
-            return format!(
-                "Wheel loads are not computable in any row: {}.",
-                reasons(analysis)
-            );
+            return Finding {
+                headline: "Wheel loads cannot be computed in any row".into(),
+                evidence: reasons(analysis),
+            };
         };
         let wheel = &self.wheels[lowest.wheel];
         let claim = match wheel.limit_n {
-            Some(_) => "No wheel came below its limit",
-            None => "No wheel lifted (no load limit is set)",
+            Some(_) => "No wheel fell below its load limit",
+            None => "No wheel left the ground",
         };
-        let rows = analysis.rows.len();
-        let scope = match lowest.valid_rows == rows {
-            true => String::new(),
-            false => format!(
-                " This covers the {} of {rows} rows that are valid.",
-                lowest.valid_rows
+        let limit = match wheel.limit_n {
+            Some(limit_n) => format!("Load limit of wheel {}: {} N", wheel.name, number(limit_n)),
+            None => "No load limit is set".into(),
+        };
+        let (rows, valid) = (analysis.rows.len(), lowest.valid_rows);
+        let scope = (valid < rows)
+            .then(|| format!("Based on the {valid} valid rows of {rows}; the others are unknown"));
+        Finding {
+            headline: format!(
+                "{claim}; the minimum load was {} N ({}) on wheel {} at t = {:.2} s",
+                number(lowest.load_n),
+                share(lowest.load_n, wheel.static_n),
+                wheel.name,
+                self.seconds(lowest.time_ns)
             ),
-        };
-        format!(
-            "{claim}; the lowest load was {} N ({}) at wheel {}, t = {:.2} s.{scope}",
-            number(lowest.load_n),
-            share(lowest.load_n, wheel.static_n),
-            wheel.name,
-            self.seconds(lowest.time_ns)
-        )
+            evidence: [limit].into_iter().chain(scope).collect(),
+        }
     }
 }
 
-/// How often each reason makes a row invalid, for a sentence.
-fn reasons(analysis: &Analysis) -> String {
-    let counts = reason_counts(analysis);
-    if counts.is_empty() {
-        return "there are no rows".to_string();
+/// How often each reason makes a row invalid.
+fn reasons(analysis: &Analysis) -> Vec<String> {
+    if analysis.rows.is_empty() {
+        return vec!["There are no rows".into()];
     }
-    let parts: Vec<String> = counts
-        .iter()
-        .map(|(reason, rows)| format!("{} in {rows} rows", reason.name()))
-        .collect();
-    parts.join(", ")
+    let counts = reason_counts(analysis).into_iter();
+    counts
+        .map(|(reason, rows)| format!("{} in {rows} rows", words(reason.name())))
+        .collect()
 }
 
 /// In how many rows each reason occurs.
@@ -273,30 +263,22 @@ pub(super) fn reason_counts(analysis: &Analysis) -> BTreeMap<Reason, usize> {
     counts
 }
 
+/// The lowest load of the valid rows, the first of equal ones.
 fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
     let rows = &analysis.rows;
-    let valid: Vec<usize> = (0..rows.len())
-        .filter(|&row| rows.reasons[row].is_empty())
-        .collect();
-    let mut lowest: Option<LowestLoad> = None;
-    for wheel in 0..analysis.machine.wheels().len() {
-        let loads = rows.outcomes.column(Quantity::Load(wheel));
-        for &row in &valid {
-            let is_lower = lowest
-                .as_ref()
-                .is_none_or(|lowest| loads[row] < lowest.load_n);
-            if loads[row].is_finite() && is_lower {
-                let (load_n, time_ns) = (loads[row], rows.times_ns[row]);
-                lowest = Some(LowestLoad {
-                    wheel,
-                    load_n,
-                    time_ns,
-                    valid_rows: valid.len(),
-                });
-            }
-        }
-    }
-    lowest
+    let valid = || (0..rows.len()).filter(|&row| rows.reasons[row].is_empty());
+    let load = |wheel: usize, row: usize| rows.outcomes.column(Quantity::Load(wheel))[row];
+    let wheels = 0..analysis.machine.wheels().len();
+    let loads = wheels.flat_map(|wheel| valid().map(move |row| (wheel, row, load(wheel, row))));
+    let finite = loads.filter(|(_, _, load_n)| load_n.is_finite());
+    let (wheel, row, load_n) =
+        finite.reduce(|least, next| if next.2 < least.2 { next } else { least })?;
+    Some(LowestLoad {
+        wheel,
+        load_n,
+        time_ns: rows.times_ns[row],
+        valid_rows: valid().count(),
+    })
 }
 
 fn duration(event: &Event) -> String {
@@ -305,37 +287,15 @@ fn duration(event: &Event) -> String {
             "for {:.2} s",
             end_ns.saturating_sub(event.start_ns) as f64 * 1e-9
         ),
-        None => "until the log ends".to_string(),
+        None => "until the end of the log".to_string(),
     }
 }
 
 fn share(load_n: f64, static_n: f64) -> String {
     if load_n.is_finite() && static_n > 0.0 {
-        // plus zero: a load of minus nothing reads as nothing
-        let percent = (load_n / static_n * 1000.0).round() / 10.0 + 0.0;
-        format!("{percent:.1} % of its static load")
+        format!("{} of its static load", percent(load_n / static_n))
     } else {
         "its static load is not computable".to_string()
-    }
-}
-
-/// A probability in per cent: nothing is ever quite certain.
-pub(super) fn probability(value: f64) -> String {
-    match 100.0 * value {
-        percent if percent > 99.9 => "above 99.9 %".into(),
-        percent if percent < 0.1 => "below 0.1 %".into(),
-        percent => format!("{percent:.0} %"),
-    }
-}
-
-/// A number with as many digits as a reader can use.
-pub(crate) fn number(value: f64) -> String {
-    match value.abs() {
-        _ if !value.is_finite() => "not computable".to_string(),
-        size if size >= 100.0 => format!("{value:.0}"),
-        size if size >= 1.0 => format!("{value:.1}"),
-        size if size < 0.0005 => "0".to_string(),
-        _ => format!("{value:.3}"),
     }
 }
 
@@ -373,59 +333,64 @@ mod tests {
     }
 
     #[test]
-    fn a_light_wheel_is_told_with_share_limit_and_times() {
-        let sentence = scene().sentence(&event(EventKind::WheelLight, "rl", 250.0, "N"));
+    fn headline_says_what_when_and_how_certain() {
+        let light = Event {
+            certainty: Some(0.97),
+            ..event(EventKind::WheelLight, "rl", 250.0, "N")
+        };
+        let finding = scene().finding(&light);
         assert_eq!(
-            sentence,
-            "Wheel RL was light from t = 2.50 s, for 0.50 s: lowest load 250 N (2.5 % of its static load, limit 500 N), \
-             at t = 2.75 s."
+            finding.to_string(),
+            "Wheel RL was below its load limit from t = 2.50 s for 0.50 s (confidence 97 %)\n    \
+             Minimum load: 250 N (2.5 % of its static load, limit 500 N), at t = 2.75 s"
         );
     }
 
     #[test]
-    fn lead_time_and_doubt_are_told() {
+    fn lead_time_and_doubt_are_evidence() {
         let doubtful = Event {
             lead_s: Some(0.4),
             split_dependent: Some(true),
             ..event(EventKind::WheelLift, "rl", -80.0, "N")
         };
-        let sentence = scene().sentence(&doubtful);
-        assert!(sentence.contains("0.40 s after the first wheel became light"));
-        assert!(sentence.ends_with("; depends on how the loads split between the wheels."));
+        assert_eq!(
+            scene().finding(&doubtful).evidence,
+            [
+                "Minimum overturning force (OTF): -80.0 N, at t = 2.75 s",
+                "Lead time: 0.40 s after the first wheel fell below its load limit",
+                "Depends on how the load is split between the wheels"
+            ]
+        );
     }
 
     #[test]
-    fn an_open_tip_over_lasts_until_the_log_ends_and_is_in_degrees() {
+    fn an_open_tip_over_lasts_until_the_end_of_the_log() {
         let open = Event {
             end_ns: None,
             ..event(EventKind::TipOver, "left", 0.5, "rad")
         };
-        let sentence = scene().sentence(&open);
-        assert!(
-            sentence.contains("about the left edge") && sentence.contains("until the log ends")
+        let finding = scene().finding(&open);
+        assert_eq!(
+            finding.headline,
+            "The machine tipped over about the left edge from t = 2.50 s until the end of the log"
         );
-        assert!(sentence.contains("28.6 degrees"));
+        assert!(finding.evidence[0].contains("28.6°"));
     }
 
     #[test]
-    fn what_cannot_be_computed_is_said() {
-        let sentence = scene().sentence(&event(EventKind::WheelLift, "fl", f64::NAN, "N"));
-        assert!(sentence.contains("not computable") && !sentence.contains("NaN"));
+    fn missing_values_are_stated_as_such() {
+        let finding = scene().finding(&event(EventKind::WheelLift, "fl", f64::NAN, "N"));
+        let text = finding.to_string();
+        assert!(text.contains("not computable") && !text.contains("NaN"));
     }
 
     #[test]
-    fn nothing_is_certain() {
-        assert_eq!(probability(1.0), "above 99.9 %");
-        assert_eq!(probability(0.974), "97 %");
-        assert_eq!(probability(0.0), "below 0.1 %");
-    }
-
-    #[test]
-    fn nothing_has_no_sign() {
-        let sentence = scene().sentence(&event(EventKind::WheelLight, "fl", -1e-13, "N"));
+    fn zero_has_no_sign() {
+        let finding = scene().finding(&event(EventKind::WheelLight, "fl", -1e-13, "N"));
+        let worst = &finding.evidence[0];
         assert!(
-            sentence.contains("lowest load 0 N (0.0 % of its static load"),
-            "{sentence}"
+            worst.contains("Minimum load: 0 N (0.0 % of its static load"),
+            "{worst}"
         );
     }
 

@@ -7,7 +7,7 @@
   const TRACE_S = 2;
   const known = function (values) { return values.every(function (v) { return v !== null; }); };
 
-  // Everything that is ever drawn fits, at one scale for all pictures.
+  // One scale for all pictures, at which everything fits.
   const box = moments.instants.reduce(function (box, instant) {
     const points = instant.wheels.map(function (w) { return [w[0], w[1]]; });
     instant.arm.forEach(function (s) { points.push([s[0], s[1]], [s[2], s[3]]); });
@@ -22,9 +22,9 @@
   const widest = { width: box.left - box.right + 2 * margin, height: box.front - box.rear + 2 * margin };
   const unit = Math.max(widest.width, widest.height) / 100;
   const atRest = moments.wheels.map(function (w) { return w.at_rest || 0; });
-  // A disc of the largest load at rest has this radius (m).
+  // Radius of a disc (m) per square root of a load; that of the largest load at rest is 0.42 m.
   const disc = 0.42 / Math.sqrt(Math.max.apply(null, atRest.concat([1])));
-  // In the picture: right and down.
+  // Coordinates in the picture: right and down.
   const at = function (x, y) { return [box.left + margin - y, box.front + margin - x]; };
 
   function add(parent, name, attributes, text) {
@@ -57,24 +57,28 @@
       line(svg, 'lifted', [place[0] - r, place[1] - r], [place[0] + r, place[1] + r], unit);
       line(svg, 'lifted', [place[0] - r, place[1] + r], [place[0] + r, place[1] - r], unit);
     }
-    const label = load === null ? facts.name + ' ?' : facts.name + ' ' + (load / 1000).toFixed(1) + ' kN';
+  }
+
+  function label(svg, facts, value) {
+    const place = at(value[0], value[1]), load = value[2];
+    const text = load === null ? facts.name + ' ?' : facts.name + ' ' + (load / 1000).toFixed(1) + ' kN';
     const isLeft = value[1] > 0;
     add(svg, 'text', { x: place[0] + (isLeft ? 0.5 : -0.5) * facts.radius, y: place[1] + facts.radius + unit * 4.2,
-      'font-size': unit * 3.4, 'text-anchor': isLeft ? 'end' : 'start' }, label);
+      'font-size': unit * 3.4, 'stroke-width': unit, 'text-anchor': isLeft ? 'end' : 'start' }, text);
   }
 
   function slope(svg, instant, size) {
     const corner = [unit * 3, size.height - unit * 3];
     if (!known(instant.downhill) || instant.slope === null) {
-      add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2 }, 'slope not known');
+      add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit }, 'slope unknown');
       return;
     }
-    add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2 },
+    add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit },
       'slope ' + instant.slope.toFixed(1) + '°' + (instant.slope >= 0.5 ? ', downhill:' : ''));
     if (instant.slope < 0.5) { return; }
     const length = Math.hypot(instant.downhill[0], instant.downhill[1]);
     const along = [-instant.downhill[1] / length, -instant.downhill[0] / length];
-    const from = [corner[0] + unit * 34, corner[1] - unit * 1];
+    const from = [corner[0] + unit * 42, corner[1] - unit * 1];
     const r = unit * 5;
     const tip = [from[0] + along[0] * r, from[1] + along[1] * r];
     line(svg, 'downhill', [from[0] - along[0] * r, from[1] - along[1] * r], tip, unit * 0.8);
@@ -117,6 +121,9 @@
       add(svg, 'polygon', { 'class': 'zmp', 'stroke-width': unit * 0.3,
         points: [[0, -r], [r, 0], [0, r], [-r, 0]].map(function (d) { return [z[0] + d[0], z[1] + d[1]].join(','); }).join(' ') });
     }
+    moments.wheels.forEach(function (facts, w) {
+      if (known(instant.wheels[w].slice(0, 2))) { label(svg, facts, instant.wheels[w]); }
+    });
     slope(svg, instant, size);
   }
 
@@ -147,13 +154,13 @@
       .map(function (e) { return e.label; }).join('; ');
     slider.setAttribute('aria-valuetext', instant.t.toFixed(2) + ' s');
     text.textContent = 't = ' + instant.t.toFixed(2) + ' s' + (mark ? ': ' + mark.replace(/, t = .*/, '') : '') +
-      (instant.reasons ? ' (row not valid: ' + instant.reasons + ')' : '');
-    const number = function (v) { return v === null ? 'not known' : Math.round(v).toString(); };
-    table.replaceChildren(row(['wheel', 'load (N)', '± 2 σ (N)', 'at rest (N)'], 'th'));
+      (instant.reasons ? ' (invalid row: ' + instant.reasons + ')' : '');
+    const number = function (v) { return v === null ? 'unknown' : Math.round(v).toString(); };
+    table.replaceChildren(row(['Wheel', 'Load [N]', '± 2 σ [N]', 'At rest [N]'], 'th'));
     moments.wheels.forEach(function (facts, w) {
       const value = instant.wheels[w];
       table.appendChild(row([facts.name, number(value[2]),
-        value[3] === null ? 'not known' : number(2 * value[3]), number(facts.at_rest)], 'td'));
+        value[3] === null ? 'unknown' : number(2 * value[3]), number(facts.at_rest)], 'td'));
     });
   }
 
@@ -168,7 +175,7 @@
   slider.addEventListener('input', function () { show(Number(slider.value)); });
   document.getElementById('moment-before').addEventListener('click', function () { step(-1); });
   document.getElementById('moment-after').addEventListener('click', function () { step(1); });
-  // A click into a plot shows that time.
+  // A click in a plot selects that time.
   window.showMoment = function (seconds) {
     const later = moments.instants.findIndex(function (instant) { return instant.t >= seconds; });
     show(later < 0 ? moments.instants.length - 1 : later);

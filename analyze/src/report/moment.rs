@@ -1,15 +1,16 @@
-//! The moment itself: the machine from above, at any time of the log and at its most important events.
+//! The machine seen from above, at any time of the log and at its most important events.
 //!
-//! Here the numbers are chosen; `moment.js` draws them.
+//! This file selects the numbers; `moment.js` draws them.
 
+use maud::{Markup, html};
 use nalgebra::Vector3;
 use serde::Serialize;
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::findings::{Scene, rank};
-use super::html;
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
+use crate::page::{json_script, words};
 
 /// Instants under the slider, those of events not counted.
 const MOST_INSTANTS: usize = 600;
@@ -18,18 +19,18 @@ const MOST_EVENTS: usize = 60;
 /// Events that are drawn beside the slider, and in print.
 const MOST_PICTURES: usize = 6;
 
-/// What the drawing shows. Places are in the contact plane, forward and left, in m.
+/// What the drawing shows. Positions are in the contact plane, forward and left, in m.
 #[derive(Debug, Serialize)]
 struct Moments {
     wheels: Vec<WheelFacts>,
     /// Pairs of wheels: the edges of the support polygon.
     edges: Vec<[usize; 2]>,
     instants: Vec<Instant>,
-    /// The instants of the slider's marks, in order, with what happened.
+    /// The instants of the slider's marks in order of time, with their labels.
     events: Vec<Mark>,
-    /// The events that get a picture of their own, by their place in `events`.
+    /// The events that get a picture, as indices into `events`.
     pictures: Vec<usize>,
-    /// The instant that is shown first: that of the most important event.
+    /// The instant shown first: that of the most important event.
     first: usize,
 }
 
@@ -47,7 +48,7 @@ struct Mark {
     label: String,
 }
 
-/// One instant; what is not known is null.
+/// One instant; unknown values are null.
 #[derive(Debug, Serialize)]
 struct Instant {
     t: f64,
@@ -56,44 +57,54 @@ struct Instant {
     zmp: [Option<f64>; 2],
     /// Below the centre of mass, along the plane's normal.
     com: [Option<f64>; 2],
-    /// Which way is down, and how steep: gravity's share along the plane.
+    /// Component of gravity along the plane: downhill direction and steepness.
     downhill: [Option<f64>; 2],
     /// Angle between gravity and the plane's normal (degrees).
     slope: Option<f64>,
     /// By segment: x, y, x, y.
     arm: Vec<[Option<f64>; 4]>,
-    /// Why the row is not valid; empty if it is.
+    /// Why the row is invalid; empty if it is valid.
     reasons: String,
 }
 
 /// The section's content, and the data as a script element.
-pub(super) fn section(analysis: &Analysis) -> String {
+pub(super) fn section(analysis: &Analysis) -> Markup {
     let moments = Moments::of(analysis);
-    // only numbers and names: it can always be written
-    let json = serde_json::to_string(&moments).unwrap_or_else(|_| "null".to_string());
-    let mut pictures = String::new();
-    for (place, &event) in moments.pictures.iter().enumerate() {
-        let mark = &moments.events[event];
-        pictures.push_str(&format!(
-            "<figure><svg class=\"top-view\" id=\"picture-{place}\" role=\"img\" aria-label=\"{label}\"></svg>\
-             <figcaption>{label}</figcaption></figure>\n",
-            label = html::escape(&mark.label),
-        ));
+    let pictures = moments
+        .pictures
+        .iter()
+        .map(|&event| &moments.events[event].label);
+    html! {
+        p.hint {
+            "Seen from above, forward is up. The area of a disc shows the load of a wheel; a dashed ring shows its load at rest. "
+            "Diamond: zero moment point (ZMP), where the resulting force of the ground acts, with its path over the last two seconds. "
+            "Ring with a cross: centre of mass. Thick lines: arm. The machine tips about an edge when the ZMP reaches it."
+        }
+        div.moment.screen {
+            svg.top-view id="moment" role="img" aria-label="The machine seen from above" {}
+            div.controls {
+                label {
+                    "Time "
+                    input type="range" id="moment-time" min="0" max=(moments.instants.len().saturating_sub(1)) value="0" step="1";
+                }
+                p {
+                    button type="button" id="moment-before" { "◀ event" } " "
+                    button type="button" id="moment-after" { "event ▶" }
+                }
+                p id="moment-text" aria-live="polite" {}
+                table id="moment-loads" {}
+            }
+        }
+        div.pictures {
+            @for (place, label) in pictures.enumerate() {
+                figure {
+                    svg.top-view id=(format_args!("picture-{place}")) role="img" aria-label=(label) {}
+                    figcaption { (label) }
+                }
+            }
+        }
+        (json_script("moments", &moments))
     }
-    format!(
-        "<p class=\"hint\">From above, forward is up. Areas of the discs: wheel loads; dashed rings: the loads at rest. \
-         Diamond: where the ground's force acts (ZMP), with its trace of two seconds; ring with a cross: centre of mass; \
-         thick lines: arm. The machine tips about an edge when the ZMP reaches it.</p>\n\
-         <div class=\"moment screen\"><svg class=\"top-view\" id=\"moment\" role=\"img\" aria-label=\"The machine from above\"></svg>\n\
-         <div class=\"controls\"><label>Time <input type=\"range\" id=\"moment-time\" min=\"0\" max=\"{last}\" value=\"0\" step=\"1\"></label>\n\
-         <p><button type=\"button\" id=\"moment-before\">&#9664; event</button> \
-         <button type=\"button\" id=\"moment-after\">event &#9654;</button></p>\n\
-         <p id=\"moment-text\" aria-live=\"polite\"></p>\n<table id=\"moment-loads\"></table></div></div>\n\
-         <div class=\"pictures\">\n{pictures}</div>\n\
-         <script type=\"application/json\" id=\"moments\">{json}</script>\n",
-        last = moments.instants.len().saturating_sub(1),
-        json = html::json_in_script(&json),
-    )
 }
 
 impl Moments {
@@ -118,7 +129,7 @@ impl Moments {
             instant: instant(event),
             label: format!(
                 "{} {}, t = {:.2} s",
-                event.kind.name().replace('_', " "),
+                words(event.kind.name()),
                 scene.subject(event),
                 scene.seconds(event.worst_ns)
             ),
@@ -202,7 +213,7 @@ fn instants(analysis: &Analysis, shown: &[usize]) -> Vec<Instant> {
     instants
 }
 
-/// Gravity's direction along the plane (its length is the sine of the slope), and the slope in degrees.
+/// Direction of gravity along the plane (its length is the sine of the slope), and the slope in degrees.
 fn slope(placement: &Placement<'_>, up: &Vector3<f64>) -> ([Option<f64>; 2], Option<f64>) {
     let down = -placement.on_plane(up);
     let cosine = placement.normal.dot(up).clamp(-1.0, 1.0);
@@ -212,12 +223,12 @@ fn slope(placement: &Placement<'_>, up: &Vector3<f64>) -> ([Option<f64>; 2], Opt
 
 fn reasons(analysis: &Analysis, row: usize) -> String {
     let names: Vec<&str> = (analysis.rows.reasons[row].iter())
-        .map(tipwatch_mechanics::signal::Reason::name)
+        .map(tipwatch_mechanics::state::Reason::name)
         .collect();
-    names.join(", ").replace('_', " ")
+    words(&names.join(", "))
 }
 
-/// A value in steps of 1 / `per_unit`; `None` where it is not known.
+/// A value rounded to 1 / `per_unit`; `None` if it is not finite.
 fn known(value: f64, per_unit: f64) -> Option<f64> {
     Some((value * per_unit).round() / per_unit).filter(|v| v.is_finite())
 }

@@ -1,40 +1,37 @@
-//! The tables of the page: events, inputs, limitations, provenance.
+//! The tables of the report: events, inputs, limitations, provenance.
 
+use maud::{Markup, html};
 use tipwatch_ingest::TopicTiming;
 
-use super::findings::{Scene, number, probability, reason_counts};
-use super::html;
+use super::findings::{Scene, reason_counts};
 use crate::analysis::{Analysis, Input};
+use crate::base::provenance::FileHash;
 use crate::events::{Event, EventKind};
-use crate::provenance::FileHash;
+use crate::page::{facts, list, number, or_dash, probability, table, words};
 
-/// Most events and lost ranges listed; the tables of the result have all.
+/// Most events and lost ranges listed; the output tables have all.
 const MOST_LISTED: usize = 500;
 
 /// The table of events.
-pub(super) fn events(analysis: &Analysis) -> String {
+pub(super) fn events(analysis: &Analysis) -> Markup {
     if analysis.events.is_empty() {
-        return "<p>No events.</p>\n".to_string();
+        return html! { p { "No events." } };
     }
     let scene = Scene::of(analysis);
     let head = [
         "Event",
-        "Of",
+        "Wheel, edge or input",
         "Start [s]",
         "End [s]",
-        "Worst",
-        "Worst at [s]",
+        "Worst value",
+        "At [s]",
         "Lead time [s]",
-        "Certainty",
-        "Split-dependent",
+        "Confidence",
+        "Depends on load split",
     ];
-    let rows: Vec<Vec<String>> = analysis
-        .events
-        .iter()
-        .take(MOST_LISTED)
-        .map(|event| event_row(&scene, event))
-        .collect();
-    html::table(&head, &rows) + &not_listed(analysis.events.len(), "events")
+    let listed = analysis.events.iter().take(MOST_LISTED);
+    let rows: Vec<_> = listed.map(|event| event_row(&scene, event)).collect();
+    html! { (table(&head, &rows)) (not_listed(analysis.events.len(), "events")) }
 }
 
 fn event_row(scene: &Scene, event: &Event) -> Vec<String> {
@@ -44,58 +41,52 @@ fn event_row(scene: &Scene, event: &Event) -> Vec<String> {
         EventKind::TipOver => format!("{:.1}°", event.worst.to_degrees()),
         _ => format!("{} {}", number(event.worst), event.unit),
     };
+    let end = event.end_ns.map(seconds);
+    let split = (event.split_dependent).map_or("–", |depends| if depends { "yes" } else { "no" });
     vec![
-        event.kind.name().replace('_', " "),
+        words(event.kind.name()),
         scene.subject(event),
         seconds(event.start_ns),
-        event
-            .end_ns
-            .map_or("until the log ends".to_string(), seconds),
+        end.unwrap_or_else(|| "end of the log".into()),
         worst,
         seconds(event.worst_ns),
-        event.lead_s.map_or(dash(), |lead_s| format!("{lead_s:.2}")),
-        event
-            .certainty
-            .map_or("not computed".to_string(), probability),
-        event.split_dependent.map_or(dash(), |depends| {
-            if depends { "yes" } else { "no" }.to_string()
-        }),
+        or_dash(event.lead_s, 2),
+        (event.certainty).map_or("not computed".into(), probability),
+        split.into(),
     ]
 }
 
 /// The table of inputs.
-pub(super) fn inputs(analysis: &Analysis) -> String {
+pub(super) fn inputs(analysis: &Analysis) -> Markup {
     let head = [
         "Signal",
         "Topic",
         "Type",
-        "Why this topic",
-        "Clock, and why",
+        "Reason for this topic",
+        "Clock and reason",
         "Rate [Hz]",
         "Header stamp minus log time, min / median / max [s]",
         "Gaps",
         "Duplicate stamps",
         "Backward stamps",
         "Undecodable",
-        "Used",
+        "Messages used",
     ];
-    let rows: Vec<Vec<String>> = analysis
-        .inputs
-        .iter()
+    let inputs = analysis.inputs.iter();
+    let rows: Vec<_> = inputs
         .map(|input| input_row(input, &input.statistics.timing()))
         .collect();
-    html::table(&head, &rows)
+    table(&head, &rows)
 }
 
 fn input_row(input: &Input, timing: &TopicTiming) -> Vec<String> {
-    let offset = timing
-        .header_minus_log
-        .map_or("not computable".to_string(), |offset| {
-            format!(
-                "{:.4} / {:.4} / {:.4}",
-                offset.min_s, offset.median_s, offset.max_s
-            )
-        });
+    let unknown = || "not computable".to_string();
+    let offset = timing.header_minus_log.map_or_else(unknown, |offset| {
+        format!(
+            "{:.4} / {:.4} / {:.4}",
+            offset.min_s, offset.median_s, offset.max_s
+        )
+    });
     let longest_gap = timing
         .gaps
         .iter()
@@ -103,101 +94,84 @@ fn input_row(input: &Input, timing: &TopicTiming) -> Vec<String> {
         .fold(0.0, f64::max);
     let gaps = match timing.gaps.len() {
         0 => "0".to_string(),
-        count => format!("{count}, the longest {longest_gap:.2} s"),
+        count => format!("{count}, longest {longest_gap:.2} s"),
     };
+    let messages = timing.message_count as u64 + input.undecodable;
     vec![
-        input.signal.replace('_', " "),
+        words(input.signal),
         input.topic.clone(),
         input.type_name.clone(),
         input.why.clone(),
         input.clock.clone(),
         timing
             .rate_hz
-            .map_or("not computable".to_string(), |rate| format!("{rate:.1}")),
+            .map_or_else(unknown, |rate| format!("{rate:.1}")),
         offset,
         gaps,
         timing.duplicate_stamps.to_string(),
         timing.backward_stamps.to_string(),
         input.undecodable.to_string(),
-        format!(
-            "{} of {}",
-            input.counts.used,
-            timing.message_count as u64 + input.undecodable
-        ),
+        format!("{} of {messages}", input.counts.used),
     ]
 }
 
 /// What a reader must know before relying on the results.
-pub(super) fn limitations(analysis: &Analysis) -> String {
+pub(super) fn limitations(analysis: &Analysis) -> Markup {
     let mut sentences = analysis.notes.clone();
     let losses = &analysis.losses;
-    if losses.ranges.is_empty() {
-        sentences
-            .push("No damaged bytes were found in the parts of the log that were read".to_string());
-    } else {
-        sentences.push(format!(
-            "{} ranges, {} bytes, of the log are lost:",
-            losses.ranges.len(),
+    sentences.push(match losses.ranges.len() {
+        0 => "No damaged bytes were found in the parts of the log that were read".to_string(),
+        ranges => format!(
+            "{} bytes of the log were lost, in {ranges} ranges:",
             losses.bytes_lost()
-        ));
-    }
+        ),
+    });
     sentences.extend(losses.lines().take(MOST_LISTED));
-    sentences.push(validity(analysis));
-    html::list("notes", &sentences) + &not_listed(losses.ranges.len(), "lost ranges")
-}
-
-fn validity(analysis: &Analysis) -> String {
-    let rows = analysis.rows.len();
-    let valid = analysis
-        .rows
-        .reasons
-        .iter()
+    let valid = (analysis.rows.reasons.iter())
         .filter(|reasons| reasons.is_empty())
         .count();
-    let mut sentence = format!("{valid} of {rows} rows are valid");
-    for (reason, count) in reason_counts(analysis) {
-        sentence.push_str(&format!(
-            "; not valid because of {}: {count}",
-            reason.name()
-        ));
-    }
-    sentence
+    sentences.push(format!("{valid} of {} rows are valid", analysis.rows.len()));
+    let reasons = reason_counts(analysis).into_iter();
+    sentences.extend(reasons.map(|(reason, count)| {
+        format!(
+            "{count} rows are invalid because of {}",
+            words(reason.name())
+        )
+    }));
+    html! { (list(&sentences)) (not_listed(losses.ranges.len(), "lost ranges")) }
 }
 
 /// Where everything comes from.
-pub(super) fn provenance(analysis: &Analysis) -> String {
+pub(super) fn provenance(analysis: &Analysis) -> Markup {
     let from = &analysis.provenance;
-    let mut facts = vec![
-        (
-            "Program".to_string(),
-            format!("tipwatch {}", from.tipwatch_version),
-        ),
-        ("Analysed at".to_string(), from.analysed_at.clone()),
-        ("Format of the log".to_string(), from.log_format.clone()),
+    let mut rows = vec![
+        ("Program", format!("tipwatch {}", from.tipwatch_version)),
+        ("Time of the analysis", from.analysed_at.clone()),
+        ("Log format", from.log_format.clone()),
     ];
-    facts.extend(
-        from.log
-            .iter()
-            .map(|file| ("Log file".to_string(), hash(file))),
-    );
-    facts.push(("Machine file".to_string(), hash(&from.machine_file)));
-    facts.push(("URDF".to_string(), hash(&from.urdf)));
-    facts.push(("IMU mounting".to_string(), from.imu_mounting.clone()));
-    facts.push((
-        "Mass of the machine".to_string(),
-        format!("{} kg", number(analysis.machine.mass())),
-    ));
-    facts.push((
-        "Static loads".to_string(),
-        by_wheel(analysis, &analysis.machine.reference().static_load),
-    ));
+    rows.extend(from.log.iter().map(|file| ("Log file", hash(file))));
     let limits = analysis.min_loads_n.as_ref();
-    facts.push((
-        "Load limits".to_string(),
-        limits.map_or("none".to_string(), |limits| by_wheel(analysis, limits)),
-    ));
-    facts.extend(options(analysis));
-    html::facts(&facts)
+    rows.extend([
+        ("Machine file", hash(&from.machine_file)),
+        ("URDF", hash(&from.urdf)),
+        ("IMU mounting", from.imu_mounting.clone()),
+        (
+            "Machine mass",
+            format!("{} kg", number(analysis.machine.mass())),
+        ),
+        (
+            "Static loads",
+            by_wheel(analysis, &analysis.machine.reference().static_load),
+        ),
+        (
+            "Load limits",
+            limits.map_or("none".into(), |limits| by_wheel(analysis, limits)),
+        ),
+    ]);
+    let rows = rows
+        .into_iter()
+        .map(|(name, value)| (name.to_string(), value));
+    facts(&rows.chain(options(analysis)).collect::<Vec<_>>())
 }
 
 fn options(analysis: &Analysis) -> Vec<(String, String)> {
@@ -209,8 +183,8 @@ fn options(analysis: &Analysis) -> Vec<(String, String)> {
         serde_json::Value::String(text) => text,
         other => other.to_string(),
     };
+    let options = options.into_iter();
     options
-        .into_iter()
         .map(|(name, value)| (format!("Option {name}"), text(value)))
         .collect()
 }
@@ -233,13 +207,6 @@ fn hash(file: &FileHash) -> String {
     )
 }
 
-fn not_listed(count: usize, of: &str) -> String {
-    match count.checked_sub(MOST_LISTED) {
-        None | Some(0) => String::new(),
-        Some(more) => format!("<p>{more} more {of} are not listed here.</p>\n"),
-    }
-}
-
-fn dash() -> String {
-    "–".to_string()
+fn not_listed(count: usize, of: &str) -> Markup {
+    html! { @if count > MOST_LISTED { p { (count - MOST_LISTED) " more " (of) " are not listed here." } } }
 }

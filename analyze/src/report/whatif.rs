@@ -1,44 +1,42 @@
-//! The page of a replay: the suspension locked beside the suspension moved.
+//! The page of a replay: the suspension locked compared with the suspension moved.
 
-use super::html;
-use super::plots::{Curve, Figure, chart};
-use super::{PlotLibrary, head_of, log_name, page_of, section};
-use crate::whatif::{CAVEATS, Summary, SuspensionMode, Track, WhatIf, rod_names};
+use maud::{Markup, html};
+
+use super::log_name;
+use crate::page::{
+    self, Curve, Document, Figure, PlotLibrary, Plots, chart, list, section, table, words,
+};
+use crate::suspension::{CAVEATS, Summary, SuspensionMode, Track, WhatIf, rod_names};
 
 /// The page, with everything it needs inside. The same replay gives the same bytes.
 #[must_use]
 pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
+    let (analysis, moved) = (&what_if.analysis, name(what_if));
     let summary = Summary::of(what_if);
     let figures = figures(what_if);
-    let title = format!(
-        "Suspension {}: {}",
-        name(what_if),
-        log_name(&what_if.analysis)
-    );
-    let subtitle = format!(
-        "Machine {}; the log replayed with the suspension {}, beside the suspension locked.",
-        what_if.analysis.machine.name(),
-        name(what_if)
-    );
-    let mut content = section("Findings", &html::list("findings", &summary.findings));
-    content += &section("Side by side", &side_by_side(&summary, name(what_if)));
-    content += &section("Curves", &curves(&figures));
-    content += &section("Actuators against their limits", &actuators(&summary));
-    content += &section(
-        "What a replay cannot show",
-        &html::list("notes", &CAVEATS.map(String::from)),
-    );
-    content += &section(
-        "Data limitations",
-        &html::list("notes", &what_if.analysis.notes),
-    );
-    content += &section("Provenance", &super::tables::provenance(&what_if.analysis));
-    page_of(
-        &head_of(&title, &subtitle, PlotLibrary::Inside),
-        &content,
-        &figures,
-        PlotLibrary::Inside,
-    )
+    let content = html! {
+        (section("Findings", list(&summary.findings)))
+        (section("Comparison", side_by_side(&summary, moved)))
+        (section("Time histories", time_histories(&figures)))
+        (section("Actuators and their limits", actuators(&summary)))
+        (section("What a replay cannot show", list(CAVEATS)))
+        (section("Data limitations", list(&analysis.notes)))
+        (section("Provenance", super::tables::provenance(analysis)))
+    };
+    Document {
+        title: &format!("Suspension {moved}: {}", log_name(analysis)),
+        subtitle: &format!(
+            "Machine {}; the log replayed with the suspension {moved}, compared with the suspension locked.",
+            analysis.machine.name()
+        ),
+        styles: &[],
+        plots: Some(Plots {
+            library: PlotLibrary::Inside,
+            figures: &figures,
+            script: "",
+        }),
+    }
+    .render(&content)
 }
 
 fn name(what_if: &WhatIf) -> &'static str {
@@ -50,49 +48,59 @@ fn name(what_if: &WhatIf) -> &'static str {
     }
 }
 
-fn side_by_side(summary: &Summary, moved: &str) -> String {
-    let json = |value: &dyn erased::Object| value.object();
-    let (fixed, other) = (json(&summary.fixed), json(&summary.moved));
-    let text = |value: Option<&serde_json::Value>| match value {
-        Some(serde_json::Value::Object(by)) => by
-            .iter()
-            .map(|(name, value)| format!("{name} {}", number(value)))
-            .collect::<Vec<_>>()
-            .join(", "),
-        Some(value) => number(value),
-        None => String::new(),
-    };
-    let mut rows: Vec<Vec<String>> = fixed
-        .keys()
-        .map(|key| vec![label(key), text(fixed.get(key)), text(other.get(key))])
-        .collect();
-    rows.push(vec![
-        "statuses of the control (rows)".into(),
-        String::new(),
-        summary
-            .statuses
-            .iter()
-            .map(|(status, rows)| format!("{status} {rows}"))
-            .collect::<Vec<_>>()
-            .join(", "),
-    ]);
-    html::table(&["", "locked", moved], &rows)
+/// The keys and values of what is serialised as an object.
+fn object(of: &impl serde::Serialize) -> serde_json::Map<String, serde_json::Value> {
+    match serde_json::to_value(of) {
+        Ok(serde_json::Value::Object(object)) => object,
+        _ => serde_json::Map::new(),
+    }
 }
 
-fn actuators(summary: &Summary) -> String {
-    let mut rows: Vec<Vec<String>> = Vec::new();
-    for (name, actuator) in &summary.actuators {
-        for (key, value) in erased::Object::object(actuator) {
-            let text = match &value {
-                serde_json::Value::Array(of) => {
-                    of.iter().map(number).collect::<Vec<_>>().join(" to ")
-                }
-                value => number(value),
-            };
-            rows.push(vec![name.clone(), label(&key), text]);
+fn side_by_side(summary: &Summary, moved: &str) -> Markup {
+    let (fixed, other) = (object(&summary.fixed), object(&summary.moved));
+    let mut rows: Vec<Vec<String>> = (fixed.keys())
+        .map(|key| {
+            let value = |side: &serde_json::Map<_, _>| side.get(key).map_or(String::new(), text);
+            vec![label(key), value(&fixed), value(&other)]
+        })
+        .collect();
+    let statuses = summary
+        .statuses
+        .iter()
+        .map(|(status, rows)| format!("{status} {rows}"));
+    let statuses = statuses.collect::<Vec<_>>().join(", ");
+    rows.push(vec![
+        "controller status (rows)".into(),
+        String::new(),
+        statuses,
+    ]);
+    table(&["Quantity", "locked", moved], &rows)
+}
+
+fn actuators(summary: &Summary) -> Markup {
+    let actuators = summary.actuators.iter();
+    let rows = actuators.flat_map(|(name, actuator)| {
+        let values = object(actuator).into_iter();
+        values.map(move |(key, value)| vec![name.clone(), label(&key), text(&value)])
+    });
+    table(
+        &["Actuator", "Quantity", "Value"],
+        &rows.collect::<Vec<_>>(),
+    )
+}
+
+/// A number, the ends of a range, or values by name.
+fn text(value: &serde_json::Value) -> String {
+    match value {
+        serde_json::Value::Object(by) => {
+            let parts = by
+                .iter()
+                .map(|(name, value)| format!("{name} {}", number(value)));
+            parts.collect::<Vec<_>>().join(", ")
         }
+        serde_json::Value::Array(of) => of.iter().map(number).collect::<Vec<_>>().join(" to "),
+        value => number(value),
     }
-    html::table(&["Actuator", "", "value"], &rows)
 }
 
 fn number(value: &serde_json::Value) -> String {
@@ -100,7 +108,7 @@ fn number(value: &serde_json::Value) -> String {
         Some(value) if value == value.trunc() && value.abs() < 1e6 => format!("{value:.0}"),
         Some(value) if value.abs() >= 100.0 => format!("{value:.0}"),
         Some(value) => format!("{value:.4}"),
-        None => "not known".into(),
+        None => "unknown".into(),
     }
 }
 
@@ -118,42 +126,19 @@ fn label(key: &str) -> String {
         .iter()
         .find_map(|(end, unit)| Some((key.strip_suffix(end)?, unit)));
     match found {
-        Some((name, unit)) => format!("{} [{unit}]", name.replace('_', " ")),
-        None => key.replace('_', " "),
+        Some((name, unit)) => format!("{} [{unit}]", words(name)),
+        None => words(key),
     }
 }
 
-mod erased {
-    //! What is serialised as an object, as one.
-
-    pub(super) trait Object {
-        fn object(&self) -> serde_json::Map<String, serde_json::Value>;
-    }
-
-    impl<T: serde::Serialize> Object for T {
-        fn object(&self) -> serde_json::Map<String, serde_json::Value> {
-            match serde_json::to_value(self) {
-                Ok(serde_json::Value::Object(object)) => object,
-                _ => serde_json::Map::new(),
-            }
+fn time_histories(figures: &[Figure]) -> Markup {
+    html! {
+        p.hint {
+            "Time is in seconds from the first row. Curves break where nothing can be computed. "
+            "The limits apply to command and reference, not to the cylinder itself."
         }
+        (page::figures(figures))
     }
-}
-
-fn curves(figures: &[Figure]) -> String {
-    let mut content = String::from(
-        "<p class=\"hint\">Time is in seconds from the first row. Lines break where nothing can be computed. \
-         Limits are those that bind command and reference, not the rod itself.</p>\n\
-         <p class=\"hint screen\">Drag to zoom, double-click to see everything; all plots share the time axis.</p>\n",
-    );
-    for (index, figure) in figures.iter().enumerate() {
-        content.push_str(&format!(
-            "<h3>{}</h3>\n<div class=\"plot\" id=\"plot-{index}\"></div>\n",
-            html::escape(&figure.title)
-        ));
-    }
-    content
-        + "<noscript><p>The plots need JavaScript; everything else on this page does not.</p></noscript>\n"
 }
 
 fn figures(what_if: &WhatIf) -> Vec<Figure> {
@@ -167,54 +152,31 @@ fn figures(what_if: &WhatIf) -> Vec<Figure> {
     for window in 0..what_if.best.rows.len() {
         let from = what_if.best.rows[window];
         let to = what_if.best.rows.get(window + 1).copied();
-        // between the rows that were looked at the last one holds
+        // each row of the study holds until the next
         for value in &mut best[from..to.unwrap_or(from + 1)] {
             *value = what_if.best.spread[window];
         }
     }
-    let mut figures = vec![plot(
-        "Spread of the loads (35)",
-        "N",
-        vec![
-            Curve::new("locked", fixed.spread.clone()),
-            Curve::new(now, moved.spread.clone()),
-            Curve::new("best posture at rest", best),
-        ],
-    )];
-    let com = |axis: usize, title: &str| {
-        plot(
-            title,
-            "m",
-            vec![
-                Curve::new("locked", fixed.com[axis].clone()),
-                Curve::new(now, moved.com[axis].clone()),
-            ],
-        )
+    let both = |title: &str, unit: &str, of: &dyn Fn(&Track) -> Vec<f64>| {
+        let curves = vec![Curve::new("locked", of(fixed)), Curve::new(now, of(moved))];
+        plot(title, unit, curves)
     };
-    figures.push(com(
-        0,
-        "Centre of mass forward of the middle of the contact points",
-    ));
-    figures.push(com(1, "Centre of mass left of it"));
-    let wheels = what_if.analysis.machine.wheels();
-    for (wheel, spec) in wheels.iter().enumerate() {
-        figures.push(plot(
-            &format!("Load {}", spec.name),
-            "N",
-            vec![
-                Curve::new("locked", fixed.load[wheel].clone()),
-                Curve::new(now, moved.load[wheel].clone()),
-            ],
-        ));
+    let spread = vec![
+        Curve::new("locked", fixed.spread.clone()),
+        Curve::new(now, moved.spread.clone()),
+        Curve::new("best posture at rest", best),
+    ];
+    let mut figures = vec![plot("Spread of the wheel loads (equation 35)", "N", spread)];
+    for (axis, side) in ["forward", "left"].into_iter().enumerate() {
+        let title = format!("Centre of mass, {side} of the centre of the contact points");
+        figures.push(both(&title, "m", &|track| track.com[axis].clone()));
     }
-    figures.push(plot(
-        "Least stability angle",
-        "rad",
-        vec![
-            Curve::new("locked", fixed.stability_angle.clone()),
-            Curve::new(now, moved.stability_angle.clone()),
-        ],
-    ));
+    for (wheel, spec) in what_if.analysis.machine.wheels().iter().enumerate() {
+        let title = format!("Load of wheel {}", spec.name);
+        figures.push(both(&title, "N", &|track| track.load[wheel].clone()));
+    }
+    let angle = |track: &Track| track.stability_angle.clone();
+    figures.push(both("Minimum stability angle", "rad", &angle));
     figures.extend(rod_figures(what_if, moved, &plot));
     figures
 }
@@ -230,9 +192,9 @@ fn rod_figures(
     for (name, rod) in rod_names(what_if).iter().zip(&moved.rods) {
         let [least, greatest] = suspension.stroke;
         let controlled = moved.is_controlled();
-        let mut position = vec![Curve::new("rod", rod.position.clone())];
-        let mut velocity = vec![Curve::new("rod", rod.velocity.clone())];
-        let mut acceleration = vec![Curve::new("rod", rod.acceleration.clone())];
+        let mut position = vec![Curve::new("cylinder", rod.position.clone())];
+        let mut velocity = vec![Curve::new("cylinder", rod.velocity.clone())];
+        let mut acceleration = vec![Curve::new("cylinder", rod.acceleration.clone())];
         if controlled {
             position.push(Curve::new("reference", rod.reference.clone()));
             velocity.push(Curve::new("reference", rod.reference_velocity.clone()));
@@ -240,14 +202,14 @@ fn rod_figures(
             acceleration.push(Curve::new("command", commanded));
         }
         position.extend([
-            Curve::new("least", level(least)),
-            Curve::new("greatest", level(greatest)),
+            Curve::new("minimum", level(least)),
+            Curve::new("maximum", level(greatest)),
         ]);
         if controlled {
             let limits = |[least, greatest]: &[Vec<f64>; 2]| {
                 [
-                    Curve::new("least", least.clone()),
-                    Curve::new("greatest", greatest.clone()),
+                    Curve::new("minimum", least.clone()),
+                    Curve::new("maximum", greatest.clone()),
                 ]
             };
             velocity.extend(limits(&rod.velocity_limits));
@@ -260,26 +222,29 @@ fn rod_figures(
             "m/s²",
             acceleration,
         ));
-        let mut force = vec![Curve::new("needed by the motion", rod.force_needed.clone())];
+        let mut force = vec![Curve::new(
+            "required by the motion",
+            rod.force_needed.clone(),
+        )];
         if controlled {
-            force.push(Curve::new("piston", rod.force.clone()));
+            force.push(Curve::new("piston force", rod.force.clone()));
             figures.push(plot(
-                &format!("Valve of {name}"),
+                &format!("Valve command of {name}"),
                 "-",
-                vec![Curve::new("opening", rod.opening.clone())],
+                vec![Curve::new("valve command", rod.opening.clone())],
             ));
             figures.push(plot(
                 &format!("Pressures of {name}"),
                 "Pa",
                 vec![
-                    Curve::new("piston's side", rod.piston_pressure.clone()),
-                    Curve::new("rod's side", rod.rod_pressure.clone()),
+                    Curve::new("piston side", rod.piston_pressure.clone()),
+                    Curve::new("rod side", rod.rod_pressure.clone()),
                 ],
             ));
             figures.push(plot(
                 &format!("Tracking error of {name}"),
                 "m",
-                vec![Curve::new("reference less rod", rod.tracking_error())],
+                vec![Curve::new("reference minus position", rod.tracking_error())],
             ));
         }
         figures.push(plot(&format!("Force of {name}"), "N", force));

@@ -1,8 +1,8 @@
-//! The data set: `logs/machine=M/day=D/logs.parquet`, a row for each log, and
-//! `events/machine=M/day=D/events.parquet`, a row for each event.
+//! The data set: `logs/machine=M/day=D/logs.parquet`, one row per log, and
+//! `events/machine=M/day=D/events.parquet`, one row per event.
 //!
-//! It is made from the records as a whole; each file is replaced at once. Machine and day stand in the
-//! folders' names alone, as Hive has it.
+//! It is rebuilt from all records, and each file is replaced atomically. Machine and day are only in the
+//! names of the folders (Hive partitioning).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -16,18 +16,18 @@ use polars::prelude::{
 
 use super::merge::LogRow;
 use super::record::Outcome;
+use crate::base::files::{make_atomically, remove_unfinished};
 use crate::events::EventKind;
-use crate::facts::{EXPOSURE_CAUSES, EventFacts, LogFacts, WheelFacts, WorstMargin};
-use crate::files::{make_whole, remove_unfinished};
-use crate::parquet::write_with;
-use crate::table::{Table, column};
+use crate::policy::facts::{EXPOSURE_CAUSES, EventFacts, LogFacts, WheelFacts, WorstMargin};
+use crate::tables::parquet::write_with;
+use crate::tables::table::{Table, column};
 
 /// Version of the columns.
 pub(super) const DATA_SET_SCHEMA: u32 = 1;
-/// The name of an unknown machine or day, as Hive has it: readers make it null.
+/// Hive's name for an unknown machine or day; readers convert it to null.
 const UNKNOWN: &str = "__HIVE_DEFAULT_PARTITION__";
 
-/// Writes the data set of all logs and removes what it no longer holds.
+/// Writes the data set of all logs and removes outdated partitions.
 pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
     let mut partitions: BTreeMap<String, Vec<&LogRow>> = BTreeMap::new();
     for row in rows {
@@ -58,7 +58,7 @@ pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
 
 fn write_table(mut table: Table, path: &Path) -> Result<()> {
     let schema = [("tipwatch.data_set_schema", DATA_SET_SCHEMA.to_string())];
-    make_whole(path, |temporary| {
+    make_atomically(path, |temporary| {
         write_with(&mut table, &schema, temporary)
             .with_context(|| format!("{}: cannot be written", path.display()))
     })
@@ -79,8 +79,7 @@ fn partition(row: &LogRow) -> String {
     )
 }
 
-/// A value as it may stand in a folder's name: other bytes than letters, digits, `-`, `_` and `.` as
-/// `%2F`.
+/// A value as a folder name: bytes other than letters, digits, `-`, `_` and `.` become `%2F` and the like.
 fn escaped(value: &str) -> String {
     let escaped = |byte: u8| match byte {
         b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' => {
@@ -91,7 +90,7 @@ fn escaped(value: &str) -> String {
     value.bytes().map(escaped).collect()
 }
 
-/// Removes the files of partitions that are no more; whatever else lies there stays.
+/// Removes the files of outdated partitions; other files stay.
 fn remove_others(folder: &Path, name: &str, written: &BTreeSet<PathBuf>) {
     let below = |folder: &Path| -> Vec<PathBuf> {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
@@ -101,18 +100,18 @@ fn remove_others(folder: &Path, name: &str, written: &BTreeSet<PathBuf>) {
         for day in below(&machine) {
             let path = day.join(name);
             if path.is_file() && !written.contains(&path) {
-                // what cannot be removed is told by the reader who finds it twice
+                // best effort: a leftover file shows up as duplicate rows
                 let _ = fs::remove_file(&path);
             }
             remove_unfinished(&day);
-            // only where nothing is left
+            // only if it is empty
             let _ = fs::remove_dir(&day);
         }
         let _ = fs::remove_dir(&machine);
     }
 }
 
-/// A table that grows column by column, with their units.
+/// A table under construction, with the units of its columns.
 struct Columns(Vec<Column>, Vec<(String, &'static str)>);
 
 impl Columns {
@@ -346,7 +345,7 @@ fn events(rows: &[&LogRow]) -> Result<Table> {
     columns.finish(height)
 }
 
-/// A column of lists of numbers, the same type whatever the rows hold.
+/// A column of lists of numbers, of one type even if all are empty.
 fn lists(name: &str, rows: impl Iterator<Item = Option<Vec<Option<f64>>>>) -> Column {
     let mut builder =
         ListPrimitiveChunkedBuilder::<Float64Type>::new(name.into(), 0, 0, DataType::Float64);

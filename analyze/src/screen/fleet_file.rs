@@ -1,23 +1,23 @@
-//! The fleet file: which machine file belongs to which log.
+//! The fleet file: assigns machine files to logs.
 //!
 //! ```toml
-//! default = "forwarder.toml"           # of logs that no rule names; without it they fail
+//! default = "forwarder.toml"           # for logs without a matching rule; without it they fail
 //!
 //! [[machine]]
-//! file = "fw-01.toml"                  # beside the fleet file
-//! path = "**/fw-01/**"                 # the log's absolute path: * within a folder's name, ** over folders
+//! file = "fw-01.toml"                  # relative to the fleet file
+//! path = "**/fw-01/**"                 # absolute path of the log: * within a name, ** across folders
 //!
 //! [[machine]]
 //! file = "harvester.toml"
-//! topic = "/harvester/joint_states"    # the log has such a topic; * as in paths
+//! topic = "/harvester/joint_states"    # the log has this topic; * as in paths
 //!
 //! [[machine]]
 //! file = "fw-09.toml"
 //! metadata = { record = "session", key = "vehicle", value = "FW-009*" }
 //! ```
 //!
-//! All that a rule asks for must hold. Rules of two different machine files that hold for one log are a
-//! contradiction, and the log fails: a wrong machine gives wrong loads that look right.
+//! All conditions of a rule must hold. If rules of different machine files match one log, the log fails,
+//! because a wrong machine gives plausible but wrong loads.
 
 use std::path::{Path, PathBuf};
 
@@ -53,18 +53,18 @@ struct MetadataSpec {
     value: String,
 }
 
-/// The machine files of a screen and the rules that choose among them.
+/// The machine files of a fleet and the rules that choose among them.
 #[derive(Debug)]
 pub struct Fleet {
     machines: Vec<MachineFile>,
     rules: Vec<Rule>,
-    /// Place of the machine of logs that no rule names.
+    /// Index of the default machine.
     default: Option<usize>,
 }
 
 #[derive(Debug)]
 struct Rule {
-    /// Place among the machines.
+    /// Index of the machine.
     machine: usize,
     path: Option<Pattern>,
     topic: Option<Pattern>,
@@ -92,13 +92,13 @@ impl Fleet {
     /// Reads a fleet file and the machine files that it names.
     ///
     /// # Errors
-    /// A file cannot be read, or is not what it should be.
+    /// A file cannot be read, or is not valid.
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display();
         let text =
             std::fs::read_to_string(path).with_context(|| format!("{place}: cannot be read"))?;
         let spec: FleetSpec =
-            toml::from_str(&text).with_context(|| format!("{place}: no fleet file"))?;
+            toml::from_str(&text).with_context(|| format!("{place}: not a valid fleet file"))?;
         if spec.machines.is_empty() && spec.default.is_none() {
             bail!("{place}: expected at least one [[machine]] or default, found neither");
         }
@@ -121,7 +121,7 @@ impl Fleet {
         Ok(fleet)
     }
 
-    /// The place of a machine file, which is read once.
+    /// Index of a machine file; each is read once.
     fn machine(&mut self, path: &Path) -> Result<usize> {
         if let Some(known) = self
             .machines
@@ -137,8 +137,8 @@ impl Fleet {
     /// The machine file of a log.
     ///
     /// # Errors
-    /// The log cannot be opened where a rule asks for its content, no rule holds, or rules of several
-    /// machines do.
+    /// A rule needs the contents of the log and it cannot be opened, no rule matches, or rules of
+    /// several machines match.
     pub fn machine_of(&self, log: &Path) -> Result<&MachineFile> {
         let content = match self.rules.iter().any(Rule::asks_for_content) {
             true => Some(Content::of(log)?),
@@ -156,14 +156,14 @@ impl Fleet {
         match (chosen.as_slice(), self.default) {
             (&[machine], _) | (&[], Some(machine)) => Ok(&self.machines[machine]),
             (&[], None) => bail!(
-                "{}: expected a rule of the fleet file that holds for it, found none, and no default",
+                "{}: expected a matching rule or a default in the fleet file, found neither",
                 log.display()
             ),
             (several, _) => {
                 let name = |&m: &usize| self.machines[m].path.display().to_string();
                 let names: Vec<_> = several.iter().map(name).collect();
                 bail!(
-                    "{}: expected one machine, found rules that hold for {}",
+                    "{}: expected one machine, found matching rules for {}",
                     log.display(),
                     names.join(" and ")
                 )
@@ -172,7 +172,7 @@ impl Fleet {
     }
 }
 
-/// What of a log the rules look at.
+/// The properties of a log that rules match.
 struct Content {
     topics: Vec<String>,
     metadata: Vec<MetadataRecord>,
@@ -195,13 +195,13 @@ impl Content {
 impl RuleSpec {
     fn check(self, machine: usize) -> Result<Rule> {
         if self.path.is_none() && self.topic.is_none() && self.metadata.is_none() {
-            bail!("expected path, topic or metadata, found none of them");
+            bail!("expected path, topic or metadata, found none");
         }
         let pattern = |key: &str, text: Option<&String>| {
             let pattern = text.map(|text| Pattern::new(text));
             pattern
                 .transpose()
-                .with_context(|| format!("{key}: no pattern"))
+                .with_context(|| format!("{key}: not a valid pattern"))
         };
         let metadata = self.metadata.as_ref();
         let value = pattern("metadata.value", metadata.map(|wanted| &wanted.value))?;
@@ -243,7 +243,7 @@ impl MetadataRule {
     }
 }
 
-/// `*` does not reach over a `/`, `**` does.
+/// `*` does not match a `/`, `**` does.
 const EXACT: MatchOptions = MatchOptions {
     case_sensitive: true,
     require_literal_separator: true,

@@ -1,24 +1,25 @@
-//! Which log it is, by content.
+//! Identity of a log, by content.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use tipwatch_ingest::Log;
 
-use crate::load::{hash_file, hash_of};
+use crate::base::provenance::hash_file;
+use crate::base::provenance::hash_of;
 
-/// A log's content.
+/// Hashes of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Identity {
-    /// SHA-256: of its file, or of the hashes of its files in their order.
+    /// SHA-256 of its file, or of the hashes of its files in order.
     pub(super) id: String,
     /// SHA-256 of each file.
     pub(super) files: Vec<String>,
-    /// Length of its files.
+    /// Total length of its files (bytes).
     pub(super) bytes: u64,
 }
 
-/// Reads all of a log's bytes.
+/// Hashes all files of a log.
 pub(super) fn identify(path: &Path) -> Result<Identity> {
     let paths: Vec<PathBuf> = match path.is_dir() {
         true => Log::open(path)?.files().to_vec(),
@@ -30,7 +31,7 @@ pub(super) fn identify(path: &Path) -> Result<Identity> {
     let id = match (files.as_slice(), path.is_dir()) {
         ([file], false) => file.clone(),
         (files, _) => {
-            // what the recorder promised is part of a folder
+            // the metadata of a rosbag2 folder is part of the log
             let promised =
                 hash_file(&path.join("metadata.yaml")).map_or(String::new(), |h| h.sha256);
             hash_of(

@@ -1,8 +1,8 @@
-//! Which logs to screen: folders, patterns, manifests and logs become one list of paths.
+//! Resolves folders, patterns, manifests and logs to one list of logs.
 //!
-//! A manifest is a text file (`.txt`, `.list`, `.manifest`): one log a line, relative to the manifest;
-//! empty lines and lines that begin with `#` do not count. A log that is not there stays in the list:
-//! that it cannot be read is a result.
+//! A manifest is a text file (`.txt`, `.list`, `.manifest`): one log per line, relative to the manifest;
+//! empty lines and lines that start with `#` are skipped. A missing log stays in the list, so that it is
+//! reported as failed.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -10,15 +10,15 @@ use std::path::{Component, Path, PathBuf, absolute};
 
 use anyhow::{Context, Result, bail};
 
-/// Endings of logs' names; what is given by name may have any.
+/// File extensions of logs; logs given by name may have any.
 const LOG_ENDINGS: [&str; 4] = [".mcap", ".bag", ".db3", ".bag.active"];
-/// Endings that whole-file compression adds.
+/// Extensions added by whole-file compression.
 const PACKED_ENDINGS: [&str; 3] = ["", ".zstd", ".zst"];
 const MANIFEST_ENDINGS: [&str; 3] = [".txt", ".list", ".manifest"];
-/// What makes a folder one log.
+/// The file that makes a folder a log.
 const ROSBAG2_METADATA: &str = "metadata.yaml";
 
-/// All logs that are asked for, each once, by path; what lies in `out` is none.
+/// All requested logs, each once, sorted by path; files in `out` are skipped.
 ///
 /// # Errors
 /// A pattern matches nothing, a manifest cannot be read, or there is no log at all.
@@ -70,7 +70,7 @@ impl Finder {
         let text = pattern
             .to_str()
             .with_context(|| format!("{}: expected a pattern in Unicode", pattern.display()))?;
-        let matches = glob::glob(text).with_context(|| format!("{text}: no pattern"))?;
+        let matches = glob::glob(text).with_context(|| format!("{text}: not a valid pattern"))?;
         let mut is_empty = true;
         for found in matches {
             is_empty = false;
@@ -82,7 +82,7 @@ impl Finder {
             }
         }
         if is_empty {
-            bail!("{text}: expected logs, found nothing that matches");
+            bail!("{text}: expected matching logs, found none");
         }
         Ok(())
     }
@@ -98,8 +98,7 @@ impl Finder {
         Ok(())
     }
 
-    /// The logs in a folder and below. A folder that cannot be looked into is in the list itself, so that
-    /// this is told.
+    /// The logs in a folder tree. An unreadable folder is listed itself, so that it is reported.
     fn add_folder(&mut self, folder: &Path, above: &mut BTreeSet<PathBuf>) {
         if folder == self.out {
             return;
@@ -112,7 +111,7 @@ impl Finder {
             self.logs.insert(folder.into());
             return;
         };
-        // a link to a folder above would never end
+        // a link to a parent folder would never end
         if !above.insert(real.clone()) {
             return;
         }
@@ -127,9 +126,9 @@ impl Finder {
     }
 }
 
-/// The absolute path without `.` and `..`. Links stay as they are named, but for those before a `..`.
+/// The absolute path without `.` and `..`. Links are kept, except those before a `..`.
 fn tidy(path: &Path) -> Result<PathBuf> {
-    let path = absolute(path).with_context(|| format!("{}: no path", path.display()))?;
+    let path = absolute(path).with_context(|| format!("{}: not a valid path", path.display()))?;
     let parts: Vec<Component<'_>> = path.components().collect();
     let Some(last) = parts.iter().rposition(|part| *part == Component::ParentDir) else {
         return Ok(path);
@@ -166,7 +165,7 @@ fn name_of(path: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
     use super::*;
 
@@ -179,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn folders_patterns_and_manifests_give_each_log_once() {
+    fn folders_patterns_and_manifests_list_each_log_once() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().canonicalize().unwrap();
         let at = |name: &str| folder.join(name);
@@ -218,7 +217,7 @@ mod tests {
         assert_eq!(listed, ["a/1.mcap", "a/deep/missing.mcap"]);
         let error = find(&[at("a/*.xyz")], &at("out")).unwrap_err().to_string();
         assert!(
-            error.contains("*.xyz") && error.contains("nothing that matches"),
+            error.contains("*.xyz") && error.contains("expected matching logs"),
             "{error}"
         );
         let error = find(&[at("sets")], &at("out")).unwrap_err().to_string();

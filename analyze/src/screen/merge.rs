@@ -1,4 +1,4 @@
-//! From the records of a screen to its rows: each content once.
+//! Merges records with the same content to one row.
 
 use std::collections::BTreeMap;
 
@@ -9,11 +9,11 @@ use super::record::Record;
 pub(super) struct LogRow {
     /// Its record.
     pub(super) record: Record,
-    /// How many other paths hold the same content.
+    /// Number of other paths with the same content.
     pub(super) copies: u64,
 }
 
-/// The rows of all records: of those with the same content one that was analysed, the first by path.
+/// Rows of all records; of records with the same content, the first analysed one by path.
 pub(super) fn merge(records: Vec<Record>) -> Vec<LogRow> {
     let mut rows: Vec<LogRow> = Vec::with_capacity(records.len());
     let mut place_of: BTreeMap<String, usize> = BTreeMap::new();

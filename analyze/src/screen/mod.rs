@@ -1,11 +1,11 @@
-//! Many logs: analysed in parallel, remembered one by one, made into a data set and a page.
+//! Analyses the logs of a fleet in parallel, and builds a data set and a page from them.
 //!
 //! ```text
 //!     inputs -> workers: one_log -> store (state/) -> merge -> data_set (logs/, events/), page (fleet.html)
 //! ```
-//! `store` holds the truth: a record for each log that is done, written whole. Everything else is made
-//! from all records at the end, so a screen may be killed at any time, resumed, or shared out to many
-//! processes: none loses a log or counts it twice.
+//! `store` is the single source: one record per finished log, written atomically. Everything else is
+//! built from all records at the end. A run may therefore be killed at any time, resumed, or split over
+//! many processes, without losing a log or counting it twice.
 
 mod data_set;
 mod fleet_file;
@@ -31,74 +31,73 @@ use self::merge::{LogRow, merge};
 use self::one_log::{Now, Screened, Screening, write_plot_library};
 use self::record::Outcome;
 use self::store::Store;
-use crate::files::{remove_unfinished, write_whole};
-use crate::options::Options;
+use crate::base::files::{remove_unfinished, write_atomically};
+use crate::base::options::Options;
 use crate::policy::{Judgement, Policy};
 
 pub use fleet_file::Fleet;
 pub use totals::Totals;
 
-/// What a screen is asked.
+/// What to analyse, and how.
 #[derive(Debug)]
 pub struct Request<'a> {
     /// Folders, patterns, manifests and logs.
     pub logs: &'a [PathBuf],
-    /// Where everything goes.
+    /// The output folder.
     pub out: &'a Path,
-    /// How many logs at a time.
+    /// Number of logs analysed in parallel.
     pub jobs: usize,
-    /// Most memory that the analyses may take together, as estimated (bytes); three quarters of what is
-    /// free where `None`.
+    /// Limit of the estimated memory of all analyses (bytes); if `None`, three quarters of the free memory.
     pub memory_bytes: Option<u64>,
-    /// The part of the logs that this process does.
+    /// The part of the logs to analyse.
     pub shard: Option<Shard>,
-    /// Whether results of an earlier screen in the same folder are kept.
+    /// Whether to resume the run in the output folder.
     pub resume: bool,
-    /// What is asked of each analysis.
+    /// Options of each analysis.
     pub options: Options,
 }
 
-/// One of several processes that share the logs.
+/// One part of the logs, for one of several processes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which one, from 1.
+    /// Number of the part, from 1.
     pub index: usize,
-    /// How many there are.
+    /// Number of parts.
     pub count: usize,
 }
 
-/// What a screen tells while it goes on.
+/// Progress of a run.
 #[derive(Debug)]
-pub enum News<'a> {
-    /// So many logs are to be done.
+pub enum Update<'a> {
+    /// Start, with the number of logs.
     Begin(usize),
-    /// A log is done.
+    /// A log is finished.
     Done {
         /// Its path.
         log: &'a str,
         /// Why it could not be analysed.
         failure: Option<&'a str>,
     },
-    /// Something that the user should know.
+    /// A note for the user.
     Note(String),
 }
 
-/// What a screen comes to.
+/// Result of a run.
 #[derive(Debug, Clone)]
 pub struct Screen {
-    /// Counts over the whole data set; of a shard, over its own logs.
+    /// Counts over the whole data set; for a shard, over its own logs.
     pub totals: Totals,
-    /// Logs that were analysed now.
+    /// Logs analysed in this run.
     pub analysed_now: usize,
-    /// Logs that failed now.
+    /// Logs that failed in this run.
     pub failed_now: usize,
-    /// Logs that were done before.
+    /// Unchanged logs, analysed in an earlier run.
     pub from_before: usize,
-    /// The page; `None` of a shard.
+    /// The page; `None` for a shard.
     pub page: Option<PathBuf>,
 }
 
-/// A log that breaks the policy, in `policy.json`.
+/// A log that violates the policy, in `policy.json`.
 #[derive(Debug, Clone, Serialize)]
 struct Broken<'a> {
     path: &'a str,
@@ -117,16 +116,16 @@ struct PolicyResult<'a> {
     logs: Vec<Broken<'a>>,
 }
 
-/// Screens logs. `tell` is called from the workers.
+/// Analyses the logs of a fleet. The workers call `tell`.
 ///
 /// # Errors
-/// There is no log, the output folder cannot be used, or holds an earlier screen that is not to be
-/// resumed. That a log cannot be analysed is no error: it is in the data set, with the reason.
+/// There is no log, the output folder cannot be used, or it holds an earlier run that is not resumed. A
+/// log that cannot be analysed is not an error: the data set contains it with the reason.
 pub fn screen(
     request: &Request<'_>,
     fleet: &Fleet,
     policy: Option<&Policy>,
-    tell: &(dyn Fn(News<'_>) + Sync),
+    tell: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
     let logs = of_shard(inputs::find(request.logs, request.out)?, request.shard);
     let store = Store::in_folder(request.out)?;
@@ -134,12 +133,14 @@ pub fn screen(
     let (records, unusable) = store.load()?;
     if !records.is_empty() && !request.resume && request.shard.is_none() {
         bail!(
-            "{}: expected an empty folder, found {} logs of an earlier screen; --resume goes on with it",
+            "{}: expected an empty folder, found {} logs of an earlier run; use --resume to continue it",
             request.out.display(),
             records.len()
         );
     }
-    unusable.into_iter().for_each(|word| tell(News::Note(word)));
+    unusable
+        .into_iter()
+        .for_each(|word| tell(Update::Note(word)));
     if request.shard.is_none() {
         store.tidy();
         remove_unfinished(request.out);
@@ -160,7 +161,7 @@ pub fn screen(
             .filter_map(|record| Some((record.log_id.clone()?, record)))
             .collect(),
     };
-    tell(News::Begin(logs.len()));
+    tell(Update::Begin(logs.len()));
     let finished: Mutex<Vec<Screened>> = Mutex::new(Vec::new());
     workers::for_each_log(&logs, request.jobs, request.memory_bytes, |log| {
         let screened = screening.screen(log);
@@ -169,7 +170,7 @@ pub fn screen(
             Outcome::Failed { reason } => Some(reason.as_str()),
             Outcome::Analysed { .. } => None,
         };
-        tell(News::Done {
+        tell(Update::Done {
             log: &screened.record.path,
             failure,
         });
@@ -200,25 +201,27 @@ pub fn screen(
     })
 }
 
-/// Makes data set and page of what shards have left in a folder, without looking at any log.
+/// Builds data set and page from the records of shards, without reading any log.
 ///
 /// # Errors
-/// The folder holds no screen, or cannot be written.
+/// The folder holds no records, or cannot be written.
 pub fn gather(
     out: &Path,
     policy: Option<&Policy>,
-    tell: &(dyn Fn(News<'_>) + Sync),
+    tell: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
     if !out.join("state").is_dir() {
         bail!(
-            "{}: expected the folder of a screen, found none",
+            "{}: expected the output folder of an earlier run, found none",
             out.display()
         );
     }
     let store = Store::in_folder(out)?;
     let _lock = lock(out, false)?;
     let (_, unusable) = store.load()?;
-    unusable.into_iter().for_each(|word| tell(News::Note(word)));
+    unusable
+        .into_iter()
+        .for_each(|word| tell(Update::Note(word)));
     let (totals, page) = finish(&store, out, policy)?;
     Ok(Screen {
         from_before: totals.logs,
@@ -229,9 +232,9 @@ pub fn gather(
     })
 }
 
-/// From the records to everything else.
+/// Builds everything from the records.
 fn finish(store: &Store, out: &Path, policy: Option<&Policy>) -> Result<(Totals, Option<PathBuf>)> {
-    // there again when the data set is whole
+    // written again when the data set is complete
     let totals_path = out.join("screen.json");
     if totals_path.exists() {
         fs::remove_file(&totals_path)
@@ -244,13 +247,13 @@ fn finish(store: &Store, out: &Path, policy: Option<&Policy>) -> Result<(Totals,
     let totals = Totals::of(&rows, &judgements);
     let page = out.join("fleet.html");
     let html = page::render(&rows, &judgements, &totals);
-    write_whole(&page, html.as_bytes())?;
+    write_atomically(&page, html.as_bytes())?;
     let text = serde_json::to_string_pretty(&totals)?;
-    write_whole(&totals_path, text.as_bytes())?;
+    write_atomically(&totals_path, text.as_bytes())?;
     Ok((totals, Some(page)))
 }
 
-/// What the policy says of each row; `None` without a policy, and of logs that failed.
+/// The judgement of each row; `None` without a policy, and for failed logs.
 fn judge(rows: &[LogRow], policy: Option<&Policy>) -> Vec<Option<Judgement>> {
     let judged = rows.iter().map(|row| {
         let (facts, events) = row.record.analysed()?;
@@ -267,7 +270,7 @@ fn write_policy(
 ) -> Result<()> {
     let path = out.join("policy.json");
     let Some(policy) = policy else {
-        // that of an earlier screen says nothing of this one
+        // a file of an earlier run does not apply to this one
         let _ = fs::remove_file(path);
         return Ok(());
     };
@@ -290,10 +293,10 @@ fn write_policy(
         logs_broken: broken.len(),
         logs: broken,
     };
-    write_whole(&path, serde_json::to_string_pretty(&result)?.as_bytes())
+    write_atomically(&path, serde_json::to_string_pretty(&result)?.as_bytes())
 }
 
-/// Every so many-th log, by path: all processes see the same list.
+/// Every n-th log by path: all processes see the same list.
 fn of_shard(logs: Vec<PathBuf>, shard: Option<Shard>) -> Vec<PathBuf> {
     let Some(shard) = shard else {
         return logs;
@@ -302,7 +305,7 @@ fn of_shard(logs: Vec<PathBuf>, shard: Option<Shard>) -> Vec<PathBuf> {
     own.step_by(shard.count).collect()
 }
 
-/// Keeps others away until it is dropped; shards keep away only those that make the data set.
+/// Locks the output folder until dropped; shards share the lock among themselves.
 fn lock(out: &Path, is_shard: bool) -> Result<File> {
     let path = out.join("state").join("lock");
     let file = File::options()
@@ -317,10 +320,10 @@ fn lock(out: &Path, is_shard: bool) -> Result<File> {
     };
     match locked {
         Err(TryLockError::WouldBlock) => bail!(
-            "{}: another screen writes there; wait for it, or share the logs out with --shard",
+            "{}: another run writes to this folder; wait for it, or split the logs with --shard",
             out.display()
         ),
-        // a file system without locks: then the user takes care
+        // a file system without locks: the user must avoid concurrent runs
         Err(TryLockError::Error(_)) | Ok(()) => Ok(file),
     }
 }

@@ -1,4 +1,4 @@
-//! One log of a screen: whatever happens to it becomes a record.
+//! Analyses one log of a fleet; success and failure both become a record.
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -14,26 +14,26 @@ use super::identity::{Identity, identify};
 use super::record::{MachineName, Outcome, RECORD_SCHEMA, Record, report_folder};
 use super::version::{analysis_version, machine_sha256};
 use crate::analysis::Analysis;
-use crate::facts::{LogFacts, event_facts};
-use crate::files::write_whole;
-use crate::options::Options;
+use crate::analysis::run::analyse;
+use crate::base::files::write_atomically;
+use crate::base::options::Options;
+use crate::policy::facts::{LogFacts, event_facts};
 use crate::report::{self, PlotLibrary};
-use crate::run::analyse;
-use crate::summary::Summary;
+use crate::tables::summary::Summary;
 
-/// What all logs of a screen share.
+/// What all logs of a run share.
 pub(super) struct Screening<'a> {
     pub(super) fleet: &'a Fleet,
     pub(super) options: Options,
     pub(super) out: &'a Path,
-    /// Records of logs that were done before, by content.
+    /// Records of earlier runs, by content.
     pub(super) done_before: BTreeMap<String, Record>,
-    /// What this screen has done and does.
+    /// Work of this run.
     pub(super) now: Now,
 }
 
-/// The contents that a screen has done and does. Copies of a log wait for the first and take what it found:
-/// two workers would write the same report.
+/// Contents that are finished or in progress. Copies of a log wait for the first and reuse its result,
+/// because two workers would write the same report.
 #[derive(Debug, Default)]
 pub(super) struct Now {
     done: Mutex<BTreeMap<String, Record>>,
@@ -41,28 +41,28 @@ pub(super) struct Now {
 }
 
 impl Now {
-    /// What is held while a content is at work.
+    /// The lock held while a content is analysed.
     fn turn(&self, log_id: &str) -> Arc<Mutex<()>> {
         Arc::clone(lock(&self.turns).entry(log_id.to_owned()).or_default())
     }
 }
 
-/// A worker that panics leaves nothing half changed behind these locks.
+/// A panic leaves no partial change behind these locks.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Where the reports' plot library lies, within the output folder.
+/// Path of the shared plot library within the output folder.
 pub(super) const PLOT_LIBRARY: &str = "reports/plots.js";
 
-/// A log's record, and whether it was there already.
+/// A log's record, and whether it is from an earlier run.
 pub(super) struct Screened {
     pub(super) record: Record,
     pub(super) is_from_before: bool,
 }
 
 impl Screening<'_> {
-    /// Does one log. Never fails: that a log cannot be analysed is a record, too.
+    /// Analyses one log. Never fails: an error becomes a record, too.
     pub(super) fn screen(&self, path: &Path) -> Screened {
         let mut record = Record {
             schema: RECORD_SCHEMA,
@@ -77,7 +77,7 @@ impl Screening<'_> {
                 reason: String::new(),
             },
         };
-        // nothing outlives a panic but the record, which is filled bit by bit
+        // only the record survives a panic, filled as far as it got
         let screened = catch_unwind(AssertUnwindSafe(|| self.fill(path, &mut record)));
         let reason = match screened {
             Ok(Ok(is_from_before)) => {
@@ -87,7 +87,10 @@ impl Screening<'_> {
                 };
             }
             Ok(Err(error)) => format!("{error:#}"),
-            Err(panic) => format!("an error within tipwatch: {}", told(panic.as_ref())),
+            Err(panic) => format!(
+                "internal error of tipwatch: {}",
+                panic_message(panic.as_ref())
+            ),
         };
         record.result = Outcome::Failed { reason };
         Screened {
@@ -96,7 +99,7 @@ impl Screening<'_> {
         }
     }
 
-    /// Fills the record of a log; tells whether it was there before.
+    /// Fills the record of a log; returns whether it is from an earlier run.
     fn fill(&self, path: &Path, record: &mut Record) -> Result<bool> {
         let identity = identify(path)?;
         record.log_id = Some(identity.id.clone());
@@ -125,7 +128,7 @@ impl Screening<'_> {
         Ok(false)
     }
 
-    /// Whether a record of the same content is of the same version, and its report still there.
+    /// Whether a record is of the same version and its report still exists.
     fn stands_for(&self, known: &Record, record: &Record) -> bool {
         let is_same = known.analysis_version == record.analysis_version && !known.is_failed();
         let page = known
@@ -138,7 +141,10 @@ impl Screening<'_> {
         let analysis = analyse(path, machine, self.options, &mut |_| {})?;
         let read = analysis.provenance.log.iter().map(|file| &file.sha256);
         if !read.eq(&identity.files) {
-            bail!("{}: the log changed while it was read", path.display());
+            bail!(
+                "{}: the log changed while it was being read",
+                path.display()
+            );
         }
         let facts = LogFacts::of(&analysis);
         let has_report = facts.has_findings();
@@ -159,29 +165,29 @@ impl Screening<'_> {
 fn write_report(analysis: &Analysis, folder: &Path) -> Result<()> {
     let summary = Summary::of(analysis, report::findings(analysis));
     let summary = serde_json::to_string_pretty(&summary)?;
-    write_whole(&folder.join("summary.json"), summary.as_bytes())?;
+    write_atomically(&folder.join("summary.json"), summary.as_bytes())?;
     let page = report::render(analysis, PlotLibrary::Beside("../plots.js"));
-    write_whole(&folder.join("report.html"), page.as_bytes())
+    write_atomically(&folder.join("report.html"), page.as_bytes())
 }
 
-/// An earlier version of the analysis may have had findings.
+/// Removes the report of an earlier version that had findings.
 fn remove_report(folder: &Path) {
     for name in ["summary.json", "report.html"] {
-        // mostly there is none
+        // usually there is none
         let _ = std::fs::remove_file(folder.join(name));
     }
     let _ = std::fs::remove_dir(folder);
 }
 
-fn told(panic: &(dyn Any + Send)) -> &str {
+fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
         .unwrap_or("no message")
 }
 
-/// Writes the plot library that the reports share.
+/// Writes the plot library shared by the reports.
 pub(super) fn write_plot_library(out: &Path) -> Result<PathBuf> {
     let path = out.join(PLOT_LIBRARY);
-    write_whole(&path, report::plot_library_script().as_bytes())?;
+    write_atomically(&path, report::plot_library_script().as_bytes())?;
     Ok(path)
 }

@@ -1,15 +1,15 @@
-//! What a screen remembers of a log: one small document, written whole when the log is done.
+//! The record of a finished log: one small document, written atomically.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::facts::{EventFacts, LogFacts};
+use crate::policy::facts::{EventFacts, LogFacts};
 
 /// Version of the document.
 pub(super) const RECORD_SCHEMA: u32 = 1;
 
-/// A log that is done, in one way or the other.
+/// A finished log: analysed or failed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Record {
     /// Version of this document's keys.
@@ -20,7 +20,7 @@ pub(super) struct Record {
     pub(super) log_id: Option<String>,
     /// Length of its files (bytes).
     pub(super) bytes: Option<u64>,
-    /// The machine; `None` if it is not known which.
+    /// The machine; `None` if unknown.
     pub(super) machine: Option<MachineName>,
     /// See [`super::version`]; `None` without a machine.
     pub(super) analysis_version: Option<String>,
@@ -28,7 +28,7 @@ pub(super) struct Record {
     pub(super) tipwatch_version: String,
     /// Name of the model.
     pub(super) model: String,
-    /// What came out.
+    /// The result.
     pub(super) result: Outcome,
 }
 
@@ -41,11 +41,11 @@ pub(super) struct MachineName {
     pub(super) sha256: String,
 }
 
-/// What came of a log.
+/// The result of a log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub(super) enum Outcome {
-    /// It was analysed.
+    /// The log was analysed.
     Analysed {
         /// Its facts.
         facts: Box<LogFacts>,
@@ -54,15 +54,15 @@ pub(super) enum Outcome {
         /// Whether a report was written.
         has_report: bool,
     },
-    /// It was not.
+    /// The log could not be analysed.
     Failed {
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }
 
 impl Record {
-    /// Folder of the log's report within the output folder; `None` without one.
+    /// Folder of the report within the output folder; `None` without a report.
     pub(super) fn report_folder(&self) -> Option<String> {
         let Outcome::Analysed {
             has_report: true, ..
@@ -77,7 +77,7 @@ impl Record {
         matches!(self.result, Outcome::Failed { .. })
     }
 
-    /// The facts and events; `None` of a log that failed.
+    /// The facts and events; `None` for a failed log.
     pub(super) fn analysed(&self) -> Option<(&LogFacts, &[EventFacts])> {
         match &self.result {
             Outcome::Analysed { facts, events, .. } => Some((facts, events)),
@@ -91,9 +91,9 @@ impl Record {
         name.map_or(self.path.clone(), |name| name.to_string_lossy().into())
     }
 
-    /// The day of its first row, UTC, as `2026-06-01`; `None` if its stamps are no dates.
+    /// The day of its first row, UTC, such as `2026-06-01`; `None` if its stamps are not dates.
     pub(super) fn day(&self) -> Option<String> {
-        /// 1990-01-01 and 2100-01-01: stamps outside are times since something else.
+        /// 1990-01-01 and 2100-01-01: stamps outside have another epoch.
         const DATES_NS: std::ops::Range<i64> = 631_152_000_000_000_000..4_102_444_800_000_000_000;
         let (facts, _) = self.analysed()?;
         let start = Some(facts.start_ns).filter(|start| DATES_NS.contains(start))?;
@@ -102,7 +102,7 @@ impl Record {
     }
 }
 
-/// Where the report of a log goes, within the output folder.
+/// Folder of a log's report within the output folder.
 pub(super) fn report_folder(log_id: &str) -> String {
     format!("reports/{}", log_id.get(..16).unwrap_or(log_id))
 }

@@ -1,7 +1,6 @@
-//! The records of a screen on disk: `state/<hash of the log's path>.json`, each written whole.
+//! Records on disk: `state/<hash of the log's path>.json`, each written atomically.
 //!
-//! They are the truth; tables and page are made from them. A killed program leaves the records of the
-//! logs that were done, and nothing else that counts.
+//! Tables and page are built from them. A killed program leaves the records of the finished logs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,10 +8,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use super::record::{RECORD_SCHEMA, Record};
-use crate::files::{remove_unfinished, write_whole};
-use crate::load::hash_of;
+use crate::base::files::{remove_unfinished, write_atomically};
+use crate::base::provenance::hash_of;
 
-/// Where records are kept.
+/// The folder of records.
 #[derive(Debug)]
 pub(super) struct Store {
     folder: PathBuf,
@@ -26,7 +25,7 @@ impl Store {
         Ok(Self { folder })
     }
 
-    /// Removes what a killed program left half written; only while nobody else writes.
+    /// Removes partial files of a killed program; only while holding the lock.
     pub(super) fn tidy(&self) {
         remove_unfinished(&self.folder);
     }
@@ -35,10 +34,10 @@ impl Store {
         let key = hash_of(String::new(), record.path.as_bytes()).sha256;
         let name = format!("{}.json", key.get(..32).unwrap_or(&key));
         let text = serde_json::to_string_pretty(record)?;
-        write_whole(&self.folder.join(name), text.as_bytes())
+        write_atomically(&self.folder.join(name), text.as_bytes())
     }
 
-    /// All records, by path, and a word on each file that is none: its log is done again.
+    /// All records by path, and a note on each invalid file, whose log is analysed again.
     pub(super) fn load(&self) -> Result<(Vec<Record>, Vec<String>)> {
         let mut records = Vec::new();
         let mut unusable = Vec::new();

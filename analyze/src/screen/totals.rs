@@ -1,4 +1,4 @@
-//! The counts of a screen: `screen.json`, written last. While it is there, data set and page are whole.
+//! Totals of a run: `screen.json`, written last. If it exists, data set and page are complete.
 
 use serde::Serialize;
 
@@ -11,21 +11,21 @@ use crate::policy::Judgement;
 pub struct Totals {
     /// Version of the data set's columns and of this document.
     pub schema: u32,
-    /// Logs of different content, and those that cannot be read.
+    /// Logs of different content, including unreadable ones.
     pub logs: usize,
-    /// Paths with the content of another.
+    /// Paths with the same content as another.
     pub copies: u64,
-    /// Logs that were analysed.
+    /// Analysed logs.
     pub analysed: usize,
-    /// Logs that were not.
+    /// Failed logs.
     pub failed: usize,
-    /// Logs of which a part was lost.
+    /// Logs with losses.
     pub with_losses: usize,
     /// Logs with a report.
     pub with_findings: usize,
-    /// Logs that break the policy.
+    /// Logs that violate the policy.
     pub breaking_policy: usize,
-    /// Time in the analysed logs (s).
+    /// Total duration of the analysed logs (s).
     pub duration_s: f64,
 }
 

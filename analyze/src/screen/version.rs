@@ -1,4 +1,4 @@
-//! The version of an analysis: what, beside the log, its result depends on.
+//! The version of an analysis: everything except the log that its result depends on.
 
 use std::path::Path;
 
@@ -7,11 +7,12 @@ use serde::Serialize;
 use tipwatch_binding::MachineFile;
 
 use super::record::RECORD_SCHEMA;
-use crate::load::{hash_file, hash_of};
-use crate::options::Options;
-use crate::summary;
+use crate::base::options::Options;
+use crate::base::provenance::hash_file;
+use crate::base::provenance::hash_of;
+use crate::tables::summary;
 
-/// Everything that a result depends on, in the order in which it is hashed.
+/// What a result depends on, in the order in which it is hashed.
 #[derive(Serialize)]
 struct Ingredients<'a> {
     tipwatch: &'a str,
@@ -22,14 +23,14 @@ struct Ingredients<'a> {
     options: &'a Options,
 }
 
-/// The version of analyses with this machine and these options: results of the same log and the same
-/// version are the same.
+/// The version of analyses with this machine and these options: the same log and the same version give
+/// the same result.
 ///
 /// # Errors
 /// The machine's URDF cannot be read.
 pub(super) fn analysis_version(machine: &MachineFile, options: &Options) -> Result<String> {
     let folder = machine.path.parent().unwrap_or(Path::new(""));
-    // without a URDF beside the machine file, the log's own is part of the log
+    // without a URDF in the machine file, the one in the log is part of the log
     let urdf = machine.spec.urdf.as_ref();
     let urdf = urdf.map(|name| hash_file(&folder.join(name))).transpose()?;
     let ingredients = Ingredients {

@@ -1,29 +1,29 @@
-//! Logs in parallel, one on each worker, as many at a time as fit into memory.
+//! Analyses logs in parallel, one per worker, as many as fit into memory.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result};
 
-/// The analysis of a log on a worker takes this much whatever its size (bytes).
+/// Memory of an analysis regardless of the size of the log (bytes).
 const BASE_BYTES: u64 = 96 << 20;
-/// ... and this many times the size of the log's files, were they nothing but joint states and IMU
-/// samples under zstd; images and point clouds take nothing.
+/// Additional memory per byte of the log, if it contains only joint states and IMU samples under zstd;
+/// images and point clouds need none.
 const BYTES_PER_BYTE: u64 = 12;
-/// Of the machine's free memory this share is used where no limit is given (%).
+/// Default memory limit, as a share of the free memory (%).
 const DEFAULT_MEMORY_PERCENT: u64 = 75;
-/// Where the system does not tell how much is free (bytes).
+/// Default memory limit if the free memory is unknown (bytes).
 const FALLBACK_MEMORY_BYTES: u64 = 2 << 30;
-/// Stack of a worker, as large as that of a main thread.
+/// Stack size of a worker, as large as that of a main thread.
 const STACK_BYTES: usize = 8 << 20;
 
-/// What workers take their logs from.
+/// The queue of logs.
 struct Queue {
-    /// Size of the log's files and its path, the largest first.
+    /// Sizes and paths of the logs, the largest first.
     waiting: Vec<(u64, PathBuf)>,
-    /// Estimated memory of the logs at work (bytes).
+    /// Estimated memory of the logs in progress (bytes).
     in_use_bytes: u64,
-    /// An error of the screen itself, not of a log: everybody stops.
+    /// An error of the run itself, not of a log: all workers stop.
     failure: Option<anyhow::Error>,
 }
 
@@ -33,12 +33,12 @@ struct Shared {
     memory_bytes: u64,
 }
 
-/// Calls `work` for each log, on `jobs` threads of their own; each does its log alone, so that memory
-/// and speed go with the number of workers. Estimated memory stays within `memory_bytes`, except that one
-/// log is always at work.
+/// Calls `work` for each log on `jobs` threads. Each analyses its log on its own, so memory and speed
+/// scale with the number of workers. The estimated memory stays within `memory_bytes`, except that one
+/// log is always in progress.
 ///
 /// # Errors
-/// The first error of `work`; what was begun is done, nothing more is begun.
+/// The first error of `work`; logs in progress are finished, no others are started.
 pub(super) fn for_each_log(
     logs: &[PathBuf],
     jobs: usize,
@@ -58,12 +58,12 @@ pub(super) fn for_each_log(
     };
     std::thread::scope(|scope| -> Result<()> {
         for _ in 0..jobs.min(logs.len()) {
-            // whatever the analysis does in parallel stays on this worker
+            // parallel parts of the analysis stay on this worker
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(1)
                 .stack_size(STACK_BYTES)
                 .build()
-                .context("a worker cannot be started")?;
+                .context("cannot start a worker thread")?;
             let (shared, work) = (&shared, &work);
             scope.spawn(move || pool.install(|| shared.work_off(work)));
         }
@@ -74,7 +74,7 @@ pub(super) fn for_each_log(
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Queue> {
-        // nobody panics while holding it
+        // no code panics while holding it
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -92,7 +92,7 @@ impl Shared {
         }
     }
 
-    /// The largest log that fits beside those at work; waits while none does. `None` at the end.
+    /// The largest log that fits into the remaining memory; waits while none does. `None` at the end.
     fn next(&self) -> Option<(PathBuf, u64)> {
         let mut queue = self.lock();
         loop {
@@ -118,13 +118,13 @@ impl Shared {
 
 /// Estimated memory of the analysis of a log of this size (bytes).
 fn memory_of(size: u64) -> u64 {
-    // far from overflow of a sum of many
+    // keeps the sum of many far from overflow
     BASE_BYTES
         .saturating_add(size.saturating_mul(BYTES_PER_BYTE))
         .min(1 << 50)
 }
 
-/// Size of a log's files, for the order only: what cannot be read is small.
+/// Size of a log's files, for the order only; zero if unreadable.
 fn size_of(path: &Path) -> u64 {
     let Ok(metadata) = std::fs::metadata(path) else {
         return 0;
@@ -152,10 +152,9 @@ fn default_memory_bytes() -> u64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
     use std::sync::atomic::{AtomicUsize, Ordering};
-    use std::time::Duration;
 
     use super::*;
 
@@ -172,7 +171,7 @@ mod tests {
         );
         for_each_log(&logs, 4, Some(memory_bytes), |_| {
             most.fetch_max(now.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
-            std::thread::sleep(Duration::from_millis(5));
+            (0..1000).for_each(|_| std::thread::yield_now());
             now.fetch_sub(1, Ordering::SeqCst);
             done.fetch_add(1, Ordering::SeqCst);
             Ok(())
@@ -182,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn every_log_is_done_with_no_more_at_once_than_fit() {
+    fn every_log_is_done_within_the_memory_limit() {
         assert_eq!(most_at_once(0), (1, 12));
         let two = most_at_once(2 * memory_of(1000));
         assert!(two.0 <= 2 && two.1 == 12, "{two:?}");
@@ -190,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_of_the_screen_itself_ends_it() {
+    fn an_error_of_the_run_stops_all_workers() {
         let logs = [PathBuf::from("a"), PathBuf::from("b")];
         let error = for_each_log(&logs, 1, None, |_| anyhow::bail!("disk full")).unwrap_err();
         assert_eq!(error.to_string(), "disk full");

@@ -1,8 +1,10 @@
-//! The logs that are read: made once, the same bytes every time.
+//! The logs that are read: generated once, always the same bytes.
 
 use std::{collections::BTreeMap, fs::File, io::BufWriter, path::Path};
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
+
+use crate::cdr::{put, put_text};
 
 pub(crate) const JOINTS: usize = 6;
 const IMAGE_BYTES: usize = 900_000;
@@ -11,12 +13,12 @@ const DEFINITION: &str = "std_msgs/Header header\nstring[] name\nfloat64[] posit
     builtin_interfaces/Time stamp\nstring frame_id\n====\nMSG: builtin_interfaces/Time\n\
     int32 sec\nuint32 nanosec\n";
 
-/// What a log holds.
+/// The content of a log.
 #[derive(Clone, Copy)]
 pub(crate) enum Content {
     /// Joint states of three topics.
     Joints,
-    /// Nine bytes of images for one of joint states, in chunks of their own or not.
+    /// Nine bytes of images per byte of joint states, in separate chunks or not.
     Images { are_apart: bool },
 }
 
@@ -28,7 +30,7 @@ pub(crate) fn compression(name: &str) -> Option<Compression> {
     }
 }
 
-/// Makes a log, unless it is there.
+/// Generates a log unless it exists.
 pub(crate) fn make(path: &Path, content: Content, packing: &str, joint_states: u64) {
     if path.exists() {
         return;
@@ -49,21 +51,7 @@ pub(crate) fn joint_names() -> Vec<String> {
         .collect()
 }
 
-/// Appends after padding to the size of the value, as CDR demands.
-fn put<const N: usize>(cdr: &mut Vec<u8>, value: [u8; N]) {
-    while !(cdr.len() - 4).is_multiple_of(N) {
-        cdr.push(0);
-    }
-    cdr.extend(value);
-}
-
-fn put_text(cdr: &mut Vec<u8>, text: &str) {
-    put(cdr, (text.len() as u32 + 1).to_le_bytes());
-    cdr.extend(text.as_bytes());
-    cdr.push(0);
-}
-
-/// Positions as an encoder of 16 bits gives them, rates and efforts as differences do.
+/// Positions of a 16-bit encoder; velocities and efforts as their differences.
 fn joint_state(index: u64, names: &[String]) -> Vec<u8> {
     let mut cdr = vec![0, 1, 0, 0];
     put(
@@ -139,7 +127,8 @@ fn write_joints(path: &Path, compression: Option<Compression>, messages: u64) {
     writer.finish().expect("end of log");
 }
 
-/// Nine bytes of images for one of joint states. Images of cameras are packed already: noise.
+/// Nine bytes of images per byte of joint states. Camera images are compressed already, so they are
+/// noise.
 fn write_images(path: &Path, compression: Option<Compression>, are_apart: bool, joints: u64) {
     let mut writer = create(path, compression, 1 << 20);
     let joint = joint_channel(&mut writer, "/joint_states");
@@ -168,7 +157,7 @@ fn write_images(path: &Path, compression: Option<Compression>, are_apart: bool, 
             .write_to_known_channel(&header(joint, index), &joint_state(index, &names))
             .expect("message");
         if index % joints_for_an_image == joints_for_an_image - 1 {
-            // A recorder that ends the chunk before and after a large message.
+            // Like a recorder that ends the chunk before and after a large message.
             if are_apart {
                 writer.flush().expect("end of chunk");
             }

@@ -1,26 +1,27 @@
-//! Reading speed on whole files, beside the stream of the `mcap` crate, the readers of Python and the
-//! bare decompressors.
+//! Reading speed on whole files, compared with the `mcap` crate, the Python readers and the bare
+//! decompressors.
 //!
 //! `cargo bench -p tipwatch-ingest --bench figures -- [FOLDER] [MESSAGES] [PART OF A NAME]` makes the
 //! files in FOLDER (a temporary one by default), reads each several times, reader after reader in
 //! turn, and prints the best and the median of each. All readers see the same file in the same run;
 //! it is in the page cache. Ratios are those of the times, best to best and median to median.
 //!
-//! Getting half a gigabyte for columns can take longer than reading what fills them, above all in a
-//! virtual machine whose host takes back what is freed. `MIMALLOC_PURGE_DELAY=-1` keeps freed memory in
-//! the process, so that all rounds but the first measure reading alone.
+//! Allocating half a gigabyte for columns can take longer than filling them, especially in a
+//! virtual machine whose host reclaims freed memory. `MIMALLOC_PURGE_DELAY=-1` keeps freed memory
+//! in the process, so that all rounds but the first measure reading alone.
 //!
 //! (a) joint states on three topics, 5 million by default; (b) a tenth as many bytes of joint states
 //! among images on other topics, in chunks of their own and in chunks with the joint states.
 //!
-//! The readers of Python (`mcap`, `rosbags`) take part where the interpreter that `PYTHON` names,
-//! else `python3`, has them; they read the first messages only, and their rate is compared.
+//! The Python readers (`mcap`, `rosbags`) take part if the interpreter `PYTHON` (default `python3`)
+//! has them; they read only the first messages, and their rates are compared.
 
 // What it prints is its result.
 #![allow(clippy::print_stdout)]
 
+mod cdr;
 mod logs;
-#[path = "../../src/records/lz4.rs"]
+#[path = "../../src/formats/records/lz4.rs"]
 #[allow(dead_code)]
 mod lz4;
 mod python;
@@ -127,11 +128,11 @@ fn measure(name: &str, path: &Path) {
     python::measure(path, stream_rate, columns_rate);
 }
 
-/// Of all threads of this process, to a hundredth; zero where the system does not tell.
+/// CPU time of all threads of this process, to a hundredth of a second; zero if unavailable.
 fn processor_seconds() -> f64 {
     const TICKS_PER_S: f64 = 100.0;
     let told = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The name of the program stands in parentheses and may hold anything.
+    // The program name is in parentheses and may contain anything.
     let numbers = told.rsplit(')').next().unwrap_or_default();
     let ticks = numbers.split_whitespace().skip(11).take(2);
     ticks

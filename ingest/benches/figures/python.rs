@@ -1,10 +1,10 @@
-//! The readers of Python, in the same run on the same file.
+//! The Python readers, in the same run on the same file.
 
 use std::{path::Path, process::Command};
 
 const SCRIPT: &str = include_str!("python_readers.py");
 
-/// Prints their rates beside those of the crate's stream and of [`record_sensors`].
+/// Prints their rates next to those of the `mcap` crate and of [`record_sensors`].
 ///
 /// [`record_sensors`]: tipwatch_ingest::record_sensors
 pub(crate) fn measure(path: &Path, stream_rate: f64, columns_rate: f64) {

@@ -1,4 +1,4 @@
-//! The readers that are compared. Each reads a file and counts what it handed out.
+//! The compared readers. Each reads a file and counts its output.
 
 use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path};
 
@@ -13,7 +13,7 @@ use crate::{
 
 pub(crate) type Reader = fn(&Path) -> u64;
 
-/// By name; the second is the one that the others are compared with.
+/// By name; the second is the baseline.
 pub(crate) const READERS: [(&str, Reader); 9] = [
     ("bare decompressor, all cores", decompress_on_all_cores),
     ("mcap crate, stream, no CRC", crate_stream),
@@ -138,7 +138,7 @@ fn columns(path: &Path) -> u64 {
 
 fn map(path: &Path) -> memmap2::Mmap {
     let file = File::open(path).expect("the file");
-    // SAFETY: nobody writes to the files of this benchmark while it runs.
+    // SAFETY: the files of this benchmark are not written to while it runs.
     #[allow(unsafe_code)]
     unsafe {
         memmap2::Mmap::map(&file).expect("mapped")
@@ -167,7 +167,7 @@ fn decompress_on_all_cores(path: &Path) -> u64 {
     decompress_with(path, threads)
 }
 
-/// Every chunk through the decompressor that the reader uses, and nothing else: no CRC, no walk.
+/// Decompresses every chunk with the reader's decompressor, without CRC and walk.
 fn decompress_with(path: &Path, threads: usize) -> u64 {
     let mapped = map(path);
     let summary = mcap::Summary::read(&mapped)

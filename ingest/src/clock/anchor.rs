@@ -1,27 +1,27 @@
-//! The clock that most topics share, and how it goes with the log time.
+//! Finds the clock that most topics share, and its mapping to the log time.
 
 use super::{
     line::{Line, few, median_ns},
-    seconds_between,
+    time::seconds_between,
 };
 
-/// Stamps of one clock are not further apart than messages can be on their way (ns).
+/// Clocks further apart are different: larger than any transport delay (ns).
 pub(super) const ONE_CLOCK_NS: i64 = 1_000_000_000;
-/// Slopes that differ by no more are of one clock.
+/// Largest difference in rate between topics of one clock.
 const ONE_PACE: f64 = 50e-6;
-/// A straight line that knots do not leave further describes the offset (ns).
+/// Largest deviation of a knot for which one straight line describes the offset (ns).
 const STRAIGHT_NS: i64 = 2_000_000;
-/// Messages between two knots, and most knots.
+/// Messages between two knots, and the largest number of knots.
 const MESSAGES_A_KNOT: usize = 50;
 const MOST_KNOTS: usize = 512;
 
-/// A clock as its topic shows it: by how much it is ahead of the log time.
+/// The clock of a topic, as an offset to the log time.
 #[derive(Debug, Clone)]
 pub(super) struct Clock {
     pub(super) line: Line,
     /// The first and the last log time.
     pub(super) log_span_ns: (i64, i64),
-    /// Log times and offsets of a few messages: those that the line goes through.
+    /// Log times and offsets of the messages that the line was fitted to.
     pub(super) points: Vec<(i64, i64)>,
 }
 
@@ -43,7 +43,7 @@ impl Clock {
         })
     }
 
-    /// By how much it is ahead of another one, in the middle of the time that both were recorded in (ns).
+    /// How far it is ahead of another clock, at the middle of the time span that both cover (ns).
     fn ahead_of(&self, other: &Self) -> i64 {
         let from = self.log_span_ns.0.max(other.log_span_ns.0);
         let to = self.log_span_ns.1.min(other.log_span_ns.1);
@@ -61,7 +61,7 @@ impl Clock {
     }
 }
 
-/// Log time of each message that has a stamp, and by how much the stamp is ahead of it (ns).
+/// Log time of each stamped message, and stamp minus log time (ns).
 pub(super) fn offsets(
     stamps: impl Iterator<Item = Option<i64>> + Clone,
     log_ns: &[i64],
@@ -71,8 +71,8 @@ pub(super) fn offsets(
         .filter_map(|(stamp, &log)| Some((log, stamp?.saturating_sub(log))))
 }
 
-/// The clock that most others are one with; among those the one whose pace most have, or that goes
-/// most like the recorder's. The first of equals.
+/// Chooses the clock that agrees with most others; among those the one with the most common rate,
+/// or else the rate closest to the recorder's. The first of equals wins.
 pub(super) fn choose(clocks: &[(usize, Clock)]) -> Option<usize> {
     let with = |clock: &Clock| clocks.iter().filter(|(_, c)| c.is_one_with(clock)).count();
     let largest = clocks.iter().map(|(_, clock)| with(clock)).max()?;
@@ -86,29 +86,29 @@ pub(super) fn choose(clocks: &[(usize, Clock)]) -> Option<usize> {
         .iter()
         .filter(|(_, clock)| same_pace(clock) == most)
         .min_by(|(_, a), (_, b)| {
-            // all paces that are one count as equal, so that the first topic stays the first
+            // rates that agree count as equal, so that the first topic wins
             let distance = |clock: &Clock| (clock.line.slope.abs() / ONE_PACE).round();
             distance(a).total_cmp(&distance(b))
         });
     best.map(|(topic, _)| *topic)
 }
 
-/// What has to be added to a log time to make it a time of the anchor's clock.
+/// The offset from log time to the anchor's clock.
 #[derive(Debug, Clone)]
 pub(super) struct LogMap {
     pub(super) line: Line,
-    /// Log times and offsets where one straight line does not do; empty where it does.
+    /// Knots (log time, offset) where one straight line is not enough; else empty.
     knots: Vec<(i64, i64)>,
 }
 
 impl LogMap {
-    /// The log time itself.
+    /// The mapping of the log time to itself.
     pub(super) const IDENTITY: Self = Self {
         line: Line::SAME,
         knots: Vec::new(),
     };
 
-    /// From log times and offsets.
+    /// From pairs of log time and offset.
     pub(super) fn through(line: Line, mut points: Vec<(i64, i64)>) -> Self {
         points.sort_unstable();
         let size = MESSAGES_A_KNOT.max(points.len().div_ceil(MOST_KNOTS));
@@ -127,7 +127,7 @@ impl LogMap {
         Self { line, knots }
     }
 
-    /// The offset at a log time (ns): between knots in a straight line, and on that line beyond the ends.
+    /// The offset at a log time (ns): linear between knots, extrapolated beyond the ends.
     pub(super) fn at(&self, log_ns: i64) -> i64 {
         let next = self.knots.partition_point(|knot| knot.0 < log_ns);
         let last = self.knots.len().saturating_sub(1);

@@ -1,80 +1,72 @@
-//! What is odd about the clocks of a log, and what was done about it.
+//! Findings about the clocks of a log, and how they were treated.
 
 use std::fmt;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::IntoStaticStr;
 
-/// Something about the clocks of a log that a reader has to know.
+/// A finding about the clocks of a log that a reader should know.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ClockFinding {
-    /// What kind of thing.
+    /// The kind of finding.
     pub kind: ClockFindingKind,
-    /// Whether it was dealt with.
+    /// How it was treated.
     pub treatment: Treatment,
-    /// What was seen, as a part of a sentence.
+    /// What was found, as part of a sentence.
     pub seen: String,
-    /// What was done about it, or why nothing could be, as a part of a sentence.
+    /// What was done about it, or why nothing could be done, as part of a sentence.
     pub done: String,
 }
 
 /// Kinds of [`ClockFinding`]s.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema, IntoStaticStr,
+)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 #[non_exhaustive]
 pub enum ClockFindingKind {
-    /// Stamps count from the start of a simulation, or of the machine.
+    /// Stamps count from the start of a simulation or of the machine.
     SimulationTime,
-    /// The log was recorded from a replay, or rewritten: its log times are of another day or pace.
+    /// The log was recorded from a replay, or rewritten: its log times are of another day or rate.
     ReplayedLog,
-    /// Messages without a stamp, or with zero.
+    /// Messages with a missing or zero stamp.
     ZeroStamps,
-    /// The header has no stamp that can be used: publish or log time stands in.
+    /// The header has no usable stamp: publish or log time is used instead.
     NoHeaderStamp,
-    /// The clock of a topic started again: a restart, or a replay in a loop.
+    /// The clock of a topic restarted, or a replay looped.
     ClockRestart,
-    /// Single messages with an earlier stamp than the one before.
+    /// Single messages with an earlier stamp than the previous one.
     DisorderedStamps,
-    /// Messages with the stamp of the one before.
+    /// Messages that repeat the previous stamp.
     RepeatedStamps,
-    /// The stamps of a topic are of another epoch than those of the others.
+    /// The stamps of a topic have another epoch than those of the others.
     OtherEpoch,
-    /// The clock of a topic is apart from that of the others, in the same epoch.
+    /// The clock of a topic has an offset to that of the others, in the same epoch.
     ClockApart,
-    /// The clock of a topic is faster or slower than that of the others.
+    /// The clock of a topic drifts against that of the others.
     ClockDrift,
     /// Stamps that are neither dates nor counted from a start.
     ImpossibleStamps,
 }
 
-/// Whether a finding was dealt with.
+/// How a finding was treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Treatment {
-    /// The stamps that are used are sound.
+    /// The stamps used are valid.
     Handled,
     /// The samples cannot be used.
     Refused,
-    /// Nothing was done; the reader has to judge.
+    /// Nothing was done; the reader must judge.
     Reported,
 }
 
 impl ClockFindingKind {
     /// Its name, as in JSON.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::SimulationTime => "simulation_time",
-            Self::ReplayedLog => "replayed_log",
-            Self::ZeroStamps => "zero_stamps",
-            Self::NoHeaderStamp => "no_header_stamp",
-            Self::ClockRestart => "clock_restart",
-            Self::DisorderedStamps => "disordered_stamps",
-            Self::RepeatedStamps => "repeated_stamps",
-            Self::OtherEpoch => "other_epoch",
-            Self::ClockApart => "clock_apart",
-            Self::ClockDrift => "clock_drift",
-            Self::ImpossibleStamps => "impossible_stamps",
-        }
+        self.into()
     }
 }
 

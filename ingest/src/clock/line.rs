@@ -1,32 +1,32 @@
-//! How one clock goes against another: a straight line that few bad points do not move.
+//! The offset of one clock against another: a robust straight line.
 //!
-//! Theil (1950), Sen (1968): the slope is the median of the slopes between all pairs of points, the
-//! offset the median of what the slope leaves.
+//! Theil-Sen estimator (Theil 1950, Sen 1968): the slope is the median of the slopes of all pairs
+//! of points, the offset the median of the residuals.
 
-use super::{NS_PER_S, seconds_between};
+use super::time::{NS_PER_S, seconds_between};
 
-/// Most points that a slope is taken from: their pairs grow with the square.
+/// Most points used for a slope; the number of pairs grows with the square.
 const MOST_POINTS: usize = 300;
-/// Standard deviation of a normal distribution by its median absolute deviation.
+/// Standard deviation of a normal distribution per median absolute deviation.
 pub(super) const SIGMA_BY_MAD: f64 = 1.4826;
 
-/// The offset of one clock against another, by the time of the other.
+/// The offset of one clock against another, as a function of the other's time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Line {
     at_ns: i64,
     offset_ns: i64,
-    /// Seconds that the offset grows in a second.
+    /// Growth of the offset (s/s).
     pub(super) slope: f64,
     /// Standard deviation of the slope.
     pub(super) slope_sigma: f64,
     /// Median absolute deviation of the points from the line (s).
     pub(super) mad_s: f64,
-    /// From the first to the last point (s).
+    /// Time from the first to the last point (s).
     pub(super) span_s: f64,
 }
 
 impl Line {
-    /// Both clocks are one.
+    /// The line of two equal clocks.
     pub(super) const SAME: Self = Self {
         at_ns: 0,
         offset_ns: 0,
@@ -36,13 +36,13 @@ impl Line {
         span_s: 0.0,
     };
 
-    /// Through points (time, offset), in nanoseconds; `None` without any.
+    /// Fits points (time, offset) in nanoseconds; `None` without points.
     pub(super) fn through(points: impl Iterator<Item = (i64, i64)> + Clone) -> Option<Self> {
         let points = few(points);
         let (&(first, _), &(last, _)) = (points.first()?, points.last()?);
         let mut offsets: Vec<i64> = points.iter().map(|point| point.1).collect();
         let reference = median_ns(&mut offsets)?;
-        // small numbers, exact in floating point
+        // small differences are exact in floating point
         let small: Vec<(f64, f64)> = points
             .iter()
             .map(|&(x, y)| (seconds_between(first, x), seconds_between(reference, y)))
@@ -86,7 +86,7 @@ fn median_slope(points: &[(f64, f64)]) -> Option<f64> {
     median(&mut slopes)
 }
 
-/// Evenly chosen points: as many as make a line.
+/// Evenly chosen points, few enough for a fit.
 pub(super) fn few(points: impl Iterator<Item = (i64, i64)> + Clone) -> Vec<(i64, i64)> {
     let all = points.clone().count();
     let count = all.min(MOST_POINTS);
@@ -100,14 +100,14 @@ pub(super) fn few(points: impl Iterator<Item = (i64, i64)> + Clone) -> Vec<(i64,
         .collect()
 }
 
-/// The middle value, the lower of two; `None` without any.
+/// The middle value, the lower of two; `None` if empty.
 pub(super) fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len().checked_sub(1)? / 2;
     let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
     Some(*median)
 }
 
-/// As [`median`], of whole numbers.
+/// Like [`median`], for integers.
 pub(super) fn median_ns(values: &mut [i64]) -> Option<i64> {
     let middle = values.len().checked_sub(1)? / 2;
     Some(*values.select_nth_unstable(middle).1)

@@ -1,16 +1,15 @@
-//! Which of a message's three times is its time, how the clocks of a log behave, and how all topics of a
-//! log come to one time base.
+//! Chooses the time stamp of each topic, analyses its clock, and puts all topics on one time base.
 //!
-//! A message has up to three times: the stamp in its header, when it was sent, when it was recorded. A
-//! [`StampDecision`] takes the first of them that can be used. [`TopicStatistics`] tells how the stamps of a
-//! topic behave. The [`TimeBase`] of a log is one clock, that of most topics; topics with another one are put
-//! on it by way of the log time, which all messages have. What was odd and what was done about it is told by
-//! [`ClockFinding`]s.
+//! A message has up to three times: the stamp in its header, the publish time and the log time. A
+//! [`StampDecision`] selects the first usable one. [`TopicStatistics`] describes rate, gaps and
+//! offsets of the stamps. The [`TimeBase`] of a log is the clock of most topics; topics on other
+//! clocks are mapped to it through the log time, which all messages have. [`ClockFinding`]s report
+//! anomalies and their treatment.
 
 mod anchor;
+mod describe;
 mod finding;
 mod line;
-mod odd;
 mod own_clock;
 mod placing;
 mod restarts;
@@ -18,6 +17,7 @@ mod stamp;
 mod statistics;
 mod steps;
 mod thinned;
+mod time;
 mod time_base;
 mod times;
 mod timing;
@@ -32,19 +32,3 @@ pub use self::{
     times::Times,
     timing::{StampOffset, TopicTiming},
 };
-
-pub(crate) const NS_PER_S: f64 = 1e9;
-/// Start of 1990: stamps before it are counted from the start of something.
-pub(crate) const EARLIEST_DATE_NS: i64 = 631_152_000_000_000_000;
-/// Start of 2100: no machine has logged after it.
-pub(crate) const LATEST_DATE_NS: i64 = 4_102_444_800_000_000_000;
-
-/// Whether a time is a date that a log can have.
-pub(crate) fn is_date(stamp_ns: i64) -> bool {
-    (EARLIEST_DATE_NS..LATEST_DATE_NS).contains(&stamp_ns)
-}
-
-/// Subtracted as integers first: a date in nanoseconds is too large for an exact f64.
-pub(crate) fn seconds_between(from_ns: i64, to_ns: i64) -> f64 {
-    to_ns.saturating_sub(from_ns) as f64 / NS_PER_S
-}

@@ -6,12 +6,12 @@ use super::{
     statistics::TopicStatistics,
     times::{Stamps, Times},
 };
-use crate::log::Format;
+use crate::file::Format;
 
-/// Which time a topic goes by, and where its clock starts again.
+/// The time source of a topic, and where its clock restarts.
 pub(super) struct OwnClock<'t> {
     pub(super) decision: StampDecision,
-    /// The stamps as they stand in the log.
+    /// The stamps as recorded.
     pub(super) stamps: Stamps<'t>,
     pub(super) restarts: Vec<Restart>,
 }
@@ -32,7 +32,7 @@ impl<'t> OwnClock<'t> {
             _ => StampSource::Log,
         };
         let reason = format!(
-            "{} starts again {} times",
+            "{} restarts {} times",
             clock.decision.source,
             clock.restarts.len()
         );
@@ -46,7 +46,7 @@ impl<'t> OwnClock<'t> {
     fn by(decision: StampDecision, times: &'t Times) -> Self {
         let stamps = times.by(decision.source);
         let restarts = match decision.source {
-            // nothing tells of a restart of the recorder's clock
+            // a restart of the recorder's clock cannot be detected
             StampSource::Log => Vec::new(),
             StampSource::Header | StampSource::Publish => restarts::find(stamps, times.log_ns()),
         };

@@ -1,53 +1,52 @@
-//! Puts the samples of a topic on the clock of its log.
+//! Maps the stamps of a topic to the clock of its log.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
-    NS_PER_S,
     anchor::{Clock, ONE_CLOCK_NS},
+    describe,
     finding::{ClockFinding, ClockFindingKind as Kind},
     line::{Line, SIGMA_BY_MAD, median_ns},
-    odd,
     own_clock::OwnClock,
     restarts::add_pauses,
-    seconds_between,
     stamp::{StampDecision, StampSource},
     statistics::TopicStatistics,
+    time::{NS_PER_S, seconds_between},
     time_base::TimeBase,
     times::Times,
 };
 
-/// Clocks that are further apart are of different epochs (s).
+/// Clocks further apart have different epochs (s).
 const OTHER_EPOCH_S: f64 = 3600.0;
-/// A stamp that is further from where the log time puts it is none (ns).
+/// A stamp further from its expected value is invalid (ns).
 const IMPOSSIBLE_NS: i64 = 3_600_000_000_000;
-/// A drift that makes less over the log does not matter (s).
+/// A drift that adds up to less over the log is ignored (s).
 const LEAST_DRIFT_S: f64 = 0.02;
-/// A shorter time does not tell a drift (s).
+/// Shorter spans do not determine a drift (s).
 const LEAST_SPAN_S: f64 = 5.0;
-/// A drift is real if it is this many standard deviations.
+/// A drift counts if it exceeds this many standard deviations.
 const DRIFT_SIGMAS: f64 = 5.0;
-/// Log times that scatter more about a topic's clock do not tell what it shows (s).
+/// Log times with more scatter about a topic's clock cannot place it (s).
 const MOST_SCATTER_S: f64 = 0.1;
 
 /// What was done to the stamps of a topic.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct StampCorrection {
-    /// Median of what was added, restarts aside.
+    /// Median offset added (s), without restarts.
     pub added_s: f64,
-    /// Drift that was taken out, in millionths.
+    /// Drift removed (ppm).
     pub drift_removed_ppm: f64,
-    /// How often the topic's clock started again.
+    /// Number of restarts of the topic's clock.
     pub restarts: usize,
 }
 
 /// The samples of a topic on the clock of their log.
 #[derive(Debug, Clone)]
 pub struct Placed {
-    /// The stamp of each message; `None` where it has none that can be used.
+    /// The stamp of each message; `None` where there is no usable one.
     pub stamps_ns: Vec<Option<i64>>,
-    /// Which time they come from, and why.
+    /// The time source, and why it was chosen.
     pub clock: StampDecision,
     /// What was done to them.
     pub correction: StampCorrection,
@@ -58,9 +57,9 @@ pub struct Placed {
 impl TimeBase {
     /// Puts a topic's samples on this clock.
     ///
-    /// Stamps of the same clock stay as they are. Others are shifted as a whole, so that they are ahead of
-    /// the log times by as much as those of the clock's own topic; a drift is taken out the same way.
-    /// Messages without stamps get their publish or log time, shifted likewise.
+    /// Stamps of the same clock stay unchanged. Others are shifted as a whole, so that their offset
+    /// to the log times equals that of the anchor topic; drift is removed the same way. Messages
+    /// without stamps get their publish or log time, shifted likewise.
     pub fn place(&self, name: &str, times: &Times, statistics: &TopicStatistics) -> Placed {
         let own = OwnClock::of(times, statistics, self.without_publish);
         let mut placed = Placed {
@@ -69,7 +68,7 @@ impl TimeBase {
                 restarts: own.restarts.len(),
                 ..StampCorrection::default()
             },
-            findings: odd::of_topic(statistics, &own, &self.restarts),
+            findings: describe::of_topic(statistics, &own, &self.restarts),
             clock: own.decision.clone(),
         };
         let source = placed.clock.source;
@@ -81,7 +80,9 @@ impl TimeBase {
                 self.place_own_clock(&mut placed, times, &clock);
             }
         } else if !times.is_empty() {
-            placed.findings.push(odd::only_log_times(&placed.clock));
+            placed
+                .findings
+                .push(describe::only_log_times(&placed.clock));
         }
         placed.findings.extend(self.findings.iter().cloned());
         let stamps_ns = &mut placed.stamps_ns;
@@ -89,7 +90,7 @@ impl TimeBase {
         placed
     }
 
-    /// The topic has stamps of some clock: this one, or another.
+    /// Places a topic with stamps of this or another clock.
     fn place_own_clock(&self, placed: &mut Placed, times: &Times, clock: &Clock) {
         let log_ns = times.log_ns();
         let points = &clock.points;
@@ -106,7 +107,7 @@ impl TimeBase {
             return;
         }
         let anchor = self.anchor().unwrap_or("the log time").to_owned();
-        let seen = odd::seen_apart(&anchor, is_other, apart_ns, drifts.then_some(&line));
+        let seen = describe::seen_apart(&anchor, is_other, apart_ns, drifts.then_some(&line));
         let kind = match seconds_between(0, apart_ns).abs() {
             _ if !is_other => Kind::ClockDrift,
             apart_s if apart_s > OTHER_EPOCH_S => Kind::OtherEpoch,
@@ -128,15 +129,15 @@ impl TimeBase {
         placed.correction.drift_removed_ppm = if drifts { line.slope * 1e6 } else { 0.0 };
         let scatter_ms = SIGMA_BY_MAD * line.mad_s * 1e3;
         let done = format!(
-            "put on the clock of {anchor} by the log time, as if messages of both were on their way equally long; what differs in that, \
-             some milliseconds as a rule, remains (log times scatter by {scatter_ms:.1} ms)"
+            "mapped to the clock of {anchor} through the log time, assuming equal transport delays; their difference, \
+             usually some milliseconds, remains as an error (log times scatter by {scatter_ms:.1} ms)"
         );
         placed
             .findings
             .push(ClockFinding::handled(kind, seen, done));
     }
 
-    /// The topic has only publish or log times: they are shifted to what a stamp would show.
+    /// Places a topic with only publish or log times, shifted to what a stamp would show.
     fn place_worse_time(&self, placed: &mut Placed, times: &Times) {
         let seen = format!("{} is used: {}", placed.clock.source, placed.clock.reason);
         let by_publish = match placed.clock.source {
@@ -159,7 +160,7 @@ impl TimeBase {
         let added_s = seconds_between(0, median_ns(&mut added).unwrap_or(0));
         placed.correction.added_s = added_s;
         let done = format!(
-            "put on the clock of {} by adding the {added_s:.4} s by which its stamps are ahead of that time",
+            "mapped to the clock of {} by adding {added_s:.4} s, the offset of its stamps to that time",
             self.anchor().unwrap_or("the others")
         );
         placed
@@ -168,7 +169,7 @@ impl TimeBase {
     }
 }
 
-/// Whether a clock is faster or slower than another by more than chance, and by enough to matter.
+/// Whether a clock drifts significantly, and by enough to matter.
 fn drifts(line: &Line) -> bool {
     let grown_s = line.slope.abs() * line.span_s;
     line.span_s > LEAST_SPAN_S
@@ -189,7 +190,7 @@ fn why_log_times_do_not_tell(line: &Line, is_constant: bool) -> Option<String> {
     })
 }
 
-/// Leaves out single stamps that are far from all others, and gives back the clock of those that stay.
+/// Omits single stamps far from all others, and returns the clock of the remaining ones.
 fn leave_out_impossible(placed: &mut Placed, times: &Times) -> Option<Clock> {
     let clock = Clock::of(placed.stamps_ns.iter().copied(), times.log_ns())?;
     let mut worst_ns = 0;
@@ -209,10 +210,10 @@ fn leave_out_impossible(placed: &mut Placed, times: &Times) -> Option<Clock> {
         return Some(clock);
     }
     let seen = format!(
-        "{count} stamps are more than an hour from where the log times put them, the worst by {:.0} s",
+        "{count} stamps differ by more than an hour from the value expected by log time, at most by {:.0} s",
         worst_ns as f64 / NS_PER_S
     );
-    let done = "those messages are left out";
+    let done = "these messages are omitted";
     let kind = Kind::ImpossibleStamps;
     placed
         .findings

@@ -1,48 +1,48 @@
-//! Clocks that start again in the middle of a log: a restart of what stamps, or a replay in a loop.
+//! Detects clocks that restart within a log: a restarted driver, or a looped replay.
 
 use super::{
     line::{Line, median_ns},
     times::{Stamps, Times},
 };
 
-/// A clock that falls back by less has not started again (ns).
+/// A smaller step back is not a restart (ns).
 const LEAST_FALL_NS: i64 = 1_000_000_000;
-/// A clock that leaps ahead of the log time by more was set (ns).
+/// A larger jump ahead of the log time means the clock was set (ns).
 const LEAST_LEAP_NS: i64 = 3_600_000_000_000;
-/// Messages that have to follow the new clock.
+/// Messages that must confirm the new clock.
 const CONFIRMING: usize = 2;
-/// Messages on each side from which the shift is taken.
+/// Messages on each side that determine the shift.
 const WINDOW: usize = 100;
-/// Topics that fall back within this log time do so together (ns).
+/// Restarts of several topics within this log time are one event (ns).
 const TOGETHER_NS: i64 = 2_000_000_000;
-/// What stands between two runs of a whole log, so that nothing is carried from one to the other (ns).
+/// Pause between two runs of a whole log, so that no state is carried over (ns).
 pub(super) const PAUSE_NS: i64 = 1_000_000_000;
-/// A clock that starts again more often is none.
+/// A clock with more restarts is unusable.
 pub(super) const MOST_RESTARTS: usize = 200;
 
-/// A place where a clock starts again.
+/// A restart of a clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Restart {
     /// The first message of the new run.
     pub(super) index: usize,
     /// When it was recorded.
     pub(super) log_time_ns: i64,
-    /// How far the clock went ahead; negative where it fell back.
+    /// The jump of the clock; negative if it stepped back.
     pub(super) leap_ns: i64,
-    /// What has to be added to the new run, so that the clock goes on with the log time.
+    /// Shift of the new run that continues the clock along the log time.
     pub(super) shift_ns: i64,
 }
 
-/// A restart of several topics' clocks, or of one's.
+/// A restart of one or several topics' clocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CommonRestart {
     pub(super) log_time_ns: i64,
     pub(super) shift_ns: i64,
-    /// Whether every topic that was being recorded started again: then the runs are different times.
+    /// Whether every active topic restarted: then the runs are separate in time.
     pub(super) is_whole: bool,
 }
 
-/// Where the clock that these stamps are of starts again.
+/// Finds the restarts in a sequence of stamps.
 pub(super) fn find(stamps: Stamps<'_>, log_ns: &[i64]) -> Vec<Restart> {
     let mut present = (stamps.iter().enumerate())
         .filter_map(|(index, stamp)| Some((index, stamp?)))
@@ -57,7 +57,7 @@ pub(super) fn find(stamps: Stamps<'_>, log_ns: &[i64]) -> Vec<Restart> {
         let log_step = log_ns[index].saturating_sub(log_before);
         let is_set = leap_ns.saturating_sub(log_step) > LEAST_LEAP_NS;
         if is_set || leap_ns < -LEAST_FALL_NS {
-            // a single bad stamp is followed by one that is back where the clock was
+            // after a single bad stamp, the clock returns to its previous course
             let follows = |next: &i64| next.abs_diff(stamp) < leap_ns.unsigned_abs() / 2;
             let next = stamps.from(index + 1).iter().flatten().take(CONFIRMING);
             if next.filter(follows).count() < CONFIRMING {
@@ -95,7 +95,7 @@ fn add_shifts(restarts: &mut [Restart], stamps: Stamps<'_>, log_ns: &[i64]) {
     let pace = longest.and_then(|run| Line::through(offsets(run[0], run[1]).into_iter()));
     let slope = pace.map_or(0.0, |line| line.slope);
     for (run, restart) in restarts.iter_mut().enumerate() {
-        // offset of each message as it would be at the restart, were the clock to go on
+        // offset of each message, extrapolated to the restart
         let at_restart = |(log, offset): (i64, i64)| {
             let ahead = restart.log_time_ns.saturating_sub(log) as f64;
             offset.saturating_add((slope * ahead) as i64)
@@ -111,7 +111,8 @@ fn add_shifts(restarts: &mut [Restart], stamps: Stamps<'_>, log_ns: &[i64]) {
     }
 }
 
-/// Restarts of all topics: those at one time are one, with one shift, so that the topics stay together.
+/// Merges the restarts of all topics: simultaneous ones get one shift, so that the topics stay
+/// aligned.
 pub(super) fn in_common(topics: &[(&[Restart], &Times)]) -> Vec<CommonRestart> {
     let mut all: Vec<(usize, Restart)> = (topics.iter().enumerate())
         .flat_map(|(topic, (restarts, _))| restarts.iter().map(move |r| (topic, *r)))
@@ -140,7 +141,7 @@ pub(super) fn in_common(topics: &[(&[Restart], &Times)]) -> Vec<CommonRestart> {
     common
 }
 
-/// Adds to each stamp the shifts of the restarts before it: the common ones where they are.
+/// Adds the shifts of all previous restarts to each stamp, using common ones where available.
 pub(super) fn unrolled<'a>(
     stamps: Stamps<'a>,
     restarts: &'a [Restart],
@@ -166,7 +167,7 @@ pub(super) fn unrolled<'a>(
     stamps.iter().enumerate().map(add)
 }
 
-/// Adds the pauses that stand before each message: one for each restart of the whole log.
+/// Adds one pause per restart of the whole log before each message.
 pub(super) fn add_pauses(
     stamps_ns: &mut [Option<i64>],
     restarts: &[Restart],
@@ -180,7 +181,7 @@ pub(super) fn add_pauses(
     if whole.is_empty() {
         return;
     }
-    // a topic's own restart tells exactly which messages are after it, the log time within a while
+    // a topic's own restart determines exactly which messages follow it, the log time only roughly
     let starts: Vec<(i64, Option<usize>)> = (whole.iter())
         .map(|&time| {
             let near = |r: &&Restart| r.log_time_ns.abs_diff(time) <= TOGETHER_NS.unsigned_abs();

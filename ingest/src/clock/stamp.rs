@@ -1,32 +1,26 @@
-//! Which of a message's three times is its time.
-
-use std::fmt;
+//! Chooses one of a message's three times.
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::Display;
 
-use crate::log::Format;
+use crate::file::Format;
 
-/// One of the times that a message carries, the best first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+/// The times of a message, the best first.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema, Display,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum StampSource {
     /// The stamp that the sensor wrote into the message.
+    #[strum(serialize = "header.stamp")]
     Header,
     /// When the message was sent.
+    #[strum(serialize = "publish time")]
     Publish,
     /// When the recorder received it.
+    #[strum(serialize = "log time")]
     Log,
-}
-
-impl fmt::Display for StampSource {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Header => "header.stamp",
-            Self::Publish => "publish time",
-            Self::Log => "log time",
-        })
-    }
 }
 
 /// The time to use for a topic, and why.
@@ -34,11 +28,11 @@ impl fmt::Display for StampSource {
 pub struct StampDecision {
     /// The time to use.
     pub source: StampSource,
-    /// Why no better one is used, or why this one can be.
+    /// Why no better one is used, or why this one is usable.
     pub reason: String,
 }
 
-/// What a decision rests on.
+/// The evidence for a decision.
 pub(super) struct StampEvidence {
     pub(super) messages: usize,
     /// Messages whose header has a stamp that is not zero.
@@ -51,8 +45,8 @@ pub(super) struct StampEvidence {
 }
 
 impl StampEvidence {
-    /// The header's stamp if nearly all messages have one that changes; else the publish time if
-    /// the log has one of its own; else the log time.
+    /// The header stamp if most messages have one and it changes; else a separate publish time;
+    /// else the log time.
     pub(super) fn decide(&self) -> StampDecision {
         let against_header = match self.against_header() {
             None => {

@@ -1,41 +1,40 @@
-//! Takes note of the times of a topic, in bounded memory.
+//! Statistics of a topic's times, in bounded memory.
 
 use super::{
-    is_date,
     line::{Line, SIGMA_BY_MAD, median},
-    seconds_between,
     stamp::{StampDecision, StampEvidence, StampSource},
     steps::Steps,
     thinned::Thinned,
+    time::{is_date, seconds_between},
     timing::{StampOffset, TopicTiming},
 };
-use crate::log::Format;
+use crate::file::Format;
 
-/// Takes note of the times of a topic's messages, one after the other, in bounded memory.
+/// Statistics of the times of a topic's messages, in bounded memory.
 ///
-/// Counts, extremes and the longest gaps are those of all messages; medians and drifts those of some
-/// thousands, evenly spread.
+/// Counts, extremes and the longest gaps cover all messages; medians and drifts use some thousands
+/// of evenly spaced ones.
 #[derive(Debug, Clone, Default)]
 pub struct TopicStatistics {
     messages: usize,
     stamped: usize,
-    /// Header stamps that are no dates from 1990 to 2100.
+    /// Header stamps outside the dates from 1990 to 2100.
     not_dates: usize,
-    /// Whether a publish time is not the log time.
+    /// Whether any publish time differs from the log time.
     publish_is_apart: bool,
     publish_is_set: bool,
     header: Steps,
-    /// Of the publish times, once they are apart; before that they are those of the log times.
+    /// Steps of the publish times, from the first that differs from the log time.
     publish: Steps,
     log: Steps,
     /// Log time and header stamp of some messages.
     pairs: Thinned<(i64, i64)>,
-    /// The smallest and the largest header stamp less log time (ns).
+    /// Minimum and maximum of header stamp minus log time (ns).
     header_minus_log_ns: Option<(i64, i64)>,
 }
 
 impl TopicStatistics {
-    /// Takes note of one message. A header stamp of zero is none.
+    /// Adds one message. A header stamp of zero counts as missing.
     pub fn push(&mut self, header_stamp_ns: Option<i64>, publish_time_ns: i64, log_time_ns: i64) {
         self.messages += 1;
         if publish_time_ns != log_time_ns && !self.publish_is_apart {
@@ -59,17 +58,17 @@ impl TopicStatistics {
         self.header_minus_log_ns = Some((least.min(offset), largest.max(offset)));
     }
 
-    /// How many messages were noted.
+    /// The number of messages added.
     pub fn message_count(&self) -> usize {
         self.messages
     }
 
-    /// Which time to use.
+    /// The time to use.
     pub fn decide(&self) -> StampDecision {
         self.decide_in(None)
     }
 
-    /// As [`decide`](Self::decide), in a log of a format without publish times.
+    /// Like [`decide`](Self::decide), for a format without publish times.
     pub(super) fn decide_in(&self, without_publish: Option<Format>) -> StampDecision {
         StampEvidence {
             messages: self.messages,
@@ -82,12 +81,12 @@ impl TopicStatistics {
         .decide()
     }
 
-    /// Whether messages have a publish time that is not the log time.
+    /// Whether any publish time differs from the log time.
     pub(super) fn has_publish_times(&self) -> bool {
         self.publish_is_apart && self.publish_is_set
     }
 
-    /// Messages whose header has no stamp, or zero.
+    /// Messages with a missing or zero header stamp.
     pub(super) fn zero_stamps(&self) -> usize {
         self.messages - self.stamped
     }
@@ -100,7 +99,7 @@ impl TopicStatistics {
         }
     }
 
-    /// How the stamps behave.
+    /// The timing of the topic.
     pub fn timing(&self) -> TopicTiming {
         let clock = self.decide();
         let steps = self.steps(clock.source);

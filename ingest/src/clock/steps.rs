@@ -1,46 +1,46 @@
-//! What the times of a topic tell from one message to the next.
+//! Statistics of the steps between consecutive times of a topic.
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{line::median, seconds_between, thinned::Thinned};
+use super::{line::median, thinned::Thinned, time::seconds_between};
 
-/// A pause shorter than this is no gap, however fast the topic (ns).
+/// A shorter pause is not a gap, however fast the topic (ns).
 const SHORTEST_GAP_NS: i64 = 100_000_000;
 const GAP_PERIODS: f64 = 5.0;
-/// Most gaps listed: the longest.
+/// Most gaps listed; the longest are kept.
 const MOST_GAPS: usize = 1000;
 
 /// A pause in a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Gap {
-    /// The last stamp before it.
+    /// The last stamp before the gap.
     pub start_ns: i64,
-    /// How long nothing came.
+    /// Its duration (s).
     pub duration_s: f64,
 }
 
 /// A step back of the stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct BackwardStep {
-    /// The stamp before it.
+    /// The stamp before the step.
     pub from_ns: i64,
-    /// The stamp after it.
+    /// The stamp after the step.
     pub to_ns: i64,
-    /// When the recorder received the message after it.
+    /// The log time of the message after the step.
     pub log_time_ns: i64,
 }
 
 impl BackwardStep {
-    /// How far back (s).
+    /// The size of the step (s).
     pub fn size_s(&self) -> f64 {
         seconds_between(self.to_ns, self.from_ns)
     }
 }
 
-/// Counts one of a topic's times, message after message.
+/// Collects the steps of one of a topic's times.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Steps {
     count: usize,
@@ -54,9 +54,9 @@ pub(super) struct Steps {
     pub(super) duplicates: usize,
     pub(super) backward: usize,
     pub(super) largest_backward: Option<BackwardStep>,
-    /// Length and start of the longest pauses, the shortest of them on top.
+    /// Length and start of the longest pauses, as a heap with the shortest on top.
     pauses: BinaryHeap<Reverse<(i64, i64)>>,
-    /// The longest pause that had no room.
+    /// The longest pause that was dropped.
     left_out_ns: i64,
 }
 
@@ -102,7 +102,7 @@ impl Steps {
         }
     }
 
-    /// Messages a second. Backward steps do not shorten the time, duplicates do not lengthen it.
+    /// Messages per second. Backward steps do not shorten the time.
     pub(super) fn rate_hz(&self) -> Option<f64> {
         (self.forward_s > 0.0).then(|| (self.count - 1) as f64 / self.forward_s)
     }
@@ -120,7 +120,7 @@ impl Steps {
         Some((period, median(&mut deviations)?))
     }
 
-    /// The gaps, by time, and whether there are more.
+    /// The gaps in order of time, and whether there are more.
     pub(super) fn gaps(&self) -> (Vec<Gap>, bool) {
         let period_s = self.period_s().map_or(0.0, |(period, _)| period);
         let longest_s = (period_s * GAP_PERIODS).max(seconds_between(0, SHORTEST_GAP_NS));

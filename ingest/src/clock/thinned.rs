@@ -1,9 +1,9 @@
-//! A bounded picture of a long row of values.
+//! An evenly spaced subset of a long sequence, in bounded memory.
 
-/// Most values kept: as many as give a median to a hundredth of the spread.
+/// Enough values for a median within a hundredth of the spread.
 const CAPACITY: usize = 4096;
 
-/// Every n-th of the values pushed, n such that they fit; all of them while there are few.
+/// Keeps every n-th value, with n a power of two such that they fit.
 #[derive(Debug, Clone)]
 pub(super) struct Thinned<T> {
     values: Vec<T>,
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_values_leave_few_that_are_evenly_spread() {
+    fn many_values_are_thinned_evenly() {
         let mut thinned = Thinned::default();
         for value in 0..1_000_000_u64 {
             thinned.push(value);

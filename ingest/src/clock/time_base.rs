@@ -1,39 +1,38 @@
-//! The one clock that the signals of a log are put on.
+//! The common clock of a log.
 
 use super::{
     anchor::{self, Clock, LogMap},
+    describe,
     finding::ClockFinding,
     line::Line,
-    odd,
     own_clock::OwnClock,
     restarts::{self, CommonRestart, Restart},
     stamp::StampSource,
     statistics::TopicStatistics,
     times::Times,
 };
-use crate::log::{Format, Log};
+use crate::{file::Format, log::Log};
 
-/// The clock of most topics of a log that have stamps; without stamps the publish time, else the log
-/// time.
+/// The clock of most stamped topics of a log; without stamps the publish time, else the log time.
 ///
-/// A topic that goes by another clock is put on it by way of the log time, see [`place`](Self::place).
+/// Topics on other clocks are mapped to it through the log time, see [`place`](Self::place).
 #[derive(Debug, Clone)]
 pub struct TimeBase {
     pub(super) source: StampSource,
-    /// The topic whose clock it is; `None` where it is the log time.
+    /// The topic that defines the clock; `None` if it is the log time.
     pub(super) anchor: Option<String>,
-    /// Makes log times times of this clock.
+    /// Maps log times to this clock.
     pub(super) map: LogMap,
-    /// Makes publish times times of this clock, where they are not the log times.
+    /// Maps publish times to this clock, where they differ from the log times.
     pub(super) from_publish: Option<Line>,
     pub(super) restarts: Vec<CommonRestart>,
     pub(super) without_publish: Option<Format>,
-    /// What is odd about this clock.
+    /// Findings about this clock.
     pub(super) findings: Vec<ClockFinding>,
 }
 
 impl TimeBase {
-    /// The clock that these topics of a log, each with its name, have in common.
+    /// The common clock of these topics, each with its name.
     pub fn of(log: &Log, topics: &[(&str, &Times, &TopicStatistics)]) -> Self {
         let without_publish = Some(log.format()).filter(|format| !format.has_publish_time());
         let clocks: Vec<OwnClock> = topics
@@ -55,7 +54,7 @@ impl TimeBase {
         };
         base.find_anchor(topics, &clocks);
         let times: Vec<&Times> = topics.iter().map(|(_, times, _)| *times).collect();
-        base.findings = odd::of_base(&base, &times, clock_topic(log));
+        base.findings = describe::of_base(base.source, &base.map, &times, clock_topic(log));
         base
     }
 
@@ -92,7 +91,7 @@ impl TimeBase {
         }
     }
 
-    /// The stamps of a topic as if its clock had never started again.
+    /// The stamps of a topic with restarts removed.
     pub(super) fn unrolled<'a>(
         &'a self,
         clock: &'a OwnClock<'_>,
@@ -100,7 +99,7 @@ impl TimeBase {
         restarts::unrolled(clock.stamps, &clock.restarts, &self.restarts)
     }
 
-    /// Which of the messages' times it is.
+    /// The time source.
     pub fn source(&self) -> StampSource {
         self.source
     }
@@ -122,7 +121,7 @@ fn line_from_publish(
     }))
 }
 
-/// The name of the topic on which a simulation tells its time.
+/// The name of the topic on which a simulation publishes its time.
 fn clock_topic(log: &Log) -> Option<&str> {
     let is_clock =
         |type_name: &str| type_name.starts_with("rosgraph_msgs/") && type_name.ends_with("/Clock");

@@ -3,26 +3,26 @@
 use super::stamp::StampSource;
 use crate::large_columns;
 
-/// Stands for a header without a stamp. No clock shows it: it is 292 years before its zero.
+/// Marks a header without a stamp. No clock reaches it: it is 292 years before zero.
 const NO_STAMP: i64 = i64::MIN;
 
 /// The times of all messages of a topic, in file order.
 #[derive(Debug, Clone, Default)]
 pub struct Times {
     header_ns: Vec<i64>,
-    /// Empty as long as they are the log times.
+    /// Empty while all publish times equal the log times.
     publish_ns: Vec<i64>,
     log_ns: Vec<i64>,
 }
 
 impl Times {
-    /// Makes room for as many messages, if there is so much memory.
+    /// Reserves memory for `messages` messages, if available.
     pub(crate) fn reserve(&mut self, messages: u64) {
         large_columns::reserve(&mut self.header_ns, messages);
         large_columns::reserve(&mut self.log_ns, messages);
     }
 
-    /// Adds a message. A header stamp of zero is none.
+    /// Adds a message. A header stamp of zero counts as missing.
     #[inline]
     pub fn push(&mut self, header_stamp_ns: Option<i64>, publish_time_ns: i64, log_time_ns: i64) {
         let stamp = header_stamp_ns.filter(|&stamp| stamp != 0);
@@ -34,14 +34,14 @@ impl Times {
         self.log_ns.push(log_time_ns);
     }
 
-    /// From now on publish times are kept, which so far were the log times.
+    /// Starts to store publish times, which equalled the log times so far.
     fn separate_publish(&mut self) {
         if self.publish_ns.is_empty() {
             self.publish_ns.extend_from_slice(&self.log_ns);
         }
     }
 
-    /// Takes over the times of the messages that follow, and empties the other.
+    /// Appends and empties the times of the messages that follow.
     pub(crate) fn append(&mut self, next: &mut Self) {
         if !self.publish_ns.is_empty() || !next.publish_ns.is_empty() {
             self.separate_publish();
@@ -61,7 +61,7 @@ impl Times {
             .map(|(header, (&publish, &log))| (header, publish, log))
     }
 
-    /// How many messages there are.
+    /// The number of messages.
     pub fn len(&self) -> usize {
         self.log_ns.len()
     }
@@ -76,7 +76,7 @@ impl Times {
         &self.log_ns
     }
 
-    /// When the recorder received each message (ns), without the other times.
+    /// The log times only (ns).
     pub fn into_log_ns(self) -> Vec<i64> {
         self.log_ns
     }
@@ -88,7 +88,7 @@ impl Times {
         }
     }
 
-    /// The time of each message by one of its clocks.
+    /// The times of one source.
     pub(super) fn by(&self, source: StampSource) -> Stamps<'_> {
         Stamps(match source {
             StampSource::Header => &self.header_ns,
@@ -98,7 +98,7 @@ impl Times {
     }
 }
 
-/// The stamps of all messages of a topic by one clock (ns); those that have none are among them.
+/// The stamps of all messages of a topic from one source (ns); some may be missing.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stamps<'t>(&'t [i64]);
 
@@ -107,18 +107,18 @@ impl<'t> Stamps<'t> {
         self.0.len()
     }
 
-    /// That of one message.
+    /// The stamp of one message.
     #[inline]
     pub(super) fn at(self, index: usize) -> Option<i64> {
         present(self.0[index])
     }
 
-    /// Those of all messages.
+    /// The stamps of all messages.
     pub(super) fn iter(self) -> impl Iterator<Item = Option<i64>> + Clone + 't {
         self.0.iter().map(|&time| present(time))
     }
 
-    /// Those from a message on.
+    /// The stamps from index `index` on.
     pub(super) fn from(self, index: usize) -> Self {
         Self(self.0.get(index..).unwrap_or_default())
     }

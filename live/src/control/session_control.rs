@@ -12,9 +12,9 @@
 
 use anyhow::Result;
 use tipwatch_mechanics::state::Sensors;
-use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay};
 use tipwatch_mechanics::verdict::{Conditions, Level};
 use tipwatch_mechanics::{Machine, reference_posture};
+use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay};
 
 use super::valve_command::{RodWatch, Solution, ValveCommand};
 use crate::guard::{CheckedEstimator, CompletedRow, Step};

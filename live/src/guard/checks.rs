@@ -1,8 +1,8 @@
 //! The checks themselves: one guard for each session and reader.
 
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::machine::Policy;
 use tipwatch_mechanics::estimation::plausibility::Finding;
+use tipwatch_mechanics::machine::Policy;
 use tipwatch_mechanics::state::{Sample, SampleError, Sensors};
 use tipwatch_mechanics::verdict::{Conditions, InputFault};
 

@@ -1,13 +1,14 @@
-//! Slope angles of the platform and the direction up in its axes.
+//! Slope angles of the platform and the up direction in its axes.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::number::Real;
 
-/// Theta, Phi and Psi of (8): rotations about y, then x, then z, from the Earth's axes to the platform's.
+/// Theta, Phi and Psi of (8): rotations about y, then x, then z, from Earth axes to platform axes.
 ///
-/// Theta and Phi are the slope of the ground plane in the direction Psi is counted from. With Psi = 0 they are
-/// the platform's own: Theta > 0 is nose down, Phi > 0 left side up, which loads the right wheels.
+/// Theta and Phi are the slope of the ground plane relative to the direction from which Psi is measured. With
+/// Psi = 0 they are the platform's own: Theta > 0 is nose down; Phi > 0 is left side up, which loads the
+/// right wheels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Attitude<T> {
     /// Theta, about y (rad).
@@ -19,7 +20,7 @@ pub struct Attitude<T> {
 }
 
 impl<T: Real> Attitude<T> {
-    /// Third row of (8): the unit vector upwards in platform axes (r31, r32, r33).
+    /// Third row of (8): the unit vector pointing up, in platform axes (r31, r32, r33).
     ///
     /// ```text
     ///     r31 = -cosPsi sinTheta + cosTheta sinPhi sinPsi
@@ -32,7 +33,7 @@ impl<T: Real> Attitude<T> {
         Vector3::new(ct * sf * sp - cp * st, ct * cp * sf + st * sp, ct * cf)
     }
 
-    /// (8): maps platform axes to the Earth's.
+    /// (8): maps platform axes to Earth axes.
     #[must_use]
     pub fn rotation(&self) -> Matrix3<T> {
         let ((st, ct), (sf, cf), (sp, cp)) = self.sines_and_cosines();
@@ -50,13 +51,13 @@ impl<T: Real> Attitude<T> {
         )
     }
 
-    /// The angles for a direction up in platform axes, of any length, and a given Psi (rad): up fixes two
-    /// of the three. Psi = 0 is the convention where only an IMU is known.
+    /// The angles for an up direction in platform axes (any length) and a given Psi (rad), since up determines
+    /// only two of the three. Psi = 0 is the convention with an IMU alone.
     ///
     /// ```text
     ///     q = Rz(Psi) up    Theta = atan2(-q_x, |(q_y, q_z)|)    Phi = atan2(q_y, q_z)
     /// ```
-    /// Theta lies within a quarter turn; Phi is 0 where the platform stands on its nose or tail.
+    /// Theta is within a quarter turn; Phi is 0 where the platform stands on its nose or tail.
     #[must_use]
     pub fn of_up(up: &Vector3<T>, psi: T) -> Self {
         let (sin, cos) = psi.sin_cos();
@@ -69,7 +70,7 @@ impl<T: Real> Attitude<T> {
         }
     }
 
-    /// The angles of a rotation from platform axes to the Earth's.
+    /// The angles of a rotation from platform axes to Earth axes.
     ///
     /// Theta = atan2(R13, R33), Phi = atan2(-R23, |(R21, R22)|), Psi = atan2(R21, R22)
     #[must_use]
@@ -81,8 +82,8 @@ impl<T: Real> Attitude<T> {
         }
     }
 
-    /// (10): angular velocity in platform axes (rad/s) from the angles' rates (rad/s). The model keeps
-    /// only its third component, as Psidot (11).
+    /// (10): angular velocity in platform axes (rad/s) from the rates of the angles (rad/s). The model uses only
+    /// its third component, as Psidot (11).
     #[must_use]
     pub fn angular_velocity(&self, rates: &Self) -> Vector3<T> {
         let (_, (sf, cf), (sp, cp)) = self.sines_and_cosines();

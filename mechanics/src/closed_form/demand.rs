@@ -1,9 +1,9 @@
-//! What the four normal loads must supply together, and the one map from there to each of them.
+//! Demand: the total that the four normal loads must supply, and the map from it to each load.
 
 use super::Platform;
 use crate::number::Real;
 
-/// Right side of (55), or a part of it: moments about the point of the contact plane below C and force
+/// Right side of (55), or a part of it: moments about the point of the contact plane below C, and the force
 /// that the normal loads must supply, in platform axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand<T> {
@@ -16,7 +16,7 @@ pub struct Demand<T> {
 }
 
 impl<T: Real> Demand<T> {
-    /// Nothing demanded.
+    /// Zero demand.
     #[must_use]
     pub fn zero() -> Self {
         Self::moments(T::zero(), T::zero())
@@ -29,7 +29,7 @@ impl<T: Real> Demand<T> {
         Self { b1, b2, b3 }
     }
 
-    /// Both demands together.
+    /// Sum of two demands.
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         Self {
@@ -39,7 +39,7 @@ impl<T: Real> Demand<T> {
         }
     }
 
-    /// All demands together.
+    /// Sum of all demands.
     #[must_use]
     pub fn sum(demands: &[Self]) -> Self {
         demands
@@ -47,8 +47,8 @@ impl<T: Real> Demand<T> {
             .fold(Self::zero(), |sum, demand| sum.plus(demand))
     }
 
-    /// The normal loads FL FR RR RL that supply it (N), signed: the solution of (55) for any front
-    /// share D of (54) and for half tracks that differ.
+    /// The signed normal loads FL FR RR RL that supply it (N): the solution of (55) for any roll moment
+    /// distribution D of (54) and unequal half tracks.
     ///
     /// ```text
     ///     S_F = (l1 b3 - b2) / L        S_R = (l2 b3 + b2) / L
@@ -56,8 +56,7 @@ impl<T: Real> Demand<T> {
     ///     N_FL = (S_F + D d) / 2        N_FR = (S_F - D d) / 2
     ///     N_RR = (S_R - (1 - D) d) / 2  N_RL = (S_R + (1 - D) d) / 2
     /// ```
-    /// It is linear: the loads of a sum are the sums of the loads. D = 1/2 is the solution of least
-    /// norm.
+    /// It is linear: the loads of a sum are the sums of the loads. D = 1/2 gives the minimum-norm solution.
     #[must_use]
     pub fn loads(&self, platform: &Platform<T>) -> [T; 4] {
         let half = T::constant(0.5);
@@ -66,8 +65,8 @@ impl<T: Real> Demand<T> {
         let front = (platform.to_rear * self.b3 - self.b2) / wheelbase;
         let rear = (platform.to_front * self.b3 + self.b2) / wheelbase;
         let difference = (self.b1 + self.b1 + (right - left) * self.b3) / platform.track();
-        let in_front = platform.front_share * difference;
-        let behind = (T::one() - platform.front_share) * difference;
+        let in_front = platform.roll_moment_distribution * difference;
+        let behind = (T::one() - platform.roll_moment_distribution) * difference;
         [
             (front + in_front) * half,
             (front - in_front) * half,

@@ -1,36 +1,36 @@
-//! Why the analytic model does not describe a machine.
+//! Reasons why the analytic model does not apply to a machine.
 
-/// A machine that is not of the analytic model's kind: what it expects and what was found.
+/// The analytic model does not apply to the machine: what it requires and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ClosedFormError {
     /// Not four wheels.
     #[error("the closed form needs four wheels, found {found}")]
     Wheels {
-        /// How many there are.
+        /// Number of wheels.
         found: usize,
     },
-    /// Joints without torque are not part of it.
+    /// Joints without torque are not modelled.
     #[error("the closed form needs a machine without free joints, found {found}")]
     FreeJoints {
-        /// How many there are.
+        /// Number of free joints.
         found: usize,
     },
-    /// The split is not that of (54).
+    /// The split rule is not (54).
     #[error(
-        "the closed form needs contact.front_share and four wheels at four corners, found springs"
+        "the closed form needs contact.roll_moment_distribution and four wheels at four corners, found springs"
     )]
     Split,
-    /// A wheel that cannot be told from the platform, or from another wheel.
+    /// A wheel that is not a separate body.
     #[error("the closed form needs wheels on joints of their own, found wheel \"{wheel}\" welded")]
     WeldedWheel {
         /// Name of the wheel.
         wheel: String,
     },
-    /// Nothing left without arm and wheels.
-    #[error("the closed form needs a platform with mass, found none beside arm and wheels")]
+    /// No mass remains without arm and wheels.
+    #[error("the closed form needs a platform with mass, found none besides arm and wheels")]
     NoMass,
-    /// As many positions as the machine has joints.
+    /// The number of positions differs from the number of joints.
     #[error("expected {expected} joint positions, found {found}")]
     JointPositions {
         /// Number of the machine's joints.
@@ -38,10 +38,10 @@ pub enum ClosedFormError {
         /// Number of positions.
         found: usize,
     },
-    /// Positions that are not finite or that no linkage can take.
+    /// Positions that are not finite or at which a linkage cannot close.
     #[error("expected joint positions in which every linkage closes")]
     Posture,
-    /// Wheels of an axle of which one stands further forward.
+    /// The wheels of an axle are not abreast.
     #[error(
         "the closed form needs the {axle} wheels abreast within {allowed:.3} m, found {found:.3} m"
     )]
@@ -53,7 +53,7 @@ pub enum ClosedFormError {
         /// Distance (m).
         found: f64,
     },
-    /// Wheels of a side of which one stands further out.
+    /// The wheels of a side are not in line.
     #[error(
         "the closed form needs the {side} wheels in line within {allowed:.3} m, found {found:.3} m"
     )]

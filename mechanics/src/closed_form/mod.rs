@@ -1,17 +1,17 @@
-//! The analytic model of the first paper: four wheels, a rigid platform, the arm as a wrench on it.
+//! Analytic model of the first paper: four wheels, a rigid platform, the arm as a wrench on it.
 //!
 //! G. Petrović and J. Mattila, "Analytic Solutions for Wheeled Mobile Manipulator Supporting Forces",
-//! IEEE Access 10, 2022, (8)-(31), (48)-(58), (61)-(111), with its printing errors corrected. Every wheel's load is
-//! a sum of eleven terms, each with one cause; `THEORY.md` has the equations by number, C(1) to C(20).
+//! IEEE Access 10, 2022, (8)-(31), (48)-(58), (61)-(111), with its printing errors corrected. Every wheel's
+//! load is a sum of eleven terms; `book/src/theory.md` lists the equations by number, C(1) to C(20).
 //!
 //! Frame {B_C}, "platform axes": origin C, the centre of mass of the platform without arm and wheels; x
-//! forward, y left, z along the contact plane's normal. Four of anything stand in the order of
-//! [`Corner`]: FL FR RR RL.
+//! forward, y left, z along the contact plane's normal. Arrays of four are in the order of [`Corner`]:
+//! FL FR RR RL.
 //!
 //! ```
 //! use nalgebra::Vector3;
 //! use tipwatch_mechanics::Wrench;
-//! use tipwatch_mechanics::closed_form::{Causes, EqualWheels, PlanarMotion, Platform};
+//! use tipwatch_mechanics::closed_form::{DemandContributions, EqualWheels, PlanarMotion, Platform};
 //!
 //! let platform = Platform {
 //!     gravity: 9.8066,
@@ -23,21 +23,19 @@
 //!     half_track_right: 0.875,
 //!     inertia_xz: 0.0,
 //!     inertia_yz: 0.0,
-//!     front_share: 0.5,
+//!     roll_moment_distribution: 0.5,
 //!     arm_base: Vector3::new(0.5, 0.0, 0.25),
 //!     ..Platform::zero()
 //! }
 //! .with_equal_wheels(EqualWheels { mass: 60.0, radius: 0.35 });
-//! let causes = Causes::of_motion(&platform, &Vector3::z(), &PlanarMotion::zero(), &Wrench::zero());
-//! for load in causes.terms(&platform).loads() {
+//! let contributions = DemandContributions::of_motion(&platform, &Vector3::z(), &PlanarMotion::zero(), &Wrench::zero());
+//! for load in contributions.terms(&platform).loads() {
 //!     assert!((load - 5982.026_f64).abs() < 1e-6);
 //! }
 //! ```
 
-#[cfg(test)]
-mod against_newton_euler;
 mod attitude;
-mod causes;
+mod contributions;
 mod demand;
 mod error;
 mod moments;
@@ -50,7 +48,7 @@ mod terms;
 mod velocity_gradient;
 
 pub use attitude::Attitude;
-pub use causes::{Causes, FeltMotion};
+pub use contributions::{DemandContributions, MeasuredMotion};
 pub use demand::Demand;
 pub use error::ClosedFormError;
 pub use moments::{Counted, EdgeMoments};
@@ -62,6 +60,6 @@ pub use planar_motion::{
 };
 pub use platform::{Corner, EqualWheels, Platform, PlatformPose};
 pub(crate) use solution::Moving;
-pub use solution::{ClosedFormInput, ClosedFormOutcome, Travelling};
-pub use terms::{FeltTerms, TermTable, Terms};
+pub use solution::{ClosedFormInput, ClosedFormOutcome, GroundMotion};
+pub use terms::{MeasuredTerms, TermTable, Terms};
 pub use velocity_gradient::{LoadGradient, sigma, sigma_gradient};

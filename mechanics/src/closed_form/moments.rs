@@ -1,9 +1,10 @@
-//! Overturning moments about the edges of the wheels' rectangle: MHS-type, TOM, ITOM.
+//! Overturning moments about the edges of the wheel rectangle: MHS-type (moment-height stability), TOM
+//! (tip-over moment), ITOM (improved tip-over moment).
 
-use super::{Causes, Demand, Platform};
+use super::{Demand, DemandContributions, Platform};
 use crate::number::Real;
 
-/// What an overturning moment counts beside the arm, after the first paper's remarks on (44)-(46).
+/// Terms that an overturning moment includes besides the arm, after the first paper's remarks on (44)-(46).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Counted {
     /// Weight of the platform without wheels.
@@ -15,35 +16,35 @@ pub struct Counted {
 }
 
 impl Counted {
-    /// The arm alone: the left side of (45) zero, as the paper has the MHS (Moosavian and Alipour). Not
-    /// the whole of that measure, which also scales by inertia and height.
+    /// The arm alone: the left side of (45) set to zero, the paper's version of the MHS (Moosavian and Alipour).
+    /// The full measure also scales by inertia and height.
     pub const MHS: Self = Self {
         chassis_weight: false,
         chassis_inertia: false,
         wheel_weights: false,
     };
 
-    /// TOM (Guo): with the chassis' weight.
+    /// TOM (Guo): includes the weight of the chassis.
     pub const TOM: Self = Self {
         chassis_weight: true,
         ..Self::MHS
     };
 
-    /// ITOM (Ding): with the whole left side of (45), wheels without mass.
+    /// ITOM (Ding): includes the whole left side of (45), with massless wheels.
     pub const ITOM: Self = Self {
         chassis_inertia: true,
         ..Self::TOM
     };
 
-    /// ITOM with the wheels' weight: zero where both wheels beyond an edge carry nothing.
+    /// ITOM with the weight of the wheels: zero where the two wheels off the edge carry no load.
     pub const ITOM_WITH_WHEELS: Self = Self {
         wheel_weights: true,
         ..Self::ITOM
     };
 }
 
-/// Moments about the edges of the wheels' rectangle, counter-clockwise seen from above (N m): negative is
-/// stable, zero when the wheels off the edge carry nothing, positive overturns about it.
+/// Moments about the edges of the wheel rectangle, counter-clockwise seen from above (N m): negative is
+/// stable, zero where the wheels off the edge carry no load, positive overturns about the edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeMoments<T> {
     /// About the line from FR to FL.
@@ -57,18 +58,18 @@ pub struct EdgeMoments<T> {
 }
 
 impl<T: Real> EdgeMoments<T> {
-    /// The largest, nearest to overturning (N m); NaN where any is unknown.
+    /// The largest moment, closest to overturning (N m); NaN if any is unknown.
     #[must_use]
     pub fn largest(&self) -> T {
-        // `max` passes over NaN, a sum does not.
+        // `max` ignores NaN, a sum does not.
         let sum = self.front + self.left + self.rear + self.right;
         let largest = self.front.max(self.left).max(self.rear).max(self.right);
         largest + sum * T::zero()
     }
 }
 
-impl<T: Real> Causes<T> {
-    /// Overturning moments of the arm and of what is `counted`.
+impl<T: Real> DemandContributions<T> {
+    /// Overturning moments of the arm and of the `counted` terms.
     ///
     /// ```text
     ///     M_front = -(l2 b3 + b2)    M_rear  = -(l1 b3 - b2)

@@ -1,30 +1,30 @@
-//! Which parts of a machine are the platform, which its wheels, and where its arm stands.
+//! Assignment of a machine's parts to platform, wheels and arm.
 
 use nalgebra::Vector3;
 
 use super::ClosedFormError;
 use crate::machine::{Inertia, LinkGroup, Machine, MassMoments, Split};
 
-/// The parts of a machine as the analytic model sees it: a platform of all that is neither arm nor wheel,
-/// four wheels, and the point that the arm stands on.
+/// The parts of a machine in the analytic model: a platform of everything other than arm and wheels, four
+/// wheels, and the attachment point of the arm.
 #[derive(Debug, Clone)]
 pub struct PlatformParts {
-    /// The bodies of which the platform has something, and what it has, in the body's frame; nothing of
-    /// wheels and arm, which the model counts by themselves.
+    /// The bodies that contribute to the platform and their contributions, in the body's frame; wheels and arm,
+    /// which the model treats separately, are excluded.
     pub(super) chassis: Vec<(usize, MassMoments)>,
     /// Indices of the wheels, by [`Corner`](super::Corner).
     pub(super) wheels: [usize; 4],
-    pub(super) front_share: f64,
-    /// Body and point in it that the arm stands on.
+    pub(super) roll_moment_distribution: f64,
+    /// Body and point in it at which the arm is attached.
     pub(super) arm_base: Option<(usize, Vector3<f64>)>,
 }
 
 impl PlatformParts {
-    /// The parts of `machine`. Bogies, their cylinders and rods, steering knuckles and payloads that
-    /// always hang on any of these belong to the platform; the body of a wheel is the wheel.
+    /// The parts of `machine`. Bogies, their cylinders and rods, steering knuckles and permanent payloads on any
+    /// of these belong to the platform; a wheel's body is the wheel.
     ///
     /// # Errors
-    /// [`ClosedFormError`]: it is not a machine on four wheels with a front share.
+    /// [`ClosedFormError`]: the machine does not have four wheels with a roll moment distribution.
     pub fn of(machine: &Machine) -> Result<Self, ClosedFormError> {
         let found = machine.wheels.len();
         if found != 4 {
@@ -34,7 +34,7 @@ impl PlatformParts {
         if found != 0 {
             return Err(ClosedFormError::FreeJoints { found });
         }
-        let Split::FrontShare { share, wheels } = machine.contact.split else {
+        let Split::RollMomentDistribution { share, wheels } = machine.contact.split else {
             return Err(ClosedFormError::Split);
         };
         check_wheels_move(machine)?;
@@ -46,7 +46,7 @@ impl PlatformParts {
         Ok(Self {
             chassis,
             wheels: [front_left, front_right, rear_right, rear_left],
-            front_share: share,
+            roll_moment_distribution: share,
             arm_base: arm_base(machine),
         })
     }
@@ -58,7 +58,7 @@ impl PlatformParts {
     }
 }
 
-/// A wheel that is part of the root, or of the body of another wheel, cannot be weighed by itself.
+/// A wheel that is part of the root, or of another wheel's body, has no separate mass.
 fn check_wheels_move(machine: &Machine) -> Result<(), ClosedFormError> {
     for wheel in &machine.wheels {
         let sharing = machine.wheels.iter().filter(|w| w.body == wheel.body);
@@ -70,8 +70,8 @@ fn check_wheels_move(machine: &Machine) -> Result<(), ClosedFormError> {
     Ok(())
 }
 
-/// What the platform has of each body: its links that are not of the arm, and payloads that always hang
-/// on a body with such links. Nothing of wheels.
+/// Contribution of each body to the platform: its links outside the arm, and permanent payloads on a body with
+/// such links; wheels are excluded.
 fn chassis_by_body(machine: &Machine) -> Vec<(usize, MassMoments)> {
     let mut chassis = vec![Inertia::zero(); machine.bodies.len()];
     let mut counts = vec![false; machine.bodies.len()];
@@ -98,8 +98,8 @@ fn chassis_by_body(machine: &Machine) -> Vec<(usize, MassMoments)> {
         .collect()
 }
 
-/// Where the arm stands: at the joint that carries its root link, or at that link's origin where it is
-/// welded to the platform. The links stand parents first, so the root link is the arm's first.
+/// Attachment point of the arm: the joint of its root link, or that link's origin if it is rigidly connected to
+/// the platform. Links are sorted parents first, so the root link is the arm's first.
 fn arm_base(machine: &Machine) -> Option<(usize, Vector3<f64>)> {
     let root = machine
         .links

@@ -1,21 +1,21 @@
-//! The platform of a machine for a posture: its parameters and the pose of its frame.
+//! The platform of a machine in a posture: its parameters and the pose of its frame.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{ClosedFormError, Platform, PlatformParts, PlatformPose};
-use crate::composite::{Composite, InertialParameters};
-use crate::contact_plane::ContactPlane;
-use crate::coordinate::{Coordinate, Motion};
-use crate::kinematics::{self, BodyMotion};
+use crate::dynamics::composite::{Composite, InertialParameters};
+use crate::dynamics::kinematics::{self, BodyMotion};
+use crate::geometry::contact_plane::ContactPlane;
+use crate::geometry::coordinate::{Coordinate, Motion};
+use crate::geometry::spatial::rotate;
 use crate::machine::Machine;
 use crate::number::Real;
-use crate::spatial::rotate;
 use crate::state::State;
 
-/// Wheels may be this share of wheelbase or track off the rectangle that the model makes of them.
+/// Deviation of the wheels from the model's rectangle allowed, as a fraction of wheelbase or track.
 const OFF_RECTANGLE_SHARE: f64 = 0.02;
 
-/// A platform, and where it is.
+/// A platform and its pose.
 #[derive(Debug, Clone, Copy)]
 pub struct PlacedPlatform<T> {
     /// Its parameters.
@@ -24,18 +24,17 @@ pub struct PlacedPlatform<T> {
     pub pose: PlatformPose<T>,
     /// Its inertia tensor about C in platform axes (kg m^2); the loads need I_xz and I_yz only.
     pub inertia: Matrix3<T>,
-    /// Where the wheels stand, in platform axes from C (m), by [`Corner`](super::Corner); the platform
-    /// has the means of each axle and side.
+    /// Contact points of the wheels, in platform axes from C (m), by [`Corner`](super::Corner); the platform uses
+    /// the means of each axle and side.
     pub contacts: [Vector2<T>; 4],
 }
 
 impl PlatformParts {
-    /// The platform with the joints of `machine`, whose parts these are, at these positions (rad or m),
-    /// in the order of [`Machine::joints`]. Tyres have their radius without load; without an arm its
-    /// base is C.
+    /// The platform at these joint positions (rad or m), in the order of [`Machine::joints`], for the `machine`
+    /// whose parts these are. Tyres have their unloaded radius; without an arm, the arm's attachment point is C.
     ///
     /// # Errors
-    /// [`ClosedFormError`]: no such posture, or one in which the wheels stand in no rectangle.
+    /// [`ClosedFormError`]: the posture does not exist, or its wheels do not form a rectangle.
     pub fn place(
         &self,
         machine: &Machine,
@@ -47,8 +46,8 @@ impl PlatformParts {
         Ok(placed)
     }
 
-    /// The platform for a pose of all bodies. It allocates nothing and checks nothing: wheels that
-    /// stand in no rectangle count at the means of their axle and side.
+    /// The platform at a given pose of all bodies, without allocation or checks: wheels that do not form a
+    /// rectangle are replaced by the means of their axle and side.
     pub(crate) fn placed<T: Real>(
         &self,
         machine: &Machine,
@@ -80,7 +79,7 @@ impl PlatformParts {
             wheel_moment,
             inertia_xz: inertia.m13,
             inertia_yz: inertia.m23,
-            front_share: T::constant(self.front_share),
+            roll_moment_distribution: T::constant(self.roll_moment_distribution),
             arm_base: self.arm_base_from_centre(motions, &pose),
             ..Platform::zero()
         };
@@ -92,8 +91,8 @@ impl PlatformParts {
         }
     }
 
-    /// The platform's bodies taken for one, about the base origin in base axes: (21) of the second paper
-    /// over all that is neither arm nor wheel.
+    /// The platform's bodies treated as one, about the base origin in base axes: (21) of the second paper over
+    /// everything other than arm and wheels.
     fn composite<T: Real>(&self, motions: &[BodyMotion<T>]) -> InertialParameters<T> {
         let mut sum = Composite::zero();
         for (body, part) in &self.chassis {
@@ -133,7 +132,7 @@ impl PlatformParts {
     }
 }
 
-/// A tensor in other axes: R I R'.
+/// A tensor in rotated axes: R I R'.
 fn in_axes<T: Real>(rotation: &Matrix3<T>, tensor: &Matrix3<T>) -> Matrix3<T> {
     let rows = [0, 1, 2].map(|row| -> Vector3<T> { rotation.row(row).transpose().into_owned() });
     let columns = rows.map(|row| rotate(tensor, &row));
@@ -142,7 +141,7 @@ fn in_axes<T: Real>(rotation: &Matrix3<T>, tensor: &Matrix3<T>) -> Matrix3<T> {
     Matrix3::new(at(0, 0), xy, xz, xy, at(1, 1), yz, xz, yz, at(2, 2))
 }
 
-/// The platform on the mean of the wheels of each axle and side.
+/// The platform with its wheels at the mean positions of each axle and side.
 fn on_mean_rectangle<T: Real>(platform: Platform<T>, contacts: &[Vector2<T>; 4]) -> Platform<T> {
     let [fl, fr, rr, rl] = contacts;
     let half = T::constant(0.5);
@@ -182,7 +181,7 @@ fn check_rectangle(placed: &PlacedPlatform<f64>) -> Result<(), ClosedFormError> 
     Ok(())
 }
 
-/// Poses of all bodies with the joints at rest at these positions.
+/// Poses of all bodies at rest at these joint positions.
 fn posture(
     machine: &Machine,
     joint_positions: &[f64],

@@ -1,22 +1,21 @@
-//! Motion of the platform in its plane, and of its wheels with it: (12)-(31).
+//! Planar motion of the platform and its wheels: (12)-(31).
 
 use nalgebra::{Vector2, Vector3};
 
 use super::Platform;
 use crate::number::Real;
 
-/// Below this speed (m/s) a direction of motion is noise and stays unknown.
+/// Below this speed (m/s) the direction of motion is dominated by noise and therefore unknown.
 pub const LEAST_SPEED: f64 = 0.05;
 
-/// Motion of the platform over the ground in platform axes. Roll and pitch rates are left out, as in
-/// (11).
+/// Motion of the platform over the ground, in platform axes. Roll and pitch rates are neglected, as in (11).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlanarMotion<T> {
     /// v_x, forward velocity of C (m/s).
     pub v_x: T,
     /// v_y, leftward velocity of C (m/s).
     pub v_y: T,
-    /// Time derivative of the component v_x (m/s^2); not yet the acceleration of C.
+    /// Time derivative of the component v_x (m/s^2), which is not the acceleration of C.
     pub vdot_x: T,
     /// Time derivative of the component v_y (m/s^2).
     pub vdot_y: T,
@@ -30,7 +29,7 @@ pub struct PlanarMotion<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointVelocity<T>(pub Vector2<T>);
 
-/// Velocities of the platform's points in platform axes.
+/// Velocities of points of the platform, in platform axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Velocities<T> {
     /// Of C.
@@ -58,8 +57,8 @@ impl<T: Real> PlanarMotion<T> {
         }
     }
 
-    /// Acceleration of C in platform axes (m/s^2): the components' derivatives and the turning of the
-    /// axes, as in (51) and (52).
+    /// Acceleration of C in platform axes (m/s^2): the components' derivatives plus the term due to the rotation
+    /// of the axes, (51) and (52).
     #[must_use]
     pub fn acceleration(&self) -> Vector2<T> {
         Vector2::new(
@@ -68,7 +67,7 @@ impl<T: Real> PlanarMotion<T> {
         )
     }
 
-    /// Velocity of the point (x, y) of the platform, from C (m): v_x - y Psidot, v_y + x Psidot.
+    /// Velocity of the point (x, y) of the platform, relative to C (m): v_x - y Psidot, v_y + x Psidot.
     #[must_use]
     pub fn velocity_at(&self, point: &Vector2<T>) -> PointVelocity<T> {
         PointVelocity(Vector2::new(
@@ -99,14 +98,14 @@ impl<T: Real> PointVelocity<T> {
         (self.0.x * self.0.x + self.0.y * self.0.y).sqrt()
     }
 
-    /// beta of (25)-(30): its angle from forward, counter-clockwise (rad), -pi to pi; pi in reverse. NaN
-    /// below [`LEAST_SPEED`].
+    /// beta of (25)-(30): direction from forward, counter-clockwise (rad), -pi to pi; pi in reverse. NaN below
+    /// [`LEAST_SPEED`].
     #[must_use]
     pub fn direction(&self) -> T {
         self.sideslip(&Vector2::new(T::one(), T::zero()))
     }
 
-    /// alpha = beta - delta of (31): the angle from where the wheel or axle heads to where it moves,
+    /// alpha = beta - delta of (31): angle from the heading of a wheel or axle to its direction of motion,
     /// counter-clockwise (rad), -pi to pi. NaN below [`LEAST_SPEED`].
     #[must_use]
     pub fn sideslip(&self, heading: &Vector2<T>) -> T {
@@ -117,8 +116,8 @@ impl<T: Real> PointVelocity<T> {
     }
 }
 
-/// Where a wheel heads, a unit vector in platform axes, from the direction of its spin axis there: across
-/// the axis, to the front whichever side the axis points to. Camber drops out.
+/// Heading of a wheel, a unit vector in platform axes, from the direction of its spin axis there:
+/// perpendicular to the axis and forward, whichever side the axis points to. Camber has no effect.
 #[must_use]
 pub fn heading_of_spin_axis<T: Real>(axis: &Vector3<T>) -> Vector2<T> {
     let length = (axis.x * axis.x + axis.y * axis.y).sqrt();
@@ -126,13 +125,13 @@ pub fn heading_of_spin_axis<T: Real>(axis: &Vector3<T>) -> Vector2<T> {
     Vector2::new(axis.y * ahead, -(axis.x * ahead))
 }
 
-/// Where an axle heads: the bisector of its wheels' headings, not of unit length.
+/// Heading of an axle: the bisector of its wheels' headings, not normalised.
 #[must_use]
 pub fn axle_heading<T: Real>(left: &Vector2<T>, right: &Vector2<T>) -> Vector2<T> {
     left + right
 }
 
-/// delta of (31): the angle of a wheel's or axle's heading from forward, counter-clockwise (rad).
+/// delta of (31): angle of a wheel's or axle's heading from forward, counter-clockwise (rad).
 #[must_use]
 pub fn steering_angle<T: Real>(heading: &Vector2<T>) -> T {
     heading.y.atan2(heading.x)

@@ -1,13 +1,13 @@
-//! The platform of the analytic model: its dozen of parameters, and where its frame lies.
+//! The platform of the analytic model: its parameters and the pose of its frame.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{ClosedFormError, PlatformParts};
+use crate::geometry::spatial::{Wrench, constant, cross, rotate, rotate_back};
 use crate::machine::Machine;
 use crate::number::Real;
-use crate::spatial::{Wrench, constant, cross, rotate, rotate_back};
 
-/// A wheel's place; its value is its index wherever four wheels stand in a row.
+/// Position of a wheel; its value is the index in arrays of four wheels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Corner {
     /// FL
@@ -21,7 +21,7 @@ pub enum Corner {
 }
 
 impl Corner {
-    /// The corners in their order.
+    /// The corners in order.
     pub const ALL: [Self; 4] = [
         Self::FrontLeft,
         Self::FrontRight,
@@ -30,7 +30,7 @@ impl Corner {
     ];
 }
 
-/// The platform, of the first paper's Table 1, in platform axes.
+/// Parameters of the platform (Table 1 of the first paper), in platform axes.
 ///
 /// The paper's four equal wheels on equal half tracks are a special case: see
 /// [`Platform::with_equal_wheels`].
@@ -52,21 +52,21 @@ pub struct Platform<T> {
     pub half_track_right: T,
     /// Sum of m_w,i, the wheels' masses (kg); 4 m_w in the paper.
     pub wheel_mass: T,
-    /// Sum of m_w,i (x_i, y_i, R_i), the wheels' centres from the point of the contact plane below C
-    /// (kg m); the paper's is (2 (l2 - l1) m_w, 2 (w_L - w_R) m_w, 4 m_w R_w).
+    /// Sum of m_w,i (x_i, y_i, R_i), the wheels' centres relative to the point of the contact plane below C
+    /// (kg m); in the paper (2 (l2 - l1) m_w, 2 (w_L - w_R) m_w, 4 m_w R_w).
     pub wheel_moment: Vector3<T>,
-    /// I_xz, element of the platform's inertia tensor about C (kg m^2), of opposite sign to the
-    /// product of inertia.
+    /// I_xz, element of the platform's inertia tensor about C (kg m^2); the product of inertia has the opposite
+    /// sign.
     pub inertia_xz: T,
     /// I_yz, likewise (kg m^2).
     pub inertia_yz: T,
-    /// D of (54), the front axle's share of the lateral load difference, 0 to 1.
-    pub front_share: T,
-    /// (x_CA, y_CA, z_CA) of (60), the base of the arm from C (m).
+    /// Roll moment distribution D of (54): the front axle's share of the lateral load difference, 0 to 1.
+    pub roll_moment_distribution: T,
+    /// (x_CA, y_CA, z_CA) of (60), the root of the arm relative to C (m).
     pub arm_base: Vector3<T>,
 }
 
-/// The wheels of the first paper's assumption 6.
+/// The wheels of assumption 6 of the first paper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EqualWheels<T> {
     /// m_w (kg).
@@ -76,7 +76,7 @@ pub struct EqualWheels<T> {
 }
 
 impl<T: Real> Platform<T> {
-    /// All parameters zero: something to write a platform on.
+    /// All parameters zero, as a starting point.
     #[must_use]
     pub fn zero() -> Self {
         let zero = T::zero();
@@ -92,12 +92,12 @@ impl<T: Real> Platform<T> {
             wheel_moment: Vector3::zeros(),
             inertia_xz: zero,
             inertia_yz: zero,
-            front_share: zero,
+            roll_moment_distribution: zero,
             arm_base: Vector3::zeros(),
         }
     }
 
-    /// The same platform on four equal wheels; its axles and half tracks must be in place.
+    /// The same platform on four equal wheels; its axles and half tracks must be set.
     #[must_use]
     pub fn with_equal_wheels(self, wheels: EqualWheels<T>) -> Self {
         let two = T::constant(2.0);
@@ -113,7 +113,7 @@ impl<T: Real> Platform<T> {
         }
     }
 
-    /// The same platform in every sample.
+    /// The same platform for every sample.
     #[must_use]
     pub fn constant(platform: &Platform<f64>) -> Self {
         let c = T::constant;
@@ -129,7 +129,7 @@ impl<T: Real> Platform<T> {
             wheel_moment: constant(&platform.wheel_moment),
             inertia_xz: c(platform.inertia_xz),
             inertia_yz: c(platform.inertia_yz),
-            front_share: c(platform.front_share),
+            roll_moment_distribution: c(platform.roll_moment_distribution),
             arm_base: constant(&platform.arm_base),
         }
     }
@@ -146,7 +146,7 @@ impl<T: Real> Platform<T> {
         self.half_track_left + self.half_track_right
     }
 
-    /// Where the wheels stand, in platform axes from C (m), by [`Corner`].
+    /// Contact points of the wheels, in platform axes from C (m), by [`Corner`].
     #[must_use]
     pub fn contacts(&self) -> [Vector2<T>; 4] {
         let (front, rear) = (self.to_front, -self.to_rear);
@@ -157,18 +157,18 @@ impl<T: Real> Platform<T> {
 }
 
 impl Platform<f64> {
-    /// The platform of `machine` with its joints at these positions (rad or m), in the order of
-    /// [`Machine::joints`]; see [`PlatformParts::place`].
+    /// The platform of `machine` at these joint positions (rad or m), in the order of [`Machine::joints`]; see
+    /// [`PlatformParts::place`].
     ///
     /// # Errors
-    /// [`ClosedFormError`]: the machine is not of the kind that the analytic model describes.
+    /// [`ClosedFormError`]: the analytic model does not apply to the machine.
     pub fn of(machine: &Machine, joint_positions: &[f64]) -> Result<Self, ClosedFormError> {
         let placed = PlatformParts::of(machine)?.place(machine, joint_positions)?;
         Ok(placed.platform)
     }
 }
 
-/// Where {B_C} lies in the base frame.
+/// Pose of {B_C} in the base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlatformPose<T> {
     /// Maps base axes to platform axes.
@@ -178,20 +178,20 @@ pub struct PlatformPose<T> {
 }
 
 impl<T: Real> PlatformPose<T> {
-    /// A direction given in base axes, in platform axes.
+    /// Transforms a direction from base axes to platform axes.
     #[must_use]
     pub fn direction(&self, in_base: &Vector3<T>) -> Vector3<T> {
         rotate(&self.platform_from_base, in_base)
     }
 
-    /// A point given in the base frame, in platform axes from C (m).
+    /// Transforms a point from the base frame to platform axes, relative to C (m).
     #[must_use]
     pub fn point(&self, in_base: &Vector3<T>) -> Vector3<T> {
         self.direction(&(in_base - self.centre))
     }
 
-    /// The specific force at C in platform axes, from that at the base frame's origin and from the
-    /// base's angular velocity and acceleration, all in base axes (m/s^2, rad/s, rad/s^2).
+    /// The specific force at C in platform axes, from the specific force at the base origin and the base's angular
+    /// velocity and acceleration, all in base axes (m/s^2, rad/s, rad/s^2):
     ///
     /// s_C = s + alpha x c + w x (w x c)
     #[must_use]
@@ -202,14 +202,14 @@ impl<T: Real> PlatformPose<T> {
         angular_acceleration: &Vector3<T>,
     ) -> Vector3<T> {
         let swept = cross(angular_velocity, &self.centre);
-        let felt = specific_force
+        let measured = specific_force
             + cross(angular_acceleration, &self.centre)
             + cross(angular_velocity, &swept);
-        self.direction(&felt)
+        self.direction(&measured)
     }
 
-    /// A wrench about the base frame's origin in base axes, about `point` (platform axes, from C) in
-    /// platform axes (N, N m).
+    /// Transforms a wrench about the base origin in base axes to a wrench about `point` (platform axes, from C)
+    /// in platform axes (N, N m).
     #[must_use]
     pub fn wrench_at(&self, about_base: &Wrench<T>, point: &Vector3<T>) -> Wrench<T> {
         let point_in_base = self.centre + rotate_back(&self.platform_from_base, point);

@@ -1,62 +1,62 @@
-//! The analytic model on a state: eleven terms, motion of the wheels, and the wrench for the ground.
+//! The analytic model applied to a state: eleven terms, motion of the wheels, and the ground wrench.
 
 use nalgebra::{Vector2, Vector3};
 
 use super::{
-    Causes, Counted, EdgeMoments, FeltMotion, PlacedPlatform, PlanarMotion, PlatformParts,
-    PlatformPose, PointVelocity, Terms, axle_heading, heading_of_spin_axis,
+    Counted, DemandContributions, EdgeMoments, MeasuredMotion, PlacedPlatform, PlanarMotion,
+    PlatformParts, PlatformPose, PointVelocity, Terms, axle_heading, heading_of_spin_axis,
 };
-use crate::contact_plane::ContactPlane;
-use crate::kinematics::BodyMotion;
+use crate::dynamics::kinematics::BodyMotion;
+use crate::geometry::contact_plane::ContactPlane;
+use crate::geometry::spatial::{Wrench, cross};
 use crate::machine::Machine;
 use crate::number::Real;
-use crate::spatial::{Wrench, cross};
 use crate::state::BaseState;
 
-/// Where the model takes the acceleration of the platform from.
+/// Source of the platform's acceleration in the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ClosedFormInput {
-    /// From velocities and their derivatives, as the paper does.
+    /// Velocities and their derivatives, as in the paper.
     Velocity,
-    /// From the accelerometer: no velocity has to be known or differentiated. Terms 7 and 8 then hold
-    /// what the paper's 7, 8 and 9 do.
+    /// The accelerometer: no velocity needs to be known or differentiated. Terms 7 and 8 then include term 9 of
+    /// the paper.
     Accelerometer,
 }
 
-/// What the analytic model gives beside the loads.
+/// Results of the analytic model besides the loads.
 #[derive(Debug, Clone)]
 pub struct ClosedFormOutcome<T> {
-    /// The terms of each wheel (61)-(108), by index of the machine's wheels (N). The ninth is NaN
-    /// where the accelerometer is the input: it is in the seventh and eighth.
+    /// The terms of each wheel (61)-(108), by index of the machine's wheels (N). The ninth is NaN with the
+    /// accelerometer as input: it is included in the seventh and eighth.
     pub terms: Vec<[T; 11]>,
-    /// Travel of each wheel, by index of the machine's wheels.
-    pub wheels: Vec<Travelling<T>>,
-    /// Travel of the front and of the rear axle.
-    pub axles: [Travelling<T>; 2],
+    /// Motion of each wheel, by index of the machine's wheels.
+    pub wheels: Vec<GroundMotion<T>>,
+    /// Motion of the front and of the rear axle.
+    pub axles: [GroundMotion<T>; 2],
 }
 
-/// How a wheel or an axle travels, (12)-(31).
+/// Motion of a wheel or an axle, (12)-(31).
 #[derive(Debug, Clone, Copy)]
-pub struct Travelling<T> {
+pub struct GroundMotion<T> {
     /// Speed (m/s).
     pub speed: T,
     /// Direction from forward, counter-clockwise (rad); NaN at standstill.
     pub direction: T,
-    /// Angle from where it heads to where it travels, counter-clockwise (rad); NaN at standstill.
+    /// Sideslip angle from heading to direction of motion, counter-clockwise (rad); NaN at standstill.
     pub sideslip: T,
 }
 
-/// The motion of the machine as the model takes it.
+/// The motion of the machine, as input of the model.
 pub(crate) struct Moving<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) motions: &'a [BodyMotion<T>],
     pub(crate) known: &'a BaseState<T>,
-    /// Minus what moves the arm, plus the tool wrench: by the arm on the platform, about the base
-    /// origin in base axes.
+    /// Wrench of the arm on the platform about the base origin, base axes: the negative of the wrench that
+    /// accelerates the arm, plus the tool wrench.
     pub(crate) arm: &'a Wrench<T>,
 }
 
-/// What the ground has to hold, in platform axes, moments about the projection of the base origin.
+/// What the ground must support, in platform axes, moments about the projected base origin.
 pub(crate) struct Held<T> {
     /// (N)
     pub(crate) normal: T,
@@ -66,7 +66,7 @@ pub(crate) struct Held<T> {
     pub(crate) edge_moments: [EdgeMoments<T>; 3],
 }
 
-impl<T: Real> Travelling<T> {
+impl<T: Real> GroundMotion<T> {
     fn of(velocity: &PointVelocity<T>, heading: &Vector2<T>) -> Self {
         Self {
             speed: velocity.speed(),
@@ -90,12 +90,12 @@ impl<T: Real> ClosedFormOutcome<T> {
         let wheels = machine.wheels.len();
         Self {
             terms: vec![[T::constant(f64::NAN); 11]; wheels],
-            wheels: vec![Travelling::unknown(); wheels],
-            axles: [Travelling::unknown(); 2],
+            wheels: vec![GroundMotion::unknown(); wheels],
+            axles: [GroundMotion::unknown(); 2],
         }
     }
 
-    /// Fills it; gives what the ground has to hold.
+    /// Fills it; returns what the ground must support.
     pub(crate) fn fill(
         &mut self,
         parts: &PlatformParts,
@@ -107,23 +107,25 @@ impl<T: Real> ClosedFormOutcome<T> {
         let up = pose.direction(&moving.known.up);
         let arm = pose.wrench_at(moving.arm, &platform.arm_base);
         let planar = planar_motion(pose, moving);
-        let causes = match input {
-            ClosedFormInput::Velocity => Causes::of_motion(platform, &up, &planar, &arm),
+        let contributions = match input {
+            ClosedFormInput::Velocity => {
+                DemandContributions::of_motion(platform, &up, &planar, &arm)
+            }
             ClosedFormInput::Accelerometer => {
-                let felt = felt_motion(pose, moving);
-                Causes::of_felt(platform, &up, &felt, &arm)
+                let measured = measured_motion(pose, moving);
+                DemandContributions::of_measured(platform, &up, &measured, &arm)
             }
         };
-        self.fill_terms(parts, &causes.terms(platform), input);
+        self.fill_terms(parts, &contributions.terms(platform), input);
         self.fill_travel(parts, placed, &planar, moving);
-        let b = causes.sum();
-        // from the point below C to the projection of the base origin
+        let b = contributions.sum();
+        // Move the reference from the point below C to the projected base origin.
         let centre = pose.direction(&pose.centre);
         Held {
             normal: b.b3,
             moment: Vector2::new(b.b1 + centre.y * b.b3, b.b2 - centre.x * b.b3),
             edge_moments: [Counted::MHS, Counted::TOM, Counted::ITOM]
-                .map(|counted| causes.edge_moments(platform, counted)),
+                .map(|counted| contributions.edge_moments(platform, counted)),
         }
     }
 
@@ -150,12 +152,12 @@ impl<T: Real> ClosedFormOutcome<T> {
             heading_of_spin_axis(&placed.pose.direction(&axis))
         });
         for (corner, &wheel) in parts.wheels().iter().enumerate() {
-            self.wheels[wheel] = Travelling::of(&velocities.wheels[corner], &headings[corner]);
+            self.wheels[wheel] = GroundMotion::of(&velocities.wheels[corner], &headings[corner]);
         }
         let [fl, fr, rr, rl] = &headings;
         self.axles = [
-            Travelling::of(&velocities.front, &axle_heading(fl, fr)),
-            Travelling::of(&velocities.rear, &axle_heading(rl, rr)),
+            GroundMotion::of(&velocities.front, &axle_heading(fl, fr)),
+            GroundMotion::of(&velocities.rear, &axle_heading(rl, rr)),
         ];
     }
 }
@@ -176,10 +178,10 @@ fn planar_motion<T: Real>(pose: &PlatformPose<T>, moving: &Moving<'_, T>) -> Pla
     }
 }
 
-fn felt_motion<T: Real>(pose: &PlatformPose<T>, moving: &Moving<'_, T>) -> FeltMotion<T> {
+fn measured_motion<T: Real>(pose: &PlatformPose<T>, moving: &Moving<'_, T>) -> MeasuredMotion<T> {
     let base = &moving.motions[0];
     let (w, alpha) = (&base.angular_velocity, &base.angular_acceleration);
-    FeltMotion {
+    MeasuredMotion {
         specific_force: pose.specific_force_at_centre(&base.specific_force, w, alpha),
         yaw_rate: pose.direction(w).z,
         yaw_acceleration: pose.direction(alpha).z,
@@ -187,7 +189,7 @@ fn felt_motion<T: Real>(pose: &PlatformPose<T>, moving: &Moving<'_, T>) -> FeltM
 }
 
 impl<T: Real> PlacedPlatform<T> {
-    /// The plane that it stands on.
+    /// The contact plane under the platform.
     pub(crate) fn contact_plane(&self) -> ContactPlane<T> {
         let [forward, left, normal] = [0, 1, 2].map(|row| {
             let row = self.pose.platform_from_base.row(row);
@@ -202,7 +204,7 @@ impl<T: Real> PlacedPlatform<T> {
         }
     }
 
-    /// The same in every sample.
+    /// The same platform for every sample.
     pub(crate) fn constant(placed: &PlacedPlatform<f64>) -> Self {
         let c = T::constant;
         Self {

@@ -1,23 +1,23 @@
 //! The terms zeta of every wheel's load, (61)-(108).
 
-use super::{Causes, Demand, Platform};
+use super::{Demand, DemandContributions, Platform};
 use crate::number::Real;
 
-/// Loads by wheel and cause (N): the wheels by [`Corner`](super::Corner), FL FR RR RL.
+/// Loads by wheel and contribution (N); the wheels by [`Corner`](super::Corner), FL FR RR RL.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TermTable<T, const N: usize> {
     /// The terms of each wheel.
     pub wheel: [[T; N]; 4],
 }
 
-/// zeta_1 to zeta_11 of (65)-(108), for any front share and half tracks (N): weights; arm's f_x, f_y, f_z,
-/// m_x, m_y; derivative of v_x, of v_y; turning at speed; yaw rate squared; yaw acceleration.
+/// zeta_1 to zeta_11 of (65)-(108), for any roll moment distribution and half tracks (N): weights; the arm's
+/// f_x, f_y, f_z, m_x, m_y; derivatives of v_x and v_y; turning at speed; yaw rate squared; yaw acceleration.
 pub type Terms<T> = TermTable<T, 11>;
 
-/// The terms that a [`FeltMotion`](super::FeltMotion) can tell apart (N): the wheels' weight, which is a
-/// part of zeta_1; zeta_2 to zeta_6; the chassis' weight and acceleration, which is the rest of zeta_1 with zeta_7,
-/// zeta_8 and zeta_9; zeta_10; zeta_11.
-pub type FeltTerms<T> = TermTable<T, 9>;
+/// The terms that a [`MeasuredMotion`](super::MeasuredMotion) can separate (N): wheel weights, a part of zeta_1;
+/// zeta_2 to zeta_6; chassis weight and acceleration, the rest of zeta_1 with zeta_7 to zeta_9; zeta_10;
+/// zeta_11.
+pub type MeasuredTerms<T> = TermTable<T, 9>;
 
 impl<T: Real, const N: usize> TermTable<T, N> {
     fn of(demands: &[Demand<T>; N], platform: &Platform<T>) -> Self {
@@ -28,7 +28,7 @@ impl<T: Real, const N: usize> TermTable<T, N> {
         }
     }
 
-    /// (61)-(64): the loads FL FR RR RL, signed: the overturning forces OTF of (109) (N).
+    /// (61)-(64): the signed loads FL FR RR RL, the overturning forces OTF of (109) (N).
     #[must_use]
     pub fn loads(&self) -> [T; 4] {
         self.wheel
@@ -36,9 +36,9 @@ impl<T: Real, const N: usize> TermTable<T, N> {
     }
 }
 
-impl<T: Real> Causes<T> {
-    /// The eleven terms of every wheel. Of a felt motion the seventh and eighth hold what the ninth
-    /// has in the paper: see [`Causes::felt_terms`].
+impl<T: Real> DemandContributions<T> {
+    /// The eleven terms of every wheel. For a measured motion, the seventh and eighth include the paper's ninth:
+    /// see [`DemandContributions::measured_terms`].
     #[must_use]
     pub fn terms(&self, platform: &Platform<T>) -> Terms<T> {
         let weights = self.chassis_weight.plus(&self.wheel_weights);
@@ -61,15 +61,15 @@ impl<T: Real> Causes<T> {
         Terms::of(&demands, platform)
     }
 
-    /// The terms of every wheel as far as an accelerometer tells them apart; those of a motion by
-    /// velocities are merged alike.
+    /// The terms of every wheel that an accelerometer can separate; those of a motion given by velocities are
+    /// merged in the same way.
     #[must_use]
-    pub fn felt_terms(&self, platform: &Platform<T>) -> FeltTerms<T> {
+    pub fn measured_terms(&self, platform: &Platform<T>) -> MeasuredTerms<T> {
         let chassis = self.chassis_weight.plus(&Demand::sum(&self.acceleration));
         let [f_x, f_y, f_z, m_x, m_y] = self.arm;
         let [rate, acceleration] = self.yaw;
         let wheels = self.wheel_weights;
         let demands = [wheels, f_x, f_y, f_z, m_x, m_y, chassis, rate, acceleration];
-        FeltTerms::of(&demands, platform)
+        MeasuredTerms::of(&demands, platform)
     }
 }

@@ -1,18 +1,18 @@
-//! How the loads and the tip-over avoidance function sigma change with the platform's velocities.
+//! Derivatives of the loads and of the tip-over avoidance function sigma with respect to the velocities.
 
 use super::{Demand, PlanarMotion, Platform};
 use crate::number::Real;
 
-/// Partial derivatives of the loads FL FR RR RL, the arm's wrench and the attitude held.
+/// Partial derivatives of the loads FL FR RR RL at constant arm wrench and attitude.
 ///
-/// By velocity the accelerations are held too, so at rest nothing changes with speed although the
-/// machine may be close to tipping. Braking is in `by_acceleration`: within a control step dt, where
+/// The derivatives with respect to velocity are at constant accelerations, so at rest they vanish even if the
+/// machine is close to tipping. Braking appears in `by_acceleration`: within a control step dt, where
 /// vdot = (xi_k - xi_(k-1)) / dt, add `by_acceleration / dt`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadGradient<T> {
-    /// By xi = (v_x, v_y, Psidot), of zeta_9 and zeta_10 (N s/m, N s/m, N s/rad).
+    /// With respect to xi = (v_x, v_y, Psidot), from zeta_9 and zeta_10 (N s/m, N s/m, N s/rad).
     pub by_velocity: [[T; 3]; 4],
-    /// By (vdot_x, vdot_y, Psiddot), of zeta_7, zeta_8 and zeta_11 (N s^2/m, N s^2/m, N s^2/rad).
+    /// With respect to (vdot_x, vdot_y, Psiddot), from zeta_7, zeta_8 and zeta_11 (N s^2/m, N s^2/m, N s^2/rad).
     pub by_acceleration: [[T; 3]; 4],
 }
 
@@ -55,13 +55,13 @@ fn by_wheel<T: Real>(demands: &[Demand<T>; 3], platform: &Platform<T>) -> [[T; 3
     std::array::from_fn(|wheel| std::array::from_fn(|k| loads[k][wheel]))
 }
 
-/// sigma = 1/2 sum (OTF_i - OTF_i,opt)^2 of (110), (111): how far loads are from the optimal ones (N^2).
+/// sigma = 1/2 sum (OTF_i - OTF_i,opt)^2 of (110), (111): squared distance from the optimal loads (N^2).
 #[must_use]
 pub fn sigma<T: Real>(loads: &[T; 4], optimal: &[T; 4]) -> T {
-    crate::indicators::sigma(loads.iter().copied(), optimal.iter().copied())
+    crate::wheel_loads::sigma(loads.iter().copied(), optimal.iter().copied())
 }
 
-/// dsigma/dxi = sum (OTF_i - OTF_i,opt) dOTF_i/dxi, for the derivatives of the loads by any xi.
+/// dsigma/dxi = sum (OTF_i - OTF_i,opt) dOTF_i/dxi, from the derivatives of the loads with respect to any xi.
 #[must_use]
 pub fn sigma_gradient<T: Real>(
     loads: &[T; 4],

@@ -1,15 +1,16 @@
-//! The same machine with some parameters changed.
+//! Copies of a machine with changed parameters.
 
 use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
 
-use super::{Inertia, LinkGroup, Machine, MassMoments, Seat, Split, link_parts};
-use crate::sensitivity::{Axis, Parameter};
+use super::body::link_parts;
+use super::parameter::{Axis, Parameter};
+use super::{Inertia, LinkGroup, Machine, MassMoments, Mounting, Split};
 
 impl Machine {
-    /// This machine with each parameter changed by an amount in its unit. Signals are no part of a
-    /// machine: changes of them are left out, see [`State::change`](crate::State::change).
+    /// This machine with each parameter changed by an amount in its unit. Signals are not part of a machine and
+    /// are ignored, see [`State::change`](crate::State::change).
     ///
-    /// A change may make the machine impossible (a negative mass, say): it is not checked again.
+    /// The result is not validated: a change can make the machine impossible, for example by a negative mass.
     #[must_use]
     pub fn changed(&self, changes: &[(Parameter, f64)]) -> Self {
         let mut changed = self.clone();
@@ -47,8 +48,8 @@ impl Machine {
                 let turn = UnitQuaternion::from_scaled_axis(along(axis, amount));
                 self.imu.body_from_mount.rotation = turn * self.imu.body_from_mount.rotation;
             }
-            Parameter::FrontShare => {
-                if let Split::FrontShare { share, .. } = &mut self.contact.split {
+            Parameter::RollMomentDistribution => {
+                if let Split::RollMomentDistribution { share, .. } = &mut self.contact.split {
                     *share += amount;
                 }
             }
@@ -57,7 +58,7 @@ impl Machine {
                 wheel.stiffness = wheel.stiffness.map(|stiffness| stiffness * amount.exp());
             }
             Parameter::JointPosition(_)
-            | Parameter::JointRate(_)
+            | Parameter::JointVelocity(_)
             | Parameter::JointAcceleration(_)
             | Parameter::SpecificForce(_)
             | Parameter::AngularVelocity(_)
@@ -65,14 +66,14 @@ impl Machine {
             | Parameter::ToolForce(_)
             | Parameter::ToolMoment(_)
             | Parameter::ActuatorForce(_)
-            | Parameter::Travel(_) => {}
+            | Parameter::BaseMotion(_) => {}
         }
     }
 
     fn shift_wheel(&mut self, wheel: usize, axis: Axis, amount: f64) {
         let wheel = &mut self.wheels[wheel];
-        let shift = wheel.seat.shift(axis, amount);
-        if wheel.body == wheel.seat.carrier {
+        let shift = wheel.mounting.shift(axis, amount);
+        if wheel.body == wheel.mounting.carrier {
             wheel.centre_in_body += shift;
         } else {
             self.bodies[wheel.body].joint_in_parent += shift;
@@ -81,16 +82,18 @@ impl Machine {
     }
 
     fn shift_arm(&mut self, axis: Axis, amount: f64) {
-        let Some(seat) = self.arm_seat else { return };
-        let shift = seat.shift(axis, amount);
+        let Some(mounting) = self.arm_mounting else {
+            return;
+        };
+        let shift = mounting.shift(axis, amount);
         let is_arm = |link: &super::Link| link.group == LinkGroup::Arm;
         for (i, body) in self.bodies.iter_mut().enumerate().skip(1) {
             let arm = self.links.iter().any(|link| link.body == i && is_arm(link));
-            if arm && body.parent == seat.carrier {
+            if arm && body.parent == mounting.carrier {
                 body.joint_in_parent += shift;
             }
         }
-        for link in self.links.iter_mut().filter(|l| l.body == seat.carrier) {
+        for link in self.links.iter_mut().filter(|l| l.body == mounting.carrier) {
             if is_arm(link) {
                 link.inertia.com += shift;
                 let moved = Translation3::from(shift);
@@ -99,7 +102,7 @@ impl Machine {
         }
     }
 
-    /// Makes again what follows from the parameters.
+    /// Recomputes the quantities derived from the parameters.
     pub(super) fn gather(&mut self) {
         for i in 0..self.bodies.len() {
             let links = self.links.iter().filter(|link| link.body == i);
@@ -127,7 +130,7 @@ impl Machine {
     }
 }
 
-impl Seat {
+impl Mounting {
     fn shift(&self, axis: Axis, amount: f64) -> Vector3<f64> {
         self.carrier_from_axes * along(axis, amount)
     }

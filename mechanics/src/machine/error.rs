@@ -1,10 +1,10 @@
-//! Why a machine was refused: what was expected, what was found, and where.
+//! Errors of a machine description: what was expected, what was found, and where.
 
-/// A machine file or URDF that does not describe a machine.
+/// An invalid machine description.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MachineError {
-    /// The text is no TOML, or a key is unknown, missing or of the wrong type.
+    /// The text is not valid TOML, or a key is unknown, missing or of the wrong type.
     #[error("{file}: {message}")]
     MachineFile {
         /// Name of the machine file.
@@ -12,49 +12,49 @@ pub enum MachineError {
         /// The parser's message with line and column.
         message: String,
     },
-    /// The text is no XML, or an element lacks what URDF demands.
+    /// The text is not valid XML, or an element lacks what URDF requires.
     #[error("{file}, line {line}: expected {expected}, found {found}")]
     Urdf {
         /// Name of the URDF.
         file: String,
         /// Line of the element, counted from 1.
         line: u32,
-        /// What URDF demands there.
+        /// What URDF requires there.
         expected: String,
-        /// What stands there.
+        /// What was found there.
         found: String,
     },
-    /// A name in the machine file that the URDF does not have.
+    /// A name in the machine file that is not in the URDF.
     #[error(
-        "{file}: {key} = \"{name}\": expected a {kind} of {urdf}, found none of that name{suggestion}"
+        "{file}: {key} = \"{name}\": expected a {kind} of {urdf}, found no {kind} with that name{suggestion}"
     )]
     UnknownName {
         /// Name of the machine file.
         file: String,
         /// Key path in the machine file.
         key: String,
-        /// The name that was looked for.
+        /// The unknown name.
         name: String,
         /// "link" or "joint".
         kind: &'static str,
         /// Name of the URDF.
         urdf: String,
-        /// The nearest existing name, as "; did you mean ...?", or nothing.
+        /// The closest existing name as "; did you mean ...?", or empty.
         suggestion: String,
     },
-    /// A value that no machine can have.
+    /// An invalid value.
     #[error("{file}: {place}: expected {expected}, found {found}")]
     Value {
         /// Name of the file.
         file: String,
         /// Key path, link or joint.
         place: String,
-        /// What would be accepted.
+        /// What is accepted.
         expected: String,
-        /// What stands there.
+        /// What was found.
         found: String,
     },
-    /// A closed chain whose sides never meet.
+    /// A closed chain that cannot close.
     #[error("{file}: linkage \"{linkage}\" cannot close: expected {expected}, found {found}")]
     LinkageCannotClose {
         /// Name of the machine file.
@@ -63,10 +63,10 @@ pub enum MachineError {
         linkage: String,
         /// The condition of closure.
         expected: String,
-        /// What the geometry gives instead.
+        /// What the geometry gives.
         found: String,
     },
-    /// Movable joints whose position nothing tells.
+    /// Movable joints without a source of their position.
     #[error(
         "joint {joints} of {urdf}: expected a position in the log's joint states, a linkage that moves it, or a mimic rule; \
          found none (the log has: {logged})"

@@ -1,9 +1,9 @@
-//! Mass, centre of mass and inertia of a rigid body, and what no body can have.
+//! Mass, centre of mass and inertia tensor of a rigid body, with a check for physical validity.
 
 use nalgebra::{Isometry3, Matrix3, SymmetricEigen, Vector3};
 
-/// Rounded figures in real URDFs miss the triangle inequality by a little: this share of the largest
-/// principal moment is forgiven.
+/// Rounded values in real URDFs violate the triangle inequality slightly: tolerance as a fraction of the
+/// largest principal moment.
 const ROUNDING_SHARE: f64 = 1e-3;
 
 /// Inertial parameters of a rigid body in some frame.
@@ -17,7 +17,7 @@ pub struct Inertia {
     pub about_com: Matrix3<f64>,
 }
 
-/// The same parameters as moments about the origin of the frame, in which forces are linear.
+/// The same parameters as moments about the origin of the frame, in which wrenches are linear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassMoments {
     /// Mass (kg).
@@ -39,14 +39,14 @@ impl From<&Inertia> for MassMoments {
     }
 }
 
-/// What a body's inertia should be and is not.
+/// The expected and the actual property of an invalid inertia.
 pub(super) struct InertiaFault {
     pub(super) expected: &'static str,
     pub(super) found: String,
 }
 
 impl Inertia {
-    /// The inertia of nothing.
+    /// Zero mass and inertia.
     #[must_use]
     pub fn zero() -> Self {
         Self {
@@ -56,7 +56,7 @@ impl Inertia {
         }
     }
 
-    /// The same body seen from the frame `a` in which this frame has the pose `a_from_this`.
+    /// The same body expressed in frame `a`, in which this frame has the pose `a_from_this`.
     #[must_use]
     pub fn transformed(&self, a_from_this: &Isometry3<f64>) -> Self {
         let rotation = a_from_this.rotation.to_rotation_matrix();
@@ -67,7 +67,7 @@ impl Inertia {
         }
     }
 
-    /// Both bodies welded together, seen from their common frame.
+    /// Both bodies rigidly connected, in their common frame.
     #[must_use]
     pub fn welded(&self, other: &Self) -> Self {
         let mass = self.mass + other.mass;
@@ -90,8 +90,8 @@ impl Inertia {
         }
     }
 
-    /// A real body has a positive mass and principal moments that are not negative and of which none
-    /// exceeds the sum of the other two.
+    /// A physical body has a positive mass and non-negative principal moments, none larger than the sum of the
+    /// other two.
     pub(super) fn check(&self) -> Result<(), InertiaFault> {
         let fault = |expected, found: String| Err(InertiaFault { expected, found });
         if !(self.mass.is_finite()
@@ -115,7 +115,7 @@ impl Inertia {
         let allowed = ROUNDING_SHARE * large.abs();
         if small < -allowed || large > small + middle + allowed {
             return fault(
-                "principal moments of inertia that are not negative and of which none exceeds the sum of the other two",
+                "non-negative principal moments of inertia, none larger than the sum of the other two",
                 format!("{small:.6}, {middle:.6}, {large:.6} kg m^2"),
             );
         }

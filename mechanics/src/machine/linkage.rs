@@ -1,31 +1,32 @@
-//! Closed triangles: a linear actuator (cylinder hinge, rod slide) that turns a pivot.
+//! Closed triangles: a linear actuator (cylinder hinge, rod) that turns a pivot.
 //!
-//! The triangle's corners are the pivot T, the cylinder's hinge C and the rod's eye E. In the plane
-//! across the pivot's axis, seen from the body that carries the cylinder, with d = T - C and
-//! e(theta) = E - T turned by the pivot angle theta:
+//! The corners of the triangle are the pivot T, the cylinder's hinge C and the rod's eye E. In the plane
+//! perpendicular to the pivot's axis, seen from the body that carries the cylinder, with d = T - C and
+//! e(theta) = E - T rotated by the pivot angle theta:
 //!
 //! ```text
 //!     v = d + e(theta)                              from hinge to eye
 //!     |v|^2 = K + P cos(theta) + Q sin(theta)       law of cosines
 //!     |v|^2 = X^2 + h^2                             X along the rod, h its eccentricity
-//!     x = X - X0                                    rod coordinate
+//!     x = X - X0                                    cylinder stroke
 //! ```
 //!
-//! Either theta or x may be measured; the other, the cylinder's angle, and the first and second time
-//! derivatives of all three follow exactly, without inverse trigonometric functions: angles are kept
-//! as cosine and sine. (Second paper (11)-(19) as corrected; the same closure, any geometry.)
+//! Either theta or x is measured. The other one, the cylinder's angle, and the first and second time
+//! derivatives of all three follow exactly and without inverse trigonometric functions: angles are
+//! represented by cosine and sine. (Second paper (11)-(19), corrected; the same closure for any geometry.)
 
 use nalgebra::{Isometry3, Point3, Vector2, Vector3};
 
+use super::body::JointKind;
+use super::error::MachineError;
 use super::spec::LinkageSpec;
 use super::tree::Tree;
-use super::{JointKind, MachineError};
-use crate::coordinate::{Coordinate, Motion};
+use crate::geometry::coordinate::{Coordinate, Motion};
 use crate::number::Real;
 
-/// Axes that should be parallel or across may be this far off [-].
+/// Deviation allowed between axes that should be parallel or perpendicular (dimensionless).
 const AXIS_TOLERANCE: f64 = 1e-3;
-/// The eye and its pin may stand this share of the triangle's size apart, out of its plane.
+/// Out-of-plane distance allowed between eye and pin, relative to the size of the triangle.
 const OUT_OF_PLANE_SHARE: f64 = 0.01;
 
 /// A closed triangle of the machine.
@@ -33,12 +34,12 @@ const OUT_OF_PLANE_SHARE: f64 = 0.01;
 pub struct Linkage {
     /// Name in the machine file.
     pub name: String,
-    /// Which side the log measures.
+    /// The side that the log measures.
     pub input: LinkageInput,
-    /// Index of that measured joint.
+    /// Index of the measured joint.
     pub measured_joint: usize,
-    /// The bodies that its joints carry.
-    pub(crate) bodies: LinkageBodies,
+    /// The bodies moved by its joints.
+    pub bodies: LinkageBodies,
     /// The fixed geometry.
     geometry: Triangle,
 }
@@ -52,19 +53,21 @@ pub enum LinkageInput {
     RodLength,
 }
 
-/// The three joints of a triangle as they move together.
+/// Motion of the triangle's three joints.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LinkageMotion<T> {
-    pub(crate) pivot: Coordinate<T>,
-    pub(crate) cylinder: Coordinate<T>,
-    pub(crate) rod: Coordinate<T>,
-    /// Square of the length or of the sine that closure needs: not below zero where the triangle
-    /// closes.
-    pub(crate) closure: T,
+pub struct LinkageMotion<T> {
+    /// The pivot.
+    pub pivot: Coordinate<T>,
+    /// The cylinder's hinge.
+    pub cylinder: Coordinate<T>,
+    /// The rod.
+    pub rod: Coordinate<T>,
+    /// Square of the length or sine that closure requires: not negative where the triangle closes.
+    pub closure: T,
 }
 
-/// See the module's equations; in the plane x runs along the rod at cylinder angle zero, y completes a
-/// right-handed pair about the pivot's axis.
+/// The symbols of the module documentation. In the plane, x is along the rod at cylinder angle zero and y
+/// completes a right-handed pair about the pivot's axis.
 #[derive(Debug, Clone, Copy)]
 struct Triangle {
     /// From the hinge to the pivot (m).
@@ -73,22 +76,22 @@ struct Triangle {
     e0: Vector2<f64>,
     /// Eccentricity h: y of the eye at cylinder angle zero (m).
     eccentricity: f64,
-    /// X at rod coordinate zero (m).
+    /// X at zero stroke (m).
     length_at_zero: f64,
-    /// +1 if the pivot's positive angle turns e counter-clockwise in the plane, else -1.
+    /// +1 if a positive pivot angle turns e counter-clockwise in the plane, else -1.
     pivot_sign: f64,
     /// The same for the cylinder's hinge.
     cylinder_sign: f64,
-    /// Sign of sin(theta - theta_0), theta_0 the pivot angle at the longest actuator: the branch.
+    /// Sign of sin(theta - theta_0), theta_0 the pivot angle at the longest actuator: selects the branch.
     branch: f64,
-    /// K, P and Q of the law of cosines (m^2); Q counts the pivot's own sign.
+    /// K, P and Q of the law of cosines (m^2); Q includes the sign of the pivot.
     k: f64,
     p: f64,
     q: f64,
 }
 
 impl Linkage {
-    /// Multiplies the lengths from hinge to pivot and from pivot to eye.
+    /// Scales the distances from hinge to pivot and from pivot to eye.
     pub(super) fn scale_sides(&mut self, hinge_to_pivot: f64, pivot_to_eye: f64) {
         let t = &mut self.geometry;
         t.d *= hinge_to_pivot;
@@ -98,7 +101,7 @@ impl Linkage {
         t.q *= hinge_to_pivot * pivot_to_eye;
     }
 
-    /// The pivot's angle for a rod coordinate (rad, m); NaN where the triangle cannot close.
+    /// The pivot's angle (rad) for a cylinder stroke (m); NaN where the triangle cannot close.
     pub(super) fn pivot_at_rod(&self, rod: f64) -> f64 {
         let at_rest = Motion {
             position: rod,
@@ -108,14 +111,14 @@ impl Linkage {
         Real::atan2(solved.pivot.sin, solved.pivot.cos)
     }
 
-    /// The motion of the three joints from that of the rod.
+    /// Motion of the three joints from that of the rod.
     #[inline]
-    pub(crate) fn solve_by_rod<T: Real>(&self, rod: &Motion<T>) -> LinkageMotion<T> {
+    pub fn solve_by_rod<T: Real>(&self, rod: &Motion<T>) -> LinkageMotion<T> {
         self.geometry.by_rod(rod)
     }
 
-    /// The motion of the three joints from that of the measured one.
-    pub(crate) fn solve<T: Real>(&self, measured: &Motion<T>) -> LinkageMotion<T> {
+    /// Motion of the three joints from that of the measured one.
+    pub fn solve<T: Real>(&self, measured: &Motion<T>) -> LinkageMotion<T> {
         match self.input {
             LinkageInput::PivotAngle => {
                 let (sin, cos) = measured.position.sin_cos();
@@ -130,7 +133,7 @@ impl Linkage {
 impl Triangle {
     fn by_pivot<T: Real>(&self, cos: T, sin: T, rate: T, acceleration: T) -> LinkageMotion<T> {
         let c = T::constant;
-        // s = |v|^2 and its derivatives by theta
+        // s = |v|^2 and its derivatives with respect to theta
         let s = c(self.k) + cos.scaled(self.p) + sin.scaled(self.q);
         let s1 = cos.scaled(self.q) - sin.scaled(self.p);
         let s2 = c(self.k) - s;
@@ -186,7 +189,7 @@ impl Triangle {
         )
     }
 
-    /// The cylinder's angle phi turns g = (X, h) into v:
+    /// The cylinder's angle phi rotates g = (X, h) onto v:
     /// cos(phi) = g.v / s, sin(phi) = g x v / s, phidot = (v x vdot + h Xdot) / s.
     #[expect(clippy::too_many_arguments, reason = "the quantities of one equation")]
     fn complete<T: Real>(
@@ -237,18 +240,21 @@ impl Triangle {
     }
 }
 
-/// The bodies that a linkage's joints carry.
+/// The bodies moved by a linkage's joints.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LinkageBodies {
-    pub(crate) pivot: usize,
-    pub(crate) cylinder: usize,
-    pub(crate) rod: usize,
+pub struct LinkageBodies {
+    /// That of the pivot.
+    pub pivot: usize,
+    /// That of the cylinder's hinge.
+    pub cylinder: usize,
+    /// That of the rod.
+    pub rod: usize,
 }
 
-/// Builds a linkage from its specification; `input` and `measured_joint` say what the log measures.
+/// Builds a linkage from its specification; `input` and `measured_joint` identify the logged joint.
 ///
 /// # Errors
-/// A triangle that no position closes, or joints that form no triangle.
+/// The triangle closes at no position, or the joints do not form a triangle.
 pub(super) fn build(
     spec: &LinkageSpec,
     bodies: LinkageBodies,
@@ -273,7 +279,7 @@ pub(super) fn build(
     })
 }
 
-/// Measures a triangle with all joints of the URDF at zero.
+/// Measures the triangle with all joints of the URDF at zero.
 struct Survey<'a> {
     spec: &'a LinkageSpec,
     bodies: LinkageBodies,
@@ -299,7 +305,7 @@ impl Survey<'_> {
         self.pose(body) * Vector3::z()
     }
 
-    /// Checks which body carries what; gives +1 where the cylinder sits on the pivot's parent, -1 on
+    /// Checks the order of the bodies; returns +1 if the cylinder is mounted on the pivot's parent, -1 if on
     /// its child.
     fn cylinder_side(&self) -> Result<f64, MachineError> {
         let LinkageBodies {
@@ -325,7 +331,7 @@ impl Survey<'_> {
                     "rod \"{}\" to slide in cylinder \"{}\" and to carry rod_end",
                     self.spec.rod, self.spec.cylinder
                 ),
-                "another order of joints",
+                "a different order of joints",
             ));
         }
         let (carrier, anchor) = (bodies[cylinder].parent, body_of(&self.spec.anchor.link));
@@ -362,13 +368,13 @@ impl Survey<'_> {
         if axis.cross(&hinge_axis).norm() > AXIS_TOLERANCE {
             return Err(self.fault(
                 "the cylinder's hinge parallel to the pivot",
-                format!("{:.4} off", axis.cross(&hinge_axis).norm()),
+                format!("a deviation of {:.4}", axis.cross(&hinge_axis).norm()),
             ));
         }
         if rod_axis.dot(&axis).abs() > AXIS_TOLERANCE {
             return Err(self.fault(
-                "the rod across the pivot's axis",
-                format!("{:.4} along it", rod_axis.dot(&axis)),
+                "the rod perpendicular to the pivot's axis",
+                format!("a component of {:.4} along it", rod_axis.dot(&axis)),
             ));
         }
         let plane_x = (rod_axis - axis * rod_axis.dot(&axis)).normalize();
@@ -383,7 +389,7 @@ impl Survey<'_> {
             self.point(&self.spec.rod_end),
         );
         let (d, e0) = (flat(pivot - hinge), flat(anchor - pivot));
-        // x runs along the rod, so X0 and h are the eye's coordinates at rod coordinate zero
+        // x is along the rod, so X0 and h are the eye's coordinates at zero stroke.
         let eye_from_hinge = flat(eye - hinge);
         let triangle = Triangle {
             d,
@@ -408,7 +414,7 @@ impl Survey<'_> {
         let size = t.d.norm() + t.e0.norm();
         if !(t.d.norm() > 1e-6 && t.e0.norm() > 1e-6) {
             return Err(self.fault(
-                "three corners apart from each other",
+                "three distinct corners",
                 format!(
                     "{:.6} m from hinge to pivot, {:.6} m from pivot to anchor",
                     t.d.norm(),
@@ -418,7 +424,7 @@ impl Survey<'_> {
         }
         if !(out_of_plane.abs() <= OUT_OF_PLANE_SHARE * size) {
             return Err(self.fault(
-                "rod_end and anchor in one plane across the pivot",
+                "rod_end and anchor in one plane perpendicular to the pivot",
                 format!("{out_of_plane:.4} m apart along its axis"),
             ));
         }

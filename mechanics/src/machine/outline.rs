@@ -1,5 +1,5 @@
-//! A URDF without a machine file: what links there are, how they hang together and what shapes they
-//! have, for those who guess which of them are wheels and arm.
+//! Outline of a URDF without a machine file: links, their tree and their shapes, for guessing which of them
+//! are wheels and arm.
 
 use std::collections::HashMap;
 
@@ -19,52 +19,52 @@ pub struct Outline {
     pub links: Vec<OutlineLink>,
 }
 
-/// A link and the joint that carries it.
+/// A link and the joint that connects it to its parent.
 #[derive(Debug, Clone)]
 pub struct OutlineLink {
     /// Its name.
     pub name: String,
-    /// Index of the link that carries it.
+    /// Index of the parent link.
     pub parent: Option<usize>,
-    /// The joint that carries it; none of the root.
+    /// The joint to the parent; `None` for the root.
     pub joint: Option<OutlineJoint>,
     /// Its pose in the base frame with all joints at zero.
     pub base_from_link: Isometry3<f64>,
-    /// Mass (kg); zero of a frame.
+    /// Mass (kg); zero for a massless frame.
     pub mass: f64,
     /// Its collision shapes, then its visual ones.
     pub shapes: Vec<Shape>,
 }
 
-/// The joint that carries a link.
+/// The joint of a link.
 #[derive(Debug, Clone)]
 pub struct OutlineJoint {
     /// Its name.
     pub name: String,
     /// How it moves.
     pub motion: JointMotion,
-    /// Its axis in the link that it carries.
+    /// Its axis in the child link.
     pub axis_in_link: Vector3<f64>,
     /// Its axis in the base frame with all joints at zero.
     pub axis_in_base: Vector3<f64>,
-    /// Whether it follows another joint (`<mimic>`).
+    /// Whether it is coupled to another joint (`<mimic>`).
     pub mimics: bool,
 }
 
-/// How a joint of a URDF moves.
+/// Type of a URDF joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointMotion {
-    /// Not at all.
+    /// No motion.
     Fixed,
-    /// It turns without limits.
+    /// Rotation without limits.
     Continuous,
-    /// It turns between limits.
+    /// Rotation between limits.
     Revolute,
-    /// It slides.
+    /// Translation.
     Prismatic,
 }
 
-/// What a link looks like.
+/// Shape of a link.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A cylinder.
@@ -79,13 +79,13 @@ pub enum Shape {
         /// Radius (m).
         radius: f64,
     },
-    /// A box, a capsule or the like.
+    /// A box, a capsule or another primitive.
     Other,
-    /// A file.
+    /// A mesh file.
     Mesh {
         /// Its name.
         file: String,
-        /// What its coordinates are multiplied by, along the link's axes.
+        /// Scale factors of its coordinates along the link's axes.
         scale_in_link: [f64; 3],
     },
 }
@@ -94,7 +94,7 @@ impl Outline {
     /// Reads a URDF; `file` is its name for messages.
     ///
     /// # Errors
-    /// It is no URDF, or its links are no tree.
+    /// The text is not a URDF, or its links do not form a tree.
     pub fn read(text: &str, file: &str) -> Result<Self, MachineError> {
         let urdf = Urdf::parse(text, file)?;
         let tree = Tree::build(&urdf)?;
@@ -117,13 +117,13 @@ impl Outline {
         })
     }
 
-    /// Index of the link of this name.
+    /// Index of the link with this name.
     #[must_use]
     pub fn link(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|link| link.name == name)
     }
 
-    /// Whether a link is `ancestor` or below it.
+    /// Whether a link is `ancestor` or in its distal subtree.
     #[must_use]
     pub fn is_below(&self, link: usize, ancestor: usize) -> bool {
         let parents = std::iter::successors(Some(link), |&at| self.links[at].parent);
@@ -132,7 +132,7 @@ impl Outline {
 }
 
 impl OutlineLink {
-    /// Whether the joint that carries it moves.
+    /// Whether the joint can move.
     #[must_use]
     pub fn moves(&self) -> bool {
         let motion = self.joint.as_ref().map(|joint| joint.motion);
@@ -155,7 +155,7 @@ fn outline_joint(joint: &UrdfJoint, base_from_link: &Isometry3<f64>) -> OutlineJ
     }
 }
 
-/// Shapes are only hints: what cannot be read is passed over.
+/// Shapes are only hints, so unreadable ones are ignored.
 fn shapes_by_link(text: &str) -> HashMap<String, Vec<Shape>> {
     let Ok(document) = Document::parse(text) else {
         return HashMap::new();
@@ -199,7 +199,7 @@ fn rotation(origin: Node<'_, '_>) -> Option<UnitQuaternion<f64>> {
     Some(UnitQuaternion::from_euler_angles(roll, pitch, yaw))
 }
 
-/// The scale along the axis of the mesh that is nearest to each of the link's.
+/// For each axis of the link, the scale along the mesh axis closest to it.
 fn scale_in_link(scale: Option<&str>, turn: &UnitQuaternion<f64>) -> [f64; 3] {
     let scale = scale.and_then(triple).unwrap_or([1.0; 3]);
     let of_axis = |axis: Vector3<f64>| scale[turn.inverse_transform_vector(&axis).iamax()];

@@ -1,31 +1,28 @@
-//! `[plausibility]` of the machine file: what no sensor of such a machine can truly say, and what to do
-//! about rows that rest on it.
+//! `[plausibility]` of the machine file: limits of plausible signals, and the treatment of rows that depend on
+//! implausible ones.
 
 use serde::Deserialize;
 
-use crate::plausibility::FaultKind;
+use super::fault_kind::FaultKind;
 
-/// What becomes of rows that rest on an implausible sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
+/// Treatment of rows that depend on an implausible sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[serde(rename_all = "lowercase")]
 pub enum Policy {
-    /// The sample is left out and the rows are invalid.
+    /// The sample is not used and the rows are invalid.
     Invalid,
-    /// The sample counts less, and the rows' standard deviations grow by the disagreement.
+    /// The sample is down-weighted, and the rows' standard deviations grow by the discrepancy.
     Widen,
-    /// The finding is reported; the sample is used as it is.
+    /// The finding is reported; the sample is used unchanged.
     Report,
 }
 
 impl Policy {
-    /// Its name in the machine file and in tables.
+    /// Name in the machine file and in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Invalid => "invalid",
-            Self::Widen => "widen",
-            Self::Report => "report",
-        }
+        self.into()
     }
 }
 
@@ -33,22 +30,22 @@ impl Policy {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlausibilitySpec {
-    /// Policy of every check that states none of its own.
+    /// Policy of every check without a policy of its own.
     pub policy: Option<Policy>,
     /// Policy for NaN and infinite values; they are never used.
     pub not_finite: Option<Policy>,
-    /// Policy for values that no such sensor can truly have.
+    /// Policy for values outside the range of such a sensor.
     pub range: Option<Policy>,
     /// Policy for joint positions beyond the limits of the URDF.
     pub joint_limit: Option<Policy>,
     /// Policy for changes that are too fast.
     pub rate: Option<Policy>,
-    /// Policy for values that stand still where they cannot.
+    /// Policy for frozen values.
     pub frozen: Option<Policy>,
-    /// Policy for quaternions that are not of length one.
+    /// Policy for quaternions of non-unit norm.
     pub quaternion: Option<Policy>,
-    /// Policy for joint rates that are not the derivative of the position, and for attitudes that do not fit
-    /// the specific force.
+    /// Policy for joint velocities that contradict the derivative of the position, and for attitudes that
+    /// contradict the specific force.
     pub disagreement: Option<Policy>,
     /// Largest specific force (m/s^2).
     pub specific_force_max: f64,
@@ -58,37 +55,40 @@ pub struct PlausibilitySpec {
     pub angular_acceleration_max: f64,
     /// Largest speed of the odometry (m/s).
     pub speed_max: f64,
-    /// Fastest change of the odometry's velocity (m/s^2).
+    /// Fastest change of the odometry velocity (m/s^2).
     pub acceleration_max: f64,
     /// Largest force on the tool (N); default: ten times the weight.
     pub tool_force_max: Option<f64>,
-    /// Largest moment on the tool (N m); default: ten times the weight at an arm of one metre.
+    /// Largest moment on the tool (N m); default: ten times the weight with a lever arm of one metre.
     pub tool_moment_max: Option<f64>,
-    /// How far a turning joint may be beyond a limit of the URDF (rad).
+    /// Tolerance of a revolute joint beyond a URDF limit (rad).
     pub joint_margin: f64,
-    /// The same for a sliding joint (m).
+    /// The same for a prismatic joint (m).
     pub joint_margin_linear: f64,
-    /// How many times as fast as the velocity limit of the URDF a joint may be.
+    /// Factor on the URDF velocity limit of a joint.
     pub joint_rate_margin: f64,
-    /// Largest rate of a turning joint without such a limit (rad/s).
+    /// Largest velocity of a revolute joint without such a limit (rad/s).
     pub joint_rate_max: f64,
-    /// The same of a sliding joint (m/s).
+    /// The same for a prismatic joint (m/s).
     pub joint_rate_max_linear: f64,
-    /// The same of a wheel (rad/s).
+    /// The same for a wheel (rad/s).
     pub wheel_rate_max: f64,
-    /// Fastest change of a measured joint rate (rad/s^2 or m/s^2); of no wheel, brakes lock them.
+    /// Fastest change of a measured joint velocity (rad/s^2 or m/s^2); wheels are exempt, because brakes lock
+    /// them.
     pub joint_acceleration_max: f64,
-    /// So many identical samples are a frozen signal, where noise is expected or motion is seen.
+    /// Number of identical samples from which a signal counts as frozen, where noise is expected or motion is
+    /// detected.
     pub frozen_samples: u32,
-    /// How far the length of a quaternion may be from one.
+    /// Tolerance of a quaternion's norm.
     pub quaternion_tolerance: f64,
-    /// How far a turning joint's rate may be from the derivative of its position (rad/s).
+    /// Tolerance between a revolute joint's velocity and the derivative of its position (rad/s).
     pub rate_tolerance: f64,
-    /// The same of a sliding joint (m/s).
+    /// The same for a prismatic joint (m/s).
     pub rate_tolerance_linear: f64,
-    /// The same as a share of the rate, added to it.
+    /// Additional tolerance as a fraction of the velocity.
     pub rate_tolerance_share: f64,
-    /// How far gravity by the IMU's attitude may be from the mean specific force of ten seconds (m/s^2).
+    /// Tolerance between gravity according to the IMU's attitude and the mean specific force of ten seconds
+    /// (m/s^2).
     pub gravity_tolerance: f64,
 }
 
@@ -128,10 +128,10 @@ impl Default for PlausibilitySpec {
 }
 
 impl PlausibilitySpec {
-    /// The policy of a check: its own, else the common one, else its default.
+    /// Policy of a check: its own, else the common one, else its default.
     ///
-    /// Positions beyond a limit and rates that disagree often come from a sloppy URDF or driver while
-    /// the positions are sound: by default those rows are widened, all others are invalid.
+    /// Positions beyond a limit and contradicting velocities are often due to an inaccurate URDF or driver while
+    /// the positions are correct: by default they widen the uncertainty, all other faults invalidate the rows.
     #[must_use]
     pub fn policy_of(&self, kind: FaultKind) -> Policy {
         let (own, default) = match kind {
@@ -146,7 +146,7 @@ impl PlausibilitySpec {
         own.or(self.policy).unwrap_or(default)
     }
 
-    /// The limits by key, those that are stated or have a default.
+    /// Limits by key, if stated or with a default.
     pub(super) fn limits_by_key(&self) -> [(&'static str, Option<f64>); 19] {
         [
             ("specific_force_max", Some(self.specific_force_max)),

@@ -1,5 +1,5 @@
-//! `[signals]`: where a log has what the machine's sensors measure. A topic of the usual type, or single
-//! numbers of any messages.
+//! `[signals]`: where the log contains the machine's signals, as topics of the usual type or as single
+//! number fields of any messages.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -9,20 +9,20 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-/// `[signals]`: what is absent is found by message type.
+/// `[signals]`: absent signals are found by message type.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignalsSpec {
-    /// `sensor_msgs/JointState`, one topic or several.
+    /// `sensor_msgs/JointState`, one topic or several topics.
     pub joint_states: Option<OneOrMany>,
-    /// Single joints, by their names in the URDF, out of any messages. They go before `joint_states`.
+    /// Single joints, by their URDF names, from any messages. They take precedence over `joint_states`.
     #[serde(default)]
     pub joints: BTreeMap<String, JointFields>,
-    /// `sensor_msgs/Imu`, or single numbers.
+    /// `sensor_msgs/Imu`, or single number fields.
     pub imu: Option<SignalSpec<ImuFields>>,
-    /// `nav_msgs/Odometry`, or single numbers.
+    /// `nav_msgs/Odometry`, or single number fields.
     pub odometry: Option<SignalSpec<OdometryFields>>,
-    /// `geometry_msgs/WrenchStamped`, or single numbers: force and moment by the surroundings on the tool.
+    /// `geometry_msgs/WrenchStamped`, or single number fields: force and moment of the surroundings on the tool.
     pub tool_wrench: Option<SignalSpec<WrenchFields>>,
 }
 
@@ -37,7 +37,7 @@ pub enum OneOrMany {
 }
 
 impl OneOrMany {
-    /// The names in the order written.
+    /// The names in file order.
     #[must_use]
     pub fn names(&self) -> &[String] {
         match self {
@@ -47,17 +47,17 @@ impl OneOrMany {
     }
 }
 
-/// A signal: the name of a topic of its type, or a table of the numbers that make it up.
+/// A signal: the name of a topic of its type, or a table of number fields.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SignalSpec<T> {
     /// The topic.
     Topic(String),
-    /// The numbers.
+    /// The number fields.
     Fields(T),
 }
 
 impl<T> SignalSpec<T> {
-    /// The topic, where one is named.
+    /// The topic, if one is named.
     #[must_use]
     pub fn topic(&self) -> Option<&String> {
         match self {
@@ -66,7 +66,7 @@ impl<T> SignalSpec<T> {
         }
     }
 
-    /// The numbers, where they are named.
+    /// The number fields, if they are named.
     #[must_use]
     pub fn fields(&self) -> Option<&T> {
         match self {
@@ -76,23 +76,22 @@ impl<T> SignalSpec<T> {
     }
 }
 
-/// Where a number in a log stands.
+/// A number field of a log.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FieldSpec {
-    /// The topic, of any type.
+    /// Topic, of any type.
     pub topic: String,
-    /// Path of the number in its messages, like `fluid_pressure` or `forces[2].x`; with `joint` a list of
-    /// numbers beside a list of names, like `effort`, or a number in a list of messages that have names,
-    /// like `joints[].effort`. With `joint` the default is that list of a `sensor_msgs/JointState` which
-    /// holds the quantity.
+    /// Path of the number in its messages, like `fluid_pressure` or `forces[2].x`. With `joint`: a list of
+    /// numbers parallel to a list of names, like `effort`, or a number in a list of named messages, like
+    /// `joints[].effort`; by default the list of a `sensor_msgs/JointState` that holds the quantity.
     pub field: Option<String>,
-    /// The name whose place in the list of names the number has in its own.
+    /// The name whose index in the list of names selects the number.
     pub joint: Option<String>,
-    /// What the number is multiplied by.
+    /// Factor applied to the number.
     #[serde(default = "one")]
     pub scale: f64,
-    /// What is added then.
+    /// Offset added after scaling.
     #[serde(default)]
     pub offset: f64,
 }
@@ -101,17 +100,17 @@ fn one() -> f64 {
     1.0
 }
 
-/// A number of a signal: in the log, or the same at all times.
+/// A number of a signal: a field of the log, or a constant.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NumberSpec {
-    /// Always this.
+    /// Constant value.
     Constant(f64),
-    /// In the log.
+    /// Field of the log.
     Field(FieldSpec),
 }
 
 impl NumberSpec {
-    /// Where it stands in the log, unless it is constant.
+    /// The field, unless the number is constant.
     #[must_use]
     pub fn field(&self) -> Option<&FieldSpec> {
         match self {
@@ -121,23 +120,24 @@ impl NumberSpec {
     }
 }
 
-/// `[signals.joints.NAME]`: a joint.
+/// `[signals.joints.NAME]`: number fields of one joint.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointFields {
     /// Position (rad or m).
     pub position: Option<FieldSpec>,
-    /// Rate (rad/s or m/s), from messages of the same topic.
+    /// Velocity (rad/s or m/s), from messages of the same topic.
     pub velocity: Option<FieldSpec>,
     /// Force or moment of its actuator (N or N m).
     pub effort: Option<FieldSpec>,
 }
 
-/// `[signals.imu]`: the inertial measurement unit, in its own axes. Each triple comes from one topic.
+/// `[signals.imu]`: the inertial measurement unit, in its own axes. The components of a vector must come from
+/// one topic.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImuFields {
-    /// Specific force x y z (m/s^2): +g along the axis that points up at rest.
+    /// Specific force x y z (m/s^2): +g along the axis that points up, at rest.
     pub specific_force: [NumberSpec; 3],
     /// Angular velocity x y z (rad/s).
     pub angular_velocity: [NumberSpec; 3],
@@ -147,21 +147,21 @@ pub struct ImuFields {
     pub roll_pitch_yaw: Option<[NumberSpec; 3]>,
 }
 
-/// `[signals.odometry]`: motion of the base frame. Each triple comes from one topic.
+/// `[signals.odometry]`: motion of the base frame. The components of a vector must come from one topic.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OdometryFields {
     /// Velocity forward, left and up (m/s).
     pub velocity: [NumberSpec; 3],
-    /// Angular velocity x y z (rad/s); counts where there is no IMU.
+    /// Angular velocity x y z (rad/s); used only without an IMU.
     pub angular_velocity: Option<[NumberSpec; 3]>,
-    /// Orientation in an upright frame: quaternion x y z w; counts where there is no IMU.
+    /// Orientation in an upright frame: quaternion x y z w; used only without an IMU.
     pub orientation: Option<[NumberSpec; 4]>,
     /// The same as roll, pitch and yaw about fixed axes (rad).
     pub roll_pitch_yaw: Option<[NumberSpec; 3]>,
 }
 
-/// `[signals.tool_wrench]`: by the surroundings on the tool, in its frame. All from one topic.
+/// `[signals.tool_wrench]`: wrench of the surroundings on the tool, in its frame. All fields from one topic.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WrenchFields {
@@ -171,7 +171,7 @@ pub struct WrenchFields {
     pub moment: [NumberSpec; 3],
 }
 
-// By hand, because an untagged enumeration would not say what is wrong inside of the table.
+// Implemented by hand: an untagged enum would not report the error inside the table.
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for SignalSpec<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct TopicOrFields<T>(PhantomData<T>);

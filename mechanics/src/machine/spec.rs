@@ -1,17 +1,17 @@
-//! The machine file as written: what a person states in TOML, before anything is checked against the
-//! URDF. [`MachineSpec::check`] makes a [`Machine`](super::Machine) of it.
+//! The machine file as written in TOML, before it is checked against the URDF.
+//! [`MachineSpec::check`] turns it into a [`Machine`](super::Machine).
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use crate::suspension::hydraulics::HydraulicsSpec;
+use crate::machine::HydraulicsSpec;
 
 use super::{
     FieldSpec, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl, WeighedSpec,
 };
 
-/// The machine file: see the machine-file reference of the project for every key.
+/// The machine file; the project's machine-file reference describes every key.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineSpec {
@@ -20,9 +20,9 @@ pub struct MachineSpec {
     /// Gravitational acceleration (m/s^2).
     #[serde(default = "standard_gravity")]
     pub gravity: f64,
-    /// Path of the URDF beside the machine file; absent: the log's `/robot_description`.
+    /// Path of the URDF relative to the machine file; if absent, the log's `/robot_description` is used.
     pub urdf: Option<String>,
-    /// Where the inertial measurement unit sits; absent: the link that its messages name.
+    /// Pose of the inertial measurement unit; if absent, the frame named by its messages.
     pub imu: Option<ImuSpec>,
     /// The wheels by name, three or more.
     #[serde(default)]
@@ -32,35 +32,35 @@ pub struct MachineSpec {
     /// Linear actuators that close a triangle.
     #[serde(default)]
     pub linkage: Vec<LinkageSpec>,
-    /// How the ground carries the wheels.
+    /// Contact between wheels and ground.
     #[serde(default)]
     pub contact: ContactSpec,
-    /// What counts as a finding.
+    /// Thresholds for findings.
     #[serde(default)]
     pub limits: LimitsSpec,
-    /// What hangs on a link.
+    /// Loads attached to links.
     #[serde(default)]
     pub payload: Vec<PayloadSpec>,
-    /// Where the signals are; absent ones are found by message type.
+    /// Topics and fields of the signals; absent ones are found by message type.
     #[serde(default)]
     pub signals: SignalsSpec,
-    /// What is known of the clocks of the topics.
+    /// Known properties of the topics' clocks.
     #[serde(default)]
     pub clock: ClockSpec,
-    /// How signals become a state.
+    /// Settings of the state estimator.
     #[serde(default)]
     pub estimator: EstimatorSpec,
-    /// How uncertain the machine's parameters are.
+    /// Uncertainty of the machine's parameters.
     #[serde(default)]
     pub uncertainty: UncertaintySpec,
-    /// What counts as an implausible signal, and what becomes of it.
+    /// Limits of plausible signals, and the treatment of implausible ones.
     #[serde(default)]
     pub plausibility: PlausibilitySpec,
-    /// What scales said of the real machine.
+    /// Measured weights of the real machine.
     pub weighed: Option<WeighedSpec>,
     /// Active suspension.
     pub suspension: Option<SuspensionSpec>,
-    /// Name of the file this was read from, for messages.
+    /// Name of the machine file, for messages.
     #[serde(skip)]
     pub file: String,
 }
@@ -69,11 +69,11 @@ fn standard_gravity() -> f64 {
     9.806_65
 }
 
-/// `[imu]`: pose of the sensor in a link.
+/// `[imu]`: pose of the sensor on a link.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImuSpec {
-    /// The link that carries it; absent: the base link.
+    /// The link that carries it; if absent, the base link.
     pub link: Option<String>,
     /// Position in the link (m).
     #[serde(default)]
@@ -89,17 +89,17 @@ pub struct ImuSpec {
 pub struct WheelSpec {
     /// The link whose origin is the wheel's centre.
     pub link: String,
-    /// Radius without load (m).
+    /// Unloaded radius (m).
     pub radius: f64,
 }
 
-/// `[arm]`: which links are the manipulator.
+/// `[arm]`: the links of the manipulator.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArmSpec {
-    /// This link and all below it are the manipulator.
+    /// The root link: it and its distal subtree are the manipulator.
     pub root: String,
-    /// The link in whose frame the tool wrench is expressed and at whose origin it acts.
+    /// The link in whose frame the tool wrench is expressed, acting at its origin.
     pub tool: Option<String>,
 }
 
@@ -109,28 +109,28 @@ pub struct ArmSpec {
 pub struct LinkageSpec {
     /// Name for messages.
     pub name: String,
-    /// The revolute joint that it turns.
+    /// The revolute joint that it actuates.
     pub pivot: String,
     /// The revolute joint of its cylinder.
     pub cylinder: String,
     /// The prismatic joint of its rod.
     pub rod: String,
-    /// The eye of the rod, on the rod's side.
+    /// The eye at the end of the rod, on the rod's side.
     pub rod_end: PointSpec,
-    /// The pin that the eye sits on, on the turned side.
+    /// The pin that holds the eye, on the side of the actuated link.
     pub anchor: PointSpec,
-    /// Where its force is logged (N), positive where it pushes the rod out.
+    /// Field of its logged force (N), positive when it extends the rod.
     pub force: Option<FieldSpec>,
-    /// Where its pressures are logged.
+    /// Fields of its logged chamber pressures.
     pub pressure: Option<PressureSpec>,
     /// Standard deviation of one sample of the force (N).
     #[serde(default = "actuator_force_sigma")]
     pub force_sigma: f64,
-    /// Standard deviation of its friction, as a share of the force.
+    /// Standard deviation of its friction, as a fraction of the force.
     #[serde(default = "actuator_friction")]
     pub friction_share: f64,
-    /// An angle of the pivot (rad) on the branch that the machine uses; needed only where the rod is
-    /// measured. Default: the middle of the pivot's URDF limits if they span less than a turn, else 0.
+    /// An angle of the pivot (rad) on the branch that the machine uses; needed only if the rod is measured.
+    /// Default: the middle of the pivot's URDF limits if they span less than a full turn, else 0.
     pub pivot_near: Option<f64>,
 }
 
@@ -156,22 +156,24 @@ pub struct PointSpec {
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSpec {
-    /// D of the first paper's assumption 8: the front axle's share of the roll moment, 0 to 1.
-    pub front_share: Option<f64>,
+    /// Roll moment distribution: D of assumption 8 of the first paper, the front axle's share of the roll moment, 0
+    /// to 1. The former spelling of the key, `front_share`, is deprecated.
+    #[serde(alias = "front_share")]
+    pub roll_moment_distribution: Option<f64>,
     /// Joints that carry no torque (bogie pivots, frame roll joints).
     #[serde(default)]
     pub free_joints: Vec<String>,
-    /// Traction of a wheel beyond a joint of known torque that is not its share of the whole: one
-    /// standard deviation, as a share of its load; default 0.1.
+    /// Standard deviation of a distal wheel's traction from its proportional share, as a fraction of its load,
+    /// for joints with known torque; default 0.1.
     pub traction_share: Option<f64>,
-    /// Vertical stiffness of the tyres (N/m); with it their deflection under load counts.
+    /// Vertical stiffness of the tyres (N/m); if stated, their deflection under load is included.
     pub tyre_stiffness: Option<Stiffness>,
-    /// Whether the ground may be taken for a plane.
+    /// Whether the ground is assumed to be flat.
     #[serde(default)]
     pub ground: Ground,
 }
 
-/// One stiffness for all wheels, or one for each.
+/// One stiffness for all wheels, or one per wheel.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(untagged)]
 pub enum Stiffness {
@@ -181,14 +183,14 @@ pub enum Stiffness {
     PerWheel(BTreeMap<String, f64>),
 }
 
-/// What is known of the ground.
+/// Assumption about the shape of the ground.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ground {
-    /// Nothing.
+    /// No assumption.
     #[default]
     Unknown,
-    /// It is a plane.
+    /// Flat ground.
     Plane,
 }
 
@@ -196,17 +198,17 @@ pub enum Ground {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LimitsSpec {
-    /// A wheel whose OTF is below this is light (N).
+    /// A wheel whose OTF is below this value is light (N).
     pub min_load: Option<f64>,
-    /// The same as a share of the wheel's static load, 0 to 1.
+    /// The same as a fraction of the wheel's static load, 0 to 1.
     pub min_load_share: Option<f64>,
     /// Optimal load of each wheel (N); default: the static load in the posture of the first valid row.
     pub optimal_load: Option<BTreeMap<String, f64>>,
-    /// Utilisation of the notice level.
+    /// Utilisation from which a notice is issued.
     pub notice: f64,
-    /// Utilisation of the warning level.
+    /// Utilisation from which a warning is issued.
     pub warning: f64,
-    /// Utilisation of the limit.
+    /// Utilisation at which the limit is exceeded.
     pub limit: f64,
 }
 
@@ -223,7 +225,7 @@ impl Default for LimitsSpec {
     }
 }
 
-/// `[[payload]]`: what hangs on a link.
+/// `[[payload]]`: a load attached to a link.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PayloadSpec {
@@ -239,17 +241,17 @@ pub struct PayloadSpec {
     /// Inertia about the centre of mass: xx, yy, zz, xy, xz, yz (kg m^2).
     #[serde(default)]
     pub inertia: [f64; 6],
-    /// From when it hangs there (s from the first sample).
+    /// Time of attachment (s after the first sample).
     pub from: Option<f64>,
-    /// Until when (s from the first sample).
+    /// Time of release (s after the first sample).
     pub to: Option<f64>,
 }
 
-/// The mass of a payload: stated, or to be estimated from the force of a cylinder.
+/// The mass of a payload: stated, or to be estimated from a cylinder force.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum PayloadMass {
-    /// (kg)
+    /// Mass (kg).
     Known(f64),
     /// The word "estimate".
     Word(String),
@@ -265,56 +267,58 @@ pub struct PressureSpec {
     pub rod: FieldSpec,
     /// Area of the piston (m^2).
     pub piston_area: f64,
-    /// Area of the ring around the rod (m^2).
+    /// Area of the annulus around the rod (m^2).
     pub rod_area: f64,
 }
 
-/// `[clock]`: what is known of the clocks of the topics.
+/// `[clock]`: known properties of the topics' clocks.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClockSpec {
-    /// By topic what has to be added to its stamps (s): negative where they are late.
+    /// Correction to add to the stamps of each topic (s): negative if they are late.
     #[serde(default)]
     pub offset: BTreeMap<String, f64>,
 }
 
-/// `[estimator]`: how noisy signals become a state. One set of values serves machines of a tonne and
-/// more; the reference page says what each trades.
+/// `[estimator]`: noise model of the signals. One set of values serves machines of a tonne and more; the
+/// machine-file reference describes the trade-off of each.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorSpec {
-    /// Longest time between two samples of a signal that is bridged (s); rows in a longer gap are invalid.
+    /// Longest gap between two samples of a signal that is bridged (s); rows in a longer gap are invalid.
     pub max_gap: f64,
     /// Standard deviation of a joint position (rad or m).
     pub joint_position_noise: f64,
-    /// Standard deviation of a joint rate (rad/s or m/s).
+    /// Standard deviation of a joint velocity (rad/s or m/s).
     pub joint_rate_noise: f64,
-    /// Standard deviation of the change of a joint's acceleration in one second (rad/s^2 or m/s^2).
+    /// Process noise: standard deviation of the change of a joint's acceleration in one second (rad/s^2 or
+    /// m/s^2).
     pub joint_agility: f64,
     /// Standard deviation of an angular velocity (rad/s).
     pub gyro_noise: f64,
-    /// Standard deviation of the change of the angular jerk in one second (rad/s^3).
+    /// Process noise: standard deviation of the change of the angular jerk in one second (rad/s^3).
     pub gyro_agility: f64,
     /// Standard deviation of a specific force (m/s^2).
     pub accelerometer_noise: f64,
-    /// Standard deviation of the change of its second derivative in one second (m/s^4).
+    /// Process noise: standard deviation of the change of its second derivative in one second (m/s^4).
     pub accelerometer_agility: f64,
-    /// Standard deviation of the direction up (rad).
+    /// Standard deviation of the up direction (rad).
     pub attitude_noise: f64,
-    /// Standard deviation of the change of its second derivative in one second (rad/s^2).
+    /// Process noise: standard deviation of the change of its second derivative in one second (rad/s^2).
     pub attitude_agility: f64,
-    /// Standard deviation of a velocity of the odometry (m/s).
+    /// Standard deviation of an odometry velocity (m/s).
     pub odometry_noise: f64,
-    /// Standard deviation of the change of its second derivative in one second (m/s^3).
+    /// Process noise: standard deviation of the change of its second derivative in one second (m/s^3).
     pub odometry_agility: f64,
     /// Standard deviation of a component of the tool wrench (N or N m).
     pub tool_force_noise: f64,
-    /// Standard deviation of the change of its second derivative in one second (N/s^2 or N m/s^2).
+    /// Process noise: standard deviation of the change of its second derivative in one second (N/s^2 or
+    /// N m/s^2).
     pub tool_force_agility: f64,
-    /// Standard deviation of the change of the second derivative of an actuator's force in one second
-    /// (N/s^2); its noise is the linkage's `force_sigma`.
+    /// Process noise of an actuator's force: standard deviation of the change of its second derivative in one
+    /// second (N/s^2). Its measurement noise is the linkage's `force_sigma`.
     pub actuator_force_agility: f64,
-    /// How long the causal estimator's rows count as settling after a start or a gap (s).
+    /// Warm-up time of the causal estimator after a start or a gap (s), during which rows are invalid.
     pub settle: f64,
 }
 
@@ -341,46 +345,47 @@ impl Default for EstimatorSpec {
     }
 }
 
-/// `[uncertainty]`: one standard deviation of each parameter. The defaults are those of a machine whose
-/// data come from drawings, not from weighing.
+/// `[uncertainty]`: standard deviation of each parameter. The defaults suit a machine whose data come from
+/// drawings, without weighing.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct UncertaintySpec {
-    /// Mass of a link, as a share of it.
+    /// Mass of a link, relative.
     pub mass_share: f64,
     /// Centre of mass of a link, along each axis (m).
     pub com: f64,
-    /// Inertia tensor of a link, as a share of it.
+    /// Inertia tensor of a link, relative.
     pub inertia_share: f64,
-    /// Mass of a payload that states none of its own, as a share of it.
+    /// Mass of a payload that states no standard deviation, relative.
     pub payload_mass_share: f64,
-    /// Where a wheel sits, along each axis (m).
+    /// Position of a wheel, along each axis (m).
     pub wheel_position: f64,
     /// Radius of a wheel (m).
     pub wheel_radius: f64,
-    /// Where the arm sits, along each axis (m).
+    /// Position of the arm's root, along each axis (m).
     pub arm_position: f64,
-    /// Constant error of the position of a turning joint (rad).
+    /// Systematic error of a revolute joint's position (rad).
     pub joint_offset: f64,
-    /// Constant error of the position of a sliding joint (m).
+    /// Systematic error of a prismatic joint's position (m).
     pub joint_offset_linear: f64,
-    /// Where the IMU sits, along each axis (m).
+    /// Position of the IMU, along each axis (m).
     pub imu_position: f64,
-    /// How the IMU is turned, about each axis (rad).
+    /// Orientation of the IMU, about each axis (rad).
     pub imu_rotation: f64,
-    /// Constant error of the accelerometer, along each axis (m/s^2).
+    /// Bias of the accelerometer, along each axis (m/s^2).
     pub accelerometer_bias: f64,
-    /// Constant error of the gyro, about each axis (rad/s).
+    /// Bias of the gyro, about each axis (rad/s).
     pub gyro_bias: f64,
-    /// Constant error of the force on the tool, along each axis (N).
+    /// Systematic error of the force on the tool, along each axis (N).
     pub tool_force: f64,
-    /// Constant error of the moment on the tool, about each axis (N m).
+    /// Systematic error of the moment on the tool, about each axis (N m).
     pub tool_moment: f64,
-    /// The front share D.
-    pub front_share: f64,
-    /// Stiffness of a tyre, as a share of it.
+    /// Roll moment distribution D. The former spelling of the key, `front_share`, is deprecated.
+    #[serde(alias = "front_share")]
+    pub roll_moment_distribution: f64,
+    /// Stiffness of a tyre, relative.
     pub tyre_stiffness_share: f64,
-    /// What no rigid model sees, of each load as a share of the mean load.
+    /// Effects outside the rigid-body model, for each load as a fraction of the mean load.
     pub model_share: f64,
 }
 
@@ -402,7 +407,7 @@ impl Default for UncertaintySpec {
             gyro_bias: 0.002,
             tool_force: 50.0,
             tool_moment: 20.0,
-            front_share: 0.0,
+            roll_moment_distribution: 0.0,
             tyre_stiffness_share: 0.2,
             model_share: 0.003,
         }
@@ -429,45 +434,45 @@ impl UncertaintySpec {
             ("gyro_bias", self.gyro_bias),
             ("tool_force", self.tool_force),
             ("tool_moment", self.tool_moment),
-            ("front_share", self.front_share),
+            ("roll_moment_distribution", self.roll_moment_distribution),
             ("tyre_stiffness_share", self.tyre_stiffness_share),
             ("model_share", self.model_share),
         ]
     }
 }
 
-/// `[suspension]`: second paper, only for machines that have it.
+/// `[suspension]`: active suspension of the second paper, only for machines that have one.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SuspensionSpec {
-    /// Names of the linkages whose rods are the suspension's actuators.
+    /// Names of the linkages whose cylinders actuate the suspension.
     pub linkages: Vec<String>,
-    /// Least and greatest rod coordinate (m).
+    /// Smallest and largest cylinder stroke (m).
     pub stroke: [f64; 2],
-    /// Largest rod velocity (m/s).
+    /// Largest stroke velocity (m/s).
     pub max_velocity: f64,
-    /// Largest rod acceleration (m/s^2).
+    /// Largest stroke acceleration (m/s^2).
     pub max_acceleration: f64,
     /// Cylinders, oil and valves.
     #[serde(default)]
     pub hydraulics: HydraulicsSpec,
-    /// How it is steered.
+    /// Settings of its controller.
     #[serde(default)]
     pub control: SuspensionControl,
 }
 
 impl MachineSpec {
-    /// Where the force of a linkage's actuator is logged: by its own key, else as the effort of its rod.
+    /// Field of the force of a linkage's actuator: its own key, else the effort of the rod joint.
     #[must_use]
     pub fn force_of<'a>(&'a self, linkage: &'a LinkageSpec) -> Option<&'a FieldSpec> {
         let of_rod = || self.signals.joints.get(&linkage.rod)?.effort.as_ref();
         linkage.force.as_ref().or_else(of_rod)
     }
 
-    /// Reads a machine file's text; `file` is its name for messages.
+    /// Parses the text of a machine file; `file` is its name for messages.
     ///
     /// # Errors
-    /// No TOML, or an unknown, missing or mistyped key: with line and column.
+    /// Invalid TOML, or an unknown, missing or mistyped key, with line and column.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, MachineError> {
         let spec: Self = toml::from_str(text).map_err(|e| MachineError::MachineFile {
             file: file.into(),

@@ -1,20 +1,20 @@
-//! Frames that a log places: static transforms, as `/tf_static` carries them.
+//! Static transforms from the log, as in `/tf_static`.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
-/// Pose of a frame in its parent, constant over a log.
+/// Constant pose of a frame in its parent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StaticTransform {
-    /// The frame in which the pose is given, without a leading slash.
+    /// Parent frame, without a leading slash.
     pub parent: String,
-    /// The frame that is placed, without a leading slash.
+    /// Child frame, without a leading slash.
     pub child: String,
     /// The pose.
     pub parent_from_child: Isometry3<f64>,
 }
 
 impl StaticTransform {
-    /// From a position (m) and a quaternion x y z w of any length but zero.
+    /// From a position (m) and a quaternion x y z w, not necessarily normalised.
     #[must_use]
     pub fn new(parent: &str, child: &str, xyz: [f64; 3], xyzw: [f64; 4]) -> Self {
         let [x, y, z] = xyz;
@@ -28,8 +28,8 @@ impl StaticTransform {
     }
 }
 
-/// Every frame above `frame` with the pose of `frame` in it, nearest first. Where a frame is placed
-/// more than once, the last one counts; a loop ends the chain.
+/// All ancestors of `frame` with the pose of `frame` in each, nearest first. If a frame has several
+/// transforms, the last one applies; a cycle ends the chain.
 pub(super) fn ancestors<'t>(
     transforms: &'t [StaticTransform],
     frame: &'t str,

@@ -2,38 +2,37 @@
 
 use nalgebra::Vector2;
 
-/// A wheel this share of the polygon's diameter from an edge counts as standing on it.
+/// A wheel within this fraction of the polygon's diameter of an edge counts as lying on it.
 const ON_EDGE_SHARE: f64 = 0.02;
 
-/// The support polygon with all joints at zero; which wheels span it stays fixed, where they are
-/// follows the joints.
+/// The support polygon with all joints at zero. The set of wheels that span it is fixed; their positions
+/// follow the joints.
 #[derive(Debug, Clone)]
 pub struct SupportPolygon {
     pub(crate) edges: Vec<Edge>,
 }
 
-/// An edge, counter-clockwise seen from above: the inside is on its left.
+/// An edge, counter-clockwise seen from above: the interior is on its left.
 #[derive(Debug, Clone)]
 pub struct Edge {
-    /// `front left rear right` for four wheels, else `<from>_<to>` in lower case.
+    /// `front`, `left`, `rear` or `right` for four wheels, otherwise `<from>_<to>` in lower case.
     pub name: String,
     /// Index of the wheel where it starts.
     pub from: usize,
     /// Index of the wheel where it ends.
     pub to: usize,
-    /// Whether each wheel stands on it.
+    /// Whether each wheel lies on it.
     pub carries: Vec<bool>,
 }
 
 impl SupportPolygon {
-    /// The edges, counter-clockwise; of four wheels front, left, rear, right.
+    /// The edges, counter-clockwise; for four wheels front, left, rear, right.
     #[must_use]
     pub fn edges(&self) -> &[Edge] {
         &self.edges
     }
 
-    /// The polygon of contact points given in the base frame's x and y (m); `None` where they span no
-    /// area.
+    /// The polygon of contact points given by x and y in the base frame (m); `None` if it has no area.
     pub(super) fn build(points: &[Vector2<f64>], names: &[&str]) -> Option<Self> {
         let diameter = points
             .iter()
@@ -82,7 +81,7 @@ fn distance_inside(from: &Vector2<f64>, to: &Vector2<f64>, point: &Vector2<f64>)
     along.perp(&(point - from)) / along.norm()
 }
 
-/// Corners of the convex hull, counter-clockwise, without those that stand out by less than `tolerance`.
+/// Corners of the convex hull, counter-clockwise, without those that protrude less than `tolerance`.
 fn hull(points: &[Vector2<f64>], tolerance: f64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|&a, &b| {
@@ -147,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn four_wheels_have_named_edges_from_front_to_right() {
+    fn four_wheels_give_named_edges() {
         let p = polygon(
             &[(1.0, 0.8), (1.0, -0.8), (-1.0, 0.8), (-1.0, -0.8)],
             &["FL", "FR", "RL", "RR"],
@@ -169,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn middle_wheels_of_six_stand_on_the_side_edges() {
+    fn middle_wheels_of_six_lie_on_side_edges() {
         let p = polygon(
             &[
                 (2.0, 0.8),
@@ -187,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn wheels_in_line_span_nothing() {
+    fn wheels_in_line_span_no_polygon() {
         let points: Vec<_> = (0..3).map(|i| Vector2::new(f64::from(i), 0.0)).collect();
         assert!(SupportPolygon::build(&points, &["A", "B", "C"]).is_none());
     }

@@ -1,60 +1,61 @@
-//! How an active suspension is steered, as the machine file states it.
+//! Control settings of an active suspension, as the machine file states them.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-/// `[suspension.control]`: the second paper's optimal control (30)-(31).
+/// `[suspension.control]`: optimal control (30)-(31) of the second paper.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SuspensionControl {
-    /// Which problem is solved.
+    /// The optimisation problem.
     pub mode: ControlMode,
-    /// How often a command is asked for (Hz); the step of (31e)-(31f) is its inverse.
+    /// Command rate (Hz); the time step of (31e)-(31f) is its inverse.
     pub rate: f64,
-    /// How far ahead `look-ahead` mode plans a move of the rods (s).
+    /// Planning horizon of a move in `look-ahead` mode (s).
     pub look_ahead: f64,
-    /// Whether the actuators move each by itself; else all rods move alike.
+    /// Whether the actuators move independently; otherwise all move alike.
     pub independent: bool,
-    /// Stability angles of the whole machine are kept above this (rad).
+    /// Lower bound on the stability angles of the whole machine (rad).
     pub min_stability_angle: f64,
-    /// Share of the acceleration that is left for pushing on at a stop, 0 to 1: rho of the limits.
+    /// Fraction of the acceleration that remains for motion towards a stop, 0 to 1: rho of the limits.
     pub acceleration_at_stop: f64,
-    /// Factor on the least width of the stops' approach zone that is proven enough, 1 or more.
+    /// Factor on the smallest approach zone of the stops that is proven sufficient, at least 1.
     pub approach_margin: f64,
-    /// Weights of the cost.
+    /// Weights of the cost function.
     pub weights: ControlWeights,
 }
 
-/// The problem that the control solves.
+/// The optimisation problem of the controller.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ControlMode {
     /// The loads at rest at the end of a planned move.
     #[default]
     LookAhead,
-    /// The paper's problem: the loads of the next step, with the inertia of the step itself.
-    Literal,
+    /// The problem of the paper: the loads after the next time step, including its inertia forces.
+    #[serde(rename = "literal")]
+    OneStep,
 }
 
-/// `[suspension.control.weights]`: the cost is the sum over pairs of wheels of weight (N_i - N_j)^2 with
-/// loads in kN, and over edges of weight / stability angle in rad.
+/// `[suspension.control.weights]`: the cost is the sum of weight (N_i - N_j)^2 over pairs of wheels, loads in
+/// kN, and of weight / stability angle over edges, angles in rad.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ControlWeights {
-    /// Pairs of wheels one behind the other on a side (1/kN^2).
+    /// Pairs of wheels in line on one side (1/kN^2).
     pub front_rear: f64,
-    /// Pairs of wheels side by side (1/kN^2).
+    /// Pairs of wheels on opposite sides of an axle (1/kN^2).
     pub lateral: f64,
     /// All other pairs (1/kN^2).
     pub diagonal: f64,
-    /// Pairs with a weight of their own.
+    /// Pairs with an individual weight.
     pub pairs: Vec<PairWeight>,
-    /// Edges more across than along the machine (rad).
+    /// Edges closer to transverse than to longitudinal (rad).
     pub front_and_rear_edges: f64,
     /// The other edges (rad).
     pub side_edges: f64,
-    /// Edges with a weight of their own, by name (rad).
+    /// Edges with an individual weight, by name (rad).
     pub edges: BTreeMap<String, f64>,
 }
 

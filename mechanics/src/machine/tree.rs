@@ -1,14 +1,16 @@
-//! From the links and joints of a URDF to a tree of rigid bodies: fixed joints welded, every joint's
-//! axis turned into the z axis of its body.
+//! Builds a tree of rigid bodies from the links and joints of a URDF: links connected by fixed joints are
+//! merged, and every body's z axis is aligned with its joint axis.
 
 use std::collections::HashMap;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::body::JointKind;
+use super::error::MachineError;
+use super::inertia::Inertia;
 use super::urdf::{Mimic, Urdf, UrdfJoint, UrdfJointKind};
-use super::{Inertia, JointKind, MachineError};
 
-/// A tree of bodies before it is known what drives its joints.
+/// A tree of bodies, before the sources of its joints' motion are known.
 #[derive(Debug)]
 pub(super) struct Tree {
     pub(super) base_link: String,
@@ -20,7 +22,7 @@ pub(super) struct Tree {
 pub(super) struct TreeBody {
     pub(super) link: String,
     pub(super) parent: usize,
-    /// Name and properties of the joint that carries it; `None` for the root.
+    /// Name and properties of its joint; `None` for the root.
     pub(super) joint: Option<TreeJoint>,
     /// Pose of the joint in the parent body, z along the axis.
     pub(super) parent_from_joint: Isometry3<f64>,
@@ -34,7 +36,7 @@ pub(super) struct TreeJoint {
     pub(super) name: String,
     pub(super) kind: JointKind,
     pub(super) limits: Option<[f64; 2]>,
-    pub(super) max_rate: Option<f64>,
+    pub(super) max_velocity: Option<f64>,
     pub(super) mimic: Option<Mimic>,
 }
 
@@ -49,8 +51,7 @@ pub(super) struct TreeLink {
 
 impl Tree {
     /// # Errors
-    /// Links or joints of the same name, a joint between links that do not exist, no root or several,
-    /// a loop.
+    /// Duplicate links or joints, a joint between links that do not exist, no root or several roots, a cycle.
     pub(super) fn build(urdf: &Urdf) -> Result<Self, MachineError> {
         let fault = |place: String, expected: &str, found: String| {
             MachineError::value(&urdf.file, place, expected, found)
@@ -60,7 +61,7 @@ impl Tree {
             if link_index.insert(link.name.as_str(), i).is_some() {
                 return Err(fault(
                     format!("link \"{}\"", link.name),
-                    "one link of a name",
+                    "one link with this name",
                     "two".into(),
                 ));
             }
@@ -71,7 +72,7 @@ impl Tree {
         for joint in &urdf.joints {
             let place = format!("joint \"{}\"", joint.name);
             if joint_names.insert(joint.name.as_str(), ()).is_some() {
-                return Err(fault(place, "one joint of a name", "two".into()));
+                return Err(fault(place, "one joint with this name", "two".into()));
             }
             let find = |name: &str| {
                 link_index.get(name).copied().ok_or_else(|| {
@@ -86,7 +87,7 @@ impl Tree {
             if let Some(other) = parent_joint[child].replace(joint) {
                 return Err(fault(
                     place,
-                    "one parent for a link",
+                    "one parent joint per link",
                     format!("joint \"{}\" also carries \"{}\"", other.name, joint.child),
                 ));
             }
@@ -99,7 +100,7 @@ impl Tree {
             let names: Vec<_> = roots.iter().map(|&i| urdf.links[i].name.as_str()).collect();
             return Err(fault(
                 "links".into(),
-                "one root link that no joint carries",
+                "one root link, without a parent joint",
                 format!("{}: {}", roots.len(), names.join(", ")),
             ));
         };
@@ -120,7 +121,7 @@ impl Tree {
             return Err(fault(
                 format!("link \"{name}\""),
                 "a chain of joints to the root",
-                "a loop".into(),
+                "a cycle".into(),
             ));
         }
         let (bodies, links) = (grower.bodies, grower.links);
@@ -132,7 +133,7 @@ impl Tree {
         .rebased())
     }
 
-    /// The base frame moved to the link `base_link`, if it is welded to the root.
+    /// Moves the base frame to the link `base_link`, if it is rigidly connected to the root.
     fn rebased(mut self) -> Self {
         let Some(base) = self
             .links
@@ -161,14 +162,14 @@ impl Tree {
         self.links.iter().position(|l| l.name == name)
     }
 
-    /// Index of the body that the joint of this name carries.
+    /// Index of the body moved by the joint with this name.
     pub(super) fn body_of_joint(&self, name: &str) -> Option<usize> {
         self.bodies
             .iter()
             .position(|b| b.joint.as_ref().is_some_and(|j| j.name == name))
     }
 
-    /// Whether `body` is `ancestor` or carried by it.
+    /// Whether `body` is `ancestor` or in its distal subtree.
     pub(super) fn is_carried_by(&self, mut body: usize, ancestor: usize) -> bool {
         while body > ancestor {
             body = self.bodies[body].parent;
@@ -176,7 +177,7 @@ impl Tree {
         body == ancestor
     }
 
-    /// Whether `link` is `ancestor` or below it.
+    /// Whether `link` is `ancestor` or in its distal subtree.
     pub(super) fn link_is_below(&self, mut link: usize, ancestor: usize) -> bool {
         loop {
             if link == ancestor {
@@ -252,8 +253,8 @@ impl Grower<'_> {
         self.links.len() - 1
     }
 
-    /// Adds the body that `joint` carries, its z axis along the joint's axis; gives its index and the
-    /// pose of the joint's own frame in it.
+    /// Adds the body moved by `joint`, its z axis along the joint axis; returns its index and the pose of the
+    /// joint's own frame in it.
     fn add_body(
         &mut self,
         joint: &UrdfJoint,
@@ -270,7 +271,7 @@ impl Grower<'_> {
                 name: joint.name.clone(),
                 kind,
                 limits: joint.limits,
-                max_rate: joint.max_rate,
+                max_velocity: joint.max_velocity,
                 mimic: joint.mimic.clone(),
             }),
             parent_from_joint,
@@ -281,7 +282,7 @@ impl Grower<'_> {
     }
 }
 
-/// A rotation that turns z into `axis`: exactly none, or a half turn about x, where it is +z or -z.
+/// A rotation that maps z to `axis`: exactly the identity for +z, exactly a half turn about x for -z.
 fn z_turned_to(axis: &Vector3<f64>) -> Isometry3<f64> {
     let half_turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let rotation = UnitQuaternion::rotation_between(&Vector3::z(), axis).unwrap_or(half_turn);

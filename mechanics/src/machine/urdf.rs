@@ -1,4 +1,4 @@
-//! Reads the links and joints of a URDF; geometry, colours and simulator extensions are passed over.
+//! Parser for the links and joints of a URDF; geometry, colours and simulator extensions are ignored.
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
@@ -6,7 +6,7 @@ use roxmltree::{Document, Node};
 use super::MachineError;
 use super::inertia::Inertia;
 
-/// A URDF as written: a list of links and of joints between them, not yet a tree.
+/// A URDF as written: lists of links and of the joints between them, not yet a tree.
 #[derive(Debug, Clone)]
 pub(super) struct Urdf {
     pub(super) file: String,
@@ -34,14 +34,14 @@ pub(super) struct UrdfJoint {
     pub(super) kind: UrdfJointKind,
     pub(super) parent: String,
     pub(super) child: String,
-    /// Pose of the joint (and of the child at position zero) in the parent link.
+    /// Pose of the joint (and of the child link at position zero) in the parent link.
     pub(super) parent_from_joint: Isometry3<f64>,
     /// Unit axis in the joint's frame.
     pub(super) axis: Vector3<f64>,
     /// Lower and upper limit (rad or m); `None` for continuous joints.
     pub(super) limits: Option<[f64; 2]>,
-    /// Largest rate (rad/s or m/s), where a positive one is stated.
-    pub(super) max_rate: Option<f64>,
+    /// Largest velocity (rad/s or m/s), where a positive one is stated.
+    pub(super) max_velocity: Option<f64>,
     pub(super) mimic: Option<Mimic>,
 }
 
@@ -55,7 +55,7 @@ pub(super) struct Mimic {
 
 impl Urdf {
     /// # Errors
-    /// [`MachineError::Urdf`] or [`MachineError::Value`] with the line or the link at fault.
+    /// [`MachineError::Urdf`] or [`MachineError::Value`] with the offending line or link.
     pub(super) fn parse(text: &str, file: &str) -> Result<Self, MachineError> {
         let document = Document::parse(text).map_err(|e| MachineError::Urdf {
             file: file.into(),
@@ -63,7 +63,7 @@ impl Urdf {
             expected: "XML".into(),
             found: e.to_string(),
         })?;
-        let reader = Reader {
+        let reader = UrdfParser {
             file,
             document: &document,
         };
@@ -90,12 +90,12 @@ impl Urdf {
     }
 }
 
-struct Reader<'a> {
+struct UrdfParser<'a> {
     file: &'a str,
     document: &'a Document<'a>,
 }
 
-impl Reader<'_> {
+impl UrdfParser<'_> {
     fn error(
         &self,
         node: Node<'_, '_>,
@@ -199,8 +199,8 @@ impl Reader<'_> {
             ]),
             _ => None,
         };
-        // of no use to the mechanics: one that cannot be read is none
-        let max_rate = child(node, "limit")
+        // Irrelevant to the mechanics: an unreadable limit counts as absent.
+        let max_velocity = child(node, "limit")
             .and_then(|limit| limit.attribute("velocity"))
             .and_then(|text| text.trim().parse::<f64>().ok())
             .filter(|rate| rate.is_finite() && *rate > 0.0);
@@ -219,7 +219,7 @@ impl Reader<'_> {
             parent_from_joint: self.origin(node)?,
             axis: self.axis(node, &name)?,
             limits,
-            max_rate,
+            max_velocity,
             mimic,
             name,
         })

@@ -1,21 +1,21 @@
-//! The second paper's triangle of bogie, cylinder and rod is the `[[linkage]]` of the arm's cylinders.
+//! Validation: the second paper's triangle of bogie, cylinder and rod equals a `[[linkage]]`.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 use nalgebra::Vector2;
 
 use super::{LogFacts, MachineSpec};
-use crate::coordinate::Motion;
+use crate::geometry::coordinate::Motion;
 
-/// (11)-(17) with q the exterior angle at the pivot (the printed one contradicts (14)-(19)), q1 that at
-/// the cylinder's hinge; L_a, L_b, X = L_x the sides:
+/// (11)-(17) with q the exterior angle at the pivot (the printed one contradicts (14)-(19)), q1 that at the
+/// cylinder's hinge, and L_a, L_b, X = L_x the sides:
 /// ```text
 ///     q  = -arccos((X^2 - L_a^2 - L_b^2)/(2 L_a L_b))    k1 = -X/(L_a L_b sin q)              dk1/dx = k1/X - k1^2 cot q
 ///     q1 = -arccos((X^2 + L_b^2 - L_a^2)/(2 X L_b))      k2 = -(X - L_b cos q1)/(X L_b sin q1)
 ///     dk2/dx = -cot(q1)/X^2 + (cos q1/L_b - 1/X) k2/sin^2 q1
 /// ```
 #[test]
-fn val_pivot_and_cylinder_turn_as_the_second_paper_says() {
+fn val_pivot_and_cylinder_match_second_paper() {
     let spec =
         MachineSpec::from_toml(include_str!("../../tests/data/bogie.toml"), "bogie.toml").unwrap();
     let urdf = include_str!("../../tests/data/bogie.urdf");
@@ -55,7 +55,7 @@ fn val_pivot_and_cylinder_turn_as_the_second_paper_says() {
                 acceleration,
             });
             let angle = solved.pivot.sin.atan2(solved.pivot.cos);
-            // the eye's direction from the pivot, turned by the angle about y, against that of the hinge
+            // Direction of the eye from the pivot, rotated about y, relative to that of the hinge.
             let at_zero = pin.y.atan2(pin.x) - angle;
             let inner = hinge.y.atan2(hinge.x) - at_zero;
             assert!(

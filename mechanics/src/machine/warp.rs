@@ -1,54 +1,23 @@
-//! How heights of the wheels off one plane press tyres where the ground is a plane.
+//! Tyre deflection due to the wheels' heights off a common plane, on ground declared flat.
 
 use nalgebra::{Matrix4, Vector2, Vector4};
 
-use super::{Contact, Ground, Split, Wheel};
+use super::wheel::Wheel;
 
-/// What a height off the plane does under the front share's rule: the four loads in equilibrium with
-/// themselves, by their stiffness.
+/// Effect of a height off the plane under the split rule by roll moment distribution: the self-equilibrated
+/// loads of four wheels, scaled by their stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warp {
-    /// z: the loads in equilibrium with themselves, by wheel, with all joints at zero.
-    exchange: Vec<f64>,
-    /// Value of the rule's equation by each wheel's offset.
+    /// z: the self-equilibrated loads, by wheel, with all joints at zero.
+    pub(super) exchange: Vec<f64>,
+    /// Value of the split rule's equation per offset of each wheel.
     pub(crate) value_by_offset: Vec<f64>,
-    /// Share of each tyre in the compliance of the warp.
+    /// Fraction of each tyre in the compliance of the warp.
     pub(crate) compliance_share: Vec<f64>,
 }
 
-impl Contact {
-    /// Sets what follows from the wheels' stiffness on plane ground. Under the front share's rule the
-    /// loads in equilibrium with themselves, z, are those with all joints at zero; a height u of each
-    /// wheel below the plane then gives z (z.u) / (z' K^-1 z).
-    pub(super) fn set_warp(&mut self, wheels: &[Wheel]) {
-        if self.ground != Ground::Plane || !self.tyres_deflect {
-            return;
-        }
-        self.mean_stiffness = Some(mean_stiffness(wheels));
-        if let Split::FrontShare {
-            share,
-            wheels: four,
-        } = self.split
-        {
-            let places = four.map(|wheel| wheels[wheel].centre_at_zero.xy());
-            let mut by_wheel = vec![0.0; wheels.len()];
-            for (&wheel, &load) in four.iter().zip(&exchange(share, &places)) {
-                by_wheel[wheel] = load;
-            }
-            self.warp = Some(Warp::of(by_wheel, wheels));
-        }
-    }
-
-    /// Sets the same again for tyres of another stiffness; where z is stays as it was.
-    pub(super) fn renew_warp(&mut self, wheels: &[Wheel]) {
-        self.mean_stiffness = self.mean_stiffness.map(|_| mean_stiffness(wheels));
-        let exchange = self.warp.take().map(|warp| warp.exchange);
-        self.warp = exchange.map(|exchange| Warp::of(exchange, wheels));
-    }
-}
-
 impl Warp {
-    fn of(exchange: Vec<f64>, wheels: &[Wheel]) -> Self {
+    pub(super) fn of(exchange: Vec<f64>, wheels: &[Wheel]) -> Self {
         let soft = exchange.iter().zip(wheels);
         let soft: Vec<f64> = soft.map(|(z, w)| z * z / w.relative_stiffness).collect();
         let compliance: f64 = soft.iter().sum();
@@ -60,14 +29,14 @@ impl Warp {
     }
 }
 
-fn mean_stiffness(wheels: &[Wheel]) -> f64 {
+pub(super) fn mean_stiffness(wheels: &[Wheel]) -> f64 {
     let sum: f64 = wheels.iter().filter_map(|wheel| wheel.stiffness).sum();
     sum / wheels.len() as f64
 }
 
-/// The loads of FL FR RL RR that carry nothing and give the rule (54) the value one; zero where
-/// the wheels stand so that there are none.
-fn exchange(share: f64, places: &[Vector2<f64>; 4]) -> Vector4<f64> {
+/// The self-equilibrated loads of FL FR RL RR that give the rule (54) the value one; zero where the wheel
+/// positions allow none.
+pub(super) fn exchange(share: f64, places: &[Vector2<f64>; 4]) -> Vector4<f64> {
     let row = |of: fn(&Vector2<f64>) -> f64| places.each_ref().map(of);
     let [sum, left, forward] = [row(|_| 1.0), row(|p| p.y), row(|p| p.x)];
     let rule = [share - 1.0, 1.0 - share, share, -share];

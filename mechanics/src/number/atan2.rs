@@ -1,16 +1,16 @@
-//! The angle of a direction in the operations that every [`Real`] has: see [`sin_cos`](super::sin_cos).
+//! atan2 from the operations of [`Real`] alone: see [`sin_cos`](super::sin_cos).
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use super::Real;
+use super::real::Real;
 
-/// pi/2 less its nearest `f64`.
+/// pi/2 minus its nearest `f64`.
 const HALF_PI_REST: f64 = 6.123_233_995_736_766e-17;
 
-/// Tangents above this are taken from pi/4; the rational approximation holds up to here.
+/// Above this tangent the angle is reduced by pi/4; the rational approximation is valid up to here.
 const LARGEST_TANGENT: f64 = 0.66;
 
-/// The smallest number above zero: what is less is zero.
+/// The smallest positive number.
 const LEAST: f64 = f64::from_bits(1);
 
 /// Rational minimax approximation (Cephes) on |x| <= 0.66, lowest power first:
@@ -32,9 +32,9 @@ const Q: [f64; 5] = [
     2.485_846_490_142_306_3e1,
 ];
 
-/// Angle of the direction (x, y) from the x axis (rad), -pi to pi: within 2 units in the last place.
+/// Angle of the direction (x, y) from the x axis (rad), -pi to pi, within 2 units in the last place.
 ///
-/// Negative zero counts as zero, and the angle of (0, 0) is 0. NaN where either is NaN.
+/// Negative zero counts as zero, and the angle of (0, 0) is 0. NaN if either is NaN.
 #[inline]
 pub(super) fn atan2<T: Real>(y: T, x: T) -> T {
     let c = T::constant;
@@ -43,14 +43,14 @@ pub(super) fn atan2<T: Real>(y: T, x: T) -> T {
     let small = T::select(steep, adjacent, opposite);
     let large = T::select(steep, opposite, adjacent);
     let angle = arc_tangent(tangent(small, large));
-    // Each constant goes with what its rounding left out.
+    // Each rounded constant comes with its rounding error.
     let from_axis = T::select(steep, c(FRAC_PI_2) - (angle - c(HALF_PI_REST)), angle);
     let backwards = c(PI) - (from_axis - c(2.0 * HALF_PI_REST));
     let upper = T::select(x.lt(T::zero()), backwards, from_axis);
     T::select(y.lt(T::zero()), -upper, upper)
 }
 
-/// small / large in [0, 1]; 0 / 0 = 0 and infinity / infinity = 1.
+/// small / large in [0, 1], with 0 / 0 = 0 and infinity / infinity = 1.
 #[inline]
 fn tangent<T: Real>(small: T, large: T) -> T {
     let c = T::constant;
@@ -81,7 +81,7 @@ mod tests {
     use super::super::Lanes;
     use super::*;
 
-    /// Directions all around, at magnitudes up to the largest and down to the smallest.
+    /// Directions all around, with magnitudes from the smallest to the largest.
     fn directions() -> impl Iterator<Item = (f64, f64)> {
         (0..60_000).map(|i| {
             let (s, c) = (f64::from(i) * 0.000_104_719_8 * 1.7).sin_cos();
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn agrees_with_the_platform_in_every_quadrant_and_magnitude() {
+    fn agrees_with_platform_in_all_quadrants_and_magnitudes() {
         for (y, x) in directions() {
             let (found, expected) = (atan2(y, x), y.atan2(x));
             assert!(
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn small_angles_keep_their_relative_accuracy() {
+    fn small_angles_keep_relative_accuracy() {
         for i in 1..3000 {
             let y = f64::from(i) * 1e-3 * 10.0_f64.powi(-(i % 300));
             let (found, expected) = (atan2(y, 1.0), y.atan2(1.0));
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_zeros_and_infinities_have_the_angle_of_their_direction() {
+    fn axes_zeros_and_infinities_have_exact_angles() {
         let infinity = f64::INFINITY;
         let values = [0.0, 1.0, -1.0, 5e-324, f64::MAX, infinity, -infinity];
         for (y, x) in values.iter().flat_map(|&y| values.map(|x| (y, x))) {
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn nan_gives_nan() {
+    fn nan_input_gives_nan() {
         for other in [0.0, 1.0, -2.0, f64::INFINITY, f64::NAN] {
             assert!(atan2(f64::NAN, other).is_nan());
             assert!(atan2(other, f64::NAN).is_nan());

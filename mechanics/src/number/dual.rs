@@ -1,15 +1,15 @@
-//! A number with its derivative along one direction.
+//! Dual numbers: a value with its derivative along one direction.
 
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use num_traits::{One, Zero};
 
-use super::Real;
+use super::real::Real;
 
-/// A value and its exact derivative by one variable: `a + b e` with `e^2 = 0`.
+/// A value and its exact derivative with respect to one variable: `a + b e` with `e^2 = 0`.
 ///
-/// The equations evaluated with it give their own derivative; a comparison looks at values alone, so
-/// that the derivative is that of the branch taken.
+/// Equations evaluated with it yield their own derivative. Comparisons use the values alone, so the
+/// derivative is that of the branch taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dual<T> {
     /// The value.
@@ -19,7 +19,7 @@ pub struct Dual<T> {
 }
 
 impl<T: Real> Dual<T> {
-    /// The variable itself: its derivative is one.
+    /// The variable of differentiation: its derivative is one.
     #[inline]
     #[must_use]
     pub fn variable(value: T) -> Self {
@@ -29,7 +29,7 @@ impl<T: Real> Dual<T> {
         }
     }
 
-    /// A number that does not depend on the variable.
+    /// A constant: its derivative is zero.
     #[inline]
     #[must_use]
     pub fn fixed(value: T) -> Self {
@@ -204,7 +204,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn follows_the_rules_of_differentiation() {
+    fn dual_numbers_match_symbolic_derivatives() {
         let x = Dual::variable(0.7_f64);
         let (sin, cos) = (x * x).sin_cos();
         let y = (sin / (cos + Dual::constant(2.0))).sqrt() - x * Dual::constant(3.0);

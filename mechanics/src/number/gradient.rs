@@ -1,14 +1,15 @@
-//! A number with its derivatives by a few variables.
+//! A value with its derivatives with respect to a few variables.
 
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use num_traits::{One, Zero};
 
-use super::Real;
+use super::real::Real;
 
-/// A value and its exact derivatives by `N` variables: [`Dual`](super::Dual) numbers side by side.
+/// A value and its exact derivatives with respect to `N` variables: several [`Dual`](super::Dual) numbers
+/// with a common value.
 ///
-/// A comparison looks at values alone, so that the derivatives are those of the branch taken.
+/// Comparisons use the values alone, so the derivatives are those of the branch taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gradient<const N: usize> {
     /// The value.
@@ -18,7 +19,7 @@ pub struct Gradient<const N: usize> {
 }
 
 impl<const N: usize> Gradient<N> {
-    /// A number that depends on no variable.
+    /// A constant: its derivatives are zero.
     #[inline(always)]
     #[must_use]
     pub fn fixed(value: f64) -> Self {
@@ -28,7 +29,7 @@ impl<const N: usize> Gradient<N> {
         }
     }
 
-    /// The variable of this index itself.
+    /// The variable with this index.
     #[inline(always)]
     #[must_use]
     pub fn variable(value: f64, index: usize) -> Self {

@@ -1,15 +1,15 @@
-//! A number that moves in time.
+//! Second-order time derivatives carried along with a value.
 
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use num_traits::{One, Zero};
 
-use super::Real;
+use super::real::Real;
 
-/// A value with its first and second derivative in time: position, velocity and acceleration.
+/// A value with its first and second time derivative: position, velocity and acceleration.
 ///
-/// Equations of positions evaluated with it give velocities and accelerations. A comparison looks at
-/// values alone, so that the derivatives are those of the branch taken.
+/// Position equations evaluated with it yield velocities and accelerations. Comparisons use the values
+/// alone, so the derivatives are those of the branch taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jet<T> {
     /// The value.
@@ -21,7 +21,7 @@ pub struct Jet<T> {
 }
 
 impl<T: Real> Jet<T> {
-    /// A number that does not move.
+    /// A constant: its time derivatives are zero.
     #[inline(always)]
     #[must_use]
     pub fn fixed(value: T) -> Self {
@@ -233,7 +233,7 @@ mod tests {
 
     /// x = x + 0.3 t - 0.2 t^2 and y = y - 0.7 t + 0.1 t^2, and the same in dual numbers of dual numbers.
     #[test]
-    fn both_derivatives_are_those_of_nested_dual_numbers() {
+    fn both_derivatives_equal_nested_dual_numbers() {
         let jet = |value, first, second| Jet {
             value,
             first,
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gradient_is_dual_numbers_side_by_side() {
+    fn gradient_equals_separate_dual_numbers() {
         for [x, y] in [[0.7, -1.3], [-2.1, 0.4], [1e-3, 3.0]] {
             let found = everything(Gradient::<2>::variable(x, 0), Gradient::variable(y, 1));
             let by_x = everything(Dual::variable(x), Dual::fixed(y));

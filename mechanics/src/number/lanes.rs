@@ -1,4 +1,4 @@
-//! Four samples side by side in one vector register.
+//! Four samples in one vector register.
 
 use std::ops::{
     Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
@@ -7,24 +7,25 @@ use std::ops::{
 use num_traits::{One, Zero};
 use wide::f64x4;
 
-use super::{Mask, Real, atan2, sin_cos};
+use super::real::{Mask, Real};
+use super::{atan2, sin_cos};
 
-/// Four `f64`, each a sample of its own. Every lane has the same bits as the `f64` computed alone.
+/// Four `f64`, one per sample. Every lane holds the same bits as a scalar `f64` evaluation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lanes(f64x4);
 
 impl Lanes {
-    /// How many samples stand side by side.
+    /// Number of samples evaluated at once.
     pub const COUNT: usize = 4;
 
-    /// Lanes from their values, first sample first.
+    /// Lanes from their values, in sample order.
     #[inline]
     #[must_use]
     pub fn from_array(values: [f64; Self::COUNT]) -> Self {
         Self(f64x4::new(values))
     }
 
-    /// The values of the lanes, first sample first.
+    /// The values of the lanes, in sample order.
     #[inline]
     #[must_use]
     pub fn to_array(self) -> [f64; Self::COUNT] {
@@ -32,7 +33,7 @@ impl Lanes {
     }
 }
 
-/// Truth values of a comparison of [`Lanes`], all bits of a lane set or none.
+/// Result of a comparison of [`Lanes`]: in each lane either all bits are set or no bit is.
 #[derive(Debug, Clone, Copy)]
 pub struct LaneMask(f64x4);
 

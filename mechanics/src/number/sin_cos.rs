@@ -1,7 +1,7 @@
-//! Sine and cosine in the operations that every [`Real`] has, so that all number types agree to the
-//! bit and four lanes cost little more than one.
+//! Sine and cosine from the operations of [`Real`] alone, so that all number types give the same bits and
+//! four lanes cost little more than one.
 
-use super::Real;
+use super::real::Real;
 
 /// 1.5 * 2^52: adding and subtracting it rounds a number below 2^51 to the nearest integer.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
@@ -14,7 +14,7 @@ const HALF_PI: [f64; 3] = [
     2.022_266_248_795_950_6e-21,
 ];
 
-/// Taylor-like minimax coefficients on [-pi/4, pi/4], lowest power first: sin x = x + x^3 p(x^2).
+/// Minimax coefficients on [-pi/4, pi/4], lowest power first: sin x = x + x^3 p(x^2).
 const SIN: [f64; 6] = [
     -1.666_666_666_666_663_2e-1,
     8.333_333_333_322_49e-3,
@@ -34,8 +34,8 @@ const COS: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// Sine and cosine of `angle` [rad]: within 2 units in the last place up to 10^6 rad, less exact
-/// beyond, NaN for what is not finite.
+/// Sine and cosine of `angle` (rad): within 2 units in the last place up to 10^6 rad, less accurate beyond,
+/// NaN for a non-finite angle.
 #[inline]
 pub(super) fn sin_cos<T: Real>(angle: T) -> (T, T) {
     let c = T::constant;
@@ -45,7 +45,7 @@ pub(super) fn sin_cos<T: Real>(angle: T) -> (T, T) {
     let x2 = x * x;
     let sin = x + x * x2 * polynomial(x2, &SIN);
     let cos = (T::one() - x2 * c(0.5)) + x2 * x2 * polynomial(x2, &COS);
-    // The quadrant, 0 to 3: the remainder of the quarter turns divided by 4, rounded into -2..2.
+    // Quadrant 0 to 3: quarter turns modulo 4, rounded into -2..2.
     let rounded_fourth = (quarter_turns * c(0.25) + c(ROUNDING)) - c(ROUNDING);
     let remainder = quarter_turns - rounded_fourth * c(4.0);
     let odd = c(0.5).lt(remainder.abs()) & remainder.abs().lt(c(1.5));
@@ -53,7 +53,7 @@ pub(super) fn sin_cos<T: Real>(angle: T) -> (T, T) {
     let sin_negative = remainder.lt(c(-0.5)) | half_turn;
     let cos_negative = c(0.5).lt(remainder);
     let (s, k) = (T::select(odd, cos, sin), T::select(odd, sin, cos));
-    // In the quadrants: 0 (s, c), 1 (c, -s), +-2 (-s, -c), -1 (-c, s).
+    // By quadrant: 0 (s, c), 1 (c, -s), +-2 (-s, -c), -1 (-c, s).
     (
         T::select(sin_negative, -s, s),
         T::select(cos_negative | remainder.lt(c(-1.5)), -k, k),
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn agrees_with_the_platform_over_many_turns() {
+    fn agrees_with_platform_over_many_turns() {
         let mut worst: f64 = 0.0;
         for i in -200_000..200_000 {
             let angle = f64::from(i) * 0.001_234_567;
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_gives_nan() {
+    fn non_finite_angle_gives_nan() {
         for angle in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let (s, c) = sin_cos(angle);
             assert!(s.is_nan() && c.is_nan());

@@ -1,8 +1,8 @@
-//! One alarm: on at once, off only after the cause has been away for a while.
+//! An alarm with hysteresis: it is raised at once and released after a delay.
 
-/// How far the utilisation must fall below an alarm's threshold before it is released.
+/// Hysteresis: how far the utilisation must fall below the threshold before the alarm is released.
 const RELEASE_BELOW: f64 = 0.02;
-/// How long it must stay there, and how long anything else is held (ns).
+/// Time for which it must stay there; faults and cautions are held as long (ns).
 pub(super) const HOLD_NS: i64 = 1_000_000_000;
 
 /// An alarm with a threshold on the utilisation.
@@ -10,7 +10,7 @@ pub(super) const HOLD_NS: i64 = 1_000_000_000;
 pub(super) struct Alarm {
     threshold: f64,
     is_on: bool,
-    /// Since when the utilisation has been low enough to release it (ns).
+    /// Time since which the utilisation has been low enough for release (ns).
     low_since_ns: Option<i64>,
 }
 
@@ -27,7 +27,7 @@ impl Alarm {
         self.is_on
     }
 
-    /// Takes the utilisation at a time. One that is no number counts as low to no alarm.
+    /// Updates the alarm. A NaN utilisation neither raises nor releases it.
     pub(super) fn take(&mut self, utilisation: f64, time_ns: i64) {
         if utilisation >= self.threshold {
             self.is_on = true;
@@ -42,7 +42,7 @@ impl Alarm {
         }
     }
 
-    /// The utilisation is unknown now: the wait for the release starts again.
+    /// The utilisation is unknown: the release delay restarts.
     pub(super) fn skip(&mut self) {
         self.low_since_ns = None;
     }
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn comes_at_once_and_goes_after_a_second_well_below() {
+    fn rises_at_once_and_releases_after_a_second() {
         let mut alarm = Alarm::new(0.9);
         let mut after = |utilisation, ms: i64| {
             alarm.take(utilisation, ms * 1_000_000);
@@ -64,10 +64,7 @@ mod tests {
         assert!(after(0.885, 20), "within the band below the threshold");
         assert!(after(0.87, 30));
         assert!(after(0.87, 1029));
-        assert!(
-            after(0.89, 1030),
-            "back in the band: the second starts anew"
-        );
+        assert!(after(0.89, 1030), "back in the band: the delay restarts");
         assert!(after(0.87, 1040));
         assert!(after(0.87, 2039));
         assert!(!after(0.87, 2040));

@@ -1,91 +1,71 @@
-//! What can be wrong with an input, as whoever takes the samples finds it.
+//! Faults of the input.
 
-use crate::plausibility::FaultKind;
+use crate::machine::FaultKind;
 
-/// Something wrong with the input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+/// A fault of the input.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 #[repr(u8)]
 pub enum InputFault {
-    /// A sensor has never given a sample that could be used.
+    /// A sensor has never delivered a usable sample.
     NeverReceived,
     /// The last sample of a sensor is too old.
     Stale,
     /// Samples are missing.
     Lost,
-    /// Samples came again, late or in the wrong order.
+    /// Samples were repeated, late or out of order.
     Disordered,
-    /// A sensor's clock jumps, or disagrees with this computer's.
+    /// A sensor's clock jumps or disagrees with the local clock.
     ClockJump,
-    /// A needed value is no finite number.
+    /// A required value is not finite.
     NotFinite,
-    /// A value that no such sensor can truly have.
+    /// A value is outside the range of such a sensor.
     OutOfRange,
-    /// A joint position beyond the limits of the URDF.
+    /// A joint position is beyond the URDF limits.
     JointLimit,
-    /// A value changes faster than any machine can.
+    /// A value changes faster than physically possible.
     ImpossibleRate,
-    /// The same raw values again and again, where noise is expected or motion is seen elsewhere.
+    /// Identical raw values repeat where noise is expected or motion is detected elsewhere.
     Frozen,
-    /// An attitude that is no unit quaternion.
+    /// An attitude quaternion does not have unit norm.
     NotUnit,
-    /// Two signals that tell of one thing do not agree.
+    /// Two signals that measure the same quantity disagree.
     Disagreement,
-    /// A message is torn, malformed, or of another version.
+    /// A message is incomplete, malformed or of another version.
     Torn,
-    /// A message is of a source that was not announced.
+    /// A message comes from an unannounced source.
     WrongSource,
-    /// A message or session is of another machine.
+    /// A message or session belongs to another machine.
     WrongMachine,
-    /// Who writes the samples has gone.
+    /// The producer of the samples has exited.
     ProducerGone,
-    /// The verdict comes too long after its sample.
+    /// The verdict is too late after its sample.
     VerdictLate,
 }
 
 impl InputFault {
-    /// All faults, in their order.
-    pub const ALL: [Self; 17] = [
-        Self::NeverReceived,
-        Self::Stale,
-        Self::Lost,
-        Self::Disordered,
-        Self::ClockJump,
-        Self::NotFinite,
-        Self::OutOfRange,
-        Self::JointLimit,
-        Self::ImpossibleRate,
-        Self::Frozen,
-        Self::NotUnit,
-        Self::Disagreement,
-        Self::Torn,
-        Self::WrongSource,
-        Self::WrongMachine,
-        Self::ProducerGone,
-        Self::VerdictLate,
-    ];
+    /// All faults, in order.
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
 
-    /// Its name.
+    /// File name.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::NeverReceived => "never_received",
-            Self::Stale => "stale",
-            Self::Lost => "lost",
-            Self::Disordered => "disordered",
-            Self::ClockJump => "clock_jump",
-            Self::NotFinite => "not_finite",
-            Self::OutOfRange => "out_of_range",
-            Self::JointLimit => "joint_limit",
-            Self::ImpossibleRate => "impossible_rate",
-            Self::Frozen => "frozen",
-            Self::NotUnit => "not_unit",
-            Self::Disagreement => "disagreement",
-            Self::Torn => "torn",
-            Self::WrongSource => "wrong_source",
-            Self::WrongMachine => "wrong_machine",
-            Self::ProducerGone => "producer_gone",
-            Self::VerdictLate => "verdict_late",
-        }
+        self.into()
     }
 }
 
@@ -116,36 +96,35 @@ impl InputFaults {
         self.0 |= 1 << fault as u8;
     }
 
-    /// Adds all of another set.
+    /// Adds every fault of another set.
     pub fn add_all(&mut self, others: Self) {
         self.0 |= others.0;
     }
 
-    /// Whether the set has `fault`.
+    /// Whether the set contains `fault`.
     #[must_use]
     pub fn has(self, fault: InputFault) -> bool {
         self.0 >> fault as u8 & 1 == 1
     }
 
-    /// Whether nothing is wrong.
+    /// Whether the set is empty.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// The faults, in their order.
+    /// The faults, in order.
     pub fn iter(self) -> impl Iterator<Item = InputFault> {
         InputFault::ALL.into_iter().filter(move |&f| self.has(f))
     }
 
-    /// The set as bits, for a wire or a file; see [`Self::from_bits`].
+    /// The set as bits, for messages and files; see [`Self::from_bits`].
     #[must_use]
     pub fn bits(self) -> u32 {
         self.0
     }
 
-    /// The set of these bits. Bits of no known fault stay: a fault that a newer program knows is one
-    /// here too.
+    /// The set with these bits. Unknown bits are kept: a fault that only a newer program knows remains a fault.
     #[must_use]
     pub fn from_bits(bits: u32) -> Self {
         Self(bits)

@@ -1,54 +1,52 @@
-//! From rows to verdicts.
+//! The judge: turns a sequence of rows into verdicts.
 
 use super::alarm::{Alarm, HOLD_NS};
 use super::input_fault::InputFaults;
 use super::level::Level;
 use crate::machine::LimitsSpec;
-use crate::signal::{Reason, Reasons};
+use crate::state::{Reason, Reasons};
 
-/// Good rows in a row before anything is called safe.
+/// Consecutive good rows required before the level can be safe.
 const GOOD_ROWS: u32 = 10;
-/// How long a machine may start without a sensor before that is a fault (ns).
+/// Time after start during which a missing sensor is not yet a fault (ns).
 const START_UP_NS: i64 = 2_000_000_000;
-/// Rows in a row that rest on an implausible signal from which on that is a fault: one wrong sample is
-/// left out.
+/// Consecutive rows that depend on an implausible signal from which it is a fault; fewer are tolerated.
 const PERSISTENT: u32 = 3;
 
-/// What whoever takes the samples found wrong since the row before.
+/// Input problems found since the preceding row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct Conditions {
-    /// What makes the input worthless: [`Level::Fault`].
+    /// Faults that make the input unusable: [`Level::Fault`].
     pub faults: InputFaults,
-    /// What makes it doubtful: at least [`Level::Warning`].
+    /// Faults that make it doubtful: at least [`Level::Warning`].
     pub cautions: InputFaults,
 }
 
-/// What a verdict on a row rests on.
+/// The facts on which the verdict for a row is based.
 #[derive(Debug, Clone, Copy)]
 pub struct RowFacts {
-    /// Time of the row (ns), later than that of the row before.
+    /// Time of the row (ns), later than that of the preceding row.
     pub time_ns: i64,
-    /// Why the row is not valid, those of its outcome included.
+    /// Why the row is invalid, including the reasons of its outcome.
     pub reasons: Reasons,
-    /// U of the worst wheel; NaN where it is unknown.
+    /// U of the worst wheel; NaN where unknown.
     pub utilisation: f64,
-    /// What was wrong with the input since the row before.
+    /// Input problems since the preceding row.
     pub conditions: Conditions,
-    /// Whether somebody has acknowledged the alarm since the row before.
+    /// Whether the alarm has been acknowledged since the preceding row.
     pub is_acknowledged: bool,
 }
 
-/// How the machine stands.
+/// The stability verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct Verdict {
-    /// The level now.
+    /// Current level.
     pub level: Level,
-    /// The level to act on: Danger, and a fault of the model, stay until they are over and somebody
-    /// has acknowledged them.
+    /// Level to act on: Danger and model failures persist until they have ended and have been acknowledged.
     pub latched_level: Level,
 }
 
-/// Gives a verdict on every row.
+/// Computes the verdict for every row.
 #[derive(Debug, Clone)]
 pub struct Judge {
     notice: Alarm,
@@ -58,30 +56,30 @@ pub struct Judge {
     was_valid: bool,
     good_rows: u32,
     implausible_rows: u32,
-    /// The last row that had a fault (ns), while the fault is held.
+    /// Time of the last row with a fault (ns), while the fault is held.
     fault_ns: Option<i64>,
-    /// The last row that had a caution (ns), while it is held.
+    /// Time of the last row with a caution (ns), while it is held.
     caution_ns: Option<i64>,
     latched: Option<Level>,
     is_acknowledged: bool,
     verdict: Verdict,
 }
 
-/// What a row says by itself.
+/// Assessment of a single row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Standing {
-    /// Its utilisation counts.
+enum RowAssessment {
+    /// Its utilisation is valid.
     Known,
-    /// It tips: no number is needed.
+    /// The machine tips: the utilisation is not needed.
     Tipping,
-    /// It says nothing yet.
+    /// Not enough information yet.
     Unknown,
     /// The signals or the model have failed.
     Failed,
 }
 
 impl Judge {
-    /// A judge that has seen nothing.
+    /// A judge before its first row.
     #[must_use]
     pub fn new(limits: &LimitsSpec) -> Self {
         Self {
@@ -106,15 +104,15 @@ impl Judge {
         self.verdict
     }
 
-    /// Takes over an alarm that still waits to be acknowledged, from the judge before this one.
+    /// Takes over an unacknowledged alarm from the preceding judge.
     pub fn succeed(&mut self, before: &Self) {
         self.latched = before.latched;
         self.is_acknowledged = before.is_acknowledged;
         self.verdict.latched_level = before.latched.unwrap_or_default();
     }
 
-    /// The verdict between rows: that of the last row, made worse by what was found since. It is held
-    /// from the next row on, if that is given the same conditions.
+    /// The verdict between rows: that of the last row, or worse because of conditions found since. It is held from
+    /// the next row on if that row is given the same conditions.
     #[must_use]
     pub fn between_rows(&self, conditions: Conditions) -> Verdict {
         let level = if !conditions.faults.is_empty() {
@@ -140,12 +138,16 @@ impl Judge {
         };
         let standing = self.standing(row, row.time_ns.saturating_sub(first));
         match standing {
-            Standing::Known => self.each_alarm(|alarm| alarm.take(row.utilisation, row.time_ns)),
-            Standing::Tipping => self.each_alarm(|alarm| alarm.take(f64::INFINITY, row.time_ns)),
-            Standing::Unknown | Standing::Failed => self.each_alarm(Alarm::skip),
+            RowAssessment::Known => {
+                self.each_alarm(|alarm| alarm.take(row.utilisation, row.time_ns))
+            }
+            RowAssessment::Tipping => {
+                self.each_alarm(|alarm| alarm.take(f64::INFINITY, row.time_ns))
+            }
+            RowAssessment::Unknown | RowAssessment::Failed => self.each_alarm(Alarm::skip),
         }
-        let is_faulty = standing == Standing::Failed || !row.conditions.faults.is_empty();
-        let is_good = standing == Standing::Known && !is_faulty;
+        let is_faulty = standing == RowAssessment::Failed || !row.conditions.faults.is_empty();
+        let is_good = standing == RowAssessment::Known && !is_faulty;
         self.was_valid |= is_good;
         self.good_rows = if is_good {
             self.good_rows.saturating_add(1)
@@ -157,7 +159,7 @@ impl Judge {
         let is_doubtful = !row.conditions.cautions.is_empty();
         hold(&mut self.caution_ns, is_doubtful, true, row.time_ns);
         let level = self.level(is_ready);
-        let model_failed = standing == Standing::Failed && !row.reasons.leave_state_unknown();
+        let model_failed = standing == RowAssessment::Failed && !row.reasons.leave_state_unknown();
         self.latch(level, model_failed, row.is_acknowledged);
         self.verdict = Verdict {
             level,
@@ -166,40 +168,40 @@ impl Judge {
         self.verdict
     }
 
-    fn standing(&self, row: &RowFacts, elapsed_ns: i64) -> Standing {
+    fn standing(&self, row: &RowFacts, elapsed_ns: i64) -> RowAssessment {
         let reasons = row.reasons;
         if self.implausible_rows >= PERSISTENT {
-            return Standing::Failed;
+            return RowAssessment::Failed;
         }
         if reasons.have_gap() {
-            // before the first valid row sensors may still be starting
+            // Before the first valid row, sensors may still be starting.
             let is_starting = !self.was_valid && elapsed_ns <= START_UP_NS;
             return if is_starting {
-                Standing::Unknown
+                RowAssessment::Unknown
             } else {
-                Standing::Failed
+                RowAssessment::Failed
             };
         }
         if reasons.have_implausible_signal() {
-            return Standing::Unknown;
+            return RowAssessment::Unknown;
         }
         if reasons.has(Reason::LinkageOpen)
             || reasons.has(Reason::NotFinite)
             || reasons.has(Reason::NoGroundContact)
         {
-            return Standing::Failed;
+            return RowAssessment::Failed;
         }
         if reasons.has(Reason::Settling) {
-            return Standing::Unknown;
+            return RowAssessment::Unknown;
         }
         if reasons.has(Reason::Tipping) {
-            return Standing::Tipping;
+            return RowAssessment::Tipping;
         }
-        // A valid row without utilisation is one whose uncertainty cannot be computed.
+        // In a valid row without utilisation, the uncertainty cannot be computed.
         if row.utilisation.is_finite() {
-            Standing::Known
+            RowAssessment::Known
         } else {
-            Standing::Failed
+            RowAssessment::Failed
         }
     }
 
@@ -209,7 +211,7 @@ impl Judge {
         }
     }
 
-    /// Alarms sound from the first row that can be trusted; safe is said only after several.
+    /// Alarms are raised from the first trustworthy row; safe requires several.
     fn level(&self, is_ready: bool) -> Level {
         let alarm = if self.danger.is_on() {
             Level::Danger
@@ -243,7 +245,7 @@ impl Judge {
     }
 }
 
-/// Keeps in mind when something was last the case, until it has not been for a while and `may_end`.
+/// Records when a condition was last true; forgets it once it has been absent long enough and `may_end`.
 fn hold(last_ns: &mut Option<i64>, is_now: bool, may_end: bool, time_ns: i64) {
     if is_now {
         *last_ns = Some(time_ns);
@@ -315,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn safe_needs_several_good_rows_and_an_alarm_only_one() {
+    fn safe_needs_several_good_rows_an_alarm_only_one() {
         let mut run = Run::new();
         assert_eq!(run.judge.verdict().level, Level::Unknown);
         assert_eq!(run.good(0.1, 9), Level::Unknown);
@@ -328,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_follow_the_limits_up_at_once_and_down_after_a_second() {
+    fn levels_rise_at_once_and_fall_after_a_second() {
         let mut run = Run::new();
         run.good(0.5, 10);
         assert_eq!(run.good(0.75, 1), Level::Notice);
@@ -338,18 +340,18 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_is_held_and_wants_good_rows_after_it() {
+    fn fault_is_held_and_needs_good_rows_to_clear() {
         let mut run = Run::new();
         run.good(0.1, 20);
         assert_eq!(run.row(0.1, &[], Some(InputFault::Lost)), Level::Fault);
         assert_eq!(run.good(0.1, 99), Level::Fault);
         assert_eq!(run.good(0.1, 1), Level::Safe);
-        // a gap is a fault once the machine has been running
+        // A gap is a fault once the machine has been running.
         assert_eq!(run.row(f64::NAN, &[Reason::ImuGap], None), Level::Fault);
     }
 
     #[test]
-    fn one_implausible_sample_is_left_out_and_more_are_a_fault() {
+    fn one_implausible_sample_is_tolerated_more_are_a_fault() {
         let mut run = Run::new();
         run.good(0.1, 20);
         for _ in 0..2 {
@@ -361,13 +363,13 @@ mod tests {
         for level in [Level::Unknown, Level::Unknown, Level::Fault] {
             assert_eq!(run.row(f64::NAN, &[Reason::JointsFault], None), level);
         }
-        // signals are not the model: it does not wait to be acknowledged
+        // A signal fault is not a model failure, so it needs no acknowledgement.
         assert_eq!(run.good(0.1, 110), Level::Safe);
         assert_eq!(run.judge.verdict().latched_level, Level::Safe);
     }
 
     #[test]
-    fn a_sensor_that_never_comes_is_unknown_and_then_a_fault() {
+    fn missing_sensor_is_unknown_first_then_a_fault() {
         let mut run = Run::new();
         for _ in 0..=200 {
             assert_eq!(run.row(f64::NAN, &[Reason::ImuGap], None), Level::Unknown);
@@ -376,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_number_is_never_safe() {
+    fn unknown_utilisation_is_never_safe() {
         let mut run = Run::new();
         run.good(0.1, 20);
         assert_eq!(run.row(f64::NAN, &[], None), Level::Fault);
@@ -387,14 +389,14 @@ mod tests {
     }
 
     #[test]
-    fn danger_stays_until_it_is_over_and_acknowledged() {
+    fn danger_persists_until_over_and_acknowledged() {
         let mut run = Run::new();
         run.good(0.1, 20);
         run.good(1.2, 1);
         assert_eq!(run.good(0.1, 200), Level::Safe);
         assert_eq!(run.judge.verdict().latched_level, Level::Danger);
         assert_eq!(run.acknowledge(0.1).latched_level, Level::Safe);
-        // acknowledged while it goes on: gone when it is over
+        // Acknowledged while it persists: cleared when it ends.
         assert_eq!(run.good(1.2, 1), Level::Danger);
         assert_eq!(run.acknowledge(1.2).latched_level, Level::Danger);
         run.good(0.1, 200);
@@ -402,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn between_rows_it_only_gets_worse() {
+    fn verdict_between_rows_only_gets_worse() {
         let mut run = Run::new();
         run.good(0.1, 20);
         let stale = Conditions {

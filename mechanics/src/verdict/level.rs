@@ -1,14 +1,27 @@
 //! The levels of a verdict.
 
-/// How a machine stands, by rising urgency; [`Level::Unknown`] stands beside that order and is never
-/// safe.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+/// Stability level, in order of urgency; [`Level::Unknown`] is outside that order and never safe.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Default,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 #[repr(u8)]
 pub enum Level {
-    /// Nothing can be said, not even that it is safe.
+    /// No statement is possible, not even that the machine is safe.
     #[default]
     Unknown = 0,
-    /// All inputs are complete and in order, and every wheel carries enough.
+    /// All inputs are complete and valid, and every wheel carries enough load.
     Safe = 1,
     /// The worst wheel has lost much of its load.
     Notice = 2,
@@ -16,35 +29,24 @@ pub enum Level {
     Warning = 3,
     /// A wheel is about to lift, has lifted, or the machine is tipping.
     Danger = 4,
-    /// The input or the computation has failed: whatever the machine does, nobody watches it.
+    /// The input or the computation has failed: the machine is not being monitored.
     Fault = 5,
 }
 
 impl Level {
-    /// All levels, in their order.
-    pub const ALL: [Self; 6] = [
-        Self::Unknown,
-        Self::Safe,
-        Self::Notice,
-        Self::Warning,
-        Self::Danger,
-        Self::Fault,
-    ];
+    /// All levels, in order.
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
 
-    /// Its name in tables and on the wire.
+    /// Name in tables and messages.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Unknown => "unknown",
-            Self::Safe => "safe",
-            Self::Notice => "notice",
-            Self::Warning => "warning",
-            Self::Danger => "danger",
-            Self::Fault => "fault",
-        }
+        self.into()
     }
 
-    /// The level of this number; [`Level::Fault`] of any other, so that no damage reads as safe.
+    /// The level with this number; [`Level::Fault`] for an unknown number, so that corruption never reads as safe.
     #[must_use]
     pub fn from_number(number: u32) -> Self {
         let is_it = |level: &Self| *level as u32 == number;

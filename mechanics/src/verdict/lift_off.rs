@@ -1,71 +1,71 @@
-//! How long until a wheel lifts, if its load goes on falling as it does now.
+//! Time until a wheel lifts off, extrapolated from the present rate of change of its load.
 //!
 //! ```text
-//!     t = OTF / -(dOTF/dt),   of the wheel for which that is least
+//!     t = OTF / -(dOTF/dt),   for the wheel with the smallest t
 //! ```
-//! with the OTF, as shares of the static loads, followed by the same filter as every signal. It is an
-//! extrapolation by the present rate alone: a load that falls faster and faster lifts sooner. Nothing is
-//! said of a rate that may be noise.
+//! The OTF, as fractions of the static loads, are filtered by the same Kalman filter as every signal. The
+//! extrapolation is linear: if the load falls at an increasing rate, the wheel lifts sooner. Rates within the
+//! noise give no forecast.
 
+use crate::estimation::{Doubt, FilterModel, KalmanFilter};
 use crate::machine::Machine;
-use crate::signal::{Doubt, Model, Track};
 
-/// Standard deviation of an OTF by noise, as a share of the static load.
+/// Standard deviation of the OTF due to noise, as a fraction of the static load.
 const NOISE: f64 = 0.003;
-/// Standard deviation of the change of its second derivative in one second, in shares (1/s^2).
-const AGILITY: f64 = 10.0;
-/// Further ahead nothing is said (s).
+/// Process noise: standard deviation of the change of its second derivative in one second (1/s^2).
+const PROCESS_NOISE: f64 = 10.0;
+/// Forecast horizon (s).
 const HORIZON_S: f64 = 5.0;
-/// A rate counts where it is so many of its standard deviations from zero.
+/// Number of standard deviations by which a rate must differ from zero.
 const SURE: f64 = 2.0;
 
-/// The wheel that lifts next.
+/// The wheel predicted to lift next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiftOff {
-    /// Its index.
+    /// Index of the wheel.
     pub wheel: usize,
-    /// When (s from now); zero where it has lifted.
+    /// Time until lift-off (s); zero if it has lifted.
     pub in_s: f64,
 }
 
-/// Follows the OTF of all wheels.
+/// Forecasts lift-off from the OTF of all wheels.
 #[derive(Debug, Clone)]
 pub struct LiftOffForecast {
-    track: Track,
+    filter: KalmanFilter,
     shares: Vec<f64>,
 }
 
 impl LiftOffForecast {
-    /// A forecast that has seen nothing.
+    /// A forecast before its first row.
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
         let wheels = machine.wheels().len();
-        let model = Model {
+        let model = FilterModel {
             value_variance: NOISE * NOISE,
             rate_variance: 0.0,
-            density: AGILITY * AGILITY,
+            density: PROCESS_NOISE * PROCESS_NOISE,
             max_gap_ns: (machine.estimator().max_gap * 1e9) as i64,
         };
         Self {
-            track: Track::new(model, wheels, false),
+            filter: KalmanFilter::new(model, wheels, false),
             shares: vec![f64::NAN; wheels],
         }
     }
 
-    /// Takes the OTF of a valid row (N); `None` where no wheel lifts within five seconds, and where
-    /// nothing is known. Allocates nothing.
+    /// Updates with the OTF of a valid row (N); `None` if no wheel is predicted to lift within five seconds or
+    /// nothing is known. Does not allocate.
     pub fn row(&mut self, machine: &Machine, time_ns: i64, otf: &[f64]) -> Option<LiftOff> {
         let static_loads = &machine.reference().static_load;
         for ((share, &otf), &load) in self.shares.iter_mut().zip(otf).zip(static_loads) {
             *share = otf / load;
         }
-        self.track
+        self.filter
             .push(time_ns, &self.shares, None, Doubt::default())
             .ok()?;
-        let doubt = SURE * self.track.covariance_at(time_ns)[1][1].max(0.0).sqrt();
+        let doubt = SURE * self.filter.covariance_at(time_ns)[1][1].max(0.0).sqrt();
         let mut next: Option<LiftOff> = None;
         for (wheel, &share) in self.shares.iter().enumerate() {
-            let [_, rate, _] = self.track.at(wheel, time_ns);
+            let [_, rate, _] = self.filter.at(wheel, time_ns);
             let in_s = if share <= 0.0 { 0.0 } else { -share / rate };
             let is_falling = share <= 0.0 || rate < -doubt;
             let is_ahead = is_falling && (0.0..=HORIZON_S).contains(&in_s);

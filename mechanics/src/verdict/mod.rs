@@ -1,16 +1,15 @@
-//! What the loads mean for whoever works with the machine: a level, row by row, and the time that is
-//! left.
+//! From loads to a stability level for the operator, row by row, and a forecast of lift-off.
 //!
-//! A [`Judge`] remembers: levels have hysteresis, faults are held, Danger stays until it is
-//! acknowledged. The same rows in the same order give the same verdicts, live and offline; the only
-//! time it knows is that of the rows.
+//! A [`Judge`] has memory: levels have hysteresis, faults are held, and Danger persists until it is
+//! acknowledged. The same rows in the same order give the same verdicts, live and offline; the only clock is
+//! the time of the rows.
 //!
 //! ```text
 //!     U = 1 - (OTF - 2 sigma) / static load, of the worst wheel        (Uncertainty::utilisation)
 //!     notice, warning, limit of [limits] <= U  ->  Notice, Warning, Danger
 //!     released where U stays 0.02 below for 1 s
 //! ```
-//! The bands are our choice, modelled on those of crane load indicators; no standard prescribes any.
+//! The thresholds are this project's choice, modelled on crane load indicators; no standard prescribes any.
 
 mod alarm;
 mod input_fault;

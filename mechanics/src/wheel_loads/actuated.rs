@@ -1,62 +1,57 @@
-//! Joints of measured torque: what they say of the split that equilibrium leaves open.
+//! Joints with measured torque: their information on the load split that equilibrium leaves open.
 //!
-//! A step of the actuator of a linkage turns its pivot and what is beyond it, cylinder and rod with it.
-//! By virtual work, for one radian of the pivot,
+//! A virtual displacement of a linkage's actuator rotates the pivot's distal subtree and moves cylinder and
+//! rod. By virtual work, per radian of the pivot,
 //! ```text
-//!     sum over wheels beyond of z . (r_i - p) x q N_i = T_p + phi' T_c + x' (T_r - f)                        A(1)
+//!     sum over distal wheels of z . (r_i - p) x q N_i = T_p + phi' T_c + x' (T_r - f)                        A(1)
 //! ```
-//! with T the torques and the force that move what is beyond pivot, cylinder hinge and rod, phi' and x' how
-//! the latter two follow the pivot, f the measured force and q = F / F_n the traction by load. A(1) is T(14)
-//! with an actuator. It is no certain equation: friction, the sensor and traction that is not in proportion
-//! to the loads leave it uncertain by
+//! where T are the torques and the force that accelerate the distal subtrees of pivot, cylinder hinge and rod,
+//! phi' and x' the derivatives of the latter two coordinates with respect to the pivot's, f the measured force
+//! and q = F / F_n the traction per load. A(1) is T(14) with an actuator. It does not hold exactly: friction,
+//! sensor error and traction that is not proportional to load leave it uncertain by
 //! ```text
-//!     s_j^2 = x'^2 (s_f^2 + (mu f)^2) + (share F_n/n sum over wheels beyond of h_i)^2                          A(2)
+//!     s_j^2 = x'^2 (s_f^2 + (mu f)^2) + (share F_n/n sum over distal wheels of h_i)^2                          A(2)
 //! ```
-//! h_i the lever of a horizontal force. So are the loads: of all that satisfy equilibrium those are taken that
-//! make the energy of the springs, and of the rule and the rows A(1) as springs of compliance S = s^2 / s_0^2,
-//! least; s_0 is how far the loads may be off what the rule says before anything is measured:
+//! where h_i is the lever arm of a horizontal force. The loads are uncertain accordingly: of all loads in
+//! equilibrium, the solution minimises the energy of the springs, of the split rule, and of the rows A(1)
+//! treated as springs of compliance S = s^2 / s_0^2. s_0 is the prior standard deviation of the loads from the
+//! split rule:
 //! ```text
 //!     N = K (u + A' l),   (A K A' + diag S) l = b - A K u;      covariance s_0^2 (I - L A) K                   A(3)
 //! ```
 
-use nalgebra::Vector3;
-
-use super::{Beyond, Equations};
-use crate::coordinate::Motion;
-use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, Machine, Split};
-use crate::newton_euler_derivatives::joint_form;
+use super::equilibrium::{DistalSubtrees, Equations, RULE_COMPLIANCE};
+use crate::dynamics::newton_euler_derivatives::joint_form;
+use crate::geometry::coordinate::Motion;
+use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, Machine};
 use crate::number::{Mask, Real};
 use crate::state::State;
 
-/// The rule's compliance against that of the springs on which the wheels stand beside it: the rule
-/// decides, whatever its share, where nothing is measured.
-const RULE_COMPLIANCE: f64 = 0.25;
-
-/// Rows that give way by less than this (m^2) may contradict each other within rounding.
+/// Rows with less compliance than this (m^2) may contradict each other within rounding.
 const LEAST_COMPLIANCE: f64 = 1e-7;
 
-/// How cylinder and rod of a linkage move with its pivot.
+/// Motion of a linkage's cylinder and rod relative to its pivot.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Gearing<T> {
-    /// By one radian of the pivot: 1, phi' and x' (rad, m).
+    /// Derivatives with respect to the pivot angle: 1, phi' and x' (rad, m).
     pub(crate) by_pivot: [T; 3],
-    /// Their derivatives by the measured joint's position.
+    /// Their derivatives with respect to the measured joint's position.
     pub(crate) slope: [T; 3],
 }
 
-/// What is known of the actuated joints before the loads are.
+/// Inputs from the actuated joints, before the loads are computed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Actuation<T> {
     pub(crate) gearing: Gearing<T>,
-    /// The actuator's force (N); zero where it is unknown.
+    /// Actuator force (N); zero where unknown.
     pub(crate) force: T,
-    /// 1 where it is known, else 0.
+    /// 1 where the force is known, else 0.
     pub(crate) known: T,
 }
 
 impl<T: Real> Gearing<T> {
-    /// With the measured joint's rate one and its acceleration zero, the joints' rates are their
-    /// derivatives by it and their accelerations the second ones.
+    /// With unit velocity and zero acceleration of the measured joint, the joints' velocities are first and
+    /// their accelerations second derivatives with respect to its position.
     fn of(linkage: &Linkage, measured: &Motion<T>) -> Self {
         let solved = linkage.solve(&Motion {
             position: measured.position,
@@ -93,7 +88,7 @@ impl<T: Real> Actuation<T> {
         }
     }
 
-    /// Of every actuated joint.
+    /// Fills the entry of every actuated joint.
     pub(crate) fn fill(machine: &Machine, state: &State<T>, actuations: &mut [Self]) {
         let joints = machine.contact.actuated_joints.iter();
         for ((joint, &force), actuation) in joints.zip(&state.actuator_force).zip(actuations) {
@@ -108,23 +103,13 @@ impl<T: Real> Actuation<T> {
     }
 }
 
-/// s_0 of A(3), in terms of the standard deviation of a wheel's share in the warp (N).
-pub(super) fn prior_scale(machine: &Machine) -> f64 {
-    // a warp of w at each of four wheels is one of 2 w, and so is the residual of the rule
-    let residual = 2.0 * machine.warp_sigma();
-    match machine.contact.split {
-        Split::Springs => residual,
-        Split::FrontShare { .. } => residual / RULE_COMPLIANCE.sqrt(),
-    }
-}
-
 impl<T: Real> Equations<T> {
-    /// Whether rows of measured torques stand among the equations.
+    /// Whether the equations include rows of measured torques.
     pub(crate) fn are_measured(&self) -> bool {
         self.value.len() > self.measured
     }
 
-    /// Leaves the measured rows out: the rule decides again.
+    /// Removes the measured rows, so that the split rule applies again.
     pub(crate) fn forget_measured(&mut self) {
         for row in self.certain..self.value.len() {
             self.compliance[row] = T::zero();
@@ -136,7 +121,7 @@ impl<T: Real> Equations<T> {
         }
     }
 
-    /// Leaves the measured rows out until they are taken up again.
+    /// Deactivates the measured rows until [`Self::take_measured_up`].
     pub(crate) fn set_measured_aside(&mut self) {
         let [holds, compliance] = &mut self.aside;
         holds.copy_from_slice(&self.holds);
@@ -144,18 +129,18 @@ impl<T: Real> Equations<T> {
         self.forget_measured();
     }
 
-    /// Puts the rows back that were set aside.
+    /// Restores the rows that were deactivated.
     pub(crate) fn take_measured_up(&mut self) {
         let [holds, compliance] = &self.aside;
         self.holds.copy_from_slice(holds);
         self.compliance.copy_from_slice(compliance);
     }
 
-    /// Rows A(1) with their compliance A(2), where the force is known.
+    /// Sets the rows A(1) with their compliance A(2), where the force is known.
     pub(crate) fn set_actuated_joints(
         &mut self,
         machine: &Machine,
-        beyond: &Beyond<'_, T>,
+        distal: &DistalSubtrees<'_, T>,
         actuations: &[Actuation<T>],
     ) {
         self.forget_measured();
@@ -163,7 +148,7 @@ impl<T: Real> Equations<T> {
         let mut any = T::Mask::splat(false);
         for (j, (joint, actuation)) in contact.actuated_joints.iter().zip(actuations).enumerate() {
             let row = self.measured + j;
-            let levers = self.set_wheels_beyond(row, &joint.steps[0], beyond);
+            let levers = self.set_distal_wheels(row, &joint.steps[0], distal);
             let [_, _, by_rod] = actuation.gearing.by_pivot;
             let mut value = -(by_rod * actuation.force);
             for (s, (step, &factor)) in joint
@@ -173,8 +158,8 @@ impl<T: Real> Equations<T> {
                 .enumerate()
             {
                 let kind = machine.bodies[step.body].kind;
-                let form = joint_form(kind, &beyond.motions[step.body], factor);
-                value += beyond.wrenches[contact.torque_place(j, s)].contracted(&form);
+                let form = joint_form(kind, &distal.motions[step.body], factor);
+                value += distal.wrenches[contact.torque_place(j, s)].contracted(&form);
             }
             self.value[row] = value;
             self.holds[row] = actuation.known;
@@ -189,7 +174,7 @@ impl<T: Real> Equations<T> {
         }
     }
 
-    /// A(2) without the share of what the loads are; `levers` is the sum of h_i (m).
+    /// A(2) except for the part that depends on the loads; `levers` is the sum of h_i (m).
     fn variance(
         &self,
         machine: &Machine,
@@ -205,8 +190,8 @@ impl<T: Real> Equations<T> {
         by_rod * by_rod * (sensor * sensor + friction * friction) + traction * traction
     }
 
-    /// Standard deviations that the measured torques leave (A(3)): of the loads, squared (N^2), where any
-    /// torque is known, else zero. `slack` gives (I - L A) K of two wheels.
+    /// Variances of the loads given the measured torques, A(3) (N^2); zero where no torque is known. `slack`
+    /// returns (I - L A) K of two wheels.
     pub(crate) fn measured_variance(&self, slack: impl Fn(usize) -> T) -> [T; MAX_WHEELS] {
         let mut variance = [T::zero(); MAX_WHEELS];
         let scale = self.prior_variance();
@@ -216,20 +201,20 @@ impl<T: Real> Equations<T> {
         variance
     }
 
-    /// s_0^2 of A(3) where any torque is known, else zero (N^2).
+    /// s_0^2 of A(3) where any torque is known, zero elsewhere (N^2).
     pub(crate) fn prior_variance(&self) -> T {
         let known = T::zero().lt(self.known_torques());
         let scale = T::constant(self.prior_scale.powi(2));
         T::select(known, scale, T::zero())
     }
 
-    /// How many of the measured torques are known.
+    /// Number of measured torques that are known.
     pub(crate) fn known_torques(&self) -> T {
         let holds = &self.holds[self.measured..];
         holds.iter().fold(T::zero(), |sum, &holds| sum + holds)
     }
 
-    /// What a measured torque is more than the loads make of it (N m of the pivot); NaN where it is unknown.
+    /// Residual of a measured torque: measured minus predicted (N m about the pivot); NaN where unknown.
     pub(crate) fn residual(&self, joint: usize, loads: &[T]) -> T {
         let row = self.measured + joint;
         let mut residual = -self.value[row];
@@ -239,16 +224,4 @@ impl<T: Real> Equations<T> {
         let known = T::zero().lt(self.holds[row]);
         T::select(known, residual, T::constant(f64::NAN))
     }
-}
-
-/// The largest torque about an axis of a unit force in the ground's plane, at a lever r.
-pub(super) fn horizontal_lever<T: Real>(
-    axis: &Vector3<T>,
-    lever: &Vector3<T>,
-    normal: &Vector3<T>,
-) -> T {
-    let by_force = axis.cross(lever);
-    let up = normal.dot(&by_force);
-    let flat = by_force - normal * up;
-    flat.dot(&flat).sqrt()
 }

@@ -1,30 +1,29 @@
-//! The load envelope: the smallest and largest load that each wheel can have given equilibrium and no
-//! pulling, whatever the rule that splits them.
+//! The load envelope: the smallest and largest load of each wheel in equilibrium and without pulling,
+//! independent of the split rule.
 //!
-//! The loads that equilibrium allows form a polytope. With one wheel more than equations it is a piece
-//! of a line, N + t z with z the loads in equilibrium with themselves. With more wheels a wheel's load
-//! takes its extremes at corners, where as many wheels carry as there are equations: every such set of
-//! wheels is tried.
+//! The loads in equilibrium form a polytope. With one wheel more than equations it is a line segment, N + t z
+//! with z the self-equilibrated loads. With more wheels, the extremes of a wheel's load are at vertices, where
+//! the number of loaded wheels equals that of the equations: every such set of wheels is tried.
 
-use super::Equations;
+use super::equilibrium::Equations;
 use super::least_energy::LeastEnergy;
-use super::unilateral::Loads;
+use super::loads::Loads;
 use crate::machine::{MAX_WHEELS, Machine};
 use crate::number::{Mask, Real};
 
-/// Rounding allowed in a corner's equations and loads, as a share of the weight.
+/// Rounding tolerance in the equations and loads of a vertex, as a fraction of the weight.
 const ROUNDING_SHARE: f64 = 1e-7;
 
-/// How the envelope of a machine is found.
+/// How the envelope of a machine is computed.
 #[derive(Debug)]
 pub(super) enum Envelope {
-    /// As the ends of a line.
+    /// From the ends of a line segment.
     Line,
-    /// Over the sets of wheels that can be a corner.
+    /// Over the sets of wheels that can form a vertex.
     Corners(Vec<[bool; MAX_WHEELS]>),
 }
 
-/// Loads of irregular sizes: none of the directions in which loads can be exchanged is across them.
+/// Loads of irregular sizes, not orthogonal to any self-equilibrated direction.
 const PROBE: [f64; MAX_WHEELS] = [
     1.0, -0.61, 0.37, 0.83, -0.29, 0.53, -0.97, 0.71, 0.19, -0.43, 0.89, -0.67,
 ];
@@ -40,8 +39,8 @@ impl Envelope {
         Self::Corners(corners.collect())
     }
 
-    /// Fills `out.least` and `out.largest`; NaN where no loads satisfy the equations without pulling.
-    /// `exchange` is the direction of the line: see [`exchange`].
+    /// Fills `out.least` and `out.largest`; NaN where no loads without pulling satisfy the equations.
+    /// `exchange` is the direction of the line segment: see [`exchange`].
     #[inline]
     pub(super) fn find<T: Real>(
         &self,
@@ -57,7 +56,7 @@ impl Envelope {
     }
 }
 
-/// Loads in equilibrium with themselves, where there is one such direction: of the equations that
+/// The self-equilibrated loads, where there is exactly one such direction, for the equations that
 /// `least_energy` solved last, all wheels on the ground.
 #[inline]
 pub(super) fn exchange<T: Real>(
@@ -69,12 +68,12 @@ pub(super) fn exchange<T: Real>(
     let (n, rows) = (equations.wheels, equations.measured);
     let mut value = [T::zero(); MAX_WHEELS];
     if rows > equations.certain {
-        // as many equations as wheels: what violates the split rule alone
+        // As many equations as wheels: the loads that violate only the split rule.
         value[equations.certain] = T::one();
         least_energy.solve_again(equations, rows, &value, stiffness, &mut direction[..n]);
         return;
     }
-    // what is left of a probe without the part that carries anything
+    // Project the probe onto the null space of the equations.
     for row in 0..rows {
         for wheel in 0..n {
             value[row] +=
@@ -87,7 +86,7 @@ pub(super) fn exchange<T: Real>(
     }
 }
 
-/// N + t z is nowhere negative for t between the last wheel that comes down and the first that lifts.
+/// Interval of t in which N + t z is nowhere negative.
 #[inline]
 fn along_line<T: Real>(z: &[T; MAX_WHEELS], out: &mut Loads<'_, T>) {
     let infinity = T::constant(f64::INFINITY);
@@ -98,7 +97,7 @@ fn along_line<T: Real>(z: &[T; MAX_WHEELS], out: &mut Loads<'_, T>) {
         to = T::select(z[wheel].lt(T::zero()), limit.min(to), to);
         weight += load;
     }
-    // at a corner of the polygon both ends meet, but for rounding
+    // At a vertex of the polygon both ends coincide up to rounding.
     let open = (from - to).lt(weight * T::constant(ROUNDING_SHARE));
     let unknown = T::constant(f64::NAN);
     for (wheel, &load) in out.otf.iter().enumerate() {
@@ -156,7 +155,7 @@ fn over_corners<T: Real>(
     }
 }
 
-/// Whether the loads satisfy the certain equations; those that depend on others were left out.
+/// Whether the loads satisfy the certain equations, including dependent ones that the solution skipped.
 fn is_solution<T: Real>(equations: &Equations<T>, loads: &[T], slack: T) -> T::Mask {
     let mut holds = T::Mask::splat(true);
     for row in 0..equations.certain {

@@ -1,19 +1,17 @@
-//! The equations that the loads satisfy, whatever the rule that splits them.
+//! The equations that the loads satisfy: equilibrium, split rule, free and actuated joints.
 
 use nalgebra::{Vector2, Vector3};
 
-use super::actuated::{horizontal_lever, prior_scale};
-use crate::contact_plane::ContactPlane;
-use crate::kinematics::BodyMotion;
+use crate::dynamics::kinematics::BodyMotion;
+use crate::dynamics::newton_euler;
+use crate::geometry::contact_plane::ContactPlane;
+use crate::geometry::spatial::Wrench;
 use crate::machine::{MAX_WHEELS, Machine, Split, TorqueJoint};
-use crate::newton_euler;
 use crate::number::Real;
-use crate::spatial::Wrench;
 
-/// The wrench of the ground in the contact plane's axes, moments about the projection of the base
-/// frame's origin.
+/// The ground wrench in the axes of the contact plane, moments about the projected base origin.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct GroundForce<T> {
+pub struct GroundForce<T> {
     /// Along the normal (N).
     pub(crate) normal: T,
     /// About the forward and the left axis (N m).
@@ -22,7 +20,7 @@ pub(crate) struct GroundForce<T> {
 
 impl<T: Real> GroundForce<T> {
     /// From the wrench about the base origin, base axes.
-    pub(crate) fn in_plane(wrench: &Wrench<T>, plane: &ContactPlane<T>) -> Self {
+    pub fn in_plane(wrench: &Wrench<T>, plane: &ContactPlane<T>) -> Self {
         let projected = wrench.about(&(plane.normal * plane.height));
         Self {
             normal: plane.normal.dot(&wrench.force),
@@ -33,37 +31,39 @@ impl<T: Real> GroundForce<T> {
         }
     }
 
-    /// Where the normal force acts as one: x = -M_y / F_n, y = M_x / F_n (m).
+    /// Centre of pressure, where the normal force has no moment: x = -M_y / F_n, y = M_x / F_n (m).
     pub(crate) fn centre_of_pressure(&self) -> Vector2<T> {
         Vector2::new(-self.moment.y / self.normal, self.moment.x / self.normal)
     }
 }
 
-/// `sum over wheels of factor[row][wheel] * load = value[row]`. The first [`Equations::certain`] rows
-/// always hold; after them stands the split rule, if it is an equation; after that, from
-/// [`Equations::measured`] on, a row for each joint of measured torque.
+/// `sum over wheels of factor[row][wheel] * load = value[row]`. The first `certain` rows are
+/// exact; then the split rule, if it is an equation; then, from `measured` on, one row per
+/// joint with measured torque.
 #[derive(Debug)]
-pub(crate) struct Equations<T> {
+pub struct Equations<T> {
     pub(crate) factor: Vec<[T; MAX_WHEELS]>,
     pub(crate) value: Vec<T>,
     pub(crate) wheels: usize,
     pub(crate) certain: usize,
     pub(crate) measured: usize,
-    /// 1 for a row that counts, 0 for one that does not.
+    /// 1 for an active row, 0 for an inactive one.
     pub(crate) holds: Vec<T>,
-    /// How far a row may give way: zero for one that holds exactly.
+    /// Compliance of each row: zero for a row that holds exactly.
     pub(crate) compliance: Vec<T>,
-    /// How far the loads may be off the split rule where torques are measured (N).
+    /// Prior standard deviation of the loads from the split rule where torques are measured (N).
     pub(super) prior_scale: f64,
-    /// What [`Equations::set_measured_aside`] put away: holds and compliance.
+    /// The values that [`Equations::set_measured_aside`] saved: `holds` and `compliance`.
     pub(super) aside: [Vec<T>; 2],
-    /// How far each tyre is pressed in before the machine leans, in units of load by relative
-    /// stiffness: u of N = K (u + A' l). Zero but on springs on plane ground.
+    /// Deflection of each tyre before the machine leans, in units of load by relative stiffness: u of
+    /// N = K (u + A' l). Zero except on springs on flat ground.
     pub(crate) offset: [T; MAX_WHEELS],
 }
 
 impl<T: Real> Equations<T> {
-    pub(crate) fn new(machine: &Machine) -> Self {
+    /// The equations of a machine, without values.
+    #[must_use]
+    pub fn new(machine: &Machine) -> Self {
         let certain = 3 + machine.contact.free_joints.len();
         let measured = certain + usize::from(machine.contact.split != Split::Springs);
         let rows = measured + machine.contact.actuated_joints.len();
@@ -81,7 +81,7 @@ impl<T: Real> Equations<T> {
         };
         equations.forget_measured();
         equations.factor[0] = [T::one(); MAX_WHEELS];
-        if let Split::FrontShare {
+        if let Split::RollMomentDistribution {
             share,
             wheels: [fl, fr, rl, rr],
         } = machine.contact.split
@@ -96,8 +96,8 @@ impl<T: Real> Equations<T> {
         equations
     }
 
-    /// Force along the normal and moments in the plane of the contact points.
-    pub(crate) fn set_equilibrium(&mut self, ground: &GroundForce<T>, contacts: &[Vector2<T>]) {
+    /// Sets force along the normal and moments about the axes in the contact plane.
+    pub fn set_equilibrium(&mut self, ground: &GroundForce<T>, contacts: &[Vector2<T>]) {
         for (wheel, contact) in contacts.iter().enumerate() {
             self.factor[1][wheel] = contact.y;
             self.factor[2][wheel] = -contact.x;
@@ -107,10 +107,10 @@ impl<T: Real> Equations<T> {
         self.value[2] = ground.moment.y;
     }
 
-    /// Heights of the wheels off the plane, where the ground is one: u = k (R_0 + h - n.c) is how far
-    /// the ground would press a tyre of unloaded radius R_0. On springs they are offsets, under the
-    /// front share's rule the value of its equation.
-    pub(crate) fn set_offsets(
+    /// Sets the offsets of the wheels from ground declared a plane: u = k (R_0 + h - n.c) is the deflection of
+    /// a tyre with unloaded radius R_0. With springs they are offsets, with the split rule by roll moment
+    /// distribution they are the value of its equation.
+    pub fn set_offsets(
         &mut self,
         machine: &Machine,
         plane: &ContactPlane<T>,
@@ -134,71 +134,97 @@ impl<T: Real> Equations<T> {
         }
     }
 
-    /// The moment about the axis of each joint without torque, of all that is beyond it. The traction
-    /// of a wheel is taken as its load's share of the whole, so that its force is q = F / F_n by load:
+    /// Sets the moment about the axis of each joint without torque, of its distal subtree. The traction of a
+    /// wheel is assumed proportional to its load, so that its force per load is q = F / F_n:
     /// ```text
-    ///     sum over wheels beyond of z . (r_i - p) x q N_i = z . (M_b - p x F_b)
+    ///     sum over distal wheels of z . (r_i - p) x q N_i = z . (M_b - p x F_b)
     /// ```
-    /// with F_b, M_b the wrench that moves the bodies beyond, about the base origin.
-    pub(crate) fn set_free_joints(&mut self, machine: &Machine, beyond: &Beyond<'_, T>) {
-        let joints = machine.contact.free_joints.iter().zip(beyond.wrenches);
+    /// where F_b, M_b is the wrench that accelerates the distal subtree, about the base origin.
+    pub(crate) fn set_free_joints(&mut self, machine: &Machine, distal: &DistalSubtrees<'_, T>) {
+        let joints = machine.contact.free_joints.iter().zip(distal.wrenches);
         for (k, (joint, wrench)) in joints.enumerate() {
-            self.set_wheels_beyond(3 + k, joint, beyond);
-            let motion = &beyond.motions[joint.body];
+            self.set_distal_wheels(3 + k, joint, distal);
+            let motion = &distal.motions[joint.body];
             let axis = motion.rotation.column(2).into_owned();
             self.value[3 + k] = axis.dot(&wrench.about(&motion.origin).moment);
         }
     }
 
-    /// The factors of a joint's row; gives the sum of the levers of horizontal forces at the wheels beyond
-    /// it (m).
-    pub(super) fn set_wheels_beyond(
+    /// Sets the factors of a joint's row; returns the sum of the lever arms of horizontal forces at the distal
+    /// wheels (m).
+    pub(super) fn set_distal_wheels(
         &mut self,
         row: usize,
         joint: &TorqueJoint,
-        beyond: &Beyond<'_, T>,
+        distal: &DistalSubtrees<'_, T>,
     ) -> T {
-        let motion = &beyond.motions[joint.body];
+        let motion = &distal.motions[joint.body];
         let axis = motion.rotation.column(2).into_owned();
         let mut levers = T::zero();
         for (wheel, factor) in self.factor[row][..self.wheels].iter_mut().enumerate() {
             let contact =
-                beyond.centres[wheel] - beyond.plane.normal * beyond.radii[wheel] - motion.origin;
+                distal.centres[wheel] - distal.plane.normal * distal.radii[wheel] - motion.origin;
             *factor = T::zero();
-            if joint.carries_wheel[wheel] {
-                *factor = axis.dot(&contact.cross(&beyond.force_per_load));
-                levers += horizontal_lever(&axis, &contact, &beyond.plane.normal);
+            if joint.supports_wheel[wheel] {
+                *factor = axis.dot(&contact.cross(&distal.force_per_load));
+                levers += horizontal_lever(&axis, &contact, &distal.plane.normal);
             }
         }
         levers
     }
 }
 
-/// What the equations of joints need of the bodies beyond them.
-pub(crate) struct Beyond<'a, T: Real> {
+/// What the joint equations need of the distal subtrees.
+pub(crate) struct DistalSubtrees<'a, T: Real> {
     pub(crate) motions: &'a [BodyMotion<T>],
-    /// Wrench of the bodies beyond each joint of known torque, less that on the tool if it is beyond.
+    /// Wrench of the distal subtree of each joint with known torque, minus the tool wrench if the tool is in it.
     pub(crate) wrenches: &'a [Wrench<T>],
     pub(crate) plane: &'a ContactPlane<T>,
     pub(crate) centres: &'a [Vector3<T>],
     /// Distance of the wheels' centres from the ground (m).
     pub(crate) radii: &'a [T],
-    /// Contact force of a wheel by its load: q.
+    /// Contact force of a wheel per load: q.
     pub(crate) force_per_load: Vector3<T>,
 }
 
-/// The wrenches beyond the joints of known torque, less that on the tool where it is beyond.
-pub(crate) fn beyond_torque_joints<T: Real>(
+/// The wrench of each such distal subtree, minus the tool wrench where the tool is in it.
+pub(crate) fn distal_wrenches<T: Real>(
     machine: &Machine,
     wrenches: &[Wrench<T>],
     tool_wrench: &Wrench<T>,
-    beyond: &mut [Wrench<T>],
+    distal: &mut [Wrench<T>],
 ) {
-    for (joint, beyond) in machine.contact.torque_joints().zip(beyond) {
-        let moved = newton_euler::sum(wrenches, |body| joint.carries_body[body]);
-        *beyond = match &machine.tool {
-            Some(tool) if joint.carries_body[tool.body] => moved.minus(tool_wrench),
+    for (joint, distal) in machine.contact.torque_joints().zip(distal) {
+        let moved = newton_euler::sum(wrenches, |body| joint.supports_body[body]);
+        *distal = match &machine.tool {
+            Some(tool) if joint.supports_body[tool.body] => moved.minus(tool_wrench),
             _ => moved,
         };
     }
+}
+
+/// Compliance of the split rule relative to the springs in parallel with it: without measurements the rule
+/// determines the split whatever this value is.
+pub(super) const RULE_COMPLIANCE: f64 = 0.25;
+
+/// s_0 of A(3), expressed by the standard deviation of a wheel's share of the warp (N).
+fn prior_scale(machine: &Machine) -> f64 {
+    // A warp of w at each of four wheels is a total of 2 w, and so is the residual of the rule.
+    let residual = 2.0 * machine.warp_sigma();
+    match machine.contact.split {
+        Split::Springs => residual,
+        Split::RollMomentDistribution { .. } => residual / RULE_COMPLIANCE.sqrt(),
+    }
+}
+
+/// Largest torque about an axis of a unit force in the ground plane with lever arm r.
+pub(super) fn horizontal_lever<T: Real>(
+    axis: &Vector3<T>,
+    lever: &Vector3<T>,
+    normal: &Vector3<T>,
+) -> T {
+    let by_force = axis.cross(lever);
+    let up = normal.dot(&by_force);
+    let flat = by_force - normal * up;
+    flat.dot(&flat).sqrt()
 }

@@ -1,21 +1,21 @@
-//! Loads of least spring energy that satisfy the equations, or nearly where those give way.
+//! Loads of least spring energy that satisfy the equations, within the compliance of each row.
 
-use super::Equations;
+use super::equilibrium::Equations;
 use crate::machine::MAX_WHEELS;
 use crate::number::Real;
 
-/// A pivot below this share of its row's first value belongs to an equation that those before it
-/// already imply or contradict; it is left out.
+/// A pivot below this fraction of its row's first value marks an equation that the preceding ones already
+/// imply or contradict; it is skipped.
 const DEPENDENT_SHARE: f64 = 1e-9;
 
-/// Scratch for N = K A' l with (A K A') l = b, solved by LDL'.
+/// Scratch memory for N = K A' l with (A K A') l = b, solved by an LDL' factorisation.
 #[derive(Debug)]
 pub(crate) struct LeastEnergy<T> {
-    /// L times D below the diagonal, and L.
+    /// L D below the diagonal, and L.
     lower_scaled: Vec<[T; MAX_WHEELS]>,
     lower: Vec<[T; MAX_WHEELS]>,
     inverse_pivot: [T; MAX_WHEELS],
-    /// l: the pressures of which the loads are made.
+    /// l: the Lagrange multipliers of the equations.
     pub(super) multiplier: [T; MAX_WHEELS],
 }
 
@@ -30,9 +30,9 @@ impl<T: Real> LeastEnergy<T> {
         }
     }
 
-    /// The loads under the equations with right-hand side `value` of which `holds` is 1, not 0, by
-    /// stiffness; a wheel of stiffness zero carries nothing. Equations that contradict earlier ones are
-    /// left out; those of some compliance S give way: (A K A' + S) l = b.
+    /// Solves for the loads under the active equations (`holds` 1, not 0) with right-hand side `value` and
+    /// spring stiffnesses; a wheel of stiffness zero carries no load. Equations that contradict earlier ones are
+    /// skipped; a row of compliance S is relaxed: (A K A' + S) l = b.
     pub(super) fn solve(
         &mut self,
         equations: &Equations<T>,
@@ -41,7 +41,7 @@ impl<T: Real> LeastEnergy<T> {
         stiffness: &[T],
         loads: &mut [T],
     ) {
-        // With sizes that are constants of the machine code, the usual four wheels cost half.
+        // With sizes known at compile time, the usual four wheels take half the time.
         match (holds.len(), loads.len()) {
             (3, 4) => self.solve_sized(
                 equations,
@@ -61,8 +61,8 @@ impl<T: Real> LeastEnergy<T> {
         }
     }
 
-    /// As [`Self::solve`] where all equations hold, none gives way and all springs are alike: the same to the
-    /// bit, with the factors of one left out.
+    /// [`Self::solve`] for the case that all equations are active and exact and all springs alike: bit-identical,
+    /// with the factors of one omitted.
     pub(super) fn solve_alike(&mut self, equations: &Equations<T>, value: &[T], loads: &mut [T]) {
         match (equations.value.len(), loads.len()) {
             (4, 4) => self.solve_alike_sized(equations, 4, value, &mut loads[..4]),
@@ -117,7 +117,7 @@ impl<T: Real> LeastEnergy<T> {
         self.solve_again(equations, holds.len(), value, stiffness, loads);
     }
 
-    /// The loads for another right-hand side of the equations that were solved last.
+    /// The loads for another right-hand side of the equations solved last.
     #[inline(always)]
     pub(super) fn solve_again(
         &mut self,
@@ -133,7 +133,7 @@ impl<T: Real> LeastEnergy<T> {
         }
     }
 
-    /// How far the wheel's spring is pressed in, in units of load by relative stiffness: A' l.
+    /// Deflection of a wheel's spring, in units of load by relative stiffness: A' l.
     #[inline(always)]
     pub(super) fn indentation(&self, equations: &Equations<T>, rows: usize, wheel: usize) -> T {
         let mut sum = self.multiplier[0];
@@ -143,7 +143,7 @@ impl<T: Real> LeastEnergy<T> {
         sum
     }
 
-    /// As [`Self::solve`] with the equations' offsets: N = K (u + A' l), (A K A') l = b - A K u.
+    /// [`Self::solve`] with the equations' offsets: N = K (u + A' l), (A K A') l = b - A K u.
     pub(super) fn solve_pressed(
         &mut self,
         equations: &Equations<T>,
@@ -179,7 +179,7 @@ impl<T: Real> LeastEnergy<T> {
             for i in j..rows {
                 let mut whole = T::zero();
                 for wheel in 0..wheels {
-                    // the first row is ones
+                    // The first row consists of ones.
                     let mut product = equations.factor[i][wheel];
                     if j > 0 {
                         product *= equations.factor[j][wheel];

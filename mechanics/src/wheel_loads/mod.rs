@@ -1,25 +1,31 @@
-//! From the ground's wrench to the load of every wheel.
+//! From the ground wrench to the load of every wheel.
 //!
-//! Equilibrium gives three equations, of force along the normal and of moment about two axes in the
-//! contact plane; a joint without torque gives one more; the split rule settles the rest:
+//! Equilibrium gives three equations: force along the normal and moments about two axes in the contact
+//! plane. A joint without torque adds one. The split rule determines what they leave open:
 //!
 //! ```text
 //!     sum N_i = F_n      sum y_i N_i = M_x      sum -x_i N_i = M_y
 //! ```
 //! Among all loads that satisfy them, wheels on springs take those of least energy: N = K A' l with
-//! (A K A') l = b. Contact is unilateral: a wheel that would have to pull is taken off the ground and
-//! the rest is solved again. Joints of measured torque tell of the split what they know ([`actuated`]). Where the centre of pressure leaves the support polygon the machine tips
-//! about the nearest edge, and only the wheels on it carry.
+//! (A K A') l = b. Contact is unilateral: a wheel that would have to pull is lifted off the ground and the
+//! remaining wheels are solved again. Joints with measured torque add information on the split
+//! (`actuated`). Where the centre of pressure leaves the support polygon, the machine tips about the nearest
+//! edge, and only the wheels on that edge carry load.
 
 mod actuated;
+mod adjoint;
+mod deviation;
 mod envelope;
 mod equilibrium;
-mod influence;
 mod least_energy;
+mod loads;
 mod response;
 mod unilateral;
 
 pub(crate) use actuated::Actuation;
-pub(crate) use equilibrium::{Beyond, Equations, GroundForce, beyond_torque_joints};
-pub(crate) use influence::{Influence, Influences, Stance};
-pub(crate) use unilateral::{Loads, Solver};
+pub(crate) use adjoint::{LoadAdjoint, LoadAdjoints, SupportConfiguration};
+pub(crate) use deviation::sigma;
+pub(crate) use equilibrium::{DistalSubtrees, distal_wrenches};
+pub use equilibrium::{Equations, GroundForce};
+pub(crate) use loads::Loads;
+pub use unilateral::Solver;

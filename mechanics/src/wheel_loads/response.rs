@@ -1,18 +1,18 @@
-//! How the loads answer to the right-hand side of their equations.
+//! Response of the loads to the right-hand side of their equations.
 
-use super::Equations;
+use super::equilibrium::Equations;
 use super::least_energy::LeastEnergy;
 use crate::machine::MAX_WHEELS;
 use crate::number::Real;
 
-/// The linear map from the equations' values to the loads, and what its own change needs.
+/// The linear map from the equations' values to the loads, with the factors of its own derivative.
 #[derive(Debug, Clone)]
 pub(crate) struct Response<T> {
-    /// Loads of a unit value, by equation.
+    /// Loads for a unit value of each equation.
     pub(crate) loads: Vec<[T; MAX_WHEELS]>,
     /// l of N = K A' l.
     pub(crate) multiplier: [T; MAX_WHEELS],
-    /// K: relative stiffness of the wheels that carry, zero of the others.
+    /// K: relative stiffness of the loaded wheels, zero for the others.
     pub(crate) stiffness: [T; MAX_WHEELS],
 }
 
@@ -25,8 +25,8 @@ impl<T: Real> Response<T> {
         }
     }
 
-    /// The response of the first `rows` equations as `least_energy` solved them last, with these
-    /// wheels' stiffness; later rows have none.
+    /// Reads the response of the first `rows` equations from the last solution of `least_energy`, with these
+    /// wheel stiffnesses; later rows have no response.
     pub(super) fn read(
         &mut self,
         least_energy: &mut LeastEnergy<T>,
@@ -48,7 +48,7 @@ impl<T: Real> Response<T> {
         }
     }
 
-    /// Takes the other response where `mask` holds.
+    /// Replaces it by the other response where `mask` is true.
     pub(super) fn replace_where(&mut self, mask: T::Mask, other: &Self) {
         let rows = self.loads.iter_mut().zip(&other.loads);
         for (mine, theirs) in rows
@@ -61,8 +61,8 @@ impl<T: Real> Response<T> {
         }
     }
 
-    /// What heights of the wheels off plane ground give a wheel (N): through the rule's value, or by
-    /// pressing its spring.
+    /// Load per height of the wheels off flat ground (N): through the value of the split rule, or through the
+    /// deflection of the wheel's spring.
     pub(crate) fn by_heights(&self, equations: &Equations<T>, wheel: usize) -> T {
         let mut load = T::zero();
         for row in equations.certain..equations.measured {
@@ -74,7 +74,7 @@ impl<T: Real> Response<T> {
         load
     }
 
-    /// (I - L A) K of a wheel by another: what its spring takes of the other's, equilibrium kept.
+    /// (I - L A) K of two wheels: load change of one per deflection of the other's spring, in equilibrium.
     pub(crate) fn slack(&self, equations: &Equations<T>, wheel: usize, other: usize) -> T {
         let mut held = T::zero();
         for (row, loads) in self.loads.iter().enumerate() {

@@ -1,60 +1,50 @@
-//! Wheels push, never pull: the active set of wheels on the ground.
+//! Unilateral contact: the active set of wheels on the ground, none of which pulls.
 
 use nalgebra::Vector2;
 
-use super::Equations;
 use super::envelope::{self, Envelope};
+use super::equilibrium::Equations;
 use super::least_energy::LeastEnergy;
+use super::loads::Loads;
 use super::response::Response;
 use crate::machine::{MAX_WHEELS, Machine, Split};
 use crate::number::{Mask, Real};
 
-/// A wheel that pulls, or would be pressed, by less than this share of the weight stays where it is:
-/// that much is rounding.
+/// Changes of the active set need a violation larger than this fraction of the weight; smaller ones are
+/// rounding errors.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// Solves for the loads; holds what it needs so that a step allocates nothing.
+/// Solver for the loads, with its scratch memory: a step does not allocate.
 #[derive(Debug)]
-pub(crate) struct Solver<T: Real> {
+pub struct Solver<T: Real> {
     least_energy: LeastEnergy<T>,
     relative_stiffness: [T; MAX_WHEELS],
-    /// Whether all wheels are of the mean stiffness.
+    /// Whether all wheels have the mean stiffness.
     alike: bool,
-    /// The wheels on the edge that the machine tips about; all of them if it stands.
+    /// The wheels on the edge that the machine tips about; all wheels if it does not tip.
     allowed: [T::Mask; MAX_WHEELS],
     on_ground: [T::Mask; MAX_WHEELS],
     loads: [T; MAX_WHEELS],
     value: [T; MAX_WHEELS],
     tipping: T::Mask,
     airborne: T::Mask,
-    /// Loads in equilibrium with themselves, where the envelope is a line.
+    /// Self-equilibrated loads, where the envelope is a line segment.
     exchange: [T; MAX_WHEELS],
     envelope: Envelope,
-    /// How the OTF and the loads answer, kept if asked for.
+    /// Whether to keep the responses of OTF and loads.
     responds: bool,
     otf_response: Response<T>,
     load_response: Response<T>,
-    /// Of the OTF by the rule alone, where torques are measured.
+    /// Response of the OTF by the split rule alone, where torques are measured.
     rule_response: Response<T>,
-    /// Whether a wheel is in the air in any sample: then the loads answer in their own way.
+    /// Whether a wheel is lifted in any sample, so that the loads differ from the OTF.
     lifted: bool,
 }
 
-/// Loads of one solution, by wheel (N).
-pub(crate) struct Loads<'a, T> {
-    /// All wheels held to the ground: the signed OTF.
-    pub(crate) otf: &'a mut [T],
-    /// What the wheels carry.
-    pub(crate) load: &'a mut [T],
-    /// Least load that equilibrium allows.
-    pub(crate) least: &'a mut [T],
-    /// Largest load that equilibrium allows.
-    pub(crate) largest: &'a mut [T],
-}
-
 impl<T: Real> Solver<T> {
-    /// `responds`: whether it keeps what derivatives need.
-    pub(crate) fn new(machine: &Machine, responds: bool) -> Self {
+    /// `responds`: whether to keep the responses, which derivatives need.
+    #[must_use]
+    pub fn new(machine: &Machine, responds: bool) -> Self {
         let rows = Equations::<T>::new(machine).value.len();
         let mut relative_stiffness = [T::zero(); MAX_WHEELS];
         for (stiffness, wheel) in relative_stiffness.iter_mut().zip(&machine.wheels) {
@@ -81,20 +71,20 @@ impl<T: Real> Solver<T> {
         }
     }
 
-    /// How the OTF answer to the right-hand side.
+    /// Response of the OTF to the right-hand side.
     pub(crate) fn otf_response(&self) -> &Response<T> {
         &self.otf_response
     }
 
-    /// How the loads answer; `None` where all wheels are on the ground and they are the OTF. NaN while
+    /// Response of the loads; `None` where all wheels are on the ground and the loads equal the OTF. NaN while
     /// the machine tips.
     pub(crate) fn load_response(&self) -> Option<&Response<T>> {
         self.lifted.then_some(&self.load_response)
     }
 
-    /// The signed loads alone: all wheels held to the ground, OTF.
+    /// Solves for the OTF alone: the signed loads with all wheels held to the ground.
     #[inline]
-    pub(crate) fn hold_down(&mut self, machine: &Machine, equations: &Equations<T>, otf: &mut [T]) {
+    pub fn hold_down(&mut self, machine: &Machine, equations: &Equations<T>, otf: &mut [T]) {
         let pressed = machine.contact.mean_stiffness.is_some() && machine.contact.warp.is_none();
         let exact = equations.measured == equations.value.len();
         if self.alike && exact && !pressed {
@@ -113,8 +103,8 @@ impl<T: Real> Solver<T> {
         );
     }
 
-    /// `edge_moments` are the overturning moments about the edges of the machine's polygon (N m),
-    /// positive where it tips.
+    /// Solves for OTF and loads. `edge_moments` are the overturning moments about the edges of the machine's
+    /// polygon (N m), positive where it tips.
     pub(crate) fn solve(
         &mut self,
         machine: &Machine,
@@ -153,8 +143,8 @@ impl<T: Real> Solver<T> {
         self.airborne = airborne;
     }
 
-    /// Where a wheel is off the ground the response is that of the wheels that carry; there the split
-    /// rule does not hold.
+    /// Reads the response of the loads. With a lifted wheel it is that of the loaded wheels, and the split rule
+    /// does not apply.
     fn read_load_response(&mut self, equations: &Equations<T>) {
         let n = equations.wheels;
         let (mut all, mut stiffness) = (T::Mask::splat(true), [T::zero(); MAX_WHEELS]);
@@ -181,7 +171,7 @@ impl<T: Real> Solver<T> {
         }
     }
 
-    /// The load envelope of the equations and edge moments that were solved last.
+    /// Computes the load envelope for the equations and edge moments solved last.
     pub(crate) fn find_envelope(
         &mut self,
         machine: &Machine,
@@ -197,7 +187,7 @@ impl<T: Real> Solver<T> {
         self.settle_envelope(machine, edge_moments, self.airborne, out);
     }
 
-    /// Where torques are measured and all wheels carry, two standard deviations about the loads.
+    /// Where torques are measured and all wheels are loaded: two standard deviations around the loads.
     fn narrow_envelope(&self, equations: &Equations<T>, out: &mut Loads<'_, T>) {
         let n = equations.wheels;
         let all_carry =
@@ -213,7 +203,7 @@ impl<T: Real> Solver<T> {
         }
     }
 
-    /// Variances that measured torques leave of the OTF and of the loads (N^2); zero without any.
+    /// Variances of the OTF and the loads given the measured torques (N^2); zero without any.
     pub(crate) fn measured_variances(&self, equations: &Equations<T>) -> [[T; MAX_WHEELS]; 2] {
         if !equations.are_measured() {
             return [[T::zero(); MAX_WHEELS]; 2];
@@ -225,7 +215,7 @@ impl<T: Real> Solver<T> {
         [of(&self.otf_response), of(load)]
     }
 
-    /// How the OTF by the rule alone answer.
+    /// Response of the OTF by the split rule alone.
     pub(crate) fn rule_or_otf_response(&self, equations: &Equations<T>) -> &Response<T> {
         if equations.are_measured() {
             &self.rule_response
@@ -234,7 +224,7 @@ impl<T: Real> Solver<T> {
         }
     }
 
-    /// Solves by the rule alone, the measured torques left out: fills `otf`; gives how it answers.
+    /// Solves by the split rule without the measured torques: fills `otf` and returns its response.
     pub(crate) fn solve_by_rule(
         &mut self,
         machine: &Machine,
@@ -261,8 +251,8 @@ impl<T: Real> Solver<T> {
         &self.rule_response
     }
 
-    /// Where the centre of pressure is outside the polygon, the edge that it left furthest carries all,
-    /// as if it were at the nearest point of that edge.
+    /// Where the centre of pressure is outside the polygon, the edge with the largest overturning moment carries
+    /// everything, as if the centre of pressure were at the nearest point of that edge.
     fn stand_on_tipping_edge(
         &mut self,
         machine: &Machine,
@@ -294,8 +284,8 @@ impl<T: Real> Solver<T> {
         }
     }
 
-    /// Takes wheels that pull off the ground and puts wheels that would be pressed back, one at a time,
-    /// until none is left. Ends after a fixed number of rounds in any case.
+    /// Active-set iteration: lifts the wheels that pull and lowers those that would be pressed, one at a time,
+    /// for a bounded number of rounds.
     fn press_down(&mut self, machine: &Machine, equations: &Equations<T>, otf: &[T]) {
         let n = equations.wheels;
         self.on_ground = self.allowed;
@@ -303,7 +293,7 @@ impl<T: Real> Solver<T> {
         if self.tipping.any() {
             self.solve_on_ground(machine, equations, otf);
         }
-        // A wheel comes down again only where all rules are those of springs: else it could lift for ever.
+        // A wheel is lowered again only if all split rules are springs; otherwise the iteration could cycle.
         let contact = &machine.contact;
         let springs =
             T::Mask::splat(contact.split == Split::Springs && contact.free_joints.is_empty());
@@ -321,7 +311,7 @@ impl<T: Real> Solver<T> {
         }
     }
 
-    /// Takes the wheel that pulls most off the ground, sample by sample.
+    /// Lifts the wheel that pulls most, sample by sample.
     fn lift_most_pulling(&mut self, n: usize, threshold: T) -> T::Mask {
         let mut least = -threshold;
         for wheel in 0..n {
@@ -335,7 +325,7 @@ impl<T: Real> Solver<T> {
         pulling
     }
 
-    /// Puts the wheel whose spring would be pressed most back on the ground, sample by sample.
+    /// Lowers the wheel whose spring would be deflected most, sample by sample.
     fn lower_most_pressed(
         &mut self,
         equations: &Equations<T>,
@@ -362,8 +352,8 @@ impl<T: Real> Solver<T> {
         comes_down
     }
 
-    /// Solves with the wheels on the ground. With one in the air the front share's rule does not hold,
-    /// nor is a joint free that has a wheel in the air beyond it: it rests against its stop.
+    /// Solves with the active wheels. With a lifted wheel the split rule by roll moment distribution does not
+    /// apply; a joint with a lifted distal wheel is not free: it rests against its stop.
     fn solve_on_ground(&mut self, machine: &Machine, equations: &Equations<T>, otf: &[T]) {
         let n = equations.wheels;
         let mut stiffness = [T::zero(); MAX_WHEELS];
@@ -385,7 +375,7 @@ impl<T: Real> Solver<T> {
             equations.certain
         };
         for (joint, holds) in machine.contact.free_joints.iter().zip(&mut holds[3..]) {
-            for wheel in (0..n).filter(|&wheel| joint.carries_wheel[wheel]) {
+            for wheel in (0..n).filter(|&wheel| joint.supports_wheel[wheel]) {
                 *holds = T::select(self.on_ground[wheel], *holds, T::zero());
             }
         }
@@ -405,8 +395,8 @@ impl<T: Real> Solver<T> {
         }
     }
 
-    /// A machine that tips about two wheels has no freedom left; on more of them the split along the
-    /// edge is unknown. In the air nothing carries.
+    /// Sets the envelope where the machine tips or is airborne: about two wheels it has no freedom left, about
+    /// more the split along the edge is unknown; in the air no wheel carries load.
     fn settle_envelope(
         &self,
         machine: &Machine,
@@ -444,7 +434,7 @@ impl<T: Real> Solver<T> {
     }
 }
 
-/// The solution for a machine: with offsets where its tyres may be pressed by heights.
+/// The solution for a machine: with offsets where its tyres may be deflected by heights.
 fn least_energy_of<T: Real>(machine: &Machine) -> LeastEnergySolution<T> {
     let contact = &machine.contact;
     if contact.mean_stiffness.is_some() && contact.warp.is_none() {

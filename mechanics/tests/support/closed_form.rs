@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use tipwatch_mechanics::Wrench;
 use tipwatch_mechanics::closed_form::{EqualWheels, PlanarMotion, Platform};
 
-/// Table 1, with these elements of the inertia tensor.
+/// Table 1, with these products of the inertia tensor.
 pub(crate) fn table_1(inertia_xz: f64, inertia_yz: f64) -> Platform<f64> {
     let wheels = EqualWheels {
         mass: 60.0,
@@ -20,7 +20,7 @@ pub(crate) fn table_1(inertia_xz: f64, inertia_yz: f64) -> Platform<f64> {
         half_track_right: 0.875,
         inertia_xz,
         inertia_yz,
-        front_share: 0.5,
+        roll_moment_distribution: 0.5,
         arm_base: Vector3::new(0.5, 0.0, 0.25),
         ..Platform::zero()
     }
@@ -43,7 +43,7 @@ pub(crate) fn platform(u: &[f64]) -> Platform<f64> {
         half_track_right: 0.9 + 0.3 * u[7],
         inertia_xz: 100.0 * u[8],
         inertia_yz: 100.0 * u[9],
-        front_share: 0.5 + 0.5 * u[10],
+        roll_moment_distribution: 0.5 + 0.5 * u[10],
         arm_base: Vector3::new(u[11], 0.5 * u[12], 0.5 * u[13]),
         ..Platform::zero()
     }
@@ -72,7 +72,7 @@ pub(crate) fn wrench(f: [f64; 6]) -> Wrench<f64> {
 
 pub(crate) fn assert_close(found: f64, expected: f64, allowed: f64) {
     let error = (found - expected).abs();
-    assert!(error <= allowed, "{found} instead of {expected}");
+    assert!(error <= allowed, "{found}, expected {expected}");
 }
 
 pub(crate) fn assert_all_close<const N: usize>(found: [f64; N], expected: [f64; N], allowed: f64) {

@@ -1,15 +1,23 @@
-//! What the tests share: machines from the files in `data/`.
-
-#![allow(dead_code, reason = "every test file uses some of it")]
+//! Shared test support: machines from the files in `data/`.
 
 pub(crate) mod closed_form;
 
 use std::path::Path;
 
 use nalgebra::Vector3;
+use proptest::test_runner::{Config, FileFailurePersistence};
 
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{Machine, MachineError, Motion, State};
+
+/// So many random cases; one that fails is kept beside the test, and is tried first from then on.
+pub(crate) fn cases(cases: u32) -> Config {
+    let kept = FileFailurePersistence::WithSource("regressions");
+    Config {
+        failure_persistence: Some(Box::new(kept)),
+        ..Config::with_cases(cases)
+    }
+}
 
 /// Text of a file in `data/`.
 pub(crate) fn data(name: &str) -> String {
@@ -21,7 +29,7 @@ pub(crate) fn data(name: &str) -> String {
     .unwrap()
 }
 
-/// A machine of `data/`, its file edited by `edit`, with every joint measured that no linkage moves.
+/// A machine from `data/`, its file edited by `edit`; every joint is measured unless a linkage moves it.
 pub(crate) fn edited(name: &str, edit: impl Fn(String) -> String) -> Result<Machine, MachineError> {
     checked(name, edit, LogFacts::default())
 }
@@ -35,8 +43,8 @@ fn checked(
     spec.check(&data(&format!("{name}.urdf")), "machine.urdf", facts)
 }
 
-/// The machine on two bogies that actuators turn, its file edited by `edit`, with the joints measured
-/// that its logs have: of the suspension the rods, of the arm the pivots.
+/// The machine on two actuated bogies, its file edited by `edit`, with the measured joints of its logs: the rods
+/// of the suspension and the pivots of the arm.
 pub(crate) fn bogie_by_rods(edit: impl Fn(String) -> String) -> Machine {
     let names = [
         "slew",
@@ -58,7 +66,7 @@ pub(crate) fn bogie_by_rods(edit: impl Fn(String) -> String) -> Machine {
     checked("bogie", edit, facts).unwrap()
 }
 
-/// A machine of `data/` with every joint measured that no linkage moves.
+/// A machine from `data/`; every joint is measured unless a linkage moves it.
 pub(crate) fn machine(name: &str) -> Machine {
     edited(name, |text| text).unwrap()
 }
@@ -99,7 +107,7 @@ pub(crate) fn six_wheels(edit: impl Fn(String) -> String) -> Machine {
         .unwrap()
 }
 
-/// A state with every joint in motion about a working posture.
+/// A state with every joint in motion around a working posture.
 pub(crate) fn moving(
     machine: &Machine,
     seed: f64,
@@ -131,7 +139,7 @@ pub(crate) fn moving(
     state
 }
 
-/// The IMU of the six-wheeled machine hangs upside down.
+/// Measurement of the six-wheeled machine's IMU, which is mounted upside down.
 pub(crate) fn upright(machine: &Machine, force: Vector3<f64>) -> Vector3<f64> {
     machine.imu().body_from_mount.rotation.inverse() * force
 }

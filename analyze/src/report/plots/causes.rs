@@ -1,16 +1,17 @@
-//! What causes each wheel's load, over time.
+//! The contributions to the load of each wheel over time.
 
 use plotly::Traces;
-use tipwatch_mechanics::{Cause, Quantity};
+use tipwatch_mechanics::{Contribution, Quantity};
 
-use super::{Figure, Plotter};
+use super::Plotter;
+use crate::page::{Figure, colour, words};
 
 impl Plotter<'_> {
-    /// For each wheel the causes stacked on each other, those that take load below zero; the OTF is
-    /// their sum.
+    /// For each wheel the stacked contributions, negative ones below zero; their sum is the OTF.
     pub(super) fn causes(&self) -> Vec<Figure> {
         let names = self.wheel_names();
-        let known = |wheel: &usize| self.has(Quantity::Cause(Cause::ArmWeight, *wheel));
+        let known =
+            |wheel: &usize| self.has(Quantity::Contribution(Contribution::ArmWeight, *wheel));
         (0..names.len())
             .filter(known)
             .map(|wheel| self.causes_of(wheel, &names[wheel]))
@@ -21,10 +22,10 @@ impl Plotter<'_> {
         let rows = self.seconds.len();
         let (mut above, mut below) = (vec![0.0; rows], vec![0.0; rows]);
         let mut traces = Traces::new();
-        for (index, cause) in Cause::ALL.into_iter().enumerate() {
-            let values = self.valid(Quantity::Cause(cause, wheel));
+        for (index, cause) in Contribution::ALL.into_iter().enumerate() {
+            let values = self.valid(Quantity::Contribution(cause, wheel));
             let matters = |value: &f64| value.abs() > 1.0;
-            if cause == Cause::LiftOff || !values.iter().any(matters) {
+            if cause == Contribution::LiftOff || !values.iter().any(matters) {
                 continue;
             }
             let stacked = |base: &mut [f64], part: fn(f64) -> f64| {
@@ -34,17 +35,17 @@ impl Plotter<'_> {
                 }
                 (from, base.to_vec())
             };
-            let label = cause.name().replace('_', " ");
-            let fill = super::colour(index, 0.55);
+            let label = words(cause.name());
+            let fill = colour(index, 0.55);
             let (from, to) = stacked(&mut above, positive);
             traces.push(self.between(&label, &from, &to, fill).legend_group(&label));
             let (from, to) = stacked(&mut below, negative);
             let lower = self.between(&label, &to, &from, fill);
             traces.push(lower.legend_group(&label).show_legend(false));
         }
-        // black: the sum
+        // the fifth colour is black
         traces.push(self.curve(4, "OTF", &self.valid(Quantity::Otf(wheel))));
-        let title = format!("Wheel {name}: what its load (OTF) is made of");
+        let title = format!("Wheel {name}: contributions to its overturning force (OTF)");
         self.figure(&title, "Contribution [N]", 340, traces, false)
     }
 }

@@ -1,19 +1,21 @@
-//! Indicators over time: centre of pressure, overturning moments and angles by edge.
+//! Stability indicators over time: zero moment point, overturning moments and angles about each edge.
 
 use plotly::Traces;
 use plotly::common::Visible;
 use tipwatch_mechanics::Quantity;
 
-use super::{FEWER_POINTS, Figure, Plotter, plain};
+use super::{FEWER_POINTS, Plotter};
+use crate::page::{Figure, plain};
 
-/// The name of an indicator, and its quantity by edge.
+/// The name of an indicator, and its quantity for each edge.
 type Kind = (&'static str, fn(usize) -> Quantity);
 
 impl Plotter<'_> {
     pub(super) fn stability(&self) -> Figure {
         let mut traces = Traces::new();
         traces.push(self.curve(0, "ZMP margin", &self.valid(Quantity::ZmpMargin)));
-        let title = "Stability: distance of the centre of pressure (ZMP) from the nearest edge, inside positive";
+        let title =
+            "Distance of the zero moment point (ZMP) from the nearest edge, positive inside";
         self.figure(title, "Margin [m]", 300, traces, false)
     }
 
@@ -23,7 +25,7 @@ impl Plotter<'_> {
             ("ITOM with wheels", Quantity::ItomFull),
             ("ITOM", Quantity::Itom),
             ("TOM", Quantity::Tom),
-            ("MHS-type", Quantity::Mhs),
+            ("MHS", Quantity::Mhs),
         ];
         let angles: [Kind; 2] = [
             ("Force-Angle", Quantity::ForceAngle),
@@ -31,19 +33,19 @@ impl Plotter<'_> {
         ];
         vec![
             self.by_edge(
-                "Overturning moments about the edges of the support polygon, negative = stable",
+                "Overturning moments about the edges of the support polygon (ITOM, TOM, MHS), negative is stable",
                 "Moment [N m]",
                 &moments,
             ),
             self.by_edge(
-                "Angles about the edges, positive = stable",
+                "Stability angles about the edges, positive is stable",
                 "Angle [rad]",
                 &angles,
             ),
         ]
     }
 
-    /// The first kind is shown, the others on request.
+    /// The first kind is shown; the others are hidden at first.
     fn by_edge(&self, title: &str, unit: &str, kinds: &[Kind]) -> Figure {
         let mut traces = Traces::new();
         for (place, (name, kind)) in kinds.iter().enumerate() {

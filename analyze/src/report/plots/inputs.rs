@@ -4,29 +4,30 @@ use plotly::Traces;
 use plotly::common::Visible;
 use tipwatch_mechanics::State;
 
-use super::{Figure, Plotter, plain};
+use super::Plotter;
+use crate::page::{Figure, plain};
 
-/// A curve: its name and its value in each row, NaN where there is none.
+/// A curve: its name and its value in each row, NaN where it is missing.
 struct Curve {
     name: String,
-    /// Whether it is shown only on request: a wheel's turns would dwarf every other joint.
+    /// Whether it is hidden at first: the turns of a wheel would dwarf every other joint.
     hidden: bool,
     values: Vec<f64>,
 }
 
 impl Plotter<'_> {
     pub(super) fn inputs(&self) -> Vec<Figure> {
-        let [turning, sliding, force, rate] = self.input_curves();
+        let [revolute, prismatic, force, rate] = self.input_curves();
         [
-            ("Joint positions, turning joints", "Position [rad]", turning),
-            ("Joint positions, sliding joints", "Position [m]", sliding),
+            ("Positions of revolute joints", "Position [rad]", revolute),
+            ("Positions of prismatic joints", "Position [m]", prismatic),
             (
-                "IMU specific force, in its own frame",
+                "Specific force measured by the IMU, in its own frame",
                 "Specific force [m/s²]",
                 force,
             ),
             (
-                "IMU angular velocity, in its own frame",
+                "Angular velocity measured by the IMU, in its own frame",
                 "Angular velocity [rad/s]",
                 rate,
             ),
@@ -48,7 +49,7 @@ impl Plotter<'_> {
         .collect()
     }
 
-    /// Turning joints, sliding joints, specific force, angular velocity.
+    /// Revolute joints, prismatic joints, specific force, angular velocity.
     fn input_curves(&self) -> [Vec<Curve>; 4] {
         let machine = &self.analysis.machine;
         let rows = self.analysis.rows.len();
@@ -75,7 +76,7 @@ impl Plotter<'_> {
                 rate[axis].values.push(state.imu.angular_velocity[axis]);
             }
         }
-        let (mut turning, mut sliding) = (Vec::new(), Vec::new());
+        let (mut revolute, mut prismatic) = (Vec::new(), Vec::new());
         for (index, mut curve) in joints
             .into_iter()
             .enumerate()
@@ -83,11 +84,11 @@ impl Plotter<'_> {
         {
             curve.hidden = machine.joints()[index].spins_wheel.is_some();
             if machine.joint_slides(index) {
-                sliding.push(curve);
+                prismatic.push(curve);
             } else {
-                turning.push(curve);
+                revolute.push(curve);
             }
         }
-        [turning, sliding, force.into(), rate.into()]
+        [revolute, prismatic, force.into(), rate.into()]
     }
 }

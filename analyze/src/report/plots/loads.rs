@@ -1,11 +1,12 @@
-//! Wheel loads over time: what each wheel carries, how surely, and what else equilibrium allows.
+//! Wheel loads over time, with their uncertainty and the range that equilibrium allows.
 
 use plotly::color::Rgba;
 use plotly::common::{DashType, Line, Mode, Visible};
 use plotly::{Trace, Traces};
 use tipwatch_mechanics::Quantity;
 
-use super::{Figure, Plotter, colour, scatter};
+use super::Plotter;
+use crate::page::{Figure, colour, scatter};
 
 impl Plotter<'_> {
     pub(super) fn loads(&self) -> Figure {
@@ -32,7 +33,7 @@ impl Plotter<'_> {
             traces.push(self.envelope(wheel, name));
         }
         self.figure(
-            "Wheel loads, with bands of two standard deviations",
+            "Wheel loads with bands of two standard deviations (± 2 σ)",
             "Load [N]",
             480,
             traces,
@@ -58,16 +59,11 @@ impl Plotter<'_> {
             })
             .collect();
         let high: Vec<f64> = pairs().map(|(l, s)| l + 2.0 * s).collect();
-        let band = self.between(
-            &format!("{name} +- 2 sigma"),
-            &low,
-            &high,
-            colour(wheel, 0.16),
-        );
+        let band = self.between(&format!("{name} ± 2 σ"), &low, &high, colour(wheel, 0.16));
         Some(band.show_legend(false))
     }
 
-    /// The limit of each wheel; one line where all have the same.
+    /// The load limit of each wheel; one line if all are equal.
     fn add_limits(&self, traces: &mut Traces, names: &[String]) {
         let Some(limits) = &self.analysis.min_loads_n else {
             return;
@@ -79,9 +75,9 @@ impl Plotter<'_> {
             .take(if same { 1 } else { limits.len() })
         {
             let name = if same {
-                "limit".to_string()
+                "load limit".to_string()
             } else {
-                format!("{} limit", names[wheel])
+                format!("{} load limit", names[wheel])
             };
             let tint = if same {
                 Rgba::new(170, 0, 0, 1.0)

@@ -1,71 +1,29 @@
-//! The figures of the page, all on one time axis: loads, indicators, causes, inputs.
+//! The figures of the report, all on one time axis: loads, indicators, contributions, inputs.
 
 mod causes;
-mod chart;
-mod column;
 mod indicators;
 mod inputs;
 mod loads;
 mod quality;
 mod uncertainty;
 
+use plotly::Traces;
 use plotly::color::Rgba;
-use plotly::common::{Anchor, DashType, Fill, Font, HoverInfo, Line, Mode, Orientation};
-use plotly::configuration::DisplayModeBar;
-use plotly::layout::{
-    Annotation, Axis, HoverMode, Legend, Margin, Shape, ShapeLayer, ShapeLine, ShapeType,
-};
-use plotly::{Configuration, Layout, Traces};
-use serde::Serialize;
+use plotly::common::{Anchor, Fill, Font, HoverInfo, Line, Mode};
+use plotly::layout::{Annotation, Shape, ShapeLayer, ShapeLine, ShapeType};
 use tipwatch_mechanics::Quantity;
 
-pub(super) use chart::{Curve, chart};
-use column::{ColumnScatter, scatter};
-
-use super::decimate::rows_to_draw;
 use super::findings::{Scene, rank};
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
+use crate::page::{
+    ColumnScatter, Figure, MOST_POINTS, layout, line, plain, rows_to_draw, scatter, words,
+};
 
-/// What the ticks take below a plot (pixels).
-const BELOW: usize = 32;
-/// Points of a curve; a screen has fewer columns.
-pub(super) const MOST_POINTS: usize = 4000;
-/// Points of a filled shape's edge, and of a curve that is shown only on request: the page stays small.
+/// Points of a filled shape's edge, and of a curve that is hidden at first: the page stays small.
 const FEWER_POINTS: usize = 1000;
 /// Most events shown in a figure, the most important ones.
 pub(super) const MOST_EVENTS: usize = 100;
-/// Colours that people of any colour vision tell apart on white (Okabe and Ito), as red, green, blue.
-const COLOURS: [[u8; 3]; 7] = [
-    [0, 114, 178],
-    [213, 94, 0],
-    [0, 158, 115],
-    [204, 121, 167],
-    [0, 0, 0],
-    [86, 180, 233],
-    [230, 159, 0],
-];
-/// Six patterns beside seven colours: the pair repeats only after 42 curves.
-const DASHES: [DashType; 6] = [
-    DashType::Solid,
-    DashType::Dash,
-    DashType::Dot,
-    DashType::DashDot,
-    DashType::LongDash,
-    DashType::LongDashDot,
-];
-
-/// A figure as the plotting library takes it.
-#[derive(Serialize)]
-pub(super) struct Figure {
-    /// Its heading on the page.
-    #[serde(skip)]
-    pub(super) title: String,
-    #[serde(rename = "data")]
-    traces: Traces,
-    layout: Layout,
-    config: Configuration,
-}
 
 /// All figures of the page, on one time axis.
 pub(super) fn figures(analysis: &Analysis) -> Vec<Figure> {
@@ -88,7 +46,7 @@ struct Plotter<'a> {
 }
 
 impl Plotter<'_> {
-    /// A result where the row's loads mean something, else NaN.
+    /// A result in the rows whose loads are usable, else NaN.
     fn valid(&self, quantity: Quantity) -> Vec<f64> {
         let rows = &self.analysis.rows;
         let values = rows.outcomes.column(quantity).iter().zip(&rows.reasons);
@@ -117,7 +75,7 @@ impl Plotter<'_> {
         line(index, name, &self.seconds, values, points)
     }
 
-    /// What lies between two curves, as a filled shape.
+    /// The area between two curves, as a filled shape.
     fn between(&self, name: &str, low: &[f64], high: &[f64], fill: Rgba) -> Box<ColumnScatter> {
         let mut rows = rows_to_draw(low, FEWER_POINTS);
         rows.extend(rows_to_draw(high, FEWER_POINTS));
@@ -146,7 +104,7 @@ impl Plotter<'_> {
             .hover_info(HoverInfo::Skip)
     }
 
-    /// Whether the model that was chosen has a quantity.
+    /// Whether the chosen model computes a quantity.
     fn has(&self, quantity: Quantity) -> bool {
         self.analysis.rows.outcomes.quantities.contains(&quantity)
     }
@@ -171,12 +129,7 @@ impl Plotter<'_> {
         if labels {
             layout = layout.annotations(self.labels(&events));
         }
-        Figure {
-            title: title.into(),
-            traces,
-            layout,
-            config: config(),
-        }
+        Figure::new(title, traces, layout)
     }
 
     fn last_second(&self) -> f64 {
@@ -218,7 +171,7 @@ impl Plotter<'_> {
         let label = |(index, event): (usize, &&Event)| {
             let text = format!(
                 "{} {}",
-                event.kind.name().replace('_', " "),
+                words(event.kind.name()),
                 plain(&scene.subject(event))
             );
             Annotation::new()
@@ -246,94 +199,10 @@ fn shown(events: &[Event]) -> Vec<&Event> {
     shown
 }
 
-/// A curve over the times of the rows (s), the same in every figure.
-fn line(
-    index: usize,
-    name: &str,
-    seconds: &[f64],
-    values: &[f64],
-    points: usize,
-) -> Box<ColumnScatter> {
-    let rows = rows_to_draw(values, points);
-    let of_rows = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
-    scatter(&of_rows(seconds), &of_rows(values))
-        .name(name)
-        .mode(Mode::Lines)
-        .connect_gaps(false)
-        .line(
-            Line::new()
-                .width(1.8)
-                .color(colour(index, 1.0))
-                .dash(DASHES[index % DASHES.len()].clone()),
-        )
-}
-
-/// Axes, margins and legend of every figure: of a height and with so much room above (pixels), up to the
-/// last second.
-fn layout(unit: &str, height: usize, above: usize, last: f64) -> Layout {
-    Layout::new()
-        .height(height)
-        .auto_size(true)
-        .margin(Margin::new().left(64).right(16).top(above).bottom(BELOW))
-        .hover_mode(HoverMode::XUnified)
-        .show_legend(true)
-        .legend(legend(height - above - BELOW))
-        .x_axis(
-            Axis::new()
-                .tick_suffix(" s")
-                .range(vec![0.0, last.max(1e-3)])
-                .grid_color("#e6e6e6")
-                .zero_line(false)
-                .hover_format(".3f"),
-        )
-        .y_axis(
-            Axis::new()
-                .title(unit)
-                .grid_color("#e6e6e6")
-                .zero_line_color("#999")
-                .hover_format(".4~g"),
-        )
-        .plot_background_color("#fff")
-}
-
-/// Below the ticks of a plot of this height (pixels); the page makes room for its lines.
-fn legend(plot_height: usize) -> Legend {
-    let below = 24.0 / plot_height as f64;
-    Legend::new()
-        .orientation(Orientation::Horizontal)
-        .x(0.0)
-        .y(-below)
-        .y_anchor(Anchor::Top)
-        .x_anchor(Anchor::Left)
-}
-
-fn config() -> Configuration {
-    Configuration::new()
-        .responsive(true)
-        .display_logo(false)
-        .display_mode_bar(DisplayModeBar::Hover)
-        .typeset_math(false)
-        .show_link(false)
-        .plotly_server_url("")
-}
-
 fn seconds(analysis: &Analysis) -> Vec<f64> {
     (0..analysis.rows.len())
         .map(|row| (analysis.rows.seconds(row) * 1e6).round() / 1e6)
         .collect()
-}
-
-/// The library reads some markup in names; a name means only itself.
-fn plain(name: &str) -> String {
-    name.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace("%{", "% {")
-}
-
-fn colour(index: usize, opacity: f64) -> Rgba {
-    let [red, green, blue] = COLOURS[index % COLOURS.len()];
-    Rgba::new(red, green, blue, opacity)
 }
 
 fn tint(kind: EventKind) -> [u8; 3] {
@@ -344,15 +213,5 @@ fn tint(kind: EventKind) -> [u8; 3] {
         EventKind::WheelLight => [240, 200, 60],
         EventKind::InputGap => [120, 120, 120],
         EventKind::InputFault => [120, 60, 160],
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_carry_no_markup() {
-        assert_eq!(plain("<a href='x'>&"), "&lt;a href='x'&gt;&amp;");
     }
 }

@@ -1,5 +1,5 @@
-//! The quality of the inputs over time: which signals were there, which were implausible, and which rows
-//! are not valid for what reason.
+//! The quality of the inputs over time: which signals were present, which were implausible, and which rows
+//! are invalid and why.
 
 use std::collections::BTreeMap;
 
@@ -7,30 +7,31 @@ use plotly::Traces;
 use plotly::common::{Anchor, Font, HoverInfo, Line, Mode};
 use plotly::layout::Annotation;
 
-use super::{ColumnScatter, Figure, Plotter, colour, plain, scatter};
+use super::Plotter;
 use crate::events::EventKind;
+use crate::page::{ColumnScatter, Figure, colour, plain, scatter, words};
 
-/// Height that a lane takes (pixels).
+/// Height of a lane (pixels).
 const LANE: usize = 34;
-/// What is shorter than this share of the log is drawn as long, so that it is seen.
+/// A span shorter than this share of the log is drawn this long, so that it can be seen.
 const SHORTEST: f64 = 1.0 / 400.0;
 
-/// Colours of the lanes by what they tell.
+/// Colours of the kinds of lanes.
 const PRESENT: usize = 0;
 const IMPLAUSIBLE: usize = 1;
 const INVALID: usize = 4;
 
-/// A line of the figure.
+/// A lane of the figure.
 struct Lane {
     name: String,
     colour: usize,
-    /// From when to when it is drawn (s).
+    /// Start and end of what is drawn (s).
     spans: Vec<(f64, f64)>,
 }
 
 impl Plotter<'_> {
-    /// A lane for each input, broken where it is missing; for each implausible signal; and for each reason
-    /// for which rows are not valid.
+    /// A lane for each input, interrupted where it is missing; one for each implausible signal; and one for
+    /// each reason why rows are invalid.
     pub(super) fn quality(&self) -> Figure {
         let mut lanes = self.present();
         lanes.extend(self.implausible());
@@ -39,7 +40,7 @@ impl Plotter<'_> {
         for (place, lane) in lanes.iter().enumerate() {
             traces.push(self.bar(place, lane));
         }
-        let title = "Inputs: what was there, what was implausible, which rows are not valid";
+        let title = "Input quality: signals present, implausible signals, invalid rows";
         let mut figure = self.figure(title, "", 64 + LANE * lanes.len(), traces, false);
         let label = |(place, lane): (usize, &Lane)| {
             Annotation::new()
@@ -82,7 +83,7 @@ impl Plotter<'_> {
             .line(Line::new().width(9.0).color(colour(lane.colour, 0.9)))
     }
 
-    /// The inputs, each but for its gaps.
+    /// The inputs without their gaps.
     fn present(&self) -> Vec<Lane> {
         let last = self.last_second();
         let lane = |input: &crate::analysis::Input| {
@@ -115,7 +116,7 @@ impl Plotter<'_> {
         let mut lanes: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
         for event in &self.analysis.events {
             if let Some(fault) = &event.fault {
-                let name = format!("{}: {}", event.subject, fault.kind.name().replace('_', " "));
+                let name = format!("{}: {}", event.subject, words(fault.kind.name()));
                 lanes.entry(name).or_default().push(self.span(event));
             }
         }
@@ -129,7 +130,7 @@ impl Plotter<'_> {
 
     fn invalid(&self) -> Vec<Lane> {
         let rows = &self.analysis.rows;
-        // by reason: its spans as rows, from and up to
+        // for each reason the first and last rows of its spans
         let mut lanes: BTreeMap<&'static str, Vec<(usize, usize)>> = BTreeMap::new();
         for (row, reasons) in rows.reasons.iter().enumerate() {
             for reason in reasons.iter() {
@@ -142,7 +143,7 @@ impl Plotter<'_> {
         }
         let seconds = |&(from, to): &(usize, usize)| (rows.seconds(from), rows.seconds(to));
         let lane = |(name, spans): (&str, Vec<_>)| Lane {
-            name: format!("rows not valid: {}", name.replace('_', " ")),
+            name: format!("invalid rows: {}", words(name)),
             colour: INVALID,
             spans: spans.iter().map(seconds).collect(),
         };
@@ -150,7 +151,7 @@ impl Plotter<'_> {
     }
 }
 
-/// Where a lane is on the vertical axis, the first on top.
+/// Place of a lane on the vertical axis, the first on top.
 fn height(place: usize) -> f64 {
     -(place as f64)
 }

@@ -1,25 +1,26 @@
-//! The study of parametric uncertainty: what the loads and the arm's wrench spread over, after Figs. 13
-//! and 14 of the first paper.
+//! The Monte Carlo study: how far the loads and the wrench of the arm spread, as in Figs. 13 and 14 of the
+//! first paper.
 
 use plotly::Traces;
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::monte_carlo::Band;
+use tipwatch_mechanics::studies::monte_carlo::Band;
 
-use super::{Figure, Plotter, colour, plain};
-use crate::table::name_and_unit;
+use super::Plotter;
+use crate::page::{Figure, colour, plain};
+use crate::tables::table::name_and_unit;
 
-/// What is drawn, its unit, and which quantities it is.
+/// What is plotted, its unit, and which quantities belong to it.
 type Kind = (&'static str, &'static str, fn(Quantity) -> bool);
 
 impl Plotter<'_> {
-    /// Bands that 95 % of the drawn machines are in, if the study was asked for.
+    /// Bands that hold 95 % of the random machines, if the study was requested.
     pub(super) fn drawn_machines(&self) -> Vec<Figure> {
         let Some(found) = &self.analysis.monte_carlo else {
             return Vec::new();
         };
         let study = &found.study;
-        let said = format!(
-            "{} machines with lengths, angles, masses and inertias up to {:.0} % off: 95 % of them",
+        let study_text = format!(
+            "95 % of {} random machines with lengths, angles, masses and inertias off by up to {:.0} %",
             study.draws,
             100.0 * study.spread
         );
@@ -27,10 +28,10 @@ impl Plotter<'_> {
             ("Wheel loads", "Load [N]", |q| {
                 matches!(q, Quantity::Load(_))
             }),
-            ("Force by the arm at its base", "Force [N]", |q| {
+            ("Force of the arm on its base", "Force [N]", |q| {
                 matches!(q, Quantity::ArmForce(_))
             }),
-            ("Moment by the arm at its base", "Moment [N m]", |q| {
+            ("Moment of the arm on its base", "Moment [N m]", |q| {
                 matches!(q, Quantity::ArmMoment(_))
             }),
         ];
@@ -38,7 +39,7 @@ impl Plotter<'_> {
             .into_iter()
             .map(|(what, unit, is_one)| {
                 let bands = found.bands.iter().filter(|band| is_one(band.quantity));
-                self.spread(&format!("{what}. {said}"), unit, bands)
+                self.spread(&format!("{what}: {study_text}"), unit, bands)
             })
             .collect()
     }

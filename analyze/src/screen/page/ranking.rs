@@ -1,12 +1,14 @@
-//! The logs in which a machine came nearest to tipping over.
+//! The logs in which a machine came closest to tipping over.
 
 use std::cmp::Ordering;
 
-use super::{Seen, log_link, percent, raw_table};
+use maud::{Markup, html};
+
+use super::{Seen, log_link};
 use crate::events::EventKind;
-use crate::facts::EXPOSURE_CAUSES;
-use crate::report::{html, number};
-use crate::svg::margin_bar;
+use crate::page::svg::margin_bar;
+use crate::page::{self, number, percent, words};
+use crate::policy::facts::EXPOSURE_CAUSES;
 
 /// Logs in the table; the data set has all.
 const MOST_LOGS: usize = 100;
@@ -14,48 +16,44 @@ const MOST_LOGS: usize = 100;
 const SHOWN_LOGS: usize = 20;
 const HEAD: [&str; 10] = [
     "",
-    "log",
-    "worst margin",
+    "Log",
+    "Worst margin",
     "",
-    "wheel",
+    "Wheel",
     "OTF",
-    "events",
-    "most exposed by",
-    "machine",
-    "day",
+    "Events",
+    "Main cause of exposure",
+    "Machine",
+    "Day",
 ];
 
-pub(super) fn table(seen: &[Seen<'_>]) -> String {
+pub(super) fn table(seen: &[Seen<'_>]) -> Markup {
     if seen.is_empty() {
-        return "<p>No log could be analysed.</p>\n".into();
+        return html! { p { "No log could be analysed." } };
     }
     let mut ranked: Vec<&Seen<'_>> = seen.iter().collect();
     ranked.sort_by(|a, b| order(a, b));
-    let rows: Vec<Vec<String>> = (ranked.iter().take(MOST_LOGS).enumerate())
-        .map(|(i, log)| row(i + 1, log))
-        .collect();
-    let mut text = String::from(
-        "<p class=\"hint\">The worst margin is what the worst wheel still carried at the worst moment, as a share of its \
-         static load, with two standard deviations: 0 is a wheel about to lift, 100 % a machine at rest on level ground. \
-         Logs in which the machine tipped over, or tipped about an edge, stand before all others. \
-         Logs with findings link to their report.</p>\n",
-    );
-    if ranked.len() > MOST_LOGS {
-        text.push_str(&format!(
-            "<p class=\"hint\">The {MOST_LOGS} worst of {} logs; the data set has all.</p>\n",
-            ranked.len()
-        ));
-    }
+    let listed = ranked.iter().take(MOST_LOGS).enumerate();
+    let rows: Vec<Vec<Markup>> = listed.map(|(i, log)| row(i + 1, log)).collect();
     let (shown, folded) = rows.split_at(rows.len().min(SHOWN_LOGS));
-    text.push_str(&raw_table("ranking", &HEAD, shown));
-    if !folded.is_empty() {
-        text.push_str(&format!(
-            "<details><summary>{} more</summary>\n{}</details>\n",
-            folded.len(),
-            raw_table("ranking", &HEAD, folded)
-        ));
+    html! {
+        p.hint {
+            "The worst margin is the smallest overturning force (OTF) of any wheel, as a share of its static load, "
+            "± two standard deviations. It is 0 when a wheel is about to lift and 100 % at rest on level ground. "
+            "Logs in which the machine tipped over come first, then those in which it was tipping about an edge. "
+            "Logs with findings link to their report."
+        }
+        @if ranked.len() > MOST_LOGS {
+            p.hint { "The " (MOST_LOGS) " worst of " (ranked.len()) " logs; the data set has all." }
+        }
+        div.ranking { (page::table(&HEAD, shown)) }
+        @if !folded.is_empty() {
+            details {
+                summary { (folded.len()) " more" }
+                div.ranking { (page::table(&HEAD, folded)) }
+            }
+        }
     }
-    text
 }
 
 /// Tip-overs first, then tipping edges, then by margin; logs without any margin last.
@@ -69,43 +67,38 @@ fn order(a: &Seen<'_>, b: &Seen<'_>) -> Ordering {
         .then_with(|| a.record.path.cmp(&b.record.path))
 }
 
-fn row(rank: usize, log: &Seen<'_>) -> Vec<String> {
+fn row(rank: usize, log: &Seen<'_>) -> Vec<Markup> {
     let worst = log.facts.worst.as_ref();
-    let unknown = || "not computable".to_string();
-    let margin = worst.map_or_else(unknown, |worst| {
-        let sigma = worst.sigma.map_or_else(
-            || " (uncertainty not computable)".into(),
-            |sigma| format!(" ± {}", percent(2.0 * sigma)),
-        );
-        format!("{}{sigma}", percent(worst.margin))
-    });
+    let sigma = worst.and_then(|worst| worst.sigma).map(|sigma| 2.0 * sigma);
     vec![
-        rank.to_string(),
+        html! { (rank) },
         log_link(log.record),
-        margin,
-        worst.map_or(String::new(), |w| {
-            margin_bar(w.margin, w.sigma.map(|s| 2.0 * s))
-        }),
-        worst.map_or(String::new(), |worst| {
-            html::escape(&worst.wheel.to_uppercase())
-        }),
-        worst.map_or(String::new(), |worst| format!("{} N", number(worst.otf_n))),
-        html::escape(&events(log)),
-        most_exposed_by(log),
-        html::escape(log.machine()),
-        log.record.day().unwrap_or_else(|| "unknown".into()),
+        html! {
+            @match (worst, sigma) {
+                (None, _) => "not computable",
+                (Some(worst), None) => { (percent(worst.margin)) " (uncertainty not computable)" },
+                (Some(worst), Some(sigma)) => { (percent(worst.margin)) " ± " (percent(sigma)) },
+            }
+        },
+        html! { @if let Some(worst) = worst { (margin_bar(worst.margin, sigma)) } },
+        html! { @if let Some(worst) = worst { (worst.wheel.to_uppercase()) } },
+        html! { @if let Some(worst) = worst { (number(worst.otf_n)) " N" } },
+        html! { (events(log)) },
+        html! { (most_exposed_by(log)) },
+        html! { (log.machine()) },
+        html! { (log.record.day().unwrap_or_else(|| "unknown".into())) },
     ]
 }
 
 /// "2 wheel lift, 1 wheel light".
 fn events(log: &Seen<'_>) -> String {
     let counts = EventKind::all().iter().rev();
-    let told: Vec<String> = counts
+    let parts: Vec<String> = counts
         .map(|&kind| (kind, log.facts.events_of(kind)))
         .filter(|(_, count)| *count > 0)
-        .map(|(kind, count)| format!("{count} {}", kind.name().replace('_', " ")))
+        .map(|(kind, count)| format!("{count} {}", words(kind.name())))
         .collect();
-    told.join(", ")
+    parts.join(", ")
 }
 
 fn most_exposed_by(log: &Seen<'_>) -> String {
@@ -119,7 +112,7 @@ fn most_exposed_by(log: &Seen<'_>) -> String {
         .max_by(|a, b| a.1.total_cmp(b.1));
     match most {
         Some((cause, &time)) if time > 0.0 => {
-            format!("{} {:.0} %", cause.replace('_', " "), 100.0 * time / all)
+            format!("{} {:.0} %", words(cause), 100.0 * time / all)
         }
         _ => String::new(),
     }

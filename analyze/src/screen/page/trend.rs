@@ -1,19 +1,22 @@
-//! How each machine's margins change with time.
+//! How the margins of each machine change over time.
 
 use std::collections::BTreeMap;
 
-use super::{Seen, by_machine, percent};
-use crate::svg::Chart;
+use maud::{Markup, html};
 
-/// Machines that get a chart, those with the smallest margins; the data set has all.
+use super::{Seen, by_machine};
+use crate::page::percent;
+use crate::page::svg::Chart;
+
+/// Most machines with a chart, those with the smallest margins; the data set has all.
 const MOST_MACHINES: usize = 48;
-/// Logs of a machine that get a dot and a band; of more only the lowest of each day.
+/// Most logs of a machine drawn one by one; of more logs only the lowest of each day.
 const MOST_DOTS: usize = 150;
 const DAY_NS: f64 = 86_400e9;
-/// The smallest margin that is drawn in its place.
+/// The smallest margin on the axis; smaller ones are drawn at its end.
 const LOWEST: f64 = -0.5;
 
-pub(super) fn machines(seen: &[Seen<'_>]) -> String {
+pub(super) fn machines(seen: &[Seen<'_>]) -> Markup {
     let mut machines: Vec<(f64, String, Vec<Point>)> = by_machine(seen)
         .into_iter()
         .map(|(name, logs)| {
@@ -27,7 +30,7 @@ pub(super) fn machines(seen: &[Seen<'_>]) -> String {
         .filter(|(_, _, points)| !points.is_empty())
         .collect();
     if machines.is_empty() {
-        return "<p>No log has both a margin and a date.</p>\n".into();
+        return html! { p { "No log has both a margin and a date." } };
     }
     machines.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
     let days = machines
@@ -36,24 +39,21 @@ pub(super) fn machines(seen: &[Seen<'_>]) -> String {
     let first = days.clone().fold(f64::INFINITY, f64::min).floor();
     let last = days.fold(f64::NEG_INFINITY, f64::max).floor() + 1.0;
     let count = machines.len();
-    let charts: String = machines
-        .iter()
-        .take(MOST_MACHINES)
-        .map(|(_, name, points)| chart(name, points, (first, last)))
-        .collect();
     let drawn: usize = machines.iter().map(|(_, _, points)| points.len()).sum();
-    let undated = match seen.len() - drawn {
-        0 => String::new(),
-        logs => format!(" {logs} logs without a date or a margin are not drawn."),
-    };
-    let more = match count > MOST_MACHINES {
-        true => format!(" The {MOST_MACHINES} machines with the smallest margins of {count}."),
-        false => String::new(),
-    };
-    format!(
-        "<p class=\"hint\">A dot is the worst margin of a log with two standard deviations; black: a wheel or an edge had an \
-         event. The line joins the lowest of each day. Dashed: 0, where a wheel lifts.{more}{undated}</p>\n<div class=\"grid\">{charts}</div>\n"
-    )
+    let undated = seen.len() - drawn;
+    html! {
+        p.hint {
+            "A dot is the worst margin of a log, ± two standard deviations; it is black if a wheel or an edge had an event. "
+            "The line connects the lowest margin of each day. Dashed: 0, where a wheel lifts. "
+            @if count > MOST_MACHINES {
+                "Shown are the " (MOST_MACHINES) " of " (count) " machines with the smallest margins. "
+            }
+            @if undated > 0 { (undated) " logs without a date or a margin are not drawn." }
+        }
+        div.grid {
+            @for (_, name, points) in machines.iter().take(MOST_MACHINES) { (chart(name, points, (first, last))) }
+        }
+    }
 }
 
 struct Point {
@@ -62,7 +62,7 @@ struct Point {
     margin: f64,
     two_sigma: Option<f64>,
     has_event: bool,
-    told: String,
+    text: String,
 }
 
 impl Point {
@@ -74,12 +74,12 @@ impl Point {
             margin: worst.margin,
             two_sigma: worst.sigma.map(|sigma| 2.0 * sigma),
             has_event: log.facts.has_findings(),
-            told: format!("{}, {date}: {}", log.record.name(), percent(worst.margin)),
+            text: format!("{}, {date}: {}", log.record.name(), percent(worst.margin)),
         })
     }
 }
 
-fn chart(name: &str, points: &[Point], days: (f64, f64)) -> String {
+fn chart(name: &str, points: &[Point], days: (f64, f64)) -> Markup {
     let least = points.iter().map(|p| p.margin - p.two_sigma.unwrap_or(0.0));
     let floor = least.fold(-0.1, f64::min).max(LOWEST);
     let mut chart = Chart::new(name, days, (floor, 1.0));
@@ -111,13 +111,15 @@ fn chart(name: &str, points: &[Point], days: (f64, f64)) -> String {
     }
     for point in &drawn {
         let class = if point.has_event { "event" } else { "" };
-        chart.dot(point.day, point.margin, class, &point.told);
+        chart.dot(point.day, point.margin, class, &point.text);
     }
     for share in [0.0, 0.5, 1.0] {
         chart.label_y(share, &format!("{:.0} %", 100.0 * share));
     }
     chart.label_x(days.0, &date(days.0));
-    chart.label_x(days.1, &date(days.1 - 1.0));
+    if days.1 - days.0 > 1.0 {
+        chart.label_x(days.1, &date(days.1 - 1.0));
+    }
     chart.finish()
 }
 

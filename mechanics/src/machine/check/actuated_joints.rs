@@ -1,25 +1,25 @@
 //! Linkages with a bound force whose pivot carries wheels.
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, MachineError, TorqueJoint, Wheel};
 
-/// Traction that is not in proportion to the loads, where the machine file does not tell.
+/// Default standard deviation of the traction from its proportional share.
 const TRACTION_SHARE: f64 = 0.1;
 
 impl Checker<'_> {
-    /// The bodies and wheels beyond the joint that carries a body.
+    /// The distal subtree of the joint of this body: its bodies and wheels.
     pub(super) fn torque_joint(&self, body: usize, wheels: &[Wheel]) -> TorqueJoint {
-        let carries_body: Vec<bool> = (0..self.tree.bodies.len())
+        let supports_body: Vec<bool> = (0..self.tree.bodies.len())
             .map(|b| self.tree.is_carried_by(b, body))
             .collect();
         TorqueJoint {
             body,
-            carries_wheel: wheels.iter().map(|w| carries_body[w.body]).collect(),
-            carries_body,
+            supports_wheel: wheels.iter().map(|w| supports_body[w.body]).collect(),
+            supports_body,
         }
     }
 
-    /// Those of the linkages that tell how the load is split; `rows` equations stand already.
+    /// The linkages that determine the load split; `rows` is the number of equations already present.
     pub(super) fn actuated_joints(
         &self,
         linkages: &[Linkage],
@@ -32,7 +32,7 @@ impl Checker<'_> {
             let bodies = &linkage.bodies;
             let steps = [bodies.pivot, bodies.cylinder, bodies.rod]
                 .map(|body| self.torque_joint(body, wheels));
-            let carried = &steps[0].carries_wheel;
+            let carried = &steps[0].supports_wheel;
             if signals.is_empty() || carried.iter().all(|&c| c) || carried.iter().all(|&c| !c) {
                 continue;
             }
@@ -66,7 +66,7 @@ impl Checker<'_> {
         }
         if rows + joints.len() > MAX_WHEELS {
             let expected = format!(
-                "force or pressure of at most {} linkages with wheels beyond",
+                "force or pressure of at most {} linkages that carry wheels",
                 MAX_WHEELS - rows
             );
             return Err(self.value_error("linkage", expected, joints.len()));

@@ -1,6 +1,6 @@
-//! How the ground carries the wheels: free joints and the rule that splits the loads.
+//! Contact between wheels and ground: free joints and the rule for the load split.
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::spec::Stiffness;
 use crate::machine::{
     Contact, Ground, Linkage, MachineError, Split, SupportPolygon, TorqueJoint, Wheel,
@@ -18,11 +18,11 @@ impl Checker<'_> {
         for name in &spec.free_joints {
             let body = self.joint("contact.free_joints", name)?;
             let joint = self.torque_joint(body, wheels);
-            let carried = &joint.carries_wheel;
+            let carried = &joint.supports_wheel;
             if !carried.iter().any(|&c| c) || carried.iter().all(|&c| c) {
                 return Err(self.value_error(
                     "contact.free_joints",
-                    "joints with some but not all wheels beyond them",
+                    "joints that carry some but not all wheels",
                     format!("\"{name}\""),
                 ));
             }
@@ -56,12 +56,12 @@ impl Checker<'_> {
         free_joints: &[TorqueJoint],
     ) -> Result<Split, MachineError> {
         let spec = &self.spec.contact;
-        let share = match spec.front_share {
+        let share = match spec.roll_moment_distribution {
             Some(share) if !(0.0..=1.0).contains(&share) => {
-                return Err(self.value_error("contact.front_share", "0 to 1", share));
+                return Err(self.value_error("contact.roll_moment_distribution", "0 to 1", share));
             }
             Some(share) => share,
-            // springs of known stiffness on a plane decide by themselves
+            // On flat ground, springs of known stiffness determine the split by themselves.
             None if matches!(spec.tyre_stiffness, Some(Stiffness::PerWheel(_)))
                 || (spec.tyre_stiffness.is_some() && spec.ground == Ground::Plane) =>
             {
@@ -71,17 +71,17 @@ impl Checker<'_> {
         };
         let edges = polygon.edges();
         if wheels.len() != 4 || edges.len() != 4 || !free_joints.is_empty() {
-            return match spec.front_share {
+            return match spec.roll_moment_distribution {
                 Some(_) => Err(self.value_error(
-                    "contact.front_share",
+                    "contact.roll_moment_distribution",
                     "four wheels at four corners and no free joints",
-                    "another machine",
+                    "a different machine",
                 )),
                 None => Ok(Split::Springs),
             };
         }
         let (front, rear) = (&edges[0], &edges[2]);
-        Ok(Split::FrontShare {
+        Ok(Split::RollMomentDistribution {
             share,
             wheels: [front.to, front.from, rear.from, rear.to],
         })

@@ -1,16 +1,16 @@
-//! What moves each joint: a measurement, a linkage, a mimic rule.
+//! Source of each joint's motion: a measurement, a linkage or a mimic rule.
 
 use nalgebra::Vector3;
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::linkage::{self, LinkageBodies, LinkageInput};
 use crate::machine::spec::LinkageSpec;
 use crate::machine::tree::TreeJoint;
-use crate::machine::{Drive, JointKind, Linkage, MachineError, MeasuredJoint, Wheel};
+use crate::machine::{JointCoupling, JointKind, Linkage, MachineError, MeasuredJoint, Wheel};
 
-/// What moves each body, and the measured joints and closed chains that follow from it.
+/// The coupling of each body's joint, and the resulting measured joints and closed chains.
 pub(super) struct Driving {
-    pub(super) drives: Vec<Option<Drive>>,
+    pub(super) couplings: Vec<Option<JointCoupling>>,
     pub(super) joints: Vec<MeasuredJoint>,
     pub(super) linkages: Vec<Linkage>,
 }
@@ -20,20 +20,20 @@ fn measured_joint(joint: &TreeJoint, logged: bool, spins_wheel: Option<usize>) -
         name: joint.name.clone(),
         logged,
         spins_wheel,
-        // equal limits are those of a URDF that states none
+        // Equal limits mean that the URDF states none.
         limits: joint.limits.filter(|[least, greatest]| least < greatest),
-        max_rate: joint.max_rate,
+        max_velocity: joint.max_velocity,
     }
 }
 
 impl Checker<'_> {
     pub(super) fn driving(&self, wheels: &[Wheel]) -> Result<Driving, MachineError> {
         let mut driving = Driving {
-            drives: vec![None; self.tree.bodies.len()],
+            couplings: vec![None; self.tree.bodies.len()],
             joints: Vec::new(),
             linkages: Vec::new(),
         };
-        driving.drives[0] = Some(Drive::Root);
+        driving.couplings[0] = Some(JointCoupling::Root);
         for spec in &self.spec.linkage {
             self.add_linkage(spec, &mut driving)?;
         }
@@ -42,14 +42,14 @@ impl Checker<'_> {
             let Some(joint) = body
                 .joint
                 .as_ref()
-                .filter(|j| driving.drives[i].is_none() && j.mimic.is_none())
+                .filter(|j| driving.couplings[i].is_none() && j.mimic.is_none())
             else {
                 continue;
             };
             let spins_wheel = self.wheel_spun_by(i, wheels);
             let logged = self.is_logged(&joint.name);
             if logged || spins_wheel.is_some() {
-                driving.drives[i] = Some(Drive::Measured(driving.joints.len()));
+                driving.couplings[i] = Some(JointCoupling::Measured(driving.joints.len()));
                 driving
                     .joints
                     .push(measured_joint(joint, logged, spins_wheel));
@@ -97,10 +97,10 @@ impl Checker<'_> {
             (bodies.cylinder, &spec.cylinder),
             (bodies.rod, &spec.rod),
         ] {
-            if driving.drives[body].is_some() {
+            if driving.couplings[body].is_some() {
                 return Err(self.value_error(
                     format!("linkage.{}", spec.name),
-                    "joints of its own",
+                    "joints that no other linkage uses",
                     format!("\"{name}\" twice"),
                 ));
             }
@@ -129,19 +129,19 @@ impl Checker<'_> {
         driving
             .joints
             .extend(joint.map(|joint| measured_joint(joint, true, None)));
-        driving.drives[bodies.pivot] = Some(Drive::Pivot(index));
-        driving.drives[bodies.cylinder] = Some(Drive::Cylinder(index));
-        driving.drives[bodies.rod] = Some(Drive::Rod(index));
+        driving.couplings[bodies.pivot] = Some(JointCoupling::Pivot(index));
+        driving.couplings[bodies.cylinder] = Some(JointCoupling::Cylinder(index));
+        driving.couplings[bodies.rod] = Some(JointCoupling::Rod(index));
         Ok(())
     }
 
-    /// A mimic joint follows a measured one; a chain of mimics is followed to its start.
+    /// A mimic joint is coupled to a measured one; a chain of mimic joints is resolved to its source.
     fn follow_mimics(&self, driving: &mut Driving, missing: &mut Vec<String>) {
         for (i, body) in self.tree.bodies.iter().enumerate() {
             let Some(mut mimic) = body
                 .joint
                 .as_ref()
-                .filter(|_| driving.drives[i].is_none())
+                .filter(|_| driving.couplings[i].is_none())
                 .and_then(|j| j.mimic.clone())
             else {
                 continue;
@@ -163,7 +163,7 @@ impl Checker<'_> {
             }
             match driving.joints.iter().position(|j| j.name == mimic.joint) {
                 Some(joint) => {
-                    driving.drives[i] = Some(Drive::Mimic {
+                    driving.couplings[i] = Some(JointCoupling::Mimic {
                         joint,
                         multiplier: mimic.multiplier,
                         offset: mimic.offset,
@@ -177,8 +177,8 @@ impl Checker<'_> {
         }
     }
 
-    /// The wheel whose centre lies on the axis of the revolute joint of `body` and which that joint
-    /// carries: such a joint only spins it.
+    /// The wheel whose centre lies on the axis of the revolute joint of `body` and in its distal subtree: such a
+    /// joint only spins the wheel.
     pub(super) fn wheel_spun_by(&self, body: usize, wheels: &[Wheel]) -> Option<usize> {
         let revolute = self.tree.bodies[body]
             .joint

@@ -1,47 +1,47 @@
-//! Where the IMU sits: the machine file, else the URDF, else the log's static transforms; and whether
-//! they agree.
+//! Mounting pose of the IMU: from the machine file, else the URDF, else the log's static transforms, with a
+//! check for conflicts between them.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::static_transform::ancestors;
 use crate::machine::{MachineError, Mount};
 
-/// Two tellings of one mounting further apart are a conflict (m).
+/// Distance between two sources of the mounting pose beyond which they conflict (m).
 const CONFLICT_M: f64 = 1e-3;
-/// The same for the angle between them (rad).
+/// Angle between them beyond which they conflict (rad).
 const CONFLICT_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
 impl Checker<'_> {
-    /// The mounting of the IMU, and in which way its sources contradict each other.
+    /// The mounting of the IMU, and descriptions of conflicts between its sources.
     pub(super) fn imu(&self) -> Result<(Mount, Vec<String>), MachineError> {
         let none = |source: String| self.mount(self.base(), Isometry3::identity(), source);
         if self.log.lacks_imu {
-            let source = "no IMU: reckoned at the base origin from odometry";
+            let source = "no IMU: computed at the base origin from odometry";
             return Ok((none(source.into()), Vec::new()));
         }
         let frame = self.log.imu_frame.map(|f| f.trim_start_matches('/'));
         let frame = frame.filter(|frame| !frame.is_empty());
-        let mut told: Vec<Mount> = self.stated_imu()?.into_iter().collect();
+        let mut sources: Vec<Mount> = self.stated_imu()?.into_iter().collect();
         if let Some(frame) = frame {
-            told.extend(self.imu_link(frame));
-            told.extend(self.transformed_imus(frame));
+            sources.extend(self.imu_link(frame));
+            sources.extend(self.transformed_imus(frame));
         }
-        if told.is_empty() {
+        if sources.is_empty() {
             let base = &self.tree.base_link;
             return Ok((
                 none(frame.map_or(format!("assumed at {base}"), |frame| {
                     format!(
-                        "assumed at {base}: neither the URDF nor /tf_static of the log places \"{frame}\", which the IMU's \
-                         messages name"
+                        "assumed at {base}: neither the URDF nor /tf_static of the log contains \"{frame}\", the frame of the \
+                         IMU's messages"
                     )
                 })),
                 Vec::new(),
             ));
         }
-        let notes = told[1..].iter().filter_map(|m| conflict(&told[0], m));
+        let notes = sources[1..].iter().filter_map(|m| conflict(&sources[0], m));
         let notes = notes.take(1).collect();
-        Ok((told.swap_remove(0), notes))
+        Ok((sources.swap_remove(0), notes))
     }
 
     fn base(&self) -> usize {
@@ -63,12 +63,12 @@ impl Checker<'_> {
     }
 
     fn imu_link(&self, frame: &str) -> Option<Mount> {
-        let source = format!("link \"{frame}\" of the URDF, which the IMU's messages name");
+        let source = format!("link \"{frame}\" of the URDF, the frame of the IMU's messages");
         let link = self.tree.link(frame)?;
         Some(self.mount(link, Isometry3::identity(), source))
     }
 
-    /// The frame as the static transforms place it in links of the URDF, the nearest first.
+    /// Poses of the frame according to the static transforms, in links of the URDF, the nearest first.
     fn transformed_imus(&self, frame: &str) -> Vec<Mount> {
         let in_links = ancestors(self.log.static_transforms, frame).into_iter();
         let mount = |(parent, pose): (&str, _)| {
@@ -79,7 +79,7 @@ impl Checker<'_> {
     }
 }
 
-/// How the mounting in use differs from another telling of it.
+/// Describes the conflict between the mounting in use and another source.
 fn conflict(used: &Mount, other: &Mount) -> Option<String> {
     let apart = used.body_from_mount.inverse() * other.body_from_mount;
     let (distance, angle) = (apart.translation.vector.norm(), apart.rotation.angle());
@@ -92,7 +92,7 @@ fn conflict(used: &Mount, other: &Mount) -> Option<String> {
         return None;
     };
     Some(format!(
-        "Mounting of the IMU: taken from {}; {} puts it {how}.",
+        "Conflicting mounting poses of the IMU: used {}; {} places it {how}.",
         used.source, other.source
     ))
 }

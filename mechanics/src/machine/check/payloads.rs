@@ -1,8 +1,8 @@
-//! What hangs on the bodies: payloads.
+//! Validation of payloads.
 
 use nalgebra::Matrix3;
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::spec::{PayloadMass, PayloadSpec};
 use crate::machine::{Inertia, Link, MachineError, MassMoments, Payload};
 
@@ -51,7 +51,7 @@ impl Checker<'_> {
             .collect()
     }
 
-    /// The mass as stated, or zero where it is to be estimated.
+    /// The mass as stated, or zero if it is to be estimated.
     fn payload_mass(&self, place: &str, spec: &PayloadSpec) -> Result<(f64, bool), MachineError> {
         match &spec.mass {
             PayloadMass::Known(mass) => Ok((*mass, false)),
@@ -60,7 +60,7 @@ impl Checker<'_> {
             }
             PayloadMass::Word(word) if word == "estimate" => Err(self.value_error(
                 place,
-                "no inertia beside mass = \"estimate\": a payload of unknown mass counts as a point",
+                "no inertia with mass = \"estimate\": a payload of unknown mass is treated as a point mass",
                 format!("{:?}", spec.inertia),
             )),
             PayloadMass::Word(word) => Err(self.value_error(

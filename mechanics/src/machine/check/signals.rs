@@ -1,6 +1,6 @@
-//! `[signals]`: numbers that say where they are, and belong together where they must.
+//! Validation of `[signals]`: every field is located, and fields of one quantity belong together.
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::{FieldSpec, JointFields, MachineError, NumberSpec, SignalSpec};
 
 impl Checker<'_> {
@@ -81,7 +81,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Numbers that are measured at the same instant: of one topic, and not all constant.
+    /// Checks numbers that must be measured at the same instant: fields of one topic, not all constant.
     fn check_group(&self, place: &str, numbers: &[NumberSpec]) -> Result<(), MachineError> {
         let mut topic: Option<&str> = None;
         for (i, number) in numbers.iter().enumerate() {
@@ -95,7 +95,7 @@ impl Checker<'_> {
                     self.check_field(&place, field, false)?;
                     let first = *topic.get_or_insert(&field.topic);
                     if first != field.topic {
-                        let expected = format!("a number of topic {first}, as the others");
+                        let expected = format!("a field of topic {first}, like the others");
                         return Err(self.value_error(place, expected, &field.topic));
                     }
                 }
@@ -103,11 +103,13 @@ impl Checker<'_> {
         }
         match topic {
             Some(_) => Ok(()),
-            None => Err(self.value_error(place, "a number of the log", "constants alone")),
+            None => {
+                Err(self.value_error(place, "at least one field of the log", "constants alone"))
+            }
         }
     }
 
-    /// Whether a number says where it stands; `has_default` where a named joint is enough.
+    /// Checks that a field is located; `has_default` where a joint name suffices.
     fn check_field(
         &self,
         place: &str,

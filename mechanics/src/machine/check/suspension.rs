@@ -1,6 +1,6 @@
-//! The active suspension's linkages and limits.
+//! Validation of the active suspension's linkages and limits.
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::{MachineError, Suspension};
 
 impl Checker<'_> {
@@ -12,7 +12,7 @@ impl Checker<'_> {
         if !(least < greatest) {
             return Err(self.value_error(
                 "suspension.stroke",
-                "[least, greatest] in metres",
+                "[smallest, largest] in metres",
                 format!("[{least}, {greatest}]"),
             ));
         }

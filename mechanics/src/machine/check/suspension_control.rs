@@ -1,9 +1,9 @@
-//! The numbers and names of `[suspension.control]`.
+//! Validation of `[suspension.control]`.
 
-use super::Checker;
+use super::checker::Checker;
 use crate::machine::{MachineError, SuspensionControl};
 
-/// What a value must be, and whether it is.
+/// Description of valid values, and the test for them.
 type Rule = (&'static str, fn(f64) -> bool);
 
 const POSITIVE: Rule = ("a positive number", |value| value > 0.0);

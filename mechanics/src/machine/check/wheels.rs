@@ -1,9 +1,9 @@
-//! The wheels and the polygon that they span.
+//! Validation of the wheels and their support polygon.
 
 use nalgebra::{Point3, Vector2, Vector3};
 
-use super::Checker;
-use crate::contact_plane::ContactPlane;
+use super::checker::Checker;
+use crate::geometry::contact_plane::ContactPlane;
 use crate::machine::spec::Stiffness;
 use crate::machine::{MAX_WHEELS, MachineError, SupportPolygon, Wheel};
 
@@ -31,7 +31,7 @@ impl Checker<'_> {
                 .iter()
                 .find(|w| w.name.to_lowercase() == name.to_lowercase())
             {
-                let found = format!("\"{name}\" beside \"{}\"", same.name);
+                let found = format!("\"{name}\" and \"{}\"", same.name);
                 return Err(self.value_error(
                     "wheels",
                     "names that differ by more than case",
@@ -49,13 +49,13 @@ impl Checker<'_> {
                 centre_at_zero: (self.tree.bodies[link.body].base_from_body
                     * Point3::from(centre_in_body))
                 .coords,
-                seat: self.seat(index),
+                mounting: self.mounting(index),
             });
         }
         Ok(wheels)
     }
 
-    /// Tyre stiffness by wheel, sorted by name; all 1 where the machine file is silent (N/m or 1).
+    /// Tyre stiffness by wheel, sorted by name; 1 for all if the machine file states none (N/m or 1).
     fn stiffness(&self) -> Result<Vec<f64>, MachineError> {
         let names = self.spec.wheels.keys();
         let values: Vec<f64> = match &self.spec.contact.tyre_stiffness {

@@ -1,0 +1,313 @@
+//! The delay between two measurements of one motion.
+//!
+//! For each delay tau the late signal y is fitted by the known ones x:
+//! ```text
+//!     S(tau) = min over a, b, c of sum ( y(t + tau) - a x(t) - b - c t )^2
+//! ```
+//! Each stretch of time has its own b and c. The delay minimises the sum over the channels of ln S, so a
+//! channel counts by how well it fits, whatever its unit and gain. A parabola through the three lowest
+//! points interpolates between steps. The standard deviation comes from a jackknife over blocks of time,
+//! valid for correlated errors, and is at least the disagreement between the channels.
+
+use std::ops::Range;
+
+use super::channel::Channel;
+use super::grid::STEP_S;
+
+/// Largest delay searched, either way (steps): half a second.
+const FARTHEST: usize = 50;
+/// Length of a block of the jackknife (steps).
+const BLOCK: usize = 250;
+/// Fewest and most blocks.
+const FEWEST_BLOCKS: usize = 6;
+const MOST_BLOCKS: usize = 40;
+/// Smallest correlation that determines a delay.
+const LEAST_CORRELATION: f64 = 0.6;
+/// Largest standard deviation of a delay (s).
+const LARGEST_SIGMA_S: f64 = 0.03;
+/// Smallest standard deviation (s): sensors low-pass what they measure.
+const FLOOR_S: f64 = 0.0005;
+/// Residuals below this share of the signal are rounding errors.
+const ROUNDING: f64 = 1e-10;
+
+/// A delay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Delay {
+    /// Delay of the late signal (s).
+    pub(super) seconds: f64,
+    /// Standard deviation (s).
+    pub(super) sigma: f64,
+    /// Correlation of the best channel at that delay.
+    pub(super) correlation: f64,
+}
+
+/// Sums of one channel over a block.
+#[derive(Debug, Clone)]
+struct Sums {
+    /// The stretch of time that contains the block.
+    stretch: usize,
+    /// Known by known; the first two are a constant and the time.
+    known: Vec<Vec<f64>>,
+    /// Known by late, for each delay.
+    both: Vec<Vec<f64>>,
+    /// Late by late, for each delay.
+    late: Vec<f64>,
+}
+
+/// Estimates the delay of the late signals; `stretches` holds the channels of each stretch, in the same
+/// order.
+///
+/// # Errors
+/// Why the signals do not determine a delay.
+pub(super) fn find(stretches: &[Vec<Option<Channel>>]) -> Result<Delay, String> {
+    let count = stretches.iter().map(Vec::len).max().unwrap_or(0);
+    let channels: Vec<Vec<Sums>> = (0..count)
+        .map(|channel| {
+            let parts = stretches.iter().enumerate();
+            let parts = parts.filter_map(|(at, s)| Some((at, s.get(channel)?.as_ref()?)));
+            blocks(parts)
+        })
+        .filter(|blocks: &Vec<Sums>| blocks.len() >= FEWEST_BLOCKS)
+        .collect();
+    if channels.is_empty() {
+        return Err("too little time with both signals and motion".into());
+    }
+    let all = |_: usize| true;
+    let costs: Vec<Vec<f64>> = channels.iter().map(|c| cost(c, all)).collect();
+    let least = |cost: &Vec<f64>| cost.iter().copied().fold(f64::INFINITY, f64::min);
+    let best = costs.iter().map(least).fold(f64::INFINITY, f64::min);
+    let correlation = (1.0 - best.exp()).max(0.0).sqrt();
+    if correlation < LEAST_CORRELATION {
+        return Err(format!(
+            "not enough motion: the signals are too weakly correlated ({correlation:.2})"
+        ));
+    }
+    let seconds = valley(&costs).ok_or("best agreement beyond half a second, or no agreement")?;
+    let jackknife = jackknife(&channels).ok_or("parts of the log disagree")?;
+    let sigma = jackknife.hypot(FLOOR_S).max(disagreement(&costs, seconds));
+    if sigma > LARGEST_SIGMA_S {
+        return Err(format!(
+            "not enough motion: estimated delay {:.0} ms with standard deviation {:.0} ms",
+            seconds * 1e3,
+            sigma * 1e3
+        ));
+    }
+    Ok(Delay {
+        seconds,
+        sigma,
+        correlation,
+    })
+}
+
+/// Sums over blocks of time.
+fn blocks<'a>(parts: impl Iterator<Item = (usize, &'a Channel)>) -> Vec<Sums> {
+    let parts: Vec<(usize, &Channel)> = parts.collect();
+    let width = parts.iter().map(|(_, c)| c.known.len()).min().unwrap_or(0);
+    let inner = |c: &Channel| c.late.len().saturating_sub(2 * FARTHEST);
+    let total: usize = parts.iter().map(|(_, c)| inner(c)).sum();
+    let length = BLOCK
+        .min(total / (2 * FEWEST_BLOCKS))
+        .max(total / MOST_BLOCKS);
+    let mut sums = Vec::new();
+    if width == 0 || length == 0 {
+        return sums;
+    }
+    for (stretch, channel) in parts {
+        let end = channel.late.len().saturating_sub(FARTHEST);
+        let mut from = FARTHEST;
+        while from + length <= end {
+            sums.push(Sums::of(stretch, channel, width, from..from + length));
+            from += length;
+        }
+    }
+    sums
+}
+
+impl Sums {
+    fn of(stretch: usize, channel: &Channel, width: usize, steps: Range<usize>) -> Self {
+        let (from, to) = (steps.start, steps.end);
+        let one = vec![1.0; to - from];
+        let middle = 0.5 * channel.late.len() as f64;
+        let time: Vec<f64> = steps.map(|i| i as f64 / middle - 1.0).collect();
+        let known: Vec<&[f64]> = [&one[..], &time]
+            .into_iter()
+            .chain((0..width).map(|k| &channel.known[k][from..to]))
+            .collect();
+        let shifted = |delay: usize| {
+            let ahead = from + delay - FARTHEST;
+            &channel.late[ahead..ahead + to - from]
+        };
+        let delays = || (0..=2 * FARTHEST).map(shifted);
+        Self {
+            stretch,
+            known: (known.iter())
+                .map(|a| known.iter().map(|b| dot(a, b)).collect())
+                .collect(),
+            both: delays()
+                .map(|late| known.iter().map(|k| dot(k, late)).collect())
+                .collect(),
+            late: delays().map(|late| dot(late, late)).collect(),
+        }
+    }
+}
+
+/// Dot product in eight independent partial sums.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, a_rest) = a.as_chunks::<8>();
+    let (b, b_rest) = b.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Constant and linear terms of a stretch.
+const OWN: usize = 2;
+
+/// For each delay, the logarithm of the residual of the fit relative to the residual of constant and
+/// linear terms alone, over the blocks for which `counts`.
+fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
+    let used: Vec<&Sums> = (blocks.iter().enumerate())
+        .filter(|(block, _)| counts(*block))
+        .map(|(_, sums)| sums)
+        .collect();
+    let known = used.first().map_or(0, |sums| sums.known.len());
+    let own = OWN * (1 + used.iter().map(|sums| sums.stretch).max().unwrap_or(0));
+    // constant and linear terms of each stretch first, then the shared coefficients
+    let place = |sums: &Sums, k: usize| match k < OWN {
+        true => OWN * sums.stretch + k,
+        false => own + k - OWN,
+    };
+    let width = own + known.saturating_sub(OWN);
+    let mut matrix = vec![vec![0.0; width]; width];
+    for sums in &used {
+        for (i, row) in sums.known.iter().enumerate() {
+            for (j, product) in row.iter().enumerate() {
+                matrix[place(sums, i)][place(sums, j)] += product;
+            }
+        }
+    }
+    let Some(factor) = cholesky(matrix) else {
+        return vec![0.0; 2 * FARTHEST + 1];
+    };
+    (0..=2 * FARTHEST)
+        .map(|delay| {
+            let mut both = vec![0.0; width];
+            let mut late = 0.0;
+            for sums in &used {
+                late += sums.late[delay];
+                for (k, product) in sums.both[delay].iter().enumerate() {
+                    both[place(sums, k)] += product;
+                }
+            }
+            let explained = explained(&factor, &both);
+            let moving = late - explained[..own].iter().sum::<f64>();
+            let left = moving - explained[own..].iter().sum::<f64>();
+            (left / moving.max(f64::MIN_POSITIVE)).max(ROUNDING).ln()
+        })
+        .collect()
+}
+
+/// Cholesky factor L of A = L L', slightly regularised for collinear signals.
+fn cholesky(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
+    for (i, row) in a.iter_mut().enumerate() {
+        // a stretch without a block does not contribute
+        row[i] = if row[i] > 0.0 {
+            row[i] * (1.0 + 1e-9)
+        } else {
+            1.0
+        };
+    }
+    for i in 0..a.len() {
+        for j in 0..=i {
+            let inner: f64 = (0..j).map(|k| a[i][k] * a[j][k]).sum();
+            let rest = a[i][j] - inner;
+            a[i][j] = match i == j {
+                true if rest > 0.0 => rest.sqrt(),
+                true => return None,
+                false => rest / a[j][j],
+            };
+        }
+    }
+    Some(a)
+}
+
+/// b' inv(A) b, term by term: what each signal explains beyond those before it.
+fn explained(factor: &[Vec<f64>], b: &[f64]) -> Vec<f64> {
+    let mut solved: Vec<f64> = Vec::with_capacity(b.len());
+    for (i, value) in b.iter().enumerate() {
+        let inner: f64 = (0..i).map(|k| factor[i][k] * solved[k]).sum();
+        solved.push((value - inner) / factor[i][i]);
+    }
+    solved.iter().map(|s| s * s).collect()
+}
+
+/// The delay of least cost (s); `None` at the ends of the range. Interpolates by a parabola through the
+/// residuals, each channel relative to its minimum: sums of squares are parabolic, their logarithms are
+/// not.
+fn valley(costs: &[Vec<f64>]) -> Option<f64> {
+    let sum = |delay: usize| costs.iter().map(|cost| cost[delay]).sum::<f64>();
+    let delays = 0..=2 * FARTHEST;
+    let lowest = delays.min_by(|&a, &b| sum(a).total_cmp(&sum(b)))?;
+    if lowest == 0 || lowest == 2 * FARTHEST {
+        return None;
+    }
+    let left = |delay: usize| -> f64 {
+        let shares = costs.iter().map(|cost| (cost[delay] - cost[lowest]).exp());
+        shares.sum()
+    };
+    let (a, b, c) = (left(lowest - 1), left(lowest), left(lowest + 1));
+    let bend = a - 2.0 * b + c;
+    let between = if bend > 0.0 {
+        0.5 * (a - c) / bend
+    } else {
+        0.0
+    };
+    Some((lowest as f64 - FARTHEST as f64 + between.clamp(-1.0, 1.0)) * STEP_S)
+}
+
+/// Standard deviation from leaving out each block in turn.
+fn jackknife(channels: &[Vec<Sums>]) -> Option<f64> {
+    let blocks = channels.iter().map(Vec::len).max()?;
+    let without = |left_out: usize| {
+        let costs: Vec<Vec<f64>> = (channels.iter())
+            .map(|channel| {
+                // channels with fewer blocks leave out the one at the same time
+                let skipped = left_out * channel.len() / blocks;
+                cost(channel, |block| block != skipped)
+            })
+            .collect();
+        valley(&costs)
+    };
+    let delays: Vec<f64> = (0..blocks).map(without).collect::<Option<_>>()?;
+    let n = delays.len() as f64;
+    let mean = delays.iter().sum::<f64>() / n;
+    let squares: f64 = delays.iter().map(|d| (d - mean) * (d - mean)).sum();
+    Some(((n - 1.0) / n * squares).sqrt())
+}
+
+/// Standard deviation of the mean over the single channels, weighted by the curvature of their minima.
+fn disagreement(costs: &[Vec<f64>], mean: f64) -> f64 {
+    let (mut weights, mut squares, mut count) = (0.0, 0.0, 0.0);
+    for cost in costs {
+        let lowest = (1..cost.len() - 1).min_by(|&a, &b| cost[a].total_cmp(&cost[b]));
+        let (Some(lowest), Some(delay)) = (lowest, valley(std::slice::from_ref(cost))) else {
+            continue;
+        };
+        let bend = cost[lowest - 1] - 2.0 * cost[lowest] + cost[lowest + 1];
+        if (1.0 - cost[lowest].exp()).max(0.0).sqrt() < LEAST_CORRELATION || bend <= 0.0 {
+            continue;
+        }
+        weights += bend;
+        squares += bend * (delay - mean) * (delay - mean);
+        count += 1.0;
+    }
+    if count < 2.0 {
+        return 0.0;
+    }
+    (squares / weights / (count - 1.0)).sqrt()
+}

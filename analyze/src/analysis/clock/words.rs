@@ -1,0 +1,139 @@
+//! Text about clocks: notes and the table of `inspect`.
+
+use schemars::JsonSchema;
+use tipwatch_ingest::{ClockFinding, Treatment};
+
+use super::offsets::{ClockOffsets, PairOffset, TopicOffset};
+use crate::load::Signal;
+
+/// Anomalies of the clocks, each once, with the topics concerned.
+#[must_use]
+pub(crate) fn findings<'a>(
+    topics: impl Iterator<Item = (&'a str, &'a [ClockFinding])>,
+) -> Vec<TopicsFinding> {
+    let mut found: Vec<TopicsFinding> = Vec::new();
+    for (topic, findings) in topics {
+        for finding in findings {
+            match found.iter_mut().find(|known| known.finding == *finding) {
+                Some(known) if known.topics.iter().any(|name| name == topic) => {}
+                Some(known) => known.topics.push(topic.to_owned()),
+                None => found.push(TopicsFinding {
+                    topics: vec![topic.to_owned()],
+                    finding: finding.clone(),
+                }),
+            }
+        }
+    }
+    found.sort_by_key(|found| match found.finding.treatment {
+        Treatment::Refused => 0,
+        Treatment::Reported => 1,
+        Treatment::Handled => 2,
+    });
+    found
+}
+
+/// An anomaly of the clocks, and the topics concerned.
+#[derive(Debug, Clone, serde::Serialize, JsonSchema)]
+pub struct TopicsFinding {
+    /// The topics.
+    pub topics: Vec<String>,
+    /// The anomaly and its treatment.
+    #[serde(flatten)]
+    pub finding: ClockFinding,
+}
+
+impl std::fmt::Display for TopicsFinding {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}: {}", self.topics.join(", "), self.finding)
+    }
+}
+
+/// Anomalies of loaded signals.
+#[must_use]
+pub(crate) fn of_signals(signals: &[Signal]) -> Vec<TopicsFinding> {
+    findings(
+        signals
+            .iter()
+            .map(|signal| (signal.topic.as_str(), signal.recording.findings.as_slice())),
+    )
+}
+
+/// Notes on relevant offsets.
+#[must_use]
+pub(crate) fn notes(offsets: &ClockOffsets) -> Vec<String> {
+    let reference = offsets.reference.as_deref().unwrap_or("");
+    let topics = offsets.topics.iter();
+    topics
+        .filter_map(|topic| note(topic, reference, &offsets.pairs))
+        .collect()
+}
+
+fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<String> {
+    let stated = topic.stated_s.map(|stated_s| {
+        format!(
+            "{}: stamps corrected by {:+.1} ms, as stated in the machine file.",
+            topic.topic,
+            stated_s * 1e3
+        )
+    });
+    if !topic.matters() {
+        return stated;
+    }
+    let (offset_ms, sigma_ms) = (topic.offset_s? * 1e3, topic.sigma_s? * 1e3);
+    let way = if offset_ms < 0.0 { "late" } else { "early" };
+    let by: Vec<&str> = (pairs.iter())
+        .filter(|pair| pair.late_s.is_some())
+        .filter(|pair| pair.topic == topic.topic || pair.against == topic.topic)
+        .map(|pair| pair.by)
+        .collect();
+    let done = match topic.applied {
+        true => "corrected, as requested".to_owned(),
+        false => format!(
+            "not applied; to apply it use --apply-clock-offsets estimated, or in the machine file [clock] offset = \
+             {{ \"{}\" = {:.4} }}",
+            topic.topic,
+            topic.offset_s? + topic.stated_s.unwrap_or(0.0)
+        ),
+    };
+    Some(format!(
+        "{}{}: its stamps are {:.1} ms {way} relative to {reference} (standard deviation {sigma_ms:.1} ms), from {}; {done}.",
+        stated.map_or(String::new(), |stated| format!("{stated} ")),
+        topic.topic,
+        offset_ms.abs(),
+        by.join(" and ")
+    ))
+}
+
+/// Table of the offsets of topics and pairs.
+#[must_use]
+pub(crate) fn table(offsets: &ClockOffsets) -> String {
+    let milliseconds = |seconds: f64| format!("{:+.1} ms", seconds * 1e3 + 0.0);
+    let known = |offset: Option<f64>, sigma: Option<f64>, why_not: &Option<String>| match (
+        offset.zip(sigma),
+        why_not,
+    ) {
+        (Some((offset, sigma)), _) => format!(
+            "{} (standard deviation {:.1} ms)",
+            milliseconds(offset),
+            sigma * 1e3
+        ),
+        (None, why_not) => format!("unknown: {}", why_not.as_deref().unwrap_or("")),
+    };
+    let mut text = String::new();
+    let reference = offsets.reference.as_deref().unwrap_or("-");
+    for topic in &offsets.topics {
+        let offset = known(topic.offset_s, topic.sigma_s, &topic.why_not);
+        text += &match topic.topic == reference {
+            true => format!("  {}: reference\n", topic.topic),
+            false => format!("  {}: correction of its stamps: {offset}\n", topic.topic),
+        };
+    }
+    for pair in &offsets.pairs {
+        let late = known(pair.late_s, pair.sigma_s, &pair.why_not);
+        text += &format!(
+            "      delay of {} relative to {} from {}: {late}\n",
+            pair.topic, pair.against, pair.by
+        );
+    }
+    text
+}

@@ -1,0 +1,138 @@
+//! Checks the mounting of the IMU (inertial measurement unit). At rest the specific force points up. If
+//! it is far from the normal of the contact plane, the mounting is wrong or the slope extreme. The
+//! finding is reported, never corrected: gravity does not determine the rotation about the vertical.
+
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{State, Workspace, evaluate};
+
+use crate::base::rows::Rows;
+
+/// Prefix of notes on inputs that contradict the machine file.
+pub const FAULT: &str = "input_fault";
+/// Larger than the slopes on which such machines work (degrees).
+const SUSPICIOUS_DEG: f64 = 20.0;
+/// Largest angular velocity of a steady row (rad/s).
+const STEADY_RAD_S: f64 = 0.05;
+/// Largest relative deviation of the specific force from gravity in a steady row.
+const STEADY_SHARE: f64 = 0.05;
+/// Fewest steady rows for a finding.
+const FEWEST_ROWS: usize = 10;
+/// Most steady rows that are used, evenly spread.
+const MOST_ROWS: usize = 1000;
+
+/// A note if the IMU's specific force does not point away from the ground.
+#[must_use]
+pub(crate) fn note(machine: &Machine, rows: &Rows) -> Option<String> {
+    let (felt, steady_rows) = mean_direction(machine, rows)?;
+    let tilt = felt.z.clamp(-1.0, 1.0).acos().to_degrees();
+    (tilt > SUSPICIOUS_DEG).then(|| {
+        format!(
+            "{FAULT}: imu: the specific force of {steady_rows} steady rows deviates from the contact plane's normal by {tilt:.0} degrees; expected less than {SUSPICIOUS_DEG:.0}. Mean direction: ({:.2}, {:.2}, {:.2}) forward, left and up. Mounting: \
+             {}. {} Nothing was corrected: loads and findings hold only if the mounting is right.",
+            felt.x,
+            felt.y,
+            felt.z,
+            machine.imu().source,
+            explanation(machine, &felt)
+        )
+    })
+}
+
+/// Mean direction of the specific force in steady rows, in axes forward, left and normal to the contact
+/// plane, and the number of rows used.
+fn mean_direction(machine: &Machine, rows: &Rows) -> Option<(Vector3<f64>, usize)> {
+    let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
+    let (mut sum, mut count) = (Vector3::zeros(), 0);
+    let is_steady = |row: usize, state: &mut State<f64>| {
+        rows.states.get(row, state);
+        let imu = &state.imu;
+        let off = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();
+        off < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S
+    };
+    let steady: Vec<usize> = (0..rows.len())
+        .filter(|&row| !rows.reasons[row].leave_state_unknown() && is_steady(row, &mut state))
+        .collect();
+    for &row in steady
+        .iter()
+        .step_by(steady.len().div_ceil(MOST_ROWS).max(1))
+    {
+        rows.states.get(row, &mut state);
+        // at rest every part of the machine has the same specific force, supplied by the ground
+        state.tool_wrench.force = Vector3::zeros();
+        state.tool_wrench.moment = Vector3::zeros();
+        let outcome = evaluate(machine, &state, &mut workspace);
+        let felt = outcome.ground_wrench.force.normalize();
+        let plane = plane_from_base(&outcome.contact_normal);
+        if felt.iter().chain(plane.iter()).all(|c| c.is_finite()) {
+            sum += plane * felt;
+            count += 1;
+        }
+    }
+    (count >= FEWEST_ROWS).then(|| (sum.normalize(), count))
+}
+
+fn plane_from_base(normal: &Vector3<f64>) -> Matrix3<f64> {
+    let forward = (Vector3::x() - normal * normal.x).normalize();
+    let left = normal.cross(&forward);
+    Matrix3::from_rows(&[forward.transpose(), left.transpose(), normal.transpose()])
+}
+
+/// The smallest rotation by multiples of 90 degrees that brings the measured direction up, as a mounting
+/// to try.
+fn explanation(machine: &Machine, felt: &Vector3<f64>) -> String {
+    let rest = |turn: &Rotation3<f64>| (turn * felt).z.clamp(-1.0, 1.0).acos().to_degrees();
+    let best = quarter_turns()
+        .into_iter()
+        .filter(|turn| rest(turn) <= SUSPICIOUS_DEG)
+        .min_by(|a, b| a.angle().total_cmp(&b.angle()));
+    let Some(turn) = best else {
+        return "No rotation by multiples of 90 degrees explains it.".into();
+    };
+    let about = turn.axis().map_or("no axis", |axis| axis_name(&axis));
+    let angle = turn.angle().to_degrees();
+    format!(
+        "An IMU rotated by {angle:.0} degrees about the machine's {about} axis would explain all but {:.0} degrees{}",
+        rest(&turn),
+        mounting(machine, &turn)
+    )
+}
+
+/// The mounting after a rotation, as a line of the machine file.
+fn mounting(machine: &Machine, turn: &Rotation3<f64>) -> String {
+    let mount = machine.imu();
+    if mount.body != 0 {
+        return ".".into();
+    }
+    let Isometry3 {
+        rotation,
+        translation,
+    } = mount.body_from_mount;
+    let (roll, pitch, yaw) = (UnitQuaternion::from_rotation_matrix(turn) * rotation).euler_angles();
+    format!(
+        ": [imu] link = \"{}\", xyz = [{:.3}, {:.3}, {:.3}], rpy = [{roll:.4}, {pitch:.4}, {yaw:.4}], up to a rotation \
+         about the vertical, which gravity does not determine.",
+        machine.base_link(),
+        translation.x,
+        translation.y,
+        translation.z
+    )
+}
+
+/// Rotations by 90 and 180 degrees about the horizontal axes.
+fn quarter_turns() -> Vec<Rotation3<f64>> {
+    let axes = [Vector3::x_axis(), Vector3::y_axis()];
+    let quarters = [1.0, -1.0, 2.0].map(|quarters| quarters * std::f64::consts::FRAC_PI_2);
+    let about = |axis| quarters.map(|angle| Rotation3::from_axis_angle(&axis, angle));
+    axes.into_iter().flat_map(about).collect()
+}
+
+fn axis_name(axis: &Vector3<f64>) -> &'static str {
+    match axis.iamax() {
+        0 if axis.x > 0.0 => "+x (forward)",
+        0 => "-x (backward)",
+        1 if axis.y > 0.0 => "+y (left)",
+        1 => "-y (right)",
+        _ => "z",
+    }
+}

@@ -1,0 +1,84 @@
+//! The result of an analysis: the source of tables, summary and report.
+
+use tipwatch_ingest::{Losses, StampCorrection, TopicStatistics};
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::StreamCounts;
+
+use super::clock::{ClockOffsets, words::TopicsFinding};
+use super::model_comparison::ModelComparison;
+use super::monte_carlo::MonteCarlo;
+use super::payload::EstimatedPayload;
+use super::sensitivity::SensitivityTable;
+use crate::base::options::Options;
+use crate::base::provenance::Provenance;
+use crate::base::rows::Rows;
+use crate::events::Event;
+
+/// The analysis of one log.
+#[derive(Debug)]
+pub struct Analysis {
+    /// The machine, checked against the log.
+    pub machine: Machine,
+    /// The options used.
+    pub options: Options,
+    /// Files, versions and hashes.
+    pub provenance: Provenance,
+    /// Machine file and URDF as read.
+    pub sources: Sources,
+    /// The signals used, with the quality of their recording.
+    pub inputs: Vec<Input>,
+    /// What a reader must know: assumptions, missing signals, anomalies.
+    pub notes: Vec<String>,
+    /// Parts of the log that were lost.
+    pub losses: Losses,
+    /// Results, row by row.
+    pub rows: Rows,
+    /// Load below which each wheel is light (N); `None` if unknown.
+    pub min_loads_n: Option<Vec<f64>>,
+    /// The events.
+    pub events: Vec<Event>,
+    /// Derivatives of the loads; `None` for models without them.
+    pub sensitivity: Option<SensitivityTable>,
+    /// Monte Carlo study of the parameters, if requested.
+    pub monte_carlo: Option<MonteCarlo>,
+    /// Payload masses estimated from cylinder forces.
+    pub payloads: Vec<EstimatedPayload>,
+    /// Offsets between the clocks of topics, estimated from the physics.
+    pub clock: ClockOffsets,
+    /// Anomalies of the clocks.
+    pub clock_findings: Vec<TopicsFinding>,
+    /// Comparison with each other model, or why it cannot be computed.
+    pub comparisons: Vec<Result<ModelComparison, String>>,
+}
+
+/// The files that describe a machine, as read.
+#[derive(Debug, Clone)]
+pub struct Sources {
+    /// The machine file.
+    pub machine_file: String,
+    /// The URDF.
+    pub urdf: String,
+}
+
+/// A signal and its topic.
+#[derive(Debug, Clone)]
+pub struct Input {
+    /// "joint_states", "imu", "odometry" or "tool_wrench".
+    pub signal: &'static str,
+    /// Name of the topic.
+    pub topic: String,
+    /// Type of its messages.
+    pub type_name: String,
+    /// Why this topic was chosen.
+    pub why: String,
+    /// Which time stamp of its messages is used, and why.
+    pub clock: String,
+    /// Statistics of its stamps: rates, gaps, offsets.
+    pub statistics: TopicStatistics,
+    /// How its stamps were converted to the clock of the log.
+    pub correction: StampCorrection,
+    /// Counts of used and skipped samples.
+    pub counts: StreamCounts,
+    /// Messages that could not be decoded.
+    pub undecodable: u64,
+}

@@ -1,0 +1,328 @@
+//! The analysis of one log: load, estimate, evaluate, detect.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use tipwatch_binding::MachineFile;
+use tipwatch_ingest::Log;
+use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
+use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, SensorSamples, smooth};
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::{SampleError, Sensor, StreamCounts};
+use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, reference_posture};
+
+use super::clock;
+use super::clock::ClockOffsets;
+use super::evaluation;
+use super::imu_check;
+use super::monte_carlo;
+use super::notes;
+use super::payload;
+use super::sensitivity;
+use super::verdicts;
+use crate::analysis::Analysis;
+use crate::analysis::Input;
+use crate::analysis::Sources;
+use crate::base::options::{ApplyClockOffsets, Estimator, Options};
+use crate::base::provenance::Provenance;
+use crate::base::provenance::hash_file;
+use crate::base::provenance::hash_of;
+use crate::base::rows::Rows;
+use crate::events::detect;
+use crate::load::LoadedLog;
+use crate::load::linkage_force;
+use crate::load::linkage_force::LinkageForce;
+use crate::load::load;
+use crate::load::recorder_gaps;
+
+/// Default limit of a light wheel, as a share of its static load.
+const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
+
+/// Analyses one log; `progress` receives the number of bytes read so far.
+///
+/// # Errors
+/// The log cannot be read, the machine does not fit it, or no row remains.
+pub fn analyse(
+    path: &Path,
+    file: &MachineFile,
+    options: Options,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Analysis> {
+    let log = Log::open(path)?;
+    let mut loaded = load(&log, file, progress)?;
+    loaded.notes.extend(recorder_gaps::note(&log)?);
+    let mut forces = linkage_force::read_all(&log, file, &loaded);
+    let (mut rows, heard, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
+    if rows.is_empty() {
+        bail!(
+            "{}: expected usable joint states in the requested time range, found none",
+            path.display()
+        );
+    }
+    let payloads = payload::estimate_all(file, &mut loaded.machine, &forces, &rows)?;
+    let reference = first_posture(&loaded.machine, &rows);
+    let posture = match &reference {
+        Some((_, posture)) => posture.clone(),
+        None => unknown_posture(&loaded.machine),
+    };
+    loaded.machine.refer_to_posture(&posture);
+    let machine = &loaded.machine;
+    let has_odometry = loaded.matched.sensors.odometry;
+    let model = evaluation::model(machine, options.model, &posture, has_odometry, &options)?;
+    let scope = evaluation::scope(&options);
+    rows.outcomes = evaluation::evaluate_all(machine, &rows.states, scope, &model);
+    for row in 0..rows.len() {
+        rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
+    }
+    let judged_from = reference.map_or(rows.len(), |(row, _)| row);
+    rows.verdicts = verdicts::of(&log, machine, &rows, judged_from, scope)?;
+    let comparisons = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
+    let min_loads_n = min_loads(machine);
+    let events = detect::events(&loaded, &heard.faults, &rows, min_loads_n.as_deref(), scope);
+    let sensitivity = scope
+        .sensitivities
+        .then(|| sensitivity::table(machine, &rows))
+        .flatten();
+    let draws = options.monte_carlo;
+    let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
+    let clock_findings = clock::words::of_signals(&loaded.signals);
+    let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &rows);
+    if loaded.matched.sensors.imu {
+        notes.splice(0..0, imu_check::note(machine, &rows));
+    }
+    let provenance = provenance(&log, file, &loaded)?;
+    let sources = Sources {
+        machine_file: file.text.clone(),
+        urdf: loaded.urdf_text,
+    };
+    let inputs = loaded.signals.into_iter().map(|signal| Input {
+        signal: signal.name,
+        clock: format!(
+            "{}: {}",
+            signal.recording.clock.source, signal.recording.clock.reason
+        ),
+        counts: heard
+            .counts
+            .iter()
+            .find(|(sensor, _)| *sensor == signal.sensor)
+            .map_or(StreamCounts::default(), |(_, c)| *c),
+        topic: signal.topic,
+        type_name: signal.type_name,
+        why: signal.why,
+        statistics: signal.recording.statistics,
+        correction: signal.recording.correction,
+        undecodable: signal.recording.undecodable,
+    });
+    Ok(Analysis {
+        sources,
+        inputs: inputs.collect(),
+        machine: loaded.machine,
+        options,
+        provenance,
+        notes,
+        losses: loaded.losses,
+        rows,
+        min_loads_n,
+        events,
+        sensitivity,
+        monte_carlo,
+        payloads,
+        comparisons,
+        clock,
+        clock_findings,
+    })
+}
+
+/// Quality of the signals behind the rows.
+struct Heard {
+    counts: Vec<(Sensor, StreamCounts)>,
+    faults: Vec<FaultSpan>,
+}
+
+/// A log's machine, and its joint positions in the first valid row; NaN if there is none.
+pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine, Vec<f64>)> {
+    let loaded = load(&Log::open(path)?, file, &mut |_| {})?;
+    let (rows, _) = estimate(&loaded, &Options::default());
+    let posture = match first_posture(&loaded.machine, &rows) {
+        Some((_, posture)) => posture,
+        None => unknown_posture(&loaded.machine),
+    };
+    Ok((loaded.machine, posture))
+}
+
+/// Estimates the offsets between the clocks of a log's topics that remain after those of the machine file.
+///
+/// # Errors
+/// The machine does not fit the log, or it cannot be read.
+pub fn clock_offsets(log: &Log, file: &MachineFile) -> Result<ClockOffsets> {
+    let loaded = load(log, file, &mut |_| {})?;
+    let (rows, _) = smoothed(&loaded, RowClock::JointStates);
+    let forces = linkage_force::read_all(log, file, &loaded);
+    Ok(clock::estimate(&loaded, &forces, &rows))
+}
+
+/// States of all rows in the requested time range, and the offsets between the clocks of their topics,
+/// corrected beforehand if requested.
+fn estimate_on_one_clock(
+    loaded: &mut LoadedLog,
+    forces: &mut [LinkageForce],
+    options: &Options,
+) -> (Rows, Heard, ClockOffsets) {
+    let (rows, heard) = estimate(loaded, options);
+    // the causal estimator lags behind its signals, and a time range may leave few rows
+    let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
+    let mut clock = if is_usual && options.from_s.is_none() && options.to_s.is_none() {
+        clock::estimate(loaded, forces, &rows)
+    } else {
+        let (smoothed, _) = smoothed(loaded, RowClock::JointStates);
+        clock::estimate(loaded, forces, &smoothed)
+    };
+    let (rows, heard) = match options.apply_clock_offsets {
+        ApplyClockOffsets::Estimated if clock.apply(&mut loaded.signals, forces) => {
+            estimate(loaded, options)
+        }
+        _ => (rows, heard),
+    };
+    for signal in &mut loaded.signals {
+        // the steps below need only the states
+        signal.recording.values = Vec::new();
+    }
+    (rows, heard, clock)
+}
+
+/// States of all rows in the requested time range.
+fn estimate(loaded: &LoadedLog, options: &Options) -> (Rows, Heard) {
+    let clock = options
+        .rate_hz
+        .map_or(RowClock::JointStates, RowClock::Rate);
+    let (rows, heard) = match options.estimator {
+        Estimator::Smoother => smoothed(loaded, clock),
+        Estimator::Causal => causal(loaded, clock),
+    };
+    (within(rows, &loaded.machine, options), heard)
+}
+
+fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (Rows, Heard) {
+    let samples: Vec<SensorSamples<'_>> = (loaded.signals.iter())
+        .map(|signal| SensorSamples {
+            sensor: signal.sensor,
+            stamps_ns: &signal.recording.stamps_ns,
+            values: &signal.recording.values,
+        })
+        .collect();
+    let smoothed = smooth(&loaded.machine, &loaded.matched.sensors, &samples, clock);
+    let rows = Rows {
+        times_ns: smoothed.times_ns,
+        reasons: smoothed.reasons,
+        states: smoothed.states,
+        outcomes: OutcomeColumns::empty(&loaded.machine, Scope::LOADS),
+        verdicts: None,
+    };
+    let heard = Heard {
+        counts: smoothed.counts,
+        faults: smoothed.faults,
+    };
+    (rows, heard)
+}
+
+/// Same as live: sample by sample, in the order in which the recorder received them.
+fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Heard) {
+    let machine = &loaded.machine;
+    let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
+    let mut estimates: Vec<Estimate> = Vec::new();
+    let mut faults = FaultSpans::default();
+    for sample in loaded.arrivals() {
+        // the estimator counts rejected samples
+        let pushed = estimator.push(machine, &sample, &mut |row| estimates.push(row.clone()));
+        if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {
+            faults.take(sample.sensor, sample.stamp_ns, estimator.findings());
+        }
+    }
+    let mut states = StateColumns::unknown(machine, estimates.len());
+    for (row, estimate) in estimates.iter_mut().enumerate() {
+        states.set(row, &mut estimate.state);
+    }
+    let rows = Rows {
+        times_ns: estimates.iter().map(|e| e.time_ns).collect(),
+        reasons: estimates.iter().map(|e| e.reasons).collect(),
+        states,
+        outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
+        verdicts: None,
+    };
+    let heard = Heard {
+        counts: estimator.counts().to_vec(),
+        faults: faults.finish(),
+    };
+    (rows, heard)
+}
+
+/// Keeps the rows between `from_s` and `to_s`.
+fn within(rows: Rows, machine: &Machine, options: &Options) -> Rows {
+    let (from, to) = (
+        options.from_s.unwrap_or(f64::NEG_INFINITY),
+        options.to_s.unwrap_or(f64::INFINITY),
+    );
+    let kept: Vec<usize> = (0..rows.len())
+        .filter(|&row| (from..=to).contains(&rows.seconds(row)))
+        .collect();
+    if kept.len() == rows.len() {
+        return rows;
+    }
+    let mut states = StateColumns::unknown(machine, kept.len());
+    let mut state = State::zero(machine);
+    for (to, &from) in kept.iter().enumerate() {
+        rows.states.get(from, &mut state);
+        states.set(to, &mut state);
+    }
+    Rows {
+        times_ns: kept.iter().map(|&row| rows.times_ns[row]).collect(),
+        reasons: kept.iter().map(|&row| rows.reasons[row]).collect(),
+        outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
+        verdicts: None,
+        states,
+    }
+}
+
+fn unknown_posture(machine: &Machine) -> Vec<f64> {
+    vec![f64::NAN; machine.joints().len()]
+}
+
+/// The first row whose posture defines the static loads, and that posture.
+fn first_posture(machine: &Machine, rows: &Rows) -> Option<(usize, Vec<f64>)> {
+    let mut state = State::zero(machine);
+    (0..rows.len()).find_map(|row| {
+        rows.states.get(row, &mut state);
+        Some((row, reference_posture(machine, &state, rows.reasons[row])?))
+    })
+}
+
+/// The load below which each wheel is light; `None` if it depends on unknown static loads.
+fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
+    let (limits, static_load) = (machine.limits(), &machine.reference().static_load);
+    if let Some(load) = limits.min_load {
+        return Some(vec![load; static_load.len()]);
+    }
+    let share = limits.min_load_share.unwrap_or(DEFAULT_MIN_LOAD_SHARE);
+    static_load
+        .iter()
+        .all(|load| load.is_finite())
+        .then(|| static_load.iter().map(|load| load * share).collect())
+}
+
+fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Provenance> {
+    Ok(Provenance {
+        tipwatch_version: env!("CARGO_PKG_VERSION").into(),
+        analysed_at: jiff::Timestamp::now()
+            .strftime("%Y-%m-%dT%H:%M:%SZ")
+            .to_string(),
+        log: log
+            .files()
+            .iter()
+            .map(|f| hash_file(f))
+            .collect::<Result<_>>()?,
+        log_format: log.format().to_string(),
+        machine_file: hash_of(file.path.display().to_string(), file.text.as_bytes()),
+        urdf: loaded.urdf.clone(),
+        imu_mounting: loaded.machine.imu().source.clone(),
+    })
+}

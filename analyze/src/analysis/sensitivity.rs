@@ -1,0 +1,90 @@
+//! Sensitivity of each wheel load to each signal and parameter: at its worst instant and over the log.
+
+use std::sync::Arc;
+
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{Model, Parameter, Quantity, Scope, State, Workspace, evaluate};
+
+use crate::base::rows::Rows;
+
+/// One row for each parameter and wheel.
+#[derive(Debug, Clone)]
+pub struct SensitivityTable {
+    /// Rows: all parameters of the first wheel, then of the next.
+    pub rows: Vec<SensitivityRow>,
+    /// The wheel with the smallest OTF as a share of its static load.
+    pub worst_wheel: usize,
+}
+
+/// Derivatives of one wheel load with respect to one signal or parameter.
+#[derive(Debug, Clone)]
+pub struct SensitivityRow {
+    /// The signal or parameter.
+    pub parameter: Parameter,
+    /// Index of the wheel.
+    pub wheel: usize,
+    /// Nominal value; for a signal, its value at the worst instant.
+    pub nominal: Option<f64>,
+    /// Stated standard deviation; for a signal, that of its constant error.
+    pub sigma: f64,
+    /// dOTF/dparameter at the wheel's worst instant (N per unit of the parameter).
+    pub derivative: f64,
+    /// Root mean square of that derivative over the log (N per unit of the parameter).
+    pub rms: f64,
+    /// Change that would bring the wheel's OTF to zero at its worst instant; `None` if the parameter has
+    /// no effect.
+    pub change_to_zero: Option<f64>,
+    /// The parameter's share of the OTF variance at that instant.
+    pub variance_share: f64,
+    /// The worst instant (ns).
+    pub worst_ns: i64,
+    /// OTF at that instant (N).
+    pub worst_otf_n: f64,
+}
+
+/// The table of a log; `None` if no row is valid.
+pub(crate) fn table(machine: &Machine, rows: &Rows) -> Option<SensitivityTable> {
+    let parameters = Parameter::all(machine);
+    let mut workspace = Workspace::with_model(machine, Scope::ALL, Arc::new(Model::WholeBody));
+    let mut state = State::zero(machine);
+    let mut table = Vec::with_capacity(parameters.len() * machine.wheels().len());
+    let mut worst = (0, f64::INFINITY);
+    for wheel in 0..machine.wheels().len() {
+        let otf = rows.outcomes.column(Quantity::Otf(wheel));
+        let valid = (0..rows.len()).filter(|&row| rows.is_valid(row));
+        let row = valid.min_by(|&a, &b| otf[a].total_cmp(&otf[b]))?;
+        let left = otf[row] / machine.reference().static_load[wheel];
+        if left < worst.1 {
+            worst = (wheel, left);
+        }
+        rows.states.get(row, &mut state);
+        let outcome = evaluate(machine, &state, &mut workspace);
+        let (worst_otf_n, variance) = (outcome.otf[wheel], outcome.uncertainty.otf[wheel].powi(2));
+        let derivatives = workspace.sensitivity().otf(wheel);
+        let root_mean_squares = rows.outcomes.sensitivity.root_mean_squares(wheel);
+        for ((&parameter, &derivative), rms) in
+            parameters.iter().zip(derivatives).zip(root_mean_squares)
+        {
+            let sigma = parameter.sigma(machine);
+            let change = -worst_otf_n / derivative;
+            table.push(SensitivityRow {
+                parameter,
+                wheel,
+                nominal: parameter
+                    .nominal(machine)
+                    .or_else(|| state.value(parameter)),
+                sigma,
+                derivative,
+                rms,
+                change_to_zero: Some(change).filter(|change| change.is_finite()),
+                variance_share: (derivative * sigma).powi(2) / variance,
+                worst_ns: rows.times_ns[row],
+                worst_otf_n,
+            });
+        }
+    }
+    Some(SensitivityTable {
+        rows: table,
+        worst_wheel: worst.0,
+    })
+}

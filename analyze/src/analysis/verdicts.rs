@@ -1,0 +1,95 @@
+//! Verdicts over all rows, from the same judge as live.
+
+use std::collections::BTreeMap;
+
+use anyhow::Result;
+use tipwatch_binding::monitor_topic;
+use tipwatch_ingest::Log;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::verdict::{Conditions, InputFaults, Judge, LiftOffForecast, RowFacts};
+use tipwatch_mechanics::{Quantity, Scope};
+
+use crate::base::rows::{Rows, Verdicts};
+
+/// Judges all rows. Rows before `judged_from` are judged without their utilisation, because live
+/// operation does not know the static loads yet.
+///
+/// # Errors
+/// The log cannot be read.
+pub(crate) fn of(
+    log: &Log,
+    machine: &Machine,
+    rows: &Rows,
+    judged_from: usize,
+    scope: Scope,
+) -> Result<Option<Verdicts>> {
+    if !scope.sensitivities {
+        return Ok(None);
+    }
+    let recorded = recorded(log)?;
+    let wheels = 0..machine.wheels().len();
+    let otf_columns: Vec<&[f64]> = wheels
+        .map(|wheel| rows.outcomes.column(Quantity::Otf(wheel)))
+        .collect();
+    let utilisation = rows.outcomes.column(Quantity::Utilisation);
+    let mut judge = Judge::new(machine.limits());
+    let mut forecast = LiftOffForecast::new(machine);
+    let mut otf = vec![f64::NAN; otf_columns.len()];
+    let mut all = Verdicts {
+        verdicts: Vec::with_capacity(rows.len()),
+        time_to_lift_off_s: Vec::with_capacity(rows.len()),
+        recorded: Vec::new(),
+    };
+    for row in 0..rows.len() {
+        let (time_ns, reasons) = (rows.times_ns[row], rows.reasons[row]);
+        let (conditions, is_acknowledged) = recorded.get(&time_ns).copied().unwrap_or_default();
+        let is_judged = row >= judged_from;
+        all.verdicts.push(judge.row(&RowFacts {
+            time_ns,
+            reasons,
+            utilisation: if is_judged {
+                utilisation[row]
+            } else {
+                f64::NAN
+            },
+            conditions,
+            is_acknowledged,
+        }));
+        for (otf, column) in otf.iter_mut().zip(&otf_columns) {
+            *otf = column[row];
+        }
+        let next = (is_judged && reasons.leave_loads())
+            .then(|| forecast.row(machine, time_ns, &otf))
+            .flatten();
+        all.time_to_lift_off_s
+            .push(next.map_or(f64::NAN, |next| next.in_s));
+        if !recorded.is_empty() {
+            all.recorded.push(conditions);
+        }
+    }
+    Ok(Some(all))
+}
+
+type Recorded = BTreeMap<i64, (Conditions, bool)>;
+
+/// Input faults that a monitor recorded in the log, by time of the row.
+fn recorded(log: &Log) -> Result<Recorded> {
+    let Some(columns) = monitor_topic::verdicts(log)? else {
+        return Ok(Recorded::new());
+    };
+    let [event, faults, cautions, acknowledged] = &columns;
+    let set = |number: f64| InputFaults::from_bits(number as u32);
+    let rows = (0..event.values.len())
+        .filter(|&at| event.values[at] == f64::from(monitor_topic::EVENT_ROW))
+        .map(|at| {
+            let conditions = Conditions {
+                faults: set(faults.values[at]),
+                cautions: set(cautions.values[at]),
+            };
+            (
+                event.stamps_ns[at],
+                (conditions, acknowledged.values[at] != 0.0),
+            )
+        });
+    Ok(rows.collect())
+}

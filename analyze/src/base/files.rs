@@ -1,0 +1,48 @@
+//! Atomic replacement of files: a reader sees the old file or the new one, never a part.
+
+use std::fs::{self, File};
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+/// Ending of the names of unfinished files.
+const UNFINISHED: &str = ".tipwatch-part";
+
+/// Replaces a file by these bytes.
+pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    make_atomically(path, |unfinished| {
+        fs::write(unfinished, bytes).with_context(|| cannot(path, "written"))
+    })
+}
+
+/// Replaces a file by the one that `make` writes to a temporary path in the same folder.
+pub(crate) fn make_atomically(path: &Path, make: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    fs::create_dir_all(folder).with_context(|| cannot(folder, "created"))?;
+    let name = path.file_name().unwrap_or_default();
+    let unfinished = tempfile::Builder::new()
+        .prefix(name)
+        .suffix(UNFINISHED)
+        // with the permissions of any other new file, not for the owner alone
+        .make_in(folder, |unfinished| File::create_new(unfinished))
+        .with_context(|| cannot(path, "written"))?
+        .into_temp_path();
+    make(&unfinished)?;
+    unfinished
+        .persist(path)
+        .with_context(|| cannot(path, "written"))
+}
+
+/// Removes unfinished files that a killed program left in a folder.
+pub(crate) fn remove_unfinished(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().ends_with(UNFINISHED) {
+            // best effort: an unfinished file does no harm
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+fn cannot(path: &Path, what: &str) -> String {
+    format!("{}: cannot be {what}", path.display())
+}

@@ -1,0 +1,9 @@
+//! What every other folder uses: options, rows, provenance, files, numbers, terminal output.
+
+pub(crate) mod files;
+pub(crate) mod number;
+pub mod options;
+pub(crate) mod progress;
+pub mod provenance;
+pub mod rows;
+pub(crate) mod stdout;

@@ -1,0 +1,75 @@
+//! Numbers for documents, and names and numbers as text with as many digits as a reader can use.
+
+/// The number if it is finite: documents hold no infinity and no NaN.
+pub(crate) fn known(value: f64) -> Option<f64> {
+    Some(value).filter(|value| value.is_finite())
+}
+
+/// A number with as many digits as a reader needs.
+pub(crate) fn number(value: f64) -> String {
+    match value.abs() {
+        _ if !value.is_finite() => "not computable".to_string(),
+        size if size >= 100.0 => format!("{value:.0}"),
+        size if size >= 1.0 => format!("{value:.1}"),
+        size if size < 0.0005 => "0".to_string(),
+        _ => format!("{value:.3}"),
+    }
+}
+
+/// A name of a table as words.
+pub(crate) fn words(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// Four digits.
+pub(crate) fn short(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        size if (1e-3..1e5).contains(&size) => {
+            let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
+            format!("{value:.digits$}")
+        }
+        _ => format!("{value:.3e}"),
+    }
+}
+
+/// With so many digits after the point; a dash where there is no value.
+pub(crate) fn or_dash(value: Option<f64>, digits: usize) -> String {
+    value.map_or("–".to_string(), |value| format!("{value:.digits$}"))
+}
+
+/// A share in per cent.
+pub(crate) fn percent(share: f64) -> String {
+    // plus zero: no sign before zero
+    format!("{:.1} %", (share * 1000.0).round() / 10.0 + 0.0)
+}
+
+/// A probability in per cent: nothing is ever quite certain.
+pub(crate) fn probability(value: f64) -> String {
+    match 100.0 * value {
+        percent if percent > 99.9 => "above 99.9 %".into(),
+        percent if percent < 0.1 => "below 0.1 %".into(),
+        percent => format!("{percent:.0} %"),
+    }
+}
+
+/// A time in the unit that suits it.
+pub(crate) fn time(seconds: f64) -> String {
+    match seconds {
+        s if s >= 3600.0 => format!("{:.1} h", s / 3600.0),
+        s if s >= 60.0 => format!("{:.1} min", s / 60.0),
+        s => format!("{s:.1} s"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_probability_is_certain() {
+        assert_eq!(probability(1.0), "above 99.9 %");
+        assert_eq!(probability(0.974), "97 %");
+        assert_eq!(probability(0.0), "below 0.1 %");
+    }
+}

@@ -1,0 +1,126 @@
+//! Options of an analysis.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// How a log is analysed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Options {
+    /// The estimator.
+    pub estimator: Estimator,
+    /// The model of the ground wrench.
+    pub model: ModelKind,
+    /// Row rate (Hz); if `None`, rows follow the stamps of the fastest joint stream.
+    pub rate_hz: Option<f64>,
+    /// Start time (seconds after the first sample).
+    pub from_s: Option<f64>,
+    /// End time (seconds after the first sample).
+    pub to_s: Option<f64>,
+    /// Source of the platform's acceleration in the closed form; if `None`, whatever the log has.
+    pub closed_form_input: Option<ClosedFormInput>,
+    /// Optional columns.
+    pub columns: MoreColumns,
+    /// Which offsets between the clocks of topics to correct.
+    pub apply_clock_offsets: ApplyClockOffsets,
+    /// Number of machines drawn for the Monte Carlo study of the parameters; `None` for no study.
+    pub monte_carlo: Option<usize>,
+}
+
+/// Optional columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct MoreColumns {
+    /// `part_<link>_<wheel>`: contribution of each link to the OTF (overturning force) of each wheel.
+    pub parts: bool,
+    /// `term_<1 to 11>_<wheel>` of the closed form, and speed, direction and sideslip angle of wheels and
+    /// axles.
+    pub terms: bool,
+}
+
+/// Source of the platform's acceleration in the closed form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClosedFormInput {
+    /// Odometry velocities and their derivatives, as in the paper.
+    Velocity,
+    /// The accelerometer.
+    Accelerometer,
+}
+
+/// A group of optional columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ColumnGroup {
+    /// Contribution of each link to each wheel load.
+    Parts,
+    /// Terms of the closed form, and speed and direction of wheels and axles; needs `--model
+    /// closed-form` or `variable-inertia`.
+    Terms,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            estimator: Estimator::Smoother,
+            model: ModelKind::WholeBody,
+            rate_hz: None,
+            from_s: None,
+            to_s: None,
+            closed_form_input: None,
+            columns: MoreColumns::default(),
+            apply_clock_offsets: ApplyClockOffsets::Stated,
+            monte_carlo: None,
+        }
+    }
+}
+
+/// Which offsets between the clocks of topics to correct.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ApplyClockOffsets {
+    /// Only those stated in the machine file.
+    Stated,
+    /// Also estimated ones that are significant (three standard deviations and 5 ms) and precise
+    /// (standard deviation at most 15 ms).
+    Estimated,
+}
+
+/// Estimator of the states.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Estimator {
+    /// Uses past and future samples; the most accurate.
+    Smoother,
+    /// Uses past samples only; bit-identical to live operation.
+    Causal,
+}
+
+/// Model of the ground wrench.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Serialize,
+    JsonSchema,
+    clap::ValueEnum,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "kebab-case")]
+#[serde(rename_all = "kebab-case")]
+pub enum ModelKind {
+    /// Recursive Newton-Euler over all bodies.
+    WholeBody,
+    /// Analytic model of the second paper: platform inertia depends on the actuators.
+    VariableInertia,
+    /// Analytic model of the first paper: rigid platform, suspension at mid stroke.
+    ClosedForm,
+}
+
+impl ModelKind {
+    /// Name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}

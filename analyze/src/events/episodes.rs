@@ -1,0 +1,91 @@
+//! Episodes: runs of rows in which a condition holds.
+
+/// Shortest episode that counts as an event (ns).
+const SHORTEST_NS: i64 = 50_000_000;
+/// Episodes closer than this are merged (ns).
+pub(super) const MERGED_NS: i64 = 200_000_000;
+
+/// A run of rows, ends included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Episode {
+    pub(super) first: usize,
+    pub(super) last: usize,
+}
+
+pub(super) fn least(values: &[f64], episode: Episode) -> (usize, f64) {
+    let smaller = |best: (usize, f64), row: usize| {
+        if values[row] < best.1 {
+            (row, values[row])
+        } else {
+            best
+        }
+    };
+    (episode.first..=episode.last).fold((episode.first, f64::INFINITY), smaller)
+}
+
+pub(super) fn most(values: &[f64], episode: Episode) -> (usize, f64) {
+    let larger = |best: (usize, f64), row: usize| {
+        if values[row] > best.1 {
+            (row, values[row])
+        } else {
+            best
+        }
+    };
+    (episode.first..=episode.last).fold((episode.first, f64::NEG_INFINITY), larger)
+}
+
+/// Runs of rows for which `holds`: close ones merged, short ones dropped. A row lasts until the next one.
+pub(super) fn episodes(times_ns: &[i64], holds: impl Fn(usize) -> bool) -> Vec<Episode> {
+    let until = |row: usize| times_ns[(row + 1).min(times_ns.len() - 1)];
+    let mut joined: Vec<(Episode, i64)> = Vec::new();
+    for row in (0..times_ns.len()).filter(|&row| holds(row)) {
+        let lasts = until(row) - times_ns[row];
+        match joined.last_mut() {
+            Some((episode, held)) if times_ns[row] - until(episode.last) < MERGED_NS => {
+                episode.last = row;
+                *held += lasts;
+            }
+            _ => joined.push((
+                Episode {
+                    first: row,
+                    last: row,
+                },
+                lasts,
+            )),
+        }
+    }
+    joined
+        .into_iter()
+        .filter(|(_, held)| *held >= SHORTEST_NS)
+        .map(|(episode, _)| episode)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_NS: i64 = 10_000_000;
+
+    fn found(holds: &[(usize, usize)]) -> Vec<(usize, usize)> {
+        let times: Vec<i64> = (0..200).map(|k| k * PERIOD_NS).collect();
+        let inside = |row: usize| holds.iter().any(|&(a, b)| (a..=b).contains(&row));
+        episodes(&times, inside)
+            .into_iter()
+            .map(|e| (e.first, e.last))
+            .collect()
+    }
+
+    #[test]
+    fn episodes_shorter_than_50_ms_do_not_count() {
+        assert_eq!(found(&[(10, 14)]), [(10, 14)]);
+        assert_eq!(found(&[(10, 13)]), []);
+        assert_eq!(found(&[]), []);
+    }
+
+    #[test]
+    fn episodes_less_than_200_ms_apart_merge() {
+        assert_eq!(found(&[(10, 20), (40, 50)]), [(10, 50)]);
+        assert_eq!(found(&[(10, 20), (41, 50)]), [(10, 20), (41, 50)]);
+    }
+}

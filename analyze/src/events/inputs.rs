@@ -1,0 +1,104 @@
+//! Events of the inputs: missing and implausible signals.
+
+use tipwatch_mechanics::estimation::plausibility::FaultSpan;
+use tipwatch_mechanics::machine::FaultKind;
+
+use super::episodes::MERGED_NS;
+use super::event::{Event, EventKind, InputFault};
+use crate::base::rows::Rows;
+use crate::load::LoadedLog;
+
+/// Gaps between the first and the last row that are longer than the estimator bridges.
+pub(crate) fn gaps(loaded: &LoadedLog, rows: &Rows) -> Vec<Event> {
+    let max_gap_ns = (loaded.machine.estimator().max_gap * 1e9) as i64;
+    let (first, last) = ends(rows);
+    let mut gaps = Vec::new();
+    for signal in &loaded.signals {
+        let mut stamps = signal.recording.stamps_ns.clone();
+        stamps.retain(|stamp| (first..=last).contains(stamp));
+        stamps.push(first);
+        stamps.push(last);
+        stamps.sort_unstable();
+        for pair in stamps
+            .windows(2)
+            .filter(|pair| pair[1] - pair[0] > max_gap_ns)
+        {
+            gaps.push(Event {
+                end_ns: (pair[1] < last).then_some(pair[1]),
+                worst: (pair[1] - pair[0]) as f64 * 1e-9,
+                worst_ns: pair[0],
+                unit: "s",
+                ..blank(EventKind::InputGap, pair[0], signal.name.into())
+            });
+        }
+    }
+    gaps
+}
+
+/// Faults that overlap the rows; close ones of the same kind and signal are merged.
+pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Rows) -> Vec<Event> {
+    let (first, last) = ends(rows);
+    let mut joined: Vec<FaultSpan> = Vec::new();
+    let mut latest: std::collections::HashMap<_, usize> = std::collections::HashMap::new();
+    let touching = spans
+        .iter()
+        .filter(|span| span.start_ns <= last && span.until_ns.is_none_or(|until| until > first));
+    for span in touching {
+        let finding = &span.worst;
+        let key = (finding.sensor, finding.part, finding.kind);
+        let before = latest.get(&key).copied();
+        let before = before.filter(|&before| {
+            let until = joined[before].until_ns;
+            until.is_none_or(|until| span.start_ns.saturating_sub(until) < MERGED_NS)
+        });
+        match before {
+            Some(before) => joined[before].merge(span),
+            None => {
+                latest.insert(key, joined.len());
+                joined.push(*span);
+            }
+        }
+    }
+    let event = |span: &FaultSpan| {
+        let (machine, finding) = (&loaded.machine, &span.worst);
+        let subject = finding.part.subject(finding.sensor, machine);
+        Event {
+            end_ns: span.until_ns.is_some().then_some(span.end_ns),
+            worst: span.measure(),
+            worst_ns: match finding.kind {
+                FaultKind::NotFinite | FaultKind::Frozen => span.start_ns,
+                _ => finding.stamp_ns,
+            },
+            unit: finding.part.measure_unit(finding.kind, machine),
+            fault: Some(InputFault {
+                kind: finding.kind,
+                policy: finding.policy,
+                limit: Some(finding.limit).filter(|limit| limit.is_finite()),
+                samples: span.samples,
+            }),
+            ..blank(EventKind::InputFault, span.start_ns, subject)
+        }
+    };
+    joined.iter().map(event).collect()
+}
+
+fn blank(kind: EventKind, start_ns: i64, subject: String) -> Event {
+    Event {
+        kind,
+        start_ns,
+        end_ns: None,
+        subject,
+        worst: f64::NAN,
+        worst_ns: start_ns,
+        unit: "-",
+        lead_s: None,
+        certainty: None,
+        split_dependent: None,
+        causes: None,
+        fault: None,
+    }
+}
+
+fn ends(rows: &Rows) -> (i64, i64) {
+    (rows.times_ns[0], rows.times_ns[rows.len() - 1])
+}

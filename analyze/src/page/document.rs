@@ -1,0 +1,129 @@
+//! The frame of a page, what it may load, and its scripts.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use plotly::Plot;
+use serde::Serialize;
+
+use super::figure::Figure;
+use super::glossary::glossary;
+
+const STYLE: &str = include_str!("style.css");
+const FIGURES_SCRIPT: &str = include_str!("figures.js");
+
+/// Where the plot library is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlotLibrary<'a> {
+    /// In the page itself.
+    Inside,
+    /// In a file at this relative address, shared by several pages: [`plot_library_script`].
+    Beside(&'a str),
+}
+
+/// The frame of a page.
+pub(crate) struct Document<'a> {
+    pub(crate) title: &'a str,
+    /// The line below the title.
+    pub(crate) subtitle: &'a str,
+    /// Style sheets beyond the one of all pages.
+    pub(crate) styles: &'a [&'a str],
+    /// `None` of a page without scripts.
+    pub(crate) plots: Option<Plots<'a>>,
+}
+
+/// The figures of a page, and what draws them.
+pub(crate) struct Plots<'a> {
+    pub(crate) library: PlotLibrary<'a>,
+    pub(crate) figures: &'a [Figure],
+    /// A script that runs before the figures are drawn.
+    pub(crate) script: &'a str,
+}
+
+impl Document<'_> {
+    /// The whole page: the content, then the glossary of its terms.
+    pub(crate) fn render(&self, content: &Markup) -> String {
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta http-equiv="Content-Security-Policy" content=(self.policy());
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) @for style in self.styles { (PreEscaped(style)) } }
+                }
+                body {
+                    h1 { (self.title) }
+                    p.subtitle { (self.subtitle) }
+                    (content)
+                    (glossary(content))
+                    @if let Some(plots) = &self.plots { (plots.scripts()) }
+                }
+            }
+        };
+        page.into_string()
+    }
+
+    /// A page loads nothing from elsewhere, whatever a name in the log says.
+    fn policy(&self) -> String {
+        let scripts = match self.plots.as_ref().map(|plots| plots.library) {
+            None => "",
+            Some(PlotLibrary::Inside) => "; script-src 'unsafe-inline'; img-src data: blob:",
+            // opened as a file, a page has no 'self'
+            Some(PlotLibrary::Beside(_)) => {
+                "; script-src 'unsafe-inline' 'self' file:; img-src data: blob:"
+            }
+        };
+        format!("default-src 'none'; style-src 'unsafe-inline'{scripts}")
+    }
+}
+
+impl Plots<'_> {
+    fn scripts(&self) -> Markup {
+        html! {
+            @match self.library {
+                PlotLibrary::Inside => script { (PreEscaped(plot_library_script())) },
+                PlotLibrary::Beside(address) => script src=(address) {},
+            }
+            (json_script("figures", &self.figures))
+            script { (PreEscaped(self.script)) }
+            script { (PreEscaped(FIGURES_SCRIPT)) }
+        }
+    }
+}
+
+/// Data of numbers, names and lists of them as a script element, in which nothing can end the element or
+/// open a comment.
+pub(crate) fn json_script(id: &str, data: &impl Serialize) -> Markup {
+    // what holds only numbers and names can always be written
+    let json = serde_json::to_string(data).unwrap_or_else(|_| "null".to_string());
+    let json = json
+        .replace('<', "\\u003c")
+        .replace('\u{2028}', "\\u2028")
+        .replace('\u{2029}', "\\u2029");
+    html! { script type="application/json" id=(id) { (PreEscaped(json)) } }
+}
+
+/// The plot library as the file that pages with [`PlotLibrary::Beside`] load.
+#[must_use]
+pub fn plot_library_script() -> String {
+    // the first of several elements; the one that typesets formulas is left out
+    let scripts = Plot::offline_js_sources();
+    let first = scripts.split("</script>").next().unwrap_or_default();
+    let script = first.split_once('>').map_or("", |(_, script)| script);
+    script.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn json_cannot_end_its_script() {
+        let hostile = ["</script><!--", "\u{2028}"];
+        let element = json_script("data", &hostile).into_string();
+        let (_, rest) = element.split_once('>').unwrap();
+        let json = rest.strip_suffix("</script>").unwrap();
+        assert!(!json.contains('<') && !json.contains('\u{2028}'));
+        assert_eq!(serde_json::from_str::<Vec<String>>(json).unwrap(), hostile);
+    }
+}

@@ -1,0 +1,74 @@
+//! Elements of pages: sections, tables, lists, bars.
+
+use maud::{Markup, Render, html};
+
+pub(crate) fn section(title: &str, content: impl Render) -> Markup {
+    html! { section { h2 { (title) } (content) } }
+}
+
+/// A table; wide ones scroll sideways on narrow screens.
+pub(crate) fn table<C: Render>(head: &[impl Render], rows: &[Vec<C>]) -> Markup {
+    html! {
+        div.wide {
+            table {
+                thead { tr { @for cell in head { th scope="col" { (cell) } } } }
+                tbody { @for row in rows { tr { @for cell in row { td { (cell) } } } } }
+            }
+        }
+    }
+}
+
+/// A table of names and values.
+pub(crate) fn facts<N: Render, V: Render>(rows: &[(N, V)]) -> Markup {
+    html! {
+        table.facts {
+            tbody { @for (name, value) in rows { tr { th scope="row" { (name) } td { (value) } } } }
+        }
+    }
+}
+
+/// A list.
+pub(crate) fn list<I: Render>(items: impl IntoIterator<Item = I>) -> Markup {
+    html! { ul { @for item in items { li { (item) } } } }
+}
+
+/// A bar of a chart.
+pub(crate) struct Bar {
+    /// The name before it.
+    pub(crate) label: String,
+    /// Its length, 0 to 1.
+    pub(crate) share: f64,
+    /// The text behind it.
+    pub(crate) text: String,
+}
+
+/// A chart of horizontal bars.
+pub(crate) fn bars(bars: &[Bar]) -> Markup {
+    html! {
+        table.bars {
+            tbody {
+                @for bar in bars {
+                    @let width = 100.0 * bar.share.clamp(0.0, 1.0);
+                    tr {
+                        th scope="row" { (bar.label) }
+                        td { div style=(format_args!("width:{width:.1}%")) {} }
+                        td { (bar.text) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hostile_text_stays_text() {
+        let rows = [vec!["</td><script>alert('&')</script>"]];
+        let html = table(&["topic"], &rows).into_string();
+        assert!(!html.contains("<script"));
+        assert!(html.contains("&lt;/td&gt;&lt;script&gt;alert('&amp;')"));
+    }
+}

@@ -1,0 +1,104 @@
+//! The terms and acronyms of the pages, each explained once.
+
+use maud::{Markup, html};
+
+use super::elements::{facts, section};
+
+/// Terms and their meaning, in the order of the glossary.
+const TERMS: [(&str, &str); 16] = [
+    ("Centre of mass", "of the whole machine, load included"),
+    (
+        "Envelope",
+        "the range of loads on a wheel that equilibrium allows, for any split of the load between the wheels",
+    ),
+    (
+        "Force-Angle",
+        "stability measure of Papadopoulos and Rey: the angle about an edge from the edge to the resulting \
+         force at the centre of mass, inertia included; positive is stable",
+    ),
+    (
+        "IMU",
+        "inertial measurement unit: measures angular velocity and specific force",
+    ),
+    (
+        "Input fault",
+        "implausible input: a signal whose values are out of range, frozen, change too fast or contradict another signal",
+    ),
+    (
+        "ITOM",
+        "improved tip-over moment: TOM plus the inertia forces of the chassis; positive means tipping. ITOM \
+         with wheels also includes the mass of the wheels",
+    ),
+    (
+        "Margin",
+        "overturning force of a wheel divided by its static load: 0 when the wheel is about to lift, 100 % at \
+         rest on level ground. The margin of the machine is that of its worst wheel",
+    ),
+    (
+        "MHS",
+        "moment-height stability: overturning moment about an edge due to the arm and the force on the tool \
+         alone",
+    ),
+    (
+        "OTF",
+        "overturning force: the load a wheel would carry if every wheel were held to the ground. It is \
+         negative when the ground would have to pull the wheel down, so the wheel lifts",
+    ),
+    (
+        "Row",
+        "one instant at which loads are computed; a row is valid if all inputs it needs are there and \
+         plausible",
+    ),
+    (
+        "Stability angle",
+        "the same angle as Force-Angle for the weight alone; positive is stable",
+    ),
+    (
+        "Static load",
+        "load of a wheel at rest on level ground, in the posture of the first valid row",
+    ),
+    ("TOM", "tip-over moment: MHS plus the weight of the chassis"),
+    (
+        "URDF",
+        "Unified Robot Description Format: the file that describes links, joints and masses of the machine",
+    ),
+    (
+        "ZMP",
+        "zero moment point, also centre of pressure: the point where the resulting force of the ground acts. \
+         The machine tips when it reaches an edge of the support polygon",
+    ),
+    ("σ", "standard deviation"),
+];
+
+/// The section at the end of a page that explains the terms in its content.
+pub(crate) fn glossary(content: &Markup) -> Markup {
+    let text = content.0.to_lowercase();
+    let is_used = |(term, _): &(&str, &str)| contains_word(&text, &term.to_lowercase());
+    let used: Vec<_> = TERMS.into_iter().filter(is_used).collect();
+    html! { @if !used.is_empty() { (section("Glossary", facts(&used))) } }
+}
+
+/// Whether `word` stands in the text as a word, singular or plural.
+fn contains_word(text: &str, word: &str) -> bool {
+    text.match_indices(word).any(|(at, _)| {
+        let behind = &text[at + word.len()..];
+        let behind = behind.strip_prefix('s').unwrap_or(behind);
+        !text[..at].ends_with(char::is_alphanumeric) && !behind.starts_with(char::is_alphanumeric)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn glossary_explains_exactly_the_terms_in_use() {
+        let page = html! { p { "The OTF of two wheels; tomorrow." } };
+        let glossary = glossary(&page).into_string();
+        assert!(glossary.contains("overturning force") && !glossary.contains("tip-over moment"));
+        assert_eq!(
+            super::glossary(&html! { p { "Nothing." } }).into_string(),
+            ""
+        );
+    }
+}

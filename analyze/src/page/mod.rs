@@ -1,0 +1,20 @@
+//! What all HTML pages share: the frame of a page, tables, figures, numbers as text, the glossary.
+
+mod chart;
+mod column;
+mod decimate;
+mod document;
+mod elements;
+mod figure;
+mod glossary;
+
+pub(crate) use chart::{Curve, chart};
+pub(crate) use column::{ColumnScatter, scatter};
+pub(crate) use decimate::rows_to_draw;
+pub(crate) use document::{Document, Plots, json_script};
+pub(crate) mod svg;
+pub use document::{PlotLibrary, plot_library_script};
+pub(crate) use elements::{Bar, bars, facts, list, section, table};
+pub(crate) use figure::{Figure, MOST_POINTS, colour, figures, layout, line, plain};
+
+pub(crate) use crate::base::number::{number, or_dash, percent, probability, short, time, words};

@@ -1,0 +1,173 @@
+//! Small charts as SVG.
+
+use maud::{Markup, html};
+
+/// The style of charts.
+pub(crate) const CHART_STYLE: &str = include_str!("svg.css");
+/// Size of a chart and its borders, in its own units.
+const WIDTH: f64 = 340.0;
+const HEIGHT: f64 = 170.0;
+const LEFT: f64 = 44.0;
+const RIGHT: f64 = 8.0;
+const TOP: f64 = 8.0;
+const BOTTOM: f64 = 34.0;
+/// The right end and the floor of the drawing area.
+const END: f64 = WIDTH - RIGHT;
+const FLOOR: f64 = HEIGHT - BOTTOM;
+
+/// A chart with axes; numbers outside its ranges are drawn at its edge.
+pub(crate) struct Chart {
+    x: (f64, f64),
+    y: (f64, f64),
+    body: Vec<Markup>,
+    title: String,
+}
+
+impl Chart {
+    pub(crate) fn new(title: &str, x: (f64, f64), y: (f64, f64)) -> Self {
+        Self {
+            x,
+            y,
+            body: Vec::new(),
+            title: title.into(),
+        }
+    }
+
+    fn at_x(&self, x: f64) -> f64 {
+        let share = ((x - self.x.0) / (self.x.1 - self.x.0)).clamp(0.0, 1.0);
+        LEFT + share * (END - LEFT)
+    }
+
+    fn at_y(&self, y: f64) -> f64 {
+        let share = ((y - self.y.0) / (self.y.1 - self.y.0)).clamp(0.0, 1.0);
+        FLOOR - share * (FLOOR - TOP)
+    }
+
+    /// A bar, with a text that a pointer shows.
+    pub(crate) fn bar(&mut self, from: f64, to: f64, height: f64, class: &str, text: &str) {
+        let (left, right, top) = (self.at_x(from), self.at_x(to), self.at_y(height));
+        let width = (right - left - 1.0).max(0.5);
+        self.body.push(html! {
+            rect class=(class) x=(tenth(left)) y=(tenth(top)) width=(tenth(width)) height=(tenth(FLOOR - top)) {
+                title { (text) }
+            }
+        });
+    }
+
+    pub(crate) fn whisker(&mut self, x: f64, low: f64, high: f64) {
+        let x = self.at_x(x);
+        self.segment("whisker", [x, self.at_y(low)], [x, self.at_y(high)]);
+    }
+
+    /// A dot, with a text that a pointer shows.
+    pub(crate) fn dot(&mut self, x: f64, y: f64, class: &str, text: &str) {
+        let (x, y) = (self.at_x(x), self.at_y(y));
+        self.body.push(html! {
+            circle.dot.(class) cx=(tenth(x)) cy=(tenth(y)) r="2.8" { title { (text) } }
+        });
+    }
+
+    /// A line through points; one that is not finite breaks it.
+    pub(crate) fn line(&mut self, points: &[(f64, f64)], class: &str) {
+        let is_broken = |(x, y): &(f64, f64)| !(x.is_finite() && y.is_finite());
+        for run in points.split(is_broken).filter(|run| !run.is_empty()) {
+            let at =
+                |&(x, y): &(f64, f64)| format!("{},{}", tenth(self.at_x(x)), tenth(self.at_y(y)));
+            let points: Vec<String> = run.iter().map(at).collect();
+            self.body
+                .push(html! { polyline class=(class) points=(points.join(" ")) {} });
+        }
+    }
+
+    /// A dashed horizontal line at a value.
+    pub(crate) fn guide(&mut self, y: f64) {
+        let y = self.at_y(y);
+        self.segment("guide", [LEFT, y], [END, y]);
+    }
+
+    /// A dashed vertical line at a value.
+    pub(crate) fn guide_up(&mut self, x: f64) {
+        let x = self.at_x(x);
+        self.segment("guide", [x, TOP], [x, FLOOR]);
+    }
+
+    fn segment(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
+        self.body.push(segment(class, from, to));
+    }
+
+    pub(crate) fn label_x(&mut self, x: f64, text: &str) {
+        let x = self.at_x(x);
+        let anchor = match x {
+            x if x < LEFT + 20.0 => "start",
+            x if x > END - 20.0 => "end",
+            _ => "middle",
+        };
+        self.text([x, FLOOR + 14.0], anchor, text);
+    }
+
+    pub(crate) fn label_y(&mut self, y: f64, text: &str) {
+        self.text([LEFT - 4.0, self.at_y(y) + 4.0], "end", text);
+    }
+
+    /// The name of the horizontal axis.
+    pub(crate) fn caption_x(&mut self, text: &str) {
+        self.text([(LEFT + END) / 2.0, HEIGHT - 5.0], "middle", text);
+    }
+
+    fn text(&mut self, [x, y]: [f64; 2], anchor: &str, text: &str) {
+        let text = html! { text x=(tenth(x)) y=(tenth(y)) text-anchor=(anchor) { (text) } };
+        self.body.push(text);
+    }
+
+    pub(crate) fn finish(self) -> Markup {
+        html! {
+            figure {
+                figcaption { (self.title) }
+                svg.chart viewBox=(format_args!("0 0 {WIDTH} {HEIGHT}")) role="img" aria-label=(self.title) {
+                    @for part in &self.body { (part) }
+                    (segment("axis", [LEFT, FLOOR], [END, FLOOR]))
+                    (segment("axis", [LEFT, TOP], [LEFT, FLOOR]))
+                }
+            }
+        }
+    }
+}
+
+/// A coordinate, to a tenth of a unit.
+fn tenth(value: f64) -> String {
+    format!("{value:.1}")
+}
+
+fn segment(class: &str, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) -> Markup {
+    html! { line class=(class) x1=(tenth(x1)) y1=(tenth(y1)) x2=(tenth(x2)) y2=(tenth(y2)) {} }
+}
+
+/// A number with its band on an axis from 0 to 1, for a line of text.
+pub(crate) fn margin_bar(margin: f64, two_sigma: Option<f64>) -> Markup {
+    let at = |share: f64| 6.0 + 120.0 * ((share + 0.2) / 1.2).clamp(0.0, 1.0);
+    let zero = at(0.0);
+    let class = if margin <= 0.0 { "dot event" } else { "dot" };
+    html! {
+        svg width="132" height="16" viewBox="0 0 132 16" role="img" aria-label=(format_args!("{:.1} %", 100.0 * margin)) {
+            (segment("axis", [zero, 1.0], [zero, 15.0]))
+            (segment("guide", [126.0, 1.0], [126.0, 15.0]))
+            @if let Some(sigma) = two_sigma {
+                (segment("whisker", [at(margin - sigma), 8.0], [at(margin + sigma), 8.0]))
+            }
+            circle class=(class) cx=(tenth(at(margin))) cy="8" r="3" {}
+        }
+    }
+}
+
+/// The next number of the series 1, 2, 5, 10, 20, ... for the end of an axis.
+pub(crate) fn round_up(value: f64) -> f64 {
+    if !(value > 0.0) {
+        return 1.0;
+    }
+    let power = 10f64.powf(value.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * power);
+    steps
+        .into_iter()
+        .find(|&step| step >= value)
+        .unwrap_or(value)
+}

@@ -1,0 +1,203 @@
+//! Facts: the key figures of an analysis, which policies judge and fleets collect. Names include the
+//! unit; values that cannot be computed are `None`.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use tipwatch_mechanics::Quantity;
+
+use crate::analysis::Analysis;
+use crate::base::number::known;
+use crate::events::{Event, EventKind};
+use crate::report;
+
+pub use super::margin::{EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, WorstMargin};
+
+/// Number of findings kept.
+const MOST_FINDINGS: usize = 3;
+
+/// The facts of one log.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LogFacts {
+    /// Time of the first row (ns).
+    pub start_ns: i64,
+    /// Time of the last row (ns).
+    pub end_ns: i64,
+    /// Time from the first to the last row (s).
+    pub duration_s: f64,
+    /// Number of rows.
+    pub rows: u64,
+    /// Number of valid rows.
+    pub valid_rows: u64,
+    /// Smallest margin over the valid rows.
+    pub worst: Option<WorstMargin>,
+    /// Largest utilisation over the valid rows: U = 1 - (OTF - 2 sigma) / static load, of the worst
+    /// wheel. OTF is the overturning force.
+    pub largest_utilisation: Option<f64>,
+    /// Exposure: time by margin, and causes of small margins.
+    pub exposure: Exposure,
+    /// Facts by wheel.
+    pub wheels: Vec<WheelFacts>,
+    /// Number of events by [`EventKind::name`].
+    pub event_counts: BTreeMap<String, u64>,
+    /// Longest gap in a signal (s); 0 without an `input_gap`.
+    pub longest_gap_s: f64,
+    /// Number of lost byte ranges.
+    pub lost_ranges: u64,
+    /// Bytes in these ranges.
+    pub lost_bytes: u64,
+    /// Messages that the recorder counted but the log does not contain.
+    pub missing_messages: u64,
+    /// Messages that could not be decoded.
+    pub undecodable_messages: u64,
+    /// The most important findings in words, without their evidence.
+    pub findings: Vec<String>,
+    /// Notes of the analysis.
+    pub notes: Vec<String>,
+}
+
+/// The facts of a wheel, over the valid rows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WheelFacts {
+    /// Its name, in lower case.
+    pub name: String,
+    /// Static load: level, at rest, in the posture of the first valid row (N).
+    pub static_load_n: Option<f64>,
+    /// Smallest OTF (N).
+    pub least_otf_n: Option<f64>,
+    /// Smallest load (N).
+    pub least_load_n: Option<f64>,
+    /// Largest load (N).
+    pub largest_load_n: Option<f64>,
+}
+
+/// The facts of an event.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EventFacts {
+    /// [`EventKind::name`].
+    pub kind: String,
+    /// Wheel, edge or signal.
+    pub subject: String,
+    /// Start (ns).
+    pub start_ns: i64,
+    /// End (ns); `None` if it lasts until the log ends.
+    pub end_ns: Option<i64>,
+    /// Duration (s), until the log ends if it is still active.
+    pub duration_s: f64,
+    /// The worst value.
+    pub worst: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+    /// Time of the worst value (ns).
+    pub worst_ns: i64,
+    /// Time from the onset of the first `wheel_light` (s).
+    pub lead_s: Option<f64>,
+    /// Confidence: probability that the finding is true.
+    pub certainty: Option<f64>,
+    /// Whether another admissible load split would undo it.
+    pub split_dependent: Option<bool>,
+    /// The cause with the largest share of the load loss.
+    pub main_cause: Option<String>,
+    /// Its share of the load loss (%).
+    pub main_cause_percent: Option<f64>,
+}
+
+impl LogFacts {
+    /// The facts of an analysis.
+    #[must_use]
+    pub fn of(analysis: &Analysis) -> Self {
+        let rows = &analysis.rows;
+        let (start_ns, end_ns) = (rows.times_ns[0], rows.times_ns[rows.len() - 1]);
+        let losses = &analysis.losses;
+        let gaps = analysis.events.iter();
+        let gaps = gaps.filter(|event| event.kind == EventKind::InputGap);
+        let findings = report::findings(analysis).into_iter();
+        let findings = findings.map(|finding| finding.headline).take(MOST_FINDINGS);
+        Self {
+            start_ns,
+            end_ns,
+            duration_s: (end_ns - start_ns) as f64 * 1e-9,
+            rows: rows.len() as u64,
+            valid_rows: (0..rows.len()).filter(|&row| rows.is_valid(row)).count() as u64,
+            worst: super::margin::worst(analysis),
+            largest_utilisation: super::margin::largest_utilisation(analysis),
+            exposure: super::margin::exposure(analysis),
+            wheels: (0..analysis.machine.wheels().len())
+                .map(|wheel| wheel_facts(analysis, wheel))
+                .collect(),
+            event_counts: (EventKind::all().iter())
+                .map(|&kind| (kind.name().into(), count(&analysis.events, kind)))
+                .collect(),
+            longest_gap_s: gaps.map(|event| event.worst).fold(0.0, f64::max),
+            lost_ranges: losses.ranges.len() as u64,
+            lost_bytes: losses.bytes_lost(),
+            missing_messages: losses.missing_messages.values().sum(),
+            undecodable_messages: losses.undecodable_messages.values().sum(),
+            findings: findings.collect(),
+            notes: analysis.notes.clone(),
+        }
+    }
+
+    /// Number of events of a kind.
+    #[must_use]
+    pub fn events_of(&self, kind: EventKind) -> u64 {
+        self.event_counts.get(kind.name()).copied().unwrap_or(0)
+    }
+
+    /// Whether the log deserves a report: a stability event, or an OTF within two standard deviations of
+    /// zero.
+    #[must_use]
+    pub fn has_findings(&self) -> bool {
+        let mut stability = EventKind::all().iter().filter(|kind| kind.is_stability());
+        stability.any(|&kind| self.events_of(kind) > 0)
+            || self.largest_utilisation.is_some_and(|u| u >= 1.0)
+    }
+}
+
+/// The facts of all events of an analysis.
+#[must_use]
+pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
+    let rows = &analysis.rows;
+    let last_ns = rows.times_ns[rows.len() - 1];
+    let facts = analysis.events.iter().map(|event| {
+        let cause = event
+            .causes
+            .as_ref()
+            .and_then(|causes| causes.shares.first());
+        EventFacts {
+            kind: event.kind.name().into(),
+            subject: event.subject.clone(),
+            start_ns: event.start_ns,
+            end_ns: event.end_ns,
+            duration_s: (event.end_ns.unwrap_or(last_ns) - event.start_ns) as f64 * 1e-9,
+            worst: known(event.worst),
+            unit: event.unit.into(),
+            worst_ns: event.worst_ns,
+            lead_s: event.lead_s,
+            certainty: event.certainty,
+            split_dependent: event.split_dependent,
+            main_cause: cause.map(|share| share.cause.into()),
+            main_cause_percent: cause.and_then(|share| known(share.percent)),
+        }
+    });
+    facts.collect()
+}
+
+fn count(events: &[Event], kind: EventKind) -> u64 {
+    events.iter().filter(|event| event.kind == kind).count() as u64
+}
+
+fn wheel_facts(analysis: &Analysis, wheel: usize) -> WheelFacts {
+    let rows = &analysis.rows;
+    let valid = |quantity: Quantity| {
+        let values = rows.outcomes.column(quantity).iter().enumerate();
+        values.filter_map(|(row, &value)| rows.is_valid(row).then_some(value))
+    };
+    WheelFacts {
+        name: analysis.machine.wheels()[wheel].name.to_lowercase(),
+        static_load_n: known(analysis.machine.reference().static_load[wheel]),
+        least_otf_n: valid(Quantity::Otf(wheel)).reduce(f64::min),
+        least_load_n: valid(Quantity::Load(wheel)).reduce(f64::min),
+        largest_load_n: valid(Quantity::Load(wheel)).reduce(f64::max),
+    }
+}

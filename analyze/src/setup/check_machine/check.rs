@@ -1,0 +1,125 @@
+//! Computes masses, geometry and static loads of the machine that a file describes.
+
+use std::path::Path;
+
+use anyhow::{Result, ensure};
+use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::machine::{Machine, Wheel};
+use tipwatch_mechanics::{MassShare, RestingMachine};
+
+use super::document::{MachineCheck, PartMass, SCHEMA, WheelCheck, posture, triple};
+use super::geometry::{axles, sums, wheelbase};
+use super::readings;
+use crate::analysis::run::posture_in_log;
+use crate::base::number::known;
+
+/// Checks a machine file, in the posture of the log's first valid row if there is a log.
+///
+/// # Errors
+/// The machine file does not describe a machine, or the log does not fit it.
+pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
+    let (machine, positions, source) = match log {
+        Some(log) => {
+            let (machine, positions) = posture_in_log(log, file)?;
+            ensure!(
+                positions.iter().all(|p| p.is_finite()),
+                "{}: expected a row with the positions of all joints, found none",
+                log.display()
+            );
+            let source = format!("the first valid row of {}", log.display());
+            (machine, positions, source)
+        }
+        None => {
+            let machine = file.check_alone()?;
+            let zero = vec![0.0; machine.joints().len()];
+            (machine, zero, "all joints at zero".into())
+        }
+    };
+    let standing = RestingMachine::new(&machine, &positions);
+    let posture = posture(&machine, &positions, source);
+    let mut notes = machine.notes().to_vec();
+    notes.extend(anomalies(&machine, &standing));
+    let weighed = file.spec.weighed.as_ref();
+    Ok(MachineCheck {
+        schema: SCHEMA,
+        name: machine.name().into(),
+        machine_file: file.path.display().to_string(),
+        base_link: machine.base_link().into(),
+        gravity_m_s2: machine.gravity(),
+        masses: masses(&standing),
+        wheelbase_m: wheelbase(&standing),
+        axles: axles(&machine, &standing),
+        wheels: wheels(&machine, &standing),
+        sums: sums(&machine, &standing),
+        imu_mounting: imu_mounting(&machine, log.is_some()),
+        weighed: weighed.map(|weighed| readings::compare(&machine, weighed, &positions, &posture)),
+        posture,
+        notes,
+    })
+}
+
+/// Without a log the frames of the messages are unknown.
+fn imu_mounting(machine: &Machine, has_log: bool) -> String {
+    let source = &machine.imu().source;
+    if has_log || !source.starts_with("assumed") {
+        return source.clone();
+    }
+    "not in the machine file; taken from frame_id of the log".into()
+}
+
+fn masses(standing: &RestingMachine) -> Vec<PartMass> {
+    let parts = [
+        ("platform", standing.chassis),
+        ("wheels", standing.wheels),
+        ("arm", standing.arm),
+        ("payloads", standing.payloads),
+        ("whole", standing.whole()),
+    ];
+    let part = |(part, share): (_, MassShare)| PartMass {
+        part,
+        mass_kg: share.mass,
+        centre_of_mass_m: Some(triple(&share.com)).filter(|com| com.iter().all(|c| c.is_finite())),
+    };
+    parts.into_iter().map(part).collect()
+}
+
+fn wheels(machine: &Machine, standing: &RestingMachine) -> Vec<WheelCheck> {
+    let wheel = |(i, wheel): (usize, &Wheel)| {
+        let (load, sigma) = standing.load_of(&[i]);
+        WheelCheck {
+            wheel: wheel.name.clone(),
+            centre_m: triple(&standing.wheel_centres[i]),
+            radius_m: wheel.radius,
+            static_load_n: known(load),
+            sigma_n: known(sigma),
+            share: known(load / standing.outcome().normal_force),
+        }
+    };
+    machine.wheels().iter().enumerate().map(wheel).collect()
+}
+
+/// Anomalies of a static posture.
+fn anomalies(machine: &Machine, standing: &RestingMachine) -> Vec<String> {
+    let mut notes = Vec::new();
+    let loads = &standing.outcome().load;
+    if loads.iter().any(|load| !load.is_finite()) {
+        notes.push(
+            "The static loads cannot be computed, because a linkage cannot close in this posture. Give a log or a posture."
+                .into(),
+        );
+    }
+    let names = machine.wheels().iter().map(|wheel| &wheel.name);
+    for (name, _) in names.zip(loads).filter(|(_, load)| **load <= 0.0) {
+        notes.push(format!(
+            "Wheel {name} carries no load in this posture: the centre of mass is outside the support polygon, or the model is wrong."
+        ));
+    }
+    let estimated = machine.payloads().iter().enumerate();
+    for (i, _) in estimated.filter(|(_, payload)| payload.is_estimated) {
+        notes.push(format!(
+            "Payload {}: its mass is estimated from a log; zero here.",
+            i + 1
+        ));
+    }
+    notes
+}

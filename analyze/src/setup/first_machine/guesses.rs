@@ -1,0 +1,79 @@
+//! Guesses about a machine, from its URDF and the log.
+
+use tipwatch_ingest::Log;
+use tipwatch_mechanics::machine::Outline;
+
+use super::arm;
+use super::joints::{self, JointGuess};
+use super::linkages::{self, LinkageGuess};
+use super::signals::Topics;
+use super::wheels::{self, Wheel};
+
+/// All guesses.
+pub(super) struct Guesses {
+    pub(super) outline: Outline,
+    pub(super) wheels: Vec<Wheel>,
+    pub(super) rejected: Vec<String>,
+    pub(super) linkages: Vec<LinkageGuess>,
+    pub(super) joints: Vec<JointGuess>,
+    /// Moving joints without a known position.
+    pub(super) unknown: Vec<String>,
+    pub(super) arm: Option<arm::Guess>,
+    pub(super) tool: Option<arm::Guess>,
+}
+
+impl Guesses {
+    pub(super) fn of(outline: Outline, topics: &Topics, log: &Log) -> Self {
+        let logged = topics.joints();
+        let (wheels, rejected) = wheels::wheels(&outline);
+        let linkages = linkages::linkages(&outline, &logged);
+        let arm = arm::root(&outline, &wheels);
+        let tool = arm
+            .as_ref()
+            .and_then(|arm| arm::tool(&outline, &arm.link, topics.wrench_frame.as_deref()));
+        let mut joints = Vec::new();
+        let mut unknown = Vec::new();
+        for (link, described) in outline.links.iter().enumerate() {
+            let Some(joint) = described.joint.as_ref().filter(|_| described.moves()) else {
+                continue;
+            };
+            let follows = |l: &LinkageGuess| {
+                l.cylinder == joint.name || {
+                    // one of the two is enough
+                    let of_linkage = [&l.pivot, &l.rod];
+                    of_linkage.contains(&&joint.name)
+                        && of_linkage.iter().any(|name| logged.contains(name))
+                }
+            };
+            let is_wheel = wheels.iter().any(|wheel| wheel.link == link);
+            let is_known = logged.contains(&joint.name) || joint.mimics || is_wheel;
+            if is_known || linkages.iter().any(follows) {
+                continue;
+            }
+            match joints::find(&joint.name, &topics.joint_states, log.topics()) {
+                Some(guess) => joints.push(guess),
+                None => unknown.push(joint.name.clone()),
+            }
+        }
+        // a known pivot makes its rod redundant, and vice versa
+        let found = |name: &String| joints.iter().any(|guess| guess.joint == *name);
+        let spared: Vec<&String> = (linkages.iter())
+            .filter_map(|l| match (found(&l.pivot), found(&l.rod)) {
+                (true, _) => Some(&l.rod),
+                (_, true) => Some(&l.pivot),
+                _ => None,
+            })
+            .collect();
+        unknown.retain(|name| !spared.contains(&name));
+        Self {
+            arm,
+            tool,
+            wheels,
+            rejected,
+            linkages,
+            joints,
+            unknown,
+            outline,
+        }
+    }
+}

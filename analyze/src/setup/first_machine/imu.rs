@@ -1,0 +1,140 @@
+//! Guesses the mounting of the IMU (inertial measurement unit).
+
+use anyhow::Result;
+use nalgebra::Vector3;
+use tipwatch_binding::static_transforms;
+use tipwatch_ingest::{Log, SensorKind, SensorRequest, record_sensors};
+use tipwatch_mechanics::MachineSpec;
+use tipwatch_mechanics::machine::{LogFacts, Machine, Outline};
+
+use super::signals::Topics;
+use super::text::{Text, quoted, triple};
+use super::urdf::Urdf;
+use super::words::has_word;
+
+/// Writes the section `[imu]` from the rest of the machine file, the URDF and the log.
+pub(super) fn section(
+    log: &Log,
+    spec: &MachineSpec,
+    urdf: Option<&Urdf>,
+    topics: &Topics,
+    outline: Option<&Outline>,
+) -> Result<String> {
+    let mut text = Text::default();
+    text.gap();
+    let Some(topic) = topics.imu() else {
+        text.comment("No IMU found; odometry is used instead.");
+        return Ok(text.finish().trim_end().to_owned());
+    };
+    let transforms = static_transforms(log)?;
+    let facts = LogFacts {
+        imu_frame: topics.imu_frame.as_deref(),
+        static_transforms: &transforms,
+        ..LogFacts::default()
+    };
+    let machine = urdf.and_then(|urdf| spec.check(&urdf.text, &urdf.name, facts).ok());
+    let machine = machine.filter(|machine| !machine.imu().source.starts_with("assumed"));
+    match (&machine, topics.imu_frame.as_deref()) {
+        (Some(machine), Some(frame)) => known(&mut text, machine, frame),
+        (_, frame) => match outline.and_then(named_imu) {
+            Some(link) => by_name(&mut text, link, frame),
+            None => open(&mut text, frame),
+        },
+    }
+    if let Some(mean) = mean_specific_force(log, topic)? {
+        text.comment(&format!(
+            "Mean specific force over the log, in sensor axes: ({:.2}, {:.2}, {:.2}) m/s^2. On level ground it points up.",
+            mean.x, mean.y, mean.z
+        ));
+    }
+    Ok(text.finish().trim_end().to_owned())
+}
+
+fn known(text: &mut Text, machine: &Machine, frame: &str) {
+    let mount = machine.imu();
+    text.comment(&format!("From {}.", mount.source));
+    if mount.source.starts_with("link") {
+        text.line(&format!("[imu]\nlink = {}", quoted(frame)));
+        return;
+    }
+    if mount.body != 0 {
+        text.comment(
+            "It is on a moving link and was found automatically; live operation needs it here.",
+        );
+        text.open("[imu]\nlink = \"\"\nxyz = [0.0, 0.0, 0.0]\nrpy = [0.0, 0.0, 0.0]");
+        return;
+    }
+    let pose = mount.body_from_mount;
+    let (roll, pitch, yaw) = pose.rotation.euler_angles();
+    text.line(&format!(
+        "[imu]\nlink = {}\nxyz = {}\nrpy = {}",
+        quoted(machine.base_link()),
+        triple(pose.translation.vector.into()),
+        triple([roll, pitch, yaw])
+    ));
+}
+
+/// The only link named like an IMU.
+fn named_imu(outline: &Outline) -> Option<&str> {
+    let mut links = outline
+        .links
+        .iter()
+        .filter(|link| has_word(&link.name, &["imu"]));
+    let first = links.next()?;
+    links.next().is_none().then_some(first.name.as_str())
+}
+
+fn by_name(text: &mut Text, link: &str, frame: Option<&str>) {
+    text.comment(&format!(
+        "Guessed from the link's name: CHECK position and orientation; {}.",
+        unplaced(frame)
+    ));
+    text.line(&format!("[imu]\nlink = {}", quoted(link)));
+}
+
+/// Why the frame of the messages does not help.
+fn unplaced(frame: Option<&str>) -> String {
+    match frame {
+        Some(frame) => {
+            format!(
+                "its messages have frame {frame}, which is neither in the URDF nor in /tf_static"
+            )
+        }
+        None => "its messages have no frame".into(),
+    }
+}
+
+fn open(text: &mut Text, frame: Option<&str>) {
+    text.comment(&format!(
+        "Needed: position and orientation of the IMU; {}. Default: at the base, aligned with it.",
+        unplaced(frame)
+    ));
+    text.open(
+        "[imu]\nlink = \"base_link\"\nxyz = [0.0, 0.0, 0.0]  # m\nrpy = [0.0, 0.0, 0.0]  # rad",
+    );
+}
+
+fn mean_specific_force(log: &Log, topic: &str) -> Result<Option<Vector3<f64>>> {
+    let Some(topic) = log.topics().iter().find(|t| t.name == topic) else {
+        return Ok(None);
+    };
+    let request = SensorRequest {
+        topic: topic.id,
+        kind: SensorKind::Imu,
+        joint_names: Vec::new(),
+        numbers: None,
+        other_parts: Vec::new(),
+    };
+    let Ok((recordings, _)) = record_sensors(log, &[request], &mut |_| {}) else {
+        return Ok(None);
+    };
+    let recording = &recordings[0];
+    let samples = (0..recording.stamps_ns.len()).map(|i| recording.sample(i));
+    let forces = samples.map(|v| Vector3::new(v[0], v[1], v[2]));
+    let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+    for force in forces.filter(|force| force.iter().all(|c| c.is_finite())) {
+        sum += force;
+        count += 1.0;
+    }
+    Ok((count > 0.0).then(|| sum / count))
+}

@@ -1,0 +1,187 @@
+//! The text of a first machine file.
+
+use tipwatch_ingest::Log;
+use tipwatch_mechanics::machine::JointMotion;
+
+use super::guesses::Guesses;
+use super::linkages::LinkageGuess;
+use super::signals::Topics;
+use super::text::{Text, key, number, quoted};
+use super::urdf::Urdf;
+
+pub(super) fn rendered(
+    log: &Log,
+    urdf: Option<&Urdf>,
+    topics: &Topics,
+    guesses: Option<&Guesses>,
+    imu: &str,
+    verdict: &str,
+) -> String {
+    let mut text = Text::default();
+    let path = log.path().display();
+    text.comment(&format!(
+        "First machine file, guessed by tipwatch {} from {path}. Check every line and complete the lines that are \
+         commented out. Keys and units: book/src/reference/machine-file.md. Check the result with `tipwatch check-machine`.",
+        env!("CARGO_PKG_VERSION")
+    ));
+    text.comment(verdict);
+    let stem = log.path().file_stem().unwrap_or_default();
+    text.line(&format!("name = {}", quoted(&stem.to_string_lossy())));
+    match urdf {
+        None => {
+            text.comment("Needed: bodies, joints and masses of the machine.");
+            text.open("urdf = \"machine.urdf\"");
+        }
+        Some(Urdf {
+            line: None, name, ..
+        }) => {
+            text.comment(&format!("The URDF is in the log: {name}."));
+        }
+        Some(Urdf {
+            line: Some(line), ..
+        }) => {
+            text.line(line);
+        }
+    }
+    if let Some(guesses) = guesses {
+        write_wheels(&mut text, guesses);
+        text.line(imu);
+        write_arm(&mut text, guesses);
+        write_linkages(&mut text, &guesses.linkages);
+        write_contact(&mut text, guesses);
+    } else {
+        text.gap()
+            .comment("Needed, three or more: the wheels.")
+            .open("[wheels.FL]\nlink = \"wheel_front_left\"\nradius = 0.35  # m");
+        text.line(imu);
+    }
+    topics.write(&mut text);
+    if let Some(guesses) = guesses {
+        write_joints(&mut text, guesses);
+    }
+    text.gap()
+        .comment("Weighed loads, for comparison with the model by `tipwatch check-machine`:")
+        .open("[weighed]\nunit = \"kg\"\nsums = [ { name = \"front axle\", wheels = [\"FL\", \"FR\"], load = 0, sigma = 10 } ]");
+    text.finish()
+}
+
+fn write_wheels(text: &mut Text, guesses: &Guesses) {
+    text.gap();
+    for note in &guesses.rejected {
+        text.comment(note);
+    }
+    if guesses.wheels.len() < 3 {
+        text.comment(&format!(
+            "Needed: three or more wheels; {} found by name or shape.",
+            guesses.wheels.len()
+        ));
+    }
+    for wheel in &guesses.wheels {
+        let link = &guesses.outline.links[wheel.link].name;
+        let head = format!("[wheels.{}]\nlink = {}", key(&wheel.name), quoted(link));
+        text.comment(&format!("Wheel: {}.", wheel.why));
+        match &wheel.radius {
+            Some((radius, why)) => {
+                head.lines().for_each(|line| {
+                    text.line(line);
+                });
+                text.comment(&format!("Radius (m): {why}."));
+                text.line(&format!("radius = {}", number(*radius)));
+            }
+            None => {
+                text.comment(
+                    "Needed: its radius (m); the URDF has neither a round shape nor a ground frame.",
+                );
+                text.open(&format!("{head}\nradius = 0.0"));
+            }
+        }
+    }
+}
+
+fn write_arm(text: &mut Text, guesses: &Guesses) {
+    text.gap();
+    let Some(arm) = &guesses.arm else {
+        text.comment("No manipulator found (a moving part without wheels, named arm, boom, crane or the like).");
+        text.open("[arm]\nroot = \"arm_link\"\ntool = \"tool_link\"");
+        return;
+    };
+    text.line("[arm]");
+    text.comment(&format!("Root: {}.", arm.why));
+    text.line(&format!("root = {}", quoted(&arm.link)));
+    match &guesses.tool {
+        Some(tool) => {
+            text.comment(&format!("Tool, on which a wrench acts: {}.", tool.why));
+            text.line(&format!("tool = {}", quoted(&tool.link)));
+        }
+        None => {
+            text.open("tool = \"tool_link\"  # where a tool wrench is measured");
+        }
+    }
+}
+
+fn write_linkages(text: &mut Text, linkages: &[LinkageGuess]) {
+    for guess in linkages {
+        text.gap().comment(&format!(
+            "Cylinder: {}. Needed: the positions of its eyes (m), which are not in the URDF.",
+            guess.why
+        ));
+        text.open(&format!(
+            "[[linkage]]\nname = {}\npivot = {}\ncylinder = {}\nrod = {}\n\
+             rod_end = {{ link = {}, xyz = [0.0, 0.0, 0.0] }}\nanchor = {{ link = {}, xyz = [0.0, 0.0, 0.0] }}",
+            quoted(&guess.name),
+            quoted(&guess.pivot),
+            quoted(&guess.cylinder),
+            quoted(&guess.rod),
+            quoted(&guess.rod_link),
+            quoted(&guess.pivot_link)
+        ));
+    }
+}
+
+/// Joints with horizontal axes between base and wheels, which may be free.
+fn write_contact(text: &mut Text, guesses: &Guesses) {
+    let outline = &guesses.outline;
+    let carries_wheel = |link: usize| {
+        let wheels = guesses.wheels.iter();
+        wheels
+            .filter(|w| w.link != link && outline.is_below(w.link, link))
+            .count()
+            > 0
+    };
+    let pivots = outline
+        .links
+        .iter()
+        .enumerate()
+        .filter_map(|(index, link)| {
+            let joint = link.joint.as_ref()?;
+            let is_lying =
+                joint.motion != JointMotion::Prismatic && joint.axis_in_base.z.abs() < 0.5;
+            (link.moves() && is_lying && carries_wheel(index)).then(|| quoted(&joint.name))
+        });
+    let pivots: Vec<String> = pivots.collect();
+    if !pivots.is_empty() {
+        text.gap()
+            .comment("Joints between base and wheels. List those that carry no torque (bogies, a frame roll joint):")
+            .open(&format!("[contact]\nfree_joints = [{}]", pivots.join(", ")));
+    }
+}
+
+fn write_joints(text: &mut Text, guesses: &Guesses) {
+    for guess in &guesses.joints {
+        text.gap()
+            .comment(&format!("{}: {}.", guess.joint, guess.why));
+        text.line(&format!("[signals.joints.{}]", key(&guess.joint)));
+        for line in &guess.lines {
+            text.line(line);
+        }
+    }
+    for joint in &guesses.unknown {
+        text.gap().comment(&format!(
+            "Needed: the position of joint {joint} (rad or m), which is in no message. Make it fixed in the URDF if it never moves."
+        ));
+        text.open(&format!(
+            "[signals.joints.{}]\nposition = {{ topic = \"/topic\", field = \"field\", scale = 1.0, offset = 0.0 }}",
+            key(joint)
+        ));
+    }
+}

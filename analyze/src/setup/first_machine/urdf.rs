@@ -1,0 +1,40 @@
+//! The URDF that guesses are based on: given, or from the log.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use tipwatch_ingest::{Log, robot_description};
+
+use super::text::quoted;
+
+/// A URDF for the guesses.
+pub(super) struct Urdf {
+    pub(super) text: String,
+    /// Its name in messages.
+    pub(super) name: String,
+    /// The line of the machine file that names it; `None` if it is in the log.
+    pub(super) line: Option<String>,
+}
+
+pub(super) fn find_urdf(log: &Log, given: Option<&Path>, out: &Path) -> Result<Option<Urdf>> {
+    let Some(path) = given else {
+        let described = robot_description(log)?;
+        return Ok(described.map(|(text, topic)| Urdf {
+            text,
+            name: format!("topic {topic}"),
+            line: None,
+        }));
+    };
+    let unreadable = || format!("{}: cannot be read", path.display());
+    let text = std::fs::read_to_string(path).with_context(unreadable)?;
+    let absolute = path.canonicalize().with_context(unreadable)?;
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok();
+    let beside = folder.and_then(|folder| absolute.strip_prefix(folder).ok().map(Path::to_owned));
+    let line = beside.unwrap_or(absolute).display().to_string();
+    Ok(Some(Urdf {
+        text,
+        name: path.display().to_string(),
+        line: Some(format!("urdf = {}", quoted(&line))),
+    }))
+}

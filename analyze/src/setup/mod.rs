@@ -1,0 +1,5 @@
+//! Before the first analysis: contents of a log, a first machine file for it, and a check of that file.
+
+pub mod check_machine;
+pub mod first_machine;
+pub mod inspect;

@@ -1,0 +1,147 @@
+//! The columns of `samples.parquet` as topics of flat messages.
+
+use anyhow::Result;
+use tipwatch_ingest::{Ros2Writer, WriterTopic};
+use tipwatch_mechanics::Quantity;
+
+use super::messages::{Flat, Header, Time};
+use crate::analysis::Analysis;
+use crate::tables::table;
+
+/// A topic and the quantities in its messages.
+#[derive(Debug)]
+pub(super) struct FlatTopic {
+    topic: WriterTopic,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+}
+
+/// Topics and their type names; quantities that do not belong to one of the first topics are indicators.
+const TOPICS: [(&str, &str); 4] = [
+    ("/tipwatch/loads", "tipwatch_msgs/msg/Loads"),
+    ("/tipwatch/margins", "tipwatch_msgs/msg/Margins"),
+    ("/tipwatch/causes", "tipwatch_msgs/msg/Causes"),
+    ("/tipwatch/indicators", "tipwatch_msgs/msg/Indicators"),
+];
+
+fn topic_of(quantity: Quantity) -> usize {
+    match quantity {
+        Quantity::Load(_)
+        | Quantity::LoadLeast(_)
+        | Quantity::LoadLargest(_)
+        | Quantity::LoadSigma(_)
+        | Quantity::NormalForce => 0,
+        Quantity::Otf(_) | Quantity::OtfSigma(_) | Quantity::Utilisation | Quantity::ZmpMargin => 1,
+        Quantity::Contribution(..) | Quantity::Part(..) | Quantity::Term(..) => 2,
+        _ => 3,
+    }
+}
+
+impl FlatTopic {
+    /// Opens all topics for which the analysis has quantities.
+    pub(super) fn all(analysis: &Analysis, writer: &mut Ros2Writer) -> Result<Vec<Self>> {
+        let mut topics = Vec::new();
+        for (index, (name, type_name)) in TOPICS.into_iter().enumerate() {
+            let mut fields = vec!["std_msgs/Header header".to_string()];
+            let mut names: Vec<String> = Vec::new();
+            let mut columns = Vec::new();
+            let outcomes = &analysis.rows.outcomes;
+            for (column, &quantity) in outcomes.quantities.iter().enumerate() {
+                let named = table::name_and_unit(&analysis.machine, quantity)
+                    .filter(|_| table::is_written(quantity, &outcomes.columns[column]));
+                let Some((name, unit)) = named.filter(|_| topic_of(quantity) == index) else {
+                    continue;
+                };
+                let name = field_name(&name, &names);
+                fields.push(format!("float64 {name}  # {unit}"));
+                names.push(name);
+                columns.push(column);
+            }
+            if columns.is_empty() {
+                continue;
+            }
+            let definition = fields.join("\n") + "\n";
+            topics.push(Self {
+                topic: writer.topic(name, type_name, Some(&definition))?,
+                values: vec![f64::NAN; columns.len()],
+                columns,
+            });
+        }
+        Ok(topics)
+    }
+
+    /// Writes a row.
+    pub(super) fn write(
+        &mut self,
+        analysis: &Analysis,
+        row: usize,
+        writer: &mut Ros2Writer,
+    ) -> Result<()> {
+        let columns = &analysis.rows.outcomes.columns;
+        for (value, &column) in self.values.iter_mut().zip(&self.columns) {
+            *value = columns[column][row];
+        }
+        write_numbers(analysis, row, self.topic, &self.values, writer)
+    }
+}
+
+/// Writes the numbers of a row as a flat message.
+pub(super) fn write_numbers(
+    analysis: &Analysis,
+    row: usize,
+    topic: WriterTopic,
+    values: &[f64],
+    writer: &mut Ros2Writer,
+) -> Result<()> {
+    let time_ns = analysis.rows.times_ns[row];
+    let message = Flat {
+        header: Header {
+            stamp: Time::from_ns(time_ns),
+            frame_id: analysis.machine.base_link(),
+        },
+        values,
+    };
+    Ok(writer.write(topic, time_ns, &message)?)
+}
+
+/// A valid field name for a column: letters, digits and single underscores, starting with a letter, and
+/// unique.
+fn field_name(column: &str, taken: &[String]) -> String {
+    let mut name = String::new();
+    for character in column.chars() {
+        let character = match character.is_ascii_alphanumeric() {
+            true => character.to_ascii_lowercase(),
+            false => '_',
+        };
+        if !(character == '_' && name.ends_with('_')) {
+            name.push(character);
+        }
+    }
+    let name = name.trim_matches('_');
+    let name = match name.starts_with(|c: char| c.is_ascii_lowercase()) {
+        true => name.to_string(),
+        false => format!("f_{name}"),
+    };
+    let alike = (2..).map(|count| format!("{name}_{count}"));
+    std::iter::once(name.clone())
+        .chain(alike)
+        .find(|candidate| !taken.contains(candidate))
+        .unwrap_or(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::field_name;
+
+    #[test]
+    fn field_names_are_valid_and_unique() {
+        assert_eq!(field_name("load_fl_sigma", &[]), "load_fl_sigma");
+        assert_eq!(
+            field_name("load_Rad vorn-links__1", &[]),
+            "load_rad_vorn_links_1"
+        );
+        assert_eq!(field_name("7_ä", &[]), "f_7");
+        let taken = ["load_a_b".to_string(), "load_a_b_2".to_string()];
+        assert_eq!(field_name("load_a/b", &taken), "load_a_b_3");
+    }
+}

@@ -1,0 +1,51 @@
+//! The verdict of each row as numbers: level, latched level, time to lift-off.
+
+use anyhow::Result;
+use tipwatch_ingest::{Ros2Writer, WriterTopic};
+
+use super::flat::write_numbers;
+use crate::analysis::Analysis;
+use crate::base::rows::Verdicts;
+
+const DEFINITION: &str = "std_msgs/Header header\n\
+    float64 level  # 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault\n\
+    float64 latched_level  # the same, held until acknowledged\n\
+    float64 time_to_lift_off  # s\n";
+
+/// The topic of the verdicts.
+#[derive(Debug)]
+pub(super) struct VerdictTopic<'a> {
+    verdicts: &'a Verdicts,
+    topic: WriterTopic,
+}
+
+impl<'a> VerdictTopic<'a> {
+    /// Opens the topic; `None` for models without verdicts.
+    pub(super) fn begin(analysis: &'a Analysis, writer: &mut Ros2Writer) -> Result<Option<Self>> {
+        let Some(verdicts) = &analysis.rows.verdicts else {
+            return Ok(None);
+        };
+        let topic = writer.topic(
+            "/tipwatch/verdict",
+            "tipwatch_msgs/msg/Verdict",
+            Some(DEFINITION),
+        )?;
+        Ok(Some(Self { verdicts, topic }))
+    }
+
+    /// Writes a row.
+    pub(super) fn write(
+        &self,
+        analysis: &Analysis,
+        row: usize,
+        writer: &mut Ros2Writer,
+    ) -> Result<()> {
+        let verdict = self.verdicts.verdicts[row];
+        let values = [
+            f64::from(verdict.level as u8),
+            f64::from(verdict.latched_level as u8),
+            self.verdicts.time_to_lift_off_s[row],
+        ];
+        write_numbers(analysis, row, self.topic, &values, writer)
+    }
+}

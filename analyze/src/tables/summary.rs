@@ -1,0 +1,462 @@
+//! `summary.json`: the analysis as one small, stable document.
+//!
+//! Keys include their unit. Values that cannot be computed are null. Keys change only with `schema`.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::studies::monte_carlo::Band;
+
+use crate::analysis::clock::{ClockOffsets, words::TopicsFinding};
+use crate::analysis::model_comparison::{LoadDifference, ModelComparison};
+use crate::analysis::payload::EstimatedPayload;
+use crate::analysis::{Analysis, Input};
+use crate::base::number::known;
+use crate::base::options::Options;
+use crate::base::provenance::Provenance;
+use crate::events::{EventCauses, Finding};
+use crate::tables::table::name_and_unit;
+
+/// Version of the document.
+pub const SCHEMA: u32 = 4;
+
+/// The JSON schema (draft 2020-12) of the document.
+#[must_use]
+pub fn json_schema() -> String {
+    format!("{:#}\n", schemars::schema_for!(Summary<'static>).to_value())
+}
+
+/// The document.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Summary<'a> {
+    /// Version of this document's keys.
+    pub schema: u32,
+    /// What happened, in words, the most important first.
+    pub findings: Vec<String>,
+    /// The evidence for each finding, in the order of `findings`: statements in words.
+    pub evidence: Vec<Vec<String>>,
+    /// The events.
+    pub events: Vec<EventSummary<'a>>,
+    /// The wheels by name, in lower case.
+    pub wheels: BTreeMap<String, WheelSummary>,
+    /// The machine.
+    pub machine: MachineSummary<'a>,
+    /// The rows.
+    pub rows: RowSummary,
+    /// Source of specific force and angular velocity: "imu", "odometry" or "none".
+    pub specific_force_source: &'static str,
+    /// The signals used.
+    pub inputs: Vec<InputSummary<'a>>,
+    /// The clocks: anomalies, and offsets between topics.
+    pub clock: ClockSummary<'a>,
+    /// Notes: assumptions, missing signals, anomalies.
+    pub notes: &'a [String],
+    /// Parts of the log that were lost.
+    pub losses: &'a Losses,
+    /// The model of the loads, and how other models differ.
+    pub model: ModelSummary,
+    /// Sensitivity of the smallest load; null for models without derivatives.
+    pub sensitivity: Option<SensitivitySummary>,
+    /// Payload masses estimated from cylinder forces.
+    pub estimated_payloads: Vec<PayloadSummary<'a>>,
+    /// Monte Carlo study of the parameters; null if not requested.
+    pub monte_carlo: Option<MonteCarloSummary>,
+    /// Standard deviation of each parameter, stated or default.
+    pub uncertainty: BTreeMap<&'static str, f64>,
+    /// The options used.
+    pub options: Options,
+    /// Files, versions and hashes.
+    pub provenance: &'a Provenance,
+}
+
+/// An event.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct EventSummary<'a> {
+    kind: &'static str,
+    subject: &'a str,
+    start_ns: i64,
+    end_ns: Option<i64>,
+    start_s: f64,
+    worst: f64,
+    unit: &'static str,
+    worst_ns: i64,
+    lead_s: Option<f64>,
+    certainty: Option<f64>,
+    split_dependent: Option<bool>,
+    causes: Option<&'a EventCauses>,
+    /// The input fault; null for other kinds of events.
+    fault: Option<FaultSummary>,
+}
+
+/// An input fault.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct FaultSummary {
+    kind: &'static str,
+    policy: &'static str,
+    /// The limit that `worst` exceeded, in its unit.
+    limit: Option<f64>,
+    samples: u64,
+}
+
+/// The model of the ground wrench.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ModelSummary {
+    name: &'static str,
+    /// The other models over the same rows.
+    others: Vec<OtherModelSummary>,
+    /// Why other models cannot be computed.
+    other_notes: Vec<String>,
+}
+
+/// Comparison with another model.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct OtherModelSummary {
+    name: &'static str,
+    rows_compared: usize,
+    /// OTF difference by wheel, other model minus this one.
+    difference: BTreeMap<String, LoadDifference>,
+}
+
+/// An estimated payload mass.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct PayloadSummary<'a> {
+    /// Number of the [[payload]] table, from 1.
+    payload: usize,
+    linkage: &'a str,
+    mass_kg: f64,
+    sigma_kg: f64,
+    friction_share: f64,
+    residual_n: f64,
+    samples: usize,
+}
+
+/// Monte Carlo study of the parameters.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct MonteCarloSummary {
+    draws: usize,
+    /// Largest relative deviation of lengths, angles, masses and inertias.
+    spread: f64,
+    seed: u64,
+    /// Half width of the band that contains 95 % of the draws, averaged over the rows, by column of
+    /// samples.parquet (N or N m).
+    mean_half_band: BTreeMap<String, Option<f64>>,
+    /// Largest number of draws times rows that could not be evaluated, over all quantities.
+    left_out: u64,
+}
+
+/// The wheel that came closest to lift-off, and the sensitivity of its load.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct SensitivitySummary {
+    wheel: String,
+    worst_ns: i64,
+    worst_otf_n: f64,
+    /// The parameters with the largest share of the variance, largest first.
+    parameters: Vec<ParameterSummary>,
+}
+
+/// Effect of one parameter on a wheel load.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ParameterSummary {
+    parameter: String,
+    unit: &'static str,
+    nominal: Option<f64>,
+    sigma: f64,
+    derivative_n_per_unit: f64,
+    change_to_zero: Option<f64>,
+    variance_share: f64,
+}
+
+/// A wheel.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct WheelSummary {
+    static_load_n: Option<f64>,
+    min_load_limit_n: Option<f64>,
+    mean_load_n: Option<f64>,
+    least_load_n: Option<f64>,
+    least_otf_n: Option<f64>,
+    least_otf_s: Option<f64>,
+    largest_load_n: Option<f64>,
+    /// Median standard deviation of the load.
+    median_load_sigma_n: Option<f64>,
+}
+
+/// The machine.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct MachineSummary<'a> {
+    name: &'a str,
+    mass_kg: f64,
+    gravity_m_s2: f64,
+    base_link: &'a str,
+}
+
+/// The rows.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RowSummary {
+    count: usize,
+    valid: usize,
+    first_ns: i64,
+    last_ns: i64,
+    duration_s: f64,
+    invalid_by_reason: BTreeMap<&'static str, usize>,
+}
+
+/// The clocks.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ClockSummary<'a> {
+    findings: &'a [TopicsFinding],
+    offsets: &'a ClockOffsets,
+}
+
+/// A signal.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct InputSummary<'a> {
+    signal: &'static str,
+    topic: &'a str,
+    type_name: &'a str,
+    why: &'a str,
+    samples_used: u64,
+    samples_not_later: u64,
+    samples_not_finite: u64,
+    /// Implausible samples, rejected in part or given less weight.
+    samples_implausible: u64,
+    messages_undecodable: u64,
+    timing: TopicTiming,
+    correction: StampCorrection,
+}
+
+impl<'a> Summary<'a> {
+    /// Builds the document.
+    #[must_use]
+    pub fn of(analysis: &'a Analysis, findings: Vec<Finding>) -> Self {
+        let (findings, evidence) = (findings.into_iter())
+            .map(|finding| (finding.headline, finding.evidence))
+            .unzip();
+        let rows = &analysis.rows;
+        let first_ns = rows.times_ns[0];
+        let events = analysis.events.iter().map(|event| EventSummary {
+            kind: event.kind.name(),
+            subject: &event.subject,
+            start_ns: event.start_ns,
+            end_ns: event.end_ns,
+            start_s: (event.start_ns - first_ns) as f64 * 1e-9,
+            worst: event.worst,
+            unit: event.unit,
+            worst_ns: event.worst_ns,
+            lead_s: event.lead_s,
+            certainty: event.certainty,
+            split_dependent: event.split_dependent,
+            causes: event.causes.as_ref(),
+            fault: event.fault.map(|fault| FaultSummary {
+                kind: fault.kind.name(),
+                policy: fault.policy.name(),
+                limit: fault.limit,
+                samples: fault.samples,
+            }),
+        });
+        let wheels = analysis.machine.wheels().iter().enumerate();
+        Self {
+            schema: SCHEMA,
+            findings,
+            evidence,
+            events: events.collect(),
+            wheels: wheels
+                .map(|(i, wheel)| (wheel.name.to_lowercase(), wheel_summary(analysis, i)))
+                .collect(),
+            machine: MachineSummary {
+                name: analysis.machine.name(),
+                mass_kg: analysis.machine.mass(),
+                gravity_m_s2: analysis.machine.gravity(),
+                base_link: analysis.machine.base_link(),
+            },
+            rows: row_summary(analysis),
+            specific_force_source: specific_force_source(&analysis.inputs),
+            inputs: analysis.inputs.iter().map(input_summary).collect(),
+            clock: ClockSummary {
+                findings: &analysis.clock_findings,
+                offsets: &analysis.clock,
+            },
+            notes: &analysis.notes,
+            losses: &analysis.losses,
+            model: model_summary(analysis),
+            sensitivity: sensitivity_summary(analysis),
+            estimated_payloads: analysis.payloads.iter().map(payload_summary).collect(),
+            monte_carlo: monte_carlo_summary(analysis),
+            uncertainty: analysis.machine.uncertainty().by_key().into(),
+            options: analysis.options,
+            provenance: &analysis.provenance,
+        }
+    }
+}
+
+fn specific_force_source(inputs: &[Input]) -> &'static str {
+    let has = |signal: &str| inputs.iter().any(|input| input.signal == signal);
+    match (has("imu"), has("odometry")) {
+        (true, _) => "imu",
+        (false, true) => "odometry",
+        (false, false) => "none",
+    }
+}
+
+fn wheel_summary(analysis: &Analysis, wheel: usize) -> WheelSummary {
+    let rows = &analysis.rows;
+    let valid: Vec<usize> = (0..rows.len())
+        .filter(|&row| rows.reasons[row].is_empty())
+        .collect();
+    let load = rows.outcomes.column(Quantity::Load(wheel));
+    let otf = rows.outcomes.column(Quantity::Otf(wheel));
+    let lightest = valid
+        .iter()
+        .copied()
+        .min_by(|&a, &b| otf[a].total_cmp(&otf[b]));
+    let loads = || valid.iter().map(|&row| load[row]);
+    WheelSummary {
+        static_load_n: known(analysis.machine.reference().static_load[wheel]),
+        min_load_limit_n: analysis.min_loads_n.as_ref().map(|loads| loads[wheel]),
+        mean_load_n: known(loads().sum::<f64>() / valid.len() as f64),
+        least_load_n: loads().reduce(f64::min),
+        least_otf_n: lightest.map(|row| otf[row]),
+        least_otf_s: lightest.map(|row| rows.seconds(row)),
+        largest_load_n: loads().reduce(f64::max),
+        median_load_sigma_n: median_sigma(analysis, wheel, &valid),
+    }
+}
+
+/// Median of the standard deviation over the valid rows; `None` for models without it.
+fn median_sigma(analysis: &Analysis, wheel: usize, valid: &[usize]) -> Option<f64> {
+    let outcomes = &analysis.rows.outcomes;
+    let quantity = Quantity::LoadSigma(wheel);
+    if !outcomes.quantities.contains(&quantity) {
+        return None;
+    }
+    let column = outcomes.column(quantity);
+    let mut sigmas: Vec<f64> = valid.iter().map(|&row| column[row]).collect();
+    sigmas.retain(|sigma| sigma.is_finite());
+    sigmas.sort_by(f64::total_cmp);
+    sigmas.get(sigmas.len() / 2).copied()
+}
+
+fn model_summary(analysis: &Analysis) -> ModelSummary {
+    let wheels = analysis.machine.wheels();
+    let by_wheel = |comparison: &ModelComparison| {
+        let differences = comparison.wheels.iter().zip(wheels);
+        differences
+            .map(|(difference, wheel)| (wheel.name.to_lowercase(), *difference))
+            .collect()
+    };
+    let known = analysis.comparisons.iter().flatten();
+    let others = known.map(|comparison| OtherModelSummary {
+        name: comparison.other.name(),
+        rows_compared: comparison.rows,
+        difference: by_wheel(comparison),
+    });
+    ModelSummary {
+        name: analysis.options.model.name(),
+        others: others.collect(),
+        other_notes: (analysis.comparisons.iter())
+            .filter_map(|comparison| comparison.as_ref().err().cloned())
+            .collect(),
+    }
+}
+
+fn payload_summary(found: &EstimatedPayload) -> PayloadSummary<'_> {
+    PayloadSummary {
+        payload: found.payload + 1,
+        linkage: &found.linkage,
+        mass_kg: found.estimate.mass,
+        sigma_kg: found.estimate.sigma,
+        friction_share: found.estimate.friction_share,
+        residual_n: found.estimate.residual,
+        samples: found.estimate.samples,
+    }
+}
+
+fn monte_carlo_summary(analysis: &Analysis) -> Option<MonteCarloSummary> {
+    let found = analysis.monte_carlo.as_ref()?;
+    let half_band = |band: &Band| {
+        let widths = band
+            .low
+            .iter()
+            .zip(&band.high)
+            .map(|(low, high)| 0.5 * (high - low));
+        let known: Vec<f64> = widths.filter(|width| width.is_finite()).collect();
+        Some(known.iter().sum::<f64>() / known.len() as f64).filter(|mean| mean.is_finite())
+    };
+    let name = |band: &Band| name_and_unit(&analysis.machine, band.quantity).map(|(name, _)| name);
+    let left_out = |band: &Band| band.left_out.iter().map(|&n| u64::from(n)).sum();
+    Some(MonteCarloSummary {
+        draws: found.study.draws,
+        spread: found.study.spread,
+        seed: found.study.seed,
+        mean_half_band: (found.bands.iter())
+            .filter_map(|band| Some((name(band)?, half_band(band))))
+            .collect(),
+        left_out: found.bands.iter().map(left_out).max().unwrap_or(0),
+    })
+}
+
+/// Number of parameters in the summary.
+const NAMED_PARAMETERS: usize = 10;
+
+fn sensitivity_summary(analysis: &Analysis) -> Option<SensitivitySummary> {
+    let (machine, table) = (&analysis.machine, analysis.sensitivity.as_ref()?);
+    let mut rows: Vec<_> = (table.rows.iter())
+        .filter(|row| row.wheel == table.worst_wheel)
+        .collect();
+    rows.sort_by(|a, b| b.variance_share.total_cmp(&a.variance_share));
+    let first = rows.first()?;
+    Some(SensitivitySummary {
+        wheel: machine.wheels()[table.worst_wheel].name.to_lowercase(),
+        worst_ns: first.worst_ns,
+        worst_otf_n: first.worst_otf_n,
+        parameters: (rows.iter().take(NAMED_PARAMETERS))
+            .map(|row| ParameterSummary {
+                parameter: row.parameter.name(machine),
+                unit: row.parameter.unit(machine),
+                nominal: row.nominal,
+                sigma: row.sigma,
+                derivative_n_per_unit: row.derivative,
+                change_to_zero: row.change_to_zero,
+                variance_share: row.variance_share,
+            })
+            .collect(),
+    })
+}
+
+fn row_summary(analysis: &Analysis) -> RowSummary {
+    let rows = &analysis.rows;
+    let mut invalid_by_reason = BTreeMap::new();
+    for reason in rows.reasons.iter().flat_map(|reasons| reasons.iter()) {
+        *invalid_by_reason.entry(reason.name()).or_default() += 1;
+    }
+    RowSummary {
+        count: rows.len(),
+        valid: rows
+            .reasons
+            .iter()
+            .filter(|reasons| reasons.is_empty())
+            .count(),
+        first_ns: rows.times_ns[0],
+        last_ns: rows.times_ns[rows.len() - 1],
+        duration_s: rows.seconds(rows.len() - 1),
+        invalid_by_reason,
+    }
+}
+
+fn input_summary(input: &Input) -> InputSummary<'_> {
+    InputSummary {
+        signal: input.signal,
+        topic: &input.topic,
+        type_name: &input.type_name,
+        why: &input.why,
+        samples_used: input.counts.used,
+        samples_not_later: input.counts.not_later,
+        samples_not_finite: input.counts.not_finite,
+        samples_implausible: input.counts.implausible,
+        messages_undecodable: input.undecodable,
+        timing: input.statistics.timing(),
+        correction: input.correction,
+    }
+}

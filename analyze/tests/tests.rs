@@ -1,0 +1,15 @@
+//! Tests of the program and the library as a user meets them.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod check_machine; // comparison with weighed loads
+mod cli; // outputs, exit codes, messages
+mod clocks; // logs with wrong clocks
+mod compare; // two results
+mod csv_export; // logs made from tables
+mod derived; // derived.mcap read back
+mod first_machine; // inspect --write-machine
+mod imu_mounting; // mounting from transforms, and mounting faults
+mod screen; // fleets of logs
+mod summary_schema; // the published JSON schema
+mod support;

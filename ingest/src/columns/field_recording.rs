@@ -1,0 +1,86 @@
+//! Reads single numbers of a log's messages as columns, for signals outside the sensors.
+
+use super::{
+    record_sensors::record,
+    sensor_columns::{Collector, Decoder},
+    sensor_recording::SensorRecording,
+};
+use crate::{
+    clock::{ClockFinding, StampDecision, TimeBase},
+    decode::{NumberField, SampleSpec, ValueSource},
+    log::Log,
+    message::{Error, Losses},
+    topics::topic_of_field,
+};
+
+/// A request for a number in the messages of a topic.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldRequest {
+    /// Name of the topic, of any type.
+    pub topic: String,
+    /// The number.
+    pub number: NumberField,
+}
+
+impl FieldRequest {
+    /// Requests a number without scale and offset.
+    #[must_use]
+    pub fn raw(topic: &str, field: &str) -> Self {
+        Self {
+            topic: topic.into(),
+            number: NumberField {
+                field: field.into(),
+                joint: None,
+                scale: 1.0,
+                offset: 0.0,
+            },
+        }
+    }
+}
+
+/// A requested number from all messages, in file order.
+#[derive(Debug, Clone)]
+pub struct FieldRecording {
+    /// Which of the stamps is used, and why.
+    pub clock: StampDecision,
+    /// What is odd about the clocks.
+    pub findings: Vec<ClockFinding>,
+    /// Time of measurement, on the clock of the log.
+    pub stamps_ns: Vec<i64>,
+    /// The numbers, scaled and offset; messages without one are omitted.
+    pub values: Vec<f64>,
+    /// Messages without the number.
+    pub missing: u64,
+}
+
+/// Reads numbers from any messages in one pass over the log, on the given clock, or else on the
+/// clock that they have in common.
+///
+/// # Errors
+/// A topic is not in the log, its messages have no such field, none of them has the number, or the
+/// log cannot be read. Damage is reported in the losses.
+pub fn record_fields(
+    log: &Log,
+    requests: &[FieldRequest],
+    time_base: Option<&TimeBase>,
+) -> Result<(Vec<FieldRecording>, Losses), Error> {
+    let mut collectors = Vec::with_capacity(requests.len());
+    for request in requests {
+        let topic = topic_of_field(log, &request.topic, &request.number.field)?;
+        let sample = SampleSpec {
+            values: vec![ValueSource::Field(request.number.clone())],
+            has_roll_pitch_yaw: false,
+        };
+        let decoder = Decoder::numbers(topic, &sample)?;
+        collectors.push(Collector::new(topic.id, decoder, 1));
+    }
+    let (recordings, losses) = record(log, collectors, time_base, &mut |_| {})?;
+    let field = |recording: SensorRecording| FieldRecording {
+        clock: recording.clock,
+        findings: recording.findings,
+        stamps_ns: recording.stamps_ns,
+        values: recording.values,
+        missing: recording.without_value,
+    };
+    Ok((recordings.into_iter().map(field).collect(), losses))
+}

@@ -1,0 +1,96 @@
+//! The samples of one sensor as columns, and the request for them.
+
+use crate::{
+    clock::{ClockFinding, StampCorrection, StampDecision, TimeBase, TopicStatistics, Treatment},
+    decode::SampleSpec,
+    message::{SensorKind, TopicId},
+};
+
+/// A request for the samples of one sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorRequest {
+    /// Its topic.
+    pub topic: TopicId,
+    /// The kind of sensor.
+    pub kind: SensorKind,
+    /// For joint states, the wanted joints in order.
+    pub joint_names: Vec<String>,
+    /// The numbers that make up a sample, if the messages are not of the standard type.
+    pub numbers: Option<SampleSpec>,
+    /// Parts of a sample that come on separate topics: the values absent in `numbers`.
+    pub other_parts: Vec<(TopicId, SampleSpec)>,
+}
+
+/// All samples of one sensor, in file order.
+#[derive(Debug, Clone)]
+pub struct SensorRecording {
+    /// Its topic.
+    pub topic: TopicId,
+    /// The time source, and why it was chosen.
+    pub clock: StampDecision,
+    /// How the stamps were mapped to the clock of the log.
+    pub correction: StampCorrection,
+    /// Findings about the clocks.
+    pub findings: Vec<ClockFinding>,
+    /// The common clock of all sensors of the log.
+    pub time_base: TimeBase,
+    /// Time of measurement of each sample, on the clock of the log.
+    pub stamps_ns: Vec<i64>,
+    /// When the recorder received each sample.
+    pub log_times_ns: Vec<i64>,
+    /// The values, sample after sample: see [`SensorSample`](crate::SensorSample).
+    pub values: Vec<f64>,
+    /// The number of values per sample.
+    pub width: usize,
+    /// Rates, gaps and offsets of the stamps.
+    pub statistics: TopicStatistics,
+    /// Messages that could not be decoded.
+    pub undecodable: u64,
+    /// Messages without a usable stamp, which are omitted.
+    pub unstamped: u64,
+    /// Messages without any number of the sample, which are omitted.
+    pub without_value: u64,
+    /// Position of each sample among the messages read, in file order.
+    pub(crate) order: Vec<u32>,
+}
+
+/// The order of arrival of all samples: pairs (recording, sample), sorted by log time, then by file
+/// order. Among samples of one message, the first recording comes last: rows are computed at its
+/// samples and must include the others.
+pub fn arrival_order(recordings: &[&SensorRecording]) -> Vec<(usize, usize)> {
+    let indices = |(recording, of): (usize, &&SensorRecording)| {
+        (0..of.stamps_ns.len()).map(move |i| (recording, i))
+    };
+    let mut order: Vec<(usize, usize)> = recordings.iter().enumerate().flat_map(indices).collect();
+    order.sort_by_key(|&(place, sample)| {
+        let recording = &recordings[place];
+        let within_message = std::cmp::Reverse(place);
+        (
+            recording.log_times_ns[sample],
+            recording.order[sample],
+            within_message,
+        )
+    });
+    order
+}
+
+impl SensorRecording {
+    /// The values of one sample.
+    pub fn sample(&self, index: usize) -> &[f64] {
+        &self.values[index * self.width..(index + 1) * self.width]
+    }
+
+    /// Shifts every stamp by `seconds`: a clock offset from the machine file, or an estimated one.
+    pub fn shift(&mut self, seconds: f64) {
+        let shift_ns = (seconds * 1e9).round() as i64;
+        for stamp in &mut self.stamps_ns {
+            *stamp = stamp.saturating_add(shift_ns);
+        }
+    }
+
+    /// Why the samples cannot be put on the clock of the log, if so.
+    pub fn refusal(&self) -> Option<&ClockFinding> {
+        let is_refusal = |finding: &&ClockFinding| finding.treatment == Treatment::Refused;
+        self.findings.iter().find(is_refusal)
+    }
+}

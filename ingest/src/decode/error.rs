@@ -1,0 +1,51 @@
+//! Why a message cannot be decoded.
+
+/// Why a message cannot be decoded. Offsets count from the start of the message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DecodeError {
+    /// The message ends before a wanted field.
+    #[error("byte {offset}: expected {needed_bytes} more bytes, found {available_bytes}")]
+    TooShort {
+        /// Start of the field.
+        offset: usize,
+        /// Size of the field.
+        needed_bytes: usize,
+        /// The bytes left.
+        available_bytes: usize,
+    },
+    /// An array or string claims more elements than the rest of the message can hold.
+    #[error("byte {offset}: an array of {count} elements, but only {available_bytes} bytes follow")]
+    ImpossibleCount {
+        /// Position of the count.
+        offset: usize,
+        /// The count.
+        count: usize,
+        /// What is left.
+        available_bytes: usize,
+    },
+    /// An encoding other than plain CDR.
+    #[error("expected plain CDR (encapsulation 0x0000 or 0x0001), found 0x{found:04x} ({name})")]
+    Encapsulation {
+        /// The first two bytes.
+        found: u16,
+        /// The name of that encoding.
+        name: &'static str,
+    },
+    /// A message that is not a JSON object.
+    #[error("line {line}, column {column}: {problem}")]
+    Json {
+        /// Counted from 1.
+        line: usize,
+        /// Counted from 1.
+        column: usize,
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// A message that is not valid protobuf of its type.
+    #[error("protobuf: {problem}")]
+    Protobuf {
+        /// What is wrong.
+        problem: &'static str,
+    },
+}

@@ -1,0 +1,242 @@
+//! Reads the wanted fields of a JSON message. Other fields are skipped, never stored.
+
+use std::fmt;
+
+use serde::de::{DeserializeSeed, Deserializer as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
+
+use super::{error::DecodeError, fields::Fields};
+use crate::schema::{Branch, PathTree};
+
+/// Reads one message. Fields that it lacks keep their values.
+pub(crate) fn run(tree: &PathTree, json: &[u8], fields: &mut Fields) -> Result<(), DecodeError> {
+    let mut deserializer = serde_json::Deserializer::from_slice(json);
+    let message = MessageVisitor {
+        tree,
+        fields,
+        is_in_array: false,
+    };
+    deserializer
+        .deserialize_map(message)
+        .and_then(|()| deserializer.end())
+        .map_err(|error| DecodeError::Json {
+            line: error.line(),
+            column: error.column(),
+            problem: match error.classify() {
+                serde_json::error::Category::Eof => "the message is truncated",
+                serde_json::error::Category::Data => "expected an object",
+                _ => "not valid JSON",
+            },
+        })
+}
+
+/// Reads an object into the slots of its fields.
+struct MessageVisitor<'t, 'f> {
+    tree: &'t PathTree,
+    fields: &'f mut Fields,
+    is_in_array: bool,
+}
+
+impl<'de> Visitor<'de> for MessageVisitor<'_, '_> {
+    type Value = ();
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+        while let Some(branch) = map.next_key_seed(Key(self.tree))? {
+            match branch {
+                Some(branch) => map.next_value_seed(Value {
+                    branch,
+                    fields: &mut *self.fields,
+                    is_in_array: self.is_in_array,
+                })?,
+                None => {
+                    map.next_value::<IgnoredAny>()?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Looks up a field by name without storing the name.
+struct Key<'t>(&'t PathTree);
+
+impl<'de, 't> DeserializeSeed<'de> for Key<'t> {
+    type Value = Option<&'t Branch>;
+
+    fn deserialize<D: serde::Deserializer<'de>>(
+        self,
+        deserializer: D,
+    ) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_identifier(self)
+    }
+}
+
+impl<'t> Visitor<'_> for Key<'t> {
+    type Value = Option<&'t Branch>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("the name of a field")
+    }
+
+    fn visit_str<E>(self, name: &str) -> Result<Self::Value, E> {
+        Ok(self.0.branch(name))
+    }
+}
+
+/// Reads the value of a field into its slot; a value of another kind is skipped.
+struct Value<'t, 'f> {
+    branch: &'t Branch,
+    fields: &'f mut Fields,
+    is_in_array: bool,
+}
+
+impl Value<'_, '_> {
+    fn number(self, value: f64) {
+        if let Some(slot) = self.branch.single {
+            self.fields.take_number(slot, value, self.is_in_array);
+        }
+    }
+}
+
+impl<'de> DeserializeSeed<'de> for Value<'_, '_> {
+    type Value = ();
+
+    fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Value<'_, '_> {
+    type Value = ();
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("any value")
+    }
+
+    fn visit_f64<E>(self, value: f64) -> Result<(), E> {
+        self.number(value);
+        Ok(())
+    }
+
+    fn visit_u64<E>(self, value: u64) -> Result<(), E> {
+        self.number(value as f64);
+        Ok(())
+    }
+
+    fn visit_i64<E>(self, value: i64) -> Result<(), E> {
+        self.number(value as f64);
+        Ok(())
+    }
+
+    fn visit_bool<E>(self, value: bool) -> Result<(), E> {
+        self.number(f64::from(u8::from(value)));
+        Ok(())
+    }
+
+    fn visit_unit<E>(self) -> Result<(), E> {
+        // Writers often encode NaN as null.
+        self.number(f64::NAN);
+        Ok(())
+    }
+
+    fn visit_str<E>(self, text: &str) -> Result<(), E> {
+        let Some(slot) = self.branch.single else {
+            return Ok(());
+        };
+        // Some writers quote large integers, and values that JSON numbers cannot express.
+        if let Ok(number) = text.parse() {
+            self.fields.take_number(slot, number, self.is_in_array);
+        }
+        self.fields
+            .take_text(slot, text.as_bytes(), self.is_in_array);
+        Ok(())
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<(), A::Error> {
+        if let Some(tree) = &self.branch.parts {
+            loop {
+                let fields = &mut *self.fields;
+                if sequence.next_element_seed(Part { tree, fields })?.is_none() {
+                    return Ok(());
+                }
+            }
+        }
+        let mut index = 0;
+        loop {
+            let element = Element {
+                branch: self.branch,
+                fields: &mut *self.fields,
+                index,
+            };
+            if sequence.next_element_seed(element)?.is_none() {
+                return Ok(());
+            }
+            index += 1;
+        }
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<(), A::Error> {
+        let nothing = PathTree::default();
+        let message = MessageVisitor {
+            tree: self.branch.part.as_ref().unwrap_or(&nothing),
+            fields: self.fields,
+            is_in_array: self.is_in_array,
+        };
+        message.visit_map(map)
+    }
+}
+
+/// One message of an array.
+struct Part<'t, 'f> {
+    tree: &'t PathTree,
+    fields: &'f mut Fields,
+}
+
+impl<'de> DeserializeSeed<'de> for Part<'_, '_> {
+    type Value = ();
+
+    fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_map(MessageVisitor {
+            tree: self.tree,
+            fields: self.fields,
+            is_in_array: true,
+        })
+    }
+}
+
+/// One number or string of an array.
+struct Element<'t, 'f> {
+    branch: &'t Branch,
+    fields: &'f mut Fields,
+    index: usize,
+}
+
+impl<'de> DeserializeSeed<'de> for Element<'_, '_> {
+    type Value = ();
+
+    fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        // Each element is read like a single field.
+        let mut places = self.branch.elements.iter();
+        let at_index = places.find(|(index, _)| *index == self.index);
+        let single = |slot| Branch {
+            single: Some(slot),
+            ..Branch::default()
+        };
+        match (self.branch.all, at_index) {
+            (Some(slot), _) => deserializer.deserialize_any(Value {
+                branch: &single(slot),
+                fields: self.fields,
+                is_in_array: true,
+            }),
+            (None, Some((_, slot))) => deserializer.deserialize_any(Value {
+                branch: &single(*slot),
+                fields: self.fields,
+                is_in_array: false,
+            }),
+            (None, None) => deserializer.deserialize_ignored_any(IgnoredAny).map(|_| ()),
+        }
+    }
+}

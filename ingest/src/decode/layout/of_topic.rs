@@ -1,0 +1,73 @@
+//! The layout of a topic's messages, for any supported encoding.
+
+use super::Layout;
+use crate::{
+    message::{BindingError, DefinitionSource, Topic},
+    schema::{Dialect, FieldPath, SchemaError},
+};
+
+impl Layout {
+    /// The layout for some fields of a topic's messages, by the embedded definition or else the
+    /// built-in one.
+    ///
+    /// # Errors
+    /// The encoding or the schema language is unsupported, there is no definition, or a path does
+    /// not exist.
+    pub fn of_topic(topic: &Topic, paths: &[FieldPath]) -> Result<Layout, BindingError> {
+        let schema = |source: SchemaError| BindingError::Schema {
+            topic: topic.name.clone(),
+            source,
+        };
+        match topic.encoding.as_str() {
+            "cdr" => {
+                let definition = definition(topic, "ros2msg")?;
+                Self::compile_dialect(definition, &topic.type_name, Dialect::Ros2, paths)
+            }
+            "ros1" => {
+                let definition = definition(topic, "ros1msg")?;
+                Self::compile_dialect(definition, &topic.type_name, Dialect::Ros1, paths)
+            }
+            "json" => Self::json(paths),
+            "protobuf" => {
+                let descriptors = topic.descriptors.as_ref();
+                let descriptors = descriptors.ok_or_else(|| no_definition(topic))?;
+                Self::protobuf(descriptors, &topic.type_name, paths)
+            }
+            other => return Err(unsupported(topic, other)),
+        }
+        .map_err(schema)
+    }
+}
+
+fn definition<'t>(topic: &'t Topic, language: &str) -> Result<&'t str, BindingError> {
+    let is_missing = topic.definition_source == DefinitionSource::Missing;
+    if !is_missing && topic.schema_encoding != language {
+        return Err(unsupported(topic, &topic.schema_encoding));
+    }
+    let definition = topic.definition.as_deref();
+    definition.ok_or_else(|| no_definition(topic))
+}
+
+fn no_definition(topic: &Topic) -> BindingError {
+    BindingError::NoDefinition {
+        topic: topic.name.clone(),
+        type_name: topic.type_name.clone(),
+    }
+}
+
+fn unsupported(topic: &Topic, encoding: &str) -> BindingError {
+    BindingError::Unsupported {
+        topic: topic.name.clone(),
+        encoding: encoding.to_owned(),
+    }
+}
+
+/// The layout for fields given as text.
+pub(crate) fn layout_of(topic: &Topic, paths: &[&str]) -> Result<Layout, BindingError> {
+    let paths: Result<Vec<FieldPath>, _> = paths.iter().map(|path| path.parse()).collect();
+    let paths = paths.map_err(|source| BindingError::Schema {
+        topic: topic.name.clone(),
+        source,
+    })?;
+    Layout::of_topic(topic, &paths)
+}

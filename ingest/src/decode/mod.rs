@@ -1,0 +1,21 @@
+//! From the bytes of one message to numbers and strings.
+
+mod binary;
+mod error;
+mod fields;
+mod json;
+mod layout;
+mod number_decoder;
+mod number_fields;
+mod protobuf;
+mod sensor;
+
+pub use self::{
+    error::DecodeError,
+    fields::Fields,
+    layout::Layout,
+    number_decoder::{NumberField, SampleSpec, ValueSource},
+    number_fields::number_fields,
+    sensor::{SensorDecoder, SensorSample},
+};
+pub(crate) use self::{layout::layout_of, number_decoder::NumberDecoder};

@@ -1,0 +1,233 @@
+//! Reads the wanted fields of a protobuf message by the `FileDescriptorSet` embedded in the log.
+//!
+//! Only wanted fields are stored, and no length in a message is trusted for allocation.
+
+mod descriptor;
+mod wire;
+
+use self::{
+    descriptor::{Descriptors, Field, FieldKind},
+    wire::{Item, Number},
+};
+use crate::{
+    decode::{error::DecodeError, fields::Fields},
+    schema::{Branch, PathTree, SchemaError},
+};
+
+const BROKEN: DecodeError = DecodeError::Protobuf {
+    problem: "a field that exceeds the message, or has an unsupported wire type",
+};
+
+/// The slots of the wanted fields of one message type.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Plan {
+    fields: Vec<FieldPlan>,
+    /// Slots of numbers that default to zero when absent.
+    zeros: Vec<usize>,
+}
+
+#[derive(Debug, Clone)]
+struct FieldPlan {
+    number: u64,
+    take: Take,
+}
+
+#[derive(Debug, Clone)]
+enum Take {
+    Number(Number, usize),
+    Text(usize),
+    Numbers {
+        number: Number,
+        all: Option<usize>,
+        elements: Vec<(usize, usize)>,
+    },
+    Texts(usize),
+    Part(Plan),
+    Parts(Plan),
+}
+
+impl Plan {
+    /// Works out where the fields are, in a set of descriptors.
+    pub(crate) fn compile(
+        set: &[u8],
+        type_name: &str,
+        tree: &PathTree,
+    ) -> Result<Self, SchemaError> {
+        let missing = |found: &str| SchemaError::Descriptor {
+            type_name: type_name.to_owned(),
+            found: found.to_owned(),
+        };
+        let descriptors =
+            Descriptors::parse(set).ok_or_else(|| missing("bytes that are not such a set"))?;
+        let fields = descriptors
+            .fields(type_name)
+            .ok_or_else(|| missing("a set without it"))?;
+        let compiler = Compiler {
+            descriptors: &descriptors,
+        };
+        compiler.message(type_name, fields, tree, &mut Vec::new())
+    }
+
+    /// Reads one message. Fields that it lacks keep their values, except for numbers whose absence
+    /// means zero.
+    pub(crate) fn run(
+        &self,
+        message: &[u8],
+        fields: &mut Fields,
+        is_in_array: bool,
+    ) -> Result<(), DecodeError> {
+        if !is_in_array {
+            for &slot in &self.zeros {
+                fields.take_number(slot, 0.0, false);
+            }
+        }
+        let mut indices = vec![0; self.fields.len()];
+        for item in wire::items(message) {
+            let (number, item) = item.ok_or(BROKEN)?;
+            let place = self.fields.iter().position(|field| field.number == number);
+            if let Some(place) = place {
+                let take = &self.fields[place].take;
+                take.item(item, &mut indices[place], fields, is_in_array)
+                    .ok_or(BROKEN)??;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Take {
+    fn item(
+        &self,
+        item: Item<'_>,
+        index: &mut usize,
+        fields: &mut Fields,
+        is_in_array: bool,
+    ) -> Option<Result<(), DecodeError>> {
+        match (self, item) {
+            (Self::Number(number, slot), item) => {
+                fields.take_number(*slot, number.value(item)?, is_in_array);
+            }
+            (Self::Text(slot), Item::Bytes(text)) => fields.take_text(*slot, text, is_in_array),
+            (Self::Texts(slot), Item::Bytes(text)) => fields.take_text(*slot, text, true),
+            (
+                Self::Numbers {
+                    number,
+                    all,
+                    elements,
+                },
+                item,
+            ) => {
+                let mut take = |value: f64| {
+                    if let Some(slot) = all {
+                        fields.take_number(*slot, value, true);
+                    }
+                    for (_, slot) in elements.iter().filter(|(place, _)| place == index) {
+                        fields.take_number(*slot, value, false);
+                    }
+                    *index += 1;
+                };
+                match item {
+                    Item::Bytes(packed) => number.unpack(packed, take)?,
+                    single => take(number.value(single)?),
+                }
+            }
+            (Self::Part(plan), Item::Bytes(part)) => {
+                return Some(plan.run(part, fields, is_in_array));
+            }
+            (Self::Parts(plan), Item::Bytes(part)) => return Some(plan.run(part, fields, true)),
+            _ => return None,
+        }
+        Some(Ok(()))
+    }
+}
+
+struct Compiler<'d> {
+    descriptors: &'d Descriptors,
+}
+
+impl Compiler<'_> {
+    fn message(
+        &self,
+        type_name: &str,
+        fields: &[Field],
+        tree: &PathTree,
+        path: &mut Vec<String>,
+    ) -> Result<Plan, SchemaError> {
+        let mut plan = Plan::default();
+        for branch in &tree.branches {
+            path.push(branch.name.clone());
+            let found = fields.iter().find(|field| branch.is_called(&field.name));
+            let field = found.ok_or_else(|| SchemaError::NoSuchField {
+                path: path.join("."),
+                type_name: type_name.to_owned(),
+                fields: fields.iter().map(|field| field.name.clone()).collect(),
+            })?;
+            let take = self.take(type_name, field, branch, path)?;
+            if let Take::Number(_, slot) = take
+                && !field.has_presence
+            {
+                plan.zeros.push(slot);
+            }
+            plan.fields.push(FieldPlan {
+                number: field.number,
+                take,
+            });
+            path.pop();
+        }
+        Ok(plan)
+    }
+
+    fn take(
+        &self,
+        type_name: &str,
+        field: &Field,
+        branch: &Branch,
+        path: &mut Vec<String>,
+    ) -> Result<Take, SchemaError> {
+        let wrong = || SchemaError::WrongKind {
+            path: path.join("."),
+            expected: branch.wanted_kind().to_owned(),
+            found: match field.is_repeated {
+                true => format!("an array of {}", field.kind()),
+                false => field.kind().to_string(),
+            },
+        };
+        match (field.kind(), field.is_repeated) {
+            (FieldKind::Number(number), false) => {
+                let slot = branch.single.ok_or_else(wrong)?;
+                Ok(Take::Number(number, slot))
+            }
+            (FieldKind::Text, false) => branch.single.map(Take::Text).ok_or_else(wrong),
+            (FieldKind::Number(number), true) => {
+                if branch.all.is_none() && branch.elements.is_empty() {
+                    return Err(wrong());
+                }
+                Ok(Take::Numbers {
+                    number,
+                    all: branch.all,
+                    elements: branch.elements.clone(),
+                })
+            }
+            (FieldKind::Text, true) => branch.all.map(Take::Texts).ok_or_else(wrong),
+            (FieldKind::Message(part), is_repeated) => {
+                let tree = match is_repeated {
+                    true => &branch.parts,
+                    false => &branch.part,
+                };
+                let tree = tree.as_ref().ok_or_else(wrong)?;
+                let undefined = || SchemaError::UndefinedType {
+                    type_name: type_name.to_owned(),
+                    field: field.name.clone(),
+                    part: part.to_owned(),
+                };
+                let fields = self.descriptors.fields(part).ok_or_else(undefined)?;
+                let plan = self.message(part, fields, tree, path)?;
+                Ok(match is_repeated {
+                    true => Take::Parts(plan),
+                    false => Take::Part(plan),
+                })
+            }
+            (FieldKind::Group, _) => Err(wrong()),
+        }
+    }
+}

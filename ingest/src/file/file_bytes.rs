@@ -1,0 +1,83 @@
+//! Reads bytes of a file by position. Files are not mapped into memory: truncating a mapped file
+//! would kill the process, truncating this one is an error.
+
+use std::{
+    fs::File,
+    os::unix::fs::FileExt,
+    path::{Path, PathBuf},
+};
+
+use crate::message::Error;
+
+/// A file open for reading.
+#[derive(Debug)]
+pub(crate) struct FileBytes {
+    path: PathBuf,
+    file: File,
+    len: u64,
+}
+
+impl FileBytes {
+    /// Opens `data`; errors name the file `named`.
+    pub(crate) fn open(data: &Path, named: &Path) -> Result<Self, Error> {
+        let file = File::open(data).map_err(Error::io(named))?;
+        let len = file.metadata().map_err(Error::io(named))?.len();
+        Ok(Self {
+            path: named.to_path_buf(),
+            file,
+            len,
+        })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(crate) fn len(&self) -> u64 {
+        self.len
+    }
+
+    /// Fills `bytes` from `offset`.
+    pub(crate) fn read_at(&self, offset: u64, bytes: &mut [u8]) -> Result<(), Error> {
+        self.file
+            .read_exact_at(bytes, offset)
+            .map_err(Error::io(&self.path))
+    }
+
+    /// The bytes of a range within the file, in a new buffer.
+    pub(crate) fn read_vec(&self, offset: u64, count: u64) -> Result<Vec<u8>, Error> {
+        let mut bytes = Vec::new();
+        self.grow(&mut bytes, offset, count)?;
+        self.read_at(offset, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Like [`read_vec`](Self::read_vec), but into a reused buffer.
+    pub(crate) fn read_into(
+        &self,
+        bytes: &mut Vec<u8>,
+        offset: u64,
+        count: u64,
+    ) -> Result<(), Error> {
+        self.grow(bytes, offset, count)?;
+        bytes.truncate(count as usize);
+        self.read_at(offset, bytes)
+    }
+
+    /// Grows `bytes` to at least `count` bytes, if memory allows.
+    pub(crate) fn grow(&self, bytes: &mut Vec<u8>, offset: u64, count: u64) -> Result<(), Error> {
+        let too_large = || Error::OutOfMemory {
+            path: self.path.clone(),
+            offset,
+            needed_bytes: count,
+        };
+        let wanted = usize::try_from(count).map_err(|_| too_large())?;
+        if bytes.len() < wanted {
+            bytes
+                .try_reserve_exact(wanted - bytes.len())
+                .map_err(|_| too_large())?;
+            bytes.resize(wanted, 0);
+        }
+        Ok(())
+    }
+}

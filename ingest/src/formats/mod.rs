@@ -1,0 +1,16 @@
+//! Readers of the supported file formats.
+//!
+//! A new format takes one implementation of [`FileReader`](reader::FileReader), one variant of
+//! [`Format`](crate::Format), one line in [`open`] and one in `file::content`.
+
+mod bag;
+mod mcap;
+mod open;
+mod reader;
+mod records;
+mod rosbag2_sqlite;
+
+pub(crate) use self::{
+    open::open,
+    reader::{Batch, Batches, FileReader, Request},
+};

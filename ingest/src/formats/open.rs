@@ -1,0 +1,22 @@
+//! Opens one file with the reader of its format.
+
+use super::reader::FileReader;
+use crate::{
+    file::{Format, LogFile},
+    formats::{bag::Bag, mcap::Mcap, records::RecordReader, rosbag2_sqlite::SqliteReader},
+    message::{Error, Losses, TopicTable},
+};
+
+/// Opens one file of a log with the reader of its format.
+pub(crate) fn open(
+    format: Format,
+    file: &LogFile,
+    topics: &mut TopicTable,
+    losses: &mut Losses,
+) -> Result<Box<dyn FileReader>, Error> {
+    Ok(match format {
+        Format::Mcap => Box::new(RecordReader::<Mcap>::open(file, topics, losses)?),
+        Format::Ros1Bag => Box::new(RecordReader::<Bag>::open(file, topics, losses)?),
+        Format::Rosbag2Sqlite => Box::new(SqliteReader::open(file, topics, losses)?),
+    })
+}

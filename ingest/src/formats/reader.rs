@@ -1,0 +1,58 @@
+//! The interface of every format: one file of a log, read in file order.
+//!
+//! Messages are delivered one by one, or chunk by chunk in batches that any thread may fill.
+
+use std::ops::ControlFlow;
+
+use crate::message::{Error, Extra, Losses, RawMessage, TopicId};
+
+/// One opened file of a log.
+pub(crate) trait FileReader: Send + Sync {
+    /// Passes every intact message of the wanted topics to the request, in file order.
+    fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error>;
+
+    /// Passes attachments and metadata records to `take`.
+    fn extras(&self, _take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+/// What the caller of [`Log::read`](crate::Log::read) wants, and where losses are recorded.
+pub(crate) struct Request<'r> {
+    /// One flag per topic of the log.
+    pub(crate) wanted: &'r [bool],
+    pub(crate) visit: &'r mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
+    pub(crate) progress: &'r mut dyn FnMut(u64),
+    /// The total size of the files before this one.
+    pub(crate) bytes_before: u64,
+    pub(crate) losses: &'r mut Losses,
+    /// If given, most messages go to batches instead of `visit`.
+    pub(crate) batches: Option<Batches<'r>>,
+}
+
+/// Collects the messages of one chunk, on any thread.
+pub(crate) trait Batch: Send {
+    /// Adds a message.
+    fn take(&mut self, message: &RawMessage<'_>);
+    /// Hands over the collected messages and empties the batch. Batches are delivered in file
+    /// order, interleaved with visits to single messages.
+    fn deliver(&mut self);
+}
+
+/// Creates batches, and receives the number of messages delivered in them.
+#[derive(Clone, Copy)]
+pub(crate) struct Batches<'r> {
+    pub(crate) empty: &'r (dyn Fn() -> Box<dyn Batch> + Sync),
+    pub(crate) came: &'r dyn Fn(TopicId, u64),
+}
+
+impl Request<'_> {
+    pub(crate) fn wants(&self, topic: TopicId) -> bool {
+        self.wanted.get(topic.0).copied().unwrap_or(false)
+    }
+
+    /// Reports the progress within this file.
+    pub(crate) fn advance(&mut self, bytes_of_file: u64) {
+        (self.progress)(self.bytes_before.saturating_add(bytes_of_file));
+    }
+}

@@ -1,0 +1,77 @@
+//! The table of contents of a file: topics, schemas and chunks.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::parsed::{ChannelRecord, DefinitionRecord, SchemaRecord};
+
+/// The chunks found in the index or by a scan, by offset.
+pub(crate) type ChunkDirectory = BTreeMap<u64, ChunkEntry>;
+
+/// What is known about a chunk before it is read.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ChunkEntry {
+    /// The channels in it; `None` if unknown.
+    pub(crate) channels: Option<Vec<u32>>,
+    /// Message counts by channel, if the index has them.
+    pub(crate) counts: Vec<(u32, u64)>,
+    /// The log times of its first and last message.
+    pub(crate) span_ns: Option<(i64, i64)>,
+}
+
+#[derive(Default)]
+pub(crate) struct Contents {
+    pub(crate) schemas: HashMap<u32, Schema>,
+    pub(crate) channels: BTreeMap<u32, Channel>,
+    /// `None` if unknown.
+    pub(crate) message_counts: Option<BTreeMap<u32, u64>>,
+    /// Whether the counts come from an index, not from a scan.
+    pub(crate) counts_are_indexed: bool,
+    pub(crate) chunks: ChunkDirectory,
+}
+
+pub(crate) struct Schema {
+    pub(crate) name: String,
+    pub(crate) encoding: String,
+    pub(crate) data: Vec<u8>,
+}
+
+#[derive(PartialEq)]
+pub(crate) struct Channel {
+    pub(crate) schema_id: Option<u32>,
+    pub(crate) topic: String,
+    pub(crate) encoding: String,
+}
+
+impl Schema {
+    pub(crate) fn from_record(record: &SchemaRecord<'_>) -> Self {
+        Self {
+            name: record.name.to_owned(),
+            encoding: record.encoding.to_owned(),
+            data: record.data.to_vec(),
+        }
+    }
+}
+
+impl Channel {
+    pub(crate) fn from_record(record: &ChannelRecord<'_>) -> Self {
+        Self {
+            schema_id: record.schema_id,
+            topic: record.topic.to_owned(),
+            encoding: record.encoding.to_owned(),
+        }
+    }
+}
+
+impl Contents {
+    /// Stores what a record defines; a later definition replaces an earlier one.
+    pub(crate) fn define(&mut self, definition: &DefinitionRecord<'_>) {
+        match definition {
+            DefinitionRecord::Schema { id, schema } => {
+                self.schemas.insert(*id, Schema::from_record(schema));
+            }
+            DefinitionRecord::Channel { id, channel } => {
+                self.channels.insert(*id, Channel::from_record(channel));
+            }
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Records after parsing, borrowed from the bytes of the file.
+
+use crate::message::{RawMessage, TopicId};
+
+/// A message.
+pub(crate) struct MessageRecord<'a> {
+    pub(crate) channel_id: u32,
+    pub(crate) sequence: u32,
+    pub(crate) log_time_ns: i64,
+    pub(crate) publish_time_ns: i64,
+    pub(crate) data: &'a [u8],
+}
+
+impl<'a> MessageRecord<'a> {
+    /// The message, on the topic of its channel.
+    #[inline]
+    pub(super) fn message(&self, topic: TopicId) -> RawMessage<'a> {
+        RawMessage {
+            topic,
+            log_time_ns: self.log_time_ns,
+            publish_time_ns: self.publish_time_ns,
+            sequence: self.sequence,
+            data: self.data,
+        }
+    }
+}
+
+/// What a record defines.
+pub(crate) enum DefinitionRecord<'a> {
+    Schema { id: u32, schema: SchemaRecord<'a> },
+    Channel { id: u32, channel: ChannelRecord<'a> },
+}
+
+/// A message type.
+pub(crate) struct SchemaRecord<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) encoding: &'a str,
+    pub(crate) data: &'a [u8],
+}
+
+/// A topic of one writer.
+pub(crate) struct ChannelRecord<'a> {
+    /// `None` for messages without a type.
+    pub(crate) schema_id: Option<u32>,
+    pub(crate) topic: &'a str,
+    pub(crate) encoding: &'a str,
+}

@@ -1,0 +1,129 @@
+//! Reads one file of records: opens its index, then walks its messages.
+
+use std::ops::ControlFlow;
+
+use super::{
+    contents::ChunkDirectory,
+    delivery::Delivery,
+    extras,
+    grammar::{Grammar, Kind},
+    head_window::HeadWindow,
+    intake::Intake,
+    routes::{ChannelTable, Routes},
+    scan, walk,
+};
+use crate::{
+    file::{FileBytes, LogFile},
+    formats::reader::{FileReader, Request},
+    message::{Error, Extra, Losses, TopicTable},
+};
+
+/// One file of records.
+pub(crate) struct RecordReader<G> {
+    file: FileBytes,
+    chunks: ChunkDirectory,
+    channels: ChannelTable,
+    grammar: std::marker::PhantomData<G>,
+}
+
+impl<G: Grammar> RecordReader<G> {
+    pub(crate) fn open(
+        named: &LogFile,
+        topics: &mut TopicTable,
+        losses: &mut Losses,
+    ) -> Result<Self, Error> {
+        let file = FileBytes::open(named.data(), named.path())?;
+        let mut contents = match G::contents(&file)? {
+            Some(contents) => contents,
+            None => {
+                losses.note(format!(
+                    "{}: no intact index: the whole file was scanned for its topics",
+                    named.path().display()
+                ));
+                scan::read::<G>(&file, losses)?
+            }
+        };
+        drop_wrong_places::<G>(&mut contents.chunks, &file, losses)?;
+        let channels = ChannelTable::register(&contents, topics);
+        Ok(Self {
+            file,
+            chunks: contents.chunks,
+            channels,
+            grammar: std::marker::PhantomData,
+        })
+    }
+}
+
+impl<G: Grammar> FileReader for RecordReader<G> {
+    fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error> {
+        // The walk and the visitor both record losses; those of the walk are merged afterwards.
+        let mut losses = Losses::default();
+        let routes = Routes::new(&self.channels, request.wanted);
+        let intake = request.batches;
+        let intake = intake.map(|batches| Intake::new(&routes, batches.empty));
+        let mut delivery = Delivery::new(&routes, &self.chunks, request);
+        let flow = walk::walk::<G, _>(
+            &self.file,
+            &self.chunks,
+            intake.as_ref(),
+            &mut delivery,
+            &mut losses,
+        )?;
+        if flow.is_continue() {
+            delivery.report_missing(&mut losses);
+        }
+        request.losses.merge(&losses);
+        // `merge` does not add them up over the files of a log
+        request.losses.integrity.chunks_passed_over += losses.integrity.chunks_passed_over;
+        Ok(flow)
+    }
+
+    fn extras(&self, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+        let mut places = extras::ExtraRanges::default();
+        // Reading reports the damage.
+        let _ = walk::walk::<G, _>(
+            &self.file,
+            &self.chunks,
+            None,
+            &mut places,
+            &mut Losses::default(),
+        )?;
+        for bytes in places.0 {
+            let record = self.file.read_vec(bytes.start, bytes.end - bytes.start)?;
+            if let Some(extra) = G::extra(&record) {
+                take(extra);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Drops chunks that are not where the index says, and notes whether the first one has a checksum.
+fn drop_wrong_places<G: Grammar>(
+    chunks: &mut ChunkDirectory,
+    file: &FileBytes,
+    losses: &mut Losses,
+) -> Result<(), Error> {
+    let mut window = HeadWindow::new(file);
+    let mut wrong = Vec::new();
+    let mut is_first = true;
+    for &offset in chunks.keys() {
+        let head = window.bytes(offset, G::HEAD_BYTES as u64)?;
+        let is_chunk = G::frame(head).is_some_and(|frame| frame.kind == Kind::Chunk);
+        match G::chunk(head).filter(|_| is_chunk) {
+            Some(chunk) if is_first => losses.saw_checksum(chunk.has_checksum()),
+            Some(_) => {}
+            None => wrong.push(offset),
+        }
+        is_first = false;
+    }
+    if let Some(first) = wrong.first() {
+        losses.note(format!(
+            "{}: {} chunks of the index are not at their offsets, the first at byte {first}",
+            file.path().display(),
+            wrong.len(),
+        ));
+    }
+    chunks.retain(|offset, _| !wrong.contains(offset));
+    Ok(())
+}

@@ -1,0 +1,67 @@
+//! Detects a database that is shorter than its header states.
+
+use std::path::Path;
+
+use crate::{
+    file::FileBytes,
+    message::{Error, Losses, LostPart},
+};
+
+/// The last bytes of a truncated file.
+///
+/// SQLite reads zeros beyond the end of the file. The last message of a truncated page then appears
+/// complete, with zeros at its end; only these bytes reveal it.
+pub(super) struct Cut {
+    last_bytes: Vec<u8>,
+}
+
+impl Cut {
+    /// Compares the size in the database header with that of the file.
+    pub(super) fn find(
+        file: &FileBytes,
+        path: &Path,
+        losses: &mut Losses,
+    ) -> Result<Option<Self>, Error> {
+        const PAGE_SIZE_OFFSET: usize = 16;
+        const PAGE_COUNT_OFFSET: usize = 28;
+        const COMPARED_BYTES: u64 = 16;
+        let mut header = [0; 32];
+        if file.len() < header.len() as u64 {
+            return Ok(None);
+        }
+        file.read_at(0, &mut header)?;
+        let page_bytes = header[PAGE_SIZE_OFFSET..]
+            .first_chunk()
+            .map(|b| u16::from_be_bytes(*b));
+        let page_bytes = match page_bytes {
+            Some(1) => 65536,
+            Some(bytes) => u64::from(bytes),
+            None => 0,
+        };
+        let pages = header[PAGE_COUNT_OFFSET..]
+            .first_chunk()
+            .map_or(0, |b| u32::from_be_bytes(*b));
+        let expected = page_bytes * u64::from(pages);
+        if expected <= file.len() {
+            return Ok(None);
+        }
+        let reason = format!(
+            "expected a database of {expected} bytes, found {}",
+            file.len()
+        );
+        losses.lose(LostPart::Tail, path, file.len()..expected, reason);
+        let last_bytes = file.read_vec(file.len() - COMPARED_BYTES, COMPARED_BYTES)?;
+        Ok(Some(Self { last_bytes }))
+    }
+
+    /// Whether a message may extend beyond the end of the file: it contains the last bytes of the
+    /// file, followed by zeros only.
+    pub(super) fn may_run_through(&self, data: &[u8]) -> bool {
+        let zeros = data.iter().rev().take_while(|byte| **byte == 0).count();
+        (data.len() - zeros..data.len()).any(|end| {
+            let compared = end.min(self.last_bytes.len());
+            let file_end = &self.last_bytes[self.last_bytes.len() - compared..];
+            data[..end].ends_with(file_end)
+        })
+    }
+}

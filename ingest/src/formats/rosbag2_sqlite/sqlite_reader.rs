@@ -1,0 +1,109 @@
+//! Opens a database and registers its topics.
+//!
+//! Where SQLite cannot read the table of topics, it is salvaged from single pages.
+
+use std::{collections::HashMap, path::PathBuf};
+
+use rusqlite::Connection;
+
+use super::{
+    connection::connect,
+    cut::Cut,
+    private_copy::{self, PrivateCopy},
+    salvage::{self, Salvage},
+    tables::{self, Counts},
+};
+use crate::{
+    file::{FileBytes, LogFile},
+    message::{Error, Losses, TopicDescription, TopicId, TopicTable},
+};
+
+/// One database.
+pub(crate) struct SqliteReader {
+    /// The path as given; `data` may be a copy.
+    pub(super) path: PathBuf,
+    pub(super) file: FileBytes,
+    data: PathBuf,
+    _copy: Option<PrivateCopy>,
+    pub(super) cut: Option<Cut>,
+    /// By the topic's id in the database.
+    pub(super) topics: HashMap<i64, TopicId>,
+}
+
+impl SqliteReader {
+    pub(crate) fn open(
+        named: &LogFile,
+        topics: &mut TopicTable,
+        losses: &mut Losses,
+    ) -> Result<Self, Error> {
+        let path = named.path();
+        let copy = private_copy::with_journal(path, losses);
+        let data = copy.as_ref().map_or(named.data(), |copy| &copy.path);
+        let file = FileBytes::open(data, path)?;
+        let mut reader = Self {
+            path: path.to_path_buf(),
+            data: data.to_path_buf(),
+            cut: Cut::find(&file, path, losses)?,
+            file,
+            _copy: copy,
+            topics: HashMap::new(),
+        };
+        reader.register(topics, losses)?;
+        Ok(reader)
+    }
+
+    pub(super) fn connect(&self) -> Result<Connection, Error> {
+        connect(&self.data, &self.path)
+    }
+
+    fn register(&mut self, topics: &mut TopicTable, losses: &mut Losses) -> Result<(), Error> {
+        let connection = self.connect()?;
+        let definitions = tables::definitions(&connection);
+        let counts = Counts::read(&connection);
+        let rows = match tables::topic_rows(&connection, &self.path) {
+            Ok(rows) => rows,
+            Err(error) => self.salvaged_topics(error, losses)?,
+        };
+        for row in rows {
+            let definition = definitions.get(&row.type_name);
+            let id = topics.register(&TopicDescription {
+                name: &row.name,
+                type_name: &row.type_name,
+                encoding: &row.encoding,
+                schema_encoding: definition.map_or("", |definition| &definition.encoding),
+                definition: definition.map(|definition| definition.text.as_bytes()),
+            });
+            topics.add_messages(id, counts.as_ref().map(|counts| counts.of_topic(row.id)));
+            self.topics.insert(row.id, id);
+        }
+        let path = self.path.display();
+        match counts.map(|counts| counts.missing()) {
+            None => losses.note(format!("{path}: the messages cannot be counted")),
+            Some(0) => {}
+            Some(missing) => losses.note(format!(
+                "{path}: {missing} message ids are missing from the recorder's numbering"
+            )),
+        }
+        Ok(())
+    }
+
+    /// The topics found in single pages; the error if there are none.
+    fn salvaged_topics(
+        &self,
+        error: Error,
+        losses: &mut Losses,
+    ) -> Result<Vec<salvage::TopicRow>, Error> {
+        let topics = match Salvage::open(&self.file)? {
+            Some(mut salvage) => salvage.topics()?,
+            None => Vec::new(),
+        };
+        if topics.is_empty() {
+            return Err(error);
+        }
+        losses.note(format!(
+            "{error}; {} topics were found in single pages",
+            topics.len()
+        ));
+        Ok(topics)
+    }
+}

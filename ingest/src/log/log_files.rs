@@ -1,0 +1,14 @@
+//! The files that form one log.
+
+use std::{collections::BTreeMap, path::PathBuf};
+
+use crate::{file::Format, message::Losses};
+
+/// The files of one log.
+pub(crate) struct LogFiles {
+    pub(crate) format: Format,
+    pub(crate) files: Vec<PathBuf>,
+    pub(crate) losses: Losses,
+    /// Messages the recorder reports having written, by topic.
+    pub(crate) declared_counts: BTreeMap<String, u64>,
+}

@@ -1,0 +1,240 @@
+//! A log opened for reading.
+
+use std::{
+    cell::Cell,
+    collections::BTreeMap,
+    fmt,
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+};
+
+use super::{log_files::LogFiles, recognise};
+use crate::{
+    file::{Format, LogFile, format_of},
+    formats::{Batch, Batches, FileReader, Request, open},
+    message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicTable},
+};
+
+/// A log opened for reading. Its files are never modified, and no file is created beside them.
+pub struct Log {
+    path: PathBuf,
+    format: Format,
+    files: Vec<PathBuf>,
+    file_bytes: Vec<u64>,
+    readers: Vec<Box<dyn FileReader>>,
+    /// Keeps temporary files alive while they are read.
+    _unpacked: Vec<LogFile>,
+    topics: Vec<Topic>,
+    losses: Losses,
+    /// Messages the recorder reports having written, by topic; empty if it reports none.
+    declared_counts: BTreeMap<String, u64>,
+}
+
+impl Log {
+    /// Opens a file or a rosbag2 folder. The format is detected from the content, not the name.
+    pub fn open(path: &Path) -> Result<Log, Error> {
+        let LogFiles {
+            format,
+            files,
+            mut losses,
+            declared_counts,
+        } = recognise::recognise(path)?;
+        let has_damaged_beginning = !losses.is_empty();
+        let mut topics = TopicTable::default();
+        let mut readers = Vec::with_capacity(files.len());
+        let mut file_bytes = Vec::with_capacity(files.len());
+        let mut unpacked = Vec::with_capacity(files.len());
+        for path in &files {
+            let file = LogFile::open(path, &mut losses)?;
+            readers.push(open(format, &file, &mut topics, &mut losses)?);
+            let metadata = std::fs::metadata(file.data()).map_err(Error::io(path))?;
+            file_bytes.push(metadata.len());
+            unpacked.push(file);
+        }
+        let topics = topics.into_topics();
+        if topics.is_empty() && has_damaged_beginning {
+            // Only the file name suggested a log.
+            format_of(path)?;
+        }
+        Ok(Log {
+            path: path.to_path_buf(),
+            format,
+            files,
+            file_bytes,
+            readers,
+            _unpacked: unpacked,
+            topics,
+            losses,
+            declared_counts,
+        })
+    }
+
+    /// The path that was opened.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The format of the files.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// The files, in the order of reading.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    /// The decompressed size of all files.
+    pub fn bytes(&self) -> u64 {
+        self.file_bytes.iter().sum()
+    }
+
+    /// All topics, in the order in which they were found.
+    pub fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    /// One topic.
+    pub fn topic(&self, id: TopicId) -> Result<&Topic, Error> {
+        self.topics.get(id.0).ok_or_else(|| Error::NoSuchTopic {
+            path: self.path.clone(),
+            index: id.0,
+            count: self.topics.len(),
+        })
+    }
+
+    /// Damage found while opening. Opening scans the whole log only if it has no intact index.
+    pub fn losses(&self) -> &Losses {
+        &self.losses
+    }
+
+    /// Calls `visit` with every intact message of the wanted topics, in file order, until it
+    /// returns `Break`.
+    ///
+    /// The losses returned are those found while opening and while reading. Chunks without a wanted
+    /// topic are skipped where an index lists their topics; they are then not verified.
+    pub fn read(
+        &self,
+        wanted: &[TopicId],
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
+    ) -> Result<Losses, Error> {
+        self.read_with_progress(wanted, visit, &mut |_| {})
+    }
+
+    /// Like [`read`](Self::read); also calls `progress` from time to time with the number of bytes
+    /// read so far, which reaches [`bytes`](Self::bytes) unless `visit` breaks.
+    pub fn read_with_progress(
+        &self,
+        wanted: &[TopicId],
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Losses, Error> {
+        self.read_in_batches(wanted, visit, progress, None)
+    }
+
+    /// Like [`read_with_progress`](Self::read_with_progress); given `empty_batch`, most messages go
+    /// to batches instead of `visit`.
+    pub(crate) fn read_in_batches(
+        &self,
+        wanted: &[TopicId],
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(u64),
+        empty_batch: Option<&(dyn Fn() -> Box<dyn Batch> + Sync)>,
+    ) -> Result<Losses, Error> {
+        let wanted = self.wanted_flags(wanted)?;
+        if self.declared_counts.is_empty() {
+            let batches = empty_batch.map(|empty| Batches {
+                empty,
+                came: &|_, _| {},
+            });
+            return Ok(self.read_files(&wanted, visit, progress, batches)?.0);
+        }
+        let seen = vec![Cell::new(0); self.topics.len()];
+        let count = |topic: TopicId, messages: u64| {
+            seen[topic.0].set(seen[topic.0].get() + messages);
+        };
+        let mut count_and_visit = |message: &RawMessage<'_>| {
+            count(message.topic, 1);
+            visit(message)
+        };
+        let batches = empty_batch.map(|empty| Batches {
+            empty,
+            came: &count,
+        });
+        let (mut losses, flow) =
+            self.read_files(&wanted, &mut count_and_visit, progress, batches)?;
+        if flow.is_continue() {
+            self.report_missing(&wanted, &seen, &mut losses);
+        }
+        Ok(losses)
+    }
+
+    fn read_files(
+        &self,
+        wanted: &[bool],
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(u64),
+        batches: Option<Batches<'_>>,
+    ) -> Result<(Losses, ControlFlow<()>), Error> {
+        let mut losses = self.losses.clone();
+        let mut bytes_before = 0;
+        for (reader, bytes) in self.readers.iter().zip(&self.file_bytes) {
+            let mut request = Request {
+                wanted,
+                visit: &mut *visit,
+                progress: &mut *progress,
+                bytes_before,
+                losses: &mut losses,
+                batches,
+            };
+            if reader.read(&mut request)?.is_break() {
+                return Ok((losses, ControlFlow::Break(())));
+            }
+            bytes_before += bytes;
+            progress(bytes_before);
+        }
+        Ok((losses, ControlFlow::Continue(())))
+    }
+
+    /// Compares the messages found with those the recorder reports having written.
+    fn report_missing(&self, wanted: &[bool], seen: &[Cell<u64>], losses: &mut Losses) {
+        for (name, &declared_counts) in &self.declared_counts {
+            let of_name = || self.topics.iter().filter(|topic| topic.name == *name);
+            if !of_name().all(|topic| wanted[topic.id.0]) || of_name().next().is_none() {
+                continue;
+            }
+            let came: u64 = of_name().map(|topic| seen[topic.id.0].get()).sum();
+            if declared_counts > came {
+                losses.miss(name, declared_counts - came);
+            }
+        }
+    }
+
+    /// Passes attachments and metadata records to `take`.
+    pub(crate) fn extras(&self, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+        self.readers
+            .iter()
+            .try_for_each(|reader| reader.extras(take))
+    }
+
+    fn wanted_flags(&self, wanted: &[TopicId]) -> Result<Vec<bool>, Error> {
+        let mut flags = vec![false; self.topics.len()];
+        for &id in wanted {
+            self.topic(id)?;
+            flags[id.0] = true;
+        }
+        Ok(flags)
+    }
+}
+
+impl fmt::Debug for Log {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Log")
+            .field("path", &self.path)
+            .field("format", &self.format)
+            .field("files", &self.files)
+            .field("topics", &self.topics.len())
+            .finish_non_exhaustive()
+    }
+}

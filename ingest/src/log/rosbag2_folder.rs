@@ -1,0 +1,310 @@
+//! A folder written by rosbag2: `metadata.yaml` and one or more MCAP or SQLite files.
+
+use std::{
+    cmp::Ordering,
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
+
+use super::{log_files::LogFiles, rosbag2_metadata::Metadata};
+use crate::{
+    file::{Content, Format, content_of, format_of},
+    message::{Error, Losses, LostPart, LostRange},
+};
+
+const METADATA_NAME: &str = "metadata.yaml";
+/// How deep split files may be nested in subfolders.
+const MOST_NESTED_FOLDERS: usize = 3;
+/// Far above any real file, which takes a few hundred bytes per topic.
+const METADATA_LIMIT_BYTES: u64 = 64 << 20;
+
+/// The files of a folder that form one log, in order.
+pub(crate) fn recognise(folder: &Path) -> Result<LogFiles, Error> {
+    let mut losses = Losses::default();
+    let found = log_files_in(folder)?;
+    let metadata = read_metadata(folder, &mut losses)?;
+    let listed = listed_files(folder, &metadata, &mut losses)?;
+    let mut files = if listed.is_empty() {
+        refuse_several_logs(folder, &found)?;
+        found
+    } else {
+        note_unlisted(&found, &listed, &mut losses);
+        listed
+    };
+    let format = common_format(folder, &mut files, &mut losses)?;
+    Ok(LogFiles {
+        format,
+        files,
+        losses,
+        declared_counts: metadata.message_counts,
+    })
+}
+
+/// The metadata; empty if the file is missing or damaged.
+fn read_metadata(folder: &Path, losses: &mut Losses) -> Result<Metadata, Error> {
+    let path = folder.join(METADATA_NAME);
+    if !path.is_file() {
+        losses.note(format!(
+            "{METADATA_NAME} is missing: the files are read in order of name"
+        ));
+        return Ok(Metadata::default());
+    }
+    let size = std::fs::metadata(&path).map_err(Error::io(&path))?.len();
+    if size > METADATA_LIMIT_BYTES {
+        losses.note(format!(
+            "{METADATA_NAME} has {size} bytes and is ignored: at most {METADATA_LIMIT_BYTES} are read"
+        ));
+        return Ok(Metadata::default());
+    }
+    let bytes = std::fs::read(&path).map_err(Error::io(&path))?;
+    let metadata = Metadata::parse(&String::from_utf8_lossy(&bytes)).unwrap_or_else(|problem| {
+        losses.push(LostRange {
+            file: path,
+            start_byte: 0,
+            end_byte: size,
+            part: LostPart::Records,
+            reason: format!("not valid metadata: {problem}; the files are read in order of name"),
+            first_time_ns: None,
+            last_time_ns: None,
+            messages: BTreeMap::new(),
+            message_count: Some(0),
+        });
+        Metadata::default()
+    });
+    refuse_compression(folder, &metadata)?;
+    Ok(metadata)
+}
+
+/// The existing files that the metadata lists, in its order; empty without metadata.
+fn listed_files(
+    folder: &Path,
+    metadata: &Metadata,
+    losses: &mut Losses,
+) -> Result<Vec<PathBuf>, Error> {
+    let (present, missing): (Vec<_>, Vec<_>) = metadata
+        .files
+        .iter()
+        .map(|name| present_file(folder, name))
+        .partition(|file| file.is_file());
+    for file in missing {
+        let reason = format!("listed in {METADATA_NAME}, but the file does not exist");
+        losses.lose(LostPart::File, &file, 0..0, reason);
+    }
+    Ok(present)
+}
+
+/// The path of a listed file, which may have been compressed afterwards.
+fn present_file(folder: &Path, name: &str) -> PathBuf {
+    let listed = folder.join(name);
+    let packed = folder.join(format!("{name}.zstd"));
+    if !listed.is_file() && packed.is_file() {
+        packed
+    } else {
+        listed
+    }
+}
+
+fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {
+    let is_per_message = metadata.compression_mode.eq_ignore_ascii_case("message");
+    if metadata.compression_format.is_empty() || !is_per_message && is_zstd(metadata) {
+        return Ok(());
+    }
+    let Metadata {
+        compression_format,
+        compression_mode,
+        ..
+    } = metadata;
+    Err(Error::Unsupported {
+        path: folder.to_path_buf(),
+        format: format!(
+            "rosbag2 compression {compression_format} of mode {compression_mode} \
+             (only zstd compression of whole files is supported)"
+        ),
+    })
+}
+
+fn is_zstd(metadata: &Metadata) -> bool {
+    metadata.compression_format.eq_ignore_ascii_case("zstd")
+}
+
+/// All files of a known log format, in natural order of path; subfolders are searched only if the
+/// folder itself has none.
+fn log_files_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    log_files_below(folder, MOST_NESTED_FOLDERS)
+}
+
+fn log_files_below(folder: &Path, levels: usize) -> Result<Vec<PathBuf>, Error> {
+    let mut files = Vec::new();
+    let mut folders = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
+        let path = entry.map_err(Error::io(folder))?.path();
+        let is_log = |path: &Path| {
+            let content = content_of(path);
+            matches!(content, Ok(Content::Log(_) | Content::Packed(_)))
+        };
+        if path.is_dir() {
+            folders.push(path);
+        } else if path.is_file() && is_log(&path) {
+            files.push(path);
+        }
+    }
+    if files.is_empty() && levels > 0 {
+        for folder in folders {
+            files.extend(log_files_below(&folder, levels - 1)?);
+        }
+    }
+    let text = |path: &Path| path.to_string_lossy().into_owned();
+    files.sort_by(|left, right| natural_order(&text(left), &text(right)));
+    Ok(files)
+}
+
+/// Without metadata only the file names show whether files are parts of one log.
+fn refuse_several_logs(folder: &Path, files: &[PathBuf]) -> Result<(), Error> {
+    let stems: BTreeSet<String> = files.iter().map(|file| stem_without_number(file)).collect();
+    if stems.len() < 2 {
+        return Ok(());
+    }
+    let below = |file: &PathBuf| {
+        let path = file.strip_prefix(folder).unwrap_or(file);
+        path.to_string_lossy().into_owned()
+    };
+    let names = files.iter().map(below).collect();
+    Err(Error::SeveralLogs {
+        path: folder.to_path_buf(),
+        names,
+    })
+}
+
+fn note_unlisted(found: &[PathBuf], listed: &[PathBuf], losses: &mut Losses) {
+    for file in found.iter().filter(|file| !listed.contains(file)) {
+        losses.note(format!(
+            "{} is not listed in {METADATA_NAME}: not read",
+            name_of(file)
+        ));
+    }
+}
+
+/// The format of all files. Files that are not logs are reported as lost, provided at least one is
+/// a log.
+fn common_format(
+    folder: &Path,
+    files: &mut Vec<PathBuf>,
+    losses: &mut Losses,
+) -> Result<Format, Error> {
+    let mut formats = Vec::new();
+    let mut unreadable = Vec::new();
+    for file in std::mem::take(files) {
+        match format_of(&file) {
+            Ok(format) => {
+                formats.push(format);
+                files.push(file);
+            }
+            Err(error) => unreadable.push((file, error)),
+        }
+    }
+    let Some(&format) = formats.first() else {
+        let nothing = Error::NotALog {
+            path: folder.to_path_buf(),
+            found: "a folder without any such file".to_owned(),
+        };
+        let first = unreadable.into_iter().next();
+        return Err(first.map_or(nothing, |(_, error)| error));
+    };
+    for (file, error) in unreadable {
+        let bytes = std::fs::metadata(&file).map_or(0, |metadata| metadata.len());
+        losses.lose(LostPart::File, &file, 0..bytes, error.to_string());
+    }
+    if formats.iter().any(|other| *other != format) {
+        let names = files.iter().map(|file| name_of(file)).collect();
+        return Err(Error::SeveralLogs {
+            path: folder.to_path_buf(),
+            names,
+        });
+    }
+    Ok(format)
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// `drive_12.mcap` and `drive_3.mcap` are parts of `drive`.
+fn stem_without_number(path: &Path) -> String {
+    let name = name_of(path);
+    let name = name.strip_suffix(".zstd").unwrap_or(&name);
+    let stem = Path::new(name)
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let bare = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    match bare.strip_suffix('_') {
+        Some(bare) if bare.len() + 1 < stem.len() => bare.to_owned(),
+        _ => stem,
+    }
+}
+
+/// Compares digits by value, so that `_10` comes after `_9`.
+fn natural_order(left: &str, right: &str) -> Ordering {
+    let (mut left, mut right) = (left, right);
+    loop {
+        let (left_number, left_rest) = split_number(left);
+        let (right_number, right_rest) = split_number(right);
+        if !left_number.is_empty() && !right_number.is_empty() {
+            let by_value = compare_numbers(left_number, right_number);
+            if by_value.is_ne() {
+                return by_value;
+            }
+            (left, right) = (left_rest, right_rest);
+            continue;
+        }
+        let mut left_chars = left.chars();
+        let mut right_chars = right.chars();
+        match (left_chars.next(), right_chars.next()) {
+            (Some(a), Some(b)) if a == b => {
+                (left, right) = (left_chars.as_str(), right_chars.as_str());
+            }
+            (a, b) => return a.cmp(&b),
+        }
+    }
+}
+
+fn split_number(text: &str) -> (&str, &str) {
+    let end = text
+        .find(|c: char| !c.is_ascii_digit())
+        .unwrap_or(text.len());
+    text.split_at(end)
+}
+
+fn compare_numbers(left: &str, right: &str) -> Ordering {
+    let (short_left, short_right) = (left.trim_start_matches('0'), right.trim_start_matches('0'));
+    short_left
+        .len()
+        .cmp(&short_right.len())
+        .then_with(|| short_left.cmp(short_right))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_ordered_by_number() {
+        let mut names = ["log_10.mcap", "log_9.mcap", "log_0.mcap", "log_010b.mcap"];
+        names.sort_by(|left, right| natural_order(left, right));
+        assert_eq!(
+            names,
+            ["log_0.mcap", "log_9.mcap", "log_10.mcap", "log_010b.mcap"]
+        );
+    }
+
+    #[test]
+    fn parts_share_a_stem() {
+        assert_eq!(stem_without_number(Path::new("a/drive_12.mcap")), "drive");
+        assert_eq!(stem_without_number(Path::new("a/drive12.mcap")), "drive12");
+        assert_eq!(stem_without_number(Path::new("_7.mcap")), "");
+    }
+}

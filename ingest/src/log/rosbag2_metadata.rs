@@ -1,0 +1,103 @@
+//! The entries of a rosbag2 `metadata.yaml` that reading needs.
+
+use std::collections::BTreeMap;
+
+use yaml_rust2::{
+    Yaml, YamlLoader,
+    parser::{Event, Parser},
+};
+
+/// Recorders nest six levels deep. The loader recurses, so damaged text must not nest without limit.
+const MAX_DEPTH: usize = 32;
+
+/// Absent entries are empty.
+#[derive(Default)]
+pub(super) struct Metadata {
+    pub(super) files: Vec<String>,
+    pub(super) compression_format: String,
+    pub(super) compression_mode: String,
+    /// How many messages the recorder wrote to each topic.
+    pub(super) message_counts: BTreeMap<String, u64>,
+}
+
+impl Metadata {
+    /// The metadata, or what is wrong with the text.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        check_structure(text)?;
+        let documents = YamlLoader::load_from_str(text).map_err(|error| error.to_string())?;
+        let information = documents
+            .first()
+            .map(|root| &root["rosbag2_bagfile_information"])
+            .filter(|information| information.as_hash().is_some())
+            .ok_or("expected the key rosbag2_bagfile_information, found none")?;
+        let text_at = |key: &str| information[key].as_str().unwrap_or_default().to_owned();
+        let list_at = |key: &str| information[key].as_vec().into_iter().flatten();
+        let files = list_at("relative_file_paths").filter_map(Yaml::as_str);
+        let mut metadata = Self {
+            files: files.map(str::to_owned).collect(),
+            compression_format: text_at("compression_format"),
+            compression_mode: text_at("compression_mode"),
+            message_counts: BTreeMap::new(),
+        };
+        for topic in list_at("topics_with_message_count") {
+            let name = topic["topic_metadata"]["name"].as_str();
+            let count = topic["message_count"].as_i64().map(u64::try_from);
+            if let (Some(name), Some(Ok(count))) = (name, count) {
+                let sum: &mut u64 = metadata.message_counts.entry(name.to_owned()).or_default();
+                *sum = sum.saturating_add(count);
+            }
+        }
+        Ok(metadata)
+    }
+}
+
+/// Refuses text that would make the loader recurse too deeply or, through aliases, grow without limit.
+fn check_structure(text: &str) -> Result<(), String> {
+    let mut parser = Parser::new_from_str(text);
+    let mut depth = 0_usize;
+    loop {
+        let (event, mark) = parser.next_token().map_err(|error| error.to_string())?;
+        match event {
+            Event::SequenceStart(..) | Event::MappingStart(..) => depth += 1,
+            Event::SequenceEnd | Event::MappingEnd => depth = depth.saturating_sub(1),
+            Event::Alias(_) => return Err(format!("line {}: found an alias", mark.line())),
+            Event::StreamEnd => return Ok(()),
+            _ => {}
+        }
+        if depth > MAX_DEPTH {
+            return Err(format!("line {}: nested too deeply", mark.line()));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_and_counts_are_read_in_block_and_flow_style() {
+        let block = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - one_0.db3\n    - 'two.db3'\n\
+            \x20 topics_with_message_count:\n    - topic_metadata:\n        name: /a\n\
+            \x20       offered_qos_profiles:\n          - depth: 5\n      message_count: 7\n\
+            \x20   - message_count: 3\n      topic_metadata:\n        name: '/a'\n\
+            \x20 message_count: 99\n";
+        let metadata = Metadata::parse(block).unwrap();
+        assert_eq!(metadata.files, ["one_0.db3", "two.db3"]);
+        let expected = BTreeMap::from([("/a".to_owned(), 10)]);
+        assert_eq!(metadata.message_counts, expected);
+        let flow = "{rosbag2_bagfile_information: {relative_file_paths: [\"a.mcap\", b.mcap], \
+            compression_format: \"\"}}";
+        let metadata = Metadata::parse(flow).unwrap();
+        assert_eq!(metadata.files, ["a.mcap", "b.mcap"]);
+        assert!(metadata.compression_format.is_empty());
+    }
+
+    #[test]
+    fn damaged_metadata_is_refused_with_a_reason() {
+        let refused = |text: &str| Metadata::parse(text).err().unwrap();
+        assert!(refused("a: [1, 2\nb: }").contains("line"));
+        assert!(refused("").contains("rosbag2_bagfile_information"));
+        assert!(refused(&"- ".repeat(100_000)).contains("too deeply"));
+        assert!(refused("a: &a [1]\nb: [*a, *a]").contains("alias"));
+    }
+}

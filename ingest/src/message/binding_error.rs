@@ -1,0 +1,116 @@
+//! Why a topic cannot serve as a signal.
+
+use super::sensor_kind::SensorKind;
+use crate::schema::SchemaError;
+
+/// Why a topic cannot serve as a signal.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BindingError {
+    /// The messages are of another type.
+    #[error("topic {topic}: expected messages of type {expected}, found {found}")]
+    WrongType {
+        /// The topic.
+        topic: String,
+        /// The type that the signal needs.
+        expected: &'static str,
+        /// The type found.
+        found: String,
+    },
+    /// The encoding of the messages is not supported.
+    #[error("topic {topic}: unsupported encoding {encoding}")]
+    Unsupported {
+        /// The topic.
+        topic: String,
+        /// The encoding of the messages or of their definition.
+        encoding: String,
+    },
+    /// The fields of the messages are unknown.
+    #[error(
+        "topic {topic}: the log has no definition of {type_name}, and the type is not built in"
+    )]
+    NoDefinition {
+        /// The topic.
+        topic: String,
+        /// The type.
+        type_name: String,
+    },
+    /// The definition does not fit the wanted fields.
+    #[error("topic {topic}: {source}")]
+    Schema {
+        /// The topic.
+        topic: String,
+        /// What is wrong.
+        source: SchemaError,
+    },
+    /// The topic of a field that the machine file names is not in the log.
+    #[error(
+        "topic {named}, named by the machine file for field {field}: not in the log, which has: {}",
+        available.join(", ")
+    )]
+    NoTopicOfField {
+        /// The name in the machine file.
+        named: String,
+        /// The field.
+        field: String,
+        /// Every topic of the log.
+        available: Vec<String>,
+    },
+    /// A field that the machine file names is not a field path.
+    #[error(
+        "topic {topic}: expected the path of one number, like wrench.force.z or forces[2].x, or a list of numbers and a joint, found \"{field}\""
+    )]
+    NoFieldPath {
+        /// The topic.
+        topic: String,
+        /// What the machine file says.
+        field: String,
+    },
+    /// No message has the number that the machine file names.
+    #[error(
+        "topic {topic}: expected a number in field {field}{}, found none in {messages} messages{}",
+        joint.as_ref().map_or(String::new(), |joint| format!(" of \"{joint}\"")),
+        if names.is_empty() { String::new() } else { format!("; names in the last message: {}", names.join(", ")) }
+    )]
+    NoNumber {
+        /// The topic.
+        topic: String,
+        /// The path.
+        field: String,
+        /// The name that selects it in a list of names.
+        joint: Option<String>,
+        /// How many messages were read.
+        messages: u64,
+        /// The names in the last message.
+        names: Vec<String>,
+    },
+    /// A topic that the machine file names is not in the log.
+    #[error(
+        "topic {named}, named by the machine file as {}: not in the log, which has: {}",
+        kind.signal_key(),
+        available.join(", ")
+    )]
+    NoSuchTopic {
+        /// The signal it should carry.
+        kind: SensorKind,
+        /// The name in the machine file.
+        named: String,
+        /// Every topic of the log, with its type.
+        available: Vec<String>,
+    },
+    /// More than one topic could carry a signal.
+    #[error(
+        "several candidates for one signal: {} may be any of {}. Name one in the machine file, under \
+         [signals]: {line}",
+        kind.signal_key(),
+        candidates.join(", ")
+    )]
+    SeveralCandidates {
+        /// The signal.
+        kind: SensorKind,
+        /// The topics, with type and number of messages.
+        candidates: Vec<String>,
+        /// The line to write.
+        line: String,
+    },
+}

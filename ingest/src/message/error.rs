@@ -1,0 +1,107 @@
+//! Why a log cannot be opened or read.
+
+use std::path::{Path, PathBuf};
+
+use super::binding_error::BindingError;
+
+/// Why a log cannot be opened or read at all.
+///
+/// Damage inside a log is not an error: the intact part is read, and [`Losses`](crate::Losses)
+/// reports the rest.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The operating system returned an error.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// The error of the operating system.
+        source: std::io::Error,
+    },
+    /// The content is not in a supported format.
+    #[error(
+        "{}: not a log: expected MCAP, a bag of ROS 1, a rosbag2 SQLite database or a rosbag2 folder, \
+         found {found}",
+        path.display()
+    )]
+    NotALog {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was found instead: the first bytes, or the content of a folder.
+        found: String,
+    },
+    /// A known format without a reader.
+    #[error("{}: unsupported format: {format}", path.display())]
+    Unsupported {
+        /// The file or folder.
+        path: PathBuf,
+        /// The name of the format.
+        format: String,
+    },
+    /// A folder whose files do not form one log.
+    #[error(
+        "{}: the folder contains several logs ({}): name one of them",
+        path.display(),
+        names.join(", ")
+    )]
+    SeveralLogs {
+        /// The folder.
+        path: PathBuf,
+        /// The logs in it.
+        names: Vec<String>,
+    },
+    /// The SQLite library cannot read the database.
+    #[error("{}: not readable as a rosbag2 database: {doing}: {source}", path.display())]
+    Sqlite {
+        /// The database.
+        path: PathBuf,
+        /// What was being read.
+        doing: &'static str,
+        /// The error of SQLite.
+        source: rusqlite::Error,
+    },
+    /// One record or chunk needs more memory than is available.
+    #[error("{}: byte {offset}: a record of {needed_bytes} bytes does not fit into memory", path.display())]
+    OutOfMemory {
+        /// The file.
+        path: PathBuf,
+        /// Where the record starts.
+        offset: u64,
+        /// Its size.
+        needed_bytes: u64,
+    },
+    /// A topic number outside this log.
+    #[error("{}: topic number {index} does not exist: the log has {count} topics", path.display())]
+    NoSuchTopic {
+        /// The log.
+        path: PathBuf,
+        /// The number asked for.
+        index: usize,
+        /// The number of topics.
+        count: usize,
+    },
+    /// A topic cannot serve as the requested signal.
+    #[error(transparent)]
+    Binding(#[from] BindingError),
+}
+
+impl Error {
+    pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
+        move |source| Error::Io {
+            path: path.to_path_buf(),
+            source,
+        }
+    }
+
+    pub(crate) fn sqlite(
+        path: &Path,
+        doing: &'static str,
+    ) -> impl FnOnce(rusqlite::Error) -> Error {
+        move |source| Error::Sqlite {
+            path: path.to_path_buf(),
+            doing,
+            source,
+        }
+    }
+}

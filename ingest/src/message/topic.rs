@@ -1,0 +1,153 @@
+//! The topics of a log.
+
+use std::borrow::Cow;
+
+use serde::Serialize;
+
+use crate::schema::{Dialect, builtin, significant_lines};
+
+/// Identifies one topic of one log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct TopicId(pub(crate) usize);
+
+impl TopicId {
+    /// The index of the topic in [`Log::topics`](crate::Log::topics).
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
+/// Where the definition of a message type comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DefinitionSource {
+    /// It was recorded in the log.
+    Embedded,
+    /// The log has none; the built-in definition of that type is used.
+    BuiltIn,
+    /// The log has none, and the type is not built in.
+    Missing,
+}
+
+/// One topic: all messages of one name and one type.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Topic {
+    /// Identifies the topic within its log.
+    pub id: TopicId,
+    /// As recorded, such as `/imu/data`.
+    pub name: String,
+    /// As recorded, such as `sensor_msgs/msg/Imu`; empty if the log names none.
+    pub type_name: String,
+    /// How the messages are encoded, such as `cdr`.
+    pub encoding: String,
+    /// The language of the definition, such as `ros2msg`.
+    pub schema_encoding: String,
+    /// The definition of the message type, including nested types.
+    pub definition: Option<String>,
+    /// The `FileDescriptorSet` that defines a protobuf message.
+    #[serde(skip)]
+    pub descriptors: Option<Vec<u8>>,
+    /// Where the definition comes from.
+    pub definition_source: DefinitionSource,
+    /// The number of messages; `None` if only reading the whole log can count them.
+    pub message_count: Option<u64>,
+}
+
+/// A topic before it has an id.
+pub(crate) struct TopicDescription<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) type_name: &'a str,
+    pub(crate) encoding: &'a str,
+    pub(crate) schema_encoding: &'a str,
+    pub(crate) definition: Option<&'a [u8]>,
+}
+
+/// The topics of all files of a log.
+#[derive(Default)]
+pub(crate) struct TopicTable {
+    topics: Vec<Topic>,
+}
+
+impl TopicTable {
+    /// The id of the topic: an existing one if name, type and definition agree.
+    pub(crate) fn register(&mut self, description: &TopicDescription<'_>) -> TopicId {
+        let new = self.topic(description);
+        let known = self.topics.iter().find(|topic| is_same(topic, &new));
+        if let Some(topic) = known {
+            return topic.id;
+        }
+        let id = new.id;
+        self.topics.push(new);
+        id
+    }
+
+    /// Adds the message count of one channel or file; an unknown count makes the sum unknown.
+    pub(crate) fn add_messages(&mut self, id: TopicId, count: Option<u64>) {
+        if let Some(topic) = self.topics.get_mut(id.0) {
+            let sum = topic.message_count.zip(count);
+            topic.message_count = sum.map(|(known, more)| known.saturating_add(more));
+        }
+    }
+
+    pub(crate) fn into_topics(self) -> Vec<Topic> {
+        self.topics
+    }
+
+    fn topic(&self, description: &TopicDescription<'_>) -> Topic {
+        let is_text = description.schema_encoding != "protobuf";
+        let descriptors = description
+            .definition
+            .filter(|bytes| !is_text && !bytes.is_empty());
+        let embedded = description
+            .definition
+            .filter(|_| is_text)
+            .map(String::from_utf8_lossy)
+            .filter(|text| !text.trim().is_empty());
+        let dialect = Dialect::of_encoding(description.encoding);
+        let assumed = match (&embedded, dialect) {
+            (None, Some(dialect)) => builtin::definition(description.type_name, dialect),
+            _ => None,
+        };
+        let source = match (&embedded, &assumed) {
+            _ if descriptors.is_some() => DefinitionSource::Embedded,
+            (Some(_), _) => DefinitionSource::Embedded,
+            (None, Some(_)) => DefinitionSource::BuiltIn,
+            (None, None) => DefinitionSource::Missing,
+        };
+        let schema_encoding = match (source, dialect) {
+            (DefinitionSource::BuiltIn, Some(Dialect::Ros1)) => "ros1msg",
+            (DefinitionSource::BuiltIn, _) => "ros2msg",
+            _ => description.schema_encoding,
+        };
+        Topic {
+            id: TopicId(self.topics.len()),
+            name: description.name.to_owned(),
+            type_name: description.type_name.to_owned(),
+            encoding: description.encoding.to_owned(),
+            schema_encoding: schema_encoding.to_owned(),
+            definition: embedded.map(Cow::into_owned).or(assumed),
+            descriptors: descriptors.map(<[u8]>::to_vec),
+            definition_source: source,
+            message_count: Some(0),
+        }
+    }
+}
+
+fn is_same(left: &Topic, right: &Topic) -> bool {
+    left.name == right.name
+        && left.type_name == right.type_name
+        && left.encoding == right.encoding
+        && left.schema_encoding == right.schema_encoding
+        && left.descriptors == right.descriptors
+        && same_definition(left.definition.as_deref(), right.definition.as_deref())
+}
+
+/// Recorders of different versions write the same fields with different comments.
+fn same_definition(left: Option<&str>, right: Option<&str>) -> bool {
+    match (left, right) {
+        (Some(left), Some(right)) => {
+            left == right || significant_lines(left).eq(significant_lines(right))
+        }
+        (left, right) => left == right,
+    }
+}

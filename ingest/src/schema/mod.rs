@@ -1,0 +1,16 @@
+//! Message definitions: what fields a type has, and paths to single fields.
+
+pub(crate) mod builtin;
+mod definition;
+mod error;
+mod field_path;
+mod path_tree;
+mod types;
+
+pub(crate) use self::{
+    definition::{Definitions, significant_lines},
+    field_path::{Elements, PathStep},
+    path_tree::{Branch, PathTree},
+    types::{Dialect, Field, FieldType, NumberType, Repetition, normal_type_name},
+};
+pub use self::{error::SchemaError, field_path::FieldPath};

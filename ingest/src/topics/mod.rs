@@ -1,0 +1,15 @@
+//! Which topics carry which signals, and what a few messages of a topic reveal about it.
+
+mod binding;
+mod first_messages;
+mod metadata_records;
+mod sensor_topics;
+mod static_frames;
+
+pub use self::{
+    binding::{Binding, SignalRequest, bind, bind_joint_states, topic_of_field},
+    first_messages::{first_frame, first_string, joint_names_in},
+    metadata_records::{MetadataRecord, metadata_records},
+    sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},
+    static_frames::{StaticFrame, static_frames},
+};

@@ -1,0 +1,203 @@
+//! Writes the intact part of a log as a clean, indexed MCAP file.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::BufWriter,
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+};
+
+use mcap::{McapError, Writer, records::MessageHeader};
+use serde::Serialize;
+
+use super::ros2_writer;
+use crate::{
+    log::Log,
+    message::{Error, Extra, Losses, RawMessage, Topic, TopicId},
+};
+
+/// Why recovery failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecoverError {
+    /// The log cannot be read at all.
+    #[error(transparent)]
+    Log(#[from] Error),
+    /// The new file cannot be created; an existing one is never overwritten.
+    #[error("{}: cannot be created: {source}", path.display())]
+    Create {
+        /// The new file.
+        path: PathBuf,
+        /// The error of the operating system.
+        source: std::io::Error,
+    },
+    /// The new file cannot be written.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write {
+        /// The new file.
+        path: PathBuf,
+        /// What went wrong.
+        source: McapError,
+    },
+}
+
+/// What was recovered, and what was lost.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct RecoveryReport {
+    /// Messages written, by topic name.
+    pub messages: BTreeMap<String, u64>,
+    /// Attachments and metadata records written.
+    pub extras: u64,
+    /// The size of the new file.
+    pub bytes_written: u64,
+    /// The losses of the log.
+    pub losses: Losses,
+}
+
+impl RecoveryReport {
+    /// The number of messages written.
+    pub fn message_count(&self) -> u64 {
+        self.messages.values().sum()
+    }
+}
+
+/// Writes every intact message of a log of any format to a new MCAP file, in the order of the log,
+/// with its times and definitions, in chunks with checksums and an index.
+///
+/// Messages are copied in encoded form, so no definitions are needed.
+///
+/// # Errors
+/// The log cannot be read, or the new file exists already or cannot be written. An incomplete file
+/// is removed.
+pub fn recover(log: &Log, out: &Path) -> Result<RecoveryReport, RecoverError> {
+    let file = File::create_new(out).map_err(|source| RecoverError::Create {
+        path: out.to_path_buf(),
+        source,
+    })?;
+    let result = write_all(log, file, out);
+    if result.is_err() {
+        // The first error is the one that matters.
+        let _ = std::fs::remove_file(out);
+    }
+    result
+}
+
+fn write_all(log: &Log, file: File, out: &Path) -> Result<RecoveryReport, RecoverError> {
+    let failed = |source| RecoverError::Write {
+        path: out.to_path_buf(),
+        source,
+    };
+    let mut recovery = Recovery::begin(log, file).map_err(failed)?;
+    let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
+    let mut failure = None;
+    let losses = log.read(&ids, &mut |message| match recovery.message(message) {
+        Ok(()) => ControlFlow::Continue(()),
+        Err(error) => {
+            failure = Some(error);
+            ControlFlow::Break(())
+        }
+    })?;
+    log.extras(&mut |extra| {
+        if failure.is_none() {
+            failure = recovery.extra(extra).err();
+        }
+    })?;
+    if let Some(source) = failure {
+        return Err(failed(source));
+    }
+    let mut report = recovery.finish(log).map_err(failed)?;
+    report.losses = losses;
+    report.bytes_written = std::fs::metadata(out)
+        .map_err(|source| failed(McapError::Io(source)))?
+        .len();
+    Ok(report)
+}
+
+struct Recovery {
+    writer: Writer<BufWriter<File>>,
+    /// The channel of each topic.
+    channels: Vec<u16>,
+    counts: Vec<u64>,
+    extras: u64,
+}
+
+impl Recovery {
+    fn begin(log: &Log, file: File) -> Result<Self, McapError> {
+        let is_ros1 = log.topics().iter().any(|topic| topic.encoding == "ros1");
+        let is_ros2 = log.topics().iter().any(|topic| topic.encoding == "cdr");
+        let profile = match (is_ros1, is_ros2) {
+            (true, false) => "ros1",
+            (false, true) => "ros2",
+            _ => "",
+        };
+        let mut writer = ros2_writer::options(profile).create(BufWriter::new(file))?;
+        let channels = log
+            .topics()
+            .iter()
+            .map(|topic| add_channel(&mut writer, topic))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            writer,
+            channels,
+            counts: vec![0; log.topics().len()],
+            extras: 0,
+        })
+    }
+
+    fn message(&mut self, message: &RawMessage<'_>) -> Result<(), McapError> {
+        let index = message.topic.index();
+        let header = MessageHeader {
+            channel_id: self.channels.get(index).copied().unwrap_or_default(),
+            sequence: message.sequence,
+            // Times before 1970 cannot be written.
+            log_time: u64::try_from(message.log_time_ns).unwrap_or(0),
+            publish_time: u64::try_from(message.publish_time_ns).unwrap_or(0),
+        };
+        if let Some(count) = self.counts.get_mut(index) {
+            *count += 1;
+        }
+        self.writer.write_to_known_channel(&header, message.data)
+    }
+
+    fn extra(&mut self, extra: Extra<'_>) -> Result<(), McapError> {
+        self.extras += 1;
+        match extra {
+            Extra::Attachment(attachment) => self.writer.attach(&attachment),
+            Extra::Metadata(metadata) => self.writer.write_metadata(&metadata),
+        }
+    }
+
+    fn finish(mut self, log: &Log) -> Result<RecoveryReport, McapError> {
+        self.writer.finish()?;
+        let buffered = self.writer.into_inner();
+        let file = buffered
+            .into_inner()
+            .map_err(std::io::IntoInnerError::into_error)?;
+        file.sync_all()?;
+        let mut messages = BTreeMap::new();
+        for (topic, count) in log.topics().iter().zip(&self.counts) {
+            *messages.entry(topic.name.clone()).or_default() += count;
+        }
+        Ok(RecoveryReport {
+            messages,
+            extras: self.extras,
+            ..RecoveryReport::default()
+        })
+    }
+}
+
+fn add_channel(writer: &mut Writer<BufWriter<File>>, topic: &Topic) -> Result<u16, McapError> {
+    let text = topic.definition.as_deref().map(str::as_bytes);
+    let data = topic.descriptors.as_deref().or(text).unwrap_or_default();
+    // Without a definition there is no schema encoding.
+    let language = match data {
+        [] => "",
+        _ => &topic.schema_encoding,
+    };
+    let schema = match topic.type_name.is_empty() {
+        true => 0,
+        false => writer.add_schema(&topic.type_name, language, data)?,
+    };
+    writer.add_channel(schema, &topic.name, &topic.encoding, &BTreeMap::new())
+}

@@ -1,0 +1,7 @@
+//! How the bodies move, and the forces that their motion needs: kinematics and Newton-Euler.
+
+pub mod composite;
+pub(crate) mod groups;
+pub mod kinematics;
+pub mod newton_euler;
+pub(crate) mod newton_euler_derivatives;

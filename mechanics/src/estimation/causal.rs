@@ -1,0 +1,182 @@
+//! The causal estimator: it uses past samples only, live and to reproduce a live run offline.
+
+use super::kalman_filter::{ChannelState, seconds};
+use super::rows::{Estimate, RowClock, regular_index, regular_row};
+use super::state_builder::{FilterStatus, Filters, Followed, Reading, StateBuilder};
+use crate::estimation::plausibility::{Finding, Plausibility, RowEffect};
+use crate::machine::Machine;
+use crate::state::{Credible, Sample, SampleError, Sensor, Sensors, StreamCounts};
+
+/// Takes samples in order of arrival and emits a row at each sample of the first stream of joint states,
+/// or at a regular rate.
+///
+/// The same samples in the same order give identical bits, offline and live. A step never allocates.
+#[derive(Debug, Clone)]
+pub struct CausalEstimator {
+    filters: Filters,
+    state_builder: StateBuilder,
+    sensors: Sensors,
+    plausibility: Plausibility,
+    /// Effect of each sensor's last sample on rows.
+    standing: Vec<(Sensor, RowEffect)>,
+    counts: Vec<(Sensor, StreamCounts)>,
+    clock: RowClock,
+    first_row_ns: Option<i64>,
+    rows_given: u64,
+    settle_ns: i64,
+    max_gap_ns: i64,
+    estimate: Estimate,
+}
+
+impl CausalEstimator {
+    /// An estimator without samples.
+    #[must_use]
+    pub fn new(machine: &Machine, sensors: &Sensors, clock: RowClock) -> Self {
+        Self {
+            filters: Filters::new(machine, sensors, false),
+            state_builder: StateBuilder::new(machine, sensors),
+            sensors: sensors.clone(),
+            plausibility: Plausibility::new(machine, sensors),
+            standing: sensors
+                .iter()
+                .map(|sensor| (sensor, RowEffect::default()))
+                .collect(),
+            counts: sensors
+                .iter()
+                .map(|sensor| (sensor, StreamCounts::default()))
+                .collect(),
+            clock,
+            first_row_ns: None,
+            rows_given: 0,
+            settle_ns: (machine.estimator().settle * 1e9) as i64,
+            max_gap_ns: (machine.estimator().max_gap * 1e9) as i64,
+            estimate: Estimate::unknown(machine),
+        }
+    }
+
+    /// The sensors it expects.
+    #[must_use]
+    pub fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    /// Number of samples used and not used, by sensor.
+    #[must_use]
+    pub fn counts(&self) -> &[(Sensor, StreamCounts)] {
+        &self.counts
+    }
+
+    /// Implausibilities found in the last sample.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        self.plausibility.findings()
+    }
+
+    /// The last row emitted.
+    #[must_use]
+    pub fn last(&self) -> &Estimate {
+        &self.estimate
+    }
+
+    /// Takes a sample and calls `row` with each row that it completes.
+    ///
+    /// # Errors
+    /// [`SampleError`] where the sample is not used; it is counted, and the estimator continues. A joint
+    /// sample with a non-finite value still completes its row, marked invalid.
+    pub fn push(
+        &mut self,
+        machine: &Machine,
+        sample: &Sample<'_>,
+        row: &mut dyn FnMut(&Estimate),
+    ) -> Result<(), SampleError> {
+        let result = self.take(machine, sample);
+        if let Some((_, counts)) = self
+            .counts
+            .iter_mut()
+            .find(|(sensor, _)| *sensor == sample.sensor)
+        {
+            counts.count(result);
+        }
+        if !matches!(result, Ok(_) | Err(SampleError::NotFinite)) {
+            return result.map(|_| ());
+        }
+        if sample.sensor != Sensor::Joints(0) {
+            return result.map(|_| ());
+        }
+        let first = *self.first_row_ns.get_or_insert(sample.stamp_ns);
+        match self.clock {
+            RowClock::JointStates => self.give_row(machine, sample.stamp_ns, row),
+            RowClock::Rate(hz) => {
+                let behind = sample.stamp_ns.saturating_sub(self.max_gap_ns);
+                // One wrong stamp may be years away.
+                self.rows_given = self.rows_given.max(regular_index(first, behind, hz));
+                while let Some(stamp) = regular_row(first, self.rows_given, hz, sample.stamp_ns) {
+                    // A long gap gets no rows, the same as at the joints' own stamps.
+                    if stamp >= behind {
+                        self.give_row(machine, stamp, row);
+                    }
+                    self.rows_given += 1;
+                }
+            }
+        }
+        result.map(|_| ())
+    }
+
+    /// Judges a sample and passes it to the filters.
+    fn take(&mut self, machine: &Machine, sample: &Sample<'_>) -> Result<Credible, SampleError> {
+        let judgement = self.plausibility.step(sample)?;
+        if let Some((_, standing)) = self
+            .standing
+            .iter_mut()
+            .find(|(sensor, _)| *sensor == sample.sensor)
+        {
+            *standing = self.plausibility.row_effect(machine);
+        }
+        self.filters.push(sample, &judgement)?;
+        if self.plausibility.lacks_a_value() {
+            return Err(SampleError::NotFinite);
+        }
+        Ok(Credible(judgement.is_clean()))
+    }
+
+    fn give_row(&mut self, machine: &Machine, time_ns: i64, row: &mut dyn FnMut(&Estimate)) {
+        let (filters, settle_ns, max_gap_ns) = (&self.filters, self.settle_ns, self.max_gap_ns);
+        let mut read = |followed: Followed, jets: &mut [ChannelState]| {
+            let Some(filter) = filters.get(followed) else {
+                return Reading::NOTHING;
+            };
+            let near = filter
+                .last_ns()
+                .is_some_and(|last| last.abs_diff(time_ns) <= max_gap_ns.unsigned_abs());
+            if !near {
+                return Reading::NOTHING;
+            }
+            for (channel, jet) in jets.iter_mut().enumerate().take(filter.channels()) {
+                *jet = filter.at(channel, time_ns);
+            }
+            let settled = time_ns.saturating_sub(filter.started_ns()) >= settle_ns;
+            Reading {
+                standing: if settled {
+                    FilterStatus::Known
+                } else {
+                    FilterStatus::Settling
+                },
+                covariance: filter.covariance_at(time_ns),
+            }
+        };
+        let elapsed_s = seconds(time_ns.saturating_sub(self.first_row_ns.unwrap_or(time_ns)));
+        let mut effect = RowEffect::default();
+        for (_, standing) in &self.standing {
+            effect.merge(standing);
+        }
+        self.estimate.time_ns = time_ns;
+        self.estimate.reasons = self.state_builder.assemble(
+            machine,
+            elapsed_s,
+            &effect,
+            &mut read,
+            &mut self.estimate.state,
+        );
+        row(&self.estimate);
+    }
+}

@@ -1,0 +1,22 @@
+//! Estimation of states from sensor samples: everything that depends on earlier or later samples.
+//!
+//! Samples of different sensors arrive at different rates, late, twice or not at all. The channels that a
+//! sensor measures together share one Kalman filter with a constant-acceleration model driven by white
+//! jerk. Run forwards, sample by sample, it is the causal estimator ([`CausalEstimator`]), identical
+//! offline and live. With a backward pass over the stored steps it is the Rauch-Tung-Striebel smoother
+//! of the same model ([`smooth`]), which uses later samples too.
+//!
+//! No value is extrapolated over a gap longer than
+//! [`EstimatorSpec::max_gap`](crate::machine::EstimatorSpec): rows in it are marked invalid.
+
+mod causal;
+mod kalman_filter;
+pub mod plausibility;
+mod rows;
+mod smoother;
+mod state_builder;
+
+pub use causal::CausalEstimator;
+pub(crate) use kalman_filter::{Doubt, FilterModel, KalmanFilter};
+pub use rows::{Estimate, RowClock};
+pub use smoother::{SensorSamples, SmoothedRows, smooth};

@@ -1,0 +1,183 @@
+//! Kinds of faults of a sample, and the parts that they affect.
+
+use crate::machine::{FaultKind, Machine, Policy};
+use crate::state::{Reason, Sensor};
+
+/// The part of a sample that is judged separately.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Part {
+    /// Position and velocity of the joint with this index.
+    Joint(usize),
+    /// Specific force of the IMU.
+    SpecificForce,
+    /// Angular velocity of the IMU or of the odometry.
+    AngularVelocity,
+    /// Orientation of the IMU or of the odometry.
+    Attitude,
+    /// Velocity of the odometry.
+    Velocity,
+    /// Force on the tool.
+    ToolForce,
+    /// Moment on the tool.
+    ToolMoment,
+    /// Actuator force of the actuated joint with this index, or a pressure in its cylinder.
+    Actuator(usize),
+}
+
+/// Whether the values or their measured derivatives are faulty.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Component {
+    /// The values.
+    Value,
+    /// The derivatives; only joints have them.
+    Rate,
+}
+
+/// A fault of one sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Finding {
+    /// The sensor.
+    pub sensor: Sensor,
+    /// The affected part of its sample.
+    pub part: Part,
+    /// The kind of fault.
+    pub kind: FaultKind,
+    /// The affected numbers of the part.
+    pub component: Component,
+    /// The treatment.
+    pub policy: Policy,
+    /// Start of the fault (ns): the stamp of this sample or, if several samples are needed, of an earlier one.
+    pub since_ns: i64,
+    /// Stamp of this sample (ns).
+    pub stamp_ns: i64,
+    /// Magnitude of the fault, in the unit of its kind: the value out of range, the rate, the time for which the
+    /// signal has been frozen, the norm of the quaternion, the difference of velocity or gravity; 1 for a value
+    /// that is not finite.
+    pub measure: f64,
+    /// Limit for `measure`, in the same unit; NaN if there is none.
+    pub limit: f64,
+    /// Possible error of the value (in its unit) and of its derivative.
+    pub amount: Amount,
+}
+
+impl Finding {
+    /// Whether rows that depend on it must not be used: because of the policy, or because a value is not finite.
+    /// `has_imu`: whether there is an IMU, with which loads do not depend on the odometry.
+    #[must_use]
+    pub fn forbids_rows(&self, has_imu: bool) -> bool {
+        let is_needed = self.part.reason(self.sensor, has_imu).is_some();
+        is_needed && (self.policy == Policy::Invalid || self.lacks_a_value())
+    }
+
+    /// Whether a value that the estimate requires is not finite.
+    pub(crate) fn lacks_a_value(&self) -> bool {
+        self.kind == FaultKind::NotFinite
+            && self.component == Component::Value
+            && self.part != Part::Attitude
+    }
+}
+
+/// Possible error of a signal: one standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Amount {
+    /// Of the value (in its unit).
+    pub value: f64,
+    /// Of its derivative (per second).
+    pub rate: f64,
+}
+
+impl Part {
+    /// Name in events: the signal, then the quantity or the joint.
+    #[must_use]
+    pub fn subject(self, sensor: Sensor, machine: &Machine) -> String {
+        let quantity = match self {
+            Self::Joint(joint) => {
+                return format!(
+                    "joint_states.{}",
+                    machine.joints()[joint].name.to_lowercase()
+                );
+            }
+            Self::SpecificForce => "specific_force",
+            Self::AngularVelocity => "angular_velocity",
+            Self::Attitude => "attitude",
+            Self::Velocity => "velocity",
+            Self::ToolForce => "force",
+            Self::ToolMoment => "moment",
+            Self::Actuator(joint) => {
+                let joint = &machine.contact().actuated_joints[joint];
+                let linkage = &machine.linkages()[joint.linkage];
+                return format!("actuator.{}", linkage.name.to_lowercase());
+            }
+        };
+        let signal = match sensor {
+            Sensor::Joints(_) => "joint_states",
+            Sensor::Imu => "imu",
+            Sensor::Odometry => "odometry",
+            Sensor::ToolWrench => "tool_wrench",
+            Sensor::Actuator(_) => "actuator",
+        };
+        format!("{signal}.{quantity}")
+    }
+
+    /// Units of the part's value and of its derivative.
+    fn units(self, machine: &Machine) -> [&'static str; 2] {
+        match self {
+            Self::Joint(joint) if machine.joint_slides(joint) => ["m", "m/s"],
+            Self::Joint(_) => ["rad", "rad/s"],
+            Self::SpecificForce => ["m/s^2", "m/s^3"],
+            Self::AngularVelocity => ["rad/s", "rad/s^2"],
+            Self::Attitude => ["-", "-"],
+            Self::Velocity => ["m/s", "m/s^2"],
+            Self::ToolForce => ["N", "N/s"],
+            Self::ToolMoment => ["N m", "N m/s"],
+            Self::Actuator(joint)
+                if machine.contact().actuated_joints[joint].signals.len() == 1 =>
+            {
+                ["N", "N/s"]
+            }
+            Self::Actuator(_) => ["Pa", "Pa/s"],
+        }
+    }
+
+    /// Unit of [`Finding::measure`] for a fault of this kind.
+    #[must_use]
+    pub fn measure_unit(self, kind: FaultKind, machine: &Machine) -> &'static str {
+        let [value, rate] = self.units(machine);
+        match kind {
+            FaultKind::NotFinite => "samples",
+            FaultKind::OutOfRange | FaultKind::JointLimit => value,
+            FaultKind::Disagreement if self == Self::Attitude => "m/s^2",
+            FaultKind::ImpossibleRate | FaultKind::Disagreement => rate,
+            FaultKind::Frozen => "s",
+            FaultKind::NotUnit => "-",
+        }
+    }
+
+    /// Why a row that depends on it is invalid; `None` for parts that do not affect the loads: attitude, odometry
+    /// besides an IMU, and actuator forces.
+    pub(crate) fn reason(self, sensor: Sensor, has_imu: bool) -> Option<Reason> {
+        match (sensor, self) {
+            (Sensor::Joints(_), _) => Some(Reason::JointsFault),
+            (Sensor::Imu, Self::Attitude) => None,
+            (Sensor::Imu, _) => Some(Reason::ImuFault),
+            (Sensor::Odometry, _) => (!has_imu).then_some(Reason::OdometryFault),
+            (Sensor::ToolWrench, _) => Some(Reason::ToolWrenchFault),
+            // Without it the split rule applies.
+            (Sensor::Actuator(_), _) => None,
+        }
+    }
+
+    /// Its index among the filters that its sensor feeds.
+    pub(crate) fn slot(self) -> usize {
+        match self {
+            Self::Joint(_)
+            | Self::SpecificForce
+            | Self::Velocity
+            | Self::ToolForce
+            | Self::ToolMoment
+            | Self::Actuator(_) => 0,
+            Self::AngularVelocity => 1,
+            Self::Attitude => 2,
+        }
+    }
+}

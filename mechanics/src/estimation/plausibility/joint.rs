@@ -1,0 +1,329 @@
+//! Plausibility checks of a joint: position, velocity, and their consistency.
+
+use super::fault::{Amount, Component};
+use super::notice::{Found, Limits, Notice};
+use crate::machine::FaultKind;
+
+/// Time constant of the comparison of velocity and position (s).
+const MEMORY_S: f64 = 0.5;
+/// Time constant of the reported difference (s).
+const DIFFERENCE_MEMORY_S: f64 = 0.1;
+/// Allowance for noise and resolution of a position in a difference (rad or m).
+const POSITION_ALLOWANCE: f64 = 0.01;
+/// Allowance for noise of a measured velocity in its change (rad/s or m/s).
+const RATE_ALLOWANCE: f64 = 0.2;
+/// Number of identical positions, contradicted by the velocity, from which the joint counts as frozen.
+const FEWEST_IDENTICAL: u32 = 5;
+/// A wheel that turns further between two samples (rad) could be mistaken for one turning backwards.
+const LARGEST_WHEEL_STEP: f64 = 2.0;
+/// Velocity above which a joint counts as moving (rad/s or m/s); ten times as much for a wheel.
+const MOVING_RATE: f64 = 0.05;
+
+/// Limits of a joint.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct JointLimits {
+    /// Smallest and largest position from the URDF.
+    pub(super) range: Option<[f64; 2]>,
+    /// Tolerance beyond them.
+    pub(super) margin: f64,
+    pub(super) max_velocity: f64,
+    pub(super) max_acceleration: f64,
+    /// Tolerance between the velocity and the derivative of the position.
+    pub(super) rate_tolerance: f64,
+    pub(super) spins_wheel: bool,
+    /// Whether the position may jump by a full turn.
+    pub(super) wraps: bool,
+}
+
+/// State of the checks of one joint.
+#[derive(Debug, Clone)]
+pub(super) struct JointWatch {
+    pub(super) limits: JointLimits,
+    /// The last credible position.
+    good: Option<(i64, f64)>,
+    good_rate: Option<(i64, f64)>,
+    /// Position and velocity of the last sample that was compared.
+    last: Option<(i64, f64, f64)>,
+    last_ns: Option<i64>,
+    period_s: f64,
+    has_rates: bool,
+    moves: bool,
+    /// Number of consecutive identical positions, and their start.
+    run: u32,
+    run_since_ns: i64,
+    agreement: Agreement,
+}
+
+/// Change of position compared with the integral of the velocity, over the last half second.
+///
+/// ```text
+///     e <- e T/(T + dt) + dq - (r + r_before)/2 dt,    T = 0.5 s
+/// ```
+/// A velocity error d makes e tend to d T. The difference is a fault beyond
+/// `allowance + T tolerance + share * motion`; e is limited to twice that, so that a fault that ends is quickly
+/// forgotten.
+#[derive(Debug, Clone, Copy, Default)]
+struct Agreement {
+    apart: f64,
+    motion: f64,
+    /// Difference of the velocities, smoothed.
+    difference: f64,
+    /// Accumulated difference since the fault began.
+    since_quiet: f64,
+    quiet_ns: i64,
+}
+
+impl JointWatch {
+    pub(super) fn new(limits: JointLimits) -> Self {
+        Self {
+            limits,
+            good: None,
+            good_rate: None,
+            last: None,
+            last_ns: None,
+            period_s: 0.0,
+            has_rates: false,
+            moves: false,
+            run: 0,
+            run_since_ns: 0,
+            agreement: Agreement::default(),
+        }
+    }
+
+    /// Whether the last sample indicates that the joint moves.
+    pub(super) fn moves(&self) -> bool {
+        self.moves
+    }
+
+    /// Reports faults of a position and its velocity (NaN if absent) to `found`.
+    pub(super) fn check(
+        &mut self,
+        stamp_ns: i64,
+        position: f64,
+        rate: f64,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) {
+        let rate_is_wrong = rate.is_infinite() || (rate.is_nan() && self.has_rates);
+        if rate_is_wrong {
+            found(Notice::not_finite(stamp_ns, Component::Rate));
+        }
+        if !position.is_finite() {
+            found(Notice::not_finite(stamp_ns, Component::Value));
+            return;
+        }
+        self.has_rates |= rate.is_finite();
+        self.begin(stamp_ns, limits);
+        self.check_range(stamp_ns, position, found);
+        let is_credible = self.check_step(stamp_ns, position, limits, found);
+        let rate = if rate.is_finite() && self.check_rate(stamp_ns, rate, limits, found) {
+            rate
+        } else {
+            f64::NAN
+        };
+        if is_credible {
+            self.check_agreement(stamp_ns, position, rate, limits, found);
+        }
+    }
+
+    /// Tracks the usual sampling interval; restarts all checks after a gap.
+    fn begin(&mut self, stamp_ns: i64, limits: &Limits) {
+        let Some(last_ns) = self.last_ns.replace(stamp_ns) else {
+            self.agreement.quiet_ns = stamp_ns;
+            return;
+        };
+        let step_s = limits.elapsed_s(last_ns, stamp_ns);
+        if step_s > limits.max_gap_s {
+            (self.good, self.good_rate, self.last) = (None, None, None);
+            self.agreement = Agreement {
+                quiet_ns: stamp_ns,
+                ..Agreement::default()
+            };
+        } else {
+            self.period_s += 0.1 * (step_s - self.period_s);
+        }
+    }
+
+    fn check_range(&self, stamp_ns: i64, position: f64, found: &mut Found<'_>) {
+        let Some([least, greatest]) = self.limits.range else {
+            return;
+        };
+        let nearest = position.clamp(least, greatest);
+        let excess = (position - nearest).abs();
+        if excess > self.limits.margin {
+            found(Notice {
+                kind: FaultKind::JointLimit,
+                component: Component::Value,
+                since_ns: stamp_ns,
+                measure: position,
+                limit: nearest,
+                amount: Amount {
+                    value: excess,
+                    rate: 0.0,
+                },
+            });
+        }
+    }
+
+    /// Checks whether the joint can have moved here since the last credible position. The angle of a wheel does not
+    /// matter.
+    fn check_step(
+        &mut self,
+        stamp_ns: i64,
+        position: f64,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) -> bool {
+        if !self.limits.spins_wheel
+            && let Some((good_ns, good)) = self.good
+        {
+            let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
+            let step = self.step(good, position).abs();
+            if step > self.limits.max_velocity * elapsed_s + 2.0 * POSITION_ALLOWANCE {
+                found(Notice {
+                    kind: FaultKind::ImpossibleRate,
+                    component: Component::Value,
+                    since_ns: stamp_ns,
+                    measure: step / elapsed_s,
+                    limit: self.limits.max_velocity,
+                    amount: Amount {
+                        value: step,
+                        rate: step / elapsed_s,
+                    },
+                });
+                return false;
+            }
+        }
+        self.good = Some((stamp_ns, position));
+        true
+    }
+
+    fn check_rate(
+        &mut self,
+        stamp_ns: i64,
+        rate: f64,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) -> bool {
+        let mut notice = |measure: f64, limit: f64| {
+            found(Notice {
+                kind: FaultKind::ImpossibleRate,
+                component: Component::Rate,
+                since_ns: stamp_ns,
+                measure,
+                limit,
+                amount: Amount {
+                    value: 0.0,
+                    rate: rate.abs(),
+                },
+            });
+            false
+        };
+        if rate.abs() > self.limits.max_velocity {
+            return notice(rate.abs(), self.limits.max_velocity);
+        }
+        if !self.limits.spins_wheel
+            && let Some((good_ns, good)) = self.good_rate
+        {
+            let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
+            let change = (rate - good).abs();
+            if change > self.limits.max_acceleration * elapsed_s + RATE_ALLOWANCE {
+                return notice(rate.abs(), self.limits.max_acceleration * elapsed_s);
+            }
+        }
+        self.good_rate = Some((stamp_ns, rate));
+        true
+    }
+
+    /// `rate` is NaN if the message has none.
+    fn check_agreement(
+        &mut self,
+        stamp_ns: i64,
+        position: f64,
+        rate: f64,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) {
+        let before = self.last.replace((stamp_ns, position, rate));
+        let Some((last_ns, last_position, last_rate)) = before else {
+            (self.run, self.run_since_ns) = (1, stamp_ns);
+            return;
+        };
+        if position.to_bits() == last_position.to_bits() {
+            self.run = self.run.saturating_add(1);
+        } else {
+            (self.run, self.run_since_ns) = (1, stamp_ns);
+        }
+        let dt = limits.elapsed_s(last_ns, stamp_ns);
+        let step = self.step(last_position, position);
+        let derived = step / dt.max(self.period_s);
+        let velocity = if rate.is_finite() { rate } else { derived };
+        let slowest = if self.limits.spins_wheel { 10.0 } else { 1.0 } * MOVING_RATE;
+        self.moves = velocity.abs() > slowest;
+        let mean = 0.5 * (rate + last_rate);
+        let is_ambiguous = self.limits.spins_wheel && (mean * dt).abs() > LARGEST_WHEEL_STEP;
+        if !mean.is_finite() || is_ambiguous {
+            return;
+        }
+        let tolerance = self.limits.rate_tolerance;
+        let share = limits.rate_tolerance_share;
+        let it = &mut self.agreement;
+        let kept = MEMORY_S / (MEMORY_S + dt);
+        it.motion = it.motion * kept + step.abs().max((mean * dt).abs());
+        let allowed = POSITION_ALLOWANCE + MEMORY_S * tolerance + share * it.motion;
+        it.apart = (it.apart * kept + step - mean * dt).clamp(-2.0 * allowed, 2.0 * allowed);
+        let newer = dt / (DIFFERENCE_MEMORY_S + dt);
+        it.difference += newer * (step / dt - mean - it.difference);
+        // The sum decays slowly after a fault ends, the difference at once.
+        if it.apart.abs() <= allowed || it.difference.abs() <= tolerance {
+            it.since_quiet = it.apart;
+            if it.apart.abs() <= 0.25 * allowed {
+                it.quiet_ns = stamp_ns;
+            }
+            return;
+        }
+        it.since_quiet += step - mean * dt;
+        let is_frozen = self.run >= FEWEST_IDENTICAL;
+        let since_ns = match is_frozen {
+            true => it.quiet_ns.max(self.run_since_ns),
+            false => it.quiet_ns,
+        };
+        found(Notice {
+            since_ns,
+            kind: match is_frozen {
+                true => FaultKind::Frozen,
+                false => FaultKind::Disagreement,
+            },
+            component: match is_frozen {
+                true => Component::Value,
+                false => Component::Rate,
+            },
+            measure: match is_frozen {
+                true => limits.elapsed_s(since_ns, stamp_ns),
+                false => it.difference.abs(),
+            },
+            limit: match is_frozen {
+                true => f64::NAN,
+                false => tolerance + share * mean.abs().max((step / dt).abs()),
+            },
+            amount: Amount {
+                value: match is_frozen {
+                    true => it.since_quiet.abs(),
+                    false => it.apart.abs(),
+                },
+                rate: it.difference.abs(),
+            },
+        });
+    }
+
+    /// Difference between two positions; for a joint without limits the shorter way round.
+    fn step(&self, from: f64, to: f64) -> f64 {
+        use std::f64::consts::{PI, TAU};
+        let step = to - from;
+        if self.limits.wraps && step.abs() > PI {
+            step - TAU * (step / TAU).round()
+        } else {
+            step
+        }
+    }
+}

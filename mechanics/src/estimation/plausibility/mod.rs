@@ -1,0 +1,35 @@
+//! Plausibility checks: detection of sensor values that cannot be true.
+//!
+//! [`Plausibility`] checks the raw samples one by one, before they are processed. It keeps a few numbers per
+//! signal and does not allocate in a step, so the same checks serve a whole log and a live monitor. A fault is
+//! reported as a [`Finding`]; the policy in the machine file decides whether rows that depend on it are
+//! invalidated, widened or merely reported. [`FaultSpans`] merges the findings of a log.
+//!
+//! | fault | of | criterion |
+//! |---|---|---|
+//! | `not_finite` | every signal | NaN or infinity; a velocity or attitude that was never given is absent, not faulty |
+//! | `out_of_range` | vectors | norm beyond the range of such a sensor or machine |
+//! | `joint_limit` | joints | position beyond the URDF's limits and a margin |
+//! | `impossible_rate` | joints, angular velocity, odometry | change since the last credible sample too fast; measured velocity too large |
+//! | `frozen` | every signal | identical bits repeat: after noise, during motion detected elsewhere, or at a joint with velocity |
+//! | `not_unit` | attitudes | non-unit quaternion |
+//! | `disagreement` | joints | the change of position differs from the integral of the velocity |
+//! | `disagreement` | attitude of the IMU | gravity according to the attitude differs from the specific force |
+
+mod attitude;
+mod checks;
+mod fault;
+mod freeze;
+mod gravity;
+mod joint;
+mod notice;
+mod spans;
+mod treatment;
+mod vector;
+
+pub use checks::Plausibility;
+pub use fault::{Amount, Component, Finding, Part};
+pub(crate) use spans::SpanWalk;
+pub use spans::{FaultSpan, FaultSpans};
+pub use treatment::Judgement;
+pub(crate) use treatment::{RowEffect, Treatment};

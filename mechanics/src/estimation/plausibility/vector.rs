@@ -1,0 +1,126 @@
+//! Plausibility checks of a vector: specific force, angular velocity, velocity, force, moment.
+
+use super::fault::{Amount, Component};
+use super::freeze::Freeze;
+use super::notice::{Found, Limits, Notice};
+use crate::machine::FaultKind;
+
+/// State of the checks of one vector.
+#[derive(Debug, Clone)]
+pub(super) struct VectorWatch {
+    /// Largest norm.
+    max: f64,
+    /// Fastest change (per second) and its allowance.
+    slew: Option<Slew>,
+    good: Option<(i64, [f64; 3])>,
+    period_s: f64,
+    last_ns: Option<i64>,
+    freeze: Freeze,
+}
+
+/// Limit on the rate of change of a vector.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slew {
+    pub(super) per_second: f64,
+    /// Allowance for noise and stamp jitter.
+    pub(super) allowance: f64,
+}
+
+impl VectorWatch {
+    pub(super) fn new(max: f64, slew: Option<Slew>) -> Self {
+        Self {
+            max,
+            slew,
+            good: None,
+            period_s: 0.0,
+            last_ns: None,
+            freeze: Freeze::new(),
+        }
+    }
+
+    /// Whether no sample has contained it so far.
+    pub(super) fn was_never_given(&self) -> bool {
+        self.last_ns.is_none()
+    }
+
+    /// Reports faults of a sample to `found`; returns whether it is credible by itself.
+    pub(super) fn check(
+        &mut self,
+        stamp_ns: i64,
+        values: &[f64],
+        moves_elsewhere: bool,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) -> bool {
+        let &[x, y, z] = values else { return false };
+        if !values.iter().all(|v| v.is_finite()) {
+            found(Notice::not_finite(stamp_ns, Component::Value));
+            return false;
+        }
+        self.follow_period(stamp_ns, limits);
+        let length = length([x, y, z]);
+        let doubt = self
+            .good
+            .map_or(length, |(_, good)| length_between(good, [x, y, z]));
+        if length > self.max {
+            found(Notice {
+                kind: FaultKind::OutOfRange,
+                component: Component::Value,
+                since_ns: stamp_ns,
+                measure: length,
+                limit: self.max,
+                amount: Amount {
+                    value: doubt.max(length - self.max),
+                    rate: 0.0,
+                },
+            });
+            return false;
+        }
+        if let (Some(slew), Some((good_ns, good))) = (self.slew, self.good) {
+            let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
+            let change = length_between(good, [x, y, z]);
+            if change > slew.per_second * elapsed_s + slew.allowance {
+                found(Notice {
+                    kind: FaultKind::ImpossibleRate,
+                    component: Component::Value,
+                    since_ns: stamp_ns,
+                    measure: change / elapsed_s,
+                    limit: slew.per_second,
+                    amount: Amount {
+                        value: change,
+                        rate: change / elapsed_s,
+                    },
+                });
+                return false;
+            }
+        }
+        self.good = Some((stamp_ns, [x, y, z]));
+        if let Some(notice) = self
+            .freeze
+            .notice(stamp_ns, values, moves_elsewhere, limits)
+        {
+            found(notice);
+        }
+        true
+    }
+
+    /// Tracks the usual sampling interval, so that bunched stamps do not look like fast changes.
+    fn follow_period(&mut self, stamp_ns: i64, limits: &Limits) {
+        if let Some(last_ns) = self.last_ns.replace(stamp_ns) {
+            let step_s = limits.elapsed_s(last_ns, stamp_ns);
+            if step_s > limits.max_gap_s {
+                self.good = None;
+            } else {
+                self.period_s += 0.1 * (step_s - self.period_s);
+            }
+        }
+    }
+}
+
+fn length(v: [f64; 3]) -> f64 {
+    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+}
+
+fn length_between(a: [f64; 3], b: [f64; 3]) -> f64 {
+    length([b[0] - a[0], b[1] - a[1], b[2] - a[2]])
+}

@@ -1,0 +1,481 @@
+//! One Kalman filter for each measured quantity, and the machine state assembled from their estimates.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::kalman_filter::{ChannelState, Doubt, FilterModel, KalmanFilter, Matrix};
+use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
+use crate::geometry::coordinate::Motion;
+use crate::machine::{Machine, rotation_in_body};
+use crate::state::{
+    BaseState, JetCovariance, Reason, Reasons, Sample, SampleError, Sensor, Sensors, SignalNoise,
+    State,
+};
+
+/// A quaternion whose norm differs from one by more than this is not an orientation.
+const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
+
+/// The quantity that a filter estimates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Followed {
+    Joints(usize),
+    SpecificForce,
+    AngularVelocity,
+    Up,
+    Velocity,
+    ToolWrench,
+    Actuator(usize),
+}
+
+impl Followed {
+    /// Why a row is invalid during a gap of this filter; `None` where rows are valid without it.
+    pub(super) fn gap(self, imu: bool) -> Option<Reason> {
+        match self {
+            Self::Joints(_) => Some(Reason::JointsGap),
+            Self::SpecificForce | Self::AngularVelocity if imu => Some(Reason::ImuGap),
+            Self::SpecificForce => None,
+            Self::AngularVelocity => Some(Reason::OdometryGap),
+            Self::Up | Self::Velocity if imu => None,
+            Self::Up | Self::Velocity => Some(Reason::OdometryGap),
+            Self::ToolWrench => Some(Reason::ToolWrenchGap),
+            Self::Actuator(_) => None,
+        }
+    }
+}
+
+/// Whether a filter's estimate is valid at a given time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FilterStatus {
+    Known,
+    Settling,
+    Unknown,
+}
+
+/// A filter's estimate at a given time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading {
+    pub(super) standing: FilterStatus,
+    /// Covariance of a channel's derivatives, shared by all channels; zero where nothing is measured.
+    pub(super) covariance: Matrix,
+}
+
+impl Reading {
+    pub(super) const NOTHING: Self = Self {
+        standing: FilterStatus::Unknown,
+        covariance: [[0.0; 3]; 3],
+    };
+}
+
+/// The filters of a set of sensors.
+#[derive(Debug, Clone)]
+pub(super) struct Filters {
+    pub(super) list: Vec<(Followed, KalmanFilter)>,
+    sensors: Sensors,
+}
+
+impl Filters {
+    pub(super) fn new(machine: &Machine, sensors: &Sensors, keeps_history: bool) -> Self {
+        let e = machine.estimator();
+        let max_gap_ns = (e.max_gap * 1e9) as i64;
+        let model = |noise: f64, rate_noise: f64, process_noise: f64| FilterModel {
+            value_variance: noise * noise,
+            rate_variance: rate_noise * rate_noise,
+            density: process_noise * process_noise,
+            max_gap_ns,
+        };
+        let joints = model(e.joint_position_noise, e.joint_rate_noise, e.joint_agility);
+        let gyro = model(e.gyro_noise, 0.0, e.gyro_agility);
+        let accelerometer = model(e.accelerometer_noise, 0.0, e.accelerometer_agility);
+        let attitude = model(e.attitude_noise, 0.0, e.attitude_agility);
+        let odometry = model(e.odometry_noise, 0.0, e.odometry_agility);
+        let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
+        let mut list = Vec::new();
+        let mut add = |followed, model, channels| {
+            list.push((followed, KalmanFilter::new(model, channels, keeps_history)));
+        };
+        for (stream, spec) in sensors.joints.iter().enumerate() {
+            add(Followed::Joints(stream), joints, spec.joints.len());
+        }
+        if sensors.imu {
+            add(Followed::SpecificForce, accelerometer, 3);
+        }
+        if sensors.imu || sensors.odometry {
+            add(Followed::AngularVelocity, gyro, 3);
+            add(Followed::Up, attitude, 3);
+        }
+        if sensors.odometry {
+            add(Followed::Velocity, odometry, 3);
+        }
+        if sensors.tool_wrench {
+            add(Followed::ToolWrench, tool, 6);
+        }
+        for (k, signal) in sensors.actuators.iter().enumerate() {
+            // Each of several signals gets a sigma that makes the sum as uncertain as the force is stated to be.
+            let joint = &machine.contact.actuated_joints[signal.joint];
+            let unit = joint.signals[signal.signal].abs();
+            let noise = joint.force_sigma.max(1.0) / (unit * (joint.signals.len() as f64).sqrt());
+            let force = model(noise, 0.0, e.actuator_force_agility / unit);
+            add(Followed::Actuator(k), force, 1);
+        }
+        Self {
+            list,
+            sensors: sensors.clone(),
+        }
+    }
+
+    pub(super) fn get(&self, followed: Followed) -> Option<&KalmanFilter> {
+        self.list
+            .iter()
+            .find(|(f, _)| *f == followed)
+            .map(|(_, filter)| filter)
+    }
+
+    fn push_to(
+        &mut self,
+        followed: Followed,
+        stamp_ns: i64,
+        values: &[f64],
+        rates: Option<&[f64]>,
+        treatment: &Treatment,
+    ) -> Result<(), SampleError> {
+        if treatment.left_out {
+            return Ok(());
+        }
+        let rates = rates.filter(|_| !treatment.rates_left_out);
+        let doubt = Doubt {
+            value_variance: treatment.value_variance,
+            rate_variance: treatment.rate_variance,
+        };
+        let filter = self
+            .list
+            .iter_mut()
+            .find(|(f, _)| *f == followed)
+            .map(|(_, filter)| filter);
+        filter
+            .ok_or(SampleError::UnknownSensor)?
+            .push(stamp_ns, values, rates, doubt)
+    }
+
+    /// Passes the parts of a sample to their filters, as the plausibility check judged them.
+    pub(super) fn push(
+        &mut self,
+        sample: &Sample<'_>,
+        judgement: &Judgement,
+    ) -> Result<(), SampleError> {
+        if self.sensors.value_count(sample.sensor) != Some(sample.values.len()) {
+            return Err(SampleError::UnknownSensor);
+        }
+        let (t, values, [first, second, third]) =
+            (sample.stamp_ns, sample.values, &judgement.parts);
+        match sample.sensor {
+            Sensor::Joints(stream) => {
+                let (positions, rates) = values.split_at(values.len() / 2);
+                self.push_to(Followed::Joints(stream), t, positions, Some(rates), first)
+            }
+            Sensor::Imu => {
+                self.push_to(Followed::SpecificForce, t, &values[..3], None, first)?;
+                self.push_to(Followed::AngularVelocity, t, &values[3..6], None, second)?;
+                self.push_up(t, &values[6..], third);
+                Ok(())
+            }
+            Sensor::Odometry => {
+                self.push_to(Followed::Velocity, t, &values[..3], None, first)?;
+                if !self.sensors.imu {
+                    self.push_to(Followed::AngularVelocity, t, &values[3..6], None, second)?;
+                    self.push_up(t, &values[6..], third);
+                }
+                Ok(())
+            }
+            Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None, first),
+            Sensor::Actuator(k) => self.push_to(Followed::Actuator(k), t, values, None, first),
+        }
+    }
+
+    /// Updates the up direction in the sensor frame from an orientation; does nothing where it is unknown.
+    fn push_up(&mut self, stamp_ns: i64, xyzw: &[f64], treatment: &Treatment) {
+        let &[x, y, z, w] = xyzw else { return };
+        let quaternion = Quaternion::new(w, x, y, z);
+        // Written so that NaN is rejected.
+        if (quaternion.norm() - 1.0).abs() <= QUATERNION_NORM_TOLERANCE {
+            let orientation = UnitQuaternion::from_quaternion(quaternion);
+            let up = orientation.inverse_transform_vector(&Vector3::z());
+            // A useless orientation only leaves a gap in a filter whose estimate rows do not require.
+            let _ = self.push_to(Followed::Up, stamp_ns, up.as_slice(), None, treatment);
+        }
+    }
+}
+
+/// Assembles states from the filters' estimates.
+#[derive(Debug, Clone)]
+pub(super) struct StateBuilder {
+    sensors: Sensors,
+    rolling: Vec<RollingWheel>,
+    jets: Vec<ChannelState>,
+}
+
+/// A wheel without a joint state: its velocity follows from rolling without slip.
+#[derive(Debug, Clone)]
+struct RollingWheel {
+    joint: usize,
+    /// Direction of motion of the wheel's centre for a positive joint velocity, base axes.
+    forward: Vector3<f64>,
+    centre: Vector3<f64>,
+    radius: f64,
+}
+
+impl StateBuilder {
+    pub(super) fn new(machine: &Machine, sensors: &Sensors) -> Self {
+        let rolling = machine
+            .joints()
+            .iter()
+            .enumerate()
+            .filter(|(_, j)| !j.logged)
+            .filter_map(|(joint, spec)| {
+                let wheel = &machine.wheels()[spec.spins_wheel?];
+                let axis = machine.axis_at_zero(wheel.body);
+                let forward = axis.cross(&Vector3::z()).try_normalize(1e-9)?;
+                Some(RollingWheel {
+                    joint,
+                    forward,
+                    centre: wheel.centre_at_zero,
+                    radius: wheel.radius,
+                })
+            });
+        Self {
+            sensors: sensors.clone(),
+            rolling: rolling.collect(),
+            jets: vec![[0.0; 3]; machine.joints().len().max(6)],
+        }
+    }
+
+    /// Fills `state` by `read`, which writes a filter's channels and returns their validity. `elapsed_s` is
+    /// the time since the first row, `effect` the effect of implausible samples on this row. Returns the
+    /// reasons why the row is invalid.
+    pub(super) fn assemble(
+        &mut self,
+        machine: &Machine,
+        elapsed_s: f64,
+        effect: &RowEffect,
+        read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
+        state: &mut State<f64>,
+    ) -> Reasons {
+        // Quantities without a sensor must return to zero after a row that was unknown.
+        state.for_each_value(|value| *value = 0.0);
+        state.base = BaseState::unknown();
+        let mut reasons = Reasons::NONE;
+        if !(self.sensors.imu || self.sensors.odometry) {
+            reasons.add(Reason::ImuGap);
+        }
+        for (stream, spec) in self.sensors.joints.iter().enumerate() {
+            let jets = &mut self.jets[..spec.joints.len()];
+            let reading = read(Followed::Joints(stream), jets);
+            note(
+                &mut reasons,
+                Followed::Joints(stream),
+                reading.standing,
+                self.sensors.imu,
+            );
+            state.noise.allow_for_joints(&reading.covariance);
+            for (&joint, &[position, rate, acceleration]) in spec.joints.iter().zip(jets.iter()) {
+                state.joints[joint] = Motion {
+                    position,
+                    rate,
+                    acceleration,
+                };
+            }
+        }
+        let imu = self.sensors.imu;
+        let mut triple = |followed| vectors(followed, read, &mut reasons, imu);
+        let velocity = if self.sensors.odometry {
+            triple(Followed::Velocity)
+        } else {
+            None
+        };
+        let (turning, up) = if imu || self.sensors.odometry {
+            (
+                triple(Followed::AngularVelocity),
+                triple(Followed::Up).and_then(|up| up.value.try_normalize(0.5)),
+            )
+        } else {
+            (None, None)
+        };
+        let up_in_base = if imu {
+            up.and_then(|up| up_in_base(machine, &up))
+        } else {
+            up
+        };
+        let turning = turning.unwrap_or_default();
+        let (w, alpha) = (turning.value, turning.rate);
+        state.imu.angular_velocity = w;
+        state.imu.angular_acceleration = alpha;
+        state.noise.turning = turning.value_and_rate_covariance();
+        if let Some(up) = up_in_base {
+            state.base.up = up;
+        }
+        if let Some(base_velocity) = &velocity {
+            state.base.velocity = base_velocity.value;
+            state.base.velocity_rate = base_velocity.rate;
+        }
+        if imu {
+            let measured = triple(Followed::SpecificForce).unwrap_or_default();
+            state.imu.specific_force = measured.value;
+            state.noise.specific_force = measured.covariance[0][0];
+        } else if let Some(base_velocity) = &velocity {
+            // f = dv/dt + w x v + g up
+            state.imu.specific_force = base_velocity.rate
+                + w.cross(&base_velocity.value)
+                + up_in_base.unwrap_or(Vector3::z()) * machine.gravity();
+            state.noise.specific_force = base_velocity.covariance[1][1];
+        }
+        if self.sensors.tool_wrench {
+            let jets = &mut self.jets[..6];
+            let reading = read(Followed::ToolWrench, jets);
+            note(&mut reasons, Followed::ToolWrench, reading.standing, imu);
+            state.noise.tool_wrench = reading.covariance[0][0];
+            state.tool_wrench.force = Vector3::new(jets[0][0], jets[1][0], jets[2][0]);
+            state.tool_wrench.moment = Vector3::new(jets[3][0], jets[4][0], jets[5][0]);
+        }
+        self.read_actuators(machine, read, state);
+        for wheel in &self.rolling {
+            state.joints[wheel.joint] = wheel.motion(velocity.as_ref(), &w, &alpha);
+        }
+        for (share, payload) in state.payload_share.iter_mut().zip(machine.payloads()) {
+            let [from, to] = payload.window_s;
+            *share = if (from..to).contains(&elapsed_s) {
+                1.0
+            } else {
+                0.0
+            };
+        }
+        reasons.add_all(effect.reasons);
+        effect.enlarge(&mut state.noise);
+        if reasons.leave_state_unknown() {
+            state.for_each_value(|value| *value = f64::NAN);
+        }
+        reasons
+    }
+}
+
+impl StateBuilder {
+    /// Assembles the forces of actuated joints whose signals are all available.
+    fn read_actuators(
+        &self,
+        machine: &Machine,
+        read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
+        state: &mut State<f64>,
+    ) {
+        let joints = machine.contact.actuated_joints.iter().enumerate();
+        for ((joint, spec), force) in joints.zip(&mut state.actuator_force) {
+            let (mut sum, mut found) = (0.0, 0);
+            for (k, signal) in self.sensors.actuators.iter().enumerate() {
+                let mut jets = [[0.0; 3]];
+                if signal.joint == joint
+                    && read(Followed::Actuator(k), &mut jets).standing != FilterStatus::Unknown
+                {
+                    sum += spec.signals[signal.signal] * jets[0][0];
+                    found += 1;
+                }
+            }
+            *force = if found == spec.signals.len() {
+                sum
+            } else {
+                f64::NAN
+            };
+        }
+    }
+}
+
+impl SignalNoise<f64> {
+    /// Merges the covariance of a joint stream: keeps the one with the larger acceleration variance, to which
+    /// the loads are most sensitive.
+    fn allow_for_joints(&mut self, covariance: &Matrix) {
+        let [[p00, p01, p02], [_, p11, p12], [_, _, p22]] = *covariance;
+        if p22 >= self.joint.second {
+            self.joint = JetCovariance {
+                value: [p00, p01, p02],
+                first: [p11, p12],
+                second: p22,
+            };
+        }
+    }
+}
+
+impl RollingWheel {
+    /// Velocity and acceleration of a rolling wheel: speed of its centre over its radius; zero where the
+    /// speed is unknown. The angle of a round wheel has no effect.
+    fn motion(
+        &self,
+        base_velocity: Option<&Triple>,
+        w: &Vector3<f64>,
+        alpha: &Vector3<f64>,
+    ) -> Motion<f64> {
+        let Some(base_velocity) = base_velocity else {
+            return Motion::zero();
+        };
+        let along = |v: &Vector3<f64>, w: &Vector3<f64>| {
+            self.forward.dot(&(v + w.cross(&self.centre))) / self.radius
+        };
+        Motion {
+            position: 0.0,
+            rate: along(&base_velocity.value, w),
+            acceleration: along(&base_velocity.rate, alpha),
+        }
+    }
+}
+
+fn note(reasons: &mut Reasons, followed: Followed, standing: FilterStatus, imu: bool) {
+    let Some(gap) = followed.gap(imu) else { return };
+    match standing {
+        FilterStatus::Known => {}
+        FilterStatus::Settling => reasons.add(Reason::Settling),
+        FilterStatus::Unknown => reasons.add(gap),
+    }
+}
+
+/// A filter's three channels as vectors.
+#[derive(Debug, Clone, Copy, Default)]
+struct Triple {
+    value: Vector3<f64>,
+    rate: Vector3<f64>,
+    covariance: Matrix,
+}
+
+impl Triple {
+    fn value_and_rate_covariance(&self) -> [f64; 3] {
+        let p = &self.covariance;
+        [p[0][0], p[0][1], p[1][1]]
+    }
+}
+
+fn vectors(
+    followed: Followed,
+    read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
+    reasons: &mut Reasons,
+    imu: bool,
+) -> Option<Triple> {
+    let mut jets = [[0.0; 3]; 3];
+    let reading = read(followed, &mut jets);
+    note(reasons, followed, reading.standing, imu);
+    let [x, y, z] = jets;
+    (reading.standing != FilterStatus::Unknown).then(|| Triple {
+        value: Vector3::new(x[0], y[0], z[0]),
+        rate: Vector3::new(x[1], y[1], z[1]),
+        covariance: reading.covariance,
+    })
+}
+
+/// Up in base axes from up in sensor axes; unknown where the IMU is not mounted on the base.
+fn up_in_base(machine: &Machine, up_in_imu: &Vector3<f64>) -> Option<Vector3<f64>> {
+    (machine.imu().body == 0).then(|| rotation_in_body(machine.imu()) * up_in_imu)
+}
+
+impl Machine {
+    /// Axis of the joint that carries `body`, in base axes at zero joint positions.
+    fn axis_at_zero(&self, mut body: usize) -> Vector3<f64> {
+        let mut axis = Vector3::z();
+        while body != 0 {
+            axis = self.bodies[body].parent_from_joint * axis;
+            body = self.bodies[body].parent;
+        }
+        axis
+    }
+}

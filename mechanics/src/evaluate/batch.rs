@@ -1,0 +1,119 @@
+//! Evaluation of many samples: columns in, columns out, several samples per vector register.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::validity::OutcomeSigns;
+use crate::evaluate::evaluation::evaluate;
+use crate::evaluate::model::Model;
+use crate::evaluate::outcome::Quantity;
+use crate::evaluate::scope::Scope;
+use crate::evaluate::workspace::Workspace;
+use crate::explain::sensitivity::{LaneSums, SensitivitySums};
+use crate::machine::Machine;
+use crate::number::Lanes;
+use crate::state::{Reasons, State, StateColumns};
+
+/// The outcomes of many rows, with one column per [`Quantity`].
+#[derive(Debug, Clone)]
+pub struct OutcomeColumns {
+    /// The quantity of each column.
+    pub quantities: Vec<Quantity>,
+    /// The columns, in the order of `quantities`; NaN where a number cannot be computed.
+    pub columns: Vec<Vec<f64>>,
+    /// Sums of the rows' derivatives, if the scope includes them.
+    pub sensitivity: SensitivitySums,
+}
+
+impl OutcomeColumns {
+    /// Columns without rows.
+    #[must_use]
+    pub fn empty(machine: &Machine, scope: Scope) -> Self {
+        let quantities = Quantity::all(machine, scope);
+        Self {
+            columns: vec![Vec::new(); quantities.len()],
+            quantities,
+            sensitivity: SensitivitySums::none(machine),
+        }
+    }
+
+    /// The column of this quantity.
+    ///
+    /// # Panics
+    /// If there is no such column.
+    #[must_use]
+    pub fn column(&self, quantity: Quantity) -> &[f64] {
+        let found = self.quantities.iter().position(|&q| q == quantity);
+        &self.columns[found.unwrap_or_else(|| panic!("no column of {quantity:?}"))]
+    }
+
+    /// The reasons `so_far` of a row and those that its outcome adds, as [`Reasons::with_outcome`] does for a
+    /// single evaluation.
+    #[must_use]
+    pub fn reasons(&self, row: usize, so_far: Reasons) -> Reasons {
+        let mut signs = OutcomeSigns {
+            linkage_closure: f64::NAN,
+            normal_force: f64::NAN,
+            largest_overturning_moment: f64::NEG_INFINITY,
+            loads_are_finite: true,
+        };
+        for (quantity, column) in self.quantities.iter().zip(&self.columns) {
+            let value = column[row];
+            match quantity {
+                Quantity::LinkageClosure => signs.linkage_closure = value,
+                Quantity::NormalForce => signs.normal_force = value,
+                Quantity::ItomFull(_) => {
+                    signs.largest_overturning_moment = signs.largest_overturning_moment.max(value);
+                }
+                Quantity::Load(_) => signs.loads_are_finite &= value.is_finite(),
+                _ => {}
+            }
+        }
+        so_far.with_signs(&signs)
+    }
+
+    /// Appends the rows of `other`.
+    pub fn append(&mut self, mut other: Self) {
+        for (column, more) in self.columns.iter_mut().zip(&mut other.columns) {
+            column.append(more);
+        }
+        self.sensitivity.add(&other.sensitivity);
+    }
+}
+
+/// Evaluates `rows` of `states`, [`Lanes::COUNT`] at a time, with the same bits as one by one.
+#[must_use]
+pub fn evaluate_rows(
+    machine: &Machine,
+    states: &StateColumns,
+    rows: Range<usize>,
+    scope: Scope,
+    model: &Arc<Model>,
+) -> OutcomeColumns {
+    let mut workspace = Workspace::<Lanes>::with_model(machine, scope, Arc::clone(model));
+    let mut state = State::<Lanes>::zero(machine);
+    let mut outcomes = OutcomeColumns::empty(machine, scope);
+    for column in &mut outcomes.columns {
+        column.resize(rows.len().next_multiple_of(Lanes::COUNT), f64::NAN);
+    }
+    let mut sums = scope.sensitivities.then(|| LaneSums::new(machine));
+    for first in rows.clone().step_by(Lanes::COUNT) {
+        states.get_lanes(first, rows.end, &mut state);
+        let outcome = evaluate(machine, &state, &mut workspace);
+        for (column, &quantity) in outcomes.columns.iter_mut().zip(&outcomes.quantities) {
+            let place = first - rows.start;
+            column[place..place + Lanes::COUNT].copy_from_slice(&outcome.get(quantity).to_array());
+        }
+        if let Some(sums) = &mut sums {
+            let load_sigma = &workspace.outcome().uncertainty.load;
+            sums.add(workspace.sensitivity(), load_sigma, rows.end - first);
+        }
+    }
+    if let Some(sums) = &sums {
+        outcomes.sensitivity = sums.total();
+    }
+    for column in &mut outcomes.columns {
+        column.truncate(rows.len());
+    }
+    outcomes
+}

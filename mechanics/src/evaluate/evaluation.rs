@@ -1,0 +1,290 @@
+//! The evaluation: from a state to wheel loads.
+
+use std::sync::Arc;
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::closed_form::Moving;
+use crate::dynamics::kinematics::{self, BodyMotion, SensorFrame};
+use crate::dynamics::newton_euler;
+use crate::evaluate::explain::{Explained, explain};
+use crate::evaluate::model::{ClosedForm, Model};
+use crate::evaluate::outcome::Outcome;
+use crate::evaluate::scope::Scope;
+use crate::evaluate::workspace::Workspace;
+use crate::explain::indicators::overturning;
+use crate::geometry::contact_plane::ContactPlane;
+use crate::geometry::spatial::Wrench;
+use crate::machine::Machine;
+use crate::number::Real;
+use crate::state::State;
+use crate::wheel_loads::{
+    Actuation, DistalSubtrees, GroundForce, Loads, SupportConfiguration, distal_wrenches,
+};
+
+/// The support solution that a workspace holds.
+macro_rules! configuration {
+    ($machine:expr, $w:expr, $plane:expr, $ground:expr) => {
+        SupportConfiguration {
+            machine: $machine,
+            plane: $plane,
+            ground: $ground,
+            normal_force: $w.outcome.normal_force,
+            centres: &$w.wheel_centres,
+            radii: &$w.radii,
+            motions: &$w.motions,
+            distal: &$w.distal,
+            actuations: &$w.actuations,
+            equations: &$w.equations,
+        }
+    };
+}
+
+/// Wheel loads and stability of `machine` in `state`, with the workspace's model and scope.
+///
+/// It keeps no state between calls and does not allocate: the same input gives the same bits. Values that
+/// cannot be computed are NaN: all of them where an input is NaN or a linkage cannot close, the centre of
+/// pressure where the ground does not push, and the whole analytic model without an attitude.
+pub fn evaluate<'w, T: Real>(
+    machine: &Machine,
+    state: &State<T>,
+    workspace: &'w mut Workspace<T>,
+) -> &'w Outcome<T> {
+    let w = workspace;
+    w.outcome.linkage_closure = kinematics::coordinates(machine, state, &mut w.coordinates);
+    let sensor_frame = SensorFrame::of(machine, &w.coordinates);
+    let base = kinematics::base_motion(machine, &sensor_frame, &state.imu);
+    move_bodies(machine, w, base);
+    newton_euler::add_payloads(machine, state, &w.motions, &mut w.wrenches);
+    let tool_wrench = newton_euler::tool_wrench(machine, state, &w.motions);
+    for (wheel, spec) in machine.wheels.iter().enumerate() {
+        w.wheel_centres[wheel] = w.motions[spec.body].point(&spec.centre_in_body);
+        w.radii[wheel] = T::constant(spec.radius);
+    }
+    let model = Arc::clone(&w.model);
+    if w.scope.needs_groups() || !matches!(*model, Model::WholeBody) {
+        w.groups
+            .fill(machine, state, &w.motions, &w.wrenches, &tool_wrench);
+    }
+    let plane = match &*model {
+        Model::WholeBody => whole_body(machine, state, w, &tool_wrench),
+        Model::ClosedForm(model) => closed_form(machine, state, w, model),
+    };
+    let out = &mut w.outcome;
+    let mut loads = Loads {
+        otf: &mut out.otf,
+        load: &mut out.load,
+        least: &mut out.load_least,
+        largest: &mut out.load_largest,
+    };
+    w.solver
+        .find_envelope(machine, &w.equations, &out.itom_full, &mut loads);
+    if w.scope != Scope::LOADS {
+        let explained = Explained {
+            machine,
+            state,
+            plane: &plane,
+            sensor_frame: &sensor_frame,
+            tool_wrench: &tool_wrench,
+        };
+        explain(&explained, w, &model);
+    }
+    &w.outcome
+}
+
+/// Newton-Euler equations over every body; solved twice for tyres that deflect under load.
+fn whole_body<T: Real>(
+    machine: &Machine,
+    state: &State<T>,
+    w: &mut Workspace<T>,
+    tool_wrench: &Wrench<T>,
+) -> ContactPlane<T> {
+    let ground = newton_euler::sum(&w.wrenches, |_| true).minus(tool_wrench);
+    w.outcome.ground_wrench = ground;
+    distal_wrenches(machine, &w.wrenches, tool_wrench, &mut w.distal);
+    Actuation::fill(machine, state, &mut w.actuations);
+    let radii_differ = machine.contact.radii_differ;
+    let mut plane = ContactPlane::through(&w.wheel_centres, &w.radii, radii_differ);
+    stand(machine, w, &ground, &plane);
+    let derives = w.scope.needs_influences();
+    if machine.contact.tyres_deflect {
+        if derives {
+            let configuration = configuration!(machine, w, &plane, &ground);
+            w.adjoints
+                .fill_undeflected(&configuration, &w.solver, &w.outcome.load);
+        }
+        w.pressing.copy_from_slice(&w.outcome.load);
+        // A tyre's radius decreases by load over stiffness, so the plane leans towards the heavier side. The
+        // lean changes the loads by a few per mille, so one iteration suffices.
+        for (wheel, spec) in machine.wheels.iter().enumerate() {
+            let compliance = T::constant(spec.stiffness.map_or(0.0, |stiffness| 1.0 / stiffness));
+            w.radii[wheel] -= w.outcome.load[wheel] * compliance;
+        }
+        plane = ContactPlane::through(&w.wheel_centres, &w.radii, true);
+        stand(machine, w, &ground, &plane);
+    }
+    if derives {
+        let configuration = configuration!(machine, w, &plane, &ground);
+        let pressing = machine.contact.tyres_deflect.then_some(&w.pressing[..]);
+        let loads = [&w.outcome.otf[..], &w.outcome.load[..]];
+        w.adjoints.fill(&configuration, &w.solver, loads, pressing);
+        if w.equations.are_measured() {
+            share_by_rule(machine, w, &ground, &plane);
+        }
+    }
+    write_torque_residuals(w);
+    plane
+}
+
+/// Solves with the split rule in addition to the measured torques: the load contributions divide that
+/// solution, and the difference due to the torques is a contribution of its own.
+fn share_by_rule<T: Real>(
+    machine: &Machine,
+    w: &mut Workspace<T>,
+    ground: &Wrench<T>,
+    plane: &ContactPlane<T>,
+) {
+    w.equations.set_measured_aside();
+    let response = w
+        .solver
+        .solve_by_rule(machine, &w.equations, &mut w.otf_by_rule);
+    let configuration = configuration!(machine, w, plane, ground);
+    w.adjoints
+        .fill_by_rule(&configuration, response, &w.otf_by_rule);
+    w.equations.take_measured_up();
+}
+
+/// Writes the number of torques used and the residual of each: measured minus predicted.
+fn write_torque_residuals<T: Real>(w: &mut Workspace<T>) {
+    let out = &mut w.outcome;
+    out.measured_torques = w.equations.known_torques();
+    for (joint, residual) in out.torque_residual.iter_mut().enumerate() {
+        *residual = w.equations.residual(joint, &out.load);
+    }
+}
+
+/// The analytic model: the ground balances its b1, b2, b3 at the platform's own rectangle.
+fn closed_form<T: Real>(
+    machine: &Machine,
+    state: &State<T>,
+    w: &mut Workspace<T>,
+    model: &ClosedForm,
+) -> ContactPlane<T> {
+    let placed = model.placed(machine, &w.motions);
+    let parts = &w.groups.sets[0];
+    let moving = Moving {
+        machine,
+        motions: &w.motions,
+        known: &state.base,
+        arm: &parts.tool.minus(&parts.arm.wrench),
+    };
+    let held = w
+        .outcome
+        .closed_form
+        .fill(&model.parts, &placed, model.input, &moving);
+    let plane = placed.contact_plane();
+    let below_centre = placed.pose.direction(&placed.pose.centre).xy();
+    for (&wheel, contact) in model.parts.wheels().iter().zip(&placed.contacts) {
+        w.contacts[wheel] = contact + below_centre;
+    }
+    let force = GroundForce {
+        normal: held.normal,
+        moment: held.moment,
+    };
+    w.equations.set_equilibrium(&force, &w.contacts);
+    w.equations.forget_measured();
+    write_torque_residuals(w);
+    w.outcome.ground_wrench = Wrench {
+        force: plane.normal * held.normal,
+        moment: plane.forward * held.moment.x + plane.left * held.moment.y,
+    };
+    load_wheels(machine, w, &force, &plane.normal);
+    w.outcome.indicators.set_edge_moments(&held.edge_moments);
+    plane
+}
+
+/// Motion and wrench of every body, parents first.
+fn move_bodies<T: Real>(machine: &Machine, w: &mut Workspace<T>, base: BodyMotion<T>) {
+    w.motions[0] = base;
+    for (i, body) in machine.bodies.iter().enumerate() {
+        if i > 0 {
+            w.motions[i] = w.motions[body.parent].carry(body, &w.coordinates[i]);
+        }
+        w.wrenches[i] = newton_euler::body_wrench(&body.inertia, &w.motions[i]);
+    }
+}
+
+/// Determines the plane through the contact points and solves for the loads.
+fn stand<T: Real>(
+    machine: &Machine,
+    w: &mut Workspace<T>,
+    ground: &Wrench<T>,
+    plane: &ContactPlane<T>,
+) {
+    for (contact, centre) in w.contacts.iter_mut().zip(&w.wheel_centres) {
+        *contact = plane.coordinates(centre);
+    }
+    let force = GroundForce::in_plane(ground, plane);
+    w.equations.set_equilibrium(&force, &w.contacts);
+    w.equations.set_offsets(machine, plane, &w.wheel_centres);
+    if !w.distal.is_empty() {
+        let distal = DistalSubtrees {
+            motions: &w.motions,
+            wrenches: &w.distal,
+            plane,
+            centres: &w.wheel_centres,
+            radii: &w.radii,
+            force_per_load: ground.force / force.normal,
+        };
+        w.equations.set_free_joints(machine, &distal);
+        w.equations
+            .set_actuated_joints(machine, &distal, &w.actuations);
+    }
+    load_wheels(machine, w, &force, &plane.normal);
+}
+
+/// Solves for the wheel loads by the support configuration whose equations are set.
+fn load_wheels<T: Real>(
+    machine: &Machine,
+    w: &mut Workspace<T>,
+    force: &GroundForce<T>,
+    normal: &Vector3<T>,
+) {
+    let out = &mut w.outcome;
+    out.contact_normal = *normal;
+    out.normal_force = force.normal;
+    stability(machine, force, &w.contacts, out);
+    let mut loads = Loads {
+        otf: &mut out.otf,
+        load: &mut out.load,
+        least: &mut out.load_least,
+        largest: &mut out.load_largest,
+    };
+    w.solver.solve(
+        machine,
+        &w.equations,
+        &w.contacts,
+        &out.itom_full,
+        &mut loads,
+    );
+}
+
+/// Centre of pressure and overturning moments.
+fn stability<T: Real>(
+    machine: &Machine,
+    force: &GroundForce<T>,
+    contacts: &[Vector2<T>],
+    out: &mut Outcome<T>,
+) {
+    let unknown = T::constant(f64::NAN);
+    let pushes = T::zero().lt(force.normal);
+    let pressure = force.centre_of_pressure();
+    out.zmp_x = T::select(pushes, pressure.x, unknown);
+    out.zmp_y = T::select(pushes, pressure.y, unknown);
+    let mut margin = T::constant(f64::INFINITY);
+    for (edge, moment) in machine.polygon.edges.iter().zip(&mut out.itom_full) {
+        *moment = overturning(force, edge, contacts);
+        margin = (-*moment / force.normal).min(margin);
+    }
+    out.zmp_margin = T::select(pushes, margin, unknown);
+}

@@ -1,0 +1,10 @@
+//! The one entry: a state in, an outcome out, for one instant or for many rows.
+
+pub(crate) mod batch;
+pub(crate) mod evaluation;
+pub(crate) mod explain;
+pub(crate) mod model;
+pub(crate) mod outcome;
+pub(crate) mod scope;
+pub(crate) mod validity;
+pub(crate) mod workspace;

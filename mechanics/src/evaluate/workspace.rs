@@ -1,0 +1,120 @@
+//! Scratch memory of an evaluation, allocated once per machine and reused by every step.
+
+use std::sync::Arc;
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::dynamics::groups::Groups;
+use crate::dynamics::kinematics::BodyMotion;
+use crate::evaluate::model::Model;
+use crate::evaluate::outcome::Outcome;
+use crate::evaluate::scope::Scope;
+use crate::explain::sensitivity::Sensitivity;
+use crate::explain::uncertainty::ParameterSigmas;
+use crate::geometry::coordinate::Coordinate;
+use crate::geometry::spatial::Wrench;
+use crate::machine::Machine;
+use crate::number::Real;
+use crate::wheel_loads::{Actuation, Equations, LoadAdjoints, Solver};
+
+/// Reusable scratch memory of [`evaluate`](crate::evaluate) for one machine. A step does not allocate.
+#[derive(Debug)]
+pub struct Workspace<T: Real> {
+    pub(crate) scope: Scope,
+    pub(crate) model: Arc<Model>,
+    pub(crate) coordinates: Vec<Coordinate<T>>,
+    pub(crate) motions: Vec<BodyMotion<T>>,
+    pub(crate) wrenches: Vec<Wrench<T>>,
+    /// Wrench of the distal subtree of each joint with a known torque.
+    pub(crate) distal: Vec<Wrench<T>>,
+    pub(crate) actuations: Vec<Actuation<T>>,
+    /// OTF by the split rule alone, where torques are measured (N).
+    pub(crate) otf_by_rule: Vec<T>,
+    pub(crate) wheel_centres: Vec<Vector3<T>>,
+    /// Distance of each wheel's centre from the ground along the contact plane's normal (m).
+    pub(crate) radii: Vec<T>,
+    /// The loads that deflect the tyres (N).
+    pub(crate) pressing: Vec<T>,
+    pub(crate) contacts: Vec<Vector2<T>>,
+    pub(crate) equations: Equations<T>,
+    pub(crate) solver: Solver<T>,
+    pub(crate) adjoints: LoadAdjoints<T>,
+    pub(crate) groups: Groups<T>,
+    pub(crate) sensitivity: Sensitivity<T>,
+    pub(crate) sigmas: ParameterSigmas,
+    pub(crate) outcome: Outcome<T>,
+}
+
+impl<T: Real> Workspace<T> {
+    /// Scratch memory for the loads of `machine`; with another machine it panics or gives wrong results.
+    #[must_use]
+    pub fn new(machine: &Machine) -> Self {
+        Self::with_scope(machine, Scope::LOADS)
+    }
+
+    /// Scratch memory for this scope, with the whole-body model.
+    #[must_use]
+    pub fn with_scope(machine: &Machine, scope: Scope) -> Self {
+        Self::with_model(machine, scope, Arc::new(Model::WholeBody))
+    }
+
+    /// Scratch memory for this scope and model.
+    #[must_use]
+    pub fn with_model(machine: &Machine, scope: Scope, model: Arc<Model>) -> Self {
+        let zero = Vector3::zeros();
+        let (bodies, wheels) = (machine.bodies.len(), machine.wheels.len());
+        let mut outcome = Outcome::blank(machine);
+        if scope.parts {
+            outcome.parts = vec![vec![T::zero(); wheels]; machine.links.len()];
+        }
+        Self {
+            scope,
+            model,
+            coordinates: vec![Coordinate::slid(T::zero(), T::zero(), T::zero()); bodies],
+            motions: vec![BodyMotion::base(zero, zero, zero); bodies],
+            wrenches: vec![Wrench::zero(); bodies],
+            distal: vec![Wrench::zero(); machine.contact.torque_joints().count()],
+            actuations: vec![Actuation::unknown(); machine.contact.actuated_joints.len()],
+            otf_by_rule: vec![T::zero(); wheels],
+            wheel_centres: vec![zero; wheels],
+            radii: vec![T::zero(); wheels],
+            pressing: vec![T::zero(); wheels],
+            contacts: vec![Vector2::zeros(); wheels],
+            equations: Equations::new(machine),
+            solver: Solver::new(machine, scope.needs_influences()),
+            adjoints: LoadAdjoints::new(machine),
+            groups: Groups::new(machine),
+            sensitivity: Sensitivity::new(machine),
+            sigmas: ParameterSigmas::of(machine),
+            outcome,
+        }
+    }
+
+    /// The result of the last evaluation.
+    #[must_use]
+    pub fn outcome(&self) -> &Outcome<T> {
+        &self.outcome
+    }
+
+    /// Variance of a weighted sum of the OTF that the measured torques leave (N^2); zero without measured
+    /// torques.
+    pub(crate) fn measured_split_variance(&self, factors: &[T]) -> T {
+        let mut variance = T::zero();
+        if self.equations.are_measured() {
+            let response = self.solver.otf_response();
+            for (i, &a) in factors.iter().enumerate() {
+                for (j, &b) in factors.iter().enumerate() {
+                    variance += a * b * response.slack(&self.equations, i, j);
+                }
+            }
+            variance *= self.equations.prior_variance();
+        }
+        variance.max(T::zero())
+    }
+
+    /// The derivatives from the last evaluation, if its scope includes them.
+    #[must_use]
+    pub fn sensitivity(&self) -> &Sensitivity<T> {
+        &self.sensitivity
+    }
+}

@@ -1,0 +1,84 @@
+//! Derivatives of sigma with respect to the motion of the base: the avoidance gradient (111) of the first
+//! paper, with the dynamics of the whole machine, the arm moving with the base.
+//!
+//! With f = vdot + w x v + g up the specific force at the base origin, v and vdot as components in base axes:
+//! ```text
+//!     dN/dv_x = dN/df . (w x e_x)       dN/dw_z = dN/df . (e_z x v) + dN/dw_z|f       dN/dvdot_x = dN/df . e_x
+//! ```
+//! The first three are at constant accelerations; braking appears in the last three.
+
+use super::balance::Balance;
+use crate::dynamics::newton_euler_derivatives::by_base_motion;
+use crate::explain::sensitivity::Sensitivity;
+use crate::machine::BaseMotion;
+use crate::number::Real;
+
+/// Derivatives of sigma with respect to the motion of the base.
+#[derive(Debug, Clone, Copy)]
+pub struct VelocityGradient<T> {
+    /// With respect to the forward velocity v_x, at constant accelerations (N^2 s/m).
+    pub forward_velocity: T,
+    /// With respect to the velocity to the left v_y (N^2 s/m).
+    pub left_velocity: T,
+    /// With respect to the yaw rate (N^2 s/rad); NaN where the velocity is unknown.
+    pub yaw_rate: T,
+    /// With respect to the derivative of v_x (N^2 s^2/m).
+    pub forward_acceleration: T,
+    /// With respect to the derivative of v_y (N^2 s^2/m).
+    pub left_acceleration: T,
+    /// With respect to the yaw acceleration (N^2 s^2/rad).
+    pub yaw_acceleration: T,
+}
+
+impl<T: Real> VelocityGradient<T> {
+    pub(crate) fn get(&self, travel: BaseMotion) -> T {
+        match travel {
+            BaseMotion::ForwardVelocity => self.forward_velocity,
+            BaseMotion::LeftVelocity => self.left_velocity,
+            BaseMotion::YawRate => self.yaw_rate,
+            BaseMotion::ForwardAcceleration => self.forward_acceleration,
+            BaseMotion::LeftAcceleration => self.left_acceleration,
+            BaseMotion::YawAcceleration => self.yaw_acceleration,
+        }
+    }
+
+    pub(crate) fn unknown() -> Self {
+        let unknown = T::constant(f64::NAN);
+        Self {
+            forward_velocity: unknown,
+            left_velocity: unknown,
+            yaw_rate: unknown,
+            forward_acceleration: unknown,
+            left_acceleration: unknown,
+            yaw_acceleration: unknown,
+        }
+    }
+}
+
+pub(super) fn of<T: Real>(
+    balance: &Balance<'_, T>,
+    sensitivity: &Sensitivity<T>,
+    otf: &[T],
+) -> VelocityGradient<T> {
+    let (w, velocity) = (
+        &balance.motions[0].angular_velocity,
+        &balance.state.base.velocity,
+    );
+    let mut sums = [T::zero(); BaseMotion::ALL.len()];
+    let optimal = &balance.machine.reference.optimal_load;
+    for (wheel, (&otf, optimal)) in otf.iter().zip(optimal).enumerate() {
+        let off = otf - T::constant(*optimal);
+        let by = by_base_motion(sensitivity.by_base(wheel), w, velocity);
+        for (sum, by) in sums.iter_mut().zip(by) {
+            *sum += by * off;
+        }
+    }
+    VelocityGradient {
+        forward_velocity: sums[0],
+        left_velocity: sums[1],
+        yaw_rate: sums[2],
+        forward_acceleration: sums[3],
+        left_acceleration: sums[4],
+        yaw_acceleration: sums[5],
+    }
+}

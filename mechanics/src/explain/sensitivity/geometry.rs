@@ -1,0 +1,134 @@
+//! Derivatives with respect to the positions of IMU, arm and wheels, and to the contact parameters.
+
+use nalgebra::Vector3;
+
+use super::regressor::pulled;
+use super::reverse_pass::ReversePass;
+use super::sensed_motion::SensedMotion;
+use super::writer::Writer;
+use crate::dynamics::composite::Composite;
+use crate::dynamics::kinematics::BodyMotion;
+use crate::dynamics::newton_euler_derivatives::BaseGradient;
+use crate::geometry::spatial::{Wrench, cross, rotate, rotate_back};
+use crate::machine::{LinkGroup, Mounting, Split};
+use crate::number::Real;
+use crate::wheel_loads::LoadAdjoint;
+
+/// Position and small rotations of the IMU in its body.
+pub(super) fn write_imu<T: Real>(
+    motion: &SensedMotion<'_, T>,
+    base: &BaseGradient<T>,
+    write: &mut Writer<'_, T>,
+) {
+    let (machine, mounting) = (motion.machine, motion.sensor_frame);
+    let carrier = &motion.motions[machine.imu.body];
+    // The difference between the specific forces of IMU and base is due to the motion of the sensor's point p:
+    // a shift d in the body changes it by alpha x d + w x (w x d), with the body's own angular motion.
+    let by_place = -pulled(carrier, &base.specific_force);
+    let sensed = base.by_sensor(motion);
+    let measured = |v: &Vector3<T>| rotate(&mounting.rotation, v);
+    let imu = &motion.state.imu;
+    let by_turn = cross(&measured(&imu.specific_force), &sensed.specific_force)
+        + cross(&measured(&imu.angular_velocity), &sensed.angular_velocity)
+        + cross(
+            &measured(&imu.angular_acceleration),
+            &sensed.angular_acceleration,
+        );
+    for by in [by_place, by_turn] {
+        write.vector(&rotate_back(&carrier.rotation, &by));
+    }
+}
+
+/// Position of the arm on its carrier. An IMU on the arm moves with it.
+pub(super) fn write_arm<T: Real>(
+    motion: &SensedMotion<'_, T>,
+    reverse_pass: &ReversePass<T>,
+    base: &BaseGradient<T>,
+    write: &mut Writer<'_, T>,
+) {
+    let Some(mounting) = &motion.machine.arm_mounting else {
+        return;
+    };
+    let arm = &motion.groups.sets[0].arm;
+    let force = arm.wrench.force - motion.groups.sets[0].tool.force;
+    let form = &reverse_pass.form[mounting.carrier];
+    let carrier = &motion.motions[mounting.carrier];
+    let mut by = shifted(carrier, &arm.moments, &force, form);
+    let links = &motion.machine.links;
+    if links
+        .iter()
+        .any(|l| l.body == motion.machine.imu.body && l.group == LinkGroup::Arm)
+    {
+        by -= pulled(carrier, &base.specific_force);
+    }
+    write_in_mounting(motion, mounting, &by, write);
+}
+
+/// Position and radius of every wheel.
+pub(super) fn write_wheels<T: Real>(
+    motion: &SensedMotion<'_, T>,
+    reverse_pass: &ReversePass<T>,
+    adjoint: &LoadAdjoint<T>,
+    write: &mut Writer<'_, T>,
+) {
+    for (wheel, spec) in motion.machine.wheels.iter().enumerate() {
+        let mounting = &spec.mounting;
+        let mut by = adjoint.centre[wheel];
+        if spec.body != mounting.carrier {
+            let (moments, wrench) = (
+                &reverse_pass.distal[spec.body],
+                &reverse_pass.distal_wrench[spec.body],
+            );
+            let carrier = &motion.motions[mounting.carrier];
+            by += shifted(
+                carrier,
+                moments,
+                &wrench.force,
+                &reverse_pass.form[spec.body],
+            );
+        }
+        write_in_mounting(motion, mounting, &by, write);
+        write.write([adjoint.radius[wheel] + adjoint.rest_radius[wheel]]);
+    }
+}
+
+/// The split rule and the tyres.
+pub(super) fn write_contact<T: Real>(
+    motion: &SensedMotion<'_, T>,
+    adjoint: &LoadAdjoint<T>,
+    write: &mut Writer<'_, T>,
+) {
+    let contact = &motion.machine.contact;
+    if matches!(contact.split, Split::RollMomentDistribution { .. }) {
+        write.write([adjoint.roll_moment_distribution]);
+    }
+    if contact.tyres_deflect {
+        adjoint.stiffness.iter().for_each(|&by| write.write([by]));
+    }
+}
+
+/// Derivative with respect to a shift d of bodies on their carrier, axes parallel to the base's: the specific
+/// force of their points changes by `alpha x d + w x (w x d)`, and their wrench moves by d:
+/// ```text
+///     dF = m (alpha x d + w x (w x d)),      dM = d x F + h x (the same)
+/// ```
+fn shifted<T: Real>(
+    carrier: &BodyMotion<T>,
+    moments: &Composite<T>,
+    force: &Vector3<T>,
+    form: &Wrench<T>,
+) -> Vector3<T> {
+    let lever = form.force * moments.mass + cross(&form.moment, &moments.first);
+    pulled(carrier, &lever) + cross(force, &form.moment)
+}
+
+fn write_in_mounting<T: Real>(
+    motion: &SensedMotion<'_, T>,
+    mounting: &Mounting,
+    by: &Vector3<T>,
+    write: &mut Writer<'_, T>,
+) {
+    let in_carrier = rotate_back(&motion.motions[mounting.carrier].rotation, by);
+    let axes = mounting.carrier_from_axes.map(T::constant);
+    write.vector(&rotate_back(&axes, &in_carrier));
+}

@@ -1,0 +1,193 @@
+//! Standard deviations of the loads, to first order, from the stated uncertainty of parameters and the
+//! noise of the signals.
+//!
+//! ```text
+//!     var N = sum over parameters (dN/dp sigma_p)^2 + sum over signals g' P g + (model share * mean load)^2
+//!             + what the measured torques leave undetermined of the load split, A(3)
+//! ```
+//! where g are the derivatives with respect to value, velocity and acceleration of a signal, and P is their
+//! covariance from the estimator. Parameters are treated as independent, except for the elements of one
+//! link's inertia tensor, which share one factor.
+
+use crate::explain::sensitivity::Sensitivity;
+use crate::machine::{InertiaElement, MAX_WHEELS, Machine, Parameter};
+use crate::number::Real;
+use crate::state::SignalNoise;
+
+/// Standard deviations of the loads at one instant.
+#[derive(Debug, Clone)]
+pub struct Uncertainty<T> {
+    /// Of the OTF, by wheel (N).
+    pub otf: Vec<T>,
+    /// Of the load, by wheel (N). For a lifted wheel it is that of its OTF, which shows how certain the
+    /// lift-off is. NaN while the machine tips.
+    pub load: Vec<T>,
+    /// U = 1 - (OTF - 2 sigma) / static load, of the worst wheel; NaN without a static load.
+    pub utilisation: T,
+}
+
+impl<T: Real> Uncertainty<T> {
+    pub(crate) fn blank(machine: &Machine) -> Self {
+        let unknown = T::constant(f64::NAN);
+        Self {
+            otf: vec![unknown; machine.wheels.len()],
+            load: vec![unknown; machine.wheels.len()],
+            utilisation: unknown,
+        }
+    }
+}
+
+/// How the derivatives with respect to parameters enter the variance; built once per machine.
+#[derive(Debug, Clone)]
+pub(crate) struct ParameterSigmas {
+    /// Index of each independently uncertain parameter in the order of [`Parameter::all`], and its variance.
+    variances: Vec<(usize, f64)>,
+    /// Start index of each link's inertia tensor, and the standard deviations of its elements, which share
+    /// one factor.
+    inertias: Vec<(usize, [f64; 6])>,
+    pub(crate) model_share: f64,
+}
+
+impl ParameterSigmas {
+    pub(crate) fn of(machine: &Machine) -> Self {
+        let parameters = Parameter::all(machine);
+        let share = machine.uncertainty.inertia_share;
+        let mut inertias = Vec::new();
+        for (i, &parameter) in parameters.iter().enumerate() {
+            if let Parameter::LinkInertia(link, InertiaElement::Xx) = parameter {
+                let element = |e| Parameter::LinkInertia(link, e).nominal(machine);
+                let sigmas = InertiaElement::ALL.map(|e| share * element(e).unwrap_or(0.0));
+                inertias.push((i, sigmas));
+            }
+        }
+        let alone = |&parameter: &Parameter| match parameter {
+            Parameter::LinkInertia(..) => 0.0,
+            _ => parameter.sigma(machine).powi(2),
+        };
+        Self {
+            variances: (parameters.iter().map(alone).enumerate())
+                .filter(|(_, variance)| *variance > 0.0)
+                .collect(),
+            inertias,
+            model_share: machine.uncertainty.model_share,
+        }
+    }
+
+    /// Variance due to the parameters of a number with these derivatives.
+    pub(crate) fn variance<T: Real>(&self, derivatives: &[T]) -> T {
+        let mut variance = T::zero();
+        for &(place, own) in &self.variances {
+            let by = derivatives[place];
+            variance += by * by * T::constant(own);
+        }
+        for (first, sigmas) in &self.inertias {
+            let mut together = T::zero();
+            for (&by, &sigma) in derivatives[*first..].iter().zip(sigmas) {
+                together += by * T::constant(sigma);
+            }
+            variance += together * together;
+        }
+        variance
+    }
+}
+
+/// The loads that the standard deviations are of.
+pub(crate) struct Loads<'a, T> {
+    pub(crate) otf: &'a [T],
+    pub(crate) load: &'a [T],
+    pub(crate) normal_force: T,
+    /// What measured torques leave of the split, of OTF and load.
+    pub(crate) measured_variances: [[T; MAX_WHEELS]; 2],
+}
+
+/// Fills the standard deviations of an outcome from its derivatives.
+pub(crate) fn fill<T: Real>(
+    machine: &Machine,
+    sigmas: &ParameterSigmas,
+    noise: &SignalNoise<T>,
+    sensitivity: &Sensitivity<T>,
+    loads: &Loads<'_, T>,
+    out: &mut Uncertainty<T>,
+) {
+    let wheels = machine.wheels.len();
+    let [otf_measured, load_measured] = &loads.measured_variances;
+    let mean_load = loads.normal_force * T::constant(sigmas.model_share / wheels as f64);
+    let signals = SignalPlaces::of(machine);
+    let of = |derivatives: &[T], measured: T| {
+        let variance = sigmas.variance(derivatives)
+            + signals.variance(derivatives, noise)
+            + mean_load * mean_load
+            + measured;
+        variance.sqrt()
+    };
+    for wheel in 0..wheels {
+        let otf = of(sensitivity.otf(wheel), otf_measured[wheel]);
+        out.otf[wheel] = otf;
+        out.load[wheel] = otf;
+        if sensitivity.loads_differ() {
+            let carries = T::zero().lt(loads.load[wheel]);
+            let load = of(sensitivity.load(wheel), load_measured[wheel]);
+            // NaN in either makes both NaN.
+            let unknown = load * T::zero();
+            out.load[wheel] = T::select(carries, load, otf + unknown);
+        }
+    }
+    out.utilisation = utilisation(machine, loads.otf, &out.otf);
+}
+
+/// U of the worst wheel.
+fn utilisation<T: Real>(machine: &Machine, otf: &[T], otf_sigma: &[T]) -> T {
+    let mut worst = T::constant(f64::NEG_INFINITY);
+    for (wheel, &static_load) in machine.reference.static_load.iter().enumerate() {
+        let sure = otf[wheel] - otf_sigma[wheel] * T::constant(2.0);
+        let used = T::one() - sure / T::constant(static_load);
+        // In the opposite order a NaN would be ignored.
+        worst = T::select(used.lt(worst), worst, used);
+    }
+    worst
+}
+
+/// Indices of the signals in a gradient.
+pub(crate) struct SignalPlaces {
+    joints: usize,
+    tool: bool,
+}
+
+impl SignalPlaces {
+    pub(crate) fn of(machine: &Machine) -> Self {
+        Self {
+            joints: machine.joints.len(),
+            tool: machine.tool.is_some(),
+        }
+    }
+
+    /// Variance due to the noise of the signals.
+    pub(crate) fn variance<T: Real>(&self, derivatives: &[T], noise: &SignalNoise<T>) -> T {
+        let two = T::constant(2.0);
+        let (joints, rest) = derivatives.split_at(3 * self.joints);
+        let mut variance = T::zero();
+        let [p00, p01, p02] = noise.joint.value;
+        let [p11, p12] = noise.joint.first;
+        for by in joints.chunks_exact(3) {
+            let (g0, g1, g2) = (by[0], by[1], by[2]);
+            variance += g0 * g0 * p00
+                + g1 * g1 * p11
+                + g2 * g2 * noise.joint.second
+                + two * (g0 * (g1 * p01 + g2 * p02) + g1 * g2 * p12);
+        }
+        let [w, w_alpha, alpha] = noise.turning;
+        for axis in 0..3 {
+            let (f, by_w, by_alpha) = (rest[axis], rest[3 + axis], rest[6 + axis]);
+            variance += f * f * noise.specific_force
+                + by_w * by_w * w
+                + by_alpha * by_alpha * alpha
+                + two * by_w * by_alpha * w_alpha;
+        }
+        if self.tool {
+            for &by in &rest[9..15] {
+                variance += by * by * noise.tool_wrench;
+            }
+        }
+        variance
+    }
+}

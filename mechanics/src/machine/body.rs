@@ -1,0 +1,163 @@
+//! The bodies of a machine, the links that they are made of, and what is fixed to them.
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use super::inertia::{Inertia, MassMoments};
+
+/// A rigid body: links connected by fixed joints. The z axis of its frame is the axis of its joint; the root's
+/// frame is the base frame.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Name of the link that its joint moves.
+    pub name: String,
+    /// Index of the parent body; the root is its own parent (0).
+    pub parent: usize,
+    /// Revolute about or prismatic along z.
+    pub kind: JointKind,
+    /// Source of the joint's coordinate.
+    pub coupling: JointCoupling,
+    /// Orientation of the joint in the parent body.
+    pub parent_from_joint: Matrix3<f64>,
+    /// Position of the joint in the parent body (m).
+    pub joint_in_parent: Vector3<f64>,
+    /// Inertial parameters in the body's frame.
+    pub inertia: Inertia,
+    /// The same as moments, by the groups of its links; groups without mass are omitted.
+    pub parts: Vec<(LinkGroup, MassMoments)>,
+}
+
+/// The part of the machine that a link belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LinkGroup {
+    /// Neither wheel nor arm: the chassis of the first paper.
+    Chassis,
+    /// A wheel.
+    Wheel,
+    /// The manipulator, including its payloads.
+    Arm,
+}
+
+/// Type of a joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// Rotation about its axis (rad).
+    Revolute,
+    /// Displacement along its axis (m).
+    Prismatic,
+}
+
+/// Source of a joint's coordinate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum JointCoupling {
+    /// The root has no joint.
+    Root,
+    /// The measured joint with this index.
+    Measured(usize),
+    /// `multiplier * measured joint + offset`.
+    Mimic {
+        /// Index of the measured joint.
+        joint: usize,
+        /// Factor (dimensionless, or the ratio of the joints' units).
+        multiplier: f64,
+        /// Offset (rad or m).
+        offset: f64,
+    },
+    /// The pivot of this linkage.
+    Pivot(usize),
+    /// The cylinder hinge of this linkage.
+    Cylinder(usize),
+    /// The rod of this linkage.
+    Rod(usize),
+}
+
+/// A URDF link, part of a body.
+#[derive(Debug, Clone)]
+pub struct Link {
+    /// Name in the URDF.
+    pub name: String,
+    /// The body that it belongs to.
+    pub body: usize,
+    /// Its pose in the body's frame.
+    pub body_from_link: Isometry3<f64>,
+    /// Its inertial parameters in the body's frame, without payloads.
+    pub inertia: Inertia,
+    /// The same as moments.
+    pub moments: MassMoments,
+    /// The part of the machine that it belongs to.
+    pub group: LinkGroup,
+}
+
+/// A joint whose position is logged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredJoint {
+    /// Name in the URDF and in the log.
+    pub name: String,
+    /// Whether the log contains it. Only a wheel's spin joint may be missing.
+    pub logged: bool,
+    /// The wheel that it spins, if any.
+    pub spins_wheel: Option<usize>,
+    /// Smallest and largest position (rad or m), where the URDF states them.
+    pub limits: Option<[f64; 2]>,
+    /// Largest velocity (rad/s or m/s), where the URDF states it.
+    pub max_velocity: Option<f64>,
+}
+
+/// The mount of a part on another body: the reference for its position.
+#[derive(Debug, Clone, Copy)]
+pub struct Mounting {
+    /// Index of the body that carries the part.
+    pub carrier: usize,
+    /// Axes of its position, those of the carrying link, in the carrier's frame.
+    pub carrier_from_axes: Matrix3<f64>,
+}
+
+/// A frame fixed to a body.
+#[derive(Debug, Clone)]
+pub struct Mount {
+    /// The body.
+    pub body: usize,
+    /// Its pose in the body's frame.
+    pub body_from_mount: Isometry3<f64>,
+    /// Source of the pose, for the report.
+    pub source: String,
+}
+
+/// Orientation of a mount in its body.
+pub(crate) fn rotation_in_body(mount: &Mount) -> Matrix3<f64> {
+    *mount.body_from_mount.rotation.to_rotation_matrix().matrix()
+}
+
+/// A load attached to a link for a time.
+#[derive(Debug, Clone)]
+pub struct Payload {
+    /// The body that carries it.
+    pub body: usize,
+    /// The part of the machine that it is attached to.
+    pub group: LinkGroup,
+    /// Standard deviation of its mass (kg), where it is stated.
+    pub mass_sigma: Option<f64>,
+    /// Whether its mass is to be estimated; zero until then.
+    pub is_estimated: bool,
+    /// Its inertial parameters in the body's frame.
+    pub inertia: Inertia,
+    /// The same as moments.
+    pub moments: MassMoments,
+    /// Times of attachment and release (s after the first sample).
+    pub window_s: [f64; 2],
+}
+
+/// Moments of a body's links, by group.
+pub(super) fn link_parts(links: &[Link], body: usize) -> Vec<(LinkGroup, MassMoments)> {
+    let mut parts: Vec<(LinkGroup, Inertia)> = Vec::new();
+    let massive = |link: &&Link| link.body == body && link.inertia != Inertia::zero();
+    for link in links.iter().filter(massive) {
+        match parts.iter_mut().find(|(group, _)| *group == link.group) {
+            Some((_, inertia)) => *inertia = inertia.welded(&link.inertia),
+            None => parts.push((link.group, link.inertia)),
+        }
+    }
+    parts
+        .iter()
+        .map(|(group, inertia)| (*group, MassMoments::from(inertia)))
+        .collect()
+}

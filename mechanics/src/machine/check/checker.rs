@@ -1,0 +1,342 @@
+//! Validation: a machine file, a URDF and facts about a log give a [`Machine`], or the first error found in
+//! them.
+
+use nalgebra::Isometry3;
+
+use crate::machine::body::link_parts;
+use crate::machine::tree::{Tree, TreeBody, TreeJoint};
+use crate::machine::urdf::Urdf;
+use crate::machine::{
+    Body, JointCoupling, JointKind, Link, LinkGroup, Machine, MachineError, MachineSpec,
+    MassMoments, Mount, Mounting, Reference, StaticTransform, Wheel,
+};
+
+/// Facts about a log against which a machine is checked.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LogFacts<'a> {
+    /// Names in its joint states; `None` without a log: then every joint counts as measured unless a linkage
+    /// moves it.
+    pub joint_names: Option<&'a [String]>,
+    /// Whether the log lacks an IMU: its measurement is then computed at the base origin.
+    pub lacks_imu: bool,
+    /// Frame of its IMU messages.
+    pub imu_frame: Option<&'a str>,
+    /// Its static transforms (`/tf_static`).
+    pub static_transforms: &'a [StaticTransform],
+}
+
+impl MachineSpec {
+    /// Checks the machine against its URDF (`urdf_name` is for messages) and a log.
+    ///
+    /// # Errors
+    /// [`MachineError`]: the first error that makes the machine impossible or ambiguous.
+    pub fn check(
+        &self,
+        urdf_text: &str,
+        urdf_name: &str,
+        log: LogFacts<'_>,
+    ) -> Result<Machine, MachineError> {
+        let urdf = Urdf::parse(urdf_text, urdf_name)?;
+        let tree = Tree::build(&urdf)?;
+        Checker {
+            spec: self,
+            tree: &tree,
+            urdf_name,
+            log,
+        }
+        .machine()
+    }
+}
+
+pub(super) struct Checker<'a> {
+    pub(super) spec: &'a MachineSpec,
+    pub(super) tree: &'a Tree,
+    pub(super) urdf_name: &'a str,
+    pub(super) log: LogFacts<'a>,
+}
+
+impl Checker<'_> {
+    fn machine(&self) -> Result<Machine, MachineError> {
+        let spec = self.spec;
+        self.check_numbers()?;
+        self.check_signals()?;
+        let wheels = self.wheels()?;
+        let polygon = self.polygon(&wheels)?;
+        let driving = self.driving(&wheels)?;
+        spec.check_weighed(&driving.joints)?;
+        let contact = self.contact(&wheels, &polygon, &driving.linkages)?;
+        let (imu, notes) = self.imu()?;
+        let arm_root = spec
+            .arm
+            .as_ref()
+            .map(|arm| self.link("arm.root", &arm.root))
+            .transpose()?;
+        let tool = match spec.arm.as_ref().and_then(|arm| arm.tool.as_ref()) {
+            Some(tool) => Some(self.mount(
+                self.link("arm.tool", tool)?,
+                Isometry3::identity(),
+                "arm.tool of the machine file",
+            )),
+            None => None,
+        };
+        let links: Vec<Link> = (0..self.tree.links.len())
+            .map(|i| self.machine_link(i, arm_root, &wheels))
+            .collect();
+        Ok(Machine {
+            name: spec.name.clone(),
+            gravity: spec.gravity,
+            base_link: self.tree.base_link.clone(),
+            bodies: machine_bodies(self.tree, &driving.couplings, &links),
+            arm_mounting: arm_root.map(|root| self.mounting(root)),
+            arm_root: arm_root.map(|root| {
+                self.mount(root, Isometry3::identity(), "arm.root of the machine file")
+            }),
+            reference: self.reference(),
+            linkages: driving.linkages,
+            joints: driving.joints,
+            wheels,
+            polygon,
+            contact,
+            imu,
+            notes,
+            tool,
+            payloads: self.payloads(&links)?,
+            links,
+            limits: spec.limits.clone(),
+            signals: spec.signals.clone(),
+            estimator: spec.estimator,
+            uncertainty: spec.uncertainty,
+            plausibility: spec.plausibility,
+            suspension: self.suspension()?,
+        })
+    }
+
+    pub(super) fn value_error(
+        &self,
+        place: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl ToString,
+    ) -> MachineError {
+        MachineError::value(&self.spec.file, place, expected, found)
+    }
+
+    fn unknown<'n>(
+        &self,
+        key: &str,
+        name: &str,
+        kind: &'static str,
+        mut existing: impl Iterator<Item = &'n str>,
+    ) -> MachineError {
+        let folded = name.to_lowercase();
+        let near = existing
+            .find(|e| e.to_lowercase().contains(&folded) || folded.contains(&e.to_lowercase()));
+        MachineError::UnknownName {
+            file: self.spec.file.clone(),
+            key: key.into(),
+            name: name.into(),
+            kind,
+            urdf: self.urdf_name.into(),
+            suggestion: near.map_or(String::new(), |n| format!("; did you mean \"{n}\"?")),
+        }
+    }
+
+    pub(super) fn link(&self, key: &str, name: &str) -> Result<usize, MachineError> {
+        let names = self.tree.links.iter().map(|l| l.name.as_str());
+        self.tree
+            .link(name)
+            .ok_or_else(|| self.unknown(key, name, "link", names))
+    }
+
+    pub(super) fn joint(&self, key: &str, name: &str) -> Result<usize, MachineError> {
+        let names = self
+            .tree
+            .bodies
+            .iter()
+            .filter_map(|b| b.joint.as_ref())
+            .map(|j| j.name.as_str());
+        self.tree
+            .body_of_joint(name)
+            .ok_or_else(|| self.unknown(key, name, "joint", names))
+    }
+
+    pub(super) fn mount(
+        &self,
+        link: usize,
+        link_from_mount: Isometry3<f64>,
+        source: impl Into<String>,
+    ) -> Mount {
+        let link = &self.tree.links[link];
+        Mount {
+            body: link.body,
+            body_from_mount: link.body_from_link * link_from_mount,
+            source: source.into(),
+        }
+    }
+
+    /// Reference loads before a posture is known.
+    fn reference(&self) -> Reference {
+        let unknown = vec![f64::NAN; self.spec.wheels.len()];
+        let stated = self.spec.limits.optimal_load.as_ref();
+        let optimal = |name: &String| stated.and_then(|loads| loads.get(name).copied());
+        let names = self.spec.wheels.keys();
+        Reference {
+            static_load: unknown,
+            optimal_load: names
+                .map(|name| optimal(name).unwrap_or(f64::NAN))
+                .collect(),
+        }
+    }
+
+    fn machine_link(&self, index: usize, arm_root: Option<usize>, wheels: &[Wheel]) -> Link {
+        let link = &self.tree.links[index];
+        let in_arm = arm_root.is_some_and(|root| self.tree.link_is_below(index, root));
+        let is_wheel = self.is_part_of_wheel(index, wheels);
+        Link {
+            name: link.name.clone(),
+            body: link.body,
+            body_from_link: link.body_from_link,
+            inertia: link.inertia,
+            moments: MassMoments::from(&link.inertia),
+            group: match (in_arm, is_wheel) {
+                (true, _) => LinkGroup::Arm,
+                (false, true) => LinkGroup::Wheel,
+                (false, false) => LinkGroup::Chassis,
+            },
+        }
+    }
+
+    /// Whether a link is a wheel, is in its distal subtree, or rotates with it.
+    fn is_part_of_wheel(&self, index: usize, wheels: &[Wheel]) -> bool {
+        let named = self
+            .spec
+            .wheels
+            .values()
+            .filter_map(|wheel| self.tree.link(&wheel.link));
+        let below = |wheel: usize| self.tree.link_is_below(index, wheel);
+        let body = self.tree.links[index].body;
+        named.into_iter().any(below)
+            || (0..wheels.len())
+                .any(|w| wheels[w].body == body && self.wheel_spun_by(body, wheels) == Some(w))
+    }
+
+    /// The mount of a link.
+    pub(super) fn mounting(&self, link: usize) -> Mounting {
+        let carrier = self.tree.links[link].parent_link.unwrap_or(link);
+        let carrier = &self.tree.links[carrier];
+        Mounting {
+            carrier: carrier.body,
+            carrier_from_axes: *carrier
+                .body_from_link
+                .rotation
+                .to_rotation_matrix()
+                .matrix(),
+        }
+    }
+
+    /// Checks the ranges of numbers that do not depend on the URDF.
+    fn check_numbers(&self) -> Result<(), MachineError> {
+        let (spec, e) = (self.spec, &self.spec.estimator);
+        let limits = &spec.limits;
+        let positive = [
+            ("gravity", Some(spec.gravity)),
+            ("limits.min_load", limits.min_load),
+            ("limits.min_load_share", limits.min_load_share),
+            ("limits.notice", Some(limits.notice)),
+            ("limits.warning", Some(limits.warning)),
+            ("limits.limit", Some(limits.limit)),
+            ("estimator.max_gap", Some(e.max_gap)),
+            (
+                "estimator.joint_position_noise",
+                Some(e.joint_position_noise),
+            ),
+            ("estimator.joint_rate_noise", Some(e.joint_rate_noise)),
+            ("estimator.joint_agility", Some(e.joint_agility)),
+            ("estimator.gyro_noise", Some(e.gyro_noise)),
+            ("estimator.gyro_agility", Some(e.gyro_agility)),
+            (
+                "estimator.actuator_force_agility",
+                Some(e.actuator_force_agility),
+            ),
+            ("estimator.accelerometer_noise", Some(e.accelerometer_noise)),
+            (
+                "estimator.accelerometer_agility",
+                Some(e.accelerometer_agility),
+            ),
+        ];
+        for (place, value) in positive {
+            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+                return Err(self.value_error(place, "a positive number", value));
+            }
+        }
+        for (key, value) in spec.uncertainty.by_key() {
+            if !(value.is_finite() && value >= 0.0) {
+                let place = format!("uncertainty.{key}");
+                return Err(self.value_error(place, "a number that is not negative", value));
+            }
+        }
+        for (key, value) in spec.plausibility.limits_by_key() {
+            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+                let place = format!("plausibility.{key}");
+                return Err(self.value_error(place, "a positive number", value));
+            }
+        }
+        if spec.plausibility.frozen_samples < 2 {
+            return Err(self.value_error(
+                "plausibility.frozen_samples",
+                "two or more",
+                spec.plausibility.frozen_samples,
+            ));
+        }
+        for (topic, offset) in &spec.clock.offset {
+            if !offset.is_finite() {
+                let place = format!("clock.offset.\"{topic}\"");
+                return Err(self.value_error(place, "a number of seconds", *offset));
+            }
+        }
+        if limits.min_load.is_some() && limits.min_load_share.is_some() {
+            return Err(self.value_error("limits", "min_load or min_load_share", "both"));
+        }
+        for name in limits.optimal_load.iter().flat_map(|loads| loads.keys()) {
+            if !spec.wheels.contains_key(name) {
+                return Err(self.value_error(
+                    "limits.optimal_load",
+                    "names of [wheels]",
+                    format!("\"{name}\""),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn machine_bodies(tree: &Tree, couplings: &[Option<JointCoupling>], links: &[Link]) -> Vec<Body> {
+    tree.bodies
+        .iter()
+        .zip(couplings)
+        .enumerate()
+        .map(|(i, (tree_body, coupling))| Body {
+            parts: link_parts(links, i),
+            ..body(tree_body, coupling.unwrap_or(JointCoupling::Root))
+        })
+        .collect()
+}
+
+fn body(body: &TreeBody, coupling: JointCoupling) -> Body {
+    Body {
+        name: body.link.clone(),
+        parent: body.parent,
+        kind: body
+            .joint
+            .as_ref()
+            .map_or(JointKind::Revolute, |j: &TreeJoint| j.kind),
+        coupling,
+        parent_from_joint: *body
+            .parent_from_joint
+            .rotation
+            .to_rotation_matrix()
+            .matrix(),
+        joint_in_parent: body.parent_from_joint.translation.vector,
+        inertia: body.inertia,
+        parts: Vec::new(),
+    }
+}

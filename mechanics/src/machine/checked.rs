@@ -1,0 +1,269 @@
+//! The machine that is computed: valid by construction.
+
+use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mounting, Payload};
+use super::contact::Contact;
+use super::linkage::{Linkage, LinkageInput};
+use super::plausibility_spec::PlausibilitySpec;
+use super::signals::SignalsSpec;
+use super::spec::{EstimatorSpec, LimitsSpec, UncertaintySpec};
+use super::support_polygon::SupportPolygon;
+use super::suspension::Suspension;
+use super::wheel::Wheel;
+
+/// A machine that is ready for computation: valid by construction and cheap to share.
+///
+/// The base frame is that of the link `base_link` if the URDF has one rigidly connected to its root, else the
+/// frame of the root link: x forward, y left, z up (REP-103).
+#[derive(Debug, Clone)]
+pub struct Machine {
+    pub(crate) name: String,
+    pub(crate) gravity: f64,
+    pub(crate) base_link: String,
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) links: Vec<Link>,
+    pub(crate) linkages: Vec<Linkage>,
+    pub(crate) joints: Vec<MeasuredJoint>,
+    pub(crate) wheels: Vec<Wheel>,
+    pub(crate) polygon: SupportPolygon,
+    pub(crate) contact: Contact,
+    pub(crate) imu: Mount,
+    pub(crate) notes: Vec<String>,
+    pub(crate) tool: Option<Mount>,
+    pub(crate) arm_root: Option<Mount>,
+    pub(crate) arm_mounting: Option<Mounting>,
+    pub(crate) payloads: Vec<Payload>,
+    pub(crate) limits: LimitsSpec,
+    pub(crate) signals: SignalsSpec,
+    pub(crate) estimator: EstimatorSpec,
+    pub(crate) uncertainty: UncertaintySpec,
+    pub(crate) plausibility: PlausibilitySpec,
+    pub(crate) reference: Reference,
+    pub(crate) suspension: Option<Suspension>,
+}
+
+/// Reference loads by wheel (N); NaN until the reference posture is known: see
+/// [`Machine::refer_to_posture`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Loads at rest on level ground.
+    pub static_load: Vec<f64>,
+    /// Optimal loads from the machine file, else the static ones.
+    pub optimal_load: Vec<f64>,
+}
+
+impl Machine {
+    /// Name of the machine.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Gravitational acceleration (m/s^2).
+    #[must_use]
+    pub fn gravity(&self) -> f64 {
+        self.gravity
+    }
+
+    /// The link whose frame is the base frame.
+    #[must_use]
+    pub fn base_link(&self) -> &str {
+        &self.base_link
+    }
+
+    /// The rigid bodies, parents before children, the root first.
+    #[must_use]
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The links of the URDF.
+    #[must_use]
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// The closed chains.
+    #[must_use]
+    pub fn linkages(&self) -> &[Linkage] {
+        &self.linkages
+    }
+
+    /// The joints whose motion a [`State`](crate::State) holds, in its order.
+    #[must_use]
+    pub fn joints(&self) -> &[MeasuredJoint] {
+        &self.joints
+    }
+
+    /// The wheels, sorted by name.
+    #[must_use]
+    pub fn wheels(&self) -> &[Wheel] {
+        &self.wheels
+    }
+
+    /// The support polygon of the contact points.
+    #[must_use]
+    pub fn polygon(&self) -> &SupportPolygon {
+        &self.polygon
+    }
+
+    /// Contact between wheels and ground.
+    #[must_use]
+    pub fn contact(&self) -> &Contact {
+        &self.contact
+    }
+
+    /// Pose of the inertial measurement unit.
+    #[must_use]
+    pub fn imu(&self) -> &Mount {
+        &self.imu
+    }
+
+    /// Peculiarities that are not errors, as plain sentences.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Pose of the frame in which the tool wrench acts.
+    #[must_use]
+    pub fn tool(&self) -> Option<&Mount> {
+        self.tool.as_ref()
+    }
+
+    /// Uncertainty of its parameters.
+    #[must_use]
+    pub fn uncertainty(&self) -> &UncertaintySpec {
+        &self.uncertainty
+    }
+
+    /// Limits of plausible signals.
+    #[must_use]
+    pub fn plausibility(&self) -> &PlausibilitySpec {
+        &self.plausibility
+    }
+
+    /// Its active suspension.
+    #[must_use]
+    pub fn suspension(&self) -> Option<&Suspension> {
+        self.suspension.as_ref()
+    }
+
+    /// The reference loads.
+    #[must_use]
+    pub fn reference(&self) -> &Reference {
+        &self.reference
+    }
+
+    /// Whether a measured joint is prismatic (m) and not revolute (rad).
+    #[must_use]
+    pub fn joint_slides(&self, joint: usize) -> bool {
+        let measured_rod = |linkage: &Linkage| {
+            linkage.measured_joint == joint && linkage.input == LinkageInput::RodLength
+        };
+        let driven = |body: &Body| {
+            body.coupling == JointCoupling::Measured(joint) && body.kind == JointKind::Prismatic
+        };
+        self.linkages.iter().any(measured_rod) || self.bodies.iter().any(driven)
+    }
+
+    /// Removes the tool, for logs without a measured tool wrench.
+    pub fn leave_out_tool(&mut self) {
+        self.tool = None;
+    }
+
+    /// Takes the forces of actuators out of the machine: where nobody has measured them.
+    pub fn leave_out_actuator_forces(&mut self) {
+        self.contact.actuated_joints.clear();
+    }
+
+    /// The mount of the arm.
+    #[must_use]
+    pub fn arm_mounting(&self) -> Option<&Mounting> {
+        self.arm_mounting.as_ref()
+    }
+
+    /// Loads attached to links.
+    #[must_use]
+    pub fn payloads(&self) -> &[Payload] {
+        &self.payloads
+    }
+
+    /// Thresholds for findings.
+    #[must_use]
+    pub fn limits(&self) -> &LimitsSpec {
+        &self.limits
+    }
+
+    /// Topics named in the machine file.
+    #[must_use]
+    pub fn signals(&self) -> &SignalsSpec {
+        &self.signals
+    }
+
+    /// Settings of the state estimator.
+    #[must_use]
+    pub fn estimator(&self) -> &EstimatorSpec {
+        &self.estimator
+    }
+
+    /// Whether `body` is `carrier` or in its distal subtree.
+    #[must_use]
+    pub fn is_carried_by(&self, mut body: usize, carrier: usize) -> bool {
+        while body > carrier {
+            body = self.bodies[body].parent;
+        }
+        body == carrier
+    }
+
+    /// Mass of all bodies and of the payloads without a time limit (kg).
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        let always = |p: &&Payload| p.window_s == [f64::NEG_INFINITY, f64::INFINITY];
+        self.bodies.iter().map(|b| b.inertia.mass).sum::<f64>()
+            + self
+                .payloads
+                .iter()
+                .filter(always)
+                .map(|p| p.inertia.mass)
+                .sum::<f64>()
+    }
+}
+
+/// Prior standard deviation of a load from the split rule before any measurement, as a fraction of the mean
+/// load: on uneven ground a stiff frame shifts that much from one diagonal to the other.
+const WARP_SHARE: f64 = 0.5;
+
+impl Machine {
+    /// Prior standard deviation of each wheel's share of the warp (N): half the mean load; on ground declared
+    /// flat, at most what the stated uncertainty of the wheels' heights causes.
+    pub(crate) fn warp_sigma(&self) -> f64 {
+        let unknown = WARP_SHARE * self.mass() * self.gravity / self.wheels.len() as f64;
+        // Four heights, each off by sigma, deflect each wheel of one diagonal by half a height.
+        let by_heights = |stiffness: f64| 0.5 * stiffness * self.uncertainty.wheel_position;
+        (self.contact.mean_stiffness)
+            .map_or(unknown, |stiffness| by_heights(stiffness).min(unknown))
+    }
+}
+
+impl Machine {
+    /// Joint positions with every cylinder of the suspension at mid-stroke and the other joints unchanged.
+    #[must_use]
+    pub fn at_mid_stroke(&self, joint_positions: &[f64]) -> Vec<f64> {
+        let mut positions = joint_positions.to_vec();
+        let Some(suspension) = &self.suspension else {
+            return positions;
+        };
+        let [least, greatest] = suspension.stroke;
+        let middle = 0.5 * (least + greatest);
+        for &linkage in &suspension.linkages {
+            let linkage = &self.linkages[linkage];
+            if let Some(position) = positions.get_mut(linkage.measured_joint) {
+                *position = match linkage.input {
+                    LinkageInput::RodLength => middle,
+                    LinkageInput::PivotAngle => linkage.pivot_at_rod(middle),
+                };
+            }
+        }
+        positions
+    }
+}

@@ -1,0 +1,48 @@
+//! The kinds of implausible signals that a machine file sets policies for.
+
+/// Kind of a fault.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
+pub enum FaultKind {
+    /// A NaN or an infinite value.
+    NotFinite,
+    /// A value outside the range of such a sensor.
+    OutOfRange,
+    /// A joint position beyond the limits of the URDF.
+    JointLimit,
+    /// A velocity, or a change between consecutive samples, that is physically impossible.
+    ImpossibleRate,
+    /// Identical raw values repeat where noise is expected or motion is detected elsewhere.
+    Frozen,
+    /// A quaternion of non-unit norm.
+    NotUnit,
+    /// Two measurements of the same quantity disagree: a joint's velocity with its position, or an IMU's
+    /// attitude with the measured gravity.
+    Disagreement,
+}
+
+impl FaultKind {
+    /// All kinds, in order.
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
+
+    /// Name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}

@@ -1,0 +1,41 @@
+//! How uncertain signals and parameters are, as the machine file states it.
+
+use super::Machine;
+use super::parameter::Parameter;
+
+/// Standard deviation of a signal's systematic error or of a parameter, in its unit.
+pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
+    let spec = &machine.uncertainty;
+    match parameter {
+        Parameter::JointPosition(joint) if machine.joints[joint].spins_wheel.is_some() => 0.0,
+        Parameter::JointPosition(joint) if machine.joint_slides(joint) => spec.joint_offset_linear,
+        Parameter::JointPosition(_) => spec.joint_offset,
+        Parameter::SpecificForce(_) => spec.accelerometer_bias,
+        Parameter::AngularVelocity(_) => spec.gyro_bias,
+        Parameter::ToolForce(_) => spec.tool_force,
+        Parameter::ToolMoment(_) => spec.tool_moment,
+        Parameter::JointVelocity(_)
+        | Parameter::JointAcceleration(_)
+        | Parameter::AngularAcceleration(_)
+        // Part of the variance that the measured torques leave.
+        | Parameter::ActuatorForce(_)
+        | Parameter::BaseMotion(_) => 0.0,
+        Parameter::LinkInertia(..) => {
+            spec.inertia_share * parameter.nominal(machine).unwrap_or(0.0).abs()
+        }
+        Parameter::LinkMass(link) => spec.mass_share * machine.links[link].inertia.mass,
+        Parameter::LinkCom(..) => spec.com,
+        Parameter::PayloadMass(payload) => {
+            let payload = &machine.payloads[payload];
+            let default = spec.payload_mass_share * payload.inertia.mass;
+            payload.mass_sigma.unwrap_or(default)
+        }
+        Parameter::WheelPosition(..) => spec.wheel_position,
+        Parameter::WheelRadius(_) => spec.wheel_radius,
+        Parameter::ArmPosition(_) => spec.arm_position,
+        Parameter::ImuPosition(_) => spec.imu_position,
+        Parameter::ImuRotation(_) => spec.imu_rotation,
+        Parameter::RollMomentDistribution => spec.roll_moment_distribution,
+        Parameter::TyreStiffness(_) => spec.tyre_stiffness_share,
+    }
+}

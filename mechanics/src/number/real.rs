@@ -1,0 +1,89 @@
+//! The operations that the equations need of a number.
+
+use std::fmt::Debug;
+use std::ops::{
+    Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+};
+
+use num_traits::{One, Zero};
+
+/// The result of a comparison: one truth value for each sample that a [`Real`] holds.
+pub trait Mask:
+    Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    /// The same truth value for every sample.
+    fn splat(value: bool) -> Self;
+    /// Whether the value of any sample is true.
+    fn any(self) -> bool;
+}
+
+/// A number type of the mechanics, see the [module](super).
+pub trait Real:
+    Copy
+    + Debug
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Zero
+    + One
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+{
+    /// Result type of comparisons.
+    type Mask: Mask;
+
+    /// The constant `value` for every sample.
+    fn constant(value: f64) -> Self;
+
+    /// This number times a constant: `self * Self::constant(factor)`, cheaper for types that carry
+    /// derivatives.
+    #[inline(always)]
+    #[must_use]
+    fn scaled(self, factor: f64) -> Self {
+        self * Self::constant(factor)
+    }
+
+    /// Square root; NaN below zero.
+    fn sqrt(self) -> Self;
+
+    /// Sine and cosine of an angle in radians.
+    fn sin_cos(self) -> (Self, Self);
+
+    /// Angle of the direction (x, self) from the x axis (rad), -pi to pi; 0 for (0, 0), NaN if either is NaN.
+    fn atan2(self, x: Self) -> Self;
+
+    /// `self < other`; false if either is NaN.
+    fn lt(self, other: Self) -> Self::Mask;
+
+    /// `if_true` where `mask` is true, `if_false` elsewhere.
+    fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
+
+    /// The same value as a constant, with zero derivatives.
+    #[must_use]
+    fn held(self) -> Self {
+        self
+    }
+
+    /// The smaller of the two; `other` if either is NaN.
+    fn min(self, other: Self) -> Self {
+        Self::select(self.lt(other), self, other)
+    }
+
+    /// The larger of the two; `other` if either is NaN.
+    fn max(self, other: Self) -> Self {
+        Self::select(other.lt(self), self, other)
+    }
+
+    /// Absolute value.
+    fn abs(self) -> Self {
+        Self::select(self.lt(Self::zero()), -self, self)
+    }
+}

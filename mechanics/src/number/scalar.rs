@@ -1,0 +1,49 @@
+//! `f64` as the number of one sample.
+
+use super::atan2::atan2;
+use super::real::{Mask, Real};
+use super::sin_cos::sin_cos;
+
+impl Mask for bool {
+    fn splat(value: bool) -> Self {
+        value
+    }
+
+    fn any(self) -> bool {
+        self
+    }
+}
+
+impl Real for f64 {
+    type Mask = bool;
+
+    #[inline]
+    fn constant(value: f64) -> Self {
+        value
+    }
+
+    #[inline]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        sin_cos(self)
+    }
+
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        atan2(self, x)
+    }
+
+    #[inline]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+
+    #[inline]
+    fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
+        if mask { if_true } else { if_false }
+    }
+}

@@ -1,0 +1,254 @@
+//! The state of a machine at one instant: the complete input of the memoryless equations.
+
+use nalgebra::Vector3;
+
+use crate::geometry::coordinate::Motion;
+use crate::geometry::spatial::Wrench;
+use crate::machine::{BaseMotion, Machine, Parameter};
+use crate::number::Real;
+
+/// The state at one instant, or at several instants at once: see [`Real`].
+#[derive(Debug, Clone)]
+pub struct State<T> {
+    /// Motion of [`Machine::joints`], in their order.
+    pub joints: Vec<Motion<T>>,
+    /// Measurement of the IMU, in its own frame.
+    pub imu: ImuState<T>,
+    /// Force and moment of the surroundings on the tool, about the origin of the tool frame and in its axes
+    /// (N, N m); zero without a tool load.
+    pub tool_wrench: Wrench<T>,
+    /// Actuator force of each of the [`actuated joints`](crate::machine::Contact::actuated_joints) (N),
+    /// positive when it extends the rod; NaN where unknown, which leaves the load split to the split rule.
+    pub actuator_force: Vec<T>,
+    /// Share of each of [`Machine::payloads`] that is attached to its link: 1 or 0.
+    pub payload_share: Vec<T>,
+    /// Attitude and velocity of the base, in addition to the IMU's measurement.
+    pub base: BaseState<T>,
+    /// Covariance of the numbers above due to signal noise.
+    pub noise: SignalNoise<T>,
+}
+
+/// Attitude and velocity of the base, in base axes; NaN where unknown.
+///
+/// The loads do not depend on them. They separate the specific force into slope, acceleration and cornering.
+#[derive(Debug, Clone, Copy)]
+pub struct BaseState<T> {
+    /// Unit vector pointing up, against gravity.
+    pub up: Vector3<T>,
+    /// Velocity of the base origin (m/s).
+    pub velocity: Vector3<T>,
+    /// Time derivative of the components of that velocity (m/s^2): not the inertial acceleration.
+    pub velocity_rate: Vector3<T>,
+}
+
+/// Covariance of a channel's value and its first and second time derivative.
+#[derive(Debug, Clone, Copy)]
+pub struct JetCovariance<T> {
+    /// Value with value, with first and with second derivative.
+    pub value: [T; 3],
+    /// First with first and with second derivative.
+    pub first: [T; 2],
+    /// Second with second derivative.
+    pub second: T,
+}
+
+/// Covariance of the estimated state due to the noise of the signals; zero where nothing was measured. For
+/// several channels of a kind, the largest.
+#[derive(Debug, Clone, Copy)]
+pub struct SignalNoise<T> {
+    /// Of a joint's position, velocity and acceleration.
+    pub joint: JetCovariance<T>,
+    /// Of a component of the specific force (m^2/s^4).
+    pub specific_force: T,
+    /// Of a component of the angular velocity: its variance, its covariance with the angular acceleration,
+    /// and the variance of the latter (rad^2/s^2, rad^2/s^3, rad^2/s^4).
+    pub turning: [T; 3],
+    /// Of a component of the tool wrench (N^2 or N^2 m^2).
+    pub tool_wrench: T,
+}
+
+/// Measurement of an inertial measurement unit fixed to its body, in its own frame.
+#[derive(Debug, Clone, Copy)]
+pub struct ImuState<T> {
+    /// Acceleration minus gravity (m/s^2): points up at rest.
+    pub specific_force: Vector3<T>,
+    /// Angular velocity (rad/s).
+    pub angular_velocity: Vector3<T>,
+    /// Angular acceleration (rad/s^2).
+    pub angular_acceleration: Vector3<T>,
+}
+
+impl<T: Real> State<T> {
+    /// No motion, no specific force (not even gravity), no noise; payloads without a time limit are attached;
+    /// attitude and velocity of the base are unknown.
+    #[must_use]
+    pub fn zero(machine: &Machine) -> Self {
+        let always = |window: [f64; 2]| {
+            if window[0].is_finite() || window[1].is_finite() {
+                T::zero()
+            } else {
+                T::one()
+            }
+        };
+        Self {
+            joints: vec![Motion::zero(); machine.joints().len()],
+            imu: ImuState {
+                specific_force: Vector3::zeros(),
+                angular_velocity: Vector3::zeros(),
+                angular_acceleration: Vector3::zeros(),
+            },
+            tool_wrench: Wrench::zero(),
+            actuator_force: vec![T::constant(f64::NAN); machine.contact.actuated_joints.len()],
+            payload_share: machine
+                .payloads()
+                .iter()
+                .map(|p| always(p.window_s))
+                .collect(),
+            base: BaseState::unknown(),
+            noise: SignalNoise::zero(),
+        }
+    }
+
+    /// Number of values in a state: the columns of [`StateColumns`](crate::StateColumns).
+    #[must_use]
+    pub fn size(machine: &Machine) -> usize {
+        let (joints, actuated) = (machine.joints.len(), machine.contact.actuated_joints.len());
+        3 * joints + 9 + 6 + actuated + machine.payloads.len() + 9 + 11
+    }
+
+    /// The same state in another number type.
+    #[must_use]
+    pub fn map<U: Real>(&self, convert: impl Fn(T) -> U) -> State<U> {
+        let vector = |v: &Vector3<T>| v.map(&convert);
+        State {
+            joints: self.joints.iter().map(|m| m.map(&convert)).collect(),
+            imu: ImuState {
+                specific_force: vector(&self.imu.specific_force),
+                angular_velocity: vector(&self.imu.angular_velocity),
+                angular_acceleration: vector(&self.imu.angular_acceleration),
+            },
+            tool_wrench: Wrench {
+                force: vector(&self.tool_wrench.force),
+                moment: vector(&self.tool_wrench.moment),
+            },
+            actuator_force: self.actuator_force.iter().map(|&f| convert(f)).collect(),
+            payload_share: self.payload_share.iter().map(|&s| convert(s)).collect(),
+            base: BaseState {
+                up: vector(&self.base.up),
+                velocity: vector(&self.base.velocity),
+                velocity_rate: vector(&self.base.velocity_rate),
+            },
+            noise: SignalNoise {
+                joint: JetCovariance {
+                    value: self.noise.joint.value.map(&convert),
+                    first: self.noise.joint.first.map(&convert),
+                    second: convert(self.noise.joint.second),
+                },
+                specific_force: convert(self.noise.specific_force),
+                turning: self.noise.turning.map(&convert),
+                tool_wrench: convert(self.noise.tool_wrench),
+            },
+        }
+    }
+
+    /// Adds an amount to a signal. Machine parameters are not part of a state and are ignored; for them see
+    /// [`Machine::changed`].
+    pub fn change(&mut self, signal: Parameter, amount: T) {
+        let (imu, tool) = (&mut self.imu, &mut self.tool_wrench);
+        let place = match signal {
+            Parameter::JointPosition(joint) => &mut self.joints[joint].position,
+            Parameter::JointVelocity(joint) => &mut self.joints[joint].rate,
+            Parameter::JointAcceleration(joint) => &mut self.joints[joint].acceleration,
+            Parameter::SpecificForce(axis) => &mut imu.specific_force[axis as usize],
+            Parameter::AngularVelocity(axis) => &mut imu.angular_velocity[axis as usize],
+            Parameter::AngularAcceleration(axis) => &mut imu.angular_acceleration[axis as usize],
+            Parameter::ToolForce(axis) => &mut tool.force[axis as usize],
+            Parameter::ToolMoment(axis) => &mut tool.moment[axis as usize],
+            Parameter::ActuatorForce(joint) => &mut self.actuator_force[joint],
+            _ => return,
+        };
+        *place += amount;
+    }
+
+    /// The value of a signal; `None` for a machine parameter.
+    #[must_use]
+    pub fn value(&self, signal: Parameter) -> Option<T> {
+        let (imu, tool) = (&self.imu, &self.tool_wrench);
+        Some(match signal {
+            Parameter::JointPosition(joint) => self.joints[joint].position,
+            Parameter::JointVelocity(joint) => self.joints[joint].rate,
+            Parameter::JointAcceleration(joint) => self.joints[joint].acceleration,
+            Parameter::SpecificForce(axis) => imu.specific_force[axis as usize],
+            Parameter::AngularVelocity(axis) => imu.angular_velocity[axis as usize],
+            Parameter::AngularAcceleration(axis) => imu.angular_acceleration[axis as usize],
+            Parameter::ToolForce(axis) => tool.force[axis as usize],
+            Parameter::ToolMoment(axis) => tool.moment[axis as usize],
+            Parameter::ActuatorForce(joint) => self.actuator_force[joint],
+            Parameter::BaseMotion(BaseMotion::ForwardVelocity) => self.base.velocity.x,
+            Parameter::BaseMotion(BaseMotion::LeftVelocity) => self.base.velocity.y,
+            Parameter::BaseMotion(BaseMotion::ForwardAcceleration) => self.base.velocity_rate.x,
+            Parameter::BaseMotion(BaseMotion::LeftAcceleration) => self.base.velocity_rate.y,
+            _ => return None,
+        })
+    }
+
+    /// Visits all values in their fixed order: joints (position, velocity, acceleration each), specific force,
+    /// angular velocity, angular acceleration, tool force, tool moment, actuator forces, payload shares, up,
+    /// velocity and its derivative, noise.
+    pub(crate) fn for_each_value(&mut self, mut visit: impl FnMut(&mut T)) {
+        for joint in &mut self.joints {
+            visit(&mut joint.position);
+            visit(&mut joint.rate);
+            visit(&mut joint.acceleration);
+        }
+        let (imu, tool) = (&mut self.imu, &mut self.tool_wrench);
+        imu.specific_force.iter_mut().for_each(&mut visit);
+        imu.angular_velocity.iter_mut().for_each(&mut visit);
+        imu.angular_acceleration.iter_mut().for_each(&mut visit);
+        tool.force.iter_mut().for_each(&mut visit);
+        tool.moment.iter_mut().for_each(&mut visit);
+        self.actuator_force.iter_mut().for_each(&mut visit);
+        self.payload_share.iter_mut().for_each(&mut visit);
+        self.base.up.iter_mut().for_each(&mut visit);
+        self.base.velocity.iter_mut().for_each(&mut visit);
+        self.base.velocity_rate.iter_mut().for_each(&mut visit);
+        let noise = &mut self.noise;
+        noise.joint.value.iter_mut().for_each(&mut visit);
+        noise.joint.first.iter_mut().for_each(&mut visit);
+        visit(&mut noise.joint.second);
+        visit(&mut noise.specific_force);
+        noise.turning.iter_mut().for_each(&mut visit);
+        visit(&mut noise.tool_wrench);
+    }
+}
+
+impl<T: Real> BaseState<T> {
+    /// Attitude and velocity unknown.
+    #[must_use]
+    pub fn unknown() -> Self {
+        let unknown = Vector3::repeat(T::constant(f64::NAN));
+        Self {
+            up: unknown,
+            velocity: unknown,
+            velocity_rate: unknown,
+        }
+    }
+}
+
+impl<T: Real> SignalNoise<T> {
+    /// Signals without noise.
+    #[must_use]
+    pub fn zero() -> Self {
+        let zero = T::zero();
+        Self {
+            joint: JetCovariance {
+                value: [zero; 3],
+                first: [zero; 2],
+                second: zero,
+            },
+            specific_force: zero,
+            turning: [zero; 3],
+            tool_wrench: zero,
+        }
+    }
+}

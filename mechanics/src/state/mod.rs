@@ -1,0 +1,15 @@
+//! The state of a machine at one instant, the samples it is made of, and why a row is not valid.
+
+mod columns;
+mod machine_state;
+mod reason;
+mod sample;
+
+pub use columns::StateColumns;
+pub use machine_state::{BaseState, ImuState, JetCovariance, SignalNoise, State};
+pub use reason::{Reason, Reasons};
+pub(crate) use sample::Credible;
+pub use sample::{
+    JointStream, JointTwice, MatchedSensors, OtherSensors, Sample, SampleError, Sensor, Sensors,
+    StreamCounts,
+};

@@ -1,0 +1,139 @@
+//! Why a row is invalid.
+
+/// A reason why a row is invalid.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    strum::EnumCount,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
+#[repr(u8)]
+pub enum Reason {
+    /// No joint states close enough in time.
+    JointsGap,
+    /// No IMU sample close enough in time.
+    ImuGap,
+    /// No odometry close enough in time, where it replaces another sensor.
+    OdometryGap,
+    /// No tool wrench close enough in time.
+    ToolWrenchGap,
+    /// Implausible joint states.
+    JointsFault,
+    /// Implausible IMU samples.
+    ImuFault,
+    /// Implausible odometry, where it replaces another sensor.
+    OdometryFault,
+    /// Implausible tool wrench.
+    ToolWrenchFault,
+    /// The estimator is warming up after its start or a gap.
+    Settling,
+    /// A linkage cannot close at the measured position.
+    LinkageOpen,
+    /// The computed ground force does not push up: the machine is airborne, or an input is wrong.
+    NoGroundContact,
+    /// The machine is tipping about an edge.
+    Tipping,
+    /// An input or result is not finite.
+    NotFinite,
+}
+
+impl Reason {
+    /// All reasons, in order.
+    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
+        *<Self as strum::VariantArray>::VARIANTS
+            .first_chunk()
+            .expect("all variants");
+
+    /// Name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}
+
+/// A set of reasons; empty for a valid row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub struct Reasons(u16);
+
+impl Reasons {
+    /// The empty set.
+    pub const NONE: Self = Self(0);
+
+    /// Adds a reason.
+    pub fn add(&mut self, reason: Reason) {
+        self.0 |= 1 << reason as u8;
+    }
+
+    /// Adds every reason of another set.
+    pub fn add_all(&mut self, others: Self) {
+        self.0 |= others.0;
+    }
+
+    /// Whether the set contains `reason`.
+    #[must_use]
+    pub fn has(self, reason: Reason) -> bool {
+        self.0 >> reason as u8 & 1 == 1
+    }
+
+    /// Whether the row is valid.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether loads are meaningful: the row is valid, or the machine is tipping, where their accuracy is no
+    /// longer guaranteed.
+    #[must_use]
+    pub fn leave_loads(self) -> bool {
+        self.iter().all(|reason| reason == Reason::Tipping)
+    }
+
+    /// Whether a gap or an implausible signal makes the state unknown.
+    #[must_use]
+    pub fn leave_state_unknown(self) -> bool {
+        self.have_gap() || self.have_implausible_signal()
+    }
+
+    /// Whether a signal is missing.
+    #[must_use]
+    pub fn have_gap(self) -> bool {
+        self.has(Reason::JointsGap)
+            || self.has(Reason::ImuGap)
+            || self.has(Reason::OdometryGap)
+            || self.has(Reason::ToolWrenchGap)
+    }
+
+    /// Whether a signal that the row depends on is implausible.
+    #[must_use]
+    pub fn have_implausible_signal(self) -> bool {
+        self.has(Reason::JointsFault)
+            || self.has(Reason::ImuFault)
+            || self.has(Reason::OdometryFault)
+            || self.has(Reason::ToolWrenchFault)
+    }
+
+    /// The reasons, in order.
+    pub fn iter(self) -> impl Iterator<Item = Reason> {
+        Reason::ALL.into_iter().filter(move |&r| self.has(r))
+    }
+
+    /// The set as bits, for messages and files; see [`Self::from_bits`].
+    #[must_use]
+    pub fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// The set with these bits; unknown bits are ignored.
+    #[must_use]
+    pub fn from_bits(bits: u16) -> Self {
+        Self(bits & ((1 << Reason::ALL.len()) - 1))
+    }
+}

@@ -1,0 +1,227 @@
+//! Sensors and their samples, as read from a log or a live system.
+
+use crate::machine::{ActuatorSignal, Machine};
+
+/// The sensors that a log or a live system provides.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sensors {
+    /// Streams of joint states, at least one; rows follow the stamps of the first.
+    pub joints: Vec<JointStream>,
+    /// Whether there is an inertial measurement unit.
+    pub imu: bool,
+    /// Whether there is odometry.
+    pub odometry: bool,
+    /// Whether the tool wrench is measured.
+    pub tool_wrench: bool,
+    /// Signals from which the forces of actuated joints are assembled.
+    pub actuators: Vec<ActuatorSignal>,
+}
+
+/// A stream of joint states.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JointStream {
+    /// Indices into [`Machine::joints`] of the joints that it measures.
+    pub joints: Vec<usize>,
+}
+
+/// A sensor, identified by its position in [`Sensors`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Sensor {
+    /// The stream of joint states with this index.
+    Joints(usize),
+    /// The inertial measurement unit.
+    Imu,
+    /// Odometry.
+    Odometry,
+    /// The tool wrench.
+    ToolWrench,
+    /// The actuator signal with this index in [`Sensors::actuators`].
+    Actuator(usize),
+}
+
+/// One message of one sensor.
+///
+/// Its values, by sensor:
+/// - joints: positions of the stream's joints (rad or m), then their velocities (rad/s or m/s), NaN where
+///   the message has no velocity;
+/// - IMU, in its own frame: specific force x y z (m/s^2), angular velocity x y z (rad/s), orientation
+///   quaternion x y z w of the IMU in an upright frame, NaN where unknown;
+/// - odometry, in the base frame: velocity x y z (m/s), angular velocity x y z (rad/s), orientation
+///   quaternion x y z w;
+/// - tool wrench: force x y z (N) and moment x y z (N m) of the surroundings on the tool, in its frame;
+/// - actuator: force (N), positive when it extends the rod, or pressure in a chamber (Pa).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample<'a> {
+    /// The sensor.
+    pub sensor: Sensor,
+    /// Time of measurement (ns).
+    pub stamp_ns: i64,
+    /// The measured values.
+    pub values: &'a [f64],
+}
+
+/// Why a sample was not used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum SampleError {
+    /// Its stamp is not later than that of the preceding sample.
+    #[error("stamp is not later than that of the preceding sample")]
+    NotLater,
+    /// A required value is not finite.
+    #[error("a value is not finite")]
+    NotFinite,
+    /// There is no such sensor, or its number of values differs.
+    #[error("no such sensor, or wrong number of values")]
+    UnknownSensor,
+}
+
+/// Whether a sample was used unchanged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Credible(pub(crate) bool);
+
+/// Numbers of samples of a stream that were used and not used, by cause.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StreamCounts {
+    /// Samples used.
+    pub used: u64,
+    /// Samples with a stamp not later than the preceding one.
+    pub not_later: u64,
+    /// Samples with a non-finite value.
+    pub not_finite: u64,
+    /// Samples excluded or down-weighted, wholly or in part, because they are implausible; those used in part
+    /// also count as used.
+    pub implausible: u64,
+}
+
+impl StreamCounts {
+    pub(crate) fn count(&mut self, result: Result<Credible, SampleError>) {
+        match result {
+            Ok(Credible(credible)) => {
+                self.used += 1;
+                self.implausible += u64::from(!credible);
+            }
+            Err(SampleError::NotLater) => self.not_later += 1,
+            Err(SampleError::NotFinite | SampleError::UnknownSensor) => self.not_finite += 1,
+        }
+    }
+}
+
+impl Sensors {
+    /// The sensors in their fixed order.
+    pub fn iter(&self) -> impl Iterator<Item = Sensor> {
+        let joints = (0..self.joints.len()).map(Sensor::Joints);
+        let others = [
+            (self.imu, Sensor::Imu),
+            (self.odometry, Sensor::Odometry),
+            (self.tool_wrench, Sensor::ToolWrench),
+        ];
+        let actuators = (0..self.actuators.len()).map(Sensor::Actuator);
+        joints
+            .chain(
+                others
+                    .into_iter()
+                    .filter(|(there, _)| *there)
+                    .map(|(_, sensor)| sensor),
+            )
+            .chain(actuators)
+    }
+
+    /// Number of values in a sample of `sensor`; `None` if there is no such sensor.
+    #[must_use]
+    pub fn value_count(&self, sensor: Sensor) -> Option<usize> {
+        match sensor {
+            Sensor::Joints(stream) => self.joints.get(stream).map(|s| 2 * s.joints.len()),
+            Sensor::Imu => self.imu.then_some(10),
+            Sensor::Odometry => self.odometry.then_some(10),
+            Sensor::ToolWrench => self.tool_wrench.then_some(6),
+            Sensor::Actuator(actuator) => self.actuators.get(actuator).map(|_| 1),
+        }
+    }
+}
+
+/// A log's sensors matched to a machine: which of its joints each stream measures.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MatchedSensors {
+    /// The sensors.
+    pub sensors: Sensors,
+    /// For each entry of [`Sensors::joints`], the index of its stream in the log.
+    pub streams: Vec<usize>,
+}
+
+/// A joint that two streams measure.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("joint \"{joint}\": expected in one stream of joint states, found in {first} and {second}")]
+pub struct JointTwice {
+    /// The joint.
+    pub joint: String,
+    /// The first stream's name.
+    pub first: String,
+    /// The second stream's name.
+    pub second: String,
+}
+
+impl MatchedSensors {
+    /// Matches streams of joint states, given as name and joints, to the machine's joints. Drops streams
+    /// without a joint of the machine and keeps the order.
+    ///
+    /// # Errors
+    /// [`JointTwice`]: two streams measure one joint.
+    pub fn new(
+        machine: &Machine,
+        streams: &[(&str, &[String])],
+        others: OtherSensors,
+    ) -> Result<Self, JointTwice> {
+        let mut matched = Self {
+            sensors: Sensors {
+                joints: Vec::new(),
+                imu: others.imu,
+                odometry: others.odometry,
+                tool_wrench: others.tool_wrench && machine.tool().is_some(),
+                actuators: Vec::new(),
+            },
+            streams: Vec::new(),
+        };
+        let mut taken: Vec<Option<usize>> = vec![None; machine.joints().len()];
+        for (index, (name, names)) in streams.iter().enumerate() {
+            let has = |joint: &str| names.iter().any(|n| n == joint);
+            let joints: Vec<usize> = (0..taken.len())
+                .filter(|&j| has(&machine.joints()[j].name))
+                .collect();
+            for &joint in &joints {
+                if let Some(other) = taken[joint].replace(index) {
+                    return Err(JointTwice {
+                        joint: machine.joints()[joint].name.clone(),
+                        first: streams[other].0.into(),
+                        second: (*name).into(),
+                    });
+                }
+            }
+            if !joints.is_empty() {
+                matched.sensors.joints.push(JointStream { joints });
+                matched.streams.push(index);
+            }
+        }
+        Ok(matched)
+    }
+
+    /// Names of the joints of the stream with this index in [`Sensors::joints`], in its order.
+    #[must_use]
+    pub fn joint_names(&self, machine: &Machine, stream: usize) -> Vec<String> {
+        let name = |&joint: &usize| machine.joints()[joint].name.clone();
+        self.sensors.joints[stream]
+            .joints
+            .iter()
+            .map(name)
+            .collect()
+    }
+}
+
+/// The available sensors other than joint states.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct OtherSensors {
+    /// Whether there is an inertial measurement unit.
+    pub imu: bool,
+    /// Whether there is odometry.
+    pub odometry: bool,
+    /// Whether the tool wrench is measured.
+    pub tool_wrench: bool,
+}

@@ -1,0 +1,11 @@
+//! What is computed with evaluations: static postures, payloads, actuator forces, drawn parameters.
+
+pub(crate) mod actuator_force;
+#[cfg(test)]
+mod closed_form_against_newton_euler;
+pub(crate) mod combination_sigma;
+pub mod monte_carlo;
+pub(crate) mod payload_estimate;
+pub(crate) mod placement;
+pub(crate) mod standing;
+pub(crate) mod static_posture;

@@ -1,0 +1,119 @@
+//! Static loads: wheel loads at rest on level ground.
+
+use nalgebra::{Isometry3, Vector3};
+
+use crate::evaluate::evaluation::evaluate;
+use crate::evaluate::outcome::Outcome;
+use crate::evaluate::scope::Scope;
+use crate::evaluate::workspace::Workspace;
+use crate::geometry::coordinate::Motion;
+use crate::machine::{Machine, Mount, UncertaintySpec};
+use crate::state::State;
+use crate::state::{Reason, Reasons};
+
+/// Wheel loads of `machine` at rest on level ground with these joint positions (rad or m) in the order of
+/// [`Machine::joints`], payloads without a time limit attached.
+///
+/// Level means that gravity acts along the normal of the contact plane, whatever the tilt of the base frame.
+#[must_use]
+pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64> {
+    at_rest(machine, joint_positions, Scope::LOADS)
+        .workspace
+        .outcome
+}
+
+/// Evaluation of a machine at rest on level ground.
+#[derive(Debug)]
+pub(crate) struct AtRest {
+    /// The machine, with the specific force given at its base frame.
+    pub(crate) machine: Machine,
+    pub(crate) state: State<f64>,
+    pub(crate) workspace: Workspace<f64>,
+}
+
+/// Evaluates the machine at rest on level ground.
+pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64], scope: Scope) -> AtRest {
+    let resting = machine.with_imu_at_base();
+    let mut state = resting_state(&resting, joint_positions);
+    let mut workspace = Workspace::with_scope(&resting, scope);
+    state.imu.specific_force = Vector3::z() * resting.gravity();
+    let up = evaluate(&resting, &state, &mut workspace).contact_normal;
+    state.imu.specific_force = up * resting.gravity();
+    evaluate(&resting, &state, &mut workspace);
+    AtRest {
+        machine: resting,
+        state,
+        workspace,
+    }
+}
+
+/// Joint positions of a row that can serve as the reference posture of static loads, see
+/// [`Machine::refer_to_posture`]: the signals determine it (the estimator may still be warming up), and the
+/// machine can stand in it. The first such row of a recording is its reference, offline and live.
+#[must_use]
+pub fn reference_posture(
+    machine: &Machine,
+    state: &State<f64>,
+    reasons: Reasons,
+) -> Option<Vec<f64>> {
+    if !reasons.iter().all(|reason| reason == Reason::Settling) {
+        return None;
+    }
+    let positions: Vec<f64> = state.joints.iter().map(|joint| joint.position).collect();
+    let loads = static_outcome(machine, &positions).load;
+    loads
+        .iter()
+        .all(|load| load.is_finite())
+        .then_some(positions)
+}
+
+/// A state with these joint positions, at rest, without specific force.
+#[must_use]
+pub fn resting_state(machine: &Machine, joint_positions: &[f64]) -> State<f64> {
+    let mut state = State::<f64>::zero(machine);
+    for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
+        *motion = Motion {
+            position,
+            ..Motion::zero()
+        };
+    }
+    state
+}
+
+impl Machine {
+    /// Sets the reference loads to those of a posture, given as joint positions (rad or m) in the order of
+    /// [`Machine::joints`]. Optimal loads stated in the machine file are kept.
+    pub fn refer_to_posture(&mut self, joint_positions: &[f64]) {
+        let loads = static_outcome(self, joint_positions).load;
+        for (optimal, &load) in self.reference.optimal_load.iter_mut().zip(&loads) {
+            let stated = self.limits.optimal_load.is_some() && optimal.is_finite();
+            *optimal = if stated { *optimal } else { load };
+        }
+        self.reference.static_load = loads;
+    }
+
+    /// The same machine with an error-free inertial measurement unit at the base frame: the specific force of
+    /// a machine at rest on level ground is given.
+    #[must_use]
+    pub fn with_imu_at_base(&self) -> Self {
+        let imu = Mount {
+            body: 0,
+            body_from_mount: Isometry3::identity(),
+            source: "base frame".into(),
+        };
+        let uncertainty = UncertaintySpec {
+            imu_position: 0.0,
+            imu_rotation: 0.0,
+            accelerometer_bias: 0.0,
+            gyro_bias: 0.0,
+            tool_force: 0.0,
+            tool_moment: 0.0,
+            ..self.uncertainty
+        };
+        Self {
+            imu,
+            uncertainty,
+            ..self.clone()
+        }
+    }
+}

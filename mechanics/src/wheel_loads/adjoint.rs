@@ -1,0 +1,474 @@
+//! Adjoint of each wheel's load: its sensitivity to the ground wrench, the wheel positions and the joints.
+//!
+//! The loads N = K A' l with A N = b change by
+//! ```text
+//!     dN = L (db - dA N) + (I - L A) K dA' l + (I - L A) dK A' l,      L = K A' (A K A')^-1      T(23)
+//! ```
+//! so a wheel's load is a linear form in dA and db, and through them in everything that A and b depend on.
+
+use nalgebra::Vector3;
+
+use super::actuated::Actuation;
+use super::equilibrium::Equations;
+use super::response::Response;
+use super::unilateral::Solver;
+use crate::dynamics::kinematics::BodyMotion;
+use crate::geometry::contact_plane::ContactPlane;
+use crate::geometry::contact_plane_derivatives::{PlaneDerivatives, PlaneGradient};
+use crate::geometry::spatial::{Wrench, cross};
+use crate::machine::{JointKind, MAX_WHEELS, Machine, Split, TorqueJoint};
+use crate::number::Real;
+
+/// Derivatives of one wheel's load; where the load is linear and homogeneous in a wrench, its coefficients.
+#[derive(Debug, Clone)]
+pub(crate) struct LoadAdjoint<T> {
+    /// Coefficients of the ground wrench about the base origin with the equations' factors fixed: the
+    /// contribution of a part of the wrench to the load.
+    pub(crate) share: Wrench<T>,
+    /// Coefficients of the torque about each free joint due to its distal subtree.
+    pub(crate) torque_share: Vec<T>,
+    /// Derivative with respect to the ground wrench; it differs from `share` where the wrench tilts the
+    /// traction in the equations of free joints, or deflects tyres.
+    pub(crate) wrench: Wrench<T>,
+    /// Derivative with respect to the torque about (or the force along) each joint with known torque.
+    pub(crate) torque: Vec<T>,
+    /// Derivative with respect to the actuator force of each actuated joint.
+    pub(crate) actuator: Vec<T>,
+    /// Derivative with respect to the value of each actuated joint's equation.
+    pub(crate) gearing: Vec<T>,
+    /// Derivative with respect to each such joint's axis: its origin, its direction.
+    pub(crate) axis: Vec<[Vector3<T>; 2]>,
+    /// Derivative with respect to each wheel's centre.
+    pub(crate) centre: Vec<Vector3<T>>,
+    /// Derivative with respect to the distance of each wheel's centre from the ground.
+    pub(crate) radius: Vec<T>,
+    /// Derivative with respect to the unloaded radius of each wheel, where heights deflect tyres.
+    pub(crate) rest_radius: Vec<T>,
+    /// Derivative with respect to the roll moment distribution D.
+    pub(crate) roll_moment_distribution: T,
+    /// Derivative with respect to the logarithm of each wheel's stiffness.
+    pub(crate) stiffness: Vec<T>,
+}
+
+/// The adjoints of all wheels' loads.
+#[derive(Debug)]
+pub(crate) struct LoadAdjoints<T> {
+    /// Of the OTF.
+    pub(crate) otf: Vec<LoadAdjoint<T>>,
+    /// Of the loads, where they differ from the OTF.
+    load: Vec<LoadAdjoint<T>>,
+    /// Of the OTF by the split rule alone, where torques are measured.
+    rule: Vec<LoadAdjoint<T>>,
+    /// Of the loads of the first solution, which deflect the tyres.
+    undeflected: Vec<LoadAdjoint<T>>,
+    lifted: bool,
+    by_rule: bool,
+}
+
+impl<T: Real> LoadAdjoints<T> {
+    pub(crate) fn new(machine: &Machine) -> Self {
+        let blank = vec![LoadAdjoint::zero(machine); machine.wheels.len()];
+        Self {
+            otf: blank.clone(),
+            load: blank.clone(),
+            rule: blank.clone(),
+            undeflected: blank,
+            lifted: false,
+            by_rule: false,
+        }
+    }
+
+    /// Those of the loads; `None` where the loads equal the OTF.
+    pub(crate) fn load(&self) -> Option<&[LoadAdjoint<T>]> {
+        self.lifted.then_some(&self.load)
+    }
+
+    /// Those of the OTF by the split rule without measured torques: the basis of the load contributions.
+    pub(crate) fn by_rule(&self) -> &[LoadAdjoint<T>] {
+        if self.by_rule { &self.rule } else { &self.otf }
+    }
+
+    /// Fills those of the OTF by the split rule alone, whose solution is `response`.
+    pub(crate) fn fill_by_rule(
+        &mut self,
+        configuration: &SupportConfiguration<'_, T>,
+        response: &Response<T>,
+        otf: &[T],
+    ) {
+        configuration.adjoints(response, otf, &mut self.rule);
+        self.by_rule = true;
+    }
+
+    /// Fills those of the loads that deflect the tyres.
+    pub(crate) fn fill_undeflected(
+        &mut self,
+        configuration: &SupportConfiguration<'_, T>,
+        solver: &Solver<T>,
+        loads: &[T],
+    ) {
+        let response = solver.load_response().unwrap_or(solver.otf_response());
+        configuration.adjoints(response, loads, &mut self.undeflected);
+    }
+
+    /// Fills those of OTF and loads; `pressing` are the loads that deflected the tyres.
+    pub(crate) fn fill(
+        &mut self,
+        configuration: &SupportConfiguration<'_, T>,
+        solver: &Solver<T>,
+        [otf, load]: [&[T]; 2],
+        pressing: Option<&[T]>,
+    ) {
+        configuration.adjoints(solver.otf_response(), otf, &mut self.otf);
+        self.lifted = solver.load_response().is_some();
+        if let Some(response) = solver.load_response() {
+            configuration.adjoints(response, load, &mut self.load);
+        }
+        if let Some(pressing) = pressing {
+            let sets = [&mut self.otf, &mut self.load];
+            for set in sets.into_iter().take(if self.lifted { 2 } else { 1 }) {
+                deflect(configuration.machine, &self.undeflected, pressing, set);
+            }
+        }
+    }
+}
+
+/// R = R_0 - N / k, with N the load of the first solution and `undeflected` its adjoint.
+fn deflect<T: Real>(
+    machine: &Machine,
+    undeflected: &[LoadAdjoint<T>],
+    pressing: &[T],
+    adjoints: &mut [LoadAdjoint<T>],
+) {
+    for adjoint in adjoints {
+        let mut by_radius = [T::zero(); MAX_WHEELS];
+        by_radius[..adjoint.radius.len()].copy_from_slice(&adjoint.radius);
+        for (wheel, spec) in machine.wheels.iter().enumerate() {
+            let compliance = T::constant(spec.stiffness.map_or(0.0, |k| 1.0 / k));
+            let by_load = -by_radius[wheel] * compliance;
+            adjoint.stiffness[wheel] -= by_load * pressing[wheel];
+            adjoint.add_derivatives(by_load, &undeflected[wheel]);
+        }
+    }
+}
+
+/// A solution whose adjoint is computed.
+pub(crate) struct SupportConfiguration<'a, T: Real> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) plane: &'a ContactPlane<T>,
+    pub(crate) ground: &'a Wrench<T>,
+    pub(crate) normal_force: T,
+    pub(crate) centres: &'a [Vector3<T>],
+    /// Distance of the wheels' centres from the ground (m).
+    pub(crate) radii: &'a [T],
+    pub(crate) motions: &'a [BodyMotion<T>],
+    /// Wrench about the base origin of the distal subtree of each joint with known torque.
+    pub(crate) distal: &'a [Wrench<T>],
+    pub(crate) actuations: &'a [Actuation<T>],
+    pub(crate) equations: &'a Equations<T>,
+}
+
+impl<T: Real> LoadAdjoint<T> {
+    pub(crate) fn zero(machine: &Machine) -> Self {
+        let contact = &machine.contact;
+        let (wheels, joints) = (machine.wheels.len(), contact.torque_joints().count());
+        let actuated = contact.actuated_joints.len();
+        let zero = Vector3::zeros();
+        Self {
+            share: Wrench::zero(),
+            torque_share: vec![T::zero(); contact.free_joints.len()],
+            wrench: Wrench::zero(),
+            torque: vec![T::zero(); joints],
+            actuator: vec![T::zero(); actuated],
+            gearing: vec![T::zero(); actuated],
+            axis: vec![[zero; 2]; joints],
+            centre: vec![zero; wheels],
+            radius: vec![T::zero(); wheels],
+            rest_radius: vec![T::zero(); wheels],
+            roll_moment_distribution: T::zero(),
+            stiffness: vec![T::zero(); wheels],
+        }
+    }
+
+    /// Adds `factor` times the derivatives (not the shares) of another load.
+    pub(crate) fn add_derivatives(&mut self, factor: T, other: &Self) {
+        let add = |to: &mut Vector3<T>, from: &Vector3<T>| *to += from * factor;
+        add(&mut self.wrench.force, &other.wrench.force);
+        add(&mut self.wrench.moment, &other.wrench.moment);
+        for (to, from) in self.axis.iter_mut().zip(&other.axis) {
+            add(&mut to[0], &from[0]);
+            add(&mut to[1], &from[1]);
+        }
+        for (to, from) in self.centre.iter_mut().zip(&other.centre) {
+            add(to, from);
+        }
+        let scalars = [
+            (&mut self.torque, &other.torque),
+            (&mut self.actuator, &other.actuator),
+            (&mut self.gearing, &other.gearing),
+            (&mut self.radius, &other.radius),
+            (&mut self.rest_radius, &other.rest_radius),
+            (&mut self.stiffness, &other.stiffness),
+        ];
+        for (to, from) in scalars {
+            for (to, &from) in to.iter_mut().zip(from) {
+                *to += from * factor;
+            }
+        }
+        self.roll_moment_distribution += other.roll_moment_distribution * factor;
+    }
+}
+
+impl<T: Real> SupportConfiguration<'_, T> {
+    /// The adjoints of all wheels' loads; `loads` are those of `response`.
+    pub(crate) fn adjoints(
+        &self,
+        response: &Response<T>,
+        loads: &[T],
+        adjoints: &mut [LoadAdjoint<T>],
+    ) {
+        let derivatives = PlaneDerivatives::new(self.plane, self.centres, self.radii);
+        for (wheel, adjoint) in adjoints.iter_mut().enumerate() {
+            let form = LinearForm {
+                configuration: self,
+                response,
+                loads,
+                wheel,
+            };
+            form.fill(&derivatives, adjoint);
+        }
+    }
+}
+
+/// One wheel's load as a linear form in the changes of the equations.
+struct LinearForm<'a, T: Real> {
+    configuration: &'a SupportConfiguration<'a, T>,
+    response: &'a Response<T>,
+    loads: &'a [T],
+    wheel: usize,
+}
+
+impl<T: Real> LinearForm<'_, T> {
+    /// Coefficient of db of an equation.
+    fn value(&self, row: usize) -> T {
+        self.response.loads[row][self.wheel]
+    }
+
+    /// Coefficient of dA of an equation and a wheel.
+    fn factor(&self, row: usize, wheel: usize) -> T {
+        let mut coefficient = -self.value(row) * self.loads[wheel];
+        if self.has_slack() {
+            coefficient += self
+                .response
+                .slack(self.configuration.equations, self.wheel, wheel)
+                * self.response.multiplier[row];
+        }
+        coefficient
+    }
+
+    /// Whether the springs determine part of the solution: with as many equations as wheels they do so only
+    /// if some rows are compliant.
+    fn has_slack(&self) -> bool {
+        let equations = self.configuration.equations;
+        equations.measured < equations.wheels || equations.are_measured()
+    }
+
+    /// Gradient with respect to the plane's axes and height, and to the wheels at a fixed plane:
+    /// ```text
+    ///     b_0 = n.F    b_1 = f.M + h l.F    b_2 = l.M - h f.F      A_1j = l.c_j    A_2j = -f.c_j
+    /// ```
+    fn fill(&self, derivatives: &PlaneDerivatives<T>, out: &mut LoadAdjoint<T>) {
+        let configuration = self.configuration;
+        let (plane, ground) = (configuration.plane, configuration.ground);
+        let [b0, b1, b2] = [0, 1, 2].map(|row| self.value(row));
+        let (f, l, n, h) = (&plane.forward, &plane.left, &plane.normal, plane.height);
+        out.share = Wrench {
+            force: n * b0 + l * (b1 * h) - f * (b2 * h),
+            moment: f * b1 + l * b2,
+        };
+        out.wrench = out.share;
+        let (force, moment) = (&ground.force, &ground.moment);
+        let mut by_plane = PlaneGradient {
+            forward: moment * b1 - force * (b2 * h),
+            left: force * (b1 * h) + moment * b2,
+            normal: force * b0,
+            height: b1 * l.dot(force) - b2 * f.dot(force),
+        };
+        for (wheel, centre) in configuration.centres.iter().enumerate() {
+            let (a1, a2) = (self.factor(1, wheel), self.factor(2, wheel));
+            by_plane.left += centre * a1;
+            by_plane.forward -= centre * a2;
+            out.centre[wheel] = l * a1 - f * a2;
+            out.radius[wheel] = T::zero();
+            out.rest_radius[wheel] = T::zero();
+        }
+        out.roll_moment_distribution = T::zero();
+        self.fill_offsets(&mut by_plane, out);
+        self.fill_joints(&mut by_plane, out);
+        let by_slope = derivatives.gradient(&by_plane);
+        for (wheel, centre) in configuration.centres.iter().enumerate() {
+            let above = derivatives.above_plane(plane, centre, configuration.radii[wheel]);
+            let (by_centre, by_radius) = derivatives.by_wheel(&by_slope, centre, above);
+            out.centre[wheel] += by_centre;
+            out.radius[wheel] += by_radius;
+        }
+        self.fill_split(out);
+    }
+
+    /// Heights off a plane, u_j = k (R_0j + h - n.c_j): with springs they act through (I - L A) K, with the
+    /// split rule by roll moment distribution through the value of its equation.
+    fn fill_offsets(&self, by_plane: &mut PlaneGradient<T>, out: &mut LoadAdjoint<T>) {
+        let (configuration, contact) = (self.configuration, &self.configuration.machine.contact);
+        let Some(stiffness) = contact.mean_stiffness else {
+            return;
+        };
+        for (wheel, centre) in configuration.centres.iter().enumerate() {
+            let by_offset = match &contact.warp {
+                Some(warp) => {
+                    self.value(configuration.equations.certain)
+                        * T::constant(warp.value_by_offset[wheel])
+                }
+                None => self
+                    .response
+                    .slack(configuration.equations, self.wheel, wheel),
+            };
+            let by_height = by_offset * T::constant(stiffness);
+            out.rest_radius[wheel] = by_height;
+            out.centre[wheel] -= configuration.plane.normal * by_height;
+            by_plane.height += by_height;
+            by_plane.normal -= centre * by_height;
+        }
+    }
+
+    /// Equations of joints, with z and p their axis and origin and q = F / F_n:
+    /// ```text
+    ///     b = z.(M_b - p x F_b)      A_j = z.((c_j - n R_j - p) x q)
+    /// ```
+    fn fill_joints(&self, by_plane: &mut PlaneGradient<T>, out: &mut LoadAdjoint<T>) {
+        let (configuration, contact) = (self.configuration, &self.configuration.machine.contact);
+        let mut by_traction = Vector3::zeros();
+        out.axis.fill([by_traction; 2]);
+        for (k, joint) in contact.free_joints.iter().enumerate() {
+            let row = 3 + k;
+            self.fill_distal_wheels(row, k, joint, by_plane, &mut by_traction, out);
+            out.torque_share[k] = self.value(row);
+            self.add_torque(row, k, joint, T::one(), out);
+        }
+        for (j, (joint, actuation)) in contact
+            .actuated_joints
+            .iter()
+            .zip(configuration.actuations)
+            .enumerate()
+        {
+            let row = configuration.equations.measured + j;
+            let pivot = contact.torque_place(j, 0);
+            self.fill_distal_wheels(row, pivot, &joint.steps[0], by_plane, &mut by_traction, out);
+            let [_, _, by_rod] = actuation.gearing.by_pivot;
+            out.actuator[j] = -(self.value(row) * by_rod);
+            out.gearing[j] = self.value(row);
+            for (s, (step, &factor)) in joint
+                .steps
+                .iter()
+                .zip(&actuation.gearing.by_pivot)
+                .enumerate()
+            {
+                self.add_torque(row, contact.torque_place(j, s), step, factor, out);
+            }
+        }
+        // dq = (dF - q (dn.F + n.dF)) / F_n
+        let traction = configuration.ground.force / configuration.normal_force;
+        let along = by_traction.dot(&traction);
+        out.wrench.force +=
+            (by_traction - configuration.plane.normal * along) / configuration.normal_force;
+        by_plane.normal -= traction * along;
+    }
+
+    /// Derivatives due to the distal wheels in the row of joint `k`.
+    fn fill_distal_wheels(
+        &self,
+        row: usize,
+        k: usize,
+        joint: &TorqueJoint,
+        by_plane: &mut PlaneGradient<T>,
+        by_traction: &mut Vector3<T>,
+        out: &mut LoadAdjoint<T>,
+    ) {
+        let configuration = self.configuration;
+        let traction = configuration.ground.force / configuration.normal_force;
+        let motion = &configuration.motions[joint.body];
+        let (z, p) = (
+            Vector3::from(motion.rotation.column(2).into_owned()),
+            motion.origin,
+        );
+        let [by_origin, by_axis] = &mut out.axis[k];
+        let across = cross(&traction, &z);
+        for wheel in (0..configuration.centres.len()).filter(|&w| joint.supports_wheel[w]) {
+            let factor = self.factor(row, wheel);
+            let radius = configuration.radii[wheel];
+            let arm = configuration.centres[wheel] - configuration.plane.normal * radius - p;
+            *by_origin -= across * factor;
+            *by_axis += cross(&arm, &traction) * factor;
+            *by_traction += cross(&z, &arm) * factor;
+            by_plane.normal -= across * (factor * radius);
+            out.centre[wheel] += across * factor;
+            out.radius[wheel] -= configuration.plane.normal.dot(&across) * factor;
+        }
+    }
+
+    /// Adds `factor` times the torque about (or the force along) joint `k` as the value of its row.
+    fn add_torque(
+        &self,
+        row: usize,
+        k: usize,
+        joint: &TorqueJoint,
+        factor: T,
+        out: &mut LoadAdjoint<T>,
+    ) {
+        let configuration = self.configuration;
+        let value = self.value(row) * factor;
+        out.torque[k] = value;
+        let (motion, distal) = (&configuration.motions[joint.body], &configuration.distal[k]);
+        if k < configuration.machine.contact.free_joints.len()
+            || configuration.machine.bodies[joint.body].kind == JointKind::Revolute
+        {
+            let z = Vector3::from(motion.rotation.column(2).into_owned());
+            out.axis[k][0] += cross(&z, &distal.force) * value;
+            out.axis[k][1] += distal.about(&motion.origin).moment * value;
+        } else {
+            out.axis[k][1] += distal.force * value;
+        }
+    }
+
+    /// Derivatives of the split rule: of the roll moment distribution, or of the springs' stiffness.
+    fn fill_split(&self, out: &mut LoadAdjoint<T>) {
+        let equations = self.configuration.equations;
+        if let Split::RollMomentDistribution {
+            wheels: [fl, fr, rl, rr],
+            ..
+        } = self.configuration.machine.contact.split
+        {
+            // dA = (-1, 1, -1, 1) for FR, FL, RR, RL
+            let [fl, fr, rl, rr] =
+                [fl, fr, rl, rr].map(|wheel| self.factor(equations.certain, wheel));
+            out.roll_moment_distribution = fl - fr + rl - rr;
+        }
+        for (wheel, by_stiffness) in out.stiffness.iter_mut().enumerate() {
+            *by_stiffness = T::zero();
+            if let Some(warp) = &self.configuration.machine.contact.warp {
+                // The warp is dominated by its softest tyres.
+                let row = equations.certain;
+                let share = T::constant(warp.compliance_share[wheel]);
+                *by_stiffness = self.value(row) * equations.value[row] * share;
+            }
+            if self.has_slack() {
+                let mut pressed = equations.offset[wheel];
+                for (row, &multiplier) in self.response.multiplier[..equations.value.len()]
+                    .iter()
+                    .enumerate()
+                {
+                    pressed += equations.factor[row][wheel] * multiplier;
+                }
+                *by_stiffness = self.response.slack(equations, self.wheel, wheel) * pressed;
+            }
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! Where the loads of one solution go.
+
+/// The loads of one solution, by wheel (N).
+pub(crate) struct Loads<'a, T> {
+    /// All wheels held to the ground: the signed OTF.
+    pub(crate) otf: &'a mut [T],
+    /// What the wheels carry.
+    pub(crate) load: &'a mut [T],
+    /// Smallest load that equilibrium allows.
+    pub(crate) least: &'a mut [T],
+    /// Largest load that equilibrium allows.
+    pub(crate) largest: &'a mut [T],
+}

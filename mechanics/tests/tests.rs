@@ -1,0 +1,40 @@
+//! What the mechanics must hold: one binary, a theme a module.
+
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+
+mod support;
+
+// Motion of platform and wheels over the ground.
+mod closed_form_motion;
+// The analytic model, whatever platform and motion.
+mod closed_form_properties;
+// Machines that the analytic model does not describe.
+mod closed_form_refusals;
+// Sensitivities against dual numbers and differences.
+mod derivatives;
+// The hydraulics of the machine file.
+mod hydraulic_parameters;
+// Where the IMU is mounted: machine file, URDF or log.
+mod imu_mount;
+// What physics demands of every result.
+mod invariants;
+// Four samples side by side give the bits of each alone.
+mod lanes_equal_scalar;
+// Measured actuator forces determine the load split.
+mod measured_torques;
+// The study of drawn parameters.
+mod monte_carlo;
+// Where the parts of a machine are.
+mod placement;
+// Machine files that are refused, and why.
+mod refusals;
+// The analytic model against reference numbers.
+mod val_closed_form;
+// The ground wrench against Pinocchio.
+mod val_newton_euler;
+// The machine of the first paper against reference numbers.
+mod val_petrovic_mattila;
+// Platforms whose inertia follows their actuators.
+mod variable_inertia;
+// Stamps at the ends of their range.
+mod wild_stamps;

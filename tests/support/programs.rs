@@ -1,0 +1,18 @@
+//! Both programs in one executable that is always compiled together with the tests:
+//! `programs tipwatch analyze ...`, `programs tipwatch-live monitor ...`.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    let arguments = || std::env::args_os().skip(1);
+    match arguments().next().as_deref().and_then(|name| name.to_str()) {
+        Some("tipwatch") => tipwatch_analyze::cli::run(&Parser::parse_from(arguments())),
+        Some("tipwatch-live") => tipwatch_live::cli::run(&Parser::parse_from(arguments())),
+        name => {
+            eprintln!("error: expected tipwatch or tipwatch-live, found {name:?}");
+            ExitCode::from(2)
+        }
+    }
+}
