@@ -1,20 +1,17 @@
 //! Every limit that safety rests on: its value, its unit and the reason for it.
 //!
-//! Times are in nanoseconds of CLOCK_MONOTONIC unless stated otherwise. The limits of the verdict itself
-//! (hysteresis, hold times) belong to `tipwatch_mechanics::verdict`, which offline analysis shares.
+//! Times are in nanoseconds of CLOCK_MONOTONIC unless stated otherwise. Limits of the verdict itself, which
+//! offline analysis shares, stand in [`tipwatch_mechanics::verdict::limits`].
 
 use std::time::Duration;
+
+pub use tipwatch_mechanics::verdict::limits::{GOOD_ROWS, PERSISTENT, START_UP_NS};
 
 const MS: i64 = 1_000_000;
 const SECOND: i64 = 1_000_000_000;
 
 // Input: when a message or a sensor can no longer be trusted.
 
-/// Time for a required sensor, or for a session, to deliver its first sample. Long enough for a machine's
-/// drivers to start one after the other.
-pub const START_UP_NS: i64 = 2 * SECOND;
-/// Consecutive bad messages of one kind that are a fault. One or two are a glitch: they are left out.
-pub const PERSISTENT_MESSAGES: u32 = 3;
 /// Samples lost within [`LOSS_WINDOW_NS`] that are tolerated. So few only widen the estimate's uncertainty.
 pub const MAX_LOST_SAMPLES: u64 = 10;
 /// The time over which lost samples are counted.
@@ -48,10 +45,9 @@ pub const DEAD_NODE_CHECK: Duration = Duration::from_millis(100);
 /// The longest wait for a notification. A lost one delays a cycle by no more.
 pub const MAX_WAIT: Duration = Duration::from_millis(1);
 
-// Active suspension: when valves may follow the optimiser, and how they close.
+// Active suspension: when valves may follow the optimiser, and how they close. They follow after
+// [`GOOD_ROWS`] good rows, as many as the verdict needs before it can be safe.
 
-/// Good rows in a row before the valves follow, as many as the verdict wants before it says safe.
-pub const GOOD_ROWS: u32 = 10;
 /// The oldest row that the valves may follow: five rows at 100 Hz.
 pub const MAX_ROW_AGE_NS: i64 = 50 * MS;
 /// How fast valves close on a fault (full openings per second): a fully open valve takes a quarter of a

@@ -8,8 +8,7 @@ use tipwatch_mechanics::verdict::{Conditions, InputFault};
 
 use super::sensor_watch::{Age, SensorWatch};
 use crate::safety_limits::{
-    DEADLINE_NS, LOSS_WINDOW_NS, MAX_CLOCK_LEAD_NS, MAX_LOST_SAMPLES, PERSISTENT_MESSAGES,
-    START_UP_NS,
+    DEADLINE_NS, LOSS_WINDOW_NS, MAX_CLOCK_LEAD_NS, MAX_LOST_SAMPLES, PERSISTENT, START_UP_NS,
 };
 use crate::wire::sample::{Message, SampleCounts};
 use crate::wire::session::Session;
@@ -259,7 +258,7 @@ impl Guard {
                 } else {
                     watch.implausible = watch.implausible.saturating_add(1);
                 }
-                if watch.implausible >= PERSISTENT_MESSAGES {
+                if watch.implausible >= PERSISTENT {
                     self.found.faults.add_all(implausible.faults);
                     self.found.cautions.add_all(implausible.cautions);
                 }
@@ -329,7 +328,7 @@ impl Guard {
 /// Counts one more in a row; from the third on it is a fault.
 fn persists(run: &mut u32, found: &mut Conditions, fault: InputFault) {
     *run = run.saturating_add(1);
-    if *run >= PERSISTENT_MESSAGES {
+    if *run >= PERSISTENT {
         found.faults.add(fault);
     }
 }

@@ -1,4 +1,4 @@
-//! Verdicts as text.
+//! Verdicts as text and JSON.
 //!
 //! With `--json` every row is one line, and so is every change of the verdict between rows. Schema 2:
 //!
@@ -7,20 +7,20 @@
 //! | `schema` | 2 |
 //! | `event` | `row`, or `between`: the numbers are then those of the last row |
 //! | `time_ns` | time of the row, by the clock of the joint states |
-//! | `verdict`, `verdict_latched` | the level now, and the one to act on |
-//! | `faults`, `cautions` | what was wrong with the input since the row before |
+//! | `verdict`, `verdict_latched` | the current level, and the level to act on |
+//! | `faults`, `cautions` | problems of the input since the last row |
 //! | `valid`, `reasons` | whether the row is valid, and why not |
 //! | `utilisation` | 1 - (OTF - 2 sigma) / static load, of the worst wheel |
-//! | `time_to_lift_off_s`, `next_wheel` | until which wheel lifts, if its load falls on as it does now; null beyond 5 s |
+//! | `time_to_lift_off_s`, `next_wheel` | time until the next wheel lifts if its load keeps falling at its present rate, and which one; null beyond 5 s |
 //! | `load_n` | load by wheel, names in lower case |
-//! | `otf_n` | load with all wheels held to the ground, by wheel |
+//! | `otf_n` | overturning force (OTF): load with every wheel held to the ground, by wheel |
 //! | `load_sigma_n` | standard deviation of the load, by wheel |
-//! | `load_min_n`, `load_max_n` | least and largest load that equilibrium allows, by wheel |
+//! | `load_min_n`, `load_max_n` | smallest and largest load that equilibrium allows, by wheel |
 //! | `zmp_x_m`, `zmp_y_m`, `zmp_margin_m` | centre of pressure, and its distance from the nearest edge |
 //! | `normal_force_n` | sum of the loads |
-//! | `untimed` | whether real time is left unchecked, because a log is replayed as fast as possible |
+//! | `untimed` | true if real time is not checked because a log is replayed as fast as possible |
 //!
-//! Numbers are printed so that reading them gives the same bits; one that cannot be computed is null.
+//! Numbers are printed so that reading them back gives the same bits. A number that cannot be computed is null.
 
 use std::io::{self, Write};
 
@@ -31,7 +31,7 @@ use tipwatch_mechanics::verdict::{InputFault, InputFaults};
 use crate::wire::names::Names;
 use crate::wire::topics::{EVENT_ROW, WireVerdict};
 
-/// Text that people can follow: one line in this time, by the rows' clock (ns).
+/// Text is thinned out to one line in this time of the rows' clock (ns).
 const LINE_PERIOD_NS: u64 = 200_000_000;
 
 /// How verdicts are printed.
@@ -68,15 +68,15 @@ impl<W: Write> Printer<W> {
         }
     }
 
-    /// The names of wheels and edges from now on.
+    /// Sets the names of wheels and edges.
     pub fn set_names(&mut self, names: Names) {
         self.names = names;
     }
 
-    /// Prints a verdict, or leaves it out if it tells nothing new.
+    /// Prints a verdict unless it repeats the last one.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The output cannot be written.
     pub fn print(&mut self, verdict: &WireVerdict) -> io::Result<()> {
         let levels = [verdict.level, verdict.latched_level];
         let is_new = self.levels.replace(levels) != Some(levels);
@@ -88,10 +88,10 @@ impl<W: Write> Printer<W> {
         }
     }
 
-    /// Makes what was printed so far visible.
+    /// Flushes the output.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The output cannot be written.
     pub fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
     }

@@ -1,4 +1,4 @@
-//! Prints verdicts outside the monitor's loop: who reads them slowly does not hold it up.
+//! Prints verdicts outside the monitor's loop: a slow reader of stdout does not delay it.
 
 use std::io::{self, BufWriter, ErrorKind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,18 +13,18 @@ use super::output::{Format, Printer};
 use crate::wire::names::Names;
 use crate::wire::topics::{WireMachine, WireVerdict};
 
-/// Verdicts that may wait to be printed.
+/// Verdicts that can wait to be printed.
 const WAITING: usize = 1024;
 /// The wait when there is nothing to print.
 const IDLE_PERIOD: Duration = Duration::from_millis(1);
 
-/// The printing end of a monitor's loop.
+/// Handle of the thread that prints.
 #[derive(Debug)]
 pub(super) struct PrintThread {
     ring: rtrb::Producer<WireVerdict>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
-    /// Verdicts of a machine that found no room.
+    /// Verdicts dropped because the queue was full.
     dropped: u64,
     failure: Arc<OnceLock<io::Error>>,
 }
@@ -33,7 +33,7 @@ pub(super) struct PrintThread {
 struct Shared {
     names: OnceLock<Names>,
     ends: AtomicBool,
-    /// Nobody reads any more, or stdout fails.
+    /// The reader has closed stdout, or a write has failed.
     is_done: AtomicBool,
 }
 
@@ -52,7 +52,7 @@ impl PrintThread {
                 .name("print".into())
                 .spawn(move || {
                     match print_all(format, verdicts, &shared) {
-                        // Who reads the rows has read enough.
+                        // the reader has closed stdout: not an error
                         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
                             let _ = failure.set(error);
                         }
@@ -85,7 +85,7 @@ impl PrintThread {
     pub(super) fn print(&mut self, verdict: &WireVerdict) {
         let mut waits = self.ring.push(*verdict);
         while let Err(rtrb::PushError::Full(verdict)) = waits {
-            // a replay as fast as possible waits for its printer, a machine waits for nobody
+            // a replay as fast as possible waits for the printer, a machine never does
             if verdict.untimed == 0 || self.shared.is_done.load(Ordering::Acquire) {
                 self.dropped += 1;
                 return;
@@ -101,7 +101,7 @@ impl PrintThread {
         !self.shared.is_done.load(Ordering::Acquire)
     }
 
-    /// Prints what waits; how many verdicts found no room.
+    /// Prints the verdicts that wait; returns how many were dropped.
     ///
     /// # Errors
     /// Stdout cannot be written.
@@ -126,7 +126,7 @@ fn print_all(
     let mut printer = Printer::new(format, Names::default(), out);
     let mut has_names = false;
     loop {
-        // read before the ring: what is pushed before the end is printed
+        // read before the ring, so that everything pushed before the end is printed
         let ends = shared.ends.load(Ordering::Acquire);
         while let Ok(verdict) = verdicts.pop() {
             if !has_names && let Some(names) = shared.names.get() {

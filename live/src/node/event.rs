@@ -1,4 +1,4 @@
-//! Waking and being woken.
+//! Notifications: one process wakes another.
 
 use std::time::Duration;
 
@@ -24,10 +24,10 @@ fn events(node: &Node<ipc::Service>, name: &str) -> Result<Events> {
         .max_nodes(MAX_NODES)
         .open_or_create()
         .map_err(cause)
-        .with_context(|| format!("events \"{name}\": cannot be opened"))
+        .with_context(|| format!("events \"{name}\": cannot open it"))
 }
 
-/// Wakes others.
+/// Wakes the listeners of a service.
 #[derive(Debug)]
 pub struct EventNotifier {
     notifier: Notifier<ipc::Service>,
@@ -41,8 +41,8 @@ impl EventNotifier {
         Ok(Self { notifier, events })
     }
 
-    /// Wakes whoever waits. If nobody does, it costs next to nothing. One that cannot be woken looks by
-    /// itself before long.
+    /// Wakes all listeners; almost free if there are none. A listener that misses it wakes up by itself after
+    /// [`MAX_WAIT`](crate::safety_limits::MAX_WAIT).
     pub fn notify(&self) {
         use iceoryx2::prelude::PortFactory as _;
         if self.events.dynamic_config().number_of_listeners() > 0 {
@@ -51,7 +51,7 @@ impl EventNotifier {
     }
 }
 
-/// Waits to be woken.
+/// Waits for notifications of a service.
 #[derive(Debug)]
 pub struct EventListener {
     listener: Listener<ipc::Service>,
@@ -68,9 +68,9 @@ impl EventListener {
         })
     }
 
-    /// Waits until woken, but no longer than this.
+    /// Waits for a notification, but no longer than this.
     pub fn wait(&self, longest: Duration) {
-        // A signal ends the wait too; whoever waits looks for everything anyway.
+        // a signal ends the wait too: the caller checks for everything anyway
         let _ = self.listener.timed_wait(|_| {}, longest);
     }
 }

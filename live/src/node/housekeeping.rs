@@ -1,4 +1,5 @@
-//! Beside the monitor's loop: removes what dead processes left, and tells systemd that it works.
+//! A thread next to the loop of monitor or control: it removes the nodes of dead processes and notifies
+//! systemd's watchdog.
 
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
@@ -10,11 +11,9 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 
 use super::live_node::{LiveNode, ServiceAddress};
+use crate::safety_limits::DEAD_NODE_CHECK;
 
-/// How often dead processes are looked for.
-const DEAD_CHECK_PERIOD: Duration = Duration::from_millis(100);
-
-/// A thread beside the loop; it ends with this.
+/// The thread. It ends when this is dropped.
 #[derive(Debug)]
 pub struct Housekeeping {
     shared: Arc<Shared>,
@@ -29,26 +28,26 @@ struct Shared {
 }
 
 impl Housekeeping {
-    /// Starts.
+    /// Starts the thread.
     ///
     /// # Errors
-    /// The shared memory cannot be joined.
-    pub fn start(place: &ServiceAddress) -> Result<Self> {
+    /// The thread cannot be created.
+    pub fn start(address: &ServiceAddress) -> Result<Self> {
         let shared = Arc::new(Shared::default());
-        let joined = {
-            // the ports of iceoryx2 stay in the thread that made them
-            let (place, shared) = (place.clone(), Arc::clone(&shared));
+        let thread = {
+            // ports of iceoryx2 must stay in the thread that created them
+            let (address, shared) = (address.clone(), Arc::clone(&shared));
             std::thread::Builder::new()
-                .name("watch-over".into())
-                .spawn(move || watch(&place, &shared))?
+                .name("housekeeping".into())
+                .spawn(move || watch(&address, &shared))?
         };
         Ok(Self {
             shared,
-            thread: Some(joined),
+            thread: Some(thread),
         })
     }
 
-    /// The loop has looked for messages, and dealt with them.
+    /// The loop has completed a cycle.
     pub fn cycle_completed(&self) {
         self.shared.cycles.fetch_add(1, Ordering::Relaxed);
     }
@@ -63,34 +62,34 @@ impl Drop for Housekeeping {
     }
 }
 
-fn watch(place: &ServiceAddress, shared: &Shared) {
-    let joined = LiveNode::new(place, "tipwatch-watch-over");
+fn watch(address: &ServiceAddress, shared: &Shared) {
+    let node = LiveNode::new(address, "tipwatch-housekeeping");
     let supervisor = Supervisor::from_environment();
     if let Some(supervisor) = &supervisor {
-        supervisor.tell("READY=1");
+        supervisor.notify("READY=1");
     }
-    let (mut seen, mut told) = (0, Instant::now());
+    let (mut seen, mut notified) = (0, Instant::now());
     while !shared.ends.load(Ordering::Relaxed) {
-        std::thread::sleep(DEAD_CHECK_PERIOD);
-        if let Ok(joined) = &joined {
-            joined.remove_dead_nodes();
+        std::thread::sleep(DEAD_NODE_CHECK);
+        if let Ok(node) = &node {
+            node.remove_dead_nodes();
         }
         let cycles = shared.cycles.load(Ordering::Relaxed);
         if let Some(supervisor) = &supervisor
             && cycles != seen
-            && supervisor.is_due(told)
+            && supervisor.is_due(notified)
         {
-            (seen, told) = (cycles, Instant::now());
-            supervisor.tell("WATCHDOG=1");
+            (seen, notified) = (cycles, Instant::now());
+            supervisor.notify("WATCHDOG=1");
         }
     }
 }
 
-/// systemd, where it started this program as a service with a watchdog.
+/// systemd, if it started this program as a service with a watchdog.
 struct Supervisor {
     socket: UnixDatagram,
     address: SocketAddr,
-    /// Half of WatchdogSec; `None` without.
+    /// Half of WatchdogSec; `None` without a watchdog.
     period: Option<Duration>,
 }
 
@@ -111,12 +110,13 @@ impl Supervisor {
         })
     }
 
-    fn is_due(&self, told: Instant) -> bool {
-        self.period.is_some_and(|period| told.elapsed() >= period)
+    fn is_due(&self, notified: Instant) -> bool {
+        self.period
+            .is_some_and(|period| notified.elapsed() >= period)
     }
 
-    /// A supervisor that does not listen restarts the program: that is its business.
-    fn tell(&self, what: &str) {
-        let _ = self.socket.send_to_addr(what.as_bytes(), &self.address);
+    /// Sends a state. Errors are ignored: a supervisor that does not receive it restarts the program.
+    fn notify(&self, state: &str) {
+        let _ = self.socket.send_to_addr(state.as_bytes(), &self.address);
     }
 }

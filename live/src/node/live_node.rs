@@ -12,16 +12,16 @@ use super::port::{Receiver, Sender};
 use crate::system::signals::{self, Interrupted};
 use crate::wire::topics::{LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, Topic};
 
-/// How long a writer waits for the place of one that has died.
+/// How long a writer waits for the slot of one that has died.
 const DEAD_WRITER_LIMIT: Duration = Duration::from_secs(1);
 
-/// Which services are meant.
+/// Names of the services.
 #[derive(Debug, Clone)]
 pub struct ServiceAddress {
-    /// The name that all services share.
+    /// Common first part of all service names.
     pub service: String,
-    /// What the names of all shared files begin with; `None` for the default of iceoryx2. Processes with
-    /// different prefixes do not see each other.
+    /// Prefix of all files in shared memory; `None` for iceoryx2's default. Processes with different prefixes
+    /// do not see each other.
     pub prefix: Option<String>,
 }
 
@@ -29,19 +29,19 @@ pub struct ServiceAddress {
 #[derive(Debug)]
 pub struct LiveNode {
     node: Node<ipc::Service>,
-    place: ServiceAddress,
+    address: ServiceAddress,
 }
 
 impl LiveNode {
-    /// Joins as `role`. SIGINT and SIGTERM are then told by [`signals`].
+    /// Joins under the name `role`. From then on [`signals`] reports SIGINT and SIGTERM.
     ///
     /// # Errors
-    /// The shared memory cannot be used, or the prefix is none.
-    pub fn new(place: &ServiceAddress, role: &str) -> Result<Self> {
+    /// The shared memory cannot be used, or the prefix is invalid.
+    pub fn new(address: &ServiceAddress, role: &str) -> Result<Self> {
         set_log_level(LogLevel::Error);
         signals::listen();
         let mut config = Config::global_config().clone();
-        if let Some(prefix) = &place.prefix {
+        if let Some(prefix) = &address.prefix {
             let name = FileName::new(prefix.as_bytes());
             config.global.prefix = name
                 .map_err(cause)
@@ -56,25 +56,25 @@ impl LiveNode {
         Ok(Self {
             node: node
                 .map_err(cause)
-                .context("shared memory: cannot be joined")?,
-            place: place.clone(),
+                .context("cannot join the shared memory")?,
+            address: address.clone(),
         })
     }
 
-    /// Removes what processes that ended without cleaning up have left; how many they were.
+    /// Removes the nodes of processes that died without cleaning up; returns their number.
     pub fn remove_dead_nodes(&self) -> u64 {
         self.node.try_cleanup_dead_nodes().cleanups
     }
 
-    /// A writer of messages of a kind, for this machine.
+    /// A writer of messages of this type, for this machine.
     ///
     /// # Errors
-    /// There is another writer where there may be one only, or another version of this program.
+    /// Another process writes a service that allows one writer, or uses another version of the messages.
     pub fn sender<T: Topic>(&self, source: u64, machine_hash: u64) -> Result<Sender<T>> {
         let start = Instant::now();
         loop {
             match Sender::new(self.service::<T>()?, source, machine_hash) {
-                // a writer that was killed just now still counts until somebody removes it
+                // a writer that was just killed counts until its node is removed
                 Err(_) if start.elapsed() < DEAD_WRITER_LIMIT => {
                     std::thread::sleep(DEAD_WRITER_LIMIT / 20);
                     self.remove_dead_nodes();
@@ -84,36 +84,36 @@ impl LiveNode {
         }
     }
 
-    /// A reader of messages of a kind.
+    /// A reader of messages of this type.
     ///
     /// # Errors
-    /// There are too many readers, or another version of this program.
+    /// There are too many readers, or another process uses another version of the messages.
     pub fn receiver<T: Topic>(&self) -> Result<Receiver<T>> {
         Receiver::new(self.service::<T>()?)
     }
 
-    /// Wakes whoever waits for messages of a kind.
+    /// A notifier for messages of this type.
     ///
     /// # Errors
-    /// There are too many that do so.
+    /// There are too many notifiers.
     pub fn event_notifier<T: Topic>(&self) -> Result<EventNotifier> {
         EventNotifier::new(&self.node, &self.service_name::<T>())
     }
 
-    /// Waits to be woken for messages of a kind.
+    /// A listener for messages of this type.
     ///
     /// # Errors
-    /// There are too many that do so.
+    /// There are too many listeners.
     pub fn event_listener<T: Topic>(&self) -> Result<EventListener> {
         EventListener::new(&self.node, &self.service_name::<T>())
     }
 
     fn service_name<T: Topic>(&self) -> String {
-        format!("{}{}", self.place.service, T::SUFFIX)
+        format!("{}{}", self.address.service, T::SUFFIX)
     }
 
-    /// Opens or creates a service; all its settings are stated. It overwrites what is oldest: nobody
-    /// ever waits for a reader.
+    /// Opens or creates a service with all its settings. A full queue overwrites its oldest message: a writer
+    /// never waits for a reader.
     fn service<T: Topic>(&self) -> Result<Service<T>> {
         let name = self.service_name::<T>();
         let service = ServiceName::new(&name)
@@ -135,14 +135,14 @@ impl LiveNode {
             .max_nodes(MAX_NODES)
             .open_or_create_with_attributes(&verifier.map_err(cause)?)
             .map_err(cause)
-            .with_context(|| format!("service \"{name}\": cannot be opened"))
+            .with_context(|| format!("service \"{name}\": cannot open it"))
     }
 }
 
-/// Waits.
+/// Sleeps.
 ///
 /// # Errors
-/// [`Interrupted`] if a signal to end has come.
+/// [`Interrupted`] if SIGINT or SIGTERM has arrived.
 pub fn pause(duration: Duration) -> Result<(), Interrupted> {
     if !duration.is_zero() {
         std::thread::sleep(duration);

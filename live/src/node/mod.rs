@@ -1,4 +1,4 @@
-//! The shared memory: the only place that calls iceoryx2.
+//! The shared memory: the only caller of iceoryx2.
 
 mod event;
 mod expiring_sender;

@@ -1,4 +1,4 @@
-//! The producing end of a session: announces it, sends its samples, wakes who waits for them.
+//! The producer of a session: announces it, sends its samples and wakes their readers.
 
 use anyhow::Result;
 
@@ -8,7 +8,7 @@ use super::port::Sender;
 use super::reader_progress::ReaderProgress;
 use crate::wire::topics::{WireProgress, WireSample, WireSession};
 
-/// Writes one session.
+/// Publishes one session.
 #[derive(Debug)]
 pub struct Producer {
     samples: Sender<WireSample>,
@@ -21,17 +21,17 @@ impl Producer {
     /// Opens the services for the session `source` of a machine.
     ///
     /// # Errors
-    /// Another producer has them, or another version of this program.
-    pub fn new(joined: &LiveNode, source: u64, machine_hash: u64) -> Result<Self> {
+    /// Another producer uses them, or another version of this program.
+    pub fn new(node: &LiveNode, source: u64, machine_hash: u64) -> Result<Self> {
         Ok(Self {
-            samples: joined.sender(source, machine_hash)?,
-            sessions: joined.sender(source, machine_hash)?,
-            topic_notifier: joined.event_notifier::<WireSample>()?,
-            progress: ReaderProgress::new(joined.receiver::<WireProgress>()?, source),
+            samples: node.sender(source, machine_hash)?,
+            sessions: node.sender(source, machine_hash)?,
+            topic_notifier: node.event_notifier::<WireSample>()?,
+            progress: ReaderProgress::new(node.receiver::<WireProgress>()?, source),
         })
     }
 
-    /// Announces the session to all readers, those included that come later.
+    /// Announces the session to all readers, including later ones.
     ///
     /// # Errors
     /// The shared memory fails.
@@ -39,7 +39,7 @@ impl Producer {
         self.sessions.send(session).map(|_| ())
     }
 
-    /// Sends a sample; never waits.
+    /// Sends a sample. It never waits.
     ///
     /// # Errors
     /// The shared memory fails.
@@ -49,12 +49,12 @@ impl Producer {
         Ok(())
     }
 
-    /// The end of samples, for injecting faults.
+    /// The writer of samples, for fault injection.
     pub fn samples(&mut self) -> &mut Sender<WireSample> {
         &mut self.samples
     }
 
-    /// Gives readers that have come since the session, and a place among the readers of samples.
+    /// Connects new readers and delivers the session to them.
     ///
     /// # Errors
     /// The shared memory fails.
@@ -63,13 +63,13 @@ impl Producer {
         self.samples.update_connections()
     }
 
-    /// How many readers of samples there are, the dead included that were not forgotten yet.
+    /// Number of readers of samples, including dead ones that were not removed yet.
     #[must_use]
     pub fn readers(&self) -> usize {
         self.samples.readers()
     }
 
-    /// How many samples the slowest reader is behind; `None` where one has not told yet.
+    /// How many samples the slowest reader lags behind; `None` if a reader has not reported yet.
     ///
     /// # Errors
     /// The shared memory fails.

@@ -1,5 +1,4 @@
-//! The reading end of a session, for whoever takes samples: sessions, samples, and the progress that a
-//! replay wants to hear of.
+//! The reader of a session: its announcement and its samples. It reports progress to a replay.
 
 use anyhow::Result;
 
@@ -8,10 +7,10 @@ use super::port::{Receiver, Sender};
 use super::reader_progress::NOTHING_YET;
 use crate::wire::topics::{Topic, Wire, WireProgress, WireSample, WireSession};
 
-/// After so many samples progress is reported even if more wait.
+/// Samples after which progress is reported even if more wait.
 const REPORT_SAMPLES: u32 = 64;
 
-/// Reads samples.
+/// Reads the samples of a session.
 #[derive(Debug)]
 pub struct SampleReader {
     samples: Receiver<WireSample>,
@@ -28,13 +27,13 @@ impl SampleReader {
     /// Opens the services for reading.
     ///
     /// # Errors
-    /// There are too many readers, or another version of this program has the services.
-    pub fn new(joined: &LiveNode) -> Result<Self> {
-        // The session first: who sees a reader of samples may rely on it.
-        let sessions = joined.receiver()?;
-        let progress = joined.sender(0, 0)?;
+    /// There are too many readers, or another version of this program uses the services.
+    pub fn new(node: &LiveNode) -> Result<Self> {
+        // the session first: a producer takes a reader of samples as ready
+        let sessions = node.receiver()?;
+        let progress = node.sender(0, 0)?;
         Ok(Self {
-            samples: joined.receiver()?,
+            samples: node.receiver()?,
             sessions,
             progress,
             reports: false,
@@ -45,16 +44,16 @@ impl SampleReader {
         })
     }
 
-    /// The session, if one was announced since the last call.
+    /// The latest session announced since the last call.
     ///
     /// # Errors
     /// The shared memory fails.
     pub fn announced(&self) -> Result<Option<WireSession>> {
-        self.samples.attach()?;
+        self.samples.update_connections()?;
         self.sessions.receive(|session| *session)
     }
 
-    /// Reads this session from now on.
+    /// Follows this session from now on.
     ///
     /// # Errors
     /// The shared memory fails.
@@ -65,7 +64,7 @@ impl SampleReader {
         self.report()
     }
 
-    /// Lends the next sample to `take`; `None` if there is none.
+    /// Passes the next sample to `take`; `None` if none waits.
     ///
     /// # Errors
     /// The shared memory fails.
@@ -81,7 +80,7 @@ impl SampleReader {
         Ok(taken)
     }
 
-    /// Whether somebody writes samples, or has died and was not forgotten yet.
+    /// Whether a producer exists, including a dead one that was not removed yet.
     #[must_use]
     pub fn has_producer(&self) -> bool {
         self.samples.writers() > 0
@@ -122,5 +121,5 @@ impl SampleReader {
 
 const _: () = assert!(
     !<WireSample as Topic>::IS_KEPT,
-    "late joiners get no old samples"
+    "late joiners must not get old samples"
 );

@@ -1,4 +1,4 @@
-//! One session at a time: what monitor, control and recorder do alike with sessions and samples.
+//! Follows one session at a time: the part that monitor, control and recorder share.
 
 use anyhow::Result;
 

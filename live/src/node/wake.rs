@@ -1,4 +1,4 @@
-//! How a reader waits for the next message.
+//! How a loop waits for the next message.
 
 use std::str::FromStr;
 use std::time::Duration;
@@ -7,6 +7,7 @@ use anyhow::Result;
 
 use super::event::EventListener;
 use super::live_node::LiveNode;
+use crate::safety_limits::MAX_WAIT;
 use crate::wire::topics::Topic;
 
 /// How a program follows sessions.
@@ -21,18 +22,14 @@ pub struct LoopOptions {
 /// How to wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wake {
-    /// Not at all: looks again at once. The fastest, and it takes a whole processor.
+    /// Not at all. Fastest, but occupies a whole processor core.
     Poll,
-    /// Until whoever writes wakes it, and no longer than a millisecond or two ticks of the kernel's clock.
+    /// Until the writer notifies it, but no longer than [`MAX_WAIT`] or two ticks of the kernel's clock.
     #[default]
     Event,
     /// For this long.
     Sleep(Duration),
 }
-
-/// Nobody has to wake a reader that waits for events: it looks so often anyway, as far as the kernel's clock
-/// allows.
-const LONGEST: Duration = Duration::from_millis(1);
 
 impl FromStr for Wake {
     type Err = String;
@@ -61,14 +58,14 @@ pub enum Waiter {
 }
 
 impl Waiter {
-    /// Waits for messages of a kind.
+    /// A waiter for messages of this type.
     ///
     /// # Errors
     /// The shared memory fails.
-    pub fn new<T: Topic>(joined: &LiveNode, wake: Wake) -> Result<Self> {
+    pub fn new<T: Topic>(node: &LiveNode, wake: Wake) -> Result<Self> {
         Ok(match wake {
             Wake::Poll => Self::Poll,
-            Wake::Event => Self::Event(Box::new(joined.event_listener::<T>()?)),
+            Wake::Event => Self::Event(Box::new(node.event_listener::<T>()?)),
             Wake::Sleep(time) => Self::Sleep(time),
         })
     }
@@ -77,7 +74,7 @@ impl Waiter {
     pub fn wait(&self) {
         match self {
             Self::Poll => std::hint::spin_loop(),
-            Self::Event(ear) => ear.wait(LONGEST),
+            Self::Event(listener) => listener.wait(MAX_WAIT),
             Self::Sleep(time) => std::thread::sleep(*time),
         }
     }

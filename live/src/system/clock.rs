@@ -1,10 +1,10 @@
-//! The clock that all processes of a computer share.
+//! Clocks: the monotonic one that all processes of a computer share, and the time of day.
 
 use std::fmt::Debug;
 
-/// Where a loop has its time from. The program's is [`Monotonic`]; a test may steer one of its own.
+/// A loop's source of time: [`Monotonic`] in the programs, a simulated clock in tests.
 pub trait Clock: Debug {
-    /// Now (ns).
+    /// The current time (ns).
     fn now_ns(&self) -> i64;
 }
 
@@ -18,25 +18,22 @@ impl Clock for Monotonic {
     }
 }
 
-/// Now (ns), by CLOCK_MONOTONIC: no time of day, and never set back.
+/// The current time (ns) of CLOCK_MONOTONIC, which is never set back.
 #[must_use]
-#[allow(
-    unsafe_code,
-    reason = "the standard library does not tell this clock's value"
-)]
+#[allow(unsafe_code, reason = "the standard library hides this clock's value")]
 pub fn monotonic_ns() -> i64 {
     let mut now = libc::timespec {
         tv_sec: 0,
         tv_nsec: 0,
     };
-    // SAFETY: `now` may be written.
+    // SAFETY: `now` is valid for writes.
     unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut now) };
     now.tv_sec
         .saturating_mul(1_000_000_000)
         .saturating_add(now.tv_nsec)
 }
 
-/// Now (ns since 1970), by the computer's time of day.
+/// The time of day (ns since 1970).
 #[must_use]
 pub fn unix_ns() -> i64 {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);

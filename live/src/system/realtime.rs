@@ -1,30 +1,30 @@
-//! What of the operating system a control loop asks for.
+//! Real-time settings of the operating system for a loop.
 
 use anyhow::{Context, Result, bail};
 
-/// What is asked for.
+/// The settings.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RealTime {
-    /// Whether all memory, now and later, stays in RAM.
+    /// Whether all present and future memory is locked in RAM.
     pub lock_memory: bool,
-    /// The processor to run on.
+    /// The processor core to run on.
     pub core: Option<usize>,
     /// Priority under SCHED_FIFO, 1 to 99.
     pub priority: Option<i32>,
 }
 
 impl RealTime {
-    /// Applies it to this thread, and the locking to the whole process.
+    /// Applies them to this thread, and memory locking to the whole process.
     ///
     /// # Errors
-    /// The system refuses; then it is said what may be missing.
+    /// The system refuses. The message names the missing capability.
     #[allow(
         unsafe_code,
         reason = "the standard library has no interface to these calls"
     )]
     pub fn apply(&self) -> Result<()> {
         if self.lock_memory {
-            // SAFETY: no memory is handed over.
+            // SAFETY: no memory is passed.
             let result = unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) };
             done(result).context("--lock-memory: expected CAP_IPC_LOCK or a high `ulimit -l`")?;
         }
@@ -41,8 +41,9 @@ impl RealTime {
                 libc::CPU_SET(core, &mut set);
                 libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &raw const set)
             };
-            done(result)
-                .with_context(|| format!("--core {core}: expected one that may be used"))?;
+            done(result).with_context(|| {
+                format!("--core {core}: expected a core that this process may use")
+            })?;
         }
         if let Some(priority) = self.priority {
             let parameter = libc::sched_param {

@@ -1,4 +1,4 @@
-//! SIGINT and SIGTERM: asked to end, a program ends in order.
+//! SIGINT and SIGTERM: a program that is asked to stop shuts down in order.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 static ASKED: AtomicBool = AtomicBool::new(false);
 static LISTENING: Once = Once::new();
 
-/// The process was asked to end.
+/// The process was asked to stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interrupted;
 
@@ -14,7 +14,7 @@ extern "C" fn note(_signal: libc::c_int) {
     ASKED.store(true, Ordering::Relaxed);
 }
 
-/// Listens from now on.
+/// Starts to catch the signals.
 #[allow(
     unsafe_code,
     reason = "signals have no safe interface in the standard library"
@@ -32,10 +32,10 @@ pub fn listen() {
     });
 }
 
-/// Whether the process was asked to end.
+/// Checks for a signal.
 ///
 /// # Errors
-/// It was.
+/// The process was asked to stop.
 pub fn check() -> Result<(), Interrupted> {
     if ASKED.load(Ordering::Relaxed) {
         Err(Interrupted)
