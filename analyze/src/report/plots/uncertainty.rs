@@ -2,12 +2,11 @@
 //! first paper.
 
 use plotly::Traces;
-use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::studies::monte_carlo::Band;
+use tipwatch_mechanics::{ColumnNames, Quantity};
 
 use super::Plotter;
 use crate::page::{Figure, colour, plain};
-use crate::tables::table::name_and_unit;
 
 /// What is plotted, its unit, and which quantities belong to it.
 type Kind = (&'static str, &'static str, fn(Quantity) -> bool);
@@ -46,9 +45,9 @@ impl Plotter<'_> {
 
     fn spread<'b>(&self, title: &str, unit: &str, bands: impl Iterator<Item = &'b Band>) -> Figure {
         let mut traces = Traces::new();
+        let names = ColumnNames::of(&self.analysis.machine);
         for (index, band) in bands.enumerate() {
-            let name = name_and_unit(&self.analysis.machine, band.quantity)
-                .map_or(String::new(), |(name, _)| plain(&name));
+            let name = plain(&band.quantity.column(&names));
             let shape = self.between(&name, &band.low, &band.high, colour(index, 0.25));
             traces.push(shape.show_legend(false));
             if self.has(band.quantity) {
