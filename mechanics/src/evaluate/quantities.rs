@@ -95,7 +95,7 @@ quantities! {
     /// Derivative of sigma with respect to the yaw acceleration
     SigmaByYawAcceleration "dσ/dyaw acceleration", "dsigma_dyaw_rate_dot" ["N^2 s^2/rad"] Indicators, Gradient,
         |o| o.indicators.sigma_gradient.yaw_acceleration;
-    /// Contribution of a [cause](#causes) to the load
+    /// Contribution of a cause to the load
     Contribution(cause: Cause, wheel: Wheel) "contribution", "cause_{cause}_{wheel}" ["N"] Causes, Contributions,
         |o| o.contributions[wheel][cause as usize];
     /// Term of the analytic model, 1 to 11
@@ -183,7 +183,7 @@ impl RowColumn {
     pub const TIME_TO_LIFT_OFF: Self = Self {
         name: "time_to_lift_off",
         unit: "s",
-        meaning: "Time until the first wheel lifts, if a load falls",
+        meaning: "Time until the next wheel lifts if its load keeps falling at its present rate; null beyond 5 s",
     };
     /// Input faults.
     pub const INPUT_FAULTS: Self = Self {
