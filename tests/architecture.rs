@@ -112,7 +112,6 @@ const RULES: [Rule; 6] = [
             "control",
             "replay",
             "record",
-            "watch",
             "operator",
             "cli",
         ],

@@ -25,18 +25,18 @@ use std::time::Duration;
 
 use support::World;
 use support::feed::{machine, samples};
-use tipwatch_live::clock::monotonic_ns;
-use tipwatch_live::command::Mode;
 use tipwatch_live::control::Control;
 use tipwatch_live::monitor::Monitor;
-use tipwatch_live::node::{Joined, Place, Receiver, Sender};
-use tipwatch_live::producer::Producer;
-use tipwatch_live::realtime::RealTime;
-use tipwatch_live::session::{Session, machine_hash};
-use tipwatch_live::topics::{
+use tipwatch_live::node::Producer;
+use tipwatch_live::node::{LiveNode, Receiver, Sender, ServiceAddress};
+use tipwatch_live::node::{Waiter, Wake};
+use tipwatch_live::system::clock::monotonic_ns;
+use tipwatch_live::system::realtime::RealTime;
+use tipwatch_live::wire::command::Mode;
+use tipwatch_live::wire::session::{Session, machine_hash};
+use tipwatch_live::wire::topics::{
     EVENT_ROW, Head, Kind, Wire, WireCommand, WireSample, WireSession, WireVerdict,
 };
-use tipwatch_live::wake::{Waiter, Wake};
 use tipwatch_mechanics::verdict::Level;
 
 /// The machine: four wheels and two closed chains, unless TIPWATCH_MACHINE names another of the test data.
@@ -166,8 +166,7 @@ fn tick(count: u64) {
         pace: 0.0,
         ..steady.session.clone()
     };
-    let facts = session.facts(&machine);
-    let mut monitor = Monitor::new(machine, &sensors, &facts, 0);
+    let mut monitor = Monitor::new(machine, &sensors, &session, 0);
     let mut run = |count: u64, cold: bool, what: &str| {
         let (mut row, mut other) = (Vec::new(), Vec::new());
         let mut cache = vec![0_u8; 16 << 20];
@@ -211,10 +210,9 @@ fn control_tick(count: u64) {
         pace: 0.0,
         ..steady.session.clone()
     };
-    let facts = session.facts(&machine);
-    let mut control = Control::new(machine, &sensors, &facts, 0).unwrap();
+    let mut control = Control::new(machine, &sensors, &session, 0).unwrap();
     let mut verdict = WireVerdict::unknown();
-    verdict.session = facts.id;
+    verdict.session = session.id;
     verdict.level = Level::Safe as u32;
     verdict.valid_until_ns = i64::MAX;
     verdict.seal(Head::default());
@@ -250,10 +248,10 @@ fn control_tick(count: u64) {
 /// The other end of a bare round trip.
 fn pong(prefix: &str, wake: Wake) {
     pin(1);
-    let joined = Joined::new(&bare_place(prefix), "pong").unwrap();
+    let joined = LiveNode::new(&bare_place(prefix), "pong").unwrap();
     let samples: Receiver<WireSample> = joined.receiver().unwrap();
     let verdicts: Sender<WireVerdict> = joined.sender(0, 0).unwrap();
-    let topic_notifier = joined.topic_notifier::<WireVerdict>().unwrap();
+    let topic_notifier = joined.event_notifier::<WireVerdict>().unwrap();
     let waiter = Waiter::new::<WireSample>(&joined, wake).unwrap();
     let mut verdict = WireVerdict::unknown();
     let mut ends = false;
@@ -263,7 +261,7 @@ fn pong(prefix: &str, wake: Wake) {
             verdict.event = EVENT_ROW;
             verdicts.send_raw(&verdict).unwrap();
             if wake == Wake::Event {
-                topic_notifier.ring();
+                topic_notifier.notify();
             }
             ends = kind == Kind::End as u32;
         }
@@ -272,8 +270,8 @@ fn pong(prefix: &str, wake: Wake) {
     std::thread::sleep(Duration::from_millis(100));
 }
 
-fn bare_place(prefix: &str) -> Place {
-    Place {
+fn bare_place(prefix: &str) -> ServiceAddress {
+    ServiceAddress {
         service: "bare".into(),
         prefix: Some(prefix.into()),
     }
@@ -314,10 +312,10 @@ fn wait_until(due_ns: i64) {
 
 fn bare(wake: &str, period_ns: i64, count: u64) {
     let world = World::new("lb");
-    let joined = Joined::new(&bare_place(&world.prefix), "ping").unwrap();
+    let joined = LiveNode::new(&bare_place(&world.prefix), "ping").unwrap();
     let wake: Wake = wake.parse().unwrap();
     let samples: Sender<WireSample> = joined.sender(0, 0).unwrap();
-    let topic_notifier = joined.topic_notifier::<WireSample>().unwrap();
+    let topic_notifier = joined.event_notifier::<WireSample>().unwrap();
     let verdicts: Receiver<WireVerdict> = joined.receiver().unwrap();
     let waiter = Waiter::new::<WireVerdict>(&joined, wake).unwrap();
     let name = if wake == Wake::Poll { "poll" } else { "event" };
@@ -346,7 +344,7 @@ fn bare(wake: &str, period_ns: i64, count: u64) {
         let start_ns = monotonic_ns();
         samples.send_raw(&sample).unwrap();
         if wake == Wake::Event {
-            topic_notifier.ring();
+            topic_notifier.notify();
         }
         times.push(verdict_on(sequence, &verdicts, &waiter) - start_ns);
     }
@@ -391,7 +389,7 @@ fn monitored(wake: &str, period_ns: i64, count: u64) {
     while producer.readers() == 0 {
         std::thread::sleep(Duration::from_millis(1));
     }
-    producer.greet().unwrap();
+    producer.update_connections().unwrap();
     let mut times = Vec::new();
     let mut due_ns = monotonic_ns();
     for _ in 0..count + 500 {

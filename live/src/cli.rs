@@ -8,31 +8,31 @@ use anyhow::{Result, bail};
 use clap::{Args, Parser, Subcommand};
 use tipwatch_binding::MachineFile;
 
-use crate::acknowledge::acknowledge;
-use crate::c_header::c_header;
-use crate::clock::Monotonic;
-use crate::control_loop::{ControlLoop, ControlOptions};
-use crate::monitor_listener::MonitorListener;
-use crate::monitor_loop::{MonitorLoop, MonitorOptions};
-use crate::node::{Joined, Place};
-use crate::output::Format;
-use crate::realtime::RealTime;
+use crate::control::ControlProgram;
+use crate::monitor::MonitorProgram;
+use crate::monitor::ProgramObserver;
+use crate::monitor::output::Format;
+use crate::node::Wake;
+use crate::node::{Housekeeping, LoopOptions};
+use crate::node::{LiveNode, ServiceAddress};
+use crate::operator::acknowledge;
+use crate::operator::watch;
 use crate::record::{RecordOptions, record};
-use crate::recording::Recording;
+use crate::replay::Recording;
 use crate::replay::{ReplayOptions, Speed, replay};
-use crate::topics::DEFAULT_SERVICE;
-use crate::wake::Wake;
-use crate::watch::watch;
-use crate::watch_over::WatchOver;
+use crate::system::clock::Monotonic;
+use crate::system::realtime::RealTime;
+use crate::wire::c_header::c_header;
+use crate::wire::topics::DEFAULT_SERVICE;
 
-/// Exit code: a file's content, the machine or the shared memory is at fault.
+/// Exit code: a file, the machine or the shared memory has failed.
 const FAILED: u8 = 1;
-/// Exit code: done, but bytes or messages of a log were lost.
+/// Exit code: finished, but parts of a log or of a recording were lost.
 const LOST: u8 = 3;
-/// How long a lossless replay waits for its reader unless told, in seconds.
+/// Default time for which a lossless replay waits for its reader (s).
 const LOSSLESS_WAIT_S: f64 = 10.0;
 
-/// Wheel loads while the machine works, over shared memory.
+/// Live wheel loads and stability alarms, over shared memory.
 #[derive(Debug, Parser)]
 #[command(name = "tipwatch-live", version, arg_required_else_help = true)]
 pub struct Cli {
@@ -42,18 +42,18 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Send a log's samples into shared memory, as a machine would.
+    /// Send the samples of a log to shared memory, as a machine would.
     Replay(ReplayArgs),
-    /// Receive samples, tell how near the machine is to tipping.
+    /// Receive samples and publish verdicts: how close the machine is to tipping.
     Monitor(MonitorArgs),
-    /// Receive samples and verdicts, steer the active suspension.
+    /// Receive samples and verdicts and control the active suspension.
     Control(ControlArgs),
-    /// Write samples, verdicts and commands to MCAP files.
+    /// Record samples, verdicts and commands in MCAP files.
     Record(RecordArgs),
-    /// Show loads, margins and verdict on the terminal.
+    /// Show loads, margins and the verdict in the terminal.
     Watch(WatchArgs),
-    /// Tell the monitor that its alarm was seen.
-    Acknowledge(PlaceArgs),
+    /// Acknowledge the monitor's alarm.
+    Acknowledge(ServiceArgs),
     /// Print the C header of the messages in shared memory.
     Header,
 }
@@ -63,17 +63,17 @@ struct MachineArgs {
     /// The machine file.
     #[arg(long)]
     machine: PathBuf,
-    /// The URDF, where the machine file names none.
+    /// The URDF, if the machine file names none.
     #[arg(long, value_name = "FILE")]
     urdf: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
-struct PlaceArgs {
+struct ServiceArgs {
     /// Name of the services in shared memory.
     #[arg(long, value_name = "NAME", default_value = DEFAULT_SERVICE)]
     service: String,
-    /// Prefix of the files of the shared memory: programs with different ones do not see each other.
+    /// Prefix of all files in shared memory. Programs with different prefixes do not see each other.
     #[arg(long, value_name = "NAME")]
     prefix: Option<String>,
 }
@@ -85,17 +85,17 @@ struct ReplayArgs {
     #[command(flatten)]
     machine: MachineArgs,
     #[command(flatten)]
-    place: PlaceArgs,
-    /// How many times as fast as recorded, or "max".
+    service: ServiceArgs,
+    /// Speed relative to the recording, or "max".
     #[arg(long, value_name = "X", default_value = "1", value_parser = speed)]
     speed: Speed,
-    /// Wait for readers instead of overwriting what they have not read.
+    /// Wait for readers instead of overwriting samples that they have not read.
     #[arg(long)]
     lossless: bool,
-    /// How many readers to wait for before the first sample.
+    /// Number of readers to wait for before the first sample.
     #[arg(long, value_name = "N", default_value_t = 1)]
     readers: usize,
-    /// How long to wait for them, in seconds; by default 10 with --lossless, else 0.
+    /// How long to wait for them, in seconds. Default: 10 with --lossless, otherwise 0.
     #[arg(long, value_name = "S", value_parser = seconds)]
     wait: Option<Duration>,
 }
@@ -105,11 +105,11 @@ struct MonitorArgs {
     #[command(flatten)]
     machine: MachineArgs,
     #[command(flatten)]
-    place: PlaceArgs,
-    /// Every row as one line of JSON.
+    service: ServiceArgs,
+    /// Print every row as one line of JSON.
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
-    /// Print nothing: verdicts go to shared memory only.
+    /// Print nothing; verdicts go to shared memory only.
     #[arg(long, short)]
     quiet: bool,
     #[command(flatten)]
@@ -121,45 +121,45 @@ struct ControlArgs {
     #[command(flatten)]
     machine: MachineArgs,
     #[command(flatten)]
-    place: PlaceArgs,
+    service: ServiceArgs,
     #[command(flatten)]
     running: LoopArgs,
 }
 
 #[derive(Debug, Args)]
 struct LoopArgs {
-    /// Wait for the next session when one is over.
+    /// Wait for the next session when one has ended.
     #[arg(long)]
     stay: bool,
-    /// How to wait for samples: "poll" (fastest, takes a processor), "event", or microseconds to sleep.
+    /// How to wait for samples: "poll" (fastest, occupies a processor core), "event", or a sleep in microseconds.
     #[arg(long, default_value = "event")]
     wake: Wake,
-    /// Keep all memory in RAM.
+    /// Lock all memory in RAM.
     #[arg(long)]
     lock_memory: bool,
-    /// The processor to run on.
+    /// The processor core to run on.
     #[arg(long, value_name = "N")]
     core: Option<usize>,
-    /// Real-time priority under SCHED_FIFO, 1 to 99; not with --wake poll.
+    /// Real-time priority (SCHED_FIFO), 1 to 99. Not with --wake poll.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(i32).range(1..=99))]
     priority: Option<i32>,
 }
 
 #[derive(Debug, Args)]
 struct RecordArgs {
-    /// The folder for the files; it is made if it is not there.
+    /// The folder for the files. It is created if necessary.
     out: PathBuf,
     #[command(flatten)]
     machine: MachineArgs,
     #[command(flatten)]
-    place: PlaceArgs,
-    /// A new file begins after so long, in seconds.
+    service: ServiceArgs,
+    /// Length of a file, in seconds.
     #[arg(long, value_name = "S", default_value = "60", value_parser = seconds)]
     split: Duration,
-    /// The oldest files are removed where all together have more megabytes.
+    /// Limit on the size of all files, in megabytes: beyond it the oldest are removed.
     #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(16..))]
     keep: Option<u64>,
-    /// Wait for the next session when one is over.
+    /// Wait for the next session when one has ended.
     #[arg(long)]
     stay: bool,
 }
@@ -167,7 +167,7 @@ struct RecordArgs {
 #[derive(Debug, Args)]
 struct WatchArgs {
     #[command(flatten)]
-    place: PlaceArgs,
+    service: ServiceArgs,
 }
 
 fn speed(text: &str) -> Result<Speed, String> {
@@ -185,10 +185,10 @@ fn seconds(text: &str) -> Result<Duration, String> {
         .parse()
         .ok()
         .and_then(|number| Duration::try_from_secs_f64(number).ok());
-    number.ok_or_else(|| "expected a number of seconds, not negative".into())
+    number.ok_or_else(|| "expected a non-negative number of seconds".into())
 }
 
-/// Does what the command line asks.
+/// Runs the command.
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
@@ -196,8 +196,8 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Monitor(args) => run_monitor(args),
         Command::Control(args) => run_control(args),
         Command::Record(args) => run_record(args),
-        Command::Watch(args) => watch(&args.place.place()).map(|()| ExitCode::SUCCESS),
-        Command::Acknowledge(args) => acknowledge(&args.place()).map(|()| ExitCode::SUCCESS),
+        Command::Watch(args) => watch(&args.service.address()).map(|()| ExitCode::SUCCESS),
+        Command::Acknowledge(args) => acknowledge(&args.address()).map(|()| ExitCode::SUCCESS),
         Command::Header => print_header(),
     };
     result.unwrap_or_else(|error| {
@@ -210,7 +210,7 @@ impl LoopArgs {
     fn real_time(&self) -> Result<RealTime> {
         if self.priority.is_some() && self.wake == Wake::Poll {
             bail!(
-                "--priority with --wake poll: under SCHED_FIFO the kernel stops who never sleeps for 50 ms of every second; expected --wake event or microseconds"
+                "--priority with --wake poll: the kernel throttles a busy-polling SCHED_FIFO thread for 50 ms of every second; expected --wake event or microseconds"
             );
         }
         Ok(RealTime {
@@ -221,9 +221,9 @@ impl LoopArgs {
     }
 }
 
-impl PlaceArgs {
-    fn place(&self) -> Place {
-        Place {
+impl ServiceArgs {
+    fn address(&self) -> ServiceAddress {
+        ServiceAddress {
             service: self.service.clone(),
             prefix: self.prefix.clone(),
         }
@@ -241,7 +241,7 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
     let mut recording = Recording::read(&args.log, &file, args.machine.urdf.as_deref())?;
     recording.set_identity();
     recording.session.pace = args.speed.pace();
-    let joined = Joined::new(&args.place.place(), "tipwatch-replay")?;
+    let node = LiveNode::new(&args.service.address(), "tipwatch-replay")?;
     let default_wait = if args.lossless { LOSSLESS_WAIT_S } else { 0.0 };
     let options = ReplayOptions {
         speed: args.speed,
@@ -249,13 +249,13 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
         readers: args.readers,
         wait: args.wait.unwrap_or(Duration::from_secs_f64(default_wait)),
     };
-    let counts = replay(&recording, &joined, options)?;
+    let counts = replay(&recording, &node, options)?;
     eprintln!(
         "replay: {} of {} samples sent{}",
         counts.sent,
         recording.session.total_samples,
         if counts.interrupted {
-            ", ended by a signal"
+            ", stopped by a signal"
         } else {
             ""
         }
@@ -271,9 +271,9 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     let real_time = args.running.real_time()?;
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
-    let place = args.place.place();
-    let joined = Joined::new(&place, "tipwatch-monitor")?;
-    let options = MonitorOptions {
+    let address = args.service.address();
+    let node = LiveNode::new(&address, "tipwatch-monitor")?;
+    let options = LoopOptions {
         wake: args.running.wake,
         stays: args.running.stay,
     };
@@ -282,12 +282,14 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     } else {
         Format::Text
     };
-    let mut listener =
-        MonitorListener::start((!args.quiet).then_some(format), WatchOver::start(&place)?)?;
-    let mut monitor = MonitorLoop::new(&joined, &file, &urdf, &Monotonic, options)?;
+    let mut observer = ProgramObserver::start(
+        (!args.quiet).then_some(format),
+        Housekeeping::start(&address)?,
+    )?;
+    let mut monitor = MonitorProgram::new(&node, &file, &urdf, &Monotonic, options)?;
     real_time.apply()?;
-    let ran = monitor.run(&mut listener);
-    let unprinted = listener.finish()?;
+    let ran = monitor.run(&mut observer);
+    let unprinted = observer.finish()?;
     let counts = ran?;
     eprintln!(
         "monitor: {} rows; samples: {} lost, {} refused, {} repeated, {} sent before joining",
@@ -295,7 +297,7 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     );
     if unprinted > 0 {
         eprintln!(
-            "monitor: {unprinted} verdicts were not printed, because they were read too slowly"
+            "monitor: {unprinted} verdicts were not printed because stdout was read too slowly"
         );
     }
     Ok(ExitCode::SUCCESS)
@@ -305,16 +307,16 @@ fn run_control(args: &ControlArgs) -> Result<ExitCode> {
     let real_time = args.running.real_time()?;
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
-    let place = args.place.place();
-    let joined = Joined::new(&place, "tipwatch-control")?;
-    let options = ControlOptions {
+    let address = args.service.address();
+    let node = LiveNode::new(&address, "tipwatch-control")?;
+    let options = LoopOptions {
         wake: args.running.wake,
         stays: args.running.stay,
     };
-    let watch_over = WatchOver::start(&place)?;
-    let mut control = ControlLoop::new(&joined, &file, &urdf, &Monotonic, options)?;
+    let housekeeping = Housekeeping::start(&address)?;
+    let mut control = ControlProgram::new(&node, &file, &urdf, &Monotonic, options)?;
     real_time.apply()?;
-    let counts = control.run(&watch_over)?;
+    let counts = control.run(&housekeeping)?;
     eprintln!(
         "control: {} rows; samples: {} lost, {} refused, {} repeated",
         counts.rows, counts.lost, counts.refused, counts.repeated
@@ -325,14 +327,14 @@ fn run_control(args: &ControlArgs) -> Result<ExitCode> {
 fn run_record(args: &RecordArgs) -> Result<ExitCode> {
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
-    let joined = Joined::new(&args.place.place(), "tipwatch-record")?;
+    let node = LiveNode::new(&args.service.address(), "tipwatch-record")?;
     let options = RecordOptions {
         folder: args.out.clone(),
         split: args.split,
         keep_bytes: args.keep.map(|megabytes| megabytes << 20),
         stays: args.stay,
     };
-    let counts = record(&joined, &file, &urdf, &options)?;
+    let counts = record(&node, &file, &urdf, &options)?;
     eprintln!(
         "record: {} samples, {} verdicts, {} commands in {}; not recorded: {} samples, {} verdicts; \
          refused: {} samples",

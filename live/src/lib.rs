@@ -1,49 +1,33 @@
-//! Wheel loads and alarms beside a machine's logger, over shared memory.
+//! Wheel loads and alarms next to a machine's logger, over shared memory.
 //!
 //! ```text
 //!     producer (a machine, or replay) -> samples -> monitor -> verdicts -> watch, record, control
 //!                                           '-------------------------------'
 //! ```
-//! - [`topics`] is what is on the wire, [`c_header`] the same for C; [`session`], [`sample`] and
-//!   [`verdict`] convert it.
-//! - [`monitor`] turns messages into verdicts, after the checks of [`guard`]; it knows no shared memory.
-//!   [`monitor_loop`] joins the two, [`print_thread`] prints with [`output`], [`watch_over`] is the thread
-//!   beside it.
-//! - [`control`] turns samples and verdicts into [`command`]s to the valves of a suspension;
-//!   [`control_loop`] joins it to the shared memory.
-//! - [`recording`] reads a log's samples, [`replay()`](replay::replay) sends them by a [`producer`].
-//! - [`record()`](record::record) writes samples and verdicts, [`watch()`](watch::watch) shows them.
-//! - [`node`] is the only caller of iceoryx2, the shared memory.
+//! Every module uses only modules above it in this table.
+//!
+//! | module | purpose |
+//! |---|---|
+//! | [`safety_limits`] | every limit that safety rests on |
+//! | [`system`] | clocks, signals, real-time scheduling |
+//! | [`wire`] | message types and their conversion |
+//! | [`node`] | shared memory: the only caller of iceoryx2 |
+//! | [`guard`] | checks of every message, in front of the state estimator |
+//! | [`monitor`] | samples to verdicts |
+//! | [`control`] | samples and verdicts to valve commands of an active suspension |
+//! | [`replay`] | samples of a log to shared memory |
+//! | [`record`] | samples, verdicts and commands to MCAP files |
+//! | [`operator`] | a screen, and acknowledgement of alarms |
+//! | [`cli`] | the command line |
 
-pub mod acknowledge;
-pub mod c_header;
 pub mod cli;
-pub mod clock;
-pub mod command;
 pub mod control;
-pub mod control_loop;
-pub mod fnv;
 pub mod guard;
-pub mod identity;
-pub mod interrupt;
 pub mod monitor;
-pub mod monitor_listener;
-pub mod monitor_loop;
-pub mod names;
 pub mod node;
-pub mod output;
-pub mod print_thread;
-pub mod producer;
-pub mod realtime;
+pub mod operator;
 pub mod record;
-pub mod recording;
 pub mod replay;
-pub mod sample;
-pub mod sample_reader;
-pub mod session;
-pub mod topics;
-pub mod verdict;
-pub mod wake;
-pub mod watch;
-pub mod watch_over;
-mod wire;
+pub mod safety_limits;
+pub mod system;
+pub mod wire;

@@ -8,10 +8,10 @@
 use std::time::Duration;
 
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
-use tipwatch_live::command::{HoldReason, Mode};
-use tipwatch_live::control::RAMP_RATE;
 use tipwatch_live::node::Receiver;
-use tipwatch_live::topics::{EVENT_ROW, Kind, Wire, WireCommand, WireSample};
+use tipwatch_live::safety_limits::CLOSING_RATE;
+use tipwatch_live::wire::command::{HoldReason, Mode};
+use tipwatch_live::wire::topics::{EVENT_ROW, Kind, Wire, WireCommand, WireSample};
 
 use crate::support::feed::{Feed, Time};
 use crate::support::killing::{files, wait_for_command};
@@ -25,7 +25,7 @@ const FASTEST: f64 = 0.13;
 /// Full openings a second of the machine file's valve.
 const VALVE_RATE: f64 = 20.0;
 /// Valves that are all the way open are closed after so long (ns).
-const RAMP_NS: i64 = (1e9 / RAMP_RATE) as i64;
+const RAMP_NS: i64 = (1e9 / CLOSING_RATE) as i64;
 
 struct Bench {
     feed: Feed<Steered>,
@@ -74,7 +74,7 @@ impl Bench {
     fn send(&mut self, change: impl FnOnce(&mut WireSample)) {
         self.feed.wait();
         // whoever has come since gets the session
-        self.feed.producer.greet().unwrap();
+        self.feed.producer.update_connections().unwrap();
         let mut sample = self.feed.peek();
         if sample.kind == Kind::Joints as u32 {
             let seconds = self
@@ -113,7 +113,7 @@ impl Bench {
                     // the valve law goes by the time of rows, which may come in bursts
                     Mode::Follow => VALVE_RATE * (command.time_ns - before.time_ns) as f64 * 1e-9,
                     // what is between the control's look at the clock and its sending
-                    _ => RAMP_RATE * (seconds + 0.02),
+                    _ => CLOSING_RATE * (seconds + 0.02),
                 };
                 let step = (now - was).abs();
                 assert!(
@@ -264,7 +264,7 @@ fn a_monitor_that_is_gone_closes_the_valves() {
 fn a_real_monitor_that_is_killed_or_stopped_closes_the_valves() {
     let world = World::new("real");
     let machine = data(&format!("{MACHINE}.toml"));
-    let producing = Producing::start(&world.place(), MACHINE);
+    let producing = Producing::start(&world.address(), MACHINE);
     let commands: Receiver<WireCommand> = world.join().receiver().unwrap();
     let control = world.control(&machine, &["--stay"]);
     let has_verdict = |command: &WireCommand| {

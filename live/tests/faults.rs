@@ -6,8 +6,8 @@
 
 use std::time::Duration;
 
-use tipwatch_live::monitor::HEARTBEAT_NS;
-use tipwatch_live::topics::{Head, Kind, Wire, WireSample, WireVerdict};
+use tipwatch_live::safety_limits::HEARTBEAT_NS;
+use tipwatch_live::wire::topics::{Head, Kind, Wire, WireSample, WireVerdict};
 use tipwatch_mechanics::verdict::{Conditions, InputFault, Level};
 
 use crate::support::World;

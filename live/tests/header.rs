@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use tipwatch_live::c_header::c_header;
+use tipwatch_live::wire::c_header::c_header;
 
 const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/include/tipwatch_live.h");
 

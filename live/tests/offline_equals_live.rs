@@ -6,7 +6,7 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run;
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
-use tipwatch_live::recording::Recording;
+use tipwatch_live::replay::Recording;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 

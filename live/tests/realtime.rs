@@ -17,15 +17,15 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::time::Duration;
 
-use tipwatch_live::clock::Monotonic;
-use tipwatch_live::command::Mode;
 use tipwatch_live::control::Control;
 use tipwatch_live::monitor::Monitor;
-use tipwatch_live::monitor_loop::{Listener, MonitorLoop, MonitorOptions};
-use tipwatch_live::node::Joined;
-use tipwatch_live::session::Session;
-use tipwatch_live::topics::{EVENT_ROW, Head, Wire, WireCommand, WireSample, WireVerdict};
-use tipwatch_live::wake::Wake;
+use tipwatch_live::monitor::{MonitorProgram, Observer};
+use tipwatch_live::node::LiveNode;
+use tipwatch_live::node::{LoopOptions, Wake};
+use tipwatch_live::system::clock::Monotonic;
+use tipwatch_live::wire::command::Mode;
+use tipwatch_live::wire::session::Session;
+use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireCommand, WireSample, WireVerdict};
 use tipwatch_mechanics::verdict::Level;
 
 mod support;
@@ -137,7 +137,7 @@ struct Counter {
     published: u64,
 }
 
-impl Listener for Counter {
+impl Observer for Counter {
     fn session(&mut self, _: &Monitor, _: &Session) -> anyhow::Result<()> {
         Ok(())
     }
@@ -175,17 +175,14 @@ fn a_tick_allocates_nothing_and_calls_nobody() {
 
 /// The samples of a log as its session would send them, each when the log has it.
 fn sealed(name: &str) -> (Session, Vec<WireSample>) {
-    let (file, urdf) = machine(name);
     let (recording, mut samples) = samples(name);
     let session = recording.session;
-    let (machine, _) = session.machine(&file, &urdf).unwrap();
-    let facts = session.facts(&machine);
     for (sequence, sample) in samples.iter_mut().enumerate() {
         let published_ns = sample.log_time_ns;
         sample.seal(Head {
             sequence: sequence as u64,
-            source: facts.id,
-            machine_hash: facts.machine_hash,
+            source: session.id,
+            machine_hash: session.machine_hash,
             time_ns: sample.time_ns,
             published_ns,
         });
@@ -197,8 +194,7 @@ fn monitor_alone() {
     let (file, urdf) = machine("tiny_lift");
     let (session, samples) = sealed("tiny_lift");
     let (machine, sensors) = session.machine(&file, &urdf).unwrap();
-    let facts = session.facts(&machine);
-    let mut monitor = Monitor::new(machine, &sensors, &facts, 0);
+    let mut monitor = Monitor::new(machine, &sensors, &session, 0);
     let mut rows = 0;
     for (at, sample) in samples.iter().enumerate() {
         IS_COUNTED.set(at > 50);
@@ -219,10 +215,9 @@ fn control_alone() {
     let (file, urdf) = machine("second_paper");
     let (session, samples) = sealed("second_paper");
     let (machine, sensors) = session.machine(&file, &urdf).unwrap();
-    let facts = session.facts(&machine);
-    let mut control = Control::new(machine, &sensors, &facts, 0).unwrap();
+    let mut control = Control::new(machine, &sensors, &session, 0).unwrap();
     let mut verdict = WireVerdict::unknown();
-    verdict.session = facts.id;
+    verdict.session = session.id;
     verdict.level = Level::Safe as u32;
     let mut steered = 0;
     for (at, sample) in samples.iter().enumerate() {
@@ -246,17 +241,17 @@ fn control_alone() {
 fn loop_over_shared_memory() {
     let _favoured = favour();
     let world = World::new("rt");
-    let place = world.place();
+    let place = world.address();
     std::thread::spawn(move || {
         // one that polls must not come before others: it would never let them go on
         drop(favour());
         let (file, urdf) = machine("forwarder6");
-        let joined = Joined::new(&place, "monitor").unwrap();
-        let options = MonitorOptions {
+        let joined = LiveNode::new(&place, "monitor").unwrap();
+        let options = LoopOptions {
             wake: Wake::Poll,
             stays: true,
         };
-        let mut monitor = MonitorLoop::new(&joined, &file, &urdf, &Monotonic, options).unwrap();
+        let mut monitor = MonitorProgram::new(&joined, &file, &urdf, &Monotonic, options).unwrap();
         let mut counter = Counter {
             rows: 0,
             published: 0,
@@ -269,7 +264,7 @@ fn loop_over_shared_memory() {
         // SAFETY: ends this thread alone.
         unsafe { libc::syscall(libc::SYS_exit, 0) };
     });
-    let producing = Producing::start(&world.place(), "forwarder6");
+    let producing = Producing::start(&world.address(), "forwarder6");
     for _ in 0..12_000 {
         if DONE.load(Ordering::Acquire) {
             break;

@@ -10,8 +10,8 @@ use tipwatch_analyze::analysis::run;
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
-use tipwatch_live::clock::monotonic_ns;
-use tipwatch_live::topics::{EVENT_ROW, Head, Wire, WireVerdict};
+use tipwatch_live::system::clock::monotonic_ns;
+use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireVerdict};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
@@ -90,7 +90,7 @@ fn faulty_session(world: &World, folder: &Path) -> Vec<WireVerdict> {
     let mut feed = Feed::new(&world.join(), "tiny_lift", monitor);
     feed.wait_for_monitor();
     while feed.producer.readers() < 2 || files(folder).is_empty() {
-        feed.producer.greet().unwrap();
+        feed.producer.update_connections().unwrap();
         std::thread::sleep(Duration::from_millis(5));
     }
     let mut rows = Vec::new();
@@ -285,7 +285,7 @@ fn a_stopped_recorder_and_a_full_disk_leave_the_monitor_alone() {
     let folder = tempfile::tempdir().unwrap();
     let world = World::new("disk");
     let machine = data("forwarder6.toml");
-    let producing = Producing::start(&world.place(), "forwarder6");
+    let producing = Producing::start(&world.address(), "forwarder6");
     let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
     let reading = Reading::new(&world.join());
     reading.wait_for("a row", |verdict| verdict.event == EVENT_ROW);
@@ -350,7 +350,7 @@ fn a_slow_disk_loses_nothing_and_leaves_the_monitor_alone() {
     let folder = tempfile::tempdir().unwrap();
     let world = World::new("slow");
     let machine = data("forwarder6.toml");
-    let producing = Producing::start(&world.place(), "forwarder6");
+    let producing = Producing::start(&world.address(), "forwarder6");
     let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
     let reading = Reading::new(&world.join());
     reading.wait_for("a row", |verdict| verdict.event == EVENT_ROW);
@@ -389,7 +389,7 @@ fn a_recorder_that_is_stopped_for_ten_seconds_tells_what_it_missed() {
     let folder = tempfile::tempdir().unwrap();
     let world = World::new("stop");
     let machine = data("forwarder6.toml");
-    let producing = Producing::start(&world.place(), "forwarder6");
+    let producing = Producing::start(&world.address(), "forwarder6");
     let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
     let reading = Reading::new(&world.join());
     reading.wait_for("a row", |verdict| verdict.event == EVENT_ROW);

@@ -5,8 +5,8 @@
 
 use proptest::prelude::*;
 use tipwatch_live::monitor::Monitor;
-use tipwatch_live::session::{Session, machine_hash};
-use tipwatch_live::topics::{EVENT_ROW, Head, Kind, Wire, WireSample, WireVerdict};
+use tipwatch_live::wire::session::{Session, machine_hash};
+use tipwatch_live::wire::topics::{EVENT_ROW, Head, Kind, Wire, WireSample, WireVerdict};
 use tipwatch_mechanics::verdict::Level;
 
 use crate::support::feed::{machine, samples};
@@ -75,10 +75,9 @@ impl Bench {
             ..recording.session
         };
         let (machine, sensors) = session.machine(&file, &urdf).unwrap();
-        let facts = session.facts(&machine);
         let now_ns = 1_000_000 * MS;
         Self {
-            monitor: Monitor::new(machine, &sensors, &facts, now_ns),
+            monitor: Monitor::new(machine, &sensors, &session, now_ns),
             samples,
             next: 0,
             sequence: 0,

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
-use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::studies::monte_carlo::Band;
+use tipwatch_mechanics::{ColumnNames, Quantity};
 
 use crate::analysis::clock::{ClockOffsets, words::TopicsFinding};
 use crate::analysis::model_comparison::{LoadDifference, ModelComparison};
@@ -18,7 +18,6 @@ use crate::base::number::known;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::events::{EventCauses, Finding};
-use crate::tables::table::name_and_unit;
 
 /// Version of the document.
 pub const SCHEMA: u32 = 4;
@@ -385,14 +384,14 @@ fn monte_carlo_summary(analysis: &Analysis) -> Option<MonteCarloSummary> {
         let known: Vec<f64> = widths.filter(|width| width.is_finite()).collect();
         Some(known.iter().sum::<f64>() / known.len() as f64).filter(|mean| mean.is_finite())
     };
-    let name = |band: &Band| name_and_unit(&analysis.machine, band.quantity).map(|(name, _)| name);
+    let names = ColumnNames::of(&analysis.machine);
     let left_out = |band: &Band| band.left_out.iter().map(|&n| u64::from(n)).sum();
     Some(MonteCarloSummary {
         draws: found.study.draws,
         spread: found.study.spread,
         seed: found.study.seed,
         mean_half_band: (found.bands.iter())
-            .filter_map(|band| Some((name(band)?, half_band(band))))
+            .map(|band| (band.quantity.column(&names), half_band(band)))
             .collect(),
         left_out: found.bands.iter().map(left_out).max().unwrap_or(0),
     })

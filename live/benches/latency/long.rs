@@ -3,10 +3,10 @@
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use tipwatch_live::clock::monotonic_ns;
+use tipwatch_live::node::Producer;
 use tipwatch_live::node::Receiver;
-use tipwatch_live::producer::Producer;
-use tipwatch_live::topics::{EVENT_ROW, Wire, WireSession, WireVerdict};
+use tipwatch_live::system::clock::monotonic_ns;
+use tipwatch_live::wire::topics::{EVENT_ROW, Wire, WireSession, WireVerdict};
 
 use super::support::World;
 use super::{Other, Steady, machine_name, report, support, wait_until};
@@ -74,7 +74,7 @@ pub(crate) fn run(seconds: u64) {
         wait_until(due_ns);
         late_sends += u64::from(monotonic_ns() - due_ns > PERIOD_NS);
         if tick % 20 == 0 {
-            producer.greet().unwrap();
+            producer.update_connections().unwrap();
         }
         let [mut imu, mut joints] = steady.next(monotonic_ns());
         producer.send(&mut imu).unwrap();

@@ -1,4 +1,4 @@
-//! The ends of a service.
+//! Writer and reader of a service.
 
 use anyhow::{Context, Result};
 use iceoryx2::port::publisher::Publisher;
@@ -7,14 +7,14 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::PortFactory as _;
 use iceoryx2::prelude::*;
 
-use super::{Service, cause};
-use crate::clock::monotonic_ns;
-use crate::topics::{Head, Topic};
+use super::iceoryx::{Service, cause};
+use crate::system::clock::monotonic_ns;
+use crate::wire::topics::{Head, Topic};
 
-/// The writing end: gives messages their head and checksum, and sends them. It never waits.
+/// Seals messages with head and checksum and sends them. It never waits.
 #[derive(Debug)]
 pub struct Sender<T: Topic> {
-    // The port before the service that it is of: that is the order in which they are dropped.
+    // the port stands before its service, because fields are dropped in this order
     publisher: Publisher<ipc::Service, T, ()>,
     service: Service<T>,
     source: u64,
@@ -27,7 +27,7 @@ impl<T: Topic> Sender<T> {
         let publisher = service.publisher_builder().create();
         let publisher = publisher.map_err(cause).with_context(|| {
             format!(
-                "{}: cannot be written; is the same program already running?",
+                "{}: cannot write; is the same program already running?",
                 T::TYPE_NAME
             )
         })?;
@@ -40,24 +40,24 @@ impl<T: Topic> Sender<T> {
         })
     }
 
-    /// The identity that its messages have.
+    /// The source in the head of its messages.
     #[must_use]
     pub fn source(&self) -> u64 {
         self.source
     }
 
-    /// The number of the next message.
+    /// Sequence number of the next message.
     #[must_use]
     pub fn sequence(&self) -> u64 {
         self.sequence
     }
 
-    /// Leaves a number out: its message was not sent.
+    /// Skips a sequence number, as if a message had been lost.
     pub fn skip(&mut self) {
         self.sequence += 1;
     }
 
-    /// Seals a message, whose time of validity is set, and sends it; when (ns).
+    /// Seals and sends a message whose `time_ns` is set; returns its publication time (ns).
     ///
     /// # Errors
     /// The shared memory fails.
@@ -65,7 +65,7 @@ impl<T: Topic> Sender<T> {
         self.send_at(message, monotonic_ns())
     }
 
-    /// The same, with the time that the message says it was published.
+    /// As [`Self::send`], with this publication time (ns).
     ///
     /// # Errors
     /// The shared memory fails.
@@ -82,7 +82,7 @@ impl<T: Topic> Sender<T> {
         Ok(published_ns)
     }
 
-    /// The same as another source.
+    /// As [`Self::send`], with this source.
     ///
     /// # Errors
     /// The shared memory fails.
@@ -91,28 +91,28 @@ impl<T: Topic> Sender<T> {
         self.send(message).map(|_| ())
     }
 
-    /// Sends a message as it is.
+    /// Sends a message unchanged.
     ///
     /// # Errors
     /// The shared memory fails.
     pub fn send_raw(&self, message: &T) -> Result<()> {
         let loan = self.publisher.loan_uninit().map_err(cause);
-        let loan = loan.with_context(|| format!("{}: no memory", T::TYPE_NAME))?;
+        let loan = loan.with_context(|| format!("{}: out of shared memory", T::TYPE_NAME))?;
         let sent = loan.write_payload(*message).send().map_err(cause);
-        sent.with_context(|| format!("{}: cannot be sent", T::TYPE_NAME))?;
+        sent.with_context(|| format!("{}: cannot send", T::TYPE_NAME))?;
         Ok(())
     }
 
-    /// Gives readers that have come since what is kept for them.
+    /// Connects new readers, and delivers the message that is kept for late joiners.
     ///
     /// # Errors
     /// The shared memory fails.
-    pub fn greet(&self) -> Result<()> {
-        let greeted = self.publisher.update_connections().map_err(cause);
-        greeted.with_context(|| format!("{}: cannot be sent", T::TYPE_NAME))
+    pub fn update_connections(&self) -> Result<()> {
+        let updated = self.publisher.update_connections().map_err(cause);
+        updated.with_context(|| format!("{}: cannot send", T::TYPE_NAME))
     }
 
-    /// How many readers there are, the dead included that were not forgotten yet.
+    /// Number of readers, including dead ones that were not removed yet.
     #[must_use]
     pub fn readers(&self) -> usize {
         self.service.dynamic_config().number_of_subscribers()
@@ -127,7 +127,7 @@ impl<T: Topic> Sender<T> {
     }
 }
 
-/// The reading end.
+/// Reads messages.
 #[derive(Debug)]
 pub struct Receiver<T: Topic> {
     subscriber: Subscriber<ipc::Service, T, ()>,
@@ -139,31 +139,31 @@ impl<T: Topic> Receiver<T> {
         let subscriber = service.subscriber_builder().buffer_size(T::QUEUE).create();
         let subscriber = subscriber.map_err(cause);
         Ok(Self {
-            subscriber: subscriber.with_context(|| format!("{}: cannot be read", T::TYPE_NAME))?,
+            subscriber: subscriber.with_context(|| format!("{}: cannot read", T::TYPE_NAME))?,
             service,
         })
     }
 
-    /// Lends the next message to `take`; `None` if there is none.
+    /// Passes the next message to `take`; `None` if none waits.
     ///
     /// # Errors
     /// The shared memory fails.
     pub fn receive<R>(&self, take: impl FnOnce(&T) -> R) -> Result<Option<R>> {
         let received = self.subscriber.receive().map_err(cause);
-        let received = received.with_context(|| format!("{}: cannot be read", T::TYPE_NAME))?;
+        let received = received.with_context(|| format!("{}: cannot read", T::TYPE_NAME))?;
         Ok(received.map(|message| take(message.payload())))
     }
 
-    /// Attaches to writers that have come since.
+    /// Connects to new writers.
     ///
     /// # Errors
     /// The shared memory fails.
-    pub fn attach(&self) -> Result<()> {
-        let attached = self.subscriber.update_connections().map_err(cause);
-        attached.with_context(|| format!("{}: cannot be read", T::TYPE_NAME))
+    pub fn update_connections(&self) -> Result<()> {
+        let updated = self.subscriber.update_connections().map_err(cause);
+        updated.with_context(|| format!("{}: cannot read", T::TYPE_NAME))
     }
 
-    /// How many writers there are, the dead included that were not forgotten yet.
+    /// Number of writers, including dead ones that were not removed yet.
     #[must_use]
     pub fn writers(&self) -> usize {
         self.service.dynamic_config().number_of_publishers()

@@ -1,26 +1,26 @@
-//! How far the readers of a replay are: so that it can wait for them, though no queue does.
+//! Progress of a replay's readers. Queues never wait, so a lossless replay waits by this.
 
 use std::collections::BTreeMap;
 
 use anyhow::Result;
 
-use super::{Receiver, Sender};
-use crate::topics::{WireProgress, WireSample};
+use super::port::{Receiver, Sender};
+use crate::wire::topics::{WireProgress, WireSample};
 
-/// What [`WireProgress::next`] is where a reader has had no sample yet.
+/// [`WireProgress::next`] of a reader that has not received a sample yet.
 pub const NOTHING_YET: u64 = u64::MAX;
 
-/// Keeps the progress of all readers of a session's samples.
+/// Progress of all readers of a session's samples.
 #[derive(Debug)]
 pub struct ReaderProgress {
     reports: Receiver<WireProgress>,
     session: u64,
-    /// By reader: the next sample that it wants.
+    /// By reader: the sequence number that it expects next.
     next: BTreeMap<u128, u64>,
 }
 
 impl ReaderProgress {
-    /// Nobody has reported yet.
+    /// No reader has reported yet.
     #[must_use]
     pub fn new(reports: Receiver<WireProgress>, session: u64) -> Self {
         Self {
@@ -30,7 +30,7 @@ impl ReaderProgress {
         }
     }
 
-    /// Takes all reports. A reader that has just come wants what is sent from now on.
+    /// Takes all reports. A new reader expects what is sent from now on.
     ///
     /// # Errors
     /// The shared memory fails.
@@ -53,8 +53,8 @@ impl ReaderProgress {
         Ok(())
     }
 
-    /// The first sample that some reader still wants; `None` where one has not reported yet.
-    /// `sent` where there is no reader.
+    /// The lowest sequence number that a reader expects next: `None` if one has not reported yet, `sent` if
+    /// there is no reader.
     #[must_use]
     pub fn slowest(&self, samples: &Sender<WireSample>, sent: u64) -> Option<u64> {
         let mut slowest = Some(sent);

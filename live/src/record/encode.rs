@@ -4,8 +4,8 @@ use tipwatch_mechanics::state::{Sample, Sensor};
 use tipwatch_suspension::MAX_ACTUATORS;
 
 use super::cdr::Cdr;
-use crate::names::Names;
-use crate::topics::{WireCommand, WireVerdict};
+use crate::wire::names::Names;
+use crate::wire::topics::{WireCommand, WireVerdict};
 
 /// A sample; `joint_names` are those of its stream, `imu_frame` that of the IMU.
 pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &str) -> Vec<u8> {
@@ -93,7 +93,7 @@ pub(super) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
     ] {
         cdr.i64(time_ns);
     }
-    names.each_number(verdict, |_, number| cdr.f64(number));
+    names.each_number(verdict, |number| cdr.f64(number));
     cdr.finish()
 }
 

@@ -39,6 +39,17 @@ pub struct RecordCounts {
     pub samples_refused: u64,
 }
 
+impl RecordCounts {
+    pub(super) fn add(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.verdicts += other.verdicts;
+        self.commands += other.commands;
+        self.samples_lost += other.samples_lost;
+        self.verdicts_lost += other.verdicts_lost;
+        self.samples_refused += other.samples_refused;
+    }
+}
+
 /// Where and how a session is written.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {

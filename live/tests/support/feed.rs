@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use tipwatch_binding::{MachineFile, Urdf};
-use tipwatch_live::clock::monotonic_ns;
-use tipwatch_live::identity::new_identity;
-use tipwatch_live::node::{Joined, Receiver};
-use tipwatch_live::producer::Producer;
-use tipwatch_live::recording::Recording;
-use tipwatch_live::session::machine_hash;
-use tipwatch_live::topics::{Head, Wire, WireSample, WireSession, WireVerdict};
+use tipwatch_live::node::Producer;
+use tipwatch_live::node::{LiveNode, Receiver};
+use tipwatch_live::replay::Recording;
+use tipwatch_live::system::clock::monotonic_ns;
+use tipwatch_live::wire::identity::new_identity;
+use tipwatch_live::wire::session::machine_hash;
+use tipwatch_live::wire::topics::{Head, Wire, WireSample, WireSession, WireVerdict};
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
 use super::data;
@@ -78,7 +78,7 @@ pub fn samples(name: &str) -> (Recording, Vec<WireSample>) {
 
 impl<T: Time> Feed<T> {
     /// Opens a session, and announces it.
-    pub fn new(joined: &Joined, name: &str, time: T) -> Self {
+    pub fn new(joined: &LiveNode, name: &str, time: T) -> Self {
         let (file, urdf) = machine(name);
         let (mut recording, samples) = samples(name);
         let hash = machine_hash(&file, &urdf);
@@ -104,7 +104,7 @@ impl<T: Time> Feed<T> {
         }
     }
 
-    /// Place of a joint's position in the samples of the first stream.
+    /// ServiceAddress of a joint's position in the samples of the first stream.
     pub fn place_of(&self, joint: &str) -> usize {
         self.joints.iter().position(|name| name == joint).unwrap()
     }
@@ -112,7 +112,7 @@ impl<T: Time> Feed<T> {
     /// Waits until the monitor has taken the session.
     pub fn wait_for_monitor(&mut self) {
         for _ in 0..20_000 {
-            self.producer.greet().unwrap();
+            self.producer.update_connections().unwrap();
             if self.find(|v| v.session == self.source).is_some() {
                 return;
             }

@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::*;
 use tipwatch_ingest::Log;
-use tipwatch_live::clock::monotonic_ns;
-use tipwatch_live::node::{Joined, Receiver};
-use tipwatch_live::topics::{EVENT_ROW, Wire, WireCommand, WireVerdict};
+use tipwatch_live::node::{LiveNode, Receiver};
+use tipwatch_live::system::clock::monotonic_ns;
+use tipwatch_live::wire::topics::{EVENT_ROW, Wire, WireCommand, WireVerdict};
 use tipwatch_mechanics::verdict::Level;
 
 use super::feed::samples;
@@ -63,7 +63,7 @@ impl Times {
 pub struct Reading(pub Receiver<WireVerdict>);
 
 impl Reading {
-    pub fn new(joined: &Joined) -> Self {
+    pub fn new(joined: &LiveNode) -> Self {
         Self(joined.receiver().unwrap())
     }
 
@@ -99,7 +99,7 @@ impl Reading {
 pub fn left_over(world: &World) -> (usize, usize) {
     let joined = world.join();
     for _ in 0..100 {
-        joined.forget_the_dead();
+        joined.remove_dead_nodes();
         if counted(world).0 == 0 {
             break;
         }
@@ -129,7 +129,7 @@ fn counted(world: &World) -> (usize, usize) {
 
 /// Kills the monitor; times from its start to its first row.
 pub fn kill_monitors(world: &World, count: usize) -> Times {
-    let producing = Producing::start(&world.place(), "forwarder6");
+    let producing = Producing::start(&world.address(), "forwarder6");
     let joined = world.join();
     let reading = Reading::new(&joined);
     let mut random = Random::new();
@@ -146,7 +146,7 @@ pub fn kill_monitors(world: &World, count: usize) -> Times {
         std::thread::sleep(Duration::from_millis(random.between(1, 60)));
         monitor.kill();
         reading.drain();
-        joined.forget_the_dead();
+        joined.remove_dead_nodes();
     }
     let slowest_ms = producing.shared.slowest_ns.load(Ordering::Relaxed) as f64 * 1e-6;
     println!("the producer's slowest send meanwhile: {slowest_ms:.3} ms");
@@ -156,7 +156,7 @@ pub fn kill_monitors(world: &World, count: usize) -> Times {
 
 /// Kills the control of a suspension; times from its start to its first command on a row.
 pub fn kill_controls(world: &World, count: usize) -> Times {
-    let producing = Producing::start(&world.place(), "second_paper");
+    let producing = Producing::start(&world.address(), "second_paper");
     let joined = world.join();
     let machine = data("second_paper.toml");
     let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
@@ -184,7 +184,7 @@ pub fn kill_controls(world: &World, count: usize) -> Times {
         reading.wait_for("the next row", |verdict| {
             verdict.event == EVENT_ROW && verdict.published_ns > from_ns
         });
-        joined.forget_the_dead();
+        joined.remove_dead_nodes();
     }
     producing.end();
     drop(monitor);
@@ -218,7 +218,7 @@ pub fn kill_screens(world: &World, count: usize) -> Option<Times> {
         println!("skipped: `script`, which gives the screen a terminal, is not installed");
         return None;
     }
-    let producing = Producing::start(&world.place(), "forwarder6");
+    let producing = Producing::start(&world.address(), "forwarder6");
     let joined = world.join();
     let reading = Reading::new(&joined);
     let monitor = world.monitor(&data("forwarder6.toml"), &["--quiet", "--stay"]);
@@ -299,7 +299,7 @@ pub struct Recorded {
 
 /// Kills the recorder.
 pub fn kill_recorders(world: &World, folder: &Path, count: usize) -> Recorded {
-    let producing = Producing::start(&world.place(), "forwarder6");
+    let producing = Producing::start(&world.address(), "forwarder6");
     let joined = world.join();
     let mut random = Random::new();
     let mut recorded = Recorded::default();
@@ -340,7 +340,7 @@ pub fn kill_recorders(world: &World, folder: &Path, count: usize) -> Recorded {
         recorded.holes += holes;
         let lost_ms = sent_ms(sent.saturating_sub(1)) - sent_ms(last);
         recorded.lost.0.push(lost_ms.max(0.0));
-        joined.forget_the_dead();
+        joined.remove_dead_nodes();
         std::fs::remove_dir_all(&out).unwrap();
     }
     producing.end();

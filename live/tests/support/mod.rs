@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use tipwatch_live::node::{Joined, Place};
+use tipwatch_live::node::{LiveNode, ServiceAddress};
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data");
 /// Far beyond what any test takes: only so that none hangs.
@@ -40,15 +40,15 @@ impl World {
         }
     }
 
-    pub fn place(&self) -> Place {
-        Place {
+    pub fn address(&self) -> ServiceAddress {
+        ServiceAddress {
             service: "tipwatch".into(),
             prefix: Some(self.prefix.clone()),
         }
     }
 
-    pub fn join(&self) -> Joined {
-        Joined::new(&self.place(), "test").unwrap()
+    pub fn join(&self) -> LiveNode {
+        LiveNode::new(&self.address(), "test").unwrap()
     }
 
     /// Starts the program.

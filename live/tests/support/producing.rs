@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 
-use tipwatch_live::clock::monotonic_ns;
-use tipwatch_live::node::{Joined, Place};
+use tipwatch_live::node::{LiveNode, ServiceAddress};
+use tipwatch_live::system::clock::monotonic_ns;
 
 use super::feed::{Feed, RealTime};
 
@@ -25,12 +25,12 @@ pub struct Shared {
 }
 
 impl Producing {
-    pub fn start(place: &Place, name: &'static str) -> Self {
+    pub fn start(place: &ServiceAddress, name: &'static str) -> Self {
         let shared = Arc::new(Shared::default());
         let thread = {
             let (place, shared) = (place.clone(), Arc::clone(&shared));
             std::thread::spawn(move || {
-                let joined = Joined::new(&place, "producer").unwrap();
+                let joined = LiveNode::new(&place, "producer").unwrap();
                 let mut feed = Feed::new(&joined, name, RealTime);
                 while !shared.ends.load(Ordering::Relaxed) {
                     feed.wait();
@@ -39,7 +39,7 @@ impl Producing {
                     feed.raw(&sample);
                     let took_ns = monotonic_ns() - start_ns;
                     feed.next += 1;
-                    feed.producer.greet().unwrap();
+                    feed.producer.update_connections().unwrap();
                     shared.slowest_ns.fetch_max(took_ns, Ordering::Relaxed);
                     shared.sent.store(feed.next as u64, Ordering::Release);
                 }

@@ -5,14 +5,14 @@ use std::cell::Cell;
 use std::time::Duration;
 
 use tipwatch_binding::{MachineFile, Urdf};
-use tipwatch_live::clock::{Clock, monotonic_ns};
-use tipwatch_live::control_loop::{ControlLoop, ControlOptions};
+use tipwatch_live::control::ControlProgram;
 use tipwatch_live::monitor::Monitor;
-use tipwatch_live::monitor_loop::{Listener, MonitorLoop, MonitorOptions};
-use tipwatch_live::node::Joined;
-use tipwatch_live::session::Session;
-use tipwatch_live::topics::WireVerdict;
-use tipwatch_live::wake::Wake;
+use tipwatch_live::monitor::{MonitorProgram, Observer};
+use tipwatch_live::node::LiveNode;
+use tipwatch_live::node::{LoopOptions, Wake};
+use tipwatch_live::system::clock::{Clock, monotonic_ns};
+use tipwatch_live::wire::session::Session;
+use tipwatch_live::wire::topics::WireVerdict;
 
 use super::World;
 use super::feed::{Time, machine};
@@ -41,9 +41,9 @@ pub struct Steered {
     clock: &'static SteeredClock,
     file: &'static MachineFile,
     urdf: &'static Urdf,
-    joined: Joined,
-    monitor: Option<MonitorLoop<'static>>,
-    control: Option<ControlLoop<'static>>,
+    joined: LiveNode,
+    monitor: Option<MonitorProgram<'static>>,
+    control: Option<ControlProgram<'static>>,
     /// While they hang, time goes on without them.
     pub hang: bool,
 }
@@ -70,11 +70,11 @@ impl Steered {
     }
 
     pub fn start_monitor(&mut self) {
-        let options = MonitorOptions {
+        let options = LoopOptions {
             wake: Wake::Poll,
             stays: true,
         };
-        let started = MonitorLoop::new(&self.joined, self.file, self.urdf, self.clock, options);
+        let started = MonitorProgram::new(&self.joined, self.file, self.urdf, self.clock, options);
         self.monitor = Some(started.unwrap());
     }
 
@@ -83,11 +83,11 @@ impl Steered {
     }
 
     pub fn start_control(&mut self) {
-        let options = ControlOptions {
+        let options = LoopOptions {
             wake: Wake::Poll,
             stays: true,
         };
-        let started = ControlLoop::new(&self.joined, self.file, self.urdf, self.clock, options);
+        let started = ControlProgram::new(&self.joined, self.file, self.urdf, self.clock, options);
         self.control = Some(started.unwrap());
     }
 
@@ -128,7 +128,7 @@ impl Time for Steered {
 
 struct Silent;
 
-impl Listener for Silent {
+impl Observer for Silent {
     fn session(&mut self, _: &Monitor, _: &Session) -> anyhow::Result<()> {
         Ok(())
     }

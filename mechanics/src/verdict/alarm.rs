@@ -1,9 +1,6 @@
 //! An alarm with hysteresis: it is raised at once and released after a delay.
 
-/// Hysteresis: how far the utilisation must fall below the threshold before the alarm is released.
-const RELEASE_BELOW: f64 = 0.02;
-/// Time for which it must stay there; faults and cautions are held as long (ns).
-pub(super) const HOLD_NS: i64 = 1_000_000_000;
+use super::limits::{HOLD_NS, RELEASE_BELOW};
 
 /// An alarm with a threshold on the utilisation.
 #[derive(Debug, Clone, Copy)]

@@ -1,17 +1,11 @@
 //! The judge: turns a sequence of rows into verdicts.
 
-use super::alarm::{Alarm, HOLD_NS};
+use super::alarm::Alarm;
 use super::input_fault::InputFaults;
 use super::level::Level;
+use super::limits::{GOOD_ROWS, HOLD_NS, PERSISTENT, START_UP_NS};
 use crate::machine::LimitsSpec;
 use crate::state::{Reason, Reasons};
-
-/// Consecutive good rows required before the level can be safe.
-const GOOD_ROWS: u32 = 10;
-/// Time after start during which a missing sensor is not yet a fault (ns).
-const START_UP_NS: i64 = 2_000_000_000;
-/// Consecutive rows that depend on an implausible signal from which it is a fault; fewer are tolerated.
-const PERSISTENT: u32 = 3;
 
 /// Input problems found since the preceding row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]

@@ -16,6 +16,7 @@ mod input_fault;
 mod judge;
 mod level;
 mod lift_off;
+pub mod limits;
 
 pub use input_fault::{InputFault, InputFaults};
 pub use judge::{Conditions, Judge, RowFacts, Verdict};

@@ -1,0 +1,163 @@
+//! The control between the services of the shared memory.
+
+use anyhow::{Context, Result};
+use tipwatch_binding::{MachineFile, Urdf};
+
+use super::session_control::Control;
+use crate::node::{
+    ExpiringSender, Housekeeping, LiveNode, LoopOptions, Receiver, SessionFollower, SessionHost,
+    Waiter,
+};
+use crate::safety_limits::HEARTBEAT_NS;
+use crate::system::clock::Clock;
+use crate::system::signals;
+use crate::wire::identity::new_identity;
+use crate::wire::sample::SampleCounts;
+use crate::wire::session::{Progress, machine_hash, open_session};
+use crate::wire::topics::{WireAcknowledge, WireCommand, WireSample, WireSession, WireVerdict};
+
+/// Follows sessions and publishes valve commands.
+#[derive(Debug)]
+pub struct ControlProgram<'a> {
+    options: LoopOptions,
+    verdicts: Receiver<WireVerdict>,
+    acknowledgements: Receiver<WireAcknowledge>,
+    waiter: Waiter,
+    host: Host<'a>,
+    /// When the last command was sent without a session (ns).
+    idle_ns: i64,
+    counts: SampleCounts,
+    follower: SessionFollower<Control>,
+}
+
+#[derive(Debug)]
+struct Host<'a> {
+    file: &'a MachineFile,
+    urdf: &'a Urdf,
+    commands: ExpiringSender<'a, WireCommand>,
+}
+
+impl SessionHost for Host<'_> {
+    type Session = Control;
+
+    fn id(control: &Control) -> u64 {
+        control.session()
+    }
+
+    fn begin(&mut self, announced: &WireSession) -> Result<Control> {
+        let (session, machine, sensors) = open_session(announced, self.file, self.urdf)?;
+        Control::new(machine, &sensors, &session, self.commands.now_ns())
+            .with_context(|| self.file.path.display().to_string())
+    }
+
+    fn succeed(&mut self, next: &mut Control, before: Control) -> Result<()> {
+        next.succeed(&before);
+        Ok(())
+    }
+
+    /// The control stays with the session before, and holds for want of samples.
+    fn reject(&mut self, _: &mut Control, _: &anyhow::Error) {}
+
+    fn take(&mut self, control: &mut Control, sample: &WireSample) -> Result<Progress> {
+        let now_ns = self.commands.now_ns();
+        control.take(sample, now_ns, &mut |command| self.commands.send(command))
+    }
+}
+
+impl<'a> ControlProgram<'a> {
+    /// Opens all services.
+    ///
+    /// # Errors
+    /// Another control has them, or another version of this program.
+    pub fn new(
+        node: &LiveNode,
+        file: &'a MachineFile,
+        urdf: &'a Urdf,
+        clock: &'a dyn Clock,
+        options: LoopOptions,
+    ) -> Result<Self> {
+        let hash = machine_hash(file, urdf);
+        Ok(Self {
+            options,
+            verdicts: node.receiver()?,
+            acknowledgements: node.receiver()?,
+            waiter: Waiter::new::<WireSample>(node, options.wake)?,
+            host: Host {
+                file,
+                urdf,
+                commands: ExpiringSender::new(node, new_identity(hash), hash, clock)?,
+            },
+            idle_ns: i64::MIN,
+            counts: SampleCounts::default(),
+            follower: SessionFollower::new(node)?,
+        })
+    }
+
+    /// Runs until the session is over, or forever with [`LoopOptions::stays`]; until a signal in any case.
+    ///
+    /// # Errors
+    /// The machine has no active suspension, the first session is of another machine, or the shared
+    /// memory fails.
+    pub fn run(&mut self, housekeeping: &Housekeeping) -> Result<SampleCounts> {
+        while self.cycle(signals::check().is_err())? == Progress::Running {
+            housekeeping.cycle_completed();
+            self.waiter.wait();
+        }
+        Ok(self.counts)
+    }
+
+    /// Handles everything that waits; returns whether more is to come. Asked to end, it goes on until the
+    /// valves are closed.
+    ///
+    /// # Errors
+    /// The machine has no active suspension, the first session is of another machine, or the shared
+    /// memory fails.
+    pub fn cycle(&mut self, must_end: bool) -> Result<Progress> {
+        let (follower, host) = (&mut self.follower, &mut self.host);
+        if must_end {
+            follower.active.iter_mut().for_each(Control::end);
+        } else if follower.active.is_none() {
+            follower.look_for_session(host)?;
+        }
+        // of all verdicts that wait the last one counts
+        let mut take = |verdict: &WireVerdict| {
+            follower
+                .active
+                .iter_mut()
+                .for_each(|control| control.verdict(verdict));
+        };
+        while self.verdicts.receive(&mut take)?.is_some() {}
+        if follower.take_samples(host)? == Progress::Ended {
+            follower.active.iter_mut().for_each(Control::end);
+        } else if follower.active.is_some() && !follower.has_producer() {
+            // a killed producer has not ended its session: the next one has another
+            follower.look_for_session(host)?;
+        }
+        while self.acknowledgements.receive(|_| ())?.is_some() {
+            follower.active.iter_mut().for_each(Control::acknowledge);
+        }
+        let now_ns = host.commands.now_ns();
+        match &mut follower.active {
+            Some(control) => {
+                control.tick(now_ns, &mut |command| host.commands.send(command));
+                self.counts = control.counts();
+            }
+            // whoever waits for a first command gets one
+            None if now_ns.saturating_sub(self.idle_ns) >= HEARTBEAT_NS => {
+                self.idle_ns = host.commands.send(&mut WireCommand::closed());
+            }
+            None => {}
+        }
+        host.commands.check()?;
+        let is_done = follower.active.as_ref().is_some_and(Control::is_done);
+        if is_done {
+            follower.active = None;
+        }
+        let is_last = is_done && !self.options.stays || must_end && follower.active.is_none();
+        Ok(if is_last {
+            Progress::Ended
+        } else {
+            Progress::Running
+        })
+    }
+}

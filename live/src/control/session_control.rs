@@ -1,0 +1,315 @@
+//! Valve commands for one session. It does not know where messages come from or go to.
+//!
+//! ```text
+//!     samples -> guard -> estimator -> optimiser, once per step -> valve law, every row -> openings
+//!     verdicts ----------------------> may valves follow? no: close them slowly and hold
+//! ```
+//! Valves follow only while rows are valid, the verdict is fresh and neither unknown nor a fault, and the
+//! rods obey. On any doubt the valves close at [`CLOSING_RATE`] and stay closed: with counterbalance
+//! valves that holds the platform. Danger does not stop the control: that is when it helps.
+//!
+//! [`CLOSING_RATE`]: crate::safety_limits::CLOSING_RATE
+
+use anyhow::Result;
+use tipwatch_mechanics::state::Sensors;
+use tipwatch_mechanics::verdict::{Conditions, Level};
+use tipwatch_mechanics::{Machine, reference_posture};
+use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay};
+
+use super::valve_command::{RodWatch, Solution, ValveCommand};
+use crate::guard::{CheckedEstimator, CompletedRow, Step};
+use crate::safety_limits::{
+    CLOSING_PERIOD_NS, GOOD_ROWS, HEARTBEAT_NS, MAX_ROW_AGE_NS, PERSISTENT_LATE,
+};
+use crate::wire::command::{HoldReason, HoldReasons, Mode};
+use crate::wire::sample::SampleCounts;
+use crate::wire::session::{Progress, Session};
+use crate::wire::topics::{EVENT_BETWEEN, EVENT_ROW, Wire, WireCommand, WireSample, WireVerdict};
+
+/// Follows one session. After the first valid row nothing allocates.
+#[derive(Debug)]
+pub struct Control {
+    session: u64,
+    machine: Machine,
+    input: CheckedEstimator,
+    rods: Replay,
+    controller: Option<Controller>,
+    verdict: Option<SeenVerdict>,
+    /// Time of the last row, and when it was received (ns).
+    row_ns: Option<(i64, i64)>,
+    row_is_valid: bool,
+    /// Time of the row at which the optimiser is asked next (ns).
+    due_ns: i64,
+    good_rows: u32,
+    /// Consecutive rows with late commands.
+    late_rows: u32,
+    solver_holds: bool,
+    watches: [RodWatch; MAX_ACTUATORS],
+    is_stuck: bool,
+    is_over: bool,
+    valves: ValveCommand,
+    published_ns: i64,
+    /// The message to publish. Nothing is read back from it.
+    message: WireCommand,
+}
+
+/// What the control needs of a verdict.
+#[derive(Debug, Clone, Copy)]
+struct SeenVerdict {
+    permits_motion: bool,
+    valid_until_ns: i64,
+}
+
+/// Seals and publishes a command; returns its publication time (ns).
+pub type Publish<'a> = dyn FnMut(&mut WireCommand) -> i64 + 'a;
+
+impl Control {
+    /// A control that has seen nothing. `now_ns` is the time of CLOCK_MONOTONIC, here and everywhere.
+    ///
+    /// # Errors
+    /// The machine has no active suspension.
+    pub fn new(
+        machine: Machine,
+        sensors: &Sensors,
+        session: &Session,
+        now_ns: i64,
+    ) -> Result<Self> {
+        let rods = Replay::new(&machine)?;
+        let mut message = WireCommand::closed();
+        message.session = session.id;
+        message.actuator_count = rods.actuators() as u32;
+        Ok(Self {
+            session: session.id,
+            input: CheckedEstimator::new(session, &machine, sensors, now_ns),
+            machine,
+            rods,
+            controller: None,
+            verdict: None,
+            row_ns: None,
+            row_is_valid: false,
+            due_ns: i64::MIN,
+            good_rows: 0,
+            late_rows: 0,
+            solver_holds: false,
+            watches: [RodWatch::NEW; MAX_ACTUATORS],
+            is_stuck: false,
+            is_over: false,
+            valves: ValveCommand::closed(now_ns),
+            published_ns: i64::MIN,
+            message,
+        })
+    }
+
+    /// What became of the samples so far.
+    #[must_use]
+    pub fn counts(&self) -> SampleCounts {
+        self.input.guard.counts()
+    }
+
+    /// The session that it follows.
+    #[must_use]
+    pub fn session(&self) -> u64 {
+        self.session
+    }
+
+    /// An operator has acknowledged that a rod does not follow.
+    pub fn acknowledge(&mut self) {
+        self.is_stuck = false;
+        self.watches = [RodWatch::NEW; MAX_ACTUATORS];
+    }
+
+    /// Takes over from the control of the session before: valves go on from where they are.
+    pub fn succeed(&mut self, before: &Self) {
+        self.valves.opening = before.valves.opening;
+        self.valves.moved_ns = before.valves.moved_ns;
+        self.is_stuck = before.is_stuck;
+    }
+
+    /// No more samples come: the valves close.
+    pub fn end(&mut self) {
+        self.is_over = true;
+    }
+
+    /// Whether it was ended and the valves are closed.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.is_over && self.valves.is_closed()
+    }
+
+    /// Takes a verdict. A damaged one, or one of another session, is ignored.
+    pub fn verdict(&mut self, wire: &WireVerdict) {
+        if !wire.is_whole() || wire.session != self.session {
+            return;
+        }
+        let verdict = wire.verdict();
+        let is_known = !matches!(verdict.level, Level::Unknown | Level::Fault);
+        self.verdict = Some(SeenVerdict {
+            permits_motion: is_known && verdict.latched_level != Level::Fault,
+            valid_until_ns: wire.valid_until_ns,
+        });
+        self.message.verdict_sequence = wire.sequence;
+        self.message.level = wire.level;
+    }
+
+    /// Takes a message; `publish` is called with the command on the row that it completes.
+    ///
+    /// # Errors
+    /// The suspension cannot be controlled from the posture of the first row.
+    pub fn take(
+        &mut self,
+        wire: &WireSample,
+        now_ns: i64,
+        publish: &mut Publish<'_>,
+    ) -> Result<Progress> {
+        match self.input.take(&self.machine, wire, now_ns) {
+            Step::Pending => {}
+            Step::Row(row) => self.row(&row, now_ns, publish)?,
+            Step::Ended => return Ok(Progress::Ended),
+        }
+        Ok(Progress::Running)
+    }
+
+    fn row(&mut self, row: &CompletedRow, now_ns: i64, publish: &mut Publish<'_>) -> Result<()> {
+        let estimate = self.input.estimate();
+        let time_ns = estimate.time_ns;
+        self.row_is_valid = estimate.reasons.leave_loads();
+        if self.controller.is_none()
+            && let Some(posture) =
+                reference_posture(&self.machine, &estimate.state, estimate.reasons)
+            && let Some(suspension) = self.machine.suspension()
+        {
+            let controller = Controller::new(&self.machine, &suspension.control, &posture)?;
+            self.controller = Some(controller);
+        }
+        let measured = self.rods.rods(&estimate.state).map(|rod| rod.position);
+        let before_ns = self.row_ns.map_or(time_ns, |(before, _)| before);
+        self.row_ns = Some((time_ns, now_ns));
+        let mut reasons = self.hold_reasons(row.conditions, now_ns);
+        let is_good = reasons.is_empty();
+        self.good_rows = if is_good {
+            self.good_rows.saturating_add(1)
+        } else {
+            0
+        };
+        reasons.note(HoldReason::Starting, is_good && self.good_rows < GOOD_ROWS);
+        let may_follow = self.valves.mode == Mode::Follow || self.valves.is_closed();
+        if reasons.is_empty() && may_follow {
+            let seconds = time_ns.saturating_sub(before_ns) as f64 * 1e-9;
+            self.follow(&measured, time_ns, seconds, now_ns);
+        } else {
+            self.close(reasons, now_ns);
+        }
+        self.message.measured = measured;
+        self.message.sample_sequence = row.sample_sequence;
+        self.message.sample_published_ns = row.sample_published_ns;
+        self.message.time_ns = time_ns;
+        self.message.rows = self.counts().rows;
+        self.message.event = EVENT_ROW;
+        self.publish(publish);
+        let guard = &self.input.guard;
+        let is_late = guard.is_late(row.sample_published_ns, self.published_ns);
+        self.late_rows = if is_late {
+            self.late_rows.saturating_add(1)
+        } else {
+            0
+        };
+        Ok(())
+    }
+
+    /// One step of the optimiser if it is due, and one of the valve law.
+    fn follow(&mut self, measured: &[f64; MAX_ACTUATORS], time_ns: i64, seconds: f64, now_ns: i64) {
+        let Some(controller) = &mut self.controller else {
+            return;
+        };
+        let measured = &measured[..self.rods.actuators()];
+        let valves = &mut self.valves;
+        if valves.mode != Mode::Follow {
+            controller.reset();
+            self.due_ns = time_ns;
+        }
+        if time_ns >= self.due_ns {
+            let command = controller.tick(&self.input.estimate().state, measured);
+            let step_ns = (controller.step_length() * 1e9) as i64;
+            self.due_ns = self.due_ns.saturating_add(step_ns).max(time_ns - step_ns);
+            self.solver_holds = command.hold;
+            valves.solution = Solution {
+                status: Some(command.status),
+                cost: command.cost,
+                target: command.target,
+                iterations: command.iterations,
+                evaluations: command.evaluations,
+            };
+        }
+        valves.opening = controller.follow(measured, seconds);
+        valves.moved_ns = now_ns;
+        if let Some((position, velocity)) = controller.reference() {
+            valves.reference = position;
+            valves.velocity = velocity;
+        }
+        valves.mode = Mode::Follow;
+        valves.reasons = HoldReasons::default();
+        for (watch, (&opening, &rod)) in self
+            .watches
+            .iter_mut()
+            .zip(valves.opening.iter().zip(measured))
+        {
+            self.is_stuck |= watch.is_stuck(seconds, opening, rod);
+        }
+    }
+
+    fn close(&mut self, reasons: HoldReasons, now_ns: i64) {
+        self.valves.close(reasons, now_ns);
+        self.solver_holds = false;
+    }
+
+    /// Why the valves must not follow now.
+    fn hold_reasons(&self, conditions: Conditions, now_ns: i64) -> HoldReasons {
+        let mut reasons = HoldReasons::default();
+        let received = self.row_ns.map(|(_, received_ns)| received_ns);
+        let is_timed = self.input.guard.is_timed();
+        let is_old = |at_ns: i64| is_timed && now_ns.saturating_sub(at_ns) > MAX_ROW_AGE_NS;
+        reasons.note(
+            HoldReason::NoRow,
+            self.is_over || received.is_none_or(is_old),
+        );
+        let has_state = self.row_is_valid && self.controller.is_some();
+        reasons.note(HoldReason::RowInvalid, received.is_some() && !has_state);
+        let fresh = self.verdict.filter(|v| v.valid_until_ns >= now_ns);
+        reasons.note(HoldReason::NoVerdict, fresh.is_none());
+        reasons.note(
+            HoldReason::Verdict,
+            fresh.is_some_and(|v| !v.permits_motion),
+        );
+        reasons.note(HoldReason::Input, !conditions.faults.is_empty());
+        reasons.note(HoldReason::NoSolution, self.solver_holds);
+        reasons.note(HoldReason::NotFollowing, self.is_stuck);
+        reasons.note(HoldReason::Late, self.late_rows >= PERSISTENT_LATE);
+        reasons
+    }
+
+    /// Ends a cycle, after all messages that waited: closes the valves if something has expired since the
+    /// last row, and publishes a changed command at once, any other from time to time.
+    pub fn tick(&mut self, now_ns: i64, publish: &mut Publish<'_>) {
+        let conditions = self.input.guard.between_rows(now_ns);
+        let reasons = self.hold_reasons(conditions, now_ns);
+        let before = (self.valves.mode, self.valves.reasons);
+        if !reasons.is_empty() {
+            self.good_rows = 0;
+            self.close(reasons, now_ns);
+        }
+        let is_new = before != (self.valves.mode, self.valves.reasons);
+        let period_ns = match self.valves.mode {
+            Mode::Ramp => CLOSING_PERIOD_NS,
+            Mode::Hold | Mode::Follow => HEARTBEAT_NS,
+        };
+        if is_new || now_ns.saturating_sub(self.published_ns) >= period_ns {
+            self.message.event = EVENT_BETWEEN;
+            self.publish(publish);
+        }
+    }
+
+    fn publish(&mut self, publish: &mut Publish<'_>) {
+        self.valves.write_to(&mut self.message);
+        self.published_ns = publish(&mut self.message);
+    }
+}

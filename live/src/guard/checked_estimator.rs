@@ -1,0 +1,81 @@
+//! The state estimator behind the guard: the one place that takes the guard's steps, in their order.
+
+use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
+use tipwatch_mechanics::state::Sensors;
+use tipwatch_mechanics::verdict::Conditions;
+
+use super::checks::{Admitted, Guard};
+use crate::wire::session::Session;
+use crate::wire::topics::WireSample;
+
+/// Estimates the machine's state from the checked samples of one session.
+#[derive(Debug)]
+pub struct CheckedEstimator {
+    /// The checks.
+    pub guard: Guard,
+    estimator: CausalEstimator,
+}
+
+/// What came of a message.
+#[derive(Debug, Clone, Copy)]
+#[must_use]
+pub enum Step {
+    /// No row yet, or the message was refused.
+    Pending,
+    /// The message completed a row: [`CheckedEstimator::estimate`] is its state.
+    Row(CompletedRow),
+    /// The session is over.
+    Ended,
+}
+
+/// A row, but for its state.
+#[derive(Debug, Clone, Copy)]
+pub struct CompletedRow {
+    /// What was wrong with the input since the row before.
+    pub conditions: Conditions,
+    /// Sequence number of the sample that completed it.
+    pub sample_sequence: u64,
+    /// When that sample was published (ns).
+    pub sample_published_ns: i64,
+}
+
+impl CheckedEstimator {
+    /// An estimator that has seen nothing.
+    #[must_use]
+    pub fn new(session: &Session, machine: &Machine, sensors: &Sensors, now_ns: i64) -> Self {
+        Self {
+            guard: Guard::new(session, machine, sensors, now_ns),
+            estimator: CausalEstimator::new(machine, sensors, RowClock::JointStates),
+        }
+    }
+
+    /// The state of the last row.
+    #[must_use]
+    pub fn estimate(&self) -> &Estimate {
+        self.estimator.last()
+    }
+
+    /// Takes a message.
+    pub fn take(&mut self, machine: &Machine, wire: &WireSample, now_ns: i64) -> Step {
+        let admitted = match self.guard.admit(wire, now_ns) {
+            Ok(Admitted::Sample(sample)) => sample,
+            Ok(Admitted::End) => return Step::Ended,
+            Err(_) => return Step::Pending,
+        };
+        let mut is_row = false;
+        let pushed = self
+            .estimator
+            .push(machine, admitted.sample(), &mut |_| is_row = true);
+        let findings = self.estimator.findings();
+        let assessed = self.guard.assess(admitted, pushed, findings);
+        if !is_row {
+            return Step::Pending;
+        }
+        Step::Row(CompletedRow {
+            conditions: self.guard.complete_row(assessed),
+            sample_sequence: wire.sequence,
+            sample_published_ns: wire.published_ns,
+        })
+    }
+}

@@ -1,0 +1,112 @@
+//! What is known of one sensor's samples: its clock, its period and its consecutive failures.
+
+use tipwatch_mechanics::state::{Sensor, Sensors};
+
+use crate::safety_limits::{
+    CLOCK_SETTLE_NS, LATE_PERIODS, MIN_LATE_NS, MIN_STALE_NS, STALE_PERIODS,
+};
+
+/// How much of a new interval goes into a sensor's mean period.
+const PERIOD_SHARE: f64 = 0.05;
+
+/// How old a sensor's last good sample is, by its own period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Age {
+    Fresh,
+    Late,
+    Stale,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct SensorWatch {
+    pub(super) sensor: Sensor,
+    pub(super) value_count: usize,
+    /// Whether rows need this sensor.
+    pub(super) is_required: bool,
+    /// Stamp and publication time of the last admitted sample (ns): the reference for clock jumps.
+    clock_ns: Option<(i64, i64)>,
+    /// Publication time of the last good sample (ns).
+    pub(super) fresh_ns: Option<i64>,
+    period_ns: Option<f64>,
+    /// Consecutive samples whose stamp jumped.
+    pub(super) jumped: u32,
+    jumped_since_ns: Option<i64>,
+    /// Consecutive samples that were not later than the one before.
+    pub(super) disordered: u32,
+    /// Consecutive samples with an implausible value.
+    pub(super) implausible: u32,
+}
+
+impl SensorWatch {
+    pub(super) fn new(sensor: Sensor, sensors: &Sensors) -> Self {
+        Self {
+            sensor,
+            value_count: sensors.value_count(sensor).unwrap_or(0),
+            is_required: sensor != Sensor::Odometry || !sensors.imu,
+            clock_ns: None,
+            fresh_ns: None,
+            period_ns: None,
+            jumped: 0,
+            jumped_since_ns: None,
+            disordered: 0,
+            implausible: 0,
+        }
+    }
+
+    /// The sensor's and this computer's clock agree: both are the reference for the next sample.
+    pub(super) fn accept_clock(&mut self, stamp_ns: i64, published_ns: i64) {
+        self.jumped = 0;
+        self.jumped_since_ns = None;
+        self.clock_ns = Some((stamp_ns, published_ns));
+    }
+
+    /// A good sample came: only that makes the sensor fresh.
+    pub(super) fn refresh(&mut self, published_ns: i64) {
+        self.disordered = 0;
+        if let Some(before_ns) = self.fresh_ns {
+            let interval_ns = published_ns.saturating_sub(before_ns) as f64;
+            let period_ns = self.period_ns.get_or_insert(interval_ns);
+            *period_ns += PERIOD_SHARE * (interval_ns - *period_ns);
+        }
+        self.fresh_ns = Some(published_ns);
+    }
+
+    /// What an age (ns) means for a sensor of this period. No age beyond the estimator's longest gap is
+    /// fresh, whatever the period.
+    pub(super) fn age(&self, age_ns: i64, max_gap_ns: i64) -> Age {
+        let max_ns = max_gap_ns as f64;
+        let after = |periods: f64, min_ns: f64| {
+            let known = self.period_ns.map_or(max_ns, |period| periods * period);
+            known.clamp(min_ns.min(max_ns), max_ns)
+        };
+        match age_ns as f64 {
+            age if age > after(STALE_PERIODS, MIN_STALE_NS) => Age::Stale,
+            age if age > after(LATE_PERIODS, MIN_LATE_NS) => Age::Late,
+            _ => Age::Fresh,
+        }
+    }
+
+    /// Whether the sensor's clock and this computer's disagree on the time since the last good sample.
+    ///
+    /// A clock that stays set forward is believed after a second. One that was set back is never believed,
+    /// because the estimator cannot go back.
+    pub(super) fn clock_jumps(
+        &mut self,
+        stamp_ns: i64,
+        published_ns: i64,
+        pace: f64,
+        max_gap_ns: i64,
+    ) -> bool {
+        let Some((last_stamp_ns, last_published_ns)) = self.clock_ns else {
+            return false;
+        };
+        let by_sensor = stamp_ns.saturating_sub(last_stamp_ns) as f64 / pace;
+        let by_host = published_ns.saturating_sub(last_published_ns) as f64;
+        if (by_sensor - by_host).abs() <= max_gap_ns as f64 {
+            return false;
+        }
+        let since = *self.jumped_since_ns.get_or_insert(published_ns);
+        let is_settled = published_ns.saturating_sub(since) >= CLOCK_SETTLE_NS;
+        !(is_settled && stamp_ns > last_stamp_ns)
+    }
+}

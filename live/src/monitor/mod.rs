@@ -1,0 +1,13 @@
+//! The monitor: samples in, verdicts out, and their printing.
+//!
+//! [`Monitor`] knows no shared memory; [`MonitorProgram`] joins the two.
+
+mod observer;
+pub mod output;
+mod print_thread;
+mod program;
+mod session_monitor;
+
+pub use observer::{Observer, ProgramObserver};
+pub use program::MonitorProgram;
+pub use session_monitor::{Monitor, Publish};

@@ -1,0 +1,253 @@
+//! Verdicts as text and JSON.
+//!
+//! With `--json` every row is one line, and so is every change of the verdict between rows. Schema 2:
+//!
+//! | key | meaning |
+//! |---|---|
+//! | `schema` | 2 |
+//! | `event` | `row`, or `between`: the numbers are then those of the last row |
+//! | `time_ns` | time of the row, by the clock of the joint states |
+//! | `verdict`, `verdict_latched` | the current level, and the level to act on |
+//! | `faults`, `cautions` | problems of the input since the last row |
+//! | `valid`, `reasons` | whether the row is valid, and why not |
+//! | `utilisation` | 1 - (OTF - 2 sigma) / static load, of the worst wheel |
+//! | `time_to_lift_off_s`, `next_wheel` | time until the next wheel lifts if its load keeps falling at its present rate, and which one; null beyond 5 s |
+//! | `load_n` | load by wheel, names in lower case |
+//! | `otf_n` | overturning force (OTF): load with every wheel held to the ground, by wheel |
+//! | `load_sigma_n` | standard deviation of the load, by wheel |
+//! | `load_min_n`, `load_max_n` | smallest and largest load that equilibrium allows, by wheel |
+//! | `zmp_x_m`, `zmp_y_m`, `zmp_margin_m` | centre of pressure, and its distance from the nearest edge |
+//! | `normal_force_n` | sum of the loads |
+//! | `untimed` | true if real time is not checked because a log is replayed as fast as possible |
+//!
+//! Numbers are printed so that reading them back gives the same bits. A number that cannot be computed is null.
+
+use std::io::{self, Write};
+
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::verdict::{InputFault, InputFaults};
+
+use crate::wire::names::Names;
+use crate::wire::topics::{EVENT_ROW, WireVerdict};
+
+/// Text is thinned out to one line in this time of the rows' clock (ns).
+const LINE_PERIOD_NS: u64 = 200_000_000;
+
+/// How verdicts are printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Every row as JSON.
+    Json,
+    /// Some rows, and every change of the level, as text.
+    Text,
+}
+
+/// Prints verdicts.
+#[derive(Debug)]
+pub struct Printer<W: Write> {
+    format: Format,
+    names: Names,
+    first_ns: Option<i64>,
+    last_ns: Option<i64>,
+    levels: Option<[u32; 2]>,
+    out: W,
+}
+
+impl<W: Write> Printer<W> {
+    /// A printer that has printed nothing.
+    #[must_use]
+    pub fn new(format: Format, names: Names, out: W) -> Self {
+        Self {
+            format,
+            names,
+            first_ns: None,
+            last_ns: None,
+            levels: None,
+            out,
+        }
+    }
+
+    /// Sets the names of wheels and edges.
+    pub fn set_names(&mut self, names: Names) {
+        self.names = names;
+    }
+
+    /// Prints a verdict unless it repeats the last one.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn print(&mut self, verdict: &WireVerdict) -> io::Result<()> {
+        let levels = [verdict.level, verdict.latched_level];
+        let is_new = self.levels.replace(levels) != Some(levels);
+        let is_row = verdict.event == EVENT_ROW;
+        match self.format {
+            Format::Json if is_row || is_new => write_json(&mut self.out, verdict, &self.names),
+            Format::Json => Ok(()),
+            Format::Text => self.text(verdict, is_row, is_new),
+        }
+    }
+
+    /// Flushes the output.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+
+    fn text(&mut self, verdict: &WireVerdict, is_row: bool, is_new: bool) -> io::Result<()> {
+        let is_early = |last: i64| verdict.time_ns.abs_diff(last) < LINE_PERIOD_NS;
+        if !is_new && (!is_row || self.last_ns.is_some_and(is_early)) {
+            return Ok(());
+        }
+        if is_row {
+            self.first_ns.get_or_insert(verdict.time_ns);
+            self.last_ns = Some(verdict.time_ns);
+        }
+        let since_ns = |first: i64| verdict.time_ns.saturating_sub(first);
+        let seconds = self
+            .first_ns
+            .map_or(0.0, |first| since_ns(first) as f64 * 1e-9);
+        let shown = verdict.verdict();
+        write!(self.out, "{seconds:8.2} s  {:7}", shown.level.name())?;
+        if shown.latched_level != shown.level {
+            write!(
+                self.out,
+                " ({} not acknowledged)",
+                shown.latched_level.name()
+            )?;
+        }
+        if verdict.utilisation.is_finite() {
+            write!(self.out, "  {:3.0} %", 100.0 * verdict.utilisation)?;
+        }
+        let loads = verdict.load.iter().zip(&verdict.load_sigma);
+        for (wheel, (&load, &sigma)) in self.names.wheels.iter().zip(loads) {
+            write!(self.out, "  {wheel} {load:.0} ± {:.0} N", 2.0 * sigma)?;
+        }
+        if verdict.time_to_lift_off_s.is_finite() {
+            let wheel = self.names.wheels.get(verdict.next_wheel as usize);
+            let wheel = wheel.map_or("?", String::as_str);
+            write!(
+                self.out,
+                "  {wheel} lifts in {:.1} s",
+                verdict.time_to_lift_off_s
+            )?;
+        }
+        for reason in verdict.row_reasons().iter() {
+            write!(self.out, "  {}", reason.name())?;
+        }
+        let conditions = verdict.conditions();
+        for fault in conditions.faults.iter() {
+            write!(self.out, "  fault: {}", fault.name())?;
+        }
+        for caution in conditions.cautions.iter() {
+            write!(self.out, "  caution: {}", caution.name())?;
+        }
+        writeln!(self.out)
+    }
+}
+
+/// Writes a verdict as one line of JSON.
+///
+/// # Errors
+/// `out` cannot be written.
+pub fn write_json(out: &mut impl Write, verdict: &WireVerdict, names: &Names) -> io::Result<()> {
+    serde_json::to_writer(&mut *out, &Line { verdict, names })?;
+    out.write_all(b"\n")
+}
+
+struct Line<'a> {
+    verdict: &'a WireVerdict,
+    names: &'a Names,
+}
+
+impl Serialize for Line<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let verdict = self.verdict;
+        let reasons = verdict.row_reasons();
+        let conditions = verdict.conditions();
+        let is_row = verdict.event == EVENT_ROW;
+        let next_wheel = (verdict.time_to_lift_off_s.is_finite())
+            .then(|| self.names.wheels.get(verdict.next_wheel as usize))
+            .flatten();
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("schema", &2)?;
+        map.serialize_entry("event", if is_row { "row" } else { "between" })?;
+        map.serialize_entry("time_ns", &verdict.time_ns)?;
+        map.serialize_entry("verdict", verdict.verdict().level.name())?;
+        map.serialize_entry("verdict_latched", verdict.verdict().latched_level.name())?;
+        map.serialize_entry("faults", &FaultNames(conditions.faults))?;
+        map.serialize_entry("cautions", &FaultNames(conditions.cautions))?;
+        map.serialize_entry("valid", &(is_row && reasons.is_empty()))?;
+        let reasons: Vec<&str> = reasons.iter().map(Reason::name).collect();
+        map.serialize_entry("reasons", &reasons)?;
+        let number = |quantity| verdict.number(quantity);
+        map.serialize_entry(&key(Quantity::Utilisation), &number(Quantity::Utilisation))?;
+        map.serialize_entry("time_to_lift_off_s", &verdict.time_to_lift_off_s)?;
+        map.serialize_entry("next_wheel", &next_wheel)?;
+        for of_wheel in BY_WHEEL {
+            map.serialize_entry(
+                &key(of_wheel(0)),
+                &ByWheel {
+                    line: self,
+                    of_wheel,
+                },
+            )?;
+        }
+        for quantity in OF_MACHINE {
+            map.serialize_entry(&key(quantity), &number(quantity))?;
+        }
+        map.serialize_entry("untimed", &(verdict.untimed != 0))?;
+        map.end()
+    }
+}
+
+/// Quantities of each wheel, in the order of the line.
+const BY_WHEEL: [fn(usize) -> Quantity; 5] = [
+    Quantity::Load,
+    Quantity::Otf,
+    Quantity::LoadSigma,
+    Quantity::LoadLeast,
+    Quantity::LoadLargest,
+];
+
+/// Quantities of the machine that follow them.
+const OF_MACHINE: [Quantity; 4] = [
+    Quantity::ZmpX,
+    Quantity::ZmpY,
+    Quantity::ZmpMargin,
+    Quantity::NormalForce,
+];
+
+/// Key of a quantity: name of its column without the wheel, and unit.
+fn key(quantity: Quantity) -> String {
+    let kind = quantity.kind();
+    let stem = kind.pattern.replace("_{wheel}", "");
+    match kind.unit {
+        "-" => stem,
+        unit => format!("{stem}_{}", unit.to_lowercase()),
+    }
+}
+
+struct ByWheel<'a> {
+    line: &'a Line<'a>,
+    of_wheel: fn(usize) -> Quantity,
+}
+
+impl Serialize for ByWheel<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Line { verdict, names } = self.line;
+        let number = |wheel| verdict.number((self.of_wheel)(wheel));
+        serializer.collect_map((names.wheels.iter().enumerate()).map(|(i, name)| (name, number(i))))
+    }
+}
+
+struct FaultNames(InputFaults);
+
+impl Serialize for FaultNames {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().map(InputFault::name))
+    }
+}

@@ -1,0 +1,197 @@
+//! Verdicts on one session. It does not know where messages come from or go to.
+
+use tipwatch_mechanics::state::Sensors;
+use tipwatch_mechanics::verdict::{
+    Conditions, InputFault, Judge, LiftOffForecast, RowFacts, Verdict,
+};
+use tipwatch_mechanics::{Machine, Scope, Workspace, evaluate, reference_posture};
+
+use crate::guard::{CheckedEstimator, CompletedRow, Step};
+use crate::safety_limits::{HEARTBEAT_NS, PERSISTENT_LATE};
+use crate::wire::sample::SampleCounts;
+use crate::wire::session::{Progress, Session};
+use crate::wire::topics::{EVENT_BETWEEN, WireSample, WireVerdict};
+
+/// Follows one session. Once the first row has set the static loads, nothing allocates.
+#[derive(Debug)]
+pub struct Monitor {
+    session: u64,
+    machine: Machine,
+    input: CheckedEstimator,
+    workspace: Workspace<f64>,
+    judge: Judge,
+    forecast: LiftOffForecast,
+    has_reference: bool,
+    is_acknowledged: bool,
+    timeliness: Timeliness,
+    /// Consecutive cycles with late verdicts.
+    late_cycles: u32,
+    /// The last verdict published, and when (ns).
+    published: Verdict,
+    published_ns: i64,
+    /// The message to publish: the numbers of the last row are repeated between rows. Nothing is read
+    /// back from it.
+    message: WireVerdict,
+}
+
+/// Seals and publishes a verdict; returns its publication time (ns).
+pub type Publish<'a> = dyn FnMut(&mut WireVerdict) -> i64 + 'a;
+
+/// Verdicts on rows since the last tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Timeliness {
+    NoRow,
+    InTime,
+    Late,
+}
+
+impl Monitor {
+    /// A monitor that has seen nothing. `now_ns` is the time of CLOCK_MONOTONIC, here and everywhere.
+    #[must_use]
+    pub fn new(machine: Machine, sensors: &Sensors, session: &Session, now_ns: i64) -> Self {
+        let input = CheckedEstimator::new(session, &machine, sensors, now_ns);
+        let mut message = WireVerdict::unknown();
+        message.session = session.id;
+        message.untimed = u32::from(!input.guard.is_timed());
+        Self {
+            session: session.id,
+            workspace: Workspace::with_scope(&machine, Scope::ALL),
+            judge: Judge::new(machine.limits()),
+            forecast: LiftOffForecast::new(&machine),
+            input,
+            machine,
+            has_reference: false,
+            is_acknowledged: false,
+            timeliness: Timeliness::NoRow,
+            late_cycles: 0,
+            published: Verdict::default(),
+            published_ns: i64::MIN,
+            message,
+        }
+    }
+
+    /// What became of the samples so far.
+    #[must_use]
+    pub fn counts(&self) -> SampleCounts {
+        self.input.guard.counts()
+    }
+
+    /// The session that it follows.
+    #[must_use]
+    pub fn session(&self) -> u64 {
+        self.session
+    }
+
+    /// The machine.
+    #[must_use]
+    pub fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    /// The last verdict published.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        self.published
+    }
+
+    /// Takes over an unacknowledged alarm from the monitor of the session before.
+    pub fn succeed(&mut self, before: &Self) {
+        self.judge.succeed(&before.judge);
+    }
+
+    /// An operator has acknowledged the alarm.
+    pub fn acknowledge(&mut self) {
+        self.is_acknowledged = true;
+    }
+
+    /// Adds a fault that only the reader of the shared memory can find.
+    pub fn note(&mut self, fault: InputFault) {
+        self.input.guard.note(fault);
+    }
+
+    /// Takes a message; `publish` is called with the verdict on the row that it completes.
+    pub fn take(&mut self, wire: &WireSample, now_ns: i64, publish: &mut Publish<'_>) -> Progress {
+        match self.input.take(&self.machine, wire, now_ns) {
+            Step::Pending => {}
+            Step::Row(row) => self.row(&row, publish),
+            Step::Ended => return Progress::Ended,
+        }
+        Progress::Running
+    }
+
+    fn row(&mut self, row: &CompletedRow, publish: &mut Publish<'_>) {
+        let estimate = self.input.estimate();
+        let time_ns = estimate.time_ns;
+        if !self.has_reference
+            && let Some(posture) =
+                reference_posture(&self.machine, &estimate.state, estimate.reasons)
+        {
+            self.machine.refer_to_posture(&posture);
+            self.has_reference = true;
+        }
+        let outcome = evaluate(&self.machine, &estimate.state, &mut self.workspace);
+        let reasons = estimate.reasons.with_outcome(outcome);
+        let mut utilisation = f64::NAN;
+        let mut next = None;
+        if self.has_reference {
+            utilisation = outcome.uncertainty.utilisation;
+            if reasons.leave_loads() {
+                next = self.forecast.row(&self.machine, time_ns, &outcome.otf);
+            }
+        }
+        let is_acknowledged = std::mem::take(&mut self.is_acknowledged);
+        let verdict = self.judge.row(&RowFacts {
+            time_ns,
+            reasons,
+            utilisation,
+            conditions: row.conditions,
+            is_acknowledged,
+        });
+        self.message.acknowledged = is_acknowledged.into();
+        self.message.sample_sequence = row.sample_sequence;
+        self.message.sample_published_ns = row.sample_published_ns;
+        self.message
+            .set_row(time_ns, reasons, outcome, utilisation, next);
+        self.publish(verdict, row.conditions, publish);
+        let guard = &self.input.guard;
+        self.timeliness = self.timeliness.max(
+            if guard.is_late(row.sample_published_ns, self.published_ns) {
+                Timeliness::Late
+            } else {
+                Timeliness::InTime
+            },
+        );
+    }
+
+    /// Ends a cycle, after all samples that waited: publishes a verdict that has become worse, and at least
+    /// every [`HEARTBEAT_NS`] the last one again.
+    pub fn tick(&mut self, now_ns: i64, publish: &mut Publish<'_>) {
+        self.end_cycle();
+        let conditions = self.input.guard.between_rows(now_ns);
+        let verdict = self.judge.between_rows(conditions);
+        let is_due = now_ns.saturating_sub(self.published_ns) >= HEARTBEAT_NS;
+        if verdict != self.published || is_due {
+            self.message.event = EVENT_BETWEEN;
+            self.publish(verdict, conditions, publish);
+        }
+    }
+
+    fn publish(&mut self, verdict: Verdict, conditions: Conditions, publish: &mut Publish<'_>) {
+        let counts = self.counts();
+        self.message.set_verdict(verdict, conditions, counts);
+        self.published = verdict;
+        self.published_ns = publish(&mut self.message);
+    }
+
+    /// Late verdicts of one cycle have one cause and count once.
+    fn end_cycle(&mut self) {
+        match std::mem::replace(&mut self.timeliness, Timeliness::NoRow) {
+            Timeliness::NoRow => {}
+            Timeliness::InTime => self.late_cycles = 0,
+            Timeliness::Late => self.late_cycles += 1,
+        }
+        if self.late_cycles >= PERSISTENT_LATE {
+            self.note(InputFault::VerdictLate);
+        }
+    }
+}

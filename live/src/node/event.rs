@@ -1,0 +1,76 @@
+//! Notifications: one process wakes another.
+
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::event::PortFactory;
+
+use super::iceoryx::cause;
+use crate::wire::topics::{MAX_NODES, MAX_READERS};
+
+type Events = PortFactory<ipc::Service>;
+
+fn events(node: &Node<ipc::Service>, name: &str) -> Result<Events> {
+    let service = ServiceName::new(name)
+        .map_err(cause)
+        .with_context(|| format!("service \"{name}\""))?;
+    node.service_builder(&service)
+        .event()
+        .max_listeners(MAX_READERS)
+        .max_notifiers(MAX_READERS)
+        .max_nodes(MAX_NODES)
+        .open_or_create()
+        .map_err(cause)
+        .with_context(|| format!("events \"{name}\": cannot open it"))
+}
+
+/// Wakes the listeners of a service.
+#[derive(Debug)]
+pub struct EventNotifier {
+    notifier: Notifier<ipc::Service>,
+    events: Events,
+}
+
+impl EventNotifier {
+    pub(super) fn new(node: &Node<ipc::Service>, name: &str) -> Result<Self> {
+        let events = events(node, name)?;
+        let notifier = events.notifier_builder().create().map_err(cause)?;
+        Ok(Self { notifier, events })
+    }
+
+    /// Wakes all listeners; almost free if there are none. A listener that misses it wakes up by itself after
+    /// [`MAX_WAIT`](crate::safety_limits::MAX_WAIT).
+    pub fn notify(&self) {
+        use iceoryx2::prelude::PortFactory as _;
+        if self.events.dynamic_config().number_of_listeners() > 0 {
+            let _ = self.notifier.notify();
+        }
+    }
+}
+
+/// Waits for notifications of a service.
+#[derive(Debug)]
+pub struct EventListener {
+    listener: Listener<ipc::Service>,
+    _events: Events,
+}
+
+impl EventListener {
+    pub(super) fn new(node: &Node<ipc::Service>, name: &str) -> Result<Self> {
+        let events = events(node, name)?;
+        let listener = events.listener_builder().create().map_err(cause)?;
+        Ok(Self {
+            listener,
+            _events: events,
+        })
+    }
+
+    /// Waits for a notification, but no longer than this.
+    pub fn wait(&self, longest: Duration) {
+        // a signal ends the wait too: the caller checks for everything anyway
+        let _ = self.listener.timed_wait(|_| {}, longest);
+    }
+}

@@ -1,0 +1,151 @@
+//! A process's access to the shared memory: the factory of all ports.
+
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use iceoryx2::prelude::*;
+use iceoryx2::service::attribute::AttributeVerifier;
+
+use super::event::{EventListener, EventNotifier};
+use super::iceoryx::{Service, cause};
+use super::port::{Receiver, Sender};
+use crate::system::signals::{self, Interrupted};
+use crate::wire::topics::{LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, Topic};
+
+/// How long a writer waits for the slot of one that has died.
+const DEAD_WRITER_LIMIT: Duration = Duration::from_secs(1);
+
+/// Names of the services.
+#[derive(Debug, Clone)]
+pub struct ServiceAddress {
+    /// Common first part of all service names.
+    pub service: String,
+    /// Prefix of all files in shared memory; `None` for iceoryx2's default. Processes with different prefixes
+    /// do not see each other.
+    pub prefix: Option<String>,
+}
+
+/// A process that has joined the shared memory.
+#[derive(Debug)]
+pub struct LiveNode {
+    node: Node<ipc::Service>,
+    address: ServiceAddress,
+}
+
+impl LiveNode {
+    /// Joins under the name `role`. From then on [`signals`] reports SIGINT and SIGTERM.
+    ///
+    /// # Errors
+    /// The shared memory cannot be used, or the prefix is invalid.
+    pub fn new(address: &ServiceAddress, role: &str) -> Result<Self> {
+        set_log_level(LogLevel::Error);
+        signals::listen();
+        let mut config = Config::global_config().clone();
+        if let Some(prefix) = &address.prefix {
+            let name = FileName::new(prefix.as_bytes());
+            config.global.prefix = name
+                .map_err(cause)
+                .with_context(|| format!("prefix \"{prefix}\""))?;
+        }
+        let name = NodeName::new(role).map_err(cause)?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .name(&name)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>();
+        Ok(Self {
+            node: node
+                .map_err(cause)
+                .context("cannot join the shared memory")?,
+            address: address.clone(),
+        })
+    }
+
+    /// Removes the nodes of processes that died without cleaning up; returns their number.
+    pub fn remove_dead_nodes(&self) -> u64 {
+        self.node.try_cleanup_dead_nodes().cleanups
+    }
+
+    /// A writer of messages of this type, for this machine.
+    ///
+    /// # Errors
+    /// Another process writes a service that allows one writer, or uses another version of the messages.
+    pub fn sender<T: Topic>(&self, source: u64, machine_hash: u64) -> Result<Sender<T>> {
+        let start = Instant::now();
+        loop {
+            match Sender::new(self.service::<T>()?, source, machine_hash) {
+                // a writer that was just killed counts until its node is removed
+                Err(_) if start.elapsed() < DEAD_WRITER_LIMIT => {
+                    std::thread::sleep(DEAD_WRITER_LIMIT / 20);
+                    self.remove_dead_nodes();
+                }
+                sender => return sender,
+            }
+        }
+    }
+
+    /// A reader of messages of this type.
+    ///
+    /// # Errors
+    /// There are too many readers, or another process uses another version of the messages.
+    pub fn receiver<T: Topic>(&self) -> Result<Receiver<T>> {
+        Receiver::new(self.service::<T>()?)
+    }
+
+    /// A notifier for messages of this type.
+    ///
+    /// # Errors
+    /// There are too many notifiers.
+    pub fn event_notifier<T: Topic>(&self) -> Result<EventNotifier> {
+        EventNotifier::new(&self.node, &self.service_name::<T>())
+    }
+
+    /// A listener for messages of this type.
+    ///
+    /// # Errors
+    /// There are too many listeners.
+    pub fn event_listener<T: Topic>(&self) -> Result<EventListener> {
+        EventListener::new(&self.node, &self.service_name::<T>())
+    }
+
+    fn service_name<T: Topic>(&self) -> String {
+        format!("{}{}", self.address.service, T::SUFFIX)
+    }
+
+    /// Opens or creates a service with all its settings. A full queue overwrites its oldest message: a writer
+    /// never waits for a reader.
+    fn service<T: Topic>(&self) -> Result<Service<T>> {
+        let name = self.service_name::<T>();
+        let service = ServiceName::new(&name)
+            .map_err(cause)
+            .with_context(|| format!("service \"{name}\""))?;
+        let layout = format!("{:016x}", T::LAYOUT);
+        let key = LAYOUT_ATTRIBUTE.try_into().map_err(cause)?;
+        let verifier =
+            AttributeVerifier::new().require(&key, &layout.as_str().try_into().map_err(cause)?);
+        self.node
+            .service_builder(&service)
+            .publish_subscribe::<T>()
+            .enable_safe_overflow(true)
+            .history_size(usize::from(T::IS_KEPT))
+            .subscriber_max_buffer_size(T::QUEUE)
+            .subscriber_max_borrowed_samples(MAX_BORROWED)
+            .max_publishers(T::WRITERS)
+            .max_subscribers(MAX_READERS)
+            .max_nodes(MAX_NODES)
+            .open_or_create_with_attributes(&verifier.map_err(cause)?)
+            .map_err(cause)
+            .with_context(|| format!("service \"{name}\": cannot open it"))
+    }
+}
+
+/// Sleeps.
+///
+/// # Errors
+/// [`Interrupted`] if SIGINT or SIGTERM has arrived.
+pub fn pause(duration: Duration) -> Result<(), Interrupted> {
+    if !duration.is_zero() {
+        std::thread::sleep(duration);
+    }
+    signals::check()
+}

@@ -1,0 +1,139 @@
+//! Follows one session at a time: the part that monitor, control and recorder share.
+
+use anyhow::Result;
+
+use super::live_node::LiveNode;
+use super::sample_reader::SampleReader;
+use crate::wire::session::Progress;
+use crate::wire::topics::{WireSample, WireSession};
+
+/// A program that follows sessions.
+pub trait SessionHost {
+    /// What the program keeps of the session that it follows.
+    type Session;
+
+    /// The identity of a session.
+    fn id(session: &Self::Session) -> u64;
+
+    /// Prepares to follow an announced session.
+    ///
+    /// # Errors
+    /// It is a session of another machine, or cannot be followed.
+    fn begin(&mut self, announced: &WireSession) -> Result<Self::Session>;
+
+    /// Replaces one session by the next.
+    ///
+    /// # Errors
+    /// Ends the program.
+    fn succeed(&mut self, next: &mut Self::Session, before: Self::Session) -> Result<()>;
+
+    /// A session was announced that cannot be followed; the one before goes on.
+    fn reject(&mut self, running: &mut Self::Session, error: &anyhow::Error);
+
+    /// Takes a sample.
+    ///
+    /// # Errors
+    /// Ends the program.
+    fn take(&mut self, session: &mut Self::Session, sample: &WireSample) -> Result<Progress>;
+}
+
+/// Reads samples, and follows the session that they belong to.
+#[derive(Debug)]
+pub struct SessionFollower<S> {
+    reader: SampleReader,
+    /// The session that is followed.
+    pub active: Option<S>,
+}
+
+impl<S> SessionFollower<S> {
+    /// Opens the services for reading. Producers take a reader of samples as a sign that the whole program
+    /// is ready: open everything else first.
+    ///
+    /// # Errors
+    /// There are too many readers, or another version of this program has the services.
+    pub fn new(node: &LiveNode) -> Result<Self> {
+        Ok(Self {
+            reader: SampleReader::new(node)?,
+            active: None,
+        })
+    }
+
+    /// Whether a producer exists, dead ones included that were not removed yet.
+    #[must_use]
+    pub fn has_producer(&self) -> bool {
+        self.reader.has_producer()
+    }
+
+    /// Follows a session that was announced since the last call.
+    ///
+    /// # Errors
+    /// The first session cannot be followed, or the shared memory fails.
+    pub fn look_for_session<H: SessionHost<Session = S>>(&mut self, host: &mut H) -> Result<()> {
+        let Some(announced) = self.reader.announced()? else {
+            return Ok(());
+        };
+        let begun = host.begin(&announced).and_then(|session| {
+            self.reader.follow(&announced)?;
+            Ok(session)
+        });
+        match (begun, self.active.take()) {
+            (Ok(mut next), before) => {
+                if let Some(before) = before {
+                    host.succeed(&mut next, before)?;
+                }
+                self.active = Some(next);
+            }
+            (Err(error), None) => return Err(error),
+            (Err(error), Some(mut running)) => {
+                host.reject(&mut running, &error);
+                self.active = Some(running);
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands the next sample that waits to its session; `None` if none waits.
+    ///
+    /// # Errors
+    /// The host ends the program, or the shared memory fails.
+    pub fn take_sample<H: SessionHost<Session = S>>(
+        &mut self,
+        host: &mut H,
+    ) -> Result<Option<Progress>> {
+        let active = &mut self.active;
+        let taken = self.reader.sample(|sample| {
+            match active.as_mut().filter(|s| H::id(s) == sample.source) {
+                Some(session) => Ok(host.take(session, sample)),
+                // only a sample of another session is copied
+                None => Err(*sample),
+            }
+        })?;
+        match taken {
+            None => Ok(None),
+            Some(Ok(progress)) => progress.map(Some),
+            Some(Err(foreign)) => {
+                // a session is announced before its first sample
+                self.look_for_session(host)?;
+                let active = self.active.as_mut();
+                active
+                    .map_or(Ok(Progress::Running), |session| {
+                        host.take(session, &foreign)
+                    })
+                    .map(Some)
+            }
+        }
+    }
+
+    /// Hands all samples that wait to their session, up to its end.
+    ///
+    /// # Errors
+    /// As of [`Self::take_sample`].
+    pub fn take_samples<H: SessionHost<Session = S>>(&mut self, host: &mut H) -> Result<Progress> {
+        while let Some(progress) = self.take_sample(host)? {
+            if progress == Progress::Ended {
+                return Ok(Progress::Ended);
+            }
+        }
+        Ok(Progress::Running)
+    }
+}

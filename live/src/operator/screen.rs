@@ -1,0 +1,370 @@
+//! What the screen shows.
+
+use ratatui::Frame;
+use ratatui::layout::{Alignment, Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Paragraph};
+use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::verdict::{InputFault, Level};
+
+use crate::wire::command::{HoldReason, Mode};
+use crate::wire::names::Names;
+use crate::wire::topics::{WireCommand, WireVerdict};
+
+/// What words beside a bar take (letters).
+const WORDS: u16 = 42;
+
+/// What is known.
+#[derive(Debug, Clone, Default)]
+pub(super) struct View {
+    /// Names of wheels and edges; empty before a session begins.
+    pub(super) names: Names,
+    /// Utilisation of the levels notice, warning and danger.
+    pub(super) limits: [f64; 3],
+    /// The last verdict.
+    pub(super) verdict: Option<WireVerdict>,
+    /// The last command to the valves of the suspension; `None` without a control.
+    pub(super) command: Option<WireCommand>,
+    /// How many rows came in a second; NaN where nobody has counted yet.
+    pub(super) rows_per_s: f64,
+    /// Now (ns), by CLOCK_MONOTONIC.
+    pub(super) now_ns: i64,
+}
+
+/// Draws it.
+pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
+    let Some(verdict) = &view.verdict else {
+        let waiting = Paragraph::new("waiting for a monitor   (q: quit)").block(Block::bordered());
+        frame.render_widget(waiting, frame.area());
+        return;
+    };
+    let wheels = view.names.wheels.len() as u16;
+    let [level, margin, loads, health] = Layout::vertical([
+        Constraint::Length(4),
+        Constraint::Length(3),
+        Constraint::Length(2 * wheels + 1),
+        Constraint::Min(7),
+    ])
+    .areas(frame.area());
+    draw_level(frame, level, view, verdict);
+    draw_margin(frame, margin, view, verdict);
+    draw_loads(frame, loads, view, verdict);
+    draw_health(frame, health, view, verdict);
+}
+
+fn color(level: Level) -> Color {
+    match level {
+        Level::Unknown => Color::Gray,
+        Level::Safe => Color::Green,
+        Level::Notice => Color::Cyan,
+        Level::Warning => Color::Yellow,
+        Level::Danger => Color::Red,
+        Level::Fault => Color::Magenta,
+    }
+}
+
+/// How long ago a verdict ran out (s); `None` where it holds.
+fn expired_s(view: &View, verdict: &WireVerdict) -> Option<f64> {
+    let over_ns = view.now_ns.saturating_sub(verdict.valid_until_ns);
+    (over_ns > 0).then_some(over_ns as f64 * 1e-9)
+}
+
+fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
+    let shown = verdict.verdict();
+    let expired = expired_s(view, verdict);
+    let level = if expired.is_some() {
+        Level::Fault
+    } else {
+        shown.level
+    };
+    let mut words = vec![Span::styled(
+        format!(" {} ", level.name().to_uppercase()),
+        Style::new()
+            .fg(Color::Black)
+            .bg(color(level))
+            .add_modifier(Modifier::BOLD),
+    )];
+    if let Some(seconds) = expired {
+        words.push(format!("  the monitor has been silent for {seconds:.1} s").into());
+    } else if shown.latched_level > shown.level {
+        let latched = Style::new().fg(color(shown.latched_level));
+        let text = format!("  {} not acknowledged (a)", shown.latched_level.name());
+        words.push(Span::styled(text, latched));
+    }
+    let mut second = vec![];
+    if verdict.time_to_lift_off_s.is_finite() {
+        let wheel = view.names.wheels.get(verdict.next_wheel as usize);
+        let wheel = wheel.map_or("?".into(), |name| name.to_uppercase());
+        let text = match verdict.time_to_lift_off_s {
+            0.0 => format!("{wheel} is off the ground"),
+            seconds => format!("{wheel} lifts in {seconds:.1} s if its load falls on as it does"),
+        };
+        second.push(Span::styled(
+            text,
+            Style::new().add_modifier(Modifier::BOLD),
+        ));
+    }
+    let title = format!(" {} ", view.names.machine);
+    let text = vec![Line::from(words), Line::from(second)];
+    let level = Paragraph::new(text)
+        .alignment(Alignment::Center)
+        .block(Block::bordered().title(title).border_style(color(level)));
+    frame.render_widget(level, area);
+}
+
+fn draw_margin(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
+    let [notice, warning, limit] = view.limits;
+    let used = verdict.utilisation;
+    let color = match used {
+        used if !used.is_finite() => Color::DarkGray,
+        used if used >= limit => Color::Red,
+        used if used >= warning => Color::Yellow,
+        used if used >= notice => Color::Cyan,
+        _ => Color::Green,
+    };
+    let label = if used.is_finite() {
+        format!("{:4.0} % of the worst wheel's load used up", 100.0 * used)
+    } else {
+        "   ? %".into()
+    };
+    let block = Block::bordered().title(" utilisation ");
+    let [text, beside] = beside(block.inner(area));
+    frame.render_widget(block, area);
+    frame.render_widget(Paragraph::new(label), text);
+    draw_bar(frame, beside, share(used), color);
+}
+
+/// Room for words and for the bar beside them.
+fn beside(area: Rect) -> [Rect; 2] {
+    Layout::horizontal([Constraint::Length(WORDS), Constraint::Min(10)]).areas(area)
+}
+
+/// A bar as long as this share of a line, to an eighth of a letter.
+fn draw_bar(frame: &mut Frame<'_>, line: Rect, share: f64, color: Color) {
+    const PARTS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+    let eighths = (share * 8.0 * f64::from(line.width)).round() as usize;
+    let bar = "█".repeat(eighths / 8) + PARTS[eighths % 8];
+    frame.render_widget(Paragraph::new(bar).style(Style::new().fg(color)), line);
+}
+
+fn draw_loads(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
+    let rows =
+        Layout::vertical(view.names.wheels.iter().map(|_| Constraint::Length(2))).split(area);
+    let mean = verdict.normal_force / view.names.wheels.len() as f64;
+    for (wheel, (name, &row)) in view.names.wheels.iter().zip(rows.iter()).enumerate() {
+        let [label, bar] = beside(row);
+        let (load, sigma) = (verdict.load[wheel], verdict.load_sigma[wheel]);
+        let text = format!(
+            "{:>4} {} ± {} kN  otf {} kN",
+            name.to_uppercase(),
+            kilonewtons(load),
+            kilonewtons(2.0 * sigma),
+            kilonewtons(verdict.otf[wheel])
+        );
+        frame.render_widget(Paragraph::new(text), label);
+        // the whole bar is twice the mean load
+        let share = share(load / (2.0 * mean));
+        let is_surely_down = verdict.otf[wheel] - 2.0 * verdict.otf_sigma[wheel] > 0.0;
+        let color = if is_surely_down {
+            Color::Blue
+        } else {
+            Color::Red
+        };
+        draw_bar(frame, Rect { height: 1, ..bar }, share, color);
+    }
+}
+
+fn kilonewtons(newtons: f64) -> String {
+    if newtons.is_finite() {
+        format!("{:6.2}", newtons * 1e-3)
+    } else {
+        "     ?".into()
+    }
+}
+
+fn share(value: f64) -> f64 {
+    if value.is_finite() {
+        value.clamp(0.0, 1.0)
+    } else {
+        0.0
+    }
+}
+
+fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
+    let conditions = verdict.conditions();
+    let join = |names: Vec<&str>| {
+        if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join(", ")
+        }
+    };
+    let faults = join(conditions.faults.iter().map(InputFault::name).collect());
+    let cautions = join(conditions.cautions.iter().map(InputFault::name).collect());
+    let reasons = join(verdict.row_reasons().iter().map(Reason::name).collect());
+    let age_ms = view.now_ns.saturating_sub(verdict.published_ns) as f64 * 1e-6;
+    let delay_us = verdict
+        .published_ns
+        .saturating_sub(verdict.sample_published_ns) as f64
+        * 1e-3;
+    let timing = if verdict.untimed != 0 {
+        "REPLAY as fast as possible: real time is not checked".to_owned()
+    } else {
+        format!("sample to verdict {delay_us:.0} µs")
+    };
+    let zmp = if verdict.zmp_margin.is_finite() {
+        format!("{:.3} m inside the edge", verdict.zmp_margin)
+    } else {
+        "unknown".into()
+    };
+    let lines = vec![
+        Line::from(format!("centre of pressure  {zmp}")),
+        Line::from(format!(
+            "faults of the input {faults}   cautions {cautions}   row {reasons}"
+        )),
+        Line::from(format!(
+            "samples  lost {}  refused {}  repeated {}   rows {} ({:.0} a second)",
+            verdict.lost, verdict.refused, verdict.repeated, verdict.rows, view.rows_per_s
+        )),
+        Line::from(format!("last verdict {age_ms:.0} ms ago   {timing}")),
+        Line::from(suspension(view)),
+        Line::from("q: quit   a: acknowledge"),
+    ];
+    let health = Paragraph::new(lines).block(Block::bordered().title(" health "));
+    frame.render_widget(health, area);
+}
+
+/// What the control of the suspension does.
+fn suspension(view: &View) -> String {
+    let Some(command) = &view.command else {
+        return "suspension  no control".into();
+    };
+    let over_ns = view.now_ns.saturating_sub(command.valid_until_ns);
+    if over_ns > 0 {
+        let seconds = over_ns as f64 * 1e-9;
+        return format!("suspension  the control has been silent for {seconds:.1} s");
+    }
+    let actuators = (command.actuator_count as usize).min(command.opening.len());
+    let percent = |opening: &f64| format!("{:+.0} %", 100.0 * opening);
+    let openings: Vec<String> = command.opening[..actuators].iter().map(percent).collect();
+    let why = if command.mode() == Mode::Follow {
+        command.status_name().to_owned()
+    } else {
+        let reasons: Vec<&str> = command.reasons().iter().map(HoldReason::name).collect();
+        reasons.join(", ")
+    };
+    let (mode, openings) = (command.mode().name(), openings.join("  "));
+    format!("suspension  {mode} ({why})   valves {openings}")
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+
+    use super::*;
+
+    fn view() -> View {
+        let mut verdict = WireVerdict::unknown();
+        verdict.level = Level::Warning as u32;
+        verdict.latched_level = Level::Danger as u32;
+        verdict.utilisation = 0.93;
+        verdict.time_to_lift_off_s = 1.26;
+        verdict.next_wheel = 1;
+        verdict.normal_force = 40_000.0;
+        verdict.load[..2].copy_from_slice(&[20_100.0, 1_234.0]);
+        verdict.load_sigma[..2].copy_from_slice(&[100.0, f64::NAN]);
+        verdict.otf = verdict.load;
+        verdict.valid_until_ns = 100;
+        verdict.faults = InputFault::Lost.into_bits();
+        View {
+            names: Names {
+                machine: "forwarder-7".into(),
+                wheels: vec!["fl".into(), "rr".into()],
+                edges: vec![],
+            },
+            limits: [0.75, 0.9, 1.0],
+            verdict: Some(verdict),
+            command: None,
+            rows_per_s: 100.0,
+            now_ns: 50,
+        }
+    }
+
+    fn drawn(view: &View) -> String {
+        let mut terminal = Terminal::new(TestBackend::new(100, 24)).unwrap();
+        terminal.draw(|frame| draw(frame, view)).unwrap();
+        terminal.backend().to_string()
+    }
+
+    trait IntoBits {
+        fn into_bits(self) -> u32;
+    }
+
+    impl IntoBits for InputFault {
+        fn into_bits(self) -> u32 {
+            tipwatch_mechanics::verdict::InputFaults::from(self).bits()
+        }
+    }
+
+    #[test]
+    fn everything_that_matters_is_on_the_screen() {
+        let text = drawn(&view());
+        for expected in [
+            "forwarder-7",
+            "WARNING",
+            "danger not acknowledged",
+            "RR lifts in 1.3 s",
+            "otf  20.10 kN",
+            "93 %",
+            "20.10 ±   0.20 kN",
+            "1.23 ±      ? kN",
+            "lost",
+        ] {
+            assert!(text.contains(expected), "{expected} in\n{text}");
+        }
+    }
+
+    #[test]
+    fn bars_are_as_long_as_their_share() {
+        let text = drawn(&view());
+        let bar = |of: &str| {
+            let line = text.lines().find(|line| line.contains(of));
+            line.unwrap().matches('█').count()
+        };
+        // of 100 letters 42 are words, and the frame takes two where there is one
+        assert_eq!(bar("93 %"), (0.93 * 56.0) as usize);
+        assert_eq!(bar("20.10 ±"), (58.0 * 20_100.0 / 40_000.0) as usize);
+    }
+
+    #[test]
+    fn the_suspension_is_told_of() {
+        let mut view = view();
+        assert!(drawn(&view).contains("no control"));
+        let mut command = WireCommand::closed();
+        command.actuator_count = 2;
+        command.valid_until_ns = 100;
+        view.command = Some(command);
+        assert!(drawn(&view).contains("hold (no_row)"));
+        command.mode = Mode::Follow as u32;
+        command.status = 1;
+        command.opening = [0.25, -0.5];
+        view.command = Some(command);
+        assert!(drawn(&view).contains("follow (optimal)   valves +25 %  -50 %"));
+        view.now_ns = 1_000_000_100;
+        assert!(drawn(&view).contains("control has been silent for 1.0 s"));
+    }
+
+    #[test]
+    fn a_verdict_that_has_run_out_is_a_fault() {
+        let mut view = view();
+        view.now_ns = 2_000_000_100;
+        let text = drawn(&view);
+        assert!(
+            text.contains("FAULT") && text.contains("silent for 2.0 s"),
+            "{text}"
+        );
+        assert!(drawn(&View::default()).contains("waiting"));
+    }
+}

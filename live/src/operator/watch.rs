@@ -1,0 +1,169 @@
+//! A screen for people: how the machine stands, at a glance. It is a reader like any other.
+
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, bail};
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyModifiers};
+use ratatui::{DefaultTerminal, Frame};
+
+use super::screen::{View, draw};
+use crate::node::{LiveNode, Receiver, Sender, ServiceAddress};
+use crate::system::clock::monotonic_ns;
+use crate::system::signals;
+use crate::wire::identity::new_identity;
+use crate::wire::names::Names;
+use crate::wire::topics::{
+    EVENT_ROW, Wire, WireAcknowledge, WireCommand, WireMachine, WireVerdict,
+};
+
+/// Between two pictures.
+const PICTURE_PERIOD: Duration = Duration::from_millis(50);
+/// How often dead processes are looked for.
+const DEAD_CHECK_PERIOD: Duration = Duration::from_secs(1);
+
+/// Shows verdicts until `q` is pressed or a signal comes. `a` acknowledges the alarm.
+///
+/// # Errors
+/// Stdout is no terminal, or the shared memory fails.
+pub fn watch(place: &ServiceAddress) -> Result<()> {
+    if !std::io::stdout().is_terminal() {
+        bail!("watch: expected a terminal; `monitor --json` is for other programs");
+    }
+    let joined = LiveNode::new(place, "tipwatch-watch")?;
+    let mut watching = Watching {
+        verdicts: joined.receiver()?,
+        machines: joined.receiver()?,
+        commands: joined.receiver()?,
+        acknowledge: joined.sender(new_identity(0), 0)?,
+        joined,
+        view: View::default(),
+        checked: Instant::now(),
+        rows: Rate::default(),
+    };
+    let mut terminal = ratatui::init();
+    let result = watching.run(&mut terminal);
+    ratatui::restore();
+    result
+}
+
+struct Watching {
+    verdicts: Receiver<WireVerdict>,
+    machines: Receiver<WireMachine>,
+    commands: Receiver<WireCommand>,
+    acknowledge: Sender<WireAcknowledge>,
+    joined: LiveNode,
+    view: View,
+    checked: Instant,
+    rows: Rate,
+}
+
+impl Watching {
+    fn run(&mut self, terminal: &mut DefaultTerminal) -> Result<()> {
+        while signals::check().is_ok() {
+            self.receive()?;
+            terminal.draw(|frame: &mut Frame<'_>| draw(frame, &self.view))?;
+            if self.key()? {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self) -> Result<()> {
+        let (view, rows) = (&mut self.view, &mut self.rows);
+        self.machines.receive(|wire| {
+            if wire.is_whole()
+                && let Ok(names) = Names::try_from(wire)
+            {
+                view.names = names;
+                view.limits = wire.limits;
+            }
+        })?;
+        while self
+            .verdicts
+            .receive(|wire| {
+                if wire.is_whole() {
+                    rows.count(u64::from(wire.event == EVENT_ROW));
+                    view.verdict = Some(*wire);
+                }
+            })?
+            .is_some()
+        {}
+        while self
+            .commands
+            .receive(|wire| {
+                if wire.is_whole() {
+                    view.command = Some(*wire);
+                }
+            })?
+            .is_some()
+        {}
+        view.rows_per_s = rows.per_second();
+        view.now_ns = monotonic_ns();
+        if self.checked.elapsed() >= DEAD_CHECK_PERIOD {
+            self.checked = Instant::now();
+            self.joined.remove_dead_nodes();
+        }
+        Ok(())
+    }
+
+    /// Waits for a key; whether to end.
+    fn key(&mut self) -> Result<bool> {
+        if !event::poll(PICTURE_PERIOD)? {
+            return Ok(false);
+        }
+        let Event::Key(key) = event::read()? else {
+            return Ok(false);
+        };
+        let is_control_c =
+            key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
+        match key.code {
+            KeyCode::Char('q') | KeyCode::Esc => return Ok(true),
+            _ if is_control_c => return Ok(true),
+            KeyCode::Char('a') => {
+                let sequence = self.view.verdict.map_or(0, |verdict| verdict.sequence);
+                self.acknowledge.send(&mut WireAcknowledge {
+                    verdict_sequence: sequence,
+                    ..WireAcknowledge::blank()
+                })?;
+            }
+            _ => {}
+        }
+        Ok(false)
+    }
+}
+
+/// Rows in the last second or so.
+#[derive(Debug)]
+struct Rate {
+    since: Instant,
+    count: u64,
+    per_second: f64,
+}
+
+impl Default for Rate {
+    fn default() -> Self {
+        Self {
+            since: Instant::now(),
+            count: 0,
+            per_second: f64::NAN,
+        }
+    }
+}
+
+impl Rate {
+    fn count(&mut self, more: u64) {
+        self.count += more;
+    }
+
+    fn per_second(&mut self) -> f64 {
+        let elapsed = self.since.elapsed().as_secs_f64();
+        if elapsed >= 1.0 {
+            self.per_second = self.count as f64 / elapsed;
+            self.since = Instant::now();
+            self.count = 0;
+        }
+        self.per_second
+    }
+}

@@ -1,0 +1,85 @@
+//! What a recording begins with: its topics, the machine and metadata; and the name of its folder.
+
+use std::collections::BTreeMap;
+
+use tipwatch_binding::{MachineFile, Urdf, monitor_topic};
+use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::state::{Sensor, Sensors};
+
+use super::segment::{Channels, Preamble};
+use super::topics;
+use crate::wire::names::Names;
+use crate::wire::session::Session;
+
+pub(super) fn preamble(
+    file: &MachineFile,
+    urdf: &Urdf,
+    session: &Session,
+    machine: &Machine,
+    sensors: &Sensors,
+    names: &Names,
+    begun_ns: i64,
+) -> Preamble {
+    let mut topics: Vec<_> = sensors
+        .iter()
+        .map(|sensor| match sensor {
+            Sensor::Joints(stream) => topics::joint_states(stream),
+            Sensor::Imu => topics::imu(),
+            Sensor::Odometry => topics::odometry(),
+            Sensor::ToolWrench => topics::tool_wrench(),
+            Sensor::Actuator(signal) => topics::actuator(actuator_topic(machine, sensors, signal)),
+        })
+        .collect();
+    let channels = Channels {
+        verdicts: topics.len(),
+        commands: topics.len() + 1,
+        gaps: topics.len() + 2,
+    };
+    topics.extend([topics::verdict(names), topics::command(), topics::gap()]);
+    let metadata = BTreeMap::from([
+        ("version".into(), env!("CARGO_PKG_VERSION").into()),
+        ("session".into(), format!("{:016x}", session.id)),
+        (
+            "machine_hash".into(),
+            format!("{:016x}", session.machine_hash),
+        ),
+        ("pace".into(), session.pace.to_string()),
+        ("wheels".into(), names.wheels.join(" ")),
+        ("edges".into(), names.edges.join(" ")),
+    ]);
+    let name = |path: &str| {
+        let path = std::path::Path::new(path);
+        path.file_name().map_or_else(
+            || "machine".into(),
+            |name| name.to_string_lossy().into_owned(),
+        )
+    };
+    Preamble {
+        topics,
+        channels,
+        attachments: [
+            (name(&file.path.to_string_lossy()), file.text.clone()),
+            (name(&urdf.name), urdf.text.clone()),
+        ],
+        metadata,
+        begun_ns,
+    }
+}
+
+/// Topic of a signal of an actuator's force.
+fn actuator_topic(machine: &Machine, sensors: &Sensors, signal: usize) -> String {
+    let signal = sensors.actuators[signal];
+    let joint = &machine.contact().actuated_joints[signal.joint];
+    let linkage = &machine.linkages()[joint.linkage].name;
+    match (joint.signals.len(), signal.signal) {
+        (1, _) => monitor_topic::force(linkage),
+        (_, 0) => monitor_topic::piston_pressure(linkage),
+        _ => monitor_topic::rod_pressure(linkage),
+    }
+}
+
+/// The time of day as names of files have it, and the session.
+pub(super) fn folder_name(begun_ns: i64, session: u64) -> String {
+    let time = jiff::Timestamp::from_nanosecond(begun_ns.into()).unwrap_or_default();
+    format!("{}-{:08x}", time.strftime("%Y%m%dT%H%M%SZ"), session >> 32)
+}

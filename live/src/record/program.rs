@@ -1,0 +1,181 @@
+//! The recorder between the shared memory and its files.
+
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use tipwatch_binding::{MachineFile, Urdf};
+
+use super::session_recorder::{RecordOptions, RecordingPlace, SessionRecorder};
+use super::writer::RecordCounts;
+use crate::node::{LiveNode, Receiver, SessionFollower, SessionHost, pause};
+use crate::system::signals;
+use crate::wire::session::Progress;
+use crate::wire::topics::{WireCommand, WireSample, WireSession, WireVerdict};
+
+/// The wait between two looks at the shared memory.
+const POLL_PERIOD: Duration = Duration::from_millis(2);
+/// Samples taken before verdicts are: so the queue of neither overflows.
+const SAMPLES_AT_ONCE: usize = 256;
+/// How long the last verdicts of a session may take.
+const LAST_VERDICTS: Duration = Duration::from_millis(500);
+/// How often the nodes of dead processes are removed.
+const DEAD_NODE_CHECK: Duration = Duration::from_millis(500);
+
+/// Records a session, or sessions until a signal comes.
+///
+/// # Errors
+/// The first session is of another machine, the shared memory fails, or no file can be created.
+pub fn record(
+    node: &LiveNode,
+    file: &MachineFile,
+    urdf: &Urdf,
+    options: &RecordOptions,
+) -> Result<RecordCounts> {
+    let mut recorder = Recorder {
+        verdicts: node.receiver()?,
+        commands: node.receiver()?,
+        host: Host {
+            place: RecordingPlace {
+                file,
+                urdf,
+                options,
+            },
+            total: RecordCounts::default(),
+        },
+        follower: SessionFollower::new(node)?,
+        node,
+        checked: Instant::now(),
+    };
+    let ran = recorder.run();
+    let closed = recorder.close();
+    ran.and(closed)?;
+    Ok(recorder.host.total)
+}
+
+struct Recorder<'a> {
+    node: &'a LiveNode,
+    verdicts: Receiver<WireVerdict>,
+    commands: Receiver<WireCommand>,
+    host: Host<'a>,
+    follower: SessionFollower<SessionRecorder>,
+    checked: Instant,
+}
+
+struct Host<'a> {
+    place: RecordingPlace<'a>,
+    total: RecordCounts,
+}
+
+impl SessionHost for Host<'_> {
+    type Session = SessionRecorder;
+
+    fn id(session: &SessionRecorder) -> u64 {
+        session.id()
+    }
+
+    fn begin(&mut self, announced: &WireSession) -> Result<SessionRecorder> {
+        SessionRecorder::begin(self.place, announced)
+    }
+
+    fn succeed(&mut self, _: &mut SessionRecorder, before: SessionRecorder) -> Result<()> {
+        self.close(before)
+    }
+
+    fn reject(&mut self, _: &mut SessionRecorder, error: &anyhow::Error) {
+        eprintln!("record: a session was not recorded: {error:#}");
+    }
+
+    fn take(&mut self, session: &mut SessionRecorder, sample: &WireSample) -> Result<Progress> {
+        Ok(session.sample(sample))
+    }
+}
+
+impl Host<'_> {
+    /// Ends the files of a session.
+    fn close(&mut self, session: SessionRecorder) -> Result<()> {
+        self.total.add(&session.close()?);
+        Ok(())
+    }
+}
+
+impl Recorder<'_> {
+    fn run(&mut self) -> Result<()> {
+        let mut ended: Option<Instant> = None;
+        while signals::check().is_ok() {
+            if self.follower.active.is_none() && ended.is_none() {
+                self.follower.look_for_session(&mut self.host)?;
+            }
+            let progress = self.take_samples()?;
+            let outputs = self.take_verdicts()? + self.take_commands()?;
+            if progress == Progress::Ended || (outputs > 0 && ended.is_some()) {
+                ended = Some(Instant::now());
+            }
+            let is_quiet = ended.is_some_and(|at| {
+                at.elapsed() >= LAST_VERDICTS || (self.verdicts.writers() == 0 && outputs == 0)
+            });
+            if is_quiet {
+                self.close()?;
+                ended = None;
+                if !self.host.place.options.stays {
+                    return Ok(());
+                }
+            }
+            if self.checked.elapsed() >= DEAD_NODE_CHECK {
+                self.checked = Instant::now();
+                self.node.remove_dead_nodes();
+            }
+            if pause(POLL_PERIOD).is_err() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn take_samples(&mut self) -> Result<Progress> {
+        for _ in 0..SAMPLES_AT_ONCE {
+            match self.follower.take_sample(&mut self.host)? {
+                None => break,
+                Some(Progress::Ended) => return Ok(Progress::Ended),
+                Some(Progress::Running) => {}
+            }
+            // a replay can wait, and then nothing is dropped
+            while self
+                .follower
+                .active
+                .as_ref()
+                .is_some_and(SessionRecorder::must_wait)
+                && signals::check().is_ok()
+            {
+                std::thread::sleep(POLL_PERIOD);
+            }
+        }
+        Ok(Progress::Running)
+    }
+
+    /// Takes all verdicts; returns how many were recorded.
+    fn take_verdicts(&mut self) -> Result<usize> {
+        let active = &mut self.follower.active;
+        let mut take = |wire: &WireVerdict| active.as_mut().is_some_and(|s| s.verdict(wire));
+        let mut count = 0;
+        while let Some(is_recorded) = self.verdicts.receive(&mut take)? {
+            count += usize::from(is_recorded);
+        }
+        Ok(count)
+    }
+
+    /// Takes all commands; returns how many were recorded.
+    fn take_commands(&mut self) -> Result<usize> {
+        let active = &mut self.follower.active;
+        let mut take = |wire: &WireCommand| active.as_mut().is_some_and(|s| s.command(wire));
+        let mut count = 0;
+        while let Some(is_recorded) = self.commands.receive(&mut take)? {
+            count += usize::from(is_recorded);
+        }
+        Ok(count)
+    }
+
+    fn close(&mut self) -> Result<()> {
+        let active = self.follower.active.take();
+        active.map_or(Ok(()), |session| self.host.close(session))
+    }
+}

@@ -1,0 +1,238 @@
+//! Records one session: checks and encodes what the files keep, and hands it to the writer.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use anyhow::{Context, Result, anyhow};
+use tipwatch_binding::{MachineFile, Urdf};
+use tipwatch_mechanics::state::Sensor;
+
+use super::encode;
+use super::pending::{Encoded, Kind, Pending};
+use super::preamble::{folder_name, preamble};
+use super::retention::Retention;
+use super::writer::{FileWriter, Plan, RecordCounts};
+use crate::guard::{Admitted, Guard};
+use crate::system::clock::{monotonic_ns, unix_ns};
+use crate::wire::command::Mode;
+use crate::wire::names::Names;
+use crate::wire::session::{Progress, Session, open_session};
+use crate::wire::topics::{
+    EVENT_ROW, Wire, WireCommand, WireMachine, WireSample, WireSession, WireVerdict,
+};
+
+/// Where and how to record.
+#[derive(Debug, Clone)]
+pub struct RecordOptions {
+    /// Each session gets a folder of its own in this one.
+    pub folder: PathBuf,
+    /// How long a file is.
+    pub split: Duration,
+    /// How many bytes all files may have; the oldest are removed.
+    pub keep_bytes: Option<u64>,
+    /// Whether to wait for the next session when one is over.
+    pub stays: bool,
+}
+
+/// What is the same for all sessions of a run.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RecordingPlace<'a> {
+    pub(super) file: &'a MachineFile,
+    pub(super) urdf: &'a Urdf,
+    pub(super) options: &'a RecordOptions,
+}
+
+/// A session being recorded.
+pub(super) struct SessionRecorder {
+    session: Session,
+    sensors: Vec<Sensor>,
+    guard: Guard,
+    names: Names,
+    pending: Arc<Pending>,
+    ends: Arc<AtomicBool>,
+    thread: JoinHandle<Result<RecordCounts>>,
+    last_log_ns: i64,
+    /// From CLOCK_MONOTONIC to time of day (ns).
+    unix_offset_ns: i64,
+    lost: u64,
+    /// Source and sequence number of the next verdict.
+    next_verdict: Option<(u64, u64)>,
+    levels: [u32; 2],
+    /// Source and sequence number of the next command.
+    next_command: Option<(u64, u64)>,
+    /// What the last command does, and why.
+    modes: [u32; 2],
+}
+
+impl SessionRecorder {
+    pub(super) fn begin(place: RecordingPlace<'_>, announced: &WireSession) -> Result<Self> {
+        let RecordingPlace {
+            file,
+            urdf,
+            options,
+        } = place;
+        let (session, machine, sensors) = open_session(announced, file, urdf)?;
+        let names = Names::try_from(&WireMachine::new(&machine, session.id)?)?;
+        let begun_ns = unix_ns();
+        let folder = options.folder.join(folder_name(begun_ns, session.id));
+        let plan = Plan {
+            preamble: preamble(file, urdf, &session, &machine, &sensors, &names, begun_ns),
+            split: options.split,
+            retention: Retention::new(&options.folder, options.keep_bytes),
+            folder: folder.clone(),
+        };
+        let pending = Arc::new(Pending::default());
+        let ends = Arc::new(AtomicBool::new(false));
+        let (begun, begins) = std::sync::mpsc::channel();
+        let thread = {
+            let (pending, ends) = (Arc::clone(&pending), Arc::clone(&ends));
+            // the writer stays in the thread that made it
+            std::thread::Builder::new().name("write".into()).spawn(
+                move || match FileWriter::begin(plan, pending) {
+                    Ok(writer) => {
+                        let _ = begun.send(Ok(()));
+                        writer.run(&ends)
+                    }
+                    Err(error) => {
+                        let _ = begun.send(Err(error));
+                        Ok(RecordCounts::default())
+                    }
+                },
+            )?
+        };
+        begins
+            .recv()
+            .context("record: the writer has ended")?
+            .with_context(|| format!("{}: cannot be recorded into", folder.display()))?;
+        eprintln!("record: {}", folder.display());
+        Ok(Self {
+            guard: Guard::new(&session, &machine, &sensors, monotonic_ns()),
+            sensors: sensors.iter().collect(),
+            session,
+            names,
+            pending,
+            ends,
+            thread,
+            last_log_ns: 0,
+            unix_offset_ns: unix_ns() - monotonic_ns(),
+            lost: 0,
+            next_verdict: None,
+            levels: [0; 2],
+            next_command: None,
+            modes: [0; 2],
+        })
+    }
+
+    /// The session's identity.
+    pub(super) fn id(&self) -> u64 {
+        self.session.id
+    }
+
+    /// Whether a replay must wait for the writer.
+    pub(super) fn must_wait(&self) -> bool {
+        self.session.wants_progress && self.pending.is_full()
+    }
+
+    /// Ends the files.
+    pub(super) fn close(self) -> Result<RecordCounts> {
+        self.ends.store(true, Ordering::Release);
+        let written = self.thread.join();
+        let counts = written.map_err(|_| anyhow!("record: the writer has failed"))??;
+        Ok(RecordCounts {
+            samples_refused: self.guard.counts().refused,
+            ..counts
+        })
+    }
+
+    /// Takes a sample.
+    pub(super) fn sample(&mut self, wire: &WireSample) -> Progress {
+        let admitted = self.guard.admit(wire, monotonic_ns());
+        let lost = self.guard.counts().lost;
+        if lost > self.lost {
+            self.pending.note_dropped(lost - self.lost, 0);
+            self.lost = lost;
+        }
+        let sample = match admitted {
+            Ok(Admitted::Sample(admitted)) => *admitted.sample(),
+            Ok(Admitted::End) => return Progress::Ended,
+            Err(_) => return Progress::Running,
+        };
+        let Some(place) = self.sensors.iter().position(|s| *s == sample.sensor) else {
+            return Progress::Running;
+        };
+        let no_joints = Vec::new();
+        let joints = match sample.sensor {
+            Sensor::Joints(stream) => self.session.streams.get(stream).unwrap_or(&no_joints),
+            _ => &no_joints,
+        };
+        let frame = self.session.imu_frame.as_deref().unwrap_or("");
+        let data = encode::sample(&sample, joints, frame);
+        self.push(Kind::Sample(place), wire.sequence, wire.published_ns, data);
+        Progress::Running
+    }
+
+    /// Takes a verdict; returns whether it was recorded.
+    pub(super) fn verdict(&mut self, wire: &WireVerdict) -> bool {
+        if wire.session != self.session.id || !wire.is_whole() {
+            return false;
+        }
+        if let Some((source, next)) = self.next_verdict
+            && source == wire.source
+            && wire.sequence > next
+        {
+            self.pending.note_dropped(0, wire.sequence - next);
+        }
+        self.next_verdict = Some((wire.source, wire.sequence.saturating_add(1)));
+        let levels = [wire.level, wire.latched_level];
+        let is_new = std::mem::replace(&mut self.levels, levels) != levels;
+        // a repetition of the last row is not recorded
+        let is_recorded = wire.event == EVENT_ROW || is_new;
+        if is_recorded {
+            let data = encode::verdict(wire, &self.names);
+            let kind = Kind::Verdict { is_new };
+            self.push(kind, wire.sequence, wire.published_ns, data);
+        }
+        is_recorded
+    }
+
+    /// Takes a command; returns whether it was recorded.
+    pub(super) fn command(&mut self, wire: &WireCommand) -> bool {
+        if wire.session != self.session.id || !wire.is_whole() {
+            return false;
+        }
+        if let Some((source, next)) = self.next_command
+            && source == wire.source
+            && wire.sequence > next
+        {
+            self.pending.note_dropped(0, wire.sequence - next);
+        }
+        self.next_command = Some((wire.source, wire.sequence.saturating_add(1)));
+        let modes = [wire.mode, wire.reasons];
+        let is_new = std::mem::replace(&mut self.modes, modes) != modes;
+        let is_recorded = wire.event == EVENT_ROW || is_new || wire.mode() == Mode::Ramp;
+        if is_recorded {
+            let data = encode::command(wire);
+            let (sequence, published_ns) = (wire.sequence, wire.published_ns);
+            self.push(Kind::Command, sequence, published_ns, data);
+        }
+        is_recorded
+    }
+
+    fn push(&mut self, kind: Kind, sequence: u64, published_ns: i64, data: Vec<u8>) {
+        // When it was published, not when this program got to it; never in the future, and in the order in
+        // which they came, whatever the time of day does.
+        let publish_time_ns = published_ns.saturating_add(self.unix_offset_ns);
+        let now_ns = monotonic_ns().saturating_add(self.unix_offset_ns);
+        self.last_log_ns = publish_time_ns.min(now_ns).max(self.last_log_ns + 1);
+        self.pending.push(Encoded {
+            kind,
+            sequence: sequence as u32,
+            log_time_ns: self.last_log_ns,
+            publish_time_ns,
+            data,
+        });
+    }
+}

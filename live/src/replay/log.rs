@@ -1,0 +1,83 @@
+//! The samples of a log that a machine's monitor needs, ready to be sent.
+
+use std::path::Path;
+
+use anyhow::{Result, ensure};
+use tipwatch_binding::{MachineFile, arrivals, bind};
+use tipwatch_ingest::{Log, Losses, SensorRecording};
+use tipwatch_mechanics::state::{Sample, Sensor};
+
+use crate::wire::identity::new_identity;
+use crate::wire::session::{Session, machine_hash};
+
+/// The samples of a machine's sensors in a log.
+#[derive(Debug)]
+pub struct Recording {
+    /// What to announce; its identity is not set.
+    pub session: Session,
+    /// What of the log was lost.
+    pub losses: Losses,
+    sensors: Vec<Sensor>,
+    columns: Vec<SensorRecording>,
+}
+
+impl Recording {
+    /// Reads the samples of the sensors that the machine file binds to.
+    ///
+    /// # Errors
+    /// The log cannot be read, a signal is missing or ambiguous, or the machine does not fit.
+    pub fn read(path: &Path, file: &MachineFile, urdf: Option<&Path>) -> Result<Self> {
+        let log = Log::open(path)?;
+        let urdf = file.urdf(urdf, Some(&log))?;
+        let bound = bind(&log, &file.spec, &urdf.text, &urdf.name)?;
+        let (machine, matched) = (&bound.machine, &bound.matched);
+        // a monitor sees no /tf_static: it would compute with another mounting
+        ensure!(
+            !machine.imu().source.starts_with("/tf_static"),
+            "{}: the IMU's mounting is known from {} alone: expected [imu] in the machine file for live use",
+            file.path.display(),
+            machine.imu().source
+        );
+        let sensors = bound.sensors.iter().map(|b| b.sensor).collect();
+        let (columns, losses) = bound.record(&log, &mut |_| {})?;
+        let mut actuated_joints: Vec<u32> = (matched.sensors.actuators.iter())
+            .map(|signal| signal.joint as u32)
+            .collect();
+        actuated_joints.dedup();
+        let joints = 0..matched.streams.len();
+        let session = Session {
+            id: 0,
+            machine_hash: machine_hash(file, &urdf),
+            total_samples: columns.iter().map(|c| c.stamps_ns.len() as u64).sum(),
+            streams: joints
+                .map(|stream| matched.joint_names(machine, stream))
+                .collect(),
+            pace: 1.0,
+            wants_progress: true,
+            imu: matched.sensors.imu,
+            odometry: matched.sensors.odometry,
+            tool_wrench: matched.sensors.tool_wrench,
+            actuated_joints,
+            imu_frame: bound.topics.imu_frame.clone(),
+        };
+        // What a reader will do with it works here too, or is told here.
+        session.machine(file, &urdf)?;
+        Ok(Self {
+            session,
+            losses,
+            sensors,
+            columns,
+        })
+    }
+
+    /// The samples and their log times, in nanoseconds, in the order in which the recorder received them.
+    pub fn samples(&self) -> impl Iterator<Item = (Sample<'_>, i64)> {
+        let signals: Vec<_> = self.sensors.iter().copied().zip(&self.columns).collect();
+        arrivals(signals)
+    }
+
+    /// Gives the session an identity of its own: two replays of one log are two sessions.
+    pub fn set_identity(&mut self) {
+        self.session.id = new_identity(self.session.machine_hash);
+    }
+}

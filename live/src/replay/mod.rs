@@ -1,0 +1,7 @@
+//! Replay: the samples of a log into shared memory, as a machine would publish them.
+
+mod log;
+mod send;
+
+pub use log::Recording;
+pub use send::{ReplayCounts, ReplayOptions, Speed, replay};

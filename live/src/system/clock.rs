@@ -1,0 +1,43 @@
+//! Clocks: the monotonic one that all processes of a computer share, and the time of day.
+
+use std::fmt::Debug;
+
+/// A loop's source of time: [`Monotonic`] in the programs, a simulated clock in tests.
+pub trait Clock: Debug {
+    /// The current time (ns).
+    fn now_ns(&self) -> i64;
+}
+
+/// CLOCK_MONOTONIC.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Monotonic;
+
+impl Clock for Monotonic {
+    fn now_ns(&self) -> i64 {
+        monotonic_ns()
+    }
+}
+
+/// The current time (ns) of CLOCK_MONOTONIC, which is never set back.
+#[must_use]
+#[allow(unsafe_code, reason = "the standard library hides this clock's value")]
+pub fn monotonic_ns() -> i64 {
+    let mut now = libc::timespec {
+        tv_sec: 0,
+        tv_nsec: 0,
+    };
+    // SAFETY: `now` is valid for writes.
+    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut now) };
+    now.tv_sec
+        .saturating_mul(1_000_000_000)
+        .saturating_add(now.tv_nsec)
+}
+
+/// The time of day (ns since 1970).
+#[must_use]
+pub fn unix_ns() -> i64 {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    since.map_or(0, |since| {
+        i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
+    })
+}

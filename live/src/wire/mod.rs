@@ -1,0 +1,13 @@
+//! What is on the wire: message types, their names and hashes, and their conversion from and to the
+//! types of mechanics. [`c_header()`] writes the same for C.
+
+pub mod c_header;
+pub mod command;
+mod hash;
+pub mod identity;
+mod message;
+pub mod names;
+pub mod sample;
+pub mod session;
+pub mod topics;
+mod verdict;

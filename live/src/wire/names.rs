@@ -1,0 +1,64 @@
+//! The names of what a verdict's numbers are of.
+
+use anyhow::Result;
+use tipwatch_mechanics::{ColumnNames, Quantity, RowColumn};
+
+use crate::wire::session::name_from_wire;
+use crate::wire::topics::{MAX_PLACES, WireMachine, WireVerdict};
+
+/// Names of a machine's wheels and edges, in lower case, in the order of the numbers.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Names {
+    /// The machine.
+    pub machine: String,
+    /// Its wheels.
+    pub wheels: Vec<String>,
+    /// The edges of its support polygon.
+    pub edges: Vec<String>,
+}
+
+impl TryFrom<&WireMachine> for Names {
+    type Error = anyhow::Error;
+
+    fn try_from(wire: &WireMachine) -> Result<Self> {
+        let listed = |names: &[[u8; 64]], count: u32| -> Result<Vec<String>> {
+            let count = (count as usize).min(MAX_PLACES);
+            names[..count].iter().map(name_from_wire).collect()
+        };
+        Ok(Self {
+            machine: name_from_wire(&wire.name)?,
+            wheels: listed(&wire.wheel_names, wire.wheel_count)?,
+            edges: listed(&wire.edge_names, wire.edge_count)?,
+        })
+    }
+}
+
+impl Names {
+    /// Every number of a verdict, in the order of [`Self::columns`].
+    pub fn each_number(&self, verdict: &WireVerdict, mut each: impl FnMut(f64)) {
+        WireVerdict::each_quantity(self.wheels.len(), self.edges.len(), |quantity| {
+            each(verdict.number(quantity).unwrap_or(f64::NAN));
+            if quantity == Quantity::Utilisation {
+                each(verdict.time_to_lift_off_s);
+            }
+        });
+    }
+
+    /// Names of the columns of `samples.parquet` that hold the numbers of a verdict.
+    #[must_use]
+    pub fn columns(&self) -> Vec<String> {
+        let names = ColumnNames {
+            wheels: self.wheels.clone(),
+            edges: self.edges.clone(),
+            ..ColumnNames::default()
+        };
+        let mut columns = Vec::new();
+        WireVerdict::each_quantity(self.wheels.len(), self.edges.len(), |quantity| {
+            columns.push(quantity.column(&names));
+            if quantity == Quantity::Utilisation {
+                columns.push(RowColumn::TIME_TO_LIFT_OFF.name.to_string());
+            }
+        });
+        columns
+    }
+}

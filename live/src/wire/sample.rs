@@ -1,0 +1,182 @@
+//! Samples between the wire and the estimator.
+
+use std::fmt;
+
+use anyhow::{Result, ensure};
+use tipwatch_mechanics::state::{Sample, Sensor};
+
+use crate::wire::topics::{Kind, MAX_VALUES, Wire, WireSample};
+
+/// What became of a session's samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SampleCounts {
+    /// Rows completed.
+    pub rows: u64,
+    /// Samples sent before the first one received.
+    pub before_joining: u64,
+    /// Samples that never arrived since then.
+    pub lost: u64,
+    /// Samples that arrived but could not be used.
+    pub refused: u64,
+    /// Samples that arrived again, and were not used again.
+    pub repeated: u64,
+}
+
+/// What a message on the wire is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Message<'a> {
+    /// A sample of a sensor.
+    Sample(Sample<'a>),
+    /// The end of the session.
+    End,
+}
+
+/// A message whose kind or count of values is none that exists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Malformed;
+
+impl fmt::Display for Malformed {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("no such kind of sensor, or too many values")
+    }
+}
+
+impl std::error::Error for Malformed {}
+
+impl WireSample {
+    /// A sample, without its head.
+    ///
+    /// # Errors
+    /// It has more values than a message has room for.
+    pub fn new(sample: &Sample<'_>, log_time_ns: i64) -> Result<Self> {
+        let count = sample.values.len();
+        ensure!(
+            count <= MAX_VALUES,
+            "sample: expected no more than {MAX_VALUES} values, found {count}"
+        );
+        let (kind, stream) = match sample.sensor {
+            Sensor::Joints(stream) => (Kind::Joints, stream),
+            Sensor::Imu => (Kind::Imu, 0),
+            Sensor::Odometry => (Kind::Odometry, 0),
+            Sensor::ToolWrench => (Kind::ToolWrench, 0),
+            Sensor::Actuator(signal) => (Kind::Actuator, signal),
+        };
+        let mut wire = Self {
+            time_ns: sample.stamp_ns,
+            log_time_ns,
+            kind: kind as u32,
+            stream: u32::try_from(stream)?,
+            value_count: count as u32,
+            ..Self::blank()
+        };
+        wire.values[..count].copy_from_slice(sample.values);
+        Ok(wire)
+    }
+
+    /// The last message of a session, without its head.
+    #[must_use]
+    pub fn end() -> Self {
+        Self {
+            kind: Kind::End as u32,
+            ..Self::blank()
+        }
+    }
+}
+
+impl<'a> TryFrom<&'a WireSample> for Message<'a> {
+    type Error = Malformed;
+
+    fn try_from(wire: &'a WireSample) -> Result<Self, Malformed> {
+        let sensor = match Kind::try_from(wire.kind).map_err(|_| Malformed)? {
+            Kind::Joints => Sensor::Joints(wire.stream as usize),
+            Kind::Imu => Sensor::Imu,
+            Kind::Odometry => Sensor::Odometry,
+            Kind::ToolWrench => Sensor::ToolWrench,
+            Kind::Actuator => Sensor::Actuator(wire.stream as usize),
+            Kind::End => return Ok(Self::End),
+        };
+        let values = wire
+            .values
+            .get(..wire.value_count as usize)
+            .ok_or(Malformed)?;
+        Ok(Self::Sample(Sample {
+            sensor,
+            stamp_ns: wire.time_ns,
+            values,
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::topics::Head;
+
+    #[test]
+    fn wire_keeps_every_bit() {
+        let values = [1.5, f64::NAN, -0.0, f64::INFINITY];
+        for sensor in [
+            Sensor::Joints(3),
+            Sensor::Imu,
+            Sensor::Odometry,
+            Sensor::ToolWrench,
+            Sensor::Actuator(2),
+        ] {
+            let sample = Sample {
+                sensor,
+                stamp_ns: -7,
+                values: &values,
+            };
+            let wire = WireSample::new(&sample, 8).unwrap();
+            assert_eq!(wire.log_time_ns, 8);
+            let Ok(Message::Sample(sample)) = Message::try_from(&wire) else {
+                panic!("no sample")
+            };
+            assert_eq!((sample.sensor, sample.stamp_ns), (sensor, -7));
+            let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(sample.values), bits(&values));
+        }
+    }
+
+    #[test]
+    fn damage_shows() {
+        let mut wire = WireSample::end();
+        assert!(!wire.is_whole(), "all zeros");
+        let head = Head {
+            sequence: 3,
+            time_ns: 4,
+            ..Head::default()
+        };
+        wire.seal(head);
+        assert!(wire.is_whole());
+        assert_eq!(wire.head(), head);
+        wire.values[MAX_VALUES - 1] = f64::MIN_POSITIVE;
+        assert!(!wire.is_whole());
+    }
+
+    #[test]
+    fn the_end_is_the_end() {
+        assert_eq!(Message::try_from(&WireSample::end()), Ok(Message::End));
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let too_many = Sample {
+            sensor: Sensor::Imu,
+            stamp_ns: 0,
+            values: &[0.0; MAX_VALUES + 1],
+        };
+        assert!(WireSample::new(&too_many, 0).is_err());
+        let good = WireSample::end();
+        assert_eq!(
+            Message::try_from(&WireSample { kind: 99, ..good }),
+            Err(Malformed)
+        );
+        let long = WireSample {
+            kind: Kind::Imu as u32,
+            value_count: 129,
+            ..good
+        };
+        assert_eq!(Message::try_from(&long), Err(Malformed));
+    }
+}

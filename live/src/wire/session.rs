@@ -1,0 +1,335 @@
+//! What both ends agree on before the first sample: the machine, and which sensors there are.
+
+use anyhow::{Context, Result, bail, ensure};
+use tipwatch_binding::{MachineFile, Urdf};
+use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::machine::LogFacts;
+use tipwatch_mechanics::state::{JointStream, MatchedSensors, OtherSensors, Sensors};
+
+use crate::system::clock::monotonic_ns;
+use crate::wire::hash::Fnv1a;
+use crate::wire::topics::{Head, MAX_JOINTS, NAME_BYTES, Wire, WireSession};
+
+/// Whether more is to come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// The session goes on.
+    Running,
+    /// The session is over.
+    Ended,
+}
+
+/// A session as its reader and its writer use it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session {
+    /// Tells this session from every other one.
+    pub id: u64,
+    /// Hash of machine file and URDF.
+    pub machine_hash: u64,
+    /// Samples of the session, the end not counted; 0 where nobody knows.
+    pub total_samples: u64,
+    /// How many times as fast as real time the sensors' clock runs; 0 where it has nothing to do with
+    /// real time.
+    pub pace: f64,
+    /// Whether readers are to report their progress.
+    pub wants_progress: bool,
+    /// Names of the joints of each stream, in the order of its values.
+    pub streams: Vec<Vec<String>>,
+    /// Whether there is an IMU.
+    pub imu: bool,
+    /// Whether there is odometry.
+    pub odometry: bool,
+    /// Whether the tool wrench is measured.
+    pub tool_wrench: bool,
+    /// Which of the machine's actuated joints have their force measured, ascending.
+    pub actuated_joints: Vec<u32>,
+    /// The frame that the IMU names.
+    pub imu_frame: Option<String>,
+}
+
+impl Session {
+    /// The machine and its sensors, as the session's writer has them.
+    ///
+    /// # Errors
+    /// The session is of another machine, or the machine does not fit its sensors.
+    pub fn machine(&self, file: &MachineFile, urdf: &Urdf) -> Result<(Machine, Sensors)> {
+        let hash = machine_hash(file, urdf);
+        ensure!(
+            hash == self.machine_hash,
+            "{}: expected the machine of the session, hash {:016x}, found hash {hash:016x} with URDF {}",
+            file.path.display(),
+            self.machine_hash,
+            urdf.name
+        );
+        let names: Vec<String> = self.streams.concat();
+        let facts = LogFacts {
+            joint_names: Some(&names),
+            lacks_imu: !self.imu,
+            imu_frame: self.imu_frame.as_deref(),
+            static_transforms: &[],
+        };
+        let mut machine = file.spec.check(&urdf.text, &urdf.name, facts)?;
+        if machine
+            .payloads()
+            .iter()
+            .any(|payload| payload.is_estimated)
+        {
+            bail!(
+                "{}: payload with mass = \"estimate\": a mass is estimated from a whole log; expected a number for live use",
+                file.spec.file
+            );
+        }
+        let sensors = self.sensors(&machine)?;
+        if !sensors.tool_wrench {
+            machine.leave_out_tool();
+        }
+        Ok((machine, sensors))
+    }
+
+    fn sensors(&self, machine: &Machine) -> Result<Sensors> {
+        let streams: Vec<(&str, &[String])> = self
+            .streams
+            .iter()
+            .map(|s| ("session", s.as_slice()))
+            .collect();
+        let others = OtherSensors {
+            imu: self.imu,
+            odometry: self.odometry,
+            tool_wrench: self.tool_wrench,
+        };
+        let mut sensors = MatchedSensors::new(machine, &streams, others)?.sensors;
+        // in the order of the session's values, whatever the machine's own is
+        sensors.joints.clear();
+        for names in &self.streams {
+            let joints = names.iter().map(|name| joint_of(machine, name));
+            let joints: Vec<usize> = joints.collect::<Result<_>>()?;
+            let is_again = |place: usize| joints[..place].contains(&joints[place]);
+            if let Some(place) = (0..joints.len()).find(|&place| is_again(place)) {
+                bail!("session: joint \"{}\" twice in one stream", names[place]);
+            }
+            sensors.joints.push(JointStream { joints });
+        }
+        ensure!(
+            !sensors.joints.is_empty(),
+            "session: expected joint states, found none"
+        );
+        let is_there = |joint: usize| self.actuated_joints.contains(&(joint as u32));
+        sensors.actuators = machine.contact().actuator_signals(is_there);
+        Ok(sensors)
+    }
+}
+
+/// Reads an announced session, and checks that it is of this machine.
+///
+/// # Errors
+/// The message is damaged, or the session is of another machine.
+pub fn open_session(
+    announced: &WireSession,
+    file: &MachineFile,
+    urdf: &Urdf,
+) -> Result<(Session, Machine, Sensors)> {
+    let session = Session::try_from(announced)?;
+    let (machine, sensors) = session.machine(file, urdf)?;
+    Ok((session, machine, sensors))
+}
+
+fn joint_of(machine: &Machine, name: &str) -> Result<usize> {
+    let joints = machine.joints();
+    joints
+        .iter()
+        .position(|joint| joint.name == name)
+        .with_context(|| {
+            let known: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+            format!(
+                "session: expected joints of the machine ({}), found \"{name}\"",
+                known.join(", ")
+            )
+        })
+}
+
+/// The hash of a machine file's text and its URDF's, by which both ends know that they mean one machine.
+#[must_use]
+pub fn machine_hash(file: &MachineFile, urdf: &Urdf) -> u64 {
+    Fnv1a::new()
+        .bytes(file.text.as_bytes())
+        .bytes(urdf.text.as_bytes())
+        .finish()
+}
+
+impl TryFrom<&Session> for WireSession {
+    type Error = anyhow::Error;
+
+    fn try_from(session: &Session) -> Result<Self> {
+        let joint_count = session.streams.iter().map(Vec::len).sum::<usize>();
+        ensure!(
+            joint_count <= MAX_JOINTS,
+            "session: expected no more than {MAX_JOINTS} joints, found {joint_count}"
+        );
+        let mut wire = Self {
+            total_samples: session.total_samples,
+            pace: session.pace,
+            joint_count: joint_count as u32,
+            stream_count: u32::try_from(session.streams.len())?,
+            has_imu: session.imu.into(),
+            has_odometry: session.odometry.into(),
+            has_tool_wrench: session.tool_wrench.into(),
+            wants_progress: session.wants_progress.into(),
+            actuated_joints: (session.actuated_joints.iter())
+                .try_fold(0_u32, |bits, &joint| Some(bits | 1_u32.checked_shl(joint)?))
+                .context("session: expected no more than 32 actuated joints")?,
+            imu_frame: name_to_wire(session.imu_frame.as_deref().unwrap_or(""))?,
+            ..Self::blank()
+        };
+        let joints = (0..)
+            .zip(&session.streams)
+            .flat_map(|(stream, names)| names.iter().map(move |name| (stream, name)));
+        for (place, (stream, name)) in joints.enumerate() {
+            wire.joint_streams[place] = stream;
+            wire.joint_names[place] = name_to_wire(name)?;
+        }
+        wire.seal(Head {
+            source: session.id,
+            machine_hash: session.machine_hash,
+            published_ns: monotonic_ns(),
+            ..Head::default()
+        });
+        Ok(wire)
+    }
+}
+
+impl TryFrom<&WireSession> for Session {
+    type Error = anyhow::Error;
+
+    fn try_from(wire: &WireSession) -> Result<Self> {
+        ensure!(
+            wire.is_whole(),
+            "session: expected a whole message of this version, found damage"
+        );
+        ensure!(
+            wire.pace.is_finite() && wire.pace >= 0.0,
+            "session: expected a pace of 0 or more, found {}",
+            wire.pace
+        );
+        let (joints, streams) = (wire.joint_count as usize, wire.stream_count as usize);
+        ensure!(
+            joints <= MAX_JOINTS && streams <= joints,
+            "session: expected no more than {MAX_JOINTS} joints in no more streams, found {joints} in {streams}"
+        );
+        let mut session = Self {
+            id: wire.source,
+            machine_hash: wire.machine_hash,
+            total_samples: wire.total_samples,
+            pace: wire.pace,
+            wants_progress: wire.wants_progress != 0,
+            streams: vec![Vec::new(); streams],
+            imu: wire.has_imu != 0,
+            odometry: wire.has_odometry != 0,
+            tool_wrench: wire.has_tool_wrench != 0,
+            actuated_joints: (0..32)
+                .filter(|joint| wire.actuated_joints >> joint & 1 == 1)
+                .collect(),
+            imu_frame: Some(name_from_wire(&wire.imu_frame)?).filter(|frame| !frame.is_empty()),
+        };
+        for (stream, name) in wire
+            .joint_streams
+            .iter()
+            .zip(&wire.joint_names)
+            .take(joints)
+        {
+            let names = session.streams.get_mut(*stream as usize);
+            names
+                .context("session: a joint of no stream")?
+                .push(name_from_wire(name)?);
+        }
+        Ok(session)
+    }
+}
+
+pub(crate) fn name_to_wire(name: &str) -> Result<[u8; NAME_BYTES]> {
+    let bytes = name.as_bytes();
+    ensure!(
+        bytes.len() < NAME_BYTES,
+        "\"{name}\": expected a name of no more than {} bytes, found {}",
+        NAME_BYTES - 1,
+        bytes.len()
+    );
+    ensure!(
+        !bytes.contains(&0),
+        "{name:?}: expected a name without zero bytes"
+    );
+    let mut wire = [0; NAME_BYTES];
+    wire[..bytes.len()].copy_from_slice(bytes);
+    Ok(wire)
+}
+
+pub(crate) fn name_from_wire(wire: &[u8; NAME_BYTES]) -> Result<String> {
+    let Some(end) = wire.iter().position(|&byte| byte == 0) else {
+        bail!("session: expected a name that ends with a zero byte");
+    };
+    Ok(std::str::from_utf8(&wire[..end])
+        .context("session: a name")?
+        .to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn session() -> Session {
+        Session {
+            id: 7,
+            machine_hash: 9,
+            total_samples: 11,
+            pace: 0.5,
+            wants_progress: true,
+            streams: vec![vec!["a".into(), "b".repeat(63)], vec!["c".into()]],
+            imu: true,
+            odometry: false,
+            tool_wrench: true,
+            actuated_joints: vec![1, 4],
+            imu_frame: Some("imu_link".into()),
+        }
+    }
+
+    #[test]
+    fn wire_keeps_everything() {
+        let wire = WireSession::try_from(&session()).unwrap();
+        assert_eq!(Session::try_from(&wire).unwrap(), session());
+    }
+
+    #[test]
+    fn nothing_is_cut() {
+        let long = Session {
+            streams: vec![vec!["b".repeat(64)]],
+            ..session()
+        };
+        assert!(
+            WireSession::try_from(&long)
+                .unwrap_err()
+                .to_string()
+                .contains("found 64")
+        );
+        let many = Session {
+            streams: vec![vec!["b".into(); 65]],
+            ..session()
+        };
+        assert!(
+            WireSession::try_from(&many)
+                .unwrap_err()
+                .to_string()
+                .contains("found 65")
+        );
+    }
+
+    #[test]
+    fn a_session_that_makes_no_sense_is_refused() {
+        let mut wire = WireSession::try_from(&session()).unwrap();
+        wire.joint_streams[0] = 5;
+        assert!(Session::try_from(&wire).is_err(), "damage");
+        wire.seal(wire.head());
+        assert!(Session::try_from(&wire).is_err(), "a joint of no stream");
+        wire.joint_count = 1000;
+        wire.seal(wire.head());
+        assert!(Session::try_from(&wire).is_err(), "too many joints");
+    }
+}

@@ -1,0 +1,214 @@
+//! Verdicts between the monitor and the wire.
+
+use anyhow::Result;
+use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::verdict::{Conditions, InputFaults, Level, LiftOff, Verdict};
+use tipwatch_mechanics::{Contribution, Machine, Outcome, Quantity, verdict_quantities};
+
+use crate::wire::sample::SampleCounts;
+use crate::wire::session::name_to_wire;
+use crate::wire::topics::{EVENT_BETWEEN, EVENT_ROW, MAX_PLACES, Wire, WireMachine, WireVerdict};
+
+impl WireVerdict {
+    /// A verdict that says nothing: unknown, and every number NaN.
+    #[must_use]
+    pub fn unknown() -> Self {
+        let mut wire = Self::blank();
+        wire.each_number_mut(MAX_PLACES, MAX_PLACES, |_, number| *number = f64::NAN);
+        wire.time_to_lift_off_s = f64::NAN;
+        wire.event = EVENT_BETWEEN;
+        wire
+    }
+
+    /// Sets the numbers of a row.
+    pub fn set_row(
+        &mut self,
+        time_ns: i64,
+        reasons: Reasons,
+        outcome: &Outcome<f64>,
+        utilisation: f64,
+        next: Option<LiftOff>,
+    ) {
+        self.event = EVENT_ROW;
+        self.time_ns = time_ns;
+        self.reasons = reasons.bits().into();
+        self.wheel_count = outcome.load.len() as u32;
+        self.edge_count = outcome.itom_full.len() as u32;
+        let (wheels, edges) = (outcome.load.len(), outcome.itom_full.len());
+        self.each_number_mut(wheels, edges, |quantity, number| {
+            *number = outcome.get(quantity);
+        });
+        self.utilisation = utilisation;
+        self.time_to_lift_off_s = next.map_or(f64::NAN, |next| next.in_s);
+        self.next_wheel = next.map_or(0, |next| next.wheel as u32);
+    }
+
+    /// Sets the verdict and what it rests on beside the numbers.
+    pub fn set_verdict(&mut self, verdict: Verdict, conditions: Conditions, counts: SampleCounts) {
+        self.level = verdict.level as u32;
+        self.latched_level = verdict.latched_level as u32;
+        self.faults = conditions.faults.bits();
+        self.cautions = conditions.cautions.bits();
+        self.rows = counts.rows;
+        self.lost = counts.lost;
+        self.refused = counts.refused;
+        self.repeated = counts.repeated;
+    }
+
+    /// The levels that it tells. A number of no level is a fault.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        Verdict {
+            level: Level::from_number(self.level),
+            latched_level: Level::from_number(self.latched_level),
+        }
+    }
+
+    /// What was wrong with the input.
+    #[must_use]
+    pub fn conditions(&self) -> Conditions {
+        Conditions {
+            faults: InputFaults::from_bits(self.faults),
+            cautions: InputFaults::from_bits(self.cautions),
+        }
+    }
+
+    /// Why the row is not valid.
+    #[must_use]
+    pub fn row_reasons(&self) -> Reasons {
+        Reasons::from_bits(self.reasons as u16)
+    }
+}
+
+macro_rules! verdict_numbers {
+    (
+        worst_wheel { $($worst:ident: $worst_of:ident),* $(,)? }
+        machine { $($one:ident: $one_of:ident),* $(,)? }
+        wheel { $($wheel:ident: $wheel_of:ident),* $(,)? }
+        cause_and_wheel { $($cause:ident: $cause_of:ident),* $(,)? }
+        edge { $($edge:ident: $edge_of:ident),* $(,)? }
+    ) => {
+        impl WireVerdict {
+            /// The quantities of a verdict for that many wheels and edges, in the order of its recording.
+            pub fn each_quantity(wheels: usize, edges: usize, mut each: impl FnMut(Quantity)) {
+                $(each(Quantity::$worst_of);)*
+                $(each(Quantity::$one_of);)*
+                $((0..wheels).for_each(|wheel| each(Quantity::$wheel_of(wheel)));)*
+                $((0..edges).for_each(|edge| each(Quantity::$edge_of(edge)));)*
+                $(for cause in Contribution::ALL {
+                    (0..wheels).for_each(|wheel| each(Quantity::$cause_of(cause, wheel)));
+                })*
+            }
+
+            /// The number of a quantity; `None` if the verdict does not carry it.
+            #[must_use]
+            pub fn number(&self, quantity: Quantity) -> Option<f64> {
+                match quantity {
+                    $(Quantity::$worst_of => Some(self.$worst),)*
+                    $(Quantity::$one_of => Some(self.$one),)*
+                    $(Quantity::$wheel_of(wheel) => self.$wheel.get(wheel).copied(),)*
+                    $(Quantity::$edge_of(edge) => self.$edge.get(edge).copied(),)*
+                    $(Quantity::$cause_of(cause, wheel) => {
+                        self.$cause[cause as usize].get(wheel).copied()
+                    })*
+                    _ => None,
+                }
+            }
+
+            /// Every number of a quantity, for that many wheels and edges.
+            fn each_number_mut(
+                &mut self,
+                wheels: usize,
+                edges: usize,
+                mut each: impl FnMut(Quantity, &mut f64),
+            ) {
+                $(each(Quantity::$worst_of, &mut self.$worst);)*
+                $(each(Quantity::$one_of, &mut self.$one);)*
+                $(for (wheel, number) in self.$wheel.iter_mut().take(wheels).enumerate() {
+                    each(Quantity::$wheel_of(wheel), number);
+                })*
+                $(for (edge, number) in self.$edge.iter_mut().take(edges).enumerate() {
+                    each(Quantity::$edge_of(edge), number);
+                })*
+                $(for (cause, numbers) in Contribution::ALL.into_iter().zip(&mut self.$cause) {
+                    for (wheel, number) in numbers.iter_mut().take(wheels).enumerate() {
+                        each(Quantity::$cause_of(cause, wheel), number);
+                    }
+                })*
+            }
+        }
+    };
+}
+verdict_quantities!(verdict_numbers);
+
+impl WireMachine {
+    /// What readers of verdicts must know of the machine, without the head.
+    ///
+    /// # Errors
+    /// A name is too long for the wire.
+    pub fn new(machine: &Machine, session: u64) -> Result<Self> {
+        let limits = machine.limits();
+        let edges = machine.polygon().edges();
+        let mut wire = Self {
+            session,
+            limits: [limits.notice, limits.warning, limits.limit],
+            wheel_count: machine.wheels().len() as u32,
+            edge_count: edges.len() as u32,
+            name: name_to_wire(machine.name())?,
+            ..Self::blank()
+        };
+        for (name, wheel) in wire.wheel_names.iter_mut().zip(machine.wheels()) {
+            *name = name_to_wire(&wheel.name.to_lowercase())?;
+        }
+        for (name, edge) in wire.edge_names.iter_mut().zip(edges) {
+            *name = name_to_wire(&edge.name)?;
+        }
+        Ok(wire)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_on_the_wire_is_in_the_table() {
+        let numbers = WireVerdict::FIELDS.iter().filter(|f| f.c_type == "double");
+        for field in numbers.filter(|field| field.name != "time_to_lift_off_s") {
+            let doc = field.doc.join("");
+            let mut kinds = Quantity::KINDS.iter().filter(|kind| {
+                let stem = kind.pattern.replace("_{wheel}", "").replace("_{edge}", "");
+                let is_cause = field.name == "causes" && kind.variant == "Contribution";
+                (stem == field.name || is_cause) && doc.contains(kind.meaning)
+            });
+            assert!(kinds.next().is_some(), "{}: {doc}", field.name);
+        }
+    }
+
+    #[test]
+    fn documented_causes_are_those_of_the_message() {
+        let mut fields = WireVerdict::FIELDS.iter();
+        let causes = fields.find(|field| field.name == "causes").unwrap();
+        let names = Contribution::ALL.map(Contribution::name).join(" ");
+        let doc = causes.doc.join(" ").replace([',', '.'], " ");
+        let doc: Vec<_> = doc.split_whitespace().collect();
+        assert!(doc.join(" ").ends_with(&names), "{doc:?}");
+    }
+
+    #[test]
+    fn every_quantity_has_its_number() {
+        let mut verdict = WireVerdict::unknown();
+        let mut next = 0.0;
+        verdict.each_number_mut(4, 4, |_, number| {
+            next += 1.0;
+            *number = next;
+        });
+        let mut found = Vec::new();
+        WireVerdict::each_quantity(4, 4, |q| found.push(verdict.number(q).unwrap()));
+        assert_eq!(
+            found,
+            (1..=found.len()).map(|n| n as f64).collect::<Vec<_>>()
+        );
+        assert_eq!(found.len() as f64, next);
+    }
+}
