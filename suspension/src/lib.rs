@@ -16,6 +16,7 @@ mod error;
 pub mod hydraulics;
 mod prediction;
 mod problem;
+pub mod protocol;
 pub mod replay;
 mod solve;
 
