@@ -28,32 +28,32 @@ const ROUNDS: usize = 60;
 
 /// The limits of one rod for a given time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct RodLimits {
+pub(crate) struct RodLimits {
     /// x_min, x_max (m).
-    pub(super) stroke: [f64; 2],
+    pub(crate) stroke: [f64; 2],
     /// V (m/s).
-    pub(super) max_velocity: f64,
+    pub(crate) max_velocity: f64,
     /// A (m/s^2).
-    pub(super) max_acceleration: f64,
+    pub(crate) max_acceleration: f64,
     /// rho.
     at_stop: f64,
     /// eps (m).
-    pub(super) zone: f64,
+    pub(crate) zone: f64,
     /// dt (s).
-    pub(super) step: f64,
+    pub(crate) step: f64,
 }
 
 /// The accelerations allowed in the next step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Allowed {
+pub(crate) struct Allowed {
     /// Smallest and largest (m/s^2).
-    pub(super) range: [f64; 2],
+    pub(crate) range: [f64; 2],
     /// Whether (31b-d) can all be met; otherwise the range is a single value, the best possible braking.
-    pub(super) viable: bool,
+    pub(crate) viable: bool,
 }
 
 impl RodLimits {
-    pub(super) fn of(suspension: &Suspension, step: f64) -> Self {
+    pub(crate) fn of(suspension: &Suspension, step: f64) -> Self {
         let (v, a) = (suspension.max_velocity, suspension.max_acceleration);
         let rho = suspension.control.acceleration_at_stop;
         let half = 0.5 * (suspension.stroke[1] - suspension.stroke[0]);
@@ -74,13 +74,13 @@ impl RodLimits {
     }
 
     /// v_min, v_max of S(5).
-    pub(super) fn velocity(&self, x: f64) -> [f64; 2] {
+    pub(crate) fn velocity(&self, x: f64) -> [f64; 2] {
         let [down, up] = self.nearness(x);
         [-self.max_velocity * down, self.max_velocity * up]
     }
 
     /// a_min, a_max of S(5).
-    pub(super) fn acceleration(&self, x: f64) -> [f64; 2] {
+    pub(crate) fn acceleration(&self, x: f64) -> [f64; 2] {
         let share = |near: f64| self.at_stop + (1.0 - self.at_stop) * near;
         let [down, up] = self.nearness(x).map(share);
         [-self.max_acceleration * down, self.max_acceleration * up]
@@ -93,7 +93,7 @@ impl RodLimits {
     }
 
     /// The accelerations that (31b-f) allow at position x and velocity v, both finite.
-    pub(super) fn allowed(&self, x: f64, v: f64) -> Allowed {
+    pub(crate) fn allowed(&self, x: f64, v: f64) -> Allowed {
         let dt = self.step;
         let by_velocity = self.velocity(x).map(|limit| (limit - v) / dt);
         let by_stroke = self.stroke.map(|limit| (limit - x - dt * v) / (dt * dt));
@@ -128,7 +128,7 @@ impl RodLimits {
 }
 
 /// The value in the range closest to the given one; the upper end if the range is empty.
-pub(super) fn clamp(value: f64, [least, greatest]: [f64; 2]) -> f64 {
+pub(crate) fn clamp(value: f64, [least, greatest]: [f64; 2]) -> f64 {
     value.max(least).min(greatest)
 }
 

@@ -4,11 +4,11 @@
 //! measured rod position, because a proportional law needs a position error to move. It starts at the measured
 //! rods and is reset to them when they fall too far behind.
 
-use crate::command::{Command, Status};
+use super::command::{Command, Status};
+use super::optimiser::SuspensionOptimiser;
+use crate::condensed::MAX_ACTUATORS;
 use crate::error::SuspensionError;
 use crate::hydraulics::Valve;
-use crate::optimiser::SuspensionOptimiser;
-use crate::suspended_machine::MAX_ACTUATORS;
 use tipwatch_mechanics::machine::{HydraulicParameters, Machine, SuspensionControl};
 use tipwatch_mechanics::state::State;
 

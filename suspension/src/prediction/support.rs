@@ -20,14 +20,14 @@ use tipwatch_mechanics::number::{Jet, Real};
 
 /// The contact plane, and its frame as a sensor frame relative to the base.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Support<T: Real> {
-    pub(super) plane: ContactPlane<T>,
-    pub(super) sensor_frame: SensorFrame<T>,
+pub(crate) struct Support<T: Real> {
+    pub(crate) plane: ContactPlane<T>,
+    pub(crate) sensor_frame: SensorFrame<T>,
 }
 
 impl<T: Real> Support<T> {
     /// For wheels at rest relative to the base.
-    pub(super) fn at_rest(centres: &[Vector3<T>], radii: &[T], radii_differ: bool) -> Self {
+    pub(crate) fn at_rest(centres: &[Vector3<T>], radii: &[T], radii_differ: bool) -> Self {
         let plane = ContactPlane::through(centres, radii, radii_differ);
         let o = T::zero();
         let none = Vector3::new(o, o, o);
@@ -45,7 +45,7 @@ impl<T: Real> Support<T> {
     }
 
     /// For wheels that move relative to the base; `centres` and `radii` are their present values.
-    pub(super) fn moving(
+    pub(crate) fn moving(
         moving_centres: &[Vector3<Jet<T>>],
         moving_radii: &[Jet<T>],
         centres: &[Vector3<T>],

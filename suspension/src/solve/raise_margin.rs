@@ -3,11 +3,11 @@
 //! The smallest linearised margin over the box is a concave piecewise linear function: its maximum is at an
 //! intersection of planes and sides of the box, one more in number than the variables. All of them are tried.
 
-use crate::evaluation::{Evaluation, MAX_MARGINS};
-use crate::quadratic_step::dot;
+use super::quadratic_step::dot;
+use crate::cost::{Evaluation, MAX_MARGINS};
 
 /// The change of z that maximises the smallest linearised margin in the box from -1 to 1, and that maximum.
-pub(super) fn raising_step<const N: usize>(z: &[f64; N], here: &Evaluation<N>) -> ([f64; N], f64) {
+pub(crate) fn raising_step<const N: usize>(z: &[f64; N], here: &Evaluation<N>) -> ([f64; N], f64) {
     let mut roof = Roof {
         value: [0.0; MAX_MARGINS],
         slope: [[0.0; N]; MAX_MARGINS],

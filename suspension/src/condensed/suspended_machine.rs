@@ -1,6 +1,6 @@
 //! A machine whose suspension can be controlled.
 
-use crate::carriers::Carriers;
+use super::carriers::Carriers;
 use crate::error::SuspensionError;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{Machine, Suspension};
@@ -9,20 +9,20 @@ use tipwatch_mechanics::machine::{Machine, Suspension};
 pub const MAX_ACTUATORS: usize = 2;
 
 /// Number of strokes at which T* is evaluated.
-pub(super) const STROKE_POSITIONS: usize = 33;
+pub(crate) const STROKE_POSITIONS: usize = 33;
 
 /// A machine with its suspension linkages.
 #[derive(Debug, Clone)]
-pub(super) struct SuspendedMachine {
-    pub(super) machine: Machine,
+pub(crate) struct SuspendedMachine {
+    pub(crate) machine: Machine,
     /// Indices of the linkages, by actuator.
-    pub(super) linkages: Vec<usize>,
-    pub(super) carriers: Carriers,
+    pub(crate) linkages: Vec<usize>,
+    pub(crate) carriers: Carriers,
 }
 
 impl SuspendedMachine {
     /// For a machine with a suspension that can be controlled.
-    pub(super) fn of(machine: &Machine) -> Result<(Self, Suspension), SuspensionError> {
+    pub(crate) fn of(machine: &Machine) -> Result<(Self, Suspension), SuspensionError> {
         let Some(suspension) = machine.suspension().cloned() else {
             return Err(SuspensionError::NoSuspension);
         };

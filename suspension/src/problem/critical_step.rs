@@ -10,10 +10,10 @@
 //! which holds for steps longer than T*. With one variable, T*^2 = -(d_X' W d_A) / (d_X' W d_X): the ratio of the
 //! load difference front - rear by acceleration and by position where only that difference matters.
 
-use crate::instant::Instant;
-use crate::predicted_state::{Own, PredictedState};
-use crate::suspended_machine::SuspendedMachine;
-use crate::weights::Weights;
+use crate::condensed::Instant;
+use crate::condensed::SuspendedMachine;
+use crate::cost::Weights;
+use crate::prediction::{PredictedState, RodMotion};
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::number::Gradient;
 
@@ -30,31 +30,31 @@ pub struct CriticalStep {
 }
 
 /// Derivatives of the loads with respect to stroke, index 0, and acceleration, index 1, of one variable.
-type Answer = Gradient<2>;
+type Response = Gradient<2>;
 
 const POSITION: usize = 0;
 const ACCELERATION: usize = 1;
 
 /// Scratch memory for the computation of [`CriticalStep`]s.
 #[derive(Debug)]
-pub(super) struct StepFinder {
-    predicted_state: PredictedState<Answer>,
+pub(crate) struct StepFinder {
+    predicted_state: PredictedState<Response>,
     /// By variable, loads by wheel.
-    answers: [Vec<Answer>; 2],
-    rods: Vec<Motion<Answer>>,
+    responses: [Vec<Response>; 2],
+    rods: Vec<Motion<Response>>,
     /// 1 for wheels in front of the middle, -1 behind it.
     in_front: Vec<f64>,
 }
 
 impl StepFinder {
-    pub(super) fn new(suspended: &SuspendedMachine) -> Self {
+    pub(crate) fn new(suspended: &SuspendedMachine) -> Self {
         let wheels = suspended.machine.wheels();
         let middle = wheels.iter().map(|w| w.centre_at_zero.x).sum::<f64>() / wheels.len() as f64;
         let side = |w: &tipwatch_mechanics::machine::Wheel| (w.centre_at_zero.x - middle).signum();
         let none = || vec![Gradient::fixed(0.0); wheels.len()];
         Self {
             predicted_state: PredictedState::new(suspended),
-            answers: [none(), none()],
+            responses: [none(), none()],
             rods: vec![Motion::zero(); suspended.linkages.len()],
             in_front: wheels.iter().map(side).collect(),
         }
@@ -62,7 +62,7 @@ impl StepFinder {
 
     /// Computes it at an instant, with the rods at rest at `positions` (m); the variables are the individual rods
     /// if they are `independent`, else one for all of them.
-    pub(super) fn find(
+    pub(crate) fn find(
         &mut self,
         suspended: &SuspendedMachine,
         instant: &Instant,
@@ -81,15 +81,15 @@ impl StepFinder {
                 }
             }
             let predicted_state = &mut self.predicted_state;
-            predicted_state.fill(suspended, instant, &self.rods, Own::InMotion, false);
-            self.answers[variable].copy_from_slice(&predicted_state.otf);
+            predicted_state.fill(suspended, instant, &self.rods, RodMotion::InMotion, false);
+            self.responses[variable].copy_from_slice(&predicted_state.otf);
         }
         let front_less_rear = |by: usize| -> f64 {
-            let of = |answer: &Vec<Answer>| -> f64 {
-                let sides = answer.iter().zip(&self.in_front);
+            let of = |response: &Vec<Response>| -> f64 {
+                let sides = response.iter().zip(&self.in_front);
                 sides.map(|(load, side)| load.slopes[by] * side).sum()
             };
-            self.answers[..variables].iter().map(of).sum()
+            self.responses[..variables].iter().map(of).sum()
         };
         CriticalStep {
             time: self.time(weights, variables),
@@ -102,7 +102,7 @@ impl StepFinder {
     /// and X that of d_X' W d_X.
     fn time(&self, weights: &Weights, variables: usize) -> Option<f64> {
         let product = |i: usize, j: usize, by: usize| {
-            weights.product(&self.answers[i], POSITION, &self.answers[j], by)
+            weights.product(&self.responses[i], POSITION, &self.responses[j], by)
         };
         let mixed =
             |i: usize, j: usize| 0.5 * (product(i, j, ACCELERATION) + product(j, i, ACCELERATION));

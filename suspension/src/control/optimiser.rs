@@ -1,16 +1,16 @@
 //! The suspension optimiser: from the state of the machine to the next motion of its suspension.
 
-use crate::command::{Command, Status};
-use crate::critical_step::{CriticalStep, StepFinder};
+use super::command::{Command, Status};
+use crate::condensed::Instant;
+use crate::condensed::MAX_ACTUATORS;
+use crate::condensed::{STROKE_POSITIONS, SuspendedMachine};
+use crate::cost::Weights;
 use crate::error::{STEP_FACTOR, SuspensionError};
-use crate::instant::Instant;
-use crate::limits::{Allowed, RodLimits, clamp};
-use crate::minimise::Ending;
-use crate::predicted_state::PredictedState;
-use crate::problem::{Aim, Problem, Rod, Solved};
-use crate::suspended_machine::MAX_ACTUATORS;
-use crate::suspended_machine::{STROKE_POSITIONS, SuspendedMachine};
-use crate::weights::Weights;
+use crate::prediction::PredictedState;
+use crate::problem::{Allowed, RodLimits, clamp};
+use crate::problem::{CriticalStep, StepFinder};
+use crate::problem::{Problem, ProblemSettings, Rod, Solved};
+use crate::solve::Ending;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{ControlMode, Machine, Suspension, SuspensionControl};
 use tipwatch_mechanics::resting_state;
@@ -24,7 +24,7 @@ use tipwatch_mechanics::state::State;
 #[derive(Debug)]
 pub struct SuspensionOptimiser {
     suspended: SuspendedMachine,
-    aim: Aim,
+    settings: ProblemSettings,
     independent: bool,
     problem: Variables,
     instant: Instant,
@@ -47,7 +47,7 @@ enum Variables {
 
 impl SuspensionOptimiser {
     /// Maximum number of evaluations of the machine per step.
-    pub const MAX_EVALUATIONS: usize = crate::minimise::MAX_EVALUATIONS;
+    pub const MAX_EVALUATIONS: usize = crate::solve::MAX_EVALUATIONS;
 
     /// For a machine, with `control` instead of the settings in its machine file. In one-step mode the joint
     /// positions (rad or m), in the order of [`Machine::joints`], are the posture for which the step length is
@@ -77,7 +77,7 @@ impl SuspensionOptimiser {
             return Err(SuspensionError::Nested);
         }
         let mut optimiser = Self {
-            aim: Aim {
+            settings: ProblemSettings {
                 weights: Weights::of(machine, &control.weights)?,
                 min_angle: control.min_stability_angle,
                 look_ahead: (control.mode == ControlMode::LookAhead).then_some(control.look_ahead),
@@ -105,25 +105,25 @@ impl SuspensionOptimiser {
     /// Duration of a step, for which a command applies (s).
     #[must_use]
     pub fn step_length(&self) -> f64 {
-        self.aim.limits.step
+        self.settings.limits.step
     }
 
     /// Width of the zone in front of a stop in which the velocity limit shrinks: eps (m).
     #[must_use]
     pub fn approach_zone(&self) -> f64 {
-        self.aim.limits.zone
+        self.settings.limits.zone
     }
 
     /// Smallest and largest velocity of a rod at a stroke (m, m/s): (31c).
     #[must_use]
     pub fn velocity_limits(&self, position: f64) -> [f64; 2] {
-        self.aim.limits.velocity(position)
+        self.settings.limits.velocity(position)
     }
 
     /// Smallest and largest acceleration of a rod at a stroke (m, m/s^2): (31d).
     #[must_use]
     pub fn acceleration_limits(&self, position: f64) -> [f64; 2] {
-        self.aim.limits.acceleration(position)
+        self.settings.limits.acceleration(position)
     }
 
     /// Discards the history.
@@ -167,14 +167,14 @@ impl SuspensionOptimiser {
             &self.suspended,
             &self.instant,
             &rods[..self.suspended.linkages.len()],
-            &self.aim.weights,
+            &self.settings.weights,
             self.independent,
         )
     }
 
     /// Checks that the step is long enough over the whole stroke.
     fn check_step(&mut self, joint_positions: &[f64]) -> Result<(), SuspensionError> {
-        let [least, greatest] = self.aim.limits.stroke;
+        let [least, greatest] = self.settings.limits.stroke;
         let mut largest = (0.0, least);
         for k in 0..STROKE_POSITIONS {
             let share = k as f64 / (STROKE_POSITIONS - 1) as f64;
@@ -217,7 +217,7 @@ impl SuspensionOptimiser {
         if !known(x) || !known(v) {
             return self.hold();
         }
-        let allowed = |k: usize| self.aim.limits.allowed(x[k], v[k]);
+        let allowed = |k: usize| self.settings.limits.allowed(x[k], v[k]);
         let mut rods = [Rod {
             x: 0.0,
             v: 0.0,
@@ -241,10 +241,10 @@ impl SuspensionOptimiser {
             return self.stop(rods, Status::NoSolution);
         }
         self.observe(state, rods);
-        let (suspended, instant, aim) = (&self.suspended, &self.instant, &self.aim);
+        let (suspended, instant, settings) = (&self.suspended, &self.instant, &self.settings);
         let solved = match &mut self.problem {
-            Variables::One(problem) => problem.solve(suspended, instant, aim, rods),
-            Variables::Two(problem) => problem.solve(suspended, instant, aim, rods),
+            Variables::One(problem) => problem.solve(suspended, instant, settings, rods),
+            Variables::Two(problem) => problem.solve(suspended, instant, settings, rods),
         };
         let status = match solved.found.ending {
             Ending::Converged => Status::Optimal,
@@ -252,7 +252,7 @@ impl SuspensionOptimiser {
             Ending::NoMargin => Status::MarginLost,
             Ending::NotFinite => return self.stop(rods, Status::NoSolution),
         };
-        if !solved.steers_right {
+        if !solved.has_right_sign {
             return self.stop(rods, Status::StepTooShort);
         }
         self.stopping = false;
@@ -282,7 +282,7 @@ impl SuspensionOptimiser {
 
     /// The smoothest stop within the limits; outside of them, the hardest braking.
     fn stop(&mut self, rods: &[Rod], status: Status) -> Command {
-        let dt = self.aim.limits.step;
+        let dt = self.settings.limits.step;
         let braking = |k: usize| {
             let rod = rods.get(k);
             rod.map_or(0.0, |rod| clamp(-rod.v / dt, rod.allowed.range))
@@ -297,7 +297,7 @@ impl SuspensionOptimiser {
     /// If the strokes are unknown, nothing may move.
     fn hold(&mut self) -> Command {
         self.stopping = true;
-        let middle = 0.5 * (self.aim.limits.stroke[0] + self.aim.limits.stroke[1]);
+        let middle = 0.5 * (self.settings.limits.stroke[0] + self.settings.limits.stroke[1]);
         Command {
             position: self.reference.unwrap_or([middle; MAX_ACTUATORS]),
             hold: true,
@@ -313,7 +313,7 @@ impl SuspensionOptimiser {
         status: Status,
         solved: Option<&Solved>,
     ) -> Command {
-        let limits = &self.aim.limits;
+        let limits = &self.settings.limits;
         let mut command = Command::blank(rods.len(), status);
         command.acceleration = acceleration;
         for (k, rod) in rods.iter().enumerate() {

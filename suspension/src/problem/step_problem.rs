@@ -13,36 +13,36 @@
 //! ```
 //! and is replanned at every step; p is restricted so that this a is within the present acceleration limits.
 
-use crate::evaluation::Evaluation;
-use crate::instant::Instant;
-use crate::limits::{Allowed, RodLimits, clamp};
-use crate::minimise::{Ending, Minimum, minimise};
-use crate::predicted_state::{Own, PredictedState};
-use crate::response::Among;
-use crate::suspended_machine::{MAX_ACTUATORS, SuspendedMachine};
-use crate::weights::Weights;
+use super::limits::{Allowed, RodLimits, clamp};
+use crate::condensed::Instant;
+use crate::condensed::{MAX_ACTUATORS, SuspendedMachine};
+use crate::cost::Evaluation;
+use crate::cost::Weights;
+use crate::prediction::FromActuator;
+use crate::prediction::{PredictedState, RodMotion};
+use crate::solve::{Ending, Minimum, minimise};
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::number::{Gradient, Real};
 
 /// The objective and the machine: constant for all steps.
 #[derive(Debug, Clone)]
-pub(super) struct Aim {
-    pub(super) weights: Weights,
+pub(crate) struct ProblemSettings {
+    pub(crate) weights: Weights,
     /// Lower bound on the stability angles (rad).
-    pub(super) min_angle: f64,
+    pub(crate) min_angle: f64,
     /// Look-ahead time (s); `None` for the problem of the paper.
-    pub(super) look_ahead: Option<f64>,
-    pub(super) limits: RodLimits,
+    pub(crate) look_ahead: Option<f64>,
+    pub(crate) limits: RodLimits,
 }
 
 /// State and limits of a rod.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rod {
+pub(crate) struct Rod {
     /// (m)
-    pub(super) x: f64,
+    pub(crate) x: f64,
     /// (m/s)
-    pub(super) v: f64,
-    pub(super) allowed: Allowed,
+    pub(crate) v: f64,
+    pub(crate) allowed: Allowed,
 }
 
 /// A number that depends on one variable.
@@ -50,9 +50,9 @@ type Alone = Gradient<1>;
 
 /// A problem in `N` variables: one for all rods, or one per rod.
 #[derive(Debug)]
-pub(super) struct Problem<const N: usize>
+pub(crate) struct Problem<const N: usize>
 where
-    Gradient<N>: Among<Alone>,
+    Gradient<N>: FromActuator<Alone>,
 {
     predicted_state: PredictedState<Gradient<N>, Alone>,
     rods: [Motion<Alone>; MAX_ACTUATORS],
@@ -64,14 +64,14 @@ where
 
 /// The solution of a problem.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Solved {
+pub(crate) struct Solved {
     /// Acceleration of each rod (m/s^2).
-    pub(super) acceleration: [f64; MAX_ACTUATORS],
+    pub(crate) acceleration: [f64; MAX_ACTUATORS],
     /// Variable of each rod, in its unit.
-    pub(super) variable: [f64; MAX_ACTUATORS],
-    pub(super) found: Minimum<MAX_ACTUATORS>,
+    pub(crate) variable: [f64; MAX_ACTUATORS],
+    pub(crate) found: Minimum<MAX_ACTUATORS>,
     /// Whether the step changes the loads in the same direction as the position it leads to: S(8).
-    pub(super) steers_right: bool,
+    pub(crate) has_right_sign: bool,
 }
 
 /// Ranges of the variables.
@@ -82,9 +82,9 @@ struct Ranges<const N: usize> {
 
 impl<const N: usize> Problem<N>
 where
-    Gradient<N>: Among<Alone>,
+    Gradient<N>: FromActuator<Alone>,
 {
-    pub(super) fn new(suspended: &SuspendedMachine) -> Self {
+    pub(crate) fn new(suspended: &SuspendedMachine) -> Self {
         Self {
             predicted_state: PredictedState::new(suspended),
             rods: [Motion::zero(); MAX_ACTUATORS],
@@ -93,20 +93,20 @@ where
         }
     }
 
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.last = None;
     }
 
     /// Solves it for rods that can all move: see [`Allowed::viable`].
-    pub(super) fn solve(
+    pub(crate) fn solve(
         &mut self,
         suspended: &SuspendedMachine,
         instant: &Instant,
-        aim: &Aim,
+        settings: &ProblemSettings,
         rods: &[Rod],
     ) -> Solved {
-        let ranges = Ranges::of(aim, rods);
-        let start = self.start(aim, rods, &ranges);
+        let ranges = Ranges::of(settings, rods);
+        let start = self.start(settings, rods, &ranges);
         let Self {
             predicted_state,
             rods: motions,
@@ -117,26 +117,29 @@ where
                 let i = variable_of::<N>(k);
                 let mut variable = Alone::fixed(ranges.middle[i] + ranges.half[i] * z[i]);
                 variable.slopes[0] = ranges.half[i];
-                *motion = aim.motion(rod, variable);
+                *motion = settings.motion(rod, variable);
             }
             evaluate(
                 suspended,
                 instant,
-                aim,
+                settings,
                 predicted_state,
                 &motions[..rods.len()],
             )
         });
-        let steers_right = aim.look_ahead.is_some()
+        let has_right_sign = settings.look_ahead.is_some()
             || found.ending == Ending::NotFinite
             || ranges.half.contains(&0.0)
-            || self.steers_right(suspended, instant, aim, rods.len(), &ranges);
+            || self.has_right_sign(suspended, instant, settings, rods.len(), &ranges);
         let variable: [f64; N] =
             std::array::from_fn(|i| ranges.middle[i] + ranges.half[i] * found.z[i]);
         self.last = variable.iter().all(|u| u.is_finite()).then_some(variable);
         let of = |values: &[f64; N], k: usize| values[variable_of::<N>(k)];
         let acceleration = |k: usize| match rods.get(k) {
-            Some(rod) => clamp(aim.acceleration(rod, of(&variable, k)), rod.allowed.range),
+            Some(rod) => clamp(
+                settings.acceleration(rod, of(&variable, k)),
+                rod.allowed.range,
+            ),
             None => 0.0,
         };
         Solved {
@@ -149,17 +152,17 @@ where
                 iterations: found.iterations,
                 evaluations: found.evaluations,
             },
-            steers_right,
+            has_right_sign,
         }
     }
 
     /// Whether d_X' W d_a is positive definite, from the derivatives of the load differences with respect to the
     /// strokes and to the accelerations of the step, at the last point evaluated.
-    fn steers_right(
+    fn has_right_sign(
         &mut self,
         suspended: &SuspendedMachine,
         instant: &Instant,
-        aim: &Aim,
+        settings: &ProblemSettings,
         actuators: usize,
         ranges: &Ranges<N>,
     ) -> bool {
@@ -173,9 +176,10 @@ where
                 ..Motion::zero()
             };
         }
-        predicted_state.fill(suspended, instant, motions, Own::AtRest, false);
+        predicted_state.fill(suspended, instant, motions, RodMotion::AtRest, false);
         let by = |i: usize, j: usize| {
-            aim.weights
+            settings
+                .weights
                 .product(&predicted_state.otf, i, &self.by_step, j)
                 / ranges.half[j]
         };
@@ -187,9 +191,9 @@ where
     }
 
     /// Start of the search: the last solution, else the present strokes or zero acceleration.
-    fn start(&self, aim: &Aim, rods: &[Rod], ranges: &Ranges<N>) -> [f64; N] {
+    fn start(&self, settings: &ProblemSettings, rods: &[Rod], ranges: &Ranges<N>) -> [f64; N] {
         std::array::from_fn(|i| {
-            let here = if aim.look_ahead.is_some() {
+            let here = if settings.look_ahead.is_some() {
                 rods[i].x
             } else {
                 0.0
@@ -210,19 +214,19 @@ fn variable_of<const N: usize>(rod: usize) -> usize {
 fn evaluate<const N: usize>(
     suspended: &SuspendedMachine,
     instant: &Instant,
-    aim: &Aim,
+    settings: &ProblemSettings,
     predicted_state: &mut PredictedState<Gradient<N>, Alone>,
     rods: &[Motion<Alone>],
 ) -> Evaluation<N>
 where
-    Gradient<N>: Among<Alone>,
+    Gradient<N>: FromActuator<Alone>,
 {
-    let own = match aim.look_ahead {
-        Some(_) => Own::AtRest,
-        None => Own::InMotion,
+    let rod_motion = match settings.look_ahead {
+        Some(_) => RodMotion::AtRest,
+        None => RodMotion::InMotion,
     };
-    let with_angles = aim.counts_angles();
-    predicted_state.fill(suspended, instant, rods, own, with_angles);
+    let with_angles = settings.uses_angles();
+    predicted_state.fill(suspended, instant, rods, rod_motion, with_angles);
     let angles = if with_angles {
         &predicted_state.angle[..]
     } else {
@@ -231,18 +235,18 @@ where
     let machine = &suspended.machine;
     let mean = machine.gravity() * instant.condensed.mass() / machine.wheels().len() as f64;
     Evaluation::of(
-        &aim.weights,
+        &settings.weights,
         &predicted_state.otf,
         mean,
         angles,
-        aim.min_angle,
+        settings.min_angle,
     )
 }
 
-impl Aim {
+impl ProblemSettings {
     /// Whether stability angles matter, which require the direction of gravity.
-    pub(super) fn counts_angles(&self) -> bool {
-        self.weights.count_angles() || self.min_angle > 0.0
+    pub(crate) fn uses_angles(&self) -> bool {
+        self.weights.use_angles() || self.min_angle > 0.0
     }
 
     /// Motion of a rod for a value of its variable: S(9), or at rest at the end of its move.
@@ -282,13 +286,13 @@ impl Aim {
 impl<const N: usize> Ranges<N> {
     /// The common range of the rods of each variable; for rods so far apart that none exists, the value midway
     /// between them.
-    fn of(aim: &Aim, rods: &[Rod]) -> Self {
+    fn of(settings: &ProblemSettings, rods: &[Rod]) -> Self {
         let mut ranges = [[f64::NEG_INFINITY, f64::INFINITY]; N];
         for (k, rod) in rods.iter().enumerate() {
             let range = &mut ranges[variable_of::<N>(k)];
-            let mut reach = rod.allowed.range.map(|a| aim.variable(rod, a));
-            if aim.look_ahead.is_some() {
-                reach = reach.map(|p| clamp(p, aim.limits.stroke));
+            let mut reach = rod.allowed.range.map(|a| settings.variable(rod, a));
+            if settings.look_ahead.is_some() {
+                reach = reach.map(|p| clamp(p, settings.limits.stroke));
             }
             range[0] = range[0].max(reach[0]);
             range[1] = range[1].min(reach[1]);

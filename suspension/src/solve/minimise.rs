@@ -2,19 +2,19 @@
 //!
 //! Each iteration computes the exact optimum of the quadratic model ([`quadratic_step`]) and halves the step
 //! until cost plus constraint violation decreases sufficiently. The cost's part of the Hessian, S(11), is exact;
-//! the curvature of loads and angles, which is small because they are nearly linear, is learnt from the change
+//! the curvature of loads and angles, which is small because they are nearly linear, is estimated from the change
 //! of their exact gradients between iterates (structured secant update of Dennis, Gay and Welsch), so
 //! convergence is nearly quadratic. If the linearised margins are infeasible, the smallest margin is maximised
 //! instead. Every iterate is inside the box.
 
-use crate::evaluation::Evaluation;
-use crate::quadratic_step::{Step, dot, quadratic_step};
-use crate::raise::raising_step;
+use super::quadratic_step::{Step, dot, quadratic_step};
+use super::raise_margin::raising_step;
+use crate::cost::Evaluation;
 
 /// Maximum number of evaluations of a problem.
-pub(super) const MAX_EVALUATIONS: usize = 40;
+pub(crate) const MAX_EVALUATIONS: usize = 40;
 /// Maximum number of iterations.
-pub(super) const MAX_ITERATIONS: usize = 12;
+pub(crate) const MAX_ITERATIONS: usize = 12;
 /// Maximum number of halvings of a step.
 const MAX_HALVINGS: usize = 6;
 /// Convergence: the predicted next step is below this fraction of half the range.
@@ -37,7 +37,7 @@ const MAX_ACROSS: usize = 8;
 
 /// Outcome of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ending {
+pub(crate) enum Ending {
     /// The optimum was found.
     Converged,
     /// The best feasible point found within the work limit.
@@ -50,12 +50,12 @@ pub(super) enum Ending {
 
 /// Result of a search.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Minimum<const N: usize> {
-    pub(super) z: [f64; N],
-    pub(super) ending: Ending,
-    pub(super) cost: f64,
-    pub(super) iterations: usize,
-    pub(super) evaluations: usize,
+pub(crate) struct Minimum<const N: usize> {
+    pub(crate) z: [f64; N],
+    pub(crate) ending: Ending,
+    pub(crate) cost: f64,
+    pub(crate) iterations: usize,
+    pub(crate) evaluations: usize,
 }
 
 /// A search: the problem, and the work done so far.
@@ -70,7 +70,7 @@ struct Search<F, const N: usize> {
 }
 
 /// Minimises from `start`, in the box from -1 to 1.
-pub(super) fn minimise<const N: usize>(
+pub(crate) fn minimise<const N: usize>(
     start: [f64; N],
     evaluate: impl FnMut(&[f64; N]) -> Evaluation<N>,
 ) -> Minimum<N> {
@@ -82,35 +82,35 @@ pub(super) fn minimise<const N: usize>(
         cheapest: None,
         safest: (start, f64::NEG_INFINITY, f64::NAN),
     };
-    let Some(mut here) = search.look(&start) else {
+    let Some(mut here) = search.evaluate_at(&start) else {
         return search.end(start, Ending::NotFinite);
     };
     let mut z = start;
-    let (mut raised, mut elsewhere) = (false, None);
+    let (mut raised, mut first_bottom) = (false, None);
     loop {
         match search.descend(z, here) {
             Descent::Done(bottom) => {
                 // With negative curvature, another side of the box may have a lower minimum.
-                if elsewhere.is_none() && bottom.curves_down {
-                    elsewhere = Some(bottom);
-                    if let Some(there) = search.elsewhere(&bottom) {
+                if first_bottom.is_none() && bottom.curves_down {
+                    first_bottom = Some(bottom);
+                    if let Some(there) = search.across_box(&bottom) {
                         (z, here) = there;
                         continue;
                     }
                 }
-                let lowest = elsewhere.filter(|first| first.cost < bottom.cost);
+                let lowest = first_bottom.filter(|first| first.cost < bottom.cost);
                 let lowest = lowest.unwrap_or(bottom);
                 return search.ended(lowest.z, Ending::Converged, lowest.cost);
             }
-            Descent::Stuck => return search.settle(),
+            Descent::Stuck => return search.best_found(),
             Descent::NoMargin(at, evaluation) if !raised => {
                 raised = true;
                 (z, here) = search.raise(at, evaluation);
                 if here.least_margin() < -MARGIN_TOLERANCE {
-                    return search.settle();
+                    return search.best_found();
                 }
             }
-            Descent::NoMargin(..) => return search.settle(),
+            Descent::NoMargin(..) => return search.best_found(),
         }
     }
 }
@@ -136,7 +136,7 @@ enum Descent<const N: usize> {
 
 impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
     /// Evaluates the problem at a point; `None` if it is not finite there or the work limit is reached.
-    fn look(&mut self, z: &[f64; N]) -> Option<Evaluation<N>> {
+    fn evaluate_at(&mut self, z: &[f64; N]) -> Option<Evaluation<N>> {
         if self.evaluations == MAX_EVALUATIONS {
             return None;
         }
@@ -158,7 +158,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
 
     /// The best point across the box if its cost is lower than that of `bottom`. Tries the points at which the
     /// quadratic model is lower or only slightly higher.
-    fn elsewhere(&mut self, bottom: &Bottom<N>) -> Option<([f64; N], Evaluation<N>)> {
+    fn across_box(&mut self, bottom: &Bottom<N>) -> Option<([f64; N], Evaluation<N>)> {
         let mut cheapest: Option<([f64; N], Evaluation<N>)> = None;
         // With two variables, the points with a slightly higher model value would be too many.
         let (candidates, lower) = match N {
@@ -174,7 +174,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
             }
             let least = cheapest.as_ref().map_or(bottom.cost, |(_, at)| at.cost);
             let found = self
-                .look(&there)
+                .evaluate_at(&there)
                 .filter(|at| at.least_margin() >= -MARGIN_TOLERANCE && at.cost < least);
             cheapest = found.map(|at| (there, at)).or(cheapest);
         }
@@ -183,11 +183,11 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
 
     fn descend(&mut self, mut z: [f64; N], mut here: Evaluation<N>) -> Descent<N> {
         let mut penalty: f64 = 0.0;
-        let mut learnt = [[0.0; N]; N];
+        let mut secant = [[0.0; N]; N];
         // Ratio of a step's size to that of the preceding step.
         let mut before = 1.0;
         while self.iterations < MAX_ITERATIONS {
-            let hessian = sum(&here.curvature, &learnt);
+            let hessian = sum(&here.curvature, &secant);
             let Some(Step { d, multipliers }) = quadratic_step(&z, &here, &hessian) else {
                 return Descent::NoMargin(z, here);
             };
@@ -210,7 +210,11 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
                 };
             };
             let step: [f64; N] = std::array::from_fn(|i| there[i] - z[i]);
-            learn(&mut learnt, &step, &next.bending(&here, &multipliers));
+            secant_update(
+                &mut secant,
+                &step,
+                &next.unknown_curvature(&here, &multipliers),
+            );
             (z, here, before) = (there, next, size * share);
         }
         Descent::Stuck
@@ -232,7 +236,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
         for _ in 0..=MAX_HALVINGS {
             let there = moved(z, d, share);
             let enough = before + SUFFICIENT * share * slope + rounding;
-            if let Some(at) = self.look(&there).filter(|at| merit(at) <= enough) {
+            if let Some(at) = self.evaluate_at(&there).filter(|at| merit(at) <= enough) {
                 return Some((there, at, share));
             }
             share *= 0.5;
@@ -255,7 +259,10 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
             for _ in 0..=MAX_HALVINGS {
                 let there = moved(&z, &d, share);
                 let worth = here.least_margin() + WORTH_RAISING;
-                if let Some(at) = self.look(&there).filter(|at| at.least_margin() > worth) {
+                if let Some(at) = self
+                    .evaluate_at(&there)
+                    .filter(|at| at.least_margin() > worth)
+                {
                     found = Some((there, at));
                     break;
                 }
@@ -268,7 +275,7 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
     }
 
     /// The best point found.
-    fn settle(&self) -> Minimum<N> {
+    fn best_found(&self) -> Minimum<N> {
         match self.cheapest {
             Some((z, cost)) => self.ended(z, Ending::WorkLimit, cost),
             None => self.ended(self.safest.0, Ending::NoMargin, self.safest.2),
@@ -291,18 +298,22 @@ impl<F: FnMut(&[f64; N]) -> Evaluation<N>, const N: usize> Search<F, N> {
     }
 }
 
-/// Powell's symmetric update: the smallest symmetric change of a matrix that makes it map `step` to `bending`.
-fn learn<const N: usize>(learnt: &mut [[f64; N]; N], step: &[f64; N], bending: &[f64; N]) {
+/// Powell's symmetric update: the smallest symmetric change of a matrix that makes it map `step` to `unknown_curvature`.
+fn secant_update<const N: usize>(
+    secant: &mut [[f64; N]; N],
+    step: &[f64; N],
+    unknown_curvature: &[f64; N],
+) {
     let square = dot(step, step);
     if !(square > 0.0) {
         return;
     }
-    let miss: [f64; N] = std::array::from_fn(|i| bending[i] - dot(&learnt[i], step));
+    let miss: [f64; N] = std::array::from_fn(|i| unknown_curvature[i] - dot(&secant[i], step));
     let along = dot(&miss, step) / square;
     for i in 0..N {
         for j in 0..N {
             let both = miss[i] * step[j] + step[i] * miss[j] - along * step[i] * step[j];
-            learnt[i][j] += both / square;
+            secant[i][j] += both / square;
         }
     }
 }

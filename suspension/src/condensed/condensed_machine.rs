@@ -9,7 +9,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::carriers::Carriers;
+use super::carriers::Carriers;
 use tipwatch_mechanics::dynamics::composite::{Composite, Field};
 use tipwatch_mechanics::dynamics::kinematics::BodyMotion;
 use tipwatch_mechanics::dynamics::newton_euler;
@@ -21,7 +21,7 @@ use tipwatch_mechanics::state::State;
 
 /// Everything on a carrier, itself included, about its origin in its axes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Carried {
+pub(crate) struct Carried {
     /// Mass, first and second moments.
     moments: MassMoments,
     /// p: sum m v of the motion relative to the carrier (kg m/s).
@@ -70,15 +70,15 @@ impl Carried {
 
 /// Moments and wrench of the whole machine, about the base origin in base axes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Whole<T> {
+pub(crate) struct Whole<T> {
     /// With momenta relative to the base.
-    pub(super) moments: Composite<T>,
+    pub(crate) moments: Composite<T>,
     /// Wrench of the relative motions on a base at rest with zero specific force.
-    pub(super) wrench: Wrench<T>,
+    pub(crate) wrench: Wrench<T>,
 }
 
 impl<T: Real> Whole<T> {
-    pub(super) fn nothing() -> Self {
+    pub(crate) fn nothing() -> Self {
         Self {
             moments: Composite::zero(),
             wrench: Wrench::zero(),
@@ -87,7 +87,7 @@ impl<T: Real> Whole<T> {
 
     /// Adds another one, converted from its number type.
     #[inline(always)]
-    pub(super) fn add<U: Real>(&mut self, other: &Whole<U>, convert: impl Fn(U) -> T) {
+    pub(crate) fn add<U: Real>(&mut self, other: &Whole<U>, convert: impl Fn(U) -> T) {
         let (sum, more) = (&mut self.moments, &other.moments);
         sum.mass += convert(more.mass);
         for k in 0..3 {
@@ -105,7 +105,7 @@ impl<T: Real> Whole<T> {
     }
 
     /// S(2): the ground wrench for a given base motion.
-    pub(super) fn moved(&self, base: &BodyMotion<T>) -> Wrench<T> {
+    pub(crate) fn moved(&self, base: &BodyMotion<T>) -> Wrench<T> {
         let w = &base.angular_velocity;
         let field = Field {
             angular: base.angular_acceleration,
@@ -121,17 +121,17 @@ impl<T: Real> Whole<T> {
 
 /// The condensed machine; memory is reused every tick.
 #[derive(Debug)]
-pub(super) struct Condensed {
+pub(crate) struct Condensed {
     /// By carrier.
-    pub(super) carried: Vec<Carried>,
+    pub(crate) carried: Vec<Carried>,
     /// Motion of every body relative to its carrier, in the carrier's frame.
     motions: Vec<BodyMotion<f64>>,
     /// Centre of each wheel in the frame of its carrier (m).
-    pub(super) wheel_centres: Vec<Vector3<f64>>,
+    pub(crate) wheel_centres: Vec<Vector3<f64>>,
 }
 
 impl Condensed {
-    pub(super) fn new(machine: &Machine, carriers: &Carriers) -> Self {
+    pub(crate) fn new(machine: &Machine, carriers: &Carriers) -> Self {
         let none = Vector3::zeros();
         Self {
             carried: vec![Carried::nothing(); carriers.carriers.len()],
@@ -141,7 +141,7 @@ impl Condensed {
     }
 
     /// Total mass (kg).
-    pub(super) fn mass(&self) -> f64 {
+    pub(crate) fn mass(&self) -> f64 {
         self.carried
             .iter()
             .map(|carried| carried.moments.mass)
@@ -149,7 +149,7 @@ impl Condensed {
     }
 
     /// Condenses the machine for given coordinates of the joints.
-    pub(super) fn fill(
+    pub(crate) fn fill(
         &mut self,
         machine: &Machine,
         carriers: &Carriers,
@@ -197,7 +197,7 @@ impl Condensed {
 impl Carried {
     /// Adds everything on the carrier for its motion relative to a base at rest.
     #[inline(always)]
-    pub(super) fn add_moving<T: Real>(&self, motion: &BodyMotion<T>, whole: &mut Whole<T>) {
+    pub(crate) fn add_moving<T: Real>(&self, motion: &BodyMotion<T>, whole: &mut Whole<T>) {
         let rigid = Composite::of(&self.moments, motion);
         whole.wrench = whole.wrench.plus(&rigid.moved(motion));
         whole.moments.add(&rigid);
@@ -215,7 +215,7 @@ impl Carried {
 
     /// The same for the carrier at rest in this pose.
     #[inline(always)]
-    pub(super) fn add_resting<T: Real>(&self, pose: &BodyMotion<T>, whole: &mut Whole<T>) {
+    pub(crate) fn add_resting<T: Real>(&self, pose: &BodyMotion<T>, whole: &mut Whole<T>) {
         let rigid = Composite::at_rest(&self.moments, pose);
         add_resting(&mut whole.moments, &rigid);
         if self.moves {

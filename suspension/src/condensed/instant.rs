@@ -2,30 +2,30 @@
 
 use nalgebra::Vector3;
 
-use crate::condensed::{Condensed, Whole};
-use crate::suspended_machine::SuspendedMachine;
+use super::condensed_machine::{Condensed, Whole};
+use super::suspended_machine::SuspendedMachine;
 use tipwatch_mechanics::dynamics::kinematics::BodyMotion;
 use tipwatch_mechanics::geometry::coordinate::Coordinate;
 use tipwatch_mechanics::state::ImuState;
 
 /// Everything that does not depend on the motion of the rods.
 #[derive(Debug)]
-pub(super) struct Instant {
-    pub(super) condensed: Condensed,
+pub(crate) struct Instant {
+    pub(crate) condensed: Condensed,
     /// Motion of the carriers that no actuator moves, relative to a base at rest; by carrier.
-    pub(super) fixed_motions: Vec<BodyMotion<f64>>,
+    pub(crate) fixed_motions: Vec<BodyMotion<f64>>,
     /// Moments and wrench of what they carry.
-    pub(super) fixed: Whole<f64>,
+    pub(crate) fixed: Whole<f64>,
     /// Coordinates of all joints.
-    pub(super) coordinates: Vec<Coordinate<f64>>,
+    pub(crate) coordinates: Vec<Coordinate<f64>>,
     /// Specific force and angular motion at the origin of the contact plane's frame, in its axes.
-    pub(super) on_ground: ImuState<f64>,
+    pub(crate) on_ground: ImuState<f64>,
     /// Unit vector pointing up in the same axes; NaN where unknown.
-    pub(super) up_on_ground: Vector3<f64>,
+    pub(crate) up_on_ground: Vector3<f64>,
 }
 
 impl Instant {
-    pub(super) fn new(suspended: &SuspendedMachine) -> Self {
+    pub(crate) fn new(suspended: &SuspendedMachine) -> Self {
         let machine = &suspended.machine;
         let none = Vector3::zeros();
         Self {
@@ -46,7 +46,7 @@ impl Instant {
     }
 
     /// Computes the motion of the carriers that no actuator moves, the base first.
-    pub(super) fn move_fixed(&mut self, suspended: &SuspendedMachine) {
+    pub(crate) fn move_fixed(&mut self, suspended: &SuspendedMachine) {
         self.fixed = Whole::nothing();
         for (i, carrier) in suspended.carriers.carriers.iter().enumerate() {
             if carrier.actuator.is_some() {

@@ -3,10 +3,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::carriers::Carriers;
-use crate::instant::Instant;
-use crate::predicted_state::{Own, PredictedState};
-use crate::suspended_machine::SuspendedMachine;
+use super::predicted_state::{PredictedState, RodMotion};
+use crate::condensed::Carriers;
+use crate::condensed::Instant;
+use crate::condensed::SuspendedMachine;
 use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::Workspace;
 use tipwatch_mechanics::dynamics::kinematics::{SensorFrame, base_motion};
@@ -17,9 +17,9 @@ use tipwatch_mechanics::number::Real;
 use tipwatch_mechanics::state::State;
 
 fn bogie(edit: impl Fn(String) -> String) -> SuspendedMachine {
-    let text = edit(include_str!("../../mechanics/tests/data/bogie.toml").into());
+    let text = edit(include_str!("../../../mechanics/tests/data/bogie.toml").into());
     let spec = MachineSpec::from_toml(&text, "bogie.toml").unwrap();
-    let urdf = include_str!("../../mechanics/tests/data/bogie.urdf");
+    let urdf = include_str!("../../../mechanics/tests/data/bogie.urdf");
     let machine = spec.check(urdf, "bogie.urdf", LogFacts::default()).unwrap();
     let linkages = machine.suspension().unwrap().linkages.clone();
     SuspendedMachine {
@@ -119,7 +119,7 @@ fn condensed_machine_equals_whole_body_model() {
                 suspended,
                 &instant,
                 &rods(suspended, seed),
-                Own::InMotion,
+                RodMotion::InMotion,
                 true,
             );
             let sensor_frame = SensorFrame::of(&suspended.machine, &instant.coordinates);
@@ -139,9 +139,9 @@ fn condensed_machine_equals_whole_body_model() {
             }
             // An IMU on the arm tilts with it, the ground does not.
             instant.on_ground.specific_force = on_ground(seed);
-            for own in [Own::AtRest, Own::InMotion] {
+            for own in [RodMotion::AtRest, RodMotion::InMotion] {
                 let mut trial = rods(suspended, seed + 0.37);
-                if own == Own::AtRest {
+                if own == RodMotion::AtRest {
                     trial = trial.map(|rod| Motion {
                         position: rod.position,
                         ..Motion::zero()
@@ -239,7 +239,7 @@ fn platform_motion_matches_position_differences() {
         let second = r1.transpose() * (r2 - r1 * 2.0 + r0) / (h * h) - spin * spin;
         let alpha = Vector3::new(second.m32, second.m13, second.m21);
         let mut predicted_state = PredictedState::<f64>::new(&suspended);
-        predicted_state.fill(&suspended, &instant, &start, Own::InMotion, false);
+        predicted_state.fill(&suspended, &instant, &start, RodMotion::InMotion, false);
         let near = |a: &Vector3<f64>, b: &Vector3<f64>, what: &str| {
             assert!((a - b).norm() < 2e-6, "{seed} {what}: {a} {b}");
         };

@@ -3,22 +3,22 @@
 use tipwatch_mechanics::number::{Gradient, Real};
 
 /// A number type for predictions, and the type `A` for what a single actuator moves.
-pub(super) trait Among<A: Real>: Real {
+pub(crate) trait FromActuator<A: Real>: Real {
     /// Converts the number of one actuator.
-    fn among(alone: A, actuator: usize) -> Self;
+    fn from_actuator(alone: A, actuator: usize) -> Self;
 }
 
-impl<T: Real> Among<T> for T {
+impl<T: Real> FromActuator<T> for T {
     #[inline(always)]
-    fn among(alone: Self, _: usize) -> Self {
+    fn from_actuator(alone: Self, _: usize) -> Self {
         alone
     }
 }
 
 /// With two variables, each belongs to one actuator.
-impl Among<Gradient<1>> for Gradient<2> {
+impl FromActuator<Gradient<1>> for Gradient<2> {
     #[inline(always)]
-    fn among(alone: Gradient<1>, actuator: usize) -> Self {
+    fn from_actuator(alone: Gradient<1>, actuator: usize) -> Self {
         let mut wider = Self::fixed(alone.value);
         wider.slopes[actuator] = alone.slopes[0];
         wider

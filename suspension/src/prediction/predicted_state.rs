@@ -2,12 +2,12 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::carriers::ActuatorCoordinates;
+use super::actuator_number::FromActuator;
+use super::support::Support;
+use crate::condensed::ActuatorCoordinates;
+use crate::condensed::Instant;
+use crate::condensed::SuspendedMachine;
 use crate::condensed::Whole;
-use crate::instant::Instant;
-use crate::response::Among;
-use crate::support::Support;
-use crate::suspended_machine::SuspendedMachine;
 use tipwatch_mechanics::dynamics::composite::Composite;
 use tipwatch_mechanics::dynamics::kinematics::{self, BodyMotion, SensorFrame};
 use tipwatch_mechanics::explain::indicators::TippingAngles;
@@ -23,7 +23,7 @@ use tipwatch_mechanics::wheel_loads::{Equations, GroundForce, Solver};
 
 /// Whether a prediction includes the inertia forces of the rods' motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Own {
+pub(crate) enum RodMotion {
     /// No: velocities and accelerations of the rods are zero.
     AtRest,
     /// Yes.
@@ -32,15 +32,15 @@ pub(super) enum Own {
 
 /// Loads and stability angles for one motion of the rods, with scratch memory.
 #[derive(Debug)]
-pub(super) struct PredictedState<T: Real, A: Real = T> {
+pub(crate) struct PredictedState<T: Real, A: Real = T> {
     /// Signed loads, OTF, by wheel (N).
-    pub(super) otf: Vec<T>,
+    pub(crate) otf: Vec<T>,
     /// Stability angles by edge (rad).
-    pub(super) angle: Vec<T>,
+    pub(crate) angle: Vec<T>,
     /// Centre of mass of the whole machine in base axes (m), if angles are computed.
-    pub(super) com: Vector3<T>,
+    pub(crate) com: Vector3<T>,
     /// Motion of the base.
-    pub(super) base: BodyMotion<T>,
+    pub(crate) base: BodyMotion<T>,
     /// By actuator.
     actuators: Vec<ActuatorCoordinates<A>>,
     /// By carrier, for those that an actuator moves, relative to a base at rest.
@@ -51,13 +51,13 @@ pub(super) struct PredictedState<T: Real, A: Real = T> {
     moving_centres: Vec<Vector3<Jet<T>>>,
     radii: Vec<T>,
     moving_radii: Vec<Jet<T>>,
-    pub(super) contacts: Vec<Vector2<T>>,
+    pub(crate) contacts: Vec<Vector2<T>>,
     equations: Equations<T>,
     solver: Solver<T>,
 }
 
-impl<T: Among<A>, A: Real> PredictedState<T, A> {
-    pub(super) fn new(suspended: &SuspendedMachine) -> Self {
+impl<T: FromActuator<A>, A: Real> PredictedState<T, A> {
+    pub(crate) fn new(suspended: &SuspendedMachine) -> Self {
         let machine = &suspended.machine;
         let (wheels, actuators) = (machine.wheels().len(), suspended.linkages.len());
         let still = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
@@ -89,29 +89,29 @@ impl<T: Among<A>, A: Real> PredictedState<T, A> {
     }
 
     /// The contact plane of an instant for a motion of the rods.
-    pub(super) fn observe(
+    pub(crate) fn observe(
         &mut self,
         suspended: &SuspendedMachine,
         instant: &Instant,
         rods: &[Motion<A>],
     ) -> Support<T> {
-        self.move_carriers(suspended, instant, rods, Own::InMotion);
-        self.support(suspended, instant, Own::InMotion)
+        self.move_carriers(suspended, instant, rods, RodMotion::InMotion);
+        self.support(suspended, instant, RodMotion::InMotion)
     }
 
     /// Computes the predicted state for a motion of the rods; angles only if `with_angles`.
-    pub(super) fn fill(
+    pub(crate) fn fill(
         &mut self,
         suspended: &SuspendedMachine,
         instant: &Instant,
         rods: &[Motion<A>],
-        own: Own,
+        rod_motion: RodMotion,
         with_angles: bool,
     ) {
         let machine = &suspended.machine;
-        self.move_carriers(suspended, instant, rods, own);
-        let whole = self.weigh(suspended, instant, own);
-        let support = self.support(suspended, instant, own);
+        self.move_carriers(suspended, instant, rods, rod_motion);
+        let whole = self.sum_moments(suspended, instant, rod_motion);
+        let support = self.support(suspended, instant, rod_motion);
         let measured = ImuState {
             specific_force: constant(&instant.on_ground.specific_force),
             angular_velocity: constant(&instant.on_ground.angular_velocity),
@@ -119,7 +119,7 @@ impl<T: Among<A>, A: Real> PredictedState<T, A> {
         };
         self.base = support
             .sensor_frame
-            .base_motion(&measured, own == Own::InMotion);
+            .base_motion(&measured, rod_motion == RodMotion::InMotion);
         let ground = whole.moved(&self.base);
         let plane = self.load_wheels(machine, support.plane, &ground);
         if with_angles {
@@ -128,13 +128,13 @@ impl<T: Among<A>, A: Real> PredictedState<T, A> {
         }
     }
 
-    /// Poses of the carriers relative to a base at rest, and their motion unless `own` is at rest.
+    /// Poses of the carriers relative to a base at rest, and their motion unless `rod_motion` is at rest.
     fn move_carriers(
         &mut self,
         suspended: &SuspendedMachine,
         instant: &Instant,
         rods: &[Motion<A>],
-        own: Own,
+        rod_motion: RodMotion,
     ) {
         let (machine, carriers) = (&suspended.machine, &suspended.carriers);
         for ((rod, &linkage), moved) in rods
@@ -149,7 +149,7 @@ impl<T: Among<A>, A: Real> PredictedState<T, A> {
                 rod: solved.rod,
             };
         }
-        let at_rest = own == Own::AtRest && carriers.by_rods_alone;
+        let at_rest = rod_motion == RodMotion::AtRest && carriers.by_rods_alone;
         for (i, carrier) in carriers.carriers.iter().enumerate() {
             if carrier.actuator.is_none() {
                 continue;
@@ -172,9 +172,14 @@ impl<T: Among<A>, A: Real> PredictedState<T, A> {
     }
 
     /// Moments and wrench of the whole machine.
-    fn weigh(&mut self, suspended: &SuspendedMachine, instant: &Instant, own: Own) -> Whole<T> {
+    fn sum_moments(
+        &mut self,
+        suspended: &SuspendedMachine,
+        instant: &Instant,
+        rod_motion: RodMotion,
+    ) -> Whole<T> {
         let carriers = &suspended.carriers;
-        let at_rest = own == Own::AtRest && carriers.by_rods_alone;
+        let at_rest = rod_motion == RodMotion::AtRest && carriers.by_rods_alone;
         self.parts.fill(Whole::nothing());
         for (i, carrier) in carriers.carriers.iter().enumerate() {
             let Some(actuator) = carrier.actuator else {
@@ -191,13 +196,18 @@ impl<T: Among<A>, A: Real> PredictedState<T, A> {
         let mut whole = Whole::nothing();
         whole.add(&instant.fixed, T::constant);
         for (actuator, part) in self.parts.iter().enumerate() {
-            whole.add(part, |alone| T::among(alone, actuator));
+            whole.add(part, |alone| T::from_actuator(alone, actuator));
         }
         whole
     }
 
-    /// The contact plane at the carriers' poses, and its motion unless `own` is at rest.
-    fn support(&mut self, suspended: &SuspendedMachine, instant: &Instant, own: Own) -> Support<T> {
+    /// The contact plane at the carriers' poses, and its motion unless `rod_motion` is at rest.
+    fn support(
+        &mut self,
+        suspended: &SuspendedMachine,
+        instant: &Instant,
+        rod_motion: RodMotion,
+    ) -> Support<T> {
         let machine = &suspended.machine;
         for (wheel, spec) in machine.wheels().iter().enumerate() {
             self.radii[wheel] = T::constant(spec.radius);
@@ -212,10 +222,10 @@ impl<T: Among<A>, A: Real> PredictedState<T, A> {
                 continue;
             };
             let motion = &self.motions[carrier];
-            let among = |alone| T::among(alone, actuator);
-            match own {
-                Own::AtRest => self.centres[wheel] = motion.point(centre).map(among),
-                Own::InMotion => {
+            let among = |alone| T::from_actuator(alone, actuator);
+            match rod_motion {
+                RodMotion::AtRest => self.centres[wheel] = motion.point(centre).map(among),
+                RodMotion::InMotion => {
                     let [place, velocity, acceleration] = point_motion(motion, centre);
                     self.centres[wheel] = place.map(among);
                     self.moving_centres[wheel] = jet(&place, &velocity, &acceleration, among);
@@ -223,9 +233,9 @@ impl<T: Among<A>, A: Real> PredictedState<T, A> {
             }
         }
         let differ = machine.contact().radii_differ;
-        match own {
-            Own::AtRest => Support::at_rest(&self.centres, &self.radii, differ),
-            Own::InMotion => Support::moving(
+        match rod_motion {
+            RodMotion::AtRest => Support::at_rest(&self.centres, &self.radii, differ),
+            RodMotion::InMotion => Support::moving(
                 &self.moving_centres,
                 &self.moving_radii,
                 &self.centres,
@@ -288,7 +298,7 @@ impl<T: Among<A>, A: Real> PredictedState<T, A> {
 
 impl Instant {
     /// Fills it from a state with the given motion of the rods.
-    pub(super) fn fill(
+    pub(crate) fn fill(
         &mut self,
         suspended: &SuspendedMachine,
         state: &State<f64>,

@@ -17,7 +17,7 @@ const LEVEL_SHARE: f64 = 0.1;
 
 /// Weights by pair and by edge.
 #[derive(Debug, Clone)]
-pub(super) struct Weights {
+pub(crate) struct Weights {
     /// Pairs of wheels and their weight (1/N^2).
     pairs: Vec<(usize, usize, f64)>,
     /// By edge (rad).
@@ -25,7 +25,7 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    pub(super) fn of(machine: &Machine, spec: &ControlWeights) -> Result<Self, SuspensionError> {
+    pub(crate) fn of(machine: &Machine, spec: &ControlWeights) -> Result<Self, SuspensionError> {
         let wheels = machine.wheels();
         let extent = |axis: usize| {
             let along = wheels.iter().map(|w| w.centre_at_zero[axis]);
@@ -85,12 +85,12 @@ impl Weights {
     }
 
     /// Whether the cost includes stability angles.
-    pub(super) fn count_angles(&self) -> bool {
+    pub(crate) fn use_angles(&self) -> bool {
         self.edges.iter().any(|&weight| weight > 0.0)
     }
 
     /// S(7)
-    pub(super) fn cost(
+    pub(crate) fn cost(
         &self,
         loads: impl ExactSizeIterator<Item = f64> + Clone,
         angles: impl Iterator<Item = f64>,
@@ -111,7 +111,7 @@ impl Weights {
 
     /// Derivatives of S(7) with respect to each load (1/N) and angle (1/rad); its second derivatives as a sum of
     /// squared directions, passed to `curve` with their factors.
-    pub(super) fn prices<const N: usize>(
+    pub(crate) fn partials<const N: usize>(
         &self,
         loads: &[Gradient<N>],
         angles: &[Gradient<N>],
@@ -139,7 +139,7 @@ impl Weights {
 
     /// The weighted product of the load differences with respect to one variable of `a` and one of `b`:
     /// d_a' W d_b.
-    pub(super) fn product<const N: usize>(
+    pub(crate) fn product<const N: usize>(
         &self,
         a: &[Gradient<N>],
         by_a: usize,

@@ -1,6 +1,6 @@
 //! The result of a step of the suspension optimiser.
 
-use crate::suspended_machine::MAX_ACTUATORS;
+use crate::condensed::MAX_ACTUATORS;
 
 /// The next motion of the suspension's rods, in the order of its linkages; entries beyond the machine's
 /// actuators are zero.
@@ -66,7 +66,7 @@ impl Status {
 }
 
 impl Command {
-    pub(super) fn blank(actuators: usize, status: Status) -> Self {
+    pub(crate) fn blank(actuators: usize, status: Status) -> Self {
         let none = [0.0; MAX_ACTUATORS];
         Self {
             actuators,

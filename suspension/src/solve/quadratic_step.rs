@@ -7,7 +7,7 @@
 //! The optimum is the minimum of the objective on one, two or none of the constraints taken as equations. These
 //! sets are few, so all are tried: the work is fixed, and the only rounding is that of solving two equations.
 
-use crate::evaluation::{Evaluation, MAX_MARGINS};
+use crate::cost::{Evaluation, MAX_MARGINS};
 
 /// Constraint tolerance, relative to the gradient.
 const ROUNDING: f64 = 1e-12;
@@ -18,9 +18,9 @@ const LEAST_CURVATURE_SHARE: f64 = 1e-12;
 
 /// A step, and the Lagrange multipliers of the margins.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Step<const N: usize> {
-    pub(super) d: [f64; N],
-    pub(super) multipliers: [f64; MAX_MARGINS],
+pub(crate) struct Step<const N: usize> {
+    pub(crate) d: [f64; N],
+    pub(crate) multipliers: [f64; MAX_MARGINS],
 }
 
 /// `normal.d >= least`
@@ -67,7 +67,7 @@ impl<const N: usize> Objective<N> {
 }
 
 /// The step from `z` with this Hessian; `None` if the linearised margins are infeasible in the box.
-pub(super) fn quadratic_step<const N: usize>(
+pub(crate) fn quadratic_step<const N: usize>(
     z: &[f64; N],
     here: &Evaluation<N>,
     hessian: &[[f64; N]; N],
@@ -253,6 +253,6 @@ fn convex<const N: usize>(h: &[[f64; N]; N], g: &[f64; N], z: &[f64; N]) -> [[f6
     convex
 }
 
-pub(super) fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+pub(crate) fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     (0..N).map(|i| a[i] * b[i]).sum()
 }

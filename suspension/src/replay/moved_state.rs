@@ -6,22 +6,29 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::condensed::Instant;
+use crate::condensed::MAX_ACTUATORS;
+use crate::condensed::SuspendedMachine;
 use crate::error::SuspensionError;
-use crate::instant::Instant;
-use crate::predicted_state::{Own, PredictedState};
-use crate::suspended_machine::MAX_ACTUATORS;
-use crate::suspended_machine::SuspendedMachine;
-use tipwatch_mechanics::Outcome;
-use tipwatch_mechanics::Scope;
-use tipwatch_mechanics::Workspace;
-use tipwatch_mechanics::actuator_force;
+use crate::prediction::{PredictedState, RodMotion};
 use tipwatch_mechanics::dynamics::kinematics::{self, SensorFrame};
-use tipwatch_mechanics::evaluate;
 use tipwatch_mechanics::geometry::coordinate::{Coordinate, Motion};
 use tipwatch_mechanics::geometry::spatial::rotate;
 use tipwatch_mechanics::machine::{LinkageInput, Machine};
 use tipwatch_mechanics::number::Real;
 use tipwatch_mechanics::state::{BaseState, State};
+use tipwatch_mechanics::{Outcome, Scope, Workspace, actuator_force, evaluate};
+
+/// Motion of all rods; zero beyond the machine's actuators.
+pub(super) type Rods = [Motion<f64>; MAX_ACTUATORS];
+
+/// The same strokes with the rods at rest.
+pub(super) fn at_rest(rods: &Rods) -> Rods {
+    rods.map(|rod| Motion {
+        position: rod.position,
+        ..Motion::zero()
+    })
+}
 
 /// Replaces the motion of the suspension's rods in recorded states. A step does not allocate.
 #[derive(Debug)]
@@ -98,7 +105,7 @@ impl Replay {
         } = self;
         let machine = &suspended.machine;
         instant.fill(suspended, state, &recorded[..actuators], scratch);
-        predicted_state.fill(suspended, instant, rods, Own::InMotion, true);
+        predicted_state.fill(suspended, instant, rods, RodMotion::InMotion, true);
         let support = predicted_state.observe(suspended, instant, rods);
         moved.joints.clone_from(&state.joints);
         for (rod, &linkage) in rods.iter().zip(&suspended.linkages) {

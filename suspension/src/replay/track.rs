@@ -1,18 +1,20 @@
-//! One suspension motion, row by row.
+//! Results of one motion of the suspension, row by row.
 
-use tipwatch_mechanics::Motion;
+use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_suspension::hydraulics::Pressures;
-use tipwatch_suspension::{Replay, Status};
 
-/// Results of one suspension motion by row; NaN if unknown.
+use super::moved_state::Replay;
+use crate::control::Status;
+use crate::hydraulics::Pressures;
+
+/// Results of one motion of the suspension by row; NaN if unknown.
 #[derive(Debug, Clone)]
 pub struct Track {
     /// Wheel loads, by wheel (N).
     pub load: Vec<Vec<f64>>,
     /// OTF (overturning force, the signed load) by wheel (N).
     pub otf: Vec<Vec<f64>>,
-    /// Spread, equation (35) with each pair of wheels once (N).
+    /// Load spread, (35) with each pair of wheels once (N).
     pub spread: Vec<f64>,
     /// Centre of mass relative to the middle of the contact points, forward and left (m).
     pub com: [Vec<f64>; 2],
@@ -29,9 +31,9 @@ pub struct Track {
 pub struct RodTrack {
     /// Cylinder stroke (m).
     pub position: Vec<f64>,
-    /// (m/s)
+    /// Velocity of the cylinder (m/s).
     pub velocity: Vec<f64>,
-    /// (m/s^2)
+    /// Acceleration of the cylinder (m/s^2).
     pub acceleration: Vec<f64>,
     /// Force needed for the motion, outwards positive (N).
     pub force_needed: Vec<f64>,
@@ -41,9 +43,9 @@ pub struct RodTrack {
     pub reference_velocity: Vec<f64>,
     /// Acceleration of the command (m/s^2).
     pub commanded_acceleration: Vec<f64>,
-    /// Velocity limits of the reference at its stroke, equation (31c) (m/s).
+    /// Velocity limits of the reference at its stroke, (31c) (m/s).
     pub velocity_limits: [Vec<f64>; 2],
-    /// Acceleration limits of a command there, equation (31d) (m/s^2).
+    /// Acceleration limits of the command there, (31d) (m/s^2).
     pub acceleration_limits: [Vec<f64>; 2],
     /// Valve command, -1 to 1.
     pub opening: Vec<f64>,
@@ -55,9 +57,9 @@ pub struct RodTrack {
     pub force: Vec<f64>,
 }
 
-/// Hydraulics and command of an actuator at a row.
+/// Command, valve and hydraulics of an actuator at a row.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Driven {
+pub(super) struct ActuatorRow {
     pub(super) reference: f64,
     pub(super) reference_velocity: f64,
     pub(super) commanded_acceleration: f64,
@@ -91,12 +93,12 @@ impl Track {
         }
     }
 
-    /// The state that the replay returned last, with this rod motion.
+    /// Adds the state evaluated last by `replay`, with this motion of the rods.
     pub(super) fn push(
         &mut self,
         replay: &Replay,
         rods: &[Motion<f64>],
-        driven: Option<&[Driven]>,
+        by_actuator: Option<&[ActuatorRow]>,
         status: Option<Status>,
     ) {
         let outcome = replay.outcome();
@@ -116,8 +118,8 @@ impl Track {
         self.stability_angle
             .push(if known { least } else { f64::NAN });
         for (k, track) in self.rods.iter_mut().enumerate() {
-            let driven = driven.map(|driven| driven[k]);
-            let of = |value: fn(&Driven) -> f64| driven.as_ref().map_or(f64::NAN, value);
+            let by_actuator = by_actuator.map(|by_actuator| by_actuator[k]);
+            let of = |value: fn(&ActuatorRow) -> f64| by_actuator.as_ref().map_or(f64::NAN, value);
             track.position.push(rods[k].position);
             track.velocity.push(rods[k].rate);
             track.acceleration.push(rods[k].acceleration);
@@ -128,7 +130,7 @@ impl Track {
                 .commanded_acceleration
                 .push(of(|d| d.commanded_acceleration));
             for end in 0..2 {
-                let limits = driven.map_or([f64::NAN; 2], |d| {
+                let limits = by_actuator.map_or([f64::NAN; 2], |d| {
                     [d.velocity_limits[end], d.acceleration_limits[end]]
                 });
                 track.velocity_limits[end].push(limits[0]);
@@ -158,7 +160,7 @@ impl Track {
         self.status.push(None);
     }
 
-    /// Distance of the centre of mass from the middle, by row (m).
+    /// Distance of the centre of mass from the middle of the contact points, by row (m).
     #[must_use]
     pub fn com_offset(&self) -> Vec<f64> {
         let [x, y] = &self.com;

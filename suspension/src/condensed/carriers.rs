@@ -10,20 +10,20 @@ use tipwatch_mechanics::number::Real;
 
 /// A body that supports others.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Carrier {
+pub(crate) struct Carrier {
     /// Index of the body.
-    pub(super) body: usize,
+    pub(crate) body: usize,
     /// Index of the carrier that supports it; the base is its own parent (0).
-    pub(super) parent: usize,
+    pub(crate) parent: usize,
     /// Source of its motion relative to its parent.
-    pub(super) coupling: CarrierCoupling,
+    pub(crate) coupling: CarrierCoupling,
     /// The actuator that moves it relative to the base, directly or through its parents; the last one of several.
-    pub(super) actuator: Option<usize>,
+    pub(crate) actuator: Option<usize>,
 }
 
 /// Source of a carrier's motion relative to its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum CarrierCoupling {
+pub(crate) enum CarrierCoupling {
     /// Not moved by the suspension.
     Fixed,
     /// The pivot of the actuator with this index.
@@ -47,19 +47,19 @@ impl CarrierCoupling {
 
 /// The carriers of a machine, parents first, the base first.
 #[derive(Debug, Clone)]
-pub(super) struct Carriers {
-    pub(super) carriers: Vec<Carrier>,
+pub(crate) struct Carriers {
+    pub(crate) carriers: Vec<Carrier>,
     /// The carrier of every body.
-    pub(super) of_body: Vec<usize>,
+    pub(crate) of_body: Vec<usize>,
     /// Whether only the suspension's actuators move the carriers relative to each other.
-    pub(super) by_rods_alone: bool,
+    pub(crate) by_rods_alone: bool,
     /// Whether no actuator supports another.
-    pub(super) apart: bool,
+    pub(crate) apart: bool,
 }
 
 impl Carriers {
     /// `linkages` are the suspension's, by actuator.
-    pub(super) fn of(machine: &Machine, linkages: &[usize]) -> Self {
+    pub(crate) fn of(machine: &Machine, linkages: &[usize]) -> Self {
         let actuator = |linkage: usize| linkages.iter().position(|&l| l == linkage);
         let coupling = |body: &Body| match body.coupling {
             JointCoupling::Pivot(l) => actuator(l).map(CarrierCoupling::Pivot),
@@ -106,15 +106,15 @@ impl Carriers {
 
 /// Coordinates of the joints that one actuator moves.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ActuatorCoordinates<T> {
-    pub(super) pivot: Coordinate<T>,
-    pub(super) cylinder: Coordinate<T>,
-    pub(super) rod: Coordinate<T>,
+pub(crate) struct ActuatorCoordinates<T> {
+    pub(crate) pivot: Coordinate<T>,
+    pub(crate) cylinder: Coordinate<T>,
+    pub(crate) rod: Coordinate<T>,
 }
 
 impl CarrierCoupling {
     /// The coordinate of a carrier's joint; `fixed` is that of a joint that no actuator moves.
-    pub(super) fn coordinate<T: Real>(
+    pub(crate) fn coordinate<T: Real>(
         self,
         actuators: &[ActuatorCoordinates<T>],
         fixed: &Coordinate<f64>,
