@@ -7,7 +7,7 @@ use tipwatch_mechanics::machine::ActuatorSignal;
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine, MachineSpec};
 use tipwatch_mechanics::state::Sensor;
 
-use crate::BoundSensor;
+use crate::bound_log::BoundSensor;
 use crate::number_signals::number_field;
 
 /// The actuator force signals in a log.

@@ -3,11 +3,11 @@
 use maud::{Markup, html};
 
 use super::findings::Scene;
+use super::prevention::{Prevention, limit_of, preventions};
 use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
 use crate::analysis::sensitivity::{SensitivityRow, SensitivityTable};
 use crate::page::{Bar, bars, number, short, table, words};
-use crate::report::prevention::{Prevention, limit_of, preventions};
 
 /// Most parameters listed.
 const MOST_PARAMETERS: usize = 15;

@@ -2,7 +2,6 @@
 
 use maud::{Markup, html};
 
-use super::log_name;
 use crate::page::{
     self, Curve, Document, Figure, PlotLibrary, Plots, chart, list, section, table, words,
 };
@@ -24,7 +23,7 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
         (section("Provenance", super::tables::provenance(analysis)))
     };
     Document {
-        title: &format!("Suspension {moved}: {}", log_name(analysis)),
+        title: &format!("Suspension {moved}: {}", analysis.provenance.log_name()),
         subtitle: &format!(
             "Machine {}; the log replayed with the suspension {moved}, compared with the suspension locked.",
             analysis.machine.name()

@@ -10,9 +10,12 @@
 mod channel;
 mod delay;
 mod grid;
+mod leaning;
+mod motion;
 mod network;
 mod offsets;
 mod pairs;
+mod scene;
 pub mod words;
 
 pub(crate) use network::estimate;

@@ -3,7 +3,7 @@
 use plotly::Traces;
 use tipwatch_mechanics::{Contribution, Quantity};
 
-use super::Plotter;
+use super::plotter::Plotter;
 use crate::page::{Figure, colour, words};
 
 impl Plotter<'_> {

@@ -4,7 +4,7 @@ use plotly::Traces;
 use plotly::common::Visible;
 use tipwatch_mechanics::Quantity;
 
-use super::{FEWER_POINTS, Plotter};
+use super::plotter::{FEWER_POINTS, Plotter};
 use crate::page::{Figure, plain};
 
 /// The name of an indicator, and its quantity for each edge.

@@ -7,7 +7,7 @@ use plotly::Traces;
 use plotly::common::{Anchor, Font, HoverInfo, Line, Mode};
 use plotly::layout::Annotation;
 
-use super::Plotter;
+use super::plotter::Plotter;
 use crate::events::EventKind;
 use crate::page::{ColumnScatter, Figure, colour, plain, scatter, words};
 

@@ -5,7 +5,7 @@ use plotly::Traces;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::studies::monte_carlo::Band;
 
-use super::Plotter;
+use super::plotter::Plotter;
 use crate::page::{Figure, colour, plain};
 use crate::tables::table::name_and_unit;
 

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::{Seen, by_machine};
+use super::seen::{Seen, by_machine};
 use crate::page::svg::{Chart, round_up};
 use crate::page::{Bar, bars, number, table, time, words};
 use crate::policy::facts::{EXPOSURE_CAUSES, HISTOGRAM_EDGES};

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use maud::{Markup, html};
 
-use super::{Seen, log_link};
+use super::seen::{Seen, log_link};
 use crate::events::EventKind;
 use crate::page::svg::margin_bar;
 use crate::page::{self, number, percent, words};

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 use super::super::record::{Outcome, Record};
 use super::super::totals::Totals;
-use super::{Seen, by_machine, log_link};
+use super::seen::{Seen, by_machine, log_link};
 use crate::events::EventKind;
 use crate::page::{facts, list, table, time, words};
 
