@@ -228,8 +228,11 @@ fn invalid_tables_are_rejected() {
         ("t,a\n0,1,2\n", &["table.csv"]),
         ("", &["table.csv"]),
     ] {
-        let said = says(text, &plain).unwrap_err();
-        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        let messages = says(text, &plain).unwrap_err();
+        assert!(
+            parts.iter().all(|part| messages.contains(part)),
+            "{messages}"
+        );
     }
     let german = TableFormat {
         delimiter: b';',

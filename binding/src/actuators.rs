@@ -43,14 +43,14 @@ pub(crate) fn find(
         signals: contact.actuator_signals(|joint| missing(joint).is_none()),
         ..FoundActuators::default()
     };
-    for (place, signal) in found.signals.iter().enumerate() {
+    for (index, signal) in found.signals.iter().enumerate() {
         let (linkage, fields) = &bound[signal.joint];
-        let (field, what) = fields[signal.signal];
+        let (field, description) = fields[signal.signal];
         found.sensors.push(BoundSensor {
-            sensor: Sensor::Actuator(place),
+            sensor: Sensor::Actuator(index),
             request: request(log, field)?,
             why: format!(
-                "{what} of linkage {}, named by the machine file",
+                "{description} of linkage {}, named by the machine file",
                 linkage.name
             ),
         });

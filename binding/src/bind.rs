@@ -68,11 +68,11 @@ pub fn bind(
     let mut streams = found.joint_streams(log);
     if is_recorded {
         // in the monitor's order, whatever was lost
-        let place = |stream: &FoundJoints<'_>| {
+        let rank = |stream: &FoundJoints<'_>| {
             let names = &mut named.joint_states.iter();
             names.position(|name| *name == stream.topic.name)
         };
-        streams.sort_by_key(place);
+        streams.sort_by_key(rank);
     }
     let joint_names: Vec<String> = streams.iter().flat_map(|s| s.joints.clone()).collect();
     let static_transforms = static_transforms(log)?;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
-use super::exit::{Exit, Usage, Voice};
+use super::exit::{Exit, Terminal, Usage};
 use super::{analyze, check_machine, compare, demo, inspect, recover, screen, stabilise, whatif};
 use crate::base::stdout::to_stdout;
 use crate::tables::summary;
@@ -58,20 +58,20 @@ enum Command {
 /// Runs the command.
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
-    let voice = Voice {
+    let terminal = Terminal {
         quiet: cli.quiet,
         verbose: cli.verbose,
     };
     let result = match &cli.command {
-        Command::Analyze(args) => analyze::run(args, voice),
-        Command::Screen(args) => screen::run(args, voice),
-        Command::Compare(args) => compare::run(args, voice),
-        Command::Inspect(args) => inspect::run(args, voice),
+        Command::Analyze(args) => analyze::run(args, terminal),
+        Command::Screen(args) => screen::run(args, terminal),
+        Command::Compare(args) => compare::run(args, terminal),
+        Command::Inspect(args) => inspect::run(args, terminal),
         Command::CheckMachine(args) => check_machine::run(args),
-        Command::Whatif(args) => whatif::run(args, voice),
+        Command::Whatif(args) => whatif::run(args, terminal),
         Command::Stabilise(args) => stabilise::run(args),
-        Command::Recover(args) => recover::run(args, voice),
-        Command::Demo(args) => demo::run(args, voice),
+        Command::Recover(args) => recover::run(args, terminal),
+        Command::Demo(args) => demo::run(args, terminal),
         Command::Schema => to_stdout(&summary::json_schema()).map(|()| Exit::Done),
         Command::Completions { shell } => {
             clap_complete::generate(
@@ -90,7 +90,7 @@ pub fn run(cli: &Cli) -> ExitCode {
                     .error(ErrorKind::ValueValidation, mistake)
                     .exit()
             }
-            voice.error(&error);
+            terminal.error(&error);
             Exit::Failed
         })
         .into()

@@ -1,4 +1,4 @@
-//! The evidence for an event: its confidence, and what took the load away.
+//! The evidence for an event: its confidence, and the causes of the load loss.
 
 use std::cell::OnceCell;
 
@@ -117,7 +117,7 @@ impl<'a> Evidence<'a> {
         Some(probability).filter(|p| p.is_finite())
     }
 
-    /// How much load each cause has taken since the machine was last steady, or since the first valid row.
+    /// Load loss by cause since the machine was last steady, or since the first valid row.
     fn causes(&self, event: &Event, row: usize, claim: &Claim) -> Option<EventCauses> {
         let start = self.rows.at(event.start_ns);
         let steady = self.steady_before(start);

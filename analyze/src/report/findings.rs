@@ -8,7 +8,7 @@ use tipwatch_mechanics::state::Reason;
 use super::faults;
 use crate::analysis::Analysis;
 use crate::events::{Event, EventCauses, EventKind, Finding};
-use crate::page::{number, percent, probability, words};
+use crate::page::{number, percent, probability, readable};
 
 /// Causes with a smaller share of the lost load are not named (%).
 const LEAST_PERCENT: f64 = 2.0;
@@ -187,7 +187,7 @@ impl Scene {
         let named: Vec<String> = (causes.shares.iter())
             .filter(|share| share.percent >= LEAST_PERCENT)
             .take(MOST_CAUSES)
-            .map(|share| format!("{} {:.0} %", words(share.cause), share.percent))
+            .map(|share| format!("{} {:.0} %", readable(share.cause), share.percent))
             .collect();
         let causes = format!("Computed causes: {}", named.join(", "));
         [Some(fall), (!named.is_empty()).then_some(causes)]
@@ -245,7 +245,7 @@ fn reasons(analysis: &Analysis) -> Vec<String> {
     }
     let counts = reason_counts(analysis).into_iter();
     counts
-        .map(|(reason, rows)| format!("{} in {rows} rows", words(reason.name())))
+        .map(|(reason, rows)| format!("{} in {rows} rows", readable(reason.name())))
         .collect()
 }
 

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use crate::page::{
-    self, Curve, Document, Figure, PlotLibrary, Plots, chart, list, section, table, words,
+    self, Curve, Document, Figure, PlotLibrary, Plots, chart, list, readable, section, table,
 };
 use crate::suspension::{CAVEATS, Summary, SuspensionMode, Track, WhatIf, rod_names};
 
@@ -125,8 +125,8 @@ fn label(key: &str) -> String {
         .iter()
         .find_map(|(end, unit)| Some((key.strip_suffix(end)?, unit)));
     match found {
-        Some((name, unit)) => format!("{} [{unit}]", words(name)),
-        None => words(key),
+        Some((name, unit)) => format!("{} [{unit}]", readable(name)),
+        None => readable(key),
     }
 }
 

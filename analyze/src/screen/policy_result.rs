@@ -58,7 +58,7 @@ pub(super) fn write_policy(
         .map(|(row, judgement)| Broken {
             path: &row.record.path,
             log_id: row.record.log_id.as_deref(),
-            broken: judgement.broken().collect(),
+            broken: judgement.violated().collect(),
         })
         .collect();
     let result = PolicyResult {

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 
 use super::fleet_file::Fleet;
 use super::merge::merge;
-use super::one_log::{Now, Screened, Screening, write_plot_library};
+use super::one_log::{CurrentRun, Screened, Screening, write_plot_library};
 use super::policy_result::{judge, write_policy};
 use super::record::Outcome;
 use super::request::{Request, Screen, Shard, Update};
@@ -18,7 +18,7 @@ use super::{data_set, inputs, page, workers};
 use crate::base::files::{remove_unfinished, write_atomically};
 use crate::policy::Policy;
 
-/// Analyses the logs of a fleet. The workers call `tell`.
+/// Analyses the logs of a fleet. The workers call `notify`.
 ///
 /// # Errors
 /// There is no log, the output folder cannot be used, or it holds an earlier run that is not resumed. A
@@ -27,7 +27,7 @@ pub fn screen(
     request: &Request<'_>,
     fleet: &Fleet,
     policy: Option<&Policy>,
-    tell: &(dyn Fn(Update<'_>) + Sync),
+    notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
     let logs = of_shard(inputs::find(request.logs, request.out)?, request.shard);
     let store = Store::in_folder(request.out)?;
@@ -42,7 +42,7 @@ pub fn screen(
     }
     unusable
         .into_iter()
-        .for_each(|word| tell(Update::Note(word)));
+        .for_each(|note| notify(Update::Note(note)));
     if request.shard.is_none() {
         store.tidy();
         remove_unfinished(request.out);
@@ -58,12 +58,12 @@ pub fn screen(
         fleet,
         options: request.options,
         out: request.out,
-        now: Now::default(),
+        current: CurrentRun::default(),
         done_before: done
             .filter_map(|record| Some((record.log_id.clone()?, record)))
             .collect(),
     };
-    tell(Update::Begin(logs.len()));
+    notify(Update::Begin(logs.len()));
     let finished: Mutex<Vec<Screened>> = Mutex::new(Vec::new());
     workers::for_each_log(&logs, request.jobs, request.memory_bytes, |log| {
         let screened = screening.screen(log);
@@ -72,7 +72,7 @@ pub fn screen(
             Outcome::Failed { reason } => Some(reason.as_str()),
             Outcome::Analysed { .. } => None,
         };
-        tell(Update::Done {
+        notify(Update::Done {
             log: &screened.record.path,
             failure,
         });
@@ -110,7 +110,7 @@ pub fn screen(
 pub fn gather(
     out: &Path,
     policy: Option<&Policy>,
-    tell: &(dyn Fn(Update<'_>) + Sync),
+    notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
     if !out.join("state").is_dir() {
         bail!(
@@ -123,7 +123,7 @@ pub fn gather(
     let (_, unusable) = store.load()?;
     unusable
         .into_iter()
-        .for_each(|word| tell(Update::Note(word)));
+        .for_each(|note| notify(Update::Note(note)));
     let (totals, page) = finish(&store, out, policy)?;
     Ok(Screen {
         from_before: totals.logs,

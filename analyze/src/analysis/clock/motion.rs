@@ -3,7 +3,7 @@
 use super::channel::{Channel, derivative};
 use super::delay::{self, Delay};
 use super::grid::stretches;
-use super::scene::{Channels, Scene, TRAVELLING};
+use super::scene::{Channels, ROLLING_SPEED, Scene};
 use crate::load::Signal;
 
 /// Smoothing time of velocities and of accelerations (s).
@@ -11,27 +11,33 @@ const SMOOTH_VELOCITY_S: f64 = 0.08;
 const SMOOTH_ACCELERATION_S: f64 = 0.15;
 
 impl Scene<'_> {
-    pub(super) fn turning_and_acceleration(&self, odometry: &Signal) -> Result<Delay, String> {
+    pub(super) fn rotation_and_acceleration(&self, odometry: &Signal) -> Result<Delay, String> {
         let rotation = self.base_from_imu()?;
         let channels: Channels = (self.whole_stretches().iter())
             .map(|stretch| {
-                let odometry = self.odometry_turning(odometry, stretch);
+                let odometry = self.odometry_angular_velocity(odometry, stretch);
                 let [vx, vy, ax, ay] = self.of_rows(stretch, |state| {
                     let (v, rate) = (state.base.velocity, state.base.velocity_rate);
                     [v.x, v.y, rate.x, rate.y]
                 });
                 let [wx, wy, wz, fx, fy] = self.of_rows(stretch, |state| {
-                    let turning = rotation * state.imu.angular_velocity;
-                    let felt = rotation * state.imu.specific_force;
-                    [turning.x, turning.y, turning.z, felt.x, felt.y]
+                    let angular_velocity = rotation * state.imu.angular_velocity;
+                    let specific_force = rotation * state.imu.specific_force;
+                    [
+                        angular_velocity.x,
+                        angular_velocity.y,
+                        angular_velocity.z,
+                        specific_force.x,
+                        specific_force.y,
+                    ]
                 });
                 // a = dv/dt + w x v, with the odometry's own w: all terms have the same delay
-                let turned = |v: &[f64], sign: f64| -> Vec<f64> {
+                let cross_term = |v: &[f64], sign: f64| -> Vec<f64> {
                     let products = odometry[2].iter().zip(v);
                     products.map(|(w, v)| sign * w * v).collect()
                 };
-                let along = added(&ax, &turned(&vy, -1.0));
-                let across = added(&ay, &turned(&vx, 1.0));
+                let along = added(&ax, &cross_term(&vy, -1.0));
+                let across = added(&ay, &cross_term(&vx, 1.0));
                 let [ox, oy, oz] = odometry;
                 vec![
                     Channel::new(&ox, &[&wx], SMOOTH_VELOCITY_S),
@@ -45,7 +51,7 @@ impl Scene<'_> {
         delay::find(&channels)
     }
 
-    pub(super) fn rolling(&self, stream: usize, odometry: &Signal) -> Result<Delay, String> {
+    pub(super) fn wheel_speed(&self, stream: usize, odometry: &Signal) -> Result<Delay, String> {
         let wheels = self.wheels_of(stream);
         let mut parts = self.whole_stretches();
         parts.retain(|part| part.rows.clone().any(|row| self.facts[row].travels));
@@ -54,7 +60,7 @@ impl Scene<'_> {
         }
         let channels: Channels = (parts.iter())
             .map(|stretch| {
-                let [wx, wy, wz] = self.odometry_turning(odometry, stretch);
+                let [wx, wy, wz] = self.odometry_angular_velocity(odometry, stretch);
                 let [vx, vy] = self.of_rows(stretch, |state| {
                     [state.base.velocity.x, state.base.velocity.y]
                 });
@@ -77,7 +83,7 @@ impl Scene<'_> {
         delay::find(&channels)
     }
 
-    pub(super) fn gaining_speed(&self, stream: usize) -> Result<Delay, String> {
+    pub(super) fn wheel_acceleration(&self, stream: usize) -> Result<Delay, String> {
         let rotation = self.base_from_imu()?;
         let wheels = self.wheels_of(stream);
         let parts = stretches(
@@ -90,10 +96,14 @@ impl Scene<'_> {
                 let of_wheel = |&(wheel, joint): &(usize, usize)| {
                     let radius = self.loaded.machine.wheels()[wheel].radius;
                     let [speed, fx, fy] = self.of_rows(stretch, |state| {
-                        let felt = rotation * state.imu.specific_force;
-                        [state.joints[joint].rate * radius, felt.x, felt.y]
+                        let specific_force = rotation * state.imu.specific_force;
+                        [
+                            state.joints[joint].rate * radius,
+                            specific_force.x,
+                            specific_force.y,
+                        ]
                     });
-                    let rolls = speed.iter().any(|speed| speed.abs() > TRAVELLING);
+                    let rolls = speed.iter().any(|speed| speed.abs() > ROLLING_SPEED);
                     let gain = rolls.then(|| derivative(&speed))?;
                     Channel::new(&gain, &[&fx, &fy], SMOOTH_ACCELERATION_S)
                 };

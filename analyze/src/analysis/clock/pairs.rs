@@ -2,16 +2,16 @@
 //!
 //! | pair | both measure |
 //! |---|---|
-//! | odometry, IMU | turning about each axis, acceleration along and across |
-//! | joint states, odometry | wheel rotation and travel |
+//! | odometry, IMU | rotation about each axis, longitudinal and lateral acceleration |
+//! | joint states, odometry | wheel speed and machine speed |
 //! | joint states, IMU | without odometry: wheel and machine acceleration |
-//! | joint states, IMU | machine at standstill: lean of the platform as the arm moves its weight |
-//! | force or pressure of a linkage, joint states | the force that carries and moves the links |
-//! | tool wrench, IMU | machine at standstill: lean of the platform under the force |
+//! | joint states, IMU | machine at standstill: tilt of the platform as the arm moves |
+//! | force or pressure of a linkage, joint states | measured and computed actuator force |
+//! | tool wrench, IMU | machine at standstill: tilt of the platform under the force |
 //!
 //! Driven and braked wheels slip in proportion to their force, which looks like a delay; rolling wheels
-//! agree best and count most. A platform on tyres leans slightly later than its load moves: see
-//! `leaning`.
+//! agree best and count most. A platform on tyres tilts slightly later than its load moves: see
+//! `tilt`.
 
 use rayon::prelude::*;
 use tipwatch_mechanics::state::Sensor;
@@ -19,6 +19,7 @@ use tipwatch_mechanics::state::Sensor;
 use super::delay::Delay;
 use super::offsets::PairOffset;
 use super::scene::Scene;
+use crate::base::error_text::error_text;
 use crate::base::rows::Rows;
 use crate::load::linkage_force::LinkageForce;
 use crate::load::{LoadedLog, Signal};
@@ -62,7 +63,7 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
     let (imu, odometry) = (scene.signal(Sensor::Imu), scene.signal(Sensor::Odometry));
     if let (Some(imu), Some(odometry)) = (imu, odometry) {
         let by = "rotation and acceleration of the machine";
-        let find = move || scene.turning_and_acceleration(odometry);
+        let find = move || scene.rotation_and_acceleration(odometry);
         pairs.push(Pair::new(&odometry.topic, &imu.topic, by, find));
     }
     for joints in &loaded.signals {
@@ -72,27 +73,27 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
         if let Some(odometry) = odometry
             && !scene.wheels_of(stream).is_empty()
         {
-            let by = "wheel rotation and travel";
-            let find = move || scene.rolling(stream, odometry);
+            let by = "wheel speed and machine speed";
+            let find = move || scene.wheel_speed(stream, odometry);
             pairs.push(Pair::new(&joints.topic, &odometry.topic, by, find));
         } else if let Some(imu) = imu
             && !scene.wheels_of(stream).is_empty()
         {
             let by = "acceleration of wheels and machine";
-            let find = move || scene.gaining_speed(stream);
+            let find = move || scene.wheel_acceleration(stream);
             pairs.push(Pair::new(&joints.topic, &imu.topic, by, find));
         }
         if let Some(imu) = imu
             && scene.has_other_joints(stream)
         {
-            let by = "lean of the platform as joints move its weight";
-            let find = move || scene.leaning(Some(stream));
+            let by = "tilt of the platform as the joints move";
+            let find = move || scene.tilt(Some(stream));
             pairs.push(Pair::new(&joints.topic, &imu.topic, by, find));
         }
     }
     if let (Some(imu), Some(wrench)) = (imu, scene.signal(Sensor::ToolWrench)) {
-        let by = "lean of the platform under the tool force";
-        let find = || scene.leaning(None);
+        let by = "tilt of the platform under the tool force";
+        let find = || scene.tilt(None);
         pairs.push(Pair::new(&wrench.topic, &imu.topic, by, find));
     }
     for force in forces {
@@ -106,10 +107,10 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
         let Some(joints) = loaded.signals.iter().find(of_joint) else {
             continue;
         };
-        let by = "the force that carries and moves the links";
+        let by = "measured and computed actuator force";
         let find = move || match &force.series {
-            Ok(series) => scene.carrying(force.linkage, series),
-            Err(error) => Err(format!("{error:#}")),
+            Ok(series) => scene.actuator_force(force.linkage, series),
+            Err(error) => Err(error_text(error)),
         };
         pairs.push(Pair::new(&force.topic, &joints.topic, by, find));
     }

@@ -10,9 +10,9 @@ use crate::base::rows::Rows;
 use crate::load::{LoadedLog, Signal};
 
 /// Largest speed of a machine at standstill (m/s).
-const STANDING: f64 = 0.05;
+const STANDSTILL_SPEED: f64 = 0.05;
 /// A machine that never exceeds this speed (m/s) may only rock on its brakes, without rolling wheels.
-pub(super) const TRAVELLING: f64 = 0.2;
+pub(super) const ROLLING_SPEED: f64 = 0.2;
 
 /// Activity of a row, by which stretches are chosen.
 #[derive(Debug, Clone, Copy)]
@@ -20,7 +20,7 @@ pub(super) struct RowFacts {
     /// No gap in a signal that the loads need.
     pub(super) is_whole: bool,
     pub(super) has_velocity: bool,
-    pub(super) stands: bool,
+    pub(super) at_standstill: bool,
     pub(super) travels: bool,
     /// Activity of the machine and of its arm.
     pub(super) travel: f64,
@@ -51,8 +51,8 @@ impl<'a> Scene<'a> {
                 is_whole: !rows.reasons[row].leave_state_unknown(),
                 has_velocity: speed.is_finite(),
                 // without odometry travel is unknown
-                stands: !(speed >= STANDING),
-                travels: speed > TRAVELLING,
+                at_standstill: !(speed >= STANDSTILL_SPEED),
+                travels: speed > ROLLING_SPEED,
                 travel: state.imu.angular_velocity.norm()
                     + Some(state.base.velocity_rate.norm())
                         .filter(|v| v.is_finite())
@@ -116,7 +116,11 @@ impl<'a> Scene<'a> {
     }
 
     /// Angular velocity of the odometry at the steps of a stretch.
-    pub(super) fn odometry_turning(&self, odometry: &Signal, stretch: &Stretch) -> [Vec<f64>; 3] {
+    pub(super) fn odometry_angular_velocity(
+        &self,
+        odometry: &Signal,
+        stretch: &Stretch,
+    ) -> [Vec<f64>; 3] {
         let recording = &odometry.recording;
         let mut order: Vec<usize> = (0..recording.stamps_ns.len()).collect();
         order.sort_by_key(|&sample| recording.stamps_ns[sample]);

@@ -9,7 +9,7 @@ use tipwatch_mechanics::Quantity;
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
 use crate::page::{
-    ColumnScatter, Figure, MOST_POINTS, layout, line, plain, rows_to_draw, scatter, words,
+    ColumnScatter, Figure, MOST_POINTS, layout, line, plain, readable, rows_to_draw, scatter,
 };
 use crate::report::findings::{Scene, rank};
 
@@ -163,7 +163,7 @@ impl<'a> Plotter<'a> {
         let label = |(index, event): (usize, &&Event)| {
             let text = format!(
                 "{} {}",
-                words(event.kind.name()),
+                readable(event.kind.name()),
                 plain(&scene.subject(event))
             );
             Annotation::new()

@@ -64,7 +64,7 @@ fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, O
     let verdict = match &missing {
         None => "This file is complete enough to analyse the log.".to_owned(),
         Some(missing) => {
-            format!("This file is incomplete. First missing part: {missing}")
+            format!("This file is incomplete. Missing first: {missing}")
         }
     };
     Ok((

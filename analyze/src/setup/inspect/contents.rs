@@ -11,8 +11,9 @@ use tipwatch_ingest::{
 };
 
 use super::document::{ClockInspection, Inspection, SCHEMA, SignalInspection, TopicInspection};
-use crate::analysis::clock::words;
+use crate::analysis::clock::text;
 use crate::analysis::run;
+use crate::base::error_text::error_text;
 
 /// Reason for a signal without a topic of its own.
 const BY_NUMBERS: &str = "fields named in the machine file";
@@ -111,12 +112,12 @@ fn clock_inspection(
     });
     let offsets = match file {
         None => Err("expected a machine file (--machine), found none".to_owned()),
-        Some(file) => run::clock_offsets(log, file).map_err(|error| format!("{error:#}")),
+        Some(file) => run::clock_offsets(log, file).map_err(|error| error_text(&error)),
     };
     ClockInspection {
         time: base.map(TimeBase::source),
         topic: base.and_then(TimeBase::anchor).map(str::to_owned),
-        findings: words::findings(findings),
+        findings: text::findings(findings),
         offsets_note: offsets.as_ref().err().cloned(),
         offsets: offsets.ok(),
     }

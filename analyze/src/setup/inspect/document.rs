@@ -4,7 +4,7 @@ use serde::Serialize;
 use tipwatch_ingest::{Losses, StampCorrection, StampSource, TopicTiming};
 
 use crate::analysis::clock::ClockOffsets;
-use crate::analysis::clock::words::TopicsFinding;
+use crate::analysis::clock::text::TopicsFinding;
 
 /// Version of the JSON document.
 pub(super) const SCHEMA: u32 = 2;

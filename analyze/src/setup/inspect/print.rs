@@ -5,7 +5,7 @@ use std::fmt::Write;
 use anyhow::Result;
 
 use super::document::{ClockInspection, Inspection, TopicInspection};
-use crate::analysis::clock::words;
+use crate::analysis::clock::text as clock_text;
 use crate::base::stdout;
 
 /// Prints an inspection as text or JSON.
@@ -79,7 +79,7 @@ fn describe_clock(clock: &ClockInspection) -> String {
         text += &format!("  offsets between topics: {note}\n");
     }
     if let Some(offsets) = &clock.offsets {
-        text += &words::table(offsets);
+        text += &clock_text::table(offsets);
     }
     text
 }

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
 
-use crate::analysis::clock::{ClockOffsets, words::TopicsFinding};
+use crate::analysis::clock::{ClockOffsets, text::TopicsFinding};
 use crate::analysis::model_comparison::LoadDifference;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;

@@ -1,7 +1,7 @@
-//! Delays between the load and what responds to it: actuator forces, and the lean of the platform.
+//! Delays between the load and what responds to it: actuator forces, and the tilt of the platform.
 
 use nalgebra::Vector3;
-use tipwatch_mechanics::{Motion, Scope, State, Workspace, actuator_force, evaluate};
+use tipwatch_mechanics::{self as mechanics, Motion, Scope, State, Workspace, evaluate};
 
 use super::channel::Channel;
 use super::delay::{self, Delay};
@@ -9,19 +9,19 @@ use super::grid::{Stretch, at_steps, stretches};
 use super::scene::{Channels, Scene};
 use crate::load::linkage_force::Series;
 
-/// Lag of the lean behind the load (s) and its standard deviation: tyre damping divided by tyre
+/// Lag of the tilt behind the load (s) and its standard deviation: tyre damping divided by tyre
 /// stiffness. 3 to 10 % of critical damping at 1.5 to 3 Hz give 3 to 20 ms.
-const LEAN_S: f64 = 0.012;
-const LEAN_SIGMA_S: f64 = 0.010;
+const TILT_LAG_S: f64 = 0.012;
+const TILT_LAG_SIGMA_S: f64 = 0.010;
 /// Below this joint velocity the direction of friction is unknown (rad/s, m/s).
 const SLOW: f64 = 0.01;
 /// Smoothing time of forces and lean (s).
-const SMOOTH_LEANING_S: f64 = 0.1;
+const SMOOTH_TILT_S: f64 = 0.1;
 
 impl Scene<'_> {
     /// Force of a linkage's actuator: weight and inertia of the distal subtree, and friction against the
     /// motion.
-    pub(super) fn carrying(&self, linkage: usize, force: &Series) -> Result<Delay, String> {
+    pub(super) fn actuator_force(&self, linkage: usize, force: &Series) -> Result<Delay, String> {
         let machine = &self.loaded.machine;
         let joint = machine.linkages()[linkage].measured_joint;
         let parts = stretches(
@@ -32,48 +32,53 @@ impl Scene<'_> {
         let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
         let channels: Channels = (parts.iter())
             .map(|stretch| {
-                let [carried, friction] = self.of_rows(stretch, |state| {
+                let [computed, friction] = self.of_rows(stretch, |state| {
                     evaluate(machine, state, &mut workspace);
-                    let force = actuator_force(machine, state, &workspace, linkage);
-                    let way = (state.joints[joint].rate / SLOW).tanh();
-                    [force, force.abs() * way]
+                    let force = mechanics::actuator_force(machine, state, &workspace, linkage);
+                    let direction = (state.joints[joint].rate / SLOW).tanh();
+                    [force, force.abs() * direction]
                 });
                 let measured = at_steps(stretch, &force.0, &force.1);
-                let known = [&carried[..], &friction];
-                vec![Channel::new(&measured, &known, SMOOTH_LEANING_S)]
+                let known = [&computed[..], &friction];
+                vec![Channel::new(&measured, &known, SMOOTH_TILT_S)]
             })
             .collect();
         delay::find(&channels)
     }
 
-    /// The platform leans with the ground moment, which the joints of a stream change, or without one
+    /// The platform tilts with the ground moment, which the joints of a stream change, or without one
     /// the tool wrench.
-    pub(super) fn leaning(&self, stream: Option<usize>) -> Result<Delay, String> {
+    pub(super) fn tilt(&self, stream: Option<usize>) -> Result<Delay, String> {
         let rotation = self.base_from_imu()?;
         let parts = stretches(
             self.rows,
-            |row| self.facts[row].is_whole && self.facts[row].stands,
+            |row| self.facts[row].is_whole && self.facts[row].at_standstill,
             |row| self.facts[row].arm,
         );
         let channels: Channels = (parts.iter())
             .map(|stretch| {
                 let (moved, rest) = self.moments(stretch, stream);
                 let [ux, uy, fx, fy] = self.of_rows(stretch, |state| {
-                    let felt = rotation * state.imu.specific_force;
-                    [state.base.up.x, state.base.up.y, felt.x, felt.y]
+                    let specific_force = rotation * state.imu.specific_force;
+                    [
+                        state.base.up.x,
+                        state.base.up.y,
+                        specific_force.x,
+                        specific_force.y,
+                    ]
                 });
                 let is_known = ux.iter().chain(&uy).any(|u| u.is_finite());
-                // without an attitude, the IMU's specific force shows the lean at standstill
+                // without an attitude, the IMU's specific force shows the tilt at standstill
                 let (ux, uy) = if is_known { (ux, uy) } else { (fx, fy) };
                 let known = [&ux[..], &uy, &rest[0], &rest[1]];
-                let channel = |moment: &Vec<f64>| Channel::new(moment, &known, SMOOTH_LEANING_S);
+                let channel = |moment: &Vec<f64>| Channel::new(moment, &known, SMOOTH_TILT_S);
                 moved.iter().map(channel).collect()
             })
             .collect();
         let found = delay::find(&channels)?;
         Ok(Delay {
-            seconds: found.seconds + LEAN_S,
-            sigma: found.sigma.hypot(LEAN_SIGMA_S),
+            seconds: found.seconds + TILT_LAG_S,
+            sigma: found.sigma.hypot(TILT_LAG_SIGMA_S),
             ..found
         })
     }
@@ -120,8 +125,8 @@ impl Scene<'_> {
             for (mean, motion) in mean.joints.iter_mut().zip(&state.joints) {
                 mean.position += share * motion.position;
             }
-            let felt: Vector3<f64> = state.imu.specific_force * share;
-            mean.imu.specific_force += felt;
+            let specific_force: Vector3<f64> = state.imu.specific_force * share;
+            mean.imu.specific_force += specific_force;
         }
         mean
     }
