@@ -143,13 +143,13 @@ fn a_looped_recording_gives_two_independent_runs() {
     let (first, last) = (&sound["rows"]["first_ns"], &sound["rows"]["last_ns"]);
     let middle = (first.as_i64().unwrap() + last.as_i64().unwrap()) / 2;
     let looped = changed(folder.path(), |times| {
-        // the second half tells the time of the first again
+        // the second half repeats the times of the first
         if times.stamp >= middle {
             times.stamp -= middle - first.as_i64().unwrap();
         }
     });
     let summary = analyzed(&looped).2.unwrap();
-    // each topic leaps at a log time of its own
+    // the clock of each topic jumps at a different log time
     let findings = summary["clock"]["findings"].as_array().unwrap();
     let restarts = findings.iter().filter(|f| f["kind"] == "clock_restart");
     let topics = |f: &Value| f["topics"].as_array().unwrap().len();

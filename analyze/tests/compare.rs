@@ -67,7 +67,7 @@ fn a_heavier_machine_differs_by_its_weight() {
             .find(|column| column["column"] == name)
             .unwrap()
     };
-    // what 100 kg weigh, at rest and nearly so
+    // the weight of 100 kg, at rest and nearly at rest
     let weight = column("normal_force")["mean"].as_f64().unwrap();
     assert!((weight - 981.0).abs() < 15.0, "{weight}");
     let otf: f64 = ["fl", "fr", "rl", "rr"]

@@ -99,7 +99,7 @@ fn val_a_completed_file_gives_the_loads_of_a_manual_one() {
         spec.linkage.is_empty() && text.contains("# pivot = \"lift\""),
         "{text}"
     );
-    // it describes a machine, though not yet what moves the cylinders
+    // it describes a machine, but not yet its cylinders
     let alone = tipwatch(&["check-machine", out.to_str().unwrap()]);
     assert_eq!(alone.status.code(), Some(0));
 
@@ -150,7 +150,7 @@ fn names_are_escaped_as_toml_strings() {
     assert!(text.contains("urdf = \"odd.urdf\""), "{text}");
 }
 
-/// Joints that the log calls otherwise are found by what their names say.
+/// Joints with other names in the log are found by the words in their names.
 #[test]
 fn joints_with_similar_names_are_proposed() {
     let folder = TempDir::new().unwrap();

@@ -16,7 +16,7 @@ use tipwatch_mechanics::Quantity;
 
 use super::support::data;
 
-/// As `[imu]` of `tiny.toml` has it (m).
+/// Position in `[imu]` of `tiny.toml` (m).
 const IMU_IN_BASE: [f64; 3] = [0.1, 0.0, 0.05];
 
 /// `tiny.toml` with another `[imu]`, or none.
@@ -135,7 +135,7 @@ fn a_wrong_imu_mounting_is_reported_but_not_corrected() {
             "{messages}"
         );
         assert!(turned.notes[0].starts_with(FAULT));
-        // what it computes is what the machine file says, wrong as it is
+        // the loads follow the wrong mounting in the machine file
         assert_ne!(
             loads(&right)[0][20].to_bits(),
             loads(&turned)[0][20].to_bits()

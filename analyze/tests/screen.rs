@@ -363,7 +363,7 @@ fn resume_analyses_only_new_logs() {
         "{messages}"
     );
 
-    // a report that is gone comes back; other options and another machine file are other analyses
+    // a missing report is written again; other options or another machine file need a new analysis
     fs::remove_dir_all(out.join("reports")).unwrap();
     assert!(!again(&["--resume"]).1.contains("0 analysed"));
     assert!(
@@ -380,7 +380,7 @@ fn resume_analyses_only_new_logs() {
     );
 }
 
-/// The columns and their types are a promise.
+/// Users rely on the columns and their types.
 #[test]
 fn the_data_set_has_the_documented_columns() {
     let (logs, out) = (mixed_logs(), TempDir::new().unwrap());
@@ -524,7 +524,7 @@ fn a_fleet_file_assigns_machines_or_gives_the_reason() {
         fs::create_dir(at(folder)).unwrap();
         fs::copy(data("tiny.mcap"), at(folder).join(format!("{folder}.mcap"))).unwrap();
     }
-    // content of their own, or they would count once
+    // different content: equal logs count once
     for folder in ["b", "both", "odd"] {
         with_metadata(&at(folder).join(format!("{folder}.mcap")), folder);
     }

@@ -75,9 +75,9 @@ impl<'a> Evidence<'a> {
             EventKind::EdgeTipping | EventKind::TipOver => {
                 let mut edges = self.machine.polygon().edges().iter();
                 let edge = edges.find(|edge| edge.name == event.subject)?;
-                let off = edge.carries.iter().map(|&on| if on { 0.0 } else { 1.0 });
+                let factors = edge.carries.iter().map(|&on| if on { 0.0 } else { 1.0 });
                 Some(Claim {
-                    factors: off.collect(),
+                    factors: factors.collect(),
                     limit_n: 0.0,
                 })
             }

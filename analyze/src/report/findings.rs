@@ -41,7 +41,7 @@ pub(super) fn rank(kind: EventKind) -> usize {
     }
 }
 
-/// What findings need to know beside the event.
+/// The facts of the analysis that findings use besides the event.
 pub(super) struct Scene {
     start_ns: i64,
     wheels: Vec<WheelFacts>,
@@ -81,7 +81,7 @@ impl Scene {
         time_ns.saturating_sub(self.start_ns) as f64 * 1e-9
     }
 
-    /// The wheel, edge or signal as a reader knows it.
+    /// Display name of the wheel, edge or signal.
     pub(super) fn subject(&self, event: &Event) -> String {
         match event.kind {
             EventKind::WheelLight | EventKind::WheelLift => self
@@ -105,14 +105,14 @@ impl Scene {
         Finding {
             headline: format!(
                 "{} from t = {start:.2} s {}{confidence}",
-                self.what(event),
+                self.statement(event),
                 duration(event)
             ),
             evidence: self.evidence(event),
         }
     }
 
-    fn what(&self, event: &Event) -> String {
+    fn statement(&self, event: &Event) -> String {
         let subject = self.subject(event);
         match event.kind {
             EventKind::TipOver => format!("The machine tipped over about the {subject} edge"),
