@@ -1,7 +1,7 @@
 //! Logs of real robots, not part of the repository: without ground truth, but with every kind of irregularity.
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::analysis::clock::words::TopicsFinding;
+use tipwatch_analyze::analysis::clock::text::TopicsFinding;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;

@@ -34,7 +34,11 @@ fn a_replay_as_recorded_gives_the_recorded_loads() {
     let mut compared = 0;
     for wheel in 0..4 {
         let loads = analysis.rows.outcomes.column(Quantity::Load(wheel));
-        for (row, (&known, &found)) in loads.iter().zip(&what_if.comparison.moved.load[wheel]).enumerate() {
+        for (row, (&known, &found)) in loads
+            .iter()
+            .zip(&what_if.comparison.moved.load[wheel])
+            .enumerate()
+        {
             if analysis.rows.is_valid(row) {
                 assert!(
                     (known - found).abs() < 1e-9 * weight,
@@ -47,7 +51,9 @@ fn a_replay_as_recorded_gives_the_recorded_loads() {
     assert!(compared > 1000, "{compared}");
     assert!(!what_if.comparison.moved.is_controlled());
     // locking the rods changes the loads
-    let apart = |row: usize| (what_if.comparison.fixed.load[0][row] - what_if.comparison.moved.load[0][row]).abs();
+    let apart = |row: usize| {
+        (what_if.comparison.fixed.load[0][row] - what_if.comparison.moved.load[0][row]).abs()
+    };
     assert!((0..analysis.rows.len()).map(apart).fold(0.0, f64::max) > 300.0);
 }
 

@@ -34,8 +34,8 @@ fn checked(machine: &str, in_log: bool) -> Value {
         args.extend(["--log", log.to_str().unwrap()]);
     }
     let output = tipwatch(&args);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{said}");
+    let messages = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{messages}");
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
@@ -165,7 +165,10 @@ fn invalid_weighed_loads_are_rejected() {
         ("sigma = -2", ["weighed.sigma", "-2"]),
         ("posture = { boom = 1 }", ["weighed.posture.boom", "lift"]),
     ] {
-        let said = refusal(weighed);
-        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        let messages = refusal(weighed);
+        assert!(
+            parts.iter().all(|part| messages.contains(part)),
+            "{messages}"
+        );
     }
 }

@@ -62,8 +62,8 @@ fn log_of(folder: &Path, topics: &[(&str, &str)]) -> PathBuf {
 
 #[test]
 fn analyze_writes_all_outputs_and_prints_findings() {
-    let (code, said, out) = analyze(&data("tiny_lift.mcap"), &data("tiny_lift.toml"), &[]);
-    assert_eq!(code, 0, "{said}");
+    let (code, messages, out) = analyze(&data("tiny_lift.mcap"), &data("tiny_lift.toml"), &[]);
+    assert_eq!(code, 0, "{messages}");
     for file in [
         "samples.parquet",
         "events.parquet",
@@ -106,14 +106,14 @@ fn analyze_writes_all_outputs_and_prints_findings() {
             .len(),
         64
     );
-    assert!(said.to_lowercase().contains("rl"), "{said}");
+    assert!(messages.to_lowercase().contains("rl"), "{messages}");
 }
 
 #[test]
 fn closed_form_writes_terms_or_rejects_the_machine() {
     let asked = ["--model", "closed-form", "--columns", "terms"];
-    let (code, said, out) = analyze(&data("tiny.mcap"), &data("tiny.toml"), &asked);
-    assert_eq!(code, 0, "{said}");
+    let (code, messages, out) = analyze(&data("tiny.mcap"), &data("tiny.toml"), &asked);
+    assert_eq!(code, 0, "{messages}");
     assert!(!out.path().join("sensitivity.parquet").exists());
     let table = fs::read(out.path().join("samples.parquet")).unwrap();
     let has = |name: &str| {
@@ -122,22 +122,22 @@ fn closed_form_writes_terms_or_rejects_the_machine() {
             .any(|bytes| bytes == name.as_bytes())
     };
     assert!(has("term_11_fl") && has("sideslip_rear_axle") && !has("cause_slope_fl"));
-    let (code, said, _) = analyze(&data("forwarder6.mcap"), &data("forwarder6.toml"), &asked);
+    let (code, messages, _) = analyze(&data("forwarder6.mcap"), &data("forwarder6.toml"), &asked);
     assert_eq!(code, 1);
     assert!(
-        said.contains("closed-form") && said.contains("wheels"),
-        "{said}"
+        messages.contains("closed-form") && messages.contains("wheels"),
+        "{messages}"
     );
 }
 
 #[test]
 fn monte_carlo_writes_bands() {
-    let (code, said, out) = analyze(
+    let (code, messages, out) = analyze(
         &data("tiny.mcap"),
         &data("tiny.toml"),
         &["--monte-carlo", "50"],
     );
-    assert_eq!(code, 0, "{said}");
+    assert_eq!(code, 0, "{messages}");
     let table = fs::read(out.path().join("monte_carlo.parquet")).unwrap();
     let has = |name: &str| {
         table
@@ -181,8 +181,8 @@ fn a_damaged_chunk_is_reported_with_times_and_topics() {
     let log = folder.path().join("damaged.mcap");
     fs::write(&log, &bytes).unwrap();
     let summary = |log: &Path| -> (i32, serde_json::Value, TempDir) {
-        let (code, said, out) = analyze(log, &data("swing_lift.toml"), &[]);
-        let text = fs::read_to_string(out.path().join("summary.json")).expect(&said);
+        let (code, messages, out) = analyze(log, &data("swing_lift.toml"), &[]);
+        let text = fs::read_to_string(out.path().join("summary.json")).expect(&messages);
         (code, serde_json::from_str(&text).unwrap(), out)
     };
     let (_, clean, _) = summary(&data("swing_lift.mcap"));
@@ -211,10 +211,10 @@ fn a_damaged_chunk_is_reported_with_times_and_topics() {
     assert!(report.contains(&sentence) && report.contains("log times"));
     let inspected = tipwatch(&["inspect", text(&log)]);
     assert_eq!(inspected.status.code(), Some(3));
-    let said = String::from_utf8(inspected.stdout).unwrap();
+    let messages = String::from_utf8(inspected.stdout).unwrap();
     assert!(
-        said.contains(&sentence) && said.contains("log times"),
-        "{said}"
+        messages.contains(&sentence) && messages.contains("log times"),
+        "{messages}"
     );
 }
 
@@ -224,8 +224,8 @@ fn a_truncated_log_is_analysed_and_exits_with_3() {
     let bytes = fs::read(data("tiny_lift.mcap")).unwrap();
     let log = folder.path().join("cut.mcap");
     fs::write(&log, &bytes[..bytes.len() * 3 / 4]).unwrap();
-    let (code, said, out) = analyze(&log, &data("tiny_lift.toml"), &[]);
-    assert_eq!(code, 3, "{said}");
+    let (code, messages, out) = analyze(&log, &data("tiny_lift.toml"), &[]);
+    assert_eq!(code, 3, "{messages}");
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.path().join("summary.json")).unwrap())
             .unwrap();
@@ -247,11 +247,11 @@ fn a_recovered_log_is_intact_and_has_the_same_rows() {
     );
     fs::write(&log, &bytes[..bytes.len() * 3 / 4]).unwrap();
     let recovered = tipwatch(&["recover", text(&log), "-o", text(&whole)]);
-    let said = String::from_utf8_lossy(&recovered.stderr).into_owned();
-    assert_eq!(recovered.status.code(), Some(3), "{said}");
+    let messages = String::from_utf8_lossy(&recovered.stderr).into_owned();
+    assert_eq!(recovered.status.code(), Some(3), "{messages}");
     assert!(
-        said.contains("messages of") && said.contains("lost:"),
-        "{said}"
+        messages.contains("messages of") && messages.contains("lost:"),
+        "{messages}"
     );
     let again = tipwatch(&["recover", text(&log), "-o", text(&whole)]);
     assert_eq!(
@@ -260,8 +260,8 @@ fn a_recovered_log_is_intact_and_has_the_same_rows() {
         "an existing file is never overwritten"
     );
     let rows = |log: &Path, code: i32| {
-        let (found, said, out) = analyze(log, &data("tiny_lift.toml"), &[]);
-        assert_eq!(found, code, "{said}");
+        let (found, messages, out) = analyze(log, &data("tiny_lift.toml"), &[]);
+        assert_eq!(found, code, "{messages}");
         let text = fs::read_to_string(out.path().join("summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
         (summary["rows"].clone(), summary["wheels"].clone())
@@ -275,12 +275,12 @@ fn nothing_is_written_next_to_the_log() {
     for name in ["tiny.mcap", "tiny.toml", "tiny.urdf"] {
         fs::copy(data(name), folder.path().join(name)).unwrap();
     }
-    let (code, said, _out) = analyze(
+    let (code, messages, _out) = analyze(
         &folder.path().join("tiny.mcap"),
         &folder.path().join("tiny.toml"),
         &[],
     );
-    assert_eq!(code, 0, "{said}");
+    assert_eq!(code, 0, "{messages}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
 }
 
@@ -289,10 +289,10 @@ fn each_error_has_one_clear_message() {
     let folder = TempDir::new().unwrap();
     let machine = data("tiny.toml");
     let says = |log: &Path, machine: &Path, code: i32, parts: &[&str]| {
-        let (found, said, _out) = analyze(log, machine, &[]);
-        assert_eq!(found, code, "{said}");
+        let (found, messages, _out) = analyze(log, machine, &[]);
+        assert_eq!(found, code, "{messages}");
         for part in parts {
-            assert!(said.contains(part), "\"{part}\" is not in: {said}");
+            assert!(messages.contains(part), "\"{part}\" is not in: {messages}");
         }
     };
     says(Path::new("missing.mcap"), &machine, 1, &["missing.mcap"]);
@@ -411,10 +411,10 @@ fn the_demo_finds_the_lifted_wheel() {
     let out = TempDir::new().unwrap();
     let output = tipwatch(&["demo", "--out", text(out.path())]);
     assert_eq!(output.status.code(), Some(0));
-    let said = String::from_utf8(output.stdout).unwrap();
+    let messages = String::from_utf8(output.stdout).unwrap();
     assert!(
-        said.contains("report: ") && said.lines().count() >= 2,
-        "{said}"
+        messages.contains("report: ") && messages.lines().count() >= 2,
+        "{messages}"
     );
     assert!(out.path().join("report.html").exists());
 }
@@ -427,4 +427,14 @@ fn completions_are_printed_for_every_shell() {
             "{shell}"
         );
     }
+}
+
+#[test]
+fn the_reason_for_a_missing_log_is_given_once() {
+    let (code, messages, _) = analyze(Path::new("missing.mcap"), &data("tiny.toml"), &[]);
+    assert_eq!(code, 1);
+    assert_eq!(
+        messages,
+        "error: missing.mcap: cannot be read: No such file or directory (os error 2)\n"
+    );
 }

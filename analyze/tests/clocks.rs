@@ -95,8 +95,8 @@ fn assert_close(found: &Value, expected: &Value, share: f64) {
 #[test]
 fn loads_do_not_depend_on_the_epoch() {
     let folder = TempDir::new().unwrap();
-    let (code, said, sound) = analyzed(&data("tiny.mcap"));
-    assert_eq!(code, 0, "{said}");
+    let (code, messages, sound) = analyzed(&data("tiny.mcap"));
+    assert_eq!(code, 0, "{messages}");
     let sound = sound.unwrap();
     assert_eq!(sound["clock"]["findings"].as_array().unwrap().len(), 0);
     let start = sound["rows"]["first_ns"].as_i64().unwrap() - 3 * S;
@@ -143,13 +143,13 @@ fn a_looped_recording_gives_two_independent_runs() {
     let (first, last) = (&sound["rows"]["first_ns"], &sound["rows"]["last_ns"]);
     let middle = (first.as_i64().unwrap() + last.as_i64().unwrap()) / 2;
     let looped = changed(folder.path(), |times| {
-        // the second half tells the time of the first again
+        // the second half repeats the times of the first
         if times.stamp >= middle {
             times.stamp -= middle - first.as_i64().unwrap();
         }
     });
     let summary = analyzed(&looped).2.unwrap();
-    // each topic leaps at a log time of its own
+    // the clock of each topic jumps at a different log time
     let findings = summary["clock"]["findings"].as_array().unwrap();
     let restarts = findings.iter().filter(|f| f["kind"] == "clock_restart");
     let topics = |f: &Value| f["topics"].as_array().unwrap().len();
@@ -174,12 +174,13 @@ fn irreconcilable_clocks_are_rejected_with_the_reason() {
         }
         times.log = start;
     });
-    let (code, said, _) = analyzed(&joints_apart);
+    let (code, messages, _) = analyzed(&joints_apart);
     // the three topics disagree; those that agree with each other decide
-    assert_eq!(code, 1, "{said}");
+    assert_eq!(code, 1, "{messages}");
     assert!(
-        said.contains("/joint_states") && said.contains("log times of all its messages are equal"),
-        "{said}"
+        messages.contains("/joint_states")
+            && messages.contains("log times of all its messages are equal"),
+        "{messages}"
     );
 }
 

@@ -25,7 +25,7 @@ const JOINTS: [&str; 6] = ["lift", "tilt", "slew", "extension", "steer_fl", "ste
 const START_NS: i64 = 1_780_000_000_000_000_000;
 const STANDARD_GRAVITY: f64 = 9.80665;
 
-/// As the tables have it: degrees and millimetres, g, degrees per second, kilometres per hour.
+/// Units of the tables: degrees and millimetres, g, degrees per second, kilometres per hour.
 const MACHINE: &str = r#"
 [signals.joints.lift]
 position = { topic = "/can/joints", field = "lift_deg", scale = 0.017453292519943295 }
@@ -187,7 +187,7 @@ fn val_a_log_from_csv_tables_gives_the_same_loads() {
     assert!(valid(&tabled) > 100 && valid(&tabled) + 10 > valid(&typed));
     for wheel in 0..4 {
         let [a, b] = [&typed, &tabled].map(|of| mean_of(of, Quantity::Load(wheel)));
-        // half of the slew angles and most of the rates are gone; a wrong unit costs thousands of newtons
+        // half of the slew angles and most of the velocities are missing; a wrong unit costs thousands of newtons
         assert!((a - b).abs() < 0.005 * 8590.0, "wheel {wheel}: {a} {b}");
     }
     let slope = |analysis: &Analysis| {
@@ -228,8 +228,11 @@ fn invalid_tables_are_rejected() {
         ("t,a\n0,1,2\n", &["table.csv"]),
         ("", &["table.csv"]),
     ] {
-        let said = says(text, &plain).unwrap_err();
-        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        let messages = says(text, &plain).unwrap_err();
+        assert!(
+            parts.iter().all(|part| messages.contains(part)),
+            "{messages}"
+        );
     }
     let german = TableFormat {
         delimiter: b';',

@@ -56,7 +56,7 @@ fn derived_rows_equal_the_analysis_to_the_bit() {
     let expected: Vec<f64> = verdicts.iter().map(|v| f64::from(v.level as u8)).collect();
     assert!(
         levels == expected && levels.contains(&4.0),
-        "danger is told"
+        "expected a level of danger"
     );
     // a status for the stability and one for the inputs, ten times a second
     let statuses = numbers(&derived, "/diagnostics", "status[].level");
@@ -98,4 +98,24 @@ fn numbers(log: &Log, topic: &str, field: &str) -> Vec<f64> {
     })
     .unwrap();
     found
+}
+
+mod needs_python {
+    use std::path::Path;
+
+    use tempfile::TempDir;
+
+    use crate::support::{data, run_python, stderr, text, tipwatch};
+
+    #[test]
+    #[ignore = "needs Python with mcap, mcap-ros2-support, polars and rerun-sdk"]
+    fn other_readers_find_the_same_numbers() {
+        let out = TempDir::new().unwrap();
+        let (log, machine) = (data("swing_lift.mcap"), data("swing_lift.toml"));
+        let arguments = ["analyze", text(&log), "--machine", text(&machine)];
+        let analysed = tipwatch(&[&arguments[..], &["--out", text(out.path())]].concat());
+        assert_eq!(analysed.status.code(), Some(0), "{}", stderr(&analysed));
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers/derived.py");
+        run_python(&[text(&script), text(out.path())]);
+    }
 }

@@ -8,7 +8,7 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 
-use super::support::{analysed, data, shared, tipwatch};
+use super::support::{analysed, data, tipwatch};
 
 /// Writes the machine file of a log; returns its path, its text and the messages.
 fn written(folder: &Path, log: &Path, urdf: Option<&Path>) -> (PathBuf, String, String) {
@@ -19,10 +19,10 @@ fn written(folder: &Path, log: &Path, urdf: Option<&Path>) -> (PathBuf, String, 
         args.extend(["--urdf", urdf.to_str().unwrap()]);
     }
     let output = tipwatch(&args);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{said}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{messages}");
     let text = fs::read_to_string(&out).unwrap();
-    (out, text, said)
+    (out, text, messages)
 }
 
 fn mean_loads(analysis: &Analysis) -> Vec<f64> {
@@ -77,8 +77,8 @@ fn completed(text: &str) -> String {
 fn val_a_completed_file_gives_the_loads_of_a_manual_one() {
     let folder = TempDir::new().unwrap();
     let log = data("tiny.mcap");
-    let (out, text, said) = written(folder.path(), &log, Some(&data("tiny.urdf")));
-    assert!(said.contains("lift_cylinder"), "{said}");
+    let (out, text, messages) = written(folder.path(), &log, Some(&data("tiny.urdf")));
+    assert!(messages.contains("lift_cylinder"), "{messages}");
     let spec = MachineFile::read(&out).unwrap().spec;
     for (wheel, link) in [
         ("FL", "wheel_fl"),
@@ -99,7 +99,7 @@ fn val_a_completed_file_gives_the_loads_of_a_manual_one() {
         spec.linkage.is_empty() && text.contains("# pivot = \"lift\""),
         "{text}"
     );
-    // it describes a machine, though not yet what moves the cylinders
+    // it describes a machine, but not yet its cylinders
     let alone = tipwatch(&["check-machine", out.to_str().unwrap()]);
     assert_eq!(alone.status.code(), Some(0));
 
@@ -127,10 +127,10 @@ fn an_existing_file_is_never_overwritten() {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let output = tipwatch(&args);
     assert_eq!(output.status.code(), Some(1));
-    let said = String::from_utf8(output.stderr).unwrap();
+    let messages = String::from_utf8(output.stderr).unwrap();
     assert!(
-        said.contains("machine.toml") && said.contains("exist"),
-        "{said}"
+        messages.contains("machine.toml") && messages.contains("exist"),
+        "{messages}"
     );
     assert_eq!(fs::read_to_string(&out).unwrap(), "evidence");
 }
@@ -150,7 +150,7 @@ fn names_are_escaped_as_toml_strings() {
     assert!(text.contains("urdf = \"odd.urdf\""), "{text}");
 }
 
-/// Joints that the log calls otherwise are found by what their names say.
+/// Joints with other names in the log are found by the words in their names.
 #[test]
 fn joints_with_similar_names_are_proposed() {
     let folder = TempDir::new().unwrap();
@@ -167,85 +167,7 @@ fn joints_with_similar_names_are_proposed() {
     assert!(slew.velocity.is_some());
 }
 
-#[test]
-#[ignore = "needs ../shared"]
-fn simulated_machines_are_recognised() {
-    for name in [
-        "flat_arm",
-        "drive_brake",
-        "drive_brake_clean",
-        "flat_arm_clean",
-    ] {
-        let log = shared(&format!("sim/{name}.mcap"));
-        let folder = TempDir::new().unwrap();
-        let (out, text, _) = written(folder.path(), &log, Some(&log.with_extension("urdf")));
-        assert_eq!(
-            MachineFile::read(&out).unwrap().spec.wheels.len(),
-            4,
-            "{text}"
-        );
-        let check = tipwatch(&["check-machine", out.to_str().unwrap(), "--json"]);
-        assert_eq!(check.status.code(), Some(0), "{text}");
-        let found: serde_json::Value = serde_json::from_slice(&check.stdout).unwrap();
-        let mass = found["masses"][4]["mass_kg"].as_f64().unwrap();
-        assert!((mass - 3502.938).abs() < 0.01, "{mass}");
-    }
-}
-
 /// Its wheels are meshes, so the radius is a guess from their scale, and is marked as one.
-#[test]
-#[ignore = "needs ../shared"]
-fn abitobot_is_recognised_and_analysed() {
-    let log = shared("real/abitobot");
-    let folder = TempDir::new().unwrap();
-    let urdf = log.join("robot_from_xacro.urdf");
-    let (out, text, said) = written(folder.path(), &log, Some(&urdf));
-    assert!(!said.contains("is incomplete"), "{said}");
-    let spec = MachineFile::read(&out).unwrap().spec;
-    let links: Vec<&str> = spec.wheels.values().map(|w| w.link.as_str()).collect();
-    assert_eq!(
-        links,
-        [
-            "wheel_left_front_link",
-            "wheel_right_front_link",
-            "wheel_left_back_link",
-            "wheel_right_back_link"
-        ],
-        "{text}"
-    );
-    assert_eq!(spec.arm.as_ref().unwrap().root, "arm_1_link", "{text}");
-    assert_eq!(spec.imu.as_ref().unwrap().link.as_deref(), Some("imu_link"));
-    let by_hand = mean_loads(&analysed(&log, &data("abitobot.toml")));
-    let guessed = mean_loads(&analysed(&log, &out));
-    for (a, b) in by_hand.iter().zip(&guessed) {
-        // relative to the mean load: two sources of the wheel radius differ
-        let mean_load = by_hand.iter().sum::<f64>() / 4.0;
-        assert!(
-            (a - b).abs() < 0.01 * mean_load,
-            "{by_hand:?} {guessed:?}\n{text}"
-        );
-    }
-}
-
-#[test]
-#[ignore = "needs ../shared"]
-fn turtlebot3_is_recognised_from_its_log_alone() {
-    let log = shared("real/turtlebot3");
-    let folder = TempDir::new().unwrap();
-    let (out, text, said) = written(folder.path(), &log, None);
-    assert!(!said.contains("is incomplete"), "{said}");
-    let spec = MachineFile::read(&out).unwrap().spec;
-    let radius = |name: &str| spec.wheels[name].radius;
-    assert!((radius("FL") - 0.033).abs() < 1e-9, "{text}");
-    assert!((radius("RR") - 0.006).abs() < 1e-6, "{text}");
-    assert_eq!(spec.wheels["RL"].link, "caster_back_left_link");
-    assert!(spec.arm.is_none() && spec.urdf.is_none());
-    let by_hand = analysed(&log, &data("turtlebot3.toml"));
-    let guessed = analysed(&log, &out);
-    let sum = |analysis: &Analysis| mean_loads(analysis).iter().sum::<f64>();
-    assert!((sum(&by_hand) - sum(&guessed)).abs() < 2e-3 * sum(&by_hand));
-}
-
 /// Each suspension cylinder belongs to the bogie next to it, not to the other cylinder.
 #[test]
 fn cylinders_are_matched_to_the_joints_they_drive() {
@@ -271,15 +193,99 @@ fn cylinders_are_matched_to_the_joints_they_drive() {
 }
 
 /// It has neither a URDF nor joint states: the file names its signals and what is missing.
-#[test]
-#[ignore = "needs ../shared"]
-fn a_log_without_a_machine_description_gives_its_signals() {
-    let log = shared("real/jackal/test2.bag");
-    let folder = TempDir::new().unwrap();
-    let (out, text, said) = written(folder.path(), &log, None);
-    assert!(said.contains("a URDF"), "{said}");
-    let spec = MachineFile::read(&out).unwrap().spec;
-    assert!(spec.wheels.is_empty() && text.contains("Needed"), "{text}");
-    let imu = spec.signals.imu.as_ref().unwrap().topic();
-    assert_eq!(imu.map(String::as_str), Some("/imu/data"));
+
+mod needs_shared {
+    use super::*;
+    use crate::support::shared;
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn simulated_machines_are_recognised() {
+        for name in [
+            "flat_arm",
+            "drive_brake",
+            "drive_brake_clean",
+            "flat_arm_clean",
+        ] {
+            let log = shared(&format!("sim/{name}.mcap"));
+            let folder = TempDir::new().unwrap();
+            let (out, text, _) = written(folder.path(), &log, Some(&log.with_extension("urdf")));
+            assert_eq!(
+                MachineFile::read(&out).unwrap().spec.wheels.len(),
+                4,
+                "{text}"
+            );
+            let check = tipwatch(&["check-machine", out.to_str().unwrap(), "--json"]);
+            assert_eq!(check.status.code(), Some(0), "{text}");
+            let found: serde_json::Value = serde_json::from_slice(&check.stdout).unwrap();
+            let mass = found["masses"][4]["mass_kg"].as_f64().unwrap();
+            assert!((mass - 3502.938).abs() < 0.01, "{mass}");
+        }
+    }
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn abitobot_is_recognised_and_analysed() {
+        let log = shared("real/abitobot");
+        let folder = TempDir::new().unwrap();
+        let urdf = log.join("robot_from_xacro.urdf");
+        let (out, text, messages) = written(folder.path(), &log, Some(&urdf));
+        assert!(!messages.contains("is incomplete"), "{messages}");
+        let spec = MachineFile::read(&out).unwrap().spec;
+        let links: Vec<&str> = spec.wheels.values().map(|w| w.link.as_str()).collect();
+        assert_eq!(
+            links,
+            [
+                "wheel_left_front_link",
+                "wheel_right_front_link",
+                "wheel_left_back_link",
+                "wheel_right_back_link"
+            ],
+            "{text}"
+        );
+        assert_eq!(spec.arm.as_ref().unwrap().root, "arm_1_link", "{text}");
+        assert_eq!(spec.imu.as_ref().unwrap().link.as_deref(), Some("imu_link"));
+        let by_hand = mean_loads(&analysed(&log, &data("abitobot.toml")));
+        let guessed = mean_loads(&analysed(&log, &out));
+        for (a, b) in by_hand.iter().zip(&guessed) {
+            // relative to the mean load: two sources of the wheel radius differ
+            let mean_load = by_hand.iter().sum::<f64>() / 4.0;
+            assert!(
+                (a - b).abs() < 0.01 * mean_load,
+                "{by_hand:?} {guessed:?}\n{text}"
+            );
+        }
+    }
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn turtlebot3_is_recognised_from_its_log_alone() {
+        let log = shared("real/turtlebot3");
+        let folder = TempDir::new().unwrap();
+        let (out, text, messages) = written(folder.path(), &log, None);
+        assert!(!messages.contains("is incomplete"), "{messages}");
+        let spec = MachineFile::read(&out).unwrap().spec;
+        let radius = |name: &str| spec.wheels[name].radius;
+        assert!((radius("FL") - 0.033).abs() < 1e-9, "{text}");
+        assert!((radius("RR") - 0.006).abs() < 1e-6, "{text}");
+        assert_eq!(spec.wheels["RL"].link, "caster_back_left_link");
+        assert!(spec.arm.is_none() && spec.urdf.is_none());
+        let by_hand = analysed(&log, &data("turtlebot3.toml"));
+        let guessed = analysed(&log, &out);
+        let sum = |analysis: &Analysis| mean_loads(analysis).iter().sum::<f64>();
+        assert!((sum(&by_hand) - sum(&guessed)).abs() < 2e-3 * sum(&by_hand));
+    }
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn a_log_without_a_machine_description_gives_its_signals() {
+        let log = shared("real/jackal/test2.bag");
+        let folder = TempDir::new().unwrap();
+        let (out, text, messages) = written(folder.path(), &log, None);
+        assert!(messages.contains("a URDF"), "{messages}");
+        let spec = MachineFile::read(&out).unwrap().spec;
+        assert!(spec.wheels.is_empty() && text.contains("Needed"), "{text}");
+        let imu = spec.signals.imu.as_ref().unwrap().topic();
+        assert_eq!(imu.map(String::as_str), Some("/imu/data"));
+    }
 }

@@ -16,7 +16,7 @@ use tipwatch_mechanics::Quantity;
 
 use super::support::data;
 
-/// As `[imu]` of `tiny.toml` has it (m).
+/// Position in `[imu]` of `tiny.toml` (m).
 const IMU_IN_BASE: [f64; 3] = [0.1, 0.0, 0.05];
 
 /// `tiny.toml` with another `[imu]`, or none.
@@ -113,8 +113,8 @@ fn transforms_in_the_log_define_an_unstated_mounting() {
         assert_eq!(loads(&stated), loads(&found));
         assert_eq!(fault(&found), None);
         let elsewhere = analysed(&log, "[imu]\nxyz = [0.1, 0.0, 0.25]\n");
-        let told = elsewhere.notes.iter().any(|note| note.contains("200.0 mm"));
-        assert!(told, "{:?}", elsewhere.notes);
+        let is_noted = elsewhere.notes.iter().any(|note| note.contains("200.0 mm"));
+        assert!(is_noted, "{:?}", elsewhere.notes);
     }
 }
 
@@ -129,13 +129,13 @@ fn a_wrong_imu_mounting_is_reported_but_not_corrected() {
         ("[3.1415927, 0.0, 0.0]", "180 degrees"),
     ] {
         let turned = analysed(&data("tiny.mcap"), &format!("[imu]\nrpy = {rpy}\n"));
-        let said = fault(&turned).expect("a fault");
+        let messages = fault(&turned).expect("a fault");
         assert!(
-            said.contains(explained) && said.contains("Nothing was corrected"),
-            "{said}"
+            messages.contains(explained) && messages.contains("Nothing was corrected"),
+            "{messages}"
         );
         assert!(turned.notes[0].starts_with(FAULT));
-        // what it computes is what the machine file says, wrong as it is
+        // the loads follow the wrong mounting in the machine file
         assert_ne!(
             loads(&right)[0][20].to_bits(),
             loads(&turned)[0][20].to_bits()

@@ -10,6 +10,7 @@ mod csv_export; // logs made from tables
 mod derived; // derived.mcap read back
 mod first_machine; // inspect --write-machine
 mod imu_mounting; // mounting from transforms, and mounting faults
+mod report; // the report in a browser
 mod screen; // fleets of logs
 mod summary_schema; // the published JSON schema
 mod support;

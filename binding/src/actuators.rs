@@ -7,7 +7,7 @@ use tipwatch_mechanics::machine::ActuatorSignal;
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine, MachineSpec};
 use tipwatch_mechanics::state::Sensor;
 
-use crate::BoundSensor;
+use crate::bound_log::BoundSensor;
 use crate::number_signals::number_field;
 
 /// The actuator force signals in a log.
@@ -43,14 +43,14 @@ pub(crate) fn find(
         signals: contact.actuator_signals(|joint| missing(joint).is_none()),
         ..FoundActuators::default()
     };
-    for (place, signal) in found.signals.iter().enumerate() {
+    for (index, signal) in found.signals.iter().enumerate() {
         let (linkage, fields) = &bound[signal.joint];
-        let (field, what) = fields[signal.signal];
+        let (field, description) = fields[signal.signal];
         found.sensors.push(BoundSensor {
-            sensor: Sensor::Actuator(place),
+            sensor: Sensor::Actuator(index),
             request: request(log, field)?,
             why: format!(
-                "{what} of linkage {}, named by the machine file",
+                "{description} of linkage {}, named by the machine file",
                 linkage.name
             ),
         });

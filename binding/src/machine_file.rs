@@ -44,7 +44,7 @@ pub enum MachineFileError {
         file: PathBuf,
         /// The URDF.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// No URDF was given.

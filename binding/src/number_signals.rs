@@ -110,11 +110,11 @@ fn numbered_joint(
         return Ok(None);
     };
     let position = (topic(log, position)?, number_field(position, "position"));
-    let rate = match &fields.velocity {
-        Some(rate) => ValueSource::Field(number_field(rate, "velocity")),
+    let velocity = match &fields.velocity {
+        Some(velocity) => ValueSource::Field(number_field(velocity, "velocity")),
         None => ValueSource::Absent,
     };
-    let values = vec![ValueSource::Field(position.1), rate];
+    let values = vec![ValueSource::Field(position.1), velocity];
     Ok(Some(NumberedJoint {
         joint: joint.into(),
         request: SensorRequest {
@@ -145,15 +145,15 @@ struct Parts<'s> {
 }
 
 /// Start index of a part in the sample, and its numbers.
-type Placed<'s> = (usize, &'s [NumberSpec]);
+type SamplePart<'s> = (usize, &'s [NumberSpec]);
 
 impl Parts<'_> {
     fn request(&self, log: &Log, kind: SensorKind) -> Result<Option<SensorRequest>, Error> {
-        let mut parts: Vec<Placed<'_>> = vec![(0, self.first)];
+        let mut parts: Vec<SamplePart<'_>> = vec![(0, self.first)];
         parts.extend(self.second.map(|second| (3, &second[..])));
         parts.extend(self.orientation.map(|numbers| (6, &numbers[..])));
         parts.extend(self.roll_pitch_yaw.map(|numbers| (6, &numbers[..])));
-        let mut by_topic: Vec<(TopicId, Vec<Placed<'_>>)> = Vec::new();
+        let mut by_topic: Vec<(TopicId, Vec<SamplePart<'_>>)> = Vec::new();
         for part in parts {
             // the machine file is checked: every part has at least one field
             let Some(field) = part.1.iter().find_map(NumberSpec::field) else {
@@ -168,9 +168,9 @@ impl Parts<'_> {
         let samples = by_topic.into_iter().map(|(topic, parts)| {
             let mut values = vec![ValueSource::Absent; kind.value_count(0)];
             let mut has_roll_pitch_yaw = false;
-            for (place, numbers) in parts {
-                has_roll_pitch_yaw |= place == 6 && numbers.len() == 3;
-                let range = place..place + numbers.len();
+            for (first, numbers) in parts {
+                has_roll_pitch_yaw |= first == 6 && numbers.len() == 3;
+                let range = first..first + numbers.len();
                 for (value, number) in values[range].iter_mut().zip(numbers) {
                     *value = sample_value(number);
                 }

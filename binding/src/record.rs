@@ -1,8 +1,8 @@
 //! Reads the samples of a machine's sensors, on one clock.
 
-use tipwatch_ingest::{Losses, SensorRecording, SensorRequest, record_sensors};
+use tipwatch_ingest::{Log, Losses, SensorRecording, SensorRequest, record_sensors};
 
-use crate::{BoundLog, Log};
+use crate::bound_log::BoundLog;
 
 impl BoundLog {
     /// All samples of the sensors, in the order of [`BoundLog::sensors`], on the clock of the log,

@@ -24,17 +24,17 @@ const MOST_ROWS: usize = 1000;
 /// A note if the IMU's specific force does not point away from the ground.
 #[must_use]
 pub(crate) fn note(machine: &Machine, rows: &Rows) -> Option<String> {
-    let (felt, steady_rows) = mean_direction(machine, rows)?;
-    let tilt = felt.z.clamp(-1.0, 1.0).acos().to_degrees();
+    let (direction, steady_rows) = mean_direction(machine, rows)?;
+    let tilt = direction.z.clamp(-1.0, 1.0).acos().to_degrees();
     (tilt > SUSPICIOUS_DEG).then(|| {
         format!(
-            "{FAULT}: imu: the specific force of {steady_rows} steady rows deviates from the contact plane's normal by {tilt:.0} degrees; expected less than {SUSPICIOUS_DEG:.0}. Mean direction: ({:.2}, {:.2}, {:.2}) forward, left and up. Mounting: \
+            "{FAULT}: imu: the specific force of {steady_rows} steady rows deviates from the normal of the contact plane by {tilt:.0} degrees; expected less than {SUSPICIOUS_DEG:.0}. Mean direction: ({:.2}, {:.2}, {:.2}) forward, left and up. Mounting: \
              {}. {} Nothing was corrected: loads and findings hold only if the mounting is right.",
-            felt.x,
-            felt.y,
-            felt.z,
+            direction.x,
+            direction.y,
+            direction.z,
             machine.imu().source,
-            explanation(machine, &felt)
+            explanation(machine, &direction)
         )
     })
 }
@@ -47,8 +47,8 @@ fn mean_direction(machine: &Machine, rows: &Rows) -> Option<(Vector3<f64>, usize
     let is_steady = |row: usize, state: &mut State<f64>| {
         rows.states.get(row, state);
         let imu = &state.imu;
-        let off = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();
-        off < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S
+        let deviation = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();
+        deviation < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S
     };
     let steady: Vec<usize> = (0..rows.len())
         .filter(|&row| !rows.reasons[row].leave_state_unknown() && is_steady(row, &mut state))
@@ -62,10 +62,10 @@ fn mean_direction(machine: &Machine, rows: &Rows) -> Option<(Vector3<f64>, usize
         state.tool_wrench.force = Vector3::zeros();
         state.tool_wrench.moment = Vector3::zeros();
         let outcome = evaluate(machine, &state, &mut workspace);
-        let felt = outcome.ground_wrench.force.normalize();
+        let direction = outcome.ground_wrench.force.normalize();
         let plane = plane_from_base(&outcome.contact_normal);
-        if felt.iter().chain(plane.iter()).all(|c| c.is_finite()) {
-            sum += plane * felt;
+        if direction.iter().chain(plane.iter()).all(|c| c.is_finite()) {
+            sum += plane * direction;
             count += 1;
         }
     }
@@ -80,8 +80,8 @@ fn plane_from_base(normal: &Vector3<f64>) -> Matrix3<f64> {
 
 /// The smallest rotation by multiples of 90 degrees that brings the measured direction up, as a mounting
 /// to try.
-fn explanation(machine: &Machine, felt: &Vector3<f64>) -> String {
-    let rest = |turn: &Rotation3<f64>| (turn * felt).z.clamp(-1.0, 1.0).acos().to_degrees();
+fn explanation(machine: &Machine, direction: &Vector3<f64>) -> String {
+    let rest = |turn: &Rotation3<f64>| (turn * direction).z.clamp(-1.0, 1.0).acos().to_degrees();
     let best = quarter_turns()
         .into_iter()
         .filter(|turn| rest(turn) <= SUSPICIOUS_DEG)

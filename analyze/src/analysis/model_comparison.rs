@@ -55,11 +55,11 @@ pub(crate) fn compare(rows: &Rows, other: ModelKind, others: &OutcomeColumns) ->
 fn difference(rows: &Rows, compared: &[usize], ours: &[f64], theirs: &[f64]) -> LoadDifference {
     let (mut sum, mut squares, mut largest) = (0.0, 0.0, (0.0_f64, rows.times_ns[0]));
     for &row in compared {
-        let off = theirs[row] - ours[row];
-        sum += off;
-        squares += off * off;
-        if off.abs() > largest.0 {
-            largest = (off.abs(), rows.times_ns[row]);
+        let difference = theirs[row] - ours[row];
+        sum += difference;
+        squares += difference * difference;
+        if difference.abs() > largest.0 {
+            largest = (difference.abs(), rows.times_ns[row]);
         }
     }
     let count = compared.len() as f64;

@@ -3,7 +3,7 @@
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Sensor;
 
-use super::clock::{self, ClockOffsets, words::TopicsFinding};
+use super::clock::{self, ClockOffsets, text::TopicsFinding};
 use super::payload::EstimatedPayload;
 use crate::base::rows::Rows;
 use crate::load::LoadedLog;
@@ -21,8 +21,7 @@ pub(crate) fn of(
     let sensors = &loaded.matched.sensors;
     if !sensors.imu && sensors.odometry {
         notes.push(
-            "The log has no IMU: the specific force comes from the odometry's velocity and attitude, the angular velocity from \
-             the odometry."
+            "The log has no IMU. Specific force and angular velocity are computed from the odometry."
                 .into(),
         );
     } else if !sensors.imu {
@@ -50,7 +49,7 @@ pub(crate) fn of(
         }
     }
     notes.extend(clock_findings.iter().map(|finding| format!("{finding}.")));
-    notes.extend(clock::words::notes(clock));
+    notes.extend(clock::text::notes(clock));
     notes.extend(payloads.iter().map(|found| {
         format!(
             "Payload {}: its mass was estimated as {:.0} kg (standard deviation {:.0} kg), from the force of linkage {}.",
@@ -61,7 +60,7 @@ pub(crate) fn of(
         )
     }));
     notes.extend(loaded.losses.notes.iter().cloned());
-    notes.extend(passed_over(loaded.losses.integrity.chunks_passed_over));
+    notes.extend(skipped_chunks(loaded.losses.integrity.chunks_passed_over));
     notes.extend(
         loaded
             .losses
@@ -88,7 +87,7 @@ fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
     let with = used.iter().filter(|&&torques| torques > 0.0).count();
     if with == 0 {
         return Some(format!(
-            "The forces of {} were not used: no row has them, or the model cannot use them.",
+            "The forces of {} were not used: they are missing in every row, or the model cannot use them.",
             linkages.join(", ")
         ));
     }
@@ -100,11 +99,11 @@ fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
     ))
 }
 
-fn passed_over(chunks: u64) -> Option<String> {
+fn skipped_chunks(chunks: u64) -> Option<String> {
     (chunks > 0).then(|| {
         format!(
-            "Skipped {chunks} chunks of the log that contain no used topic according to its index. Damage in them was \
-             not looked for (tipwatch recover checks every byte)."
+            "Skipped {chunks} chunks of the log that contain no used topic according to its index. They were not checked \
+             for damage; tipwatch recover checks every byte."
         )
     })
 }

@@ -7,6 +7,7 @@ use tipwatch_mechanics::{
     ForceQuality, MeasuredForce, PayloadEstimate, State, carries_payload, estimate_payload,
 };
 
+use crate::base::error_text::error_text;
 use crate::base::rows::Rows;
 use crate::load::linkage_force::{LinkageForce, Series, at};
 
@@ -46,7 +47,7 @@ pub(crate) fn estimate_all(
         let measured = forces.iter().find(|force| force.linkage == linkage);
         let force = match measured.map(|force| &force.series) {
             Some(Ok(series)) => series,
-            Some(Err(error)) => bail!("{error:#}"),
+            Some(Err(error)) => bail!("{}", error_text(error)),
             None => bail!("linkage {}: expected a bound force, found none", spec.name),
         };
         let samples = samples(machine, rows, force);

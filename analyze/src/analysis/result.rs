@@ -4,7 +4,7 @@ use tipwatch_ingest::{Losses, StampCorrection, TopicStatistics};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::StreamCounts;
 
-use super::clock::{ClockOffsets, words::TopicsFinding};
+use super::clock::{ClockOffsets, text::TopicsFinding};
 use super::model_comparison::ModelComparison;
 use super::monte_carlo::MonteCarlo;
 use super::payload::EstimatedPayload;

@@ -52,7 +52,7 @@ pub fn analyse(
     let mut loaded = load(&log, file, progress)?;
     loaded.notes.extend(recorder_gaps::note(&log)?);
     let mut forces = linkage_force::read_all(&log, file, &loaded);
-    let (mut rows, heard, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
+    let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
     if rows.is_empty() {
         bail!(
             "{}: expected usable joint states in the requested time range, found none",
@@ -78,14 +78,20 @@ pub fn analyse(
     rows.verdicts = verdicts::of(&log, machine, &rows, judged_from, scope)?;
     let comparisons = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
     let min_loads_n = min_loads(machine);
-    let events = detect::events(&loaded, &heard.faults, &rows, min_loads_n.as_deref(), scope);
+    let events = detect::events(
+        &loaded,
+        &quality.faults,
+        &rows,
+        min_loads_n.as_deref(),
+        scope,
+    );
     let sensitivity = scope
         .sensitivities
         .then(|| sensitivity::table(machine, &rows))
         .flatten();
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
-    let clock_findings = clock::words::of_signals(&loaded.signals);
+    let clock_findings = clock::text::of_signals(&loaded.signals);
     let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &rows);
     if loaded.matched.sensors.imu {
         notes.splice(0..0, imu_check::note(machine, &rows));
@@ -101,7 +107,7 @@ pub fn analyse(
             "{}: {}",
             signal.recording.clock.source, signal.recording.clock.reason
         ),
-        counts: heard
+        counts: quality
             .counts
             .iter()
             .find(|(sensor, _)| *sensor == signal.sensor)
@@ -134,7 +140,7 @@ pub fn analyse(
 }
 
 /// Quality of the signals behind the rows.
-struct Heard {
+struct SignalQuality {
     counts: Vec<(Sensor, StreamCounts)>,
     faults: Vec<FaultSpan>,
 }
@@ -167,8 +173,8 @@ fn estimate_on_one_clock(
     loaded: &mut LoadedLog,
     forces: &mut [LinkageForce],
     options: &Options,
-) -> (Rows, Heard, ClockOffsets) {
-    let (rows, heard) = estimate(loaded, options);
+) -> (Rows, SignalQuality, ClockOffsets) {
+    let (rows, quality) = estimate(loaded, options);
     // the causal estimator lags behind its signals, and a time range may leave few rows
     let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
     let mut clock = if is_usual && options.from_s.is_none() && options.to_s.is_none() {
@@ -177,32 +183,32 @@ fn estimate_on_one_clock(
         let (smoothed, _) = smoothed(loaded, RowClock::JointStates);
         clock::estimate(loaded, forces, &smoothed)
     };
-    let (rows, heard) = match options.apply_clock_offsets {
+    let (rows, quality) = match options.apply_clock_offsets {
         ApplyClockOffsets::Estimated if clock.apply(&mut loaded.signals, forces) => {
             estimate(loaded, options)
         }
-        _ => (rows, heard),
+        _ => (rows, quality),
     };
     for signal in &mut loaded.signals {
         // the steps below need only the states
         signal.recording.values = Vec::new();
     }
-    (rows, heard, clock)
+    (rows, quality, clock)
 }
 
 /// States of all rows in the requested time range.
-fn estimate(loaded: &LoadedLog, options: &Options) -> (Rows, Heard) {
+fn estimate(loaded: &LoadedLog, options: &Options) -> (Rows, SignalQuality) {
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
-    let (rows, heard) = match options.estimator {
+    let (rows, quality) = match options.estimator {
         Estimator::Smoother => smoothed(loaded, clock),
         Estimator::Causal => causal(loaded, clock),
     };
-    (within(rows, &loaded.machine, options), heard)
+    (within(rows, &loaded.machine, options), quality)
 }
 
-fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (Rows, Heard) {
+fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
     let samples: Vec<SensorSamples<'_>> = (loaded.signals.iter())
         .map(|signal| SensorSamples {
             sensor: signal.sensor,
@@ -218,15 +224,15 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (Rows, Heard) {
         outcomes: OutcomeColumns::empty(&loaded.machine, Scope::LOADS),
         verdicts: None,
     };
-    let heard = Heard {
+    let quality = SignalQuality {
         counts: smoothed.counts,
         faults: smoothed.faults,
     };
-    (rows, heard)
+    (rows, quality)
 }
 
 /// Same as live: sample by sample, in the order in which the recorder received them.
-fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Heard) {
+fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let mut estimates: Vec<Estimate> = Vec::new();
@@ -249,11 +255,11 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, Heard) {
         outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
         verdicts: None,
     };
-    let heard = Heard {
+    let quality = SignalQuality {
         counts: estimator.counts().to_vec(),
         faults: faults.finish(),
     };
-    (rows, heard)
+    (rows, quality)
 }
 
 /// Keeps the rows between `from_s` and `to_s`.

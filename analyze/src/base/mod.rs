@@ -1,5 +1,6 @@
-//! What every other folder uses: options, rows, provenance, files, numbers, terminal output.
+//! What every other folder uses: options, rows, provenance, files, errors, numbers, terminal output.
 
+pub(crate) mod error_text;
 pub(crate) mod files;
 pub(crate) mod number;
 pub mod options;

@@ -17,7 +17,7 @@ pub(crate) fn number(value: f64) -> String {
 }
 
 /// A name of a table as words.
-pub(crate) fn words(name: &str) -> String {
+pub(crate) fn readable(name: &str) -> String {
     name.replace('_', " ")
 }
 

@@ -68,7 +68,7 @@ impl LogCount {
     }
 
     /// Prints a line above the bar unless quiet.
-    pub(crate) fn say(&self, line: &str) {
+    pub(crate) fn print(&self, line: &str) {
         if !self.quiet {
             self.bar.suspend(|| eprintln!("{line}"));
         }

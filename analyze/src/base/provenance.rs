@@ -27,6 +27,22 @@ pub struct Provenance {
     pub imu_mounting: String,
 }
 
+impl Provenance {
+    /// Names of the log's files without their folders.
+    pub(crate) fn log_name(&self) -> String {
+        let name = |path: &str| {
+            Path::new(path)
+                .file_name()
+                .map_or(path.to_string(), |name| name.to_string_lossy().into())
+        };
+        match self.log.as_slice() {
+            [] => "log".to_string(),
+            [file] => name(&file.path),
+            [first, rest @ ..] => format!("{} and {} more files", name(&first.path), rest.len()),
+        }
+    }
+}
+
 /// A file and its SHA-256.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FileHash {

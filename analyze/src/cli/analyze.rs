@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Exit, Usage, Voice, exit_of};
+use super::exit::{Exit, Terminal, Usage, exit_of};
 use super::options::{AnalysisArgs, PolicyArgs};
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
@@ -52,7 +52,7 @@ pub(super) struct AnalyzeArgs {
     policy: PolicyArgs,
 }
 
-pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Exit> {
+pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
     if let (Some(from), Some(to)) = (args.from, args.to)
         && from >= to
     {
@@ -79,10 +79,10 @@ pub(super) fn run(args: &AnalyzeArgs, voice: Voice) -> Result<Exit> {
             &out,
             args.outputs,
             policy.as_ref(),
-            voice,
+            terminal,
         )
         .unwrap_or_else(|error| {
-            voice.error(&error);
+            terminal.error(&error);
             Exit::Failed
         });
         exit = exit.max(one);
@@ -97,9 +97,9 @@ fn analyze_one(
     out: &Path,
     outputs: Outputs,
     policy: Option<&Policy>,
-    voice: Voice,
+    terminal: Terminal,
 ) -> Result<Exit> {
-    let mut progress = Progress::new(log, voice.quiet);
+    let mut progress = Progress::new(log, terminal.quiet);
     let analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
     progress.finish();
     output::write(&analysis, out, outputs)?;
@@ -109,23 +109,22 @@ fn analyze_one(
     if let Some(judgement) = judgement.as_ref().filter(|j| j.policy_sha256.is_some()) {
         output::write_judgement(judgement, out)?;
     }
-    report_findings(&analysis, out, voice);
-    let broken = judgement.iter().flat_map(Judgement::broken);
-    let broken: Vec<_> = broken.collect();
-    for rule in &broken {
-        voice.say(&format!("rule broken: {}: {}", rule.rule, rule.found));
+    report_findings(&analysis, out, terminal);
+    let violated: Vec<_> = judgement.iter().flat_map(Judgement::violated).collect();
+    for rule in &violated {
+        terminal.print(&format!("rule violated: {}: {}", rule.rule, rule.found));
     }
-    Ok(exit_of(&analysis, !broken.is_empty()))
+    Ok(exit_of(&analysis, !violated.is_empty()))
 }
 
-fn report_findings(analysis: &Analysis, out: &Path, voice: Voice) {
-    let shown = if voice.verbose { usize::MAX } else { 3 };
+fn report_findings(analysis: &Analysis, out: &Path, terminal: Terminal) {
+    let shown = if terminal.verbose { usize::MAX } else { 3 };
     for finding in report::findings(analysis).iter().take(shown) {
-        voice.say(&format!("- {finding}"));
+        terminal.print(&format!("- {finding}"));
     }
     let faults = analysis.notes.iter().filter(|n| n.starts_with(FAULT));
-    faults.for_each(|fault| voice.say(&format!("- {fault}")));
-    voice.say(&format!("results: {}", out.display()));
+    faults.for_each(|fault| terminal.print(&format!("- {fault}")));
+    terminal.print(&format!("results: {}", out.display()));
 }
 
 /// The output folder of each log.

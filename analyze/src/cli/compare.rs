@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Exit, Usage, Voice};
+use super::exit::{Exit, Terminal, Usage};
 use super::options::AnalysisArgs;
 use crate::analysis::run::analyse;
 use crate::base::files::write_atomically;
@@ -43,7 +43,7 @@ pub(super) struct CompareArgs {
 }
 
 #[expect(clippy::print_stdout, reason = "the comparison is the output")]
-pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Exit> {
+pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
     let options = args.analysis.options();
     let other = args.machine_b.is_some() || args.model_b.is_some() || args.estimator_b.is_some();
     if args.b.is_none() && !other {
@@ -69,13 +69,13 @@ pub(super) fn run(args: &CompareArgs, voice: Voice) -> Result<Exit> {
     let json = serde_json::to_string_pretty(&comparison)?;
     match args.json {
         true => println!("{json}"),
-        false => print!("{}", as_text(&comparison, voice.verbose)),
+        false => print!("{}", as_text(&comparison, terminal.verbose)),
     }
     if let Some(out) = &args.out {
         write_atomically(&out.join("comparison.json"), json.as_bytes())?;
         let page = out.join("comparison.html");
         write_atomically(&page, render(&comparison, &a, &b).as_bytes())?;
-        voice.say(&format!("page: {}", page.display()));
+        terminal.print(&format!("page: {}", page.display()));
     }
     Ok(Exit::Done)
 }

@@ -11,7 +11,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Exit, Voice, exit_of};
+use super::exit::{Exit, Terminal, exit_of};
 use crate::analysis::{Analysis, run};
 use crate::base::options::Options;
 use crate::output::{self, Outputs};
@@ -30,12 +30,12 @@ pub(super) struct DemoArgs {
     out: PathBuf,
 }
 
-pub(super) fn run(args: &DemoArgs, voice: Voice) -> Result<Exit> {
+pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
     let out = &args.out;
     let analysis = analyse(&out.join("input"))?;
     output::write(&analysis, out, Outputs::All)?;
-    tell(&analysis, out);
-    voice.say("the demo's log and machine file are in its folder input/");
+    print_findings(&analysis, out);
+    terminal.print("the demo's log and machine file are in its folder input/");
     Ok(exit_of(&analysis, false))
 }
 
@@ -65,7 +65,7 @@ fn analyse(folder: &Path) -> Result<Analysis> {
     clippy::print_stdout,
     reason = "the findings are the output of the demo"
 )]
-fn tell(analysis: &Analysis, out: &Path) {
+fn print_findings(analysis: &Analysis, out: &Path) {
     for finding in report::findings(analysis).iter().take(3) {
         println!("- {finding}");
     }

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use crate::analysis::Analysis;
+use crate::base::error_text::error_text;
 
 /// Exit code: an error in a file, the machine description or the system.
 const FAILED: u8 = 1;
@@ -43,22 +44,22 @@ impl std::fmt::Display for Usage {
 
 impl std::error::Error for Usage {}
 
-/// Messages on standard error.
+/// Messages on standard error, as many as the user asked for.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Voice {
+pub(super) struct Terminal {
     pub(super) quiet: bool,
     pub(super) verbose: bool,
 }
 
-impl Voice {
-    pub(super) fn say(self, text: &str) {
+impl Terminal {
+    pub(super) fn print(self, text: &str) {
         if !self.quiet {
             eprintln!("{text}");
         }
     }
 
     pub(super) fn error(self, error: &anyhow::Error) {
-        eprintln!("error: {error:#}");
+        eprintln!("error: {}", error_text(error));
     }
 }
 

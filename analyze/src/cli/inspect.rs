@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Exit, Voice};
+use super::exit::{Exit, Terminal};
 use crate::setup::first_machine;
 use crate::setup::inspect;
 
@@ -28,15 +28,15 @@ pub(super) struct InspectArgs {
     urdf: Option<PathBuf>,
 }
 
-pub(super) fn run(args: &InspectArgs, voice: Voice) -> Result<Exit> {
+pub(super) fn run(args: &InspectArgs, terminal: Terminal) -> Result<Exit> {
     let file = args.machine.as_deref().map(MachineFile::read).transpose()?;
     let inspection = inspect::inspect(&args.log, file.as_ref())?;
     inspect::print(&inspection, args.json)?;
     if let Some(out) = &args.write_machine {
         let missing = first_machine::write(&args.log, args.urdf.as_deref(), out)?;
-        voice.say(&format!("machine file: {}", out.display()));
+        terminal.print(&format!("machine file: {}", out.display()));
         if let Some(missing) = missing {
-            voice.say(&format!("the machine file is incomplete: {missing}"));
+            terminal.print(&format!("the machine file is incomplete: {missing}"));
         }
     }
     Ok(if inspection.losses.is_empty() {

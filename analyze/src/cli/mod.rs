@@ -2,6 +2,7 @@
 
 mod analyze;
 mod check_machine;
+mod command_line;
 mod compare;
 mod demo;
 mod exit;
@@ -12,97 +13,4 @@ mod screen;
 mod stabilise;
 mod whatif;
 
-use std::process::ExitCode;
-
-use clap::error::ErrorKind;
-use clap::{CommandFactory, Parser, Subcommand};
-
-use self::exit::{Exit, Usage, Voice};
-use crate::base::stdout::to_stdout;
-use crate::tables::summary;
-
-/// Computes from logs how close a wheeled machine came to tipping over.
-#[derive(Debug, Parser)]
-#[command(name = "tipwatch", version, arg_required_else_help = true)]
-pub struct Cli {
-    #[command(subcommand)]
-    command: Command,
-    /// Print only errors.
-    #[arg(short, long, global = true)]
-    quiet: bool,
-    /// Print more.
-    #[arg(short, long, global = true)]
-    verbose: bool,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Compute wheel loads, stability and events of logs.
-    Analyze(analyze::AnalyzeArgs),
-    /// Analyse many logs: a data set with one row per log, and a page that ranks the machines by risk.
-    Screen(screen::ScreenArgs),
-    /// Compare two results, two logs, or one log under two machine files or models.
-    Compare(compare::CompareArgs),
-    /// Show the contents of a log: topics, clocks, gaps, damage, and the topic of each signal.
-    Inspect(inspect::InspectArgs),
-    /// Show mass, centre of mass and static loads of a machine, compared with weighed loads if its file
-    /// has them.
-    CheckMachine(check_machine::CheckMachineArgs),
-    /// Replay a log with the suspension locked, as recorded, or controlled, and compare the wheel loads.
-    Whatif(whatif::WhatIfArgs),
-    /// Control an active suspension over standard input and output: one line of JSON per state and per
-    /// command.
-    Stabilise(stabilise::StabiliseArgs),
-    /// Write the intact part of a damaged log as a clean, indexed MCAP file.
-    Recover(recover::RecoverArgs),
-    /// Analyse a small log that comes with the program.
-    Demo(demo::DemoArgs),
-    /// Print the JSON schema of `summary.json`.
-    Schema,
-    /// Print a shell completion script.
-    Completions {
-        /// The shell.
-        shell: clap_complete::Shell,
-    },
-}
-
-/// Runs the command.
-#[must_use]
-pub fn run(cli: &Cli) -> ExitCode {
-    let voice = Voice {
-        quiet: cli.quiet,
-        verbose: cli.verbose,
-    };
-    let result = match &cli.command {
-        Command::Analyze(args) => analyze::run(args, voice),
-        Command::Screen(args) => screen::run(args, voice),
-        Command::Compare(args) => compare::run(args, voice),
-        Command::Inspect(args) => inspect::run(args, voice),
-        Command::CheckMachine(args) => check_machine::run(args),
-        Command::Whatif(args) => whatif::run(args, voice),
-        Command::Stabilise(args) => stabilise::run(args),
-        Command::Recover(args) => recover::run(args, voice),
-        Command::Demo(args) => demo::run(args, voice),
-        Command::Schema => to_stdout(&summary::json_schema()).map(|()| Exit::Done),
-        Command::Completions { shell } => {
-            clap_complete::generate(
-                *shell,
-                &mut Cli::command(),
-                "tipwatch",
-                &mut std::io::stdout(),
-            );
-            Ok(Exit::Done)
-        }
-    };
-    result
-        .unwrap_or_else(|error| {
-            if let Some(Usage(mistake)) = error.downcast_ref() {
-                Cli::command()
-                    .error(ErrorKind::ValueValidation, mistake)
-                    .exit()
-            }
-            voice.error(&error);
-            Exit::Failed
-        })
-        .into()
-}
+pub use command_line::{Cli, run};

@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_ingest::{Log, recover};
 
-use super::exit::{Exit, Voice};
+use super::exit::{Exit, Terminal};
 
 #[derive(Debug, Args)]
 pub(super) struct RecoverArgs {
@@ -17,9 +17,9 @@ pub(super) struct RecoverArgs {
     out: PathBuf,
 }
 
-pub(super) fn run(args: &RecoverArgs, voice: Voice) -> Result<Exit> {
+pub(super) fn run(args: &RecoverArgs, terminal: Terminal) -> Result<Exit> {
     let report = recover(&Log::open(&args.log)?, &args.out)?;
-    voice.say(&format!(
+    terminal.print(&format!(
         "{} messages of {} topics written to {}",
         report.message_count(),
         report.messages.len(),
@@ -29,7 +29,7 @@ pub(super) fn run(args: &RecoverArgs, voice: Voice) -> Result<Exit> {
         return Ok(Exit::Done);
     }
     for line in report.losses.lines() {
-        voice.say(&format!("lost: {line}"));
+        terminal.print(&format!("lost: {line}"));
     }
     Ok(Exit::Lost)
 }

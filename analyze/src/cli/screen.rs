@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Exit, Voice};
+use super::exit::{Exit, Terminal};
 use super::options::{AnalysisArgs, PolicyArgs};
 use crate::base::progress::LogCount;
 use crate::screen::{Fleet, Request, Screen, Shard, Update, gather, screen};
@@ -48,23 +48,23 @@ pub(super) struct ScreenArgs {
     policy: PolicyArgs,
 }
 
-pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Exit> {
+pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
     let policy = args.policy.policy()?;
-    let count = LogCount::new(voice.quiet);
-    let tell = |news: Update<'_>| match news {
+    let count = LogCount::new(terminal.quiet);
+    let notify = |update: Update<'_>| match update {
         Update::Begin(logs) => count.begin(logs),
         Update::Done { log, failure } => {
             if let Some(reason) = failure {
                 count.error(&failed(log, reason));
-            } else if voice.verbose {
-                count.say(&format!("done: {log}"));
+            } else if terminal.verbose {
+                count.print(&format!("done: {log}"));
             }
             count.next();
         }
-        Update::Note(note) => count.say(&format!("note: {note}")),
+        Update::Note(note) => count.print(&format!("note: {note}")),
     };
     let found = if args.gather {
-        gather(&args.out, policy.as_ref(), &tell)?
+        gather(&args.out, policy.as_ref(), &notify)?
     } else {
         let fleet = fleet(args)?;
         let jobs = args.jobs.map_or_else(processors, |jobs| jobs as usize);
@@ -77,10 +77,10 @@ pub(super) fn run(args: &ScreenArgs, voice: Voice) -> Result<Exit> {
             resume: args.resume,
             options: args.analysis.options(),
         };
-        screen(&request, &fleet, policy.as_ref(), &tell)?
+        screen(&request, &fleet, policy.as_ref(), &notify)?
     };
     count.finish();
-    voice.say(&result_line(&found));
+    terminal.print(&result_line(&found));
     Ok(exit_of(&found))
 }
 

@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Exit, Voice};
+use super::exit::{Exit, Terminal};
 use super::options::positive;
 use crate::base::options::{Estimator, Options};
 use crate::base::progress::Progress;
@@ -42,7 +42,7 @@ pub(super) struct WhatIfArgs {
     to: Option<f64>,
 }
 
-pub(super) fn run(args: &WhatIfArgs, voice: Voice) -> Result<Exit> {
+pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
     let file = MachineFile::read(&args.machine)?;
     let options = Options {
         estimator: args.estimator,
@@ -51,20 +51,20 @@ pub(super) fn run(args: &WhatIfArgs, voice: Voice) -> Result<Exit> {
         to_s: args.to,
         ..Options::default()
     };
-    let asked = WhatIfOptions {
+    let what_if_options = WhatIfOptions {
         suspension: args.suspension,
         step_s: args.step,
     };
-    let mut progress = Progress::new(&args.log, voice.quiet);
-    let replayed = what_if(&args.log, &file, options, asked, &mut |bytes| {
+    let mut progress = Progress::new(&args.log, terminal.quiet);
+    let replayed = what_if(&args.log, &file, options, what_if_options, &mut |bytes| {
         progress.at(bytes);
     })?;
     progress.finish();
     replayed.write(&args.out)?;
     for finding in findings(&replayed) {
-        voice.say(&format!("- {finding}"));
+        terminal.print(&format!("- {finding}"));
     }
-    voice.say(&format!("results: {}", args.out.display()));
+    terminal.print(&format!("results: {}", args.out.display()));
     Ok(if replayed.analysis.losses.is_empty() {
         Exit::Done
     } else {

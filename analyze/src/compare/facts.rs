@@ -32,11 +32,11 @@ pub struct EventPair {
     pub subject: String,
     /// On side A.
     pub a: Option<EventSide>,
-    /// Value on side B.
+    /// On side B.
     pub b: Option<EventSide>,
 }
 
-/// An event as one side has it.
+/// An event of one side.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EventSide {
     /// Start (s after the first row).
@@ -53,8 +53,9 @@ pub struct EventSide {
 
 /// Units in the order of the output.
 const UNITS: [&str; 6] = ["events", "-", "N", "kg", "s", "rows"];
+
 /// A value formatted for its unit.
-pub(super) fn in_words(value: Option<f64>, unit: &str) -> String {
+pub(super) fn formatted(value: Option<f64>, unit: &str) -> String {
     match (value, unit) {
         (None, _) => "unknown".into(),
         (Some(value), "events" | "rows") => format!("{value:.0}"),
@@ -115,10 +116,10 @@ fn numbers(summary: &Value) -> Numbers {
     };
     let wheels = summary["wheels"].as_object();
     for (wheel, facts) in wheels.into_iter().flatten() {
-        for (key, words) in OF_WHEEL {
+        for (key, label) in OF_WHEEL {
             add(
                 "N",
-                format!("{words}, {}", wheel.to_uppercase()),
+                format!("{label}, {}", wheel.to_uppercase()),
                 facts[key].as_f64(),
             );
         }

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::comparison::Comparison;
-use super::facts::in_words;
+use super::facts::formatted;
 use super::series::shared_rows;
 use super::side::Side;
 use super::text::{event, origin};
@@ -12,6 +12,7 @@ use crate::page::{self, Document, list, number, rows_to_draw, section, table};
 
 /// Points of a curve.
 const MOST_POINTS: usize = 600;
+
 /// The comparison as an HTML page.
 #[must_use]
 pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
@@ -52,7 +53,7 @@ fn events(comparison: &Comparison) -> Markup {
 
 fn facts(comparison: &Comparison) -> Markup {
     let row = |fact: &super::FactDifference| {
-        let values = [fact.a, fact.b, fact.difference].map(|value| in_words(value, fact.unit));
+        let values = [fact.a, fact.b, fact.difference].map(|value| formatted(value, fact.unit));
         let name = [fact.name.clone()].into_iter();
         name.chain(values).chain([fact.unit.to_string()]).collect()
     };

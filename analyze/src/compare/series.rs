@@ -62,7 +62,7 @@ pub(super) fn shared_rows(a: &Side, b: &Side) -> Vec<(usize, usize)> {
 pub(super) fn compare(a: &Side, b: &Side) -> Result<SeriesComparison, String> {
     let rows = shared_rows(a, b);
     if rows.is_empty() {
-        return Err("the two sides share no valid row at the same time".into());
+        return Err("the results have no valid row at the same time".into());
     }
     let mut columns: Vec<SeriesDifference> = a
         .columns
@@ -108,14 +108,14 @@ fn difference(
     let (mut rows, mut sum, mut squares, mut largest) = (0, 0.0, 0.0, (-1.0, 0));
     let (mut squares_a, mut squares_b) = (0.0, 0.0);
     for (time, a, b) in values.filter(|(_, a, b)| a.is_finite() && b.is_finite()) {
-        let off = b - a;
+        let difference = b - a;
         rows += 1;
-        sum += off;
-        squares += off * off;
+        sum += difference;
+        squares += difference * difference;
         squares_a += a * a;
         squares_b += b * b;
-        if off.abs() > largest.0 {
-            largest = (off.abs(), time);
+        if difference.abs() > largest.0 {
+            largest = (difference.abs(), time);
         }
     }
     let count = f64::from(u32::try_from(rows).ok().filter(|&rows| rows > 0)?);

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::comparison::Comparison;
-use super::facts::{EventPair, in_words};
+use super::facts::{EventPair, formatted};
 use super::side::SideSummary;
 use crate::base::number::number;
 
@@ -19,8 +19,8 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
         let _ = writeln!(text, "{letter}  {}\n   {}", origin(side), side.finding);
     }
     let log = match comparison.same_log {
-        true => "Same log on both sides.",
-        false => "Different logs.",
+        true => "Both results are of the same log.",
+        false => "The results are of different logs.",
     };
     let _ = writeln!(text, "{log}");
     add_events(comparison, &mut text);
@@ -32,7 +32,7 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
     let mut counted = (String::new(), 0);
     for fact in &comparison.facts {
         if within(&mut counted, fact.unit, most) {
-            let value = |value: Option<f64>| in_words(value, fact.unit);
+            let value = |value: Option<f64>| formatted(value, fact.unit);
             let _ = writeln!(
                 text,
                 "{:42} {:>12} {:>12} {:>12} {}",
@@ -76,7 +76,7 @@ pub(super) fn origin(side: &SideSummary) -> String {
 
 fn add_events(comparison: &Comparison, text: &mut String) {
     if comparison.events.is_empty() {
-        let _ = writeln!(text, "\nNo events on either side.");
+        let _ = writeln!(text, "\nNeither result has an event.");
         return;
     }
     let _ = writeln!(text, "\nEvents");
@@ -105,18 +105,18 @@ pub(super) fn event(pair: &EventPair) -> String {
         .chain(side("B", &pair.b))
         .collect();
     let only = match (&pair.a, &pair.b) {
-        (Some(_), None) => "only A: ",
-        (None, Some(_)) => "only B: ",
+        (Some(_), None) => ", only in A",
+        (None, Some(_)) => ", only in B",
         _ => "",
     };
     let kind = pair.kind.replace('_', " ");
-    format!("{only}{kind} {}: {}", pair.subject, sides.join("; "))
+    format!("{kind} {}{only}: {}", pair.subject, sides.join("; "))
 }
 
 fn add_series(comparison: &Comparison, most: usize, text: &mut String) {
     let Some(series) = &comparison.series else {
         let note = comparison.series_note.as_deref().unwrap_or("unknown");
-        let _ = writeln!(text, "\nNo comparison row by row: {note}.");
+        let _ = writeln!(text, "\nNot compared row by row: {note}.");
         return;
     };
     let _ = writeln!(

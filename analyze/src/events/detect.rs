@@ -147,13 +147,13 @@ impl<'a> Finder<'a> {
     /// Edge tipping: every wheel off the edge is unloaded. Their sum does not depend on the load split.
     fn edge_tipping(&self, edge: usize) -> Vec<Event> {
         let spec = &self.machine.polygon().edges()[edge];
-        let off: Vec<&[f64]> = (0..self.machine.wheels().len())
+        let unloaded: Vec<&[f64]> = (0..self.machine.wheels().len())
             .filter(|&wheel| !spec.carries[wheel])
             .map(|wheel| self.column(Quantity::Load(wheel)))
             .collect();
         let moment = self.column(Quantity::ItomFull(edge));
         let found = self
-            .episodes(|row| off.iter().all(|load| load[row] <= 0.0))
+            .episodes(|row| unloaded.iter().all(|load| load[row] <= 0.0))
             .into_iter()
             .map(|episode| {
                 let worst = most(moment, episode);

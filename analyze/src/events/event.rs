@@ -16,7 +16,7 @@ pub struct Event {
     pub end_ns: Option<i64>,
     /// The wheel, edge or signal, in lower case.
     pub subject: String,
-    /// The worst value; [`EventKind`] says of which quantity.
+    /// The worst value; [`EventKind`] defines the quantity.
     pub worst: f64,
     /// Time of the worst value (ns).
     pub worst_ns: i64,

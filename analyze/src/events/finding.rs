@@ -1,4 +1,4 @@
-//! What is said of an event: a headline and its evidence.
+//! A finding: a headline and its evidence.
 
 use std::fmt;
 

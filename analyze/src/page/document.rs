@@ -63,7 +63,7 @@ impl Document<'_> {
         page.into_string()
     }
 
-    /// A page loads nothing from elsewhere, whatever a name in the log says.
+    /// A page loads nothing from elsewhere, whatever the names in the log contain.
     fn policy(&self) -> String {
         let scripts = match self.plots.as_ref().map(|plots| plots.library) {
             None => "",

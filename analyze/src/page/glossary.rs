@@ -78,7 +78,7 @@ pub(crate) fn glossary(content: &Markup) -> Markup {
     html! { @if !used.is_empty() { (section("Glossary", facts(&used))) } }
 }
 
-/// Whether `word` stands in the text as a word, singular or plural.
+/// Whether the text contains `word` as a whole word, singular or plural.
 fn contains_word(text: &str, word: &str) -> bool {
     text.match_indices(word).any(|(at, _)| {
         let behind = &text[at + word.len()..];

@@ -17,4 +17,6 @@ pub use document::{PlotLibrary, plot_library_script};
 pub(crate) use elements::{Bar, bars, facts, list, section, table};
 pub(crate) use figure::{Figure, MOST_POINTS, colour, figures, layout, line, plain};
 
-pub(crate) use crate::base::number::{number, or_dash, percent, probability, short, time, words};
+pub(crate) use crate::base::number::{
+    number, or_dash, percent, probability, readable, short, time,
+};

@@ -31,7 +31,7 @@ pub struct RuleOutcome {
 
 impl Judgement {
     /// The violated rules.
-    pub fn broken(&self) -> impl Iterator<Item = &RuleOutcome> {
+    pub fn violated(&self) -> impl Iterator<Item = &RuleOutcome> {
         self.rules.iter().filter(|outcome| !outcome.passed)
     }
 }

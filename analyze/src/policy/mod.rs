@@ -1,4 +1,4 @@
-//! Judges a log: [`facts`] condense its analysis to a few numbers, a [`Policy`] defines which of them pass.
+//! Judges a log: [`facts`] are its key figures, and a [`Policy`] defines which of them pass.
 
 pub mod facts;
 mod judge;

@@ -285,7 +285,7 @@ impl RuleSpec {
             "quantity"
         };
         match keys.iter().find(|(_, given)| *given) {
-            Some((key, _)) => bail!("{key} does not apply to a rule on {kind}"),
+            Some((key, _)) => bail!("{key} does not apply to a rule with {kind}"),
             None => Ok(()),
         }
     }

@@ -3,9 +3,9 @@
 use maud::{Markup, html};
 use tipwatch_ingest::Treatment;
 
-use crate::analysis::clock::{PairOffset, TopicOffset, words::TopicsFinding};
+use crate::analysis::clock::{PairOffset, TopicOffset, text::TopicsFinding};
 use crate::analysis::{Analysis, Input};
-use crate::page::{or_dash, table, words};
+use crate::page::{or_dash, readable, table};
 
 /// The section on clocks.
 pub(super) fn clocks(analysis: &Analysis) -> Markup {
@@ -36,7 +36,7 @@ fn finding_row(found: &TopicsFinding) -> Vec<String> {
         Treatment::Reported => "reported",
     };
     vec![
-        words(finding.kind.name()),
+        readable(finding.kind.name()),
         found.topics.join(", "),
         finding.seen.clone(),
         treatment.to_owned(),

@@ -3,11 +3,11 @@
 use maud::{Markup, html};
 
 use super::findings::Scene;
+use super::prevention::{Prevention, limit_of, preventions};
 use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
 use crate::analysis::sensitivity::{SensitivityRow, SensitivityTable};
-use crate::page::{Bar, bars, number, short, table, words};
-use crate::report::prevention::{Prevention, limit_of, preventions};
+use crate::page::{Bar, bars, number, readable, short, table};
 
 /// Most parameters listed.
 const MOST_PARAMETERS: usize = 15;
@@ -30,10 +30,10 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
                 .filter(|share| share.percent.abs() >= LEAST_PERCENT)
                 .map(|share| {
                     vec![
-                        format!("{} {}", words(event.kind.name()), scene.subject(event)),
+                        format!("{} {}", readable(event.kind.name()), scene.subject(event)),
                         format!("{:.2}", scene.seconds(causes.since_ns)),
                         format!("{:.2}", scene.seconds(causes.at_ns)),
-                        words(share.cause),
+                        readable(share.cause),
                         number(share.taken_n),
                         format!("{:.0}", share.percent),
                     ]

@@ -6,17 +6,17 @@ use tipwatch_mechanics::machine::Policy;
 use crate::events::{Event, InputFault};
 use crate::page::number;
 
-/// How the names of orientation signals end.
+/// Ending of the names of orientation signals.
 const ATTITUDE: &str = ".attitude";
 
-/// What was wrong and by how much, in how many samples, and what this means for the loads.
+/// The fault and its size, the number of samples, and the effect on the loads.
 pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
     let limit = fault.limit.map_or(String::new(), |limit| {
         format!(" (limit {} {})", number(limit), event.unit)
     });
     let worst = format!("up to {} {}{limit}", number(event.worst), event.unit);
     let is_of_gravity = fault.kind == FaultKind::Disagreement && event.subject.ends_with(ATTITUDE);
-    let what = match fault.kind {
+    let description = match fault.kind {
         FaultKind::NotFinite => "NaN or infinite values".to_string(),
         FaultKind::OutOfRange => format!("Out of range: {worst}"),
         FaultKind::JointLimit => format!("Beyond a joint limit of the URDF: {worst}"),
@@ -41,5 +41,5 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
         Policy::Widen => "Results that depend on it have a larger standard deviation",
         Policy::Report => "The values were used as logged",
     };
-    vec![what, samples, effect.to_string()]
+    vec![description, samples, effect.to_string()]
 }

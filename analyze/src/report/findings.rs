@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use maud::{Markup, html};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 
 use super::faults;
 use crate::analysis::Analysis;
 use crate::events::{Event, EventCauses, EventKind, Finding};
-use crate::page::{number, percent, probability, words};
+use crate::page::{list, number, percent, probability, readable};
 
 /// Causes with a smaller share of the lost load are not named (%).
 const LEAST_PERCENT: f64 = 2.0;
@@ -29,6 +30,17 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     without.into_iter().chain(found).collect()
 }
 
+/// Findings as a list for a page, each with its evidence.
+pub(super) fn finding_list(findings: &[Finding]) -> Markup {
+    html! {
+        ul.findings {
+            @for finding in findings {
+                li { strong { (finding.headline) } (list(&finding.evidence)) }
+            }
+        }
+    }
+}
+
 /// The smaller, the more important.
 pub(super) fn rank(kind: EventKind) -> usize {
     match kind {
@@ -41,7 +53,7 @@ pub(super) fn rank(kind: EventKind) -> usize {
     }
 }
 
-/// What findings need to know beside the event.
+/// The facts of the analysis that findings use besides the event.
 pub(super) struct Scene {
     start_ns: i64,
     wheels: Vec<WheelFacts>,
@@ -81,7 +93,7 @@ impl Scene {
         time_ns.saturating_sub(self.start_ns) as f64 * 1e-9
     }
 
-    /// The wheel, edge or signal as a reader knows it.
+    /// Display name of the wheel, edge or signal.
     pub(super) fn subject(&self, event: &Event) -> String {
         match event.kind {
             EventKind::WheelLight | EventKind::WheelLift => self
@@ -105,14 +117,14 @@ impl Scene {
         Finding {
             headline: format!(
                 "{} from t = {start:.2} s {}{confidence}",
-                self.what(event),
+                self.statement(event),
                 duration(event)
             ),
             evidence: self.evidence(event),
         }
     }
 
-    fn what(&self, event: &Event) -> String {
+    fn statement(&self, event: &Event) -> String {
         let subject = self.subject(event);
         match event.kind {
             EventKind::TipOver => format!("The machine tipped over about the {subject} edge"),
@@ -187,7 +199,7 @@ impl Scene {
         let named: Vec<String> = (causes.shares.iter())
             .filter(|share| share.percent >= LEAST_PERCENT)
             .take(MOST_CAUSES)
-            .map(|share| format!("{} {:.0} %", words(share.cause), share.percent))
+            .map(|share| format!("{} {:.0} %", readable(share.cause), share.percent))
             .collect();
         let causes = format!("Computed causes: {}", named.join(", "));
         [Some(fall), (!named.is_empty()).then_some(causes)]
@@ -245,7 +257,7 @@ fn reasons(analysis: &Analysis) -> Vec<String> {
     }
     let counts = reason_counts(analysis).into_iter();
     counts
-        .map(|(reason, rows)| format!("{} in {rows} rows", words(reason.name())))
+        .map(|(reason, rows)| format!("{} in {rows} rows", readable(reason.name())))
         .collect()
 }
 

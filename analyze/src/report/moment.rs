@@ -10,7 +10,7 @@ use tipwatch_mechanics::{Placement, Quantity, State};
 use super::findings::{Scene, rank};
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
-use crate::page::{json_script, words};
+use crate::page::{json_script, readable};
 
 /// Instants under the slider, those of events not counted.
 const MOST_INSTANTS: usize = 600;
@@ -129,7 +129,7 @@ impl Moments {
             instant: instant(event),
             label: format!(
                 "{} {}, t = {:.2} s",
-                words(event.kind.name()),
+                readable(event.kind.name()),
                 scene.subject(event),
                 scene.seconds(event.worst_ns)
             ),
@@ -225,7 +225,7 @@ fn reasons(analysis: &Analysis, row: usize) -> String {
     let names: Vec<&str> = (analysis.rows.reasons[row].iter())
         .map(tipwatch_mechanics::state::Reason::name)
         .collect();
-    words(&names.join(", "))
+    readable(&names.join(", "))
 }
 
 /// A value rounded to 1 / `per_unit`; `None` if it is not finite.

@@ -7,7 +7,7 @@ use super::findings::{Scene, reason_counts};
 use crate::analysis::{Analysis, Input};
 use crate::base::provenance::FileHash;
 use crate::events::{Event, EventKind};
-use crate::page::{facts, list, number, or_dash, probability, table, words};
+use crate::page::{facts, list, number, or_dash, probability, readable, table};
 
 /// Most events and lost ranges listed; the output tables have all.
 const MOST_LISTED: usize = 500;
@@ -44,7 +44,7 @@ fn event_row(scene: &Scene, event: &Event) -> Vec<String> {
     let end = event.end_ns.map(seconds);
     let split = (event.split_dependent).map_or("–", |depends| if depends { "yes" } else { "no" });
     vec![
-        words(event.kind.name()),
+        readable(event.kind.name()),
         scene.subject(event),
         seconds(event.start_ns),
         end.unwrap_or_else(|| "end of the log".into()),
@@ -98,7 +98,7 @@ fn input_row(input: &Input, timing: &TopicTiming) -> Vec<String> {
     };
     let messages = timing.message_count as u64 + input.undecodable;
     vec![
-        words(input.signal),
+        readable(input.signal),
         input.topic.clone(),
         input.type_name.clone(),
         input.why.clone(),
@@ -135,7 +135,7 @@ pub(super) fn limitations(analysis: &Analysis) -> Markup {
     sentences.extend(reasons.map(|(reason, count)| {
         format!(
             "{count} rows are invalid because of {}",
-            words(reason.name())
+            readable(reason.name())
         )
     }));
     html! { (list(&sentences)) (not_listed(losses.ranges.len(), "lost ranges")) }

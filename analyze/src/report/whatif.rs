@@ -3,9 +3,9 @@
 use maud::{Markup, html};
 use tipwatch_suspension::replay::Track;
 
-use super::{finding_list, log_name};
+use super::findings::finding_list;
 use crate::page::{
-    self, Curve, Document, Figure, PlotLibrary, Plots, chart, list, section, table, words,
+    self, Curve, Document, Figure, PlotLibrary, Plots, chart, list, readable, section, table,
 };
 use crate::suspension::{CAVEATS, Summary, SuspensionMode, WhatIf, findings, rod_names};
 
@@ -25,7 +25,7 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
         (section("Provenance", super::tables::provenance(analysis)))
     };
     Document {
-        title: &format!("Suspension {moved}: {}", log_name(analysis)),
+        title: &format!("Suspension {moved}: {}", analysis.provenance.log_name()),
         subtitle: &format!(
             "Machine {}; the log replayed with the suspension {moved} and with it locked.",
             analysis.machine.name()
@@ -127,8 +127,8 @@ fn label(key: &str) -> String {
         .iter()
         .find_map(|(end, unit)| Some((key.strip_suffix(end)?, unit)));
     match found {
-        Some((name, unit)) => format!("{} [{unit}]", words(name)),
-        None => words(key),
+        Some((name, unit)) => format!("{} [{unit}]", readable(name)),
+        None => readable(key),
     }
 }
 

@@ -133,7 +133,7 @@ impl Columns {
 fn logs(rows: &[&LogRow]) -> Result<Table> {
     let mut columns = Columns(Vec::new(), Vec::new());
     add_identity(rows, &mut columns);
-    add_course(rows, &mut columns);
+    add_time_range(rows, &mut columns);
     add_worst(rows, &mut columns);
     add_exposure(rows, &mut columns);
     for kind in EventKind::all() {
@@ -187,7 +187,7 @@ fn add_identity(rows: &[&LogRow], columns: &mut Columns) {
     columns.add(column("model", records().map(|r| r.model.clone())), None);
 }
 
-fn add_course(rows: &[&LogRow], columns: &mut Columns) {
+fn add_time_range(rows: &[&LogRow], columns: &mut Columns) {
     let all = || rows.iter().map(facts);
     columns.add(
         column("start_ns", all().map(|f| Some(f?.start_ns))),

@@ -140,15 +140,15 @@ impl Fleet {
     /// A rule needs the contents of the log and it cannot be opened, no rule matches, or rules of
     /// several machines match.
     pub fn machine_of(&self, log: &Path) -> Result<&MachineFile> {
-        let content = match self.rules.iter().any(Rule::asks_for_content) {
+        let content = match self.rules.iter().any(Rule::needs_content) {
             true => Some(Content::of(log)?),
             false => None,
         };
-        let holding = |rule: &&Rule| rule.holds(log, content.as_ref());
+        let matches = |rule: &&Rule| rule.holds(log, content.as_ref());
         let mut chosen: Vec<usize> = self
             .rules
             .iter()
-            .filter(holding)
+            .filter(matches)
             .map(|r| r.machine)
             .collect();
         chosen.sort_unstable();
@@ -219,7 +219,7 @@ impl RuleSpec {
 }
 
 impl Rule {
-    fn asks_for_content(&self) -> bool {
+    fn needs_content(&self) -> bool {
         self.topic.is_some() || self.metadata.is_some()
     }
 

@@ -32,11 +32,11 @@ pub(super) fn identify(path: &Path) -> Result<Identity> {
         ([file], false) => file.clone(),
         (files, _) => {
             // the metadata of a rosbag2 folder is part of the log
-            let promised =
+            let metadata =
                 hash_file(&path.join("metadata.yaml")).map_or(String::new(), |h| h.sha256);
             hash_of(
                 String::new(),
-                format!("{}\n{promised}", files.join("\n")).as_bytes(),
+                format!("{}\n{metadata}", files.join("\n")).as_bytes(),
             )
             .sha256
         }

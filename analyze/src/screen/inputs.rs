@@ -22,16 +22,16 @@ const ROSBAG2_METADATA: &str = "metadata.yaml";
 ///
 /// # Errors
 /// A pattern matches nothing, a manifest cannot be read, or there is no log at all.
-pub(super) fn find(asked: &[PathBuf], out: &Path) -> Result<Vec<PathBuf>> {
+pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Vec<PathBuf>> {
     let mut finder = Finder {
         logs: BTreeSet::new(),
         out: tidy(out)?,
     };
-    for path in asked {
-        finder.add_asked(path)?;
+    for path in requested {
+        finder.add_requested(path)?;
     }
     if finder.logs.is_empty() {
-        let names: Vec<_> = asked.iter().map(|p| p.display().to_string()).collect();
+        let names: Vec<_> = requested.iter().map(|p| p.display().to_string()).collect();
         bail!(
             "{}: expected logs (*.mcap, *.bag, *.db3 or rosbag2 folders), found none",
             names.join(", ")
@@ -46,7 +46,7 @@ struct Finder {
 }
 
 impl Finder {
-    fn add_asked(&mut self, path: &Path) -> Result<()> {
+    fn add_requested(&mut self, path: &Path) -> Result<()> {
         if !path.exists() && is_pattern(path) {
             return self.add_matches(path);
         }
@@ -170,9 +170,9 @@ mod tests {
     use super::*;
 
     /// Names relative to the folder.
-    fn found(folder: &Path, asked: &[&str]) -> Vec<String> {
-        let asked: Vec<_> = asked.iter().map(|name| folder.join(name)).collect();
-        let logs = find(&asked, &folder.join("out")).unwrap();
+    fn found(folder: &Path, requested: &[&str]) -> Vec<String> {
+        let requested: Vec<_> = requested.iter().map(|name| folder.join(name)).collect();
+        let logs = find(&requested, &folder.join("out")).unwrap();
         let name = |log: PathBuf| log.strip_prefix(folder).unwrap().display().to_string();
         logs.into_iter().map(name).collect()
     }

@@ -16,12 +16,12 @@ pub(super) struct LogRow {
 /// Rows of all records; of records with the same content, the first analysed one by path.
 pub(super) fn merge(records: Vec<Record>) -> Vec<LogRow> {
     let mut rows: Vec<LogRow> = Vec::with_capacity(records.len());
-    let mut place_of: BTreeMap<String, usize> = BTreeMap::new();
+    let mut index_of: BTreeMap<String, usize> = BTreeMap::new();
     for record in records {
-        let known = record.log_id.as_ref().and_then(|id| place_of.get(id));
-        let Some(row) = known.map(|&place| &mut rows[place]) else {
+        let known = record.log_id.as_ref().and_then(|id| index_of.get(id));
+        let Some(row) = known.map(|&index| &mut rows[index]) else {
             if let Some(id) = &record.log_id {
-                place_of.insert(id.clone(), rows.len());
+                index_of.insert(id.clone(), rows.len());
             }
             rows.push(LogRow { record, copies: 0 });
             continue;

@@ -15,6 +15,7 @@ use super::record::{MachineName, Outcome, RECORD_SCHEMA, Record, report_folder};
 use super::version::{analysis_version, machine_sha256};
 use crate::analysis::Analysis;
 use crate::analysis::run::analyse;
+use crate::base::error_text::error_text;
 use crate::base::files::write_atomically;
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
@@ -29,21 +30,21 @@ pub(super) struct Screening<'a> {
     /// Records of earlier runs, by content.
     pub(super) done_before: BTreeMap<String, Record>,
     /// Work of this run.
-    pub(super) now: Now,
+    pub(super) current: CurrentRun,
 }
 
 /// Contents that are finished or in progress. Copies of a log wait for the first and reuse its result,
 /// because two workers would write the same report.
 #[derive(Debug, Default)]
-pub(super) struct Now {
+pub(super) struct CurrentRun {
     done: Mutex<BTreeMap<String, Record>>,
-    turns: Mutex<BTreeMap<String, Arc<Mutex<()>>>>,
+    locks: Mutex<BTreeMap<String, Arc<Mutex<()>>>>,
 }
 
-impl Now {
+impl CurrentRun {
     /// The lock held while a content is analysed.
-    fn turn(&self, log_id: &str) -> Arc<Mutex<()>> {
-        Arc::clone(lock(&self.turns).entry(log_id.to_owned()).or_default())
+    fn lock_of(&self, log_id: &str) -> Arc<Mutex<()>> {
+        Arc::clone(lock(&self.locks).entry(log_id.to_owned()).or_default())
     }
 }
 
@@ -86,7 +87,7 @@ impl Screening<'_> {
                     is_from_before,
                 };
             }
-            Ok(Err(error)) => format!("{error:#}"),
+            Ok(Err(error)) => error_text(&error),
             Err(panic) => format!(
                 "internal error of tipwatch: {}",
                 panic_message(panic.as_ref())
@@ -111,25 +112,25 @@ impl Screening<'_> {
         });
         let version = analysis_version(machine, &self.options)?;
         record.analysis_version = Some(version);
-        let turn = self.now.turn(&identity.id);
-        let _turn = lock(&turn);
+        let one_at_a_time = self.current.lock_of(&identity.id);
+        let _guard = lock(&one_at_a_time);
         if let Some(known) = self.done_before.get(&identity.id)
-            && self.stands_for(known, record)
+            && self.is_reusable(known, record)
         {
             record.result = known.result.clone();
             return Ok(true);
         }
-        let of_copy = lock(&self.now.done).get(&identity.id).cloned();
+        let of_copy = lock(&self.current.done).get(&identity.id).cloned();
         record.result = match of_copy {
-            Some(known) if self.stands_for(&known, record) => known.result,
+            Some(known) if self.is_reusable(&known, record) => known.result,
             _ => self.analyse(path, machine, &identity)?,
         };
-        lock(&self.now.done).insert(identity.id, record.clone());
+        lock(&self.current.done).insert(identity.id, record.clone());
         Ok(false)
     }
 
-    /// Whether a record is of the same version and its report still exists.
-    fn stands_for(&self, known: &Record, record: &Record) -> bool {
+    /// Whether the result of a record applies: same version, and its report still exists.
+    fn is_reusable(&self, known: &Record, record: &Record) -> bool {
         let is_same = known.analysis_version == record.analysis_version && !known.is_failed();
         let page = known
             .report_folder()
@@ -173,7 +174,7 @@ fn write_report(analysis: &Analysis, folder: &Path) -> Result<()> {
 /// Removes the report of an earlier version that had findings.
 fn remove_report(folder: &Path) {
     for name in ["summary.json", "report.html"] {
-        // usually there is none
+        // usually there are no such files
         let _ = std::fs::remove_file(folder.join(name));
     }
     let _ = std::fs::remove_dir(folder);

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use super::record::{RECORD_SCHEMA, Record};
+use crate::base::error_text::error_text;
 use crate::base::files::{remove_unfinished, write_atomically};
 use crate::base::provenance::hash_of;
 
@@ -50,7 +51,7 @@ impl Store {
             }
             match read(&path) {
                 Ok(record) => records.push(record),
-                Err(error) => unusable.push(format!("{}: {error:#}", path.display())),
+                Err(error) => unusable.push(format!("{}: {}", path.display(), error_text(&error))),
             }
         }
         records.sort_by(|a: &Record, b: &Record| a.path.cmp(&b.path));

@@ -12,7 +12,7 @@ use crate::base::provenance::hash_file;
 use crate::base::provenance::hash_of;
 use crate::tables::summary;
 
-/// What a result depends on, in the order in which it is hashed.
+/// The inputs of a result, in the order in which they are hashed.
 #[derive(Serialize)]
 struct Ingredients<'a> {
     tipwatch: &'a str,

@@ -17,7 +17,10 @@ import time
 import urllib.request
 from pathlib import Path
 
-import websocket
+try:
+    import websocket
+except ModuleNotFoundError:
+    sys.exit("expected the Python package websocket-client, found none: pip install websocket-client")
 
 WIDTHS = (420, 900, 1600)
 SLOWEST_PAINT_MS = 2000

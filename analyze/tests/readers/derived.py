@@ -15,9 +15,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-import polars
-from mcap.reader import make_reader
-from mcap_ros2.decoder import DecoderFactory
+try:
+    import polars
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+except ModuleNotFoundError as missing:
+    sys.exit(f"{missing}: pip install mcap mcap-ros2-support polars rerun-sdk")
 
 FLAT = ["loads", "margins", "causes", "indicators"]
 LEVELS = ["unknown", "safe", "notice", "warning", "danger", "fault"]
@@ -66,10 +69,10 @@ def check_rerun(results: Path) -> None:
         recording = Path(folder) / "derived.rrd"
         subprocess.run([rerun, "mcap", "convert", results / "derived.mcap", "-o", recording],
                        check=True, env=environment, capture_output=True)
-        told = subprocess.run([rerun, "rrd", "stats", recording], check=True, env=environment,
+        statistics = subprocess.run([rerun, "rrd", "stats", recording], check=True, env=environment,
                               capture_output=True, text=True).stdout
     for name in ["/tipwatch/loads", "/tipwatch/margins", "/tipwatch/indicators", "/tipwatch/verdict", "/tipwatch/markers", "/diagnostics"]:
-        assert name in told, f"Rerun found no {name}"
+        assert name in statistics, f"Rerun found no {name}"
     print("rerun: every topic found")
 
 

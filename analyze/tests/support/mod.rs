@@ -46,6 +46,18 @@ pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
+/// Runs a Python script, with `TIPWATCH_PYTHON` or else `python3`; its messages say what is missing.
+pub(crate) fn run_python(arguments: &[&str]) {
+    let python = std::env::var("TIPWATCH_PYTHON").unwrap_or("python3".into());
+    let output = Command::new(&python).args(arguments).output();
+    let output = output.unwrap_or_else(|error| panic!("{python}: {error}"));
+    let messages = stdout(&output) + &stderr(&output);
+    assert!(
+        output.status.success(),
+        "{python} {arguments:?}: {messages}"
+    );
+}
+
 /// Exit code and standard error.
 pub(crate) fn code_and_stderr(output: &Output) -> (i32, String) {
     (output.status.code().unwrap(), stderr(output))

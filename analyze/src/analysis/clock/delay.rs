@@ -11,6 +11,8 @@
 
 use std::ops::Range;
 
+use nalgebra::{Cholesky, DMatrix, DVector};
+
 use super::channel::Channel;
 use super::grid::STEP_S;
 
@@ -183,11 +185,11 @@ fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
         false => own + k - OWN,
     };
     let width = own + known.saturating_sub(OWN);
-    let mut matrix = vec![vec![0.0; width]; width];
+    let mut matrix = DMatrix::zeros(width, width);
     for sums in &used {
         for (i, row) in sums.known.iter().enumerate() {
             for (j, product) in row.iter().enumerate() {
-                matrix[place(sums, i)][place(sums, j)] += product;
+                matrix[(place(sums, i), place(sums, j))] += product;
             }
         }
     }
@@ -196,7 +198,7 @@ fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
     };
     (0..=2 * FARTHEST)
         .map(|delay| {
-            let mut both = vec![0.0; width];
+            let mut both = DVector::zeros(width);
             let mut late = 0.0;
             for sums in &used {
                 late += sums.late[delay];
@@ -204,7 +206,9 @@ fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
                     both[place(sums, k)] += product;
                 }
             }
-            let explained = explained(&factor, &both);
+            // b' inv(A) b = |inv(L) b|^2, term by term: what each signal explains beyond those before it
+            factor.solve_lower_triangular_unchecked_mut(&mut both);
+            let explained: Vec<f64> = both.iter().map(|term| term * term).collect();
             let moving = late - explained[..own].iter().sum::<f64>();
             let left = moving - explained[own..].iter().sum::<f64>();
             (left / moving.max(f64::MIN_POSITIVE)).max(ROUNDING).ln()
@@ -213,37 +217,16 @@ fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
 }
 
 /// Cholesky factor L of A = L L', slightly regularised for collinear signals.
-fn cholesky(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
-    for (i, row) in a.iter_mut().enumerate() {
+fn cholesky(mut a: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    for i in 0..a.nrows() {
         // a stretch without a block does not contribute
-        row[i] = if row[i] > 0.0 {
-            row[i] * (1.0 + 1e-9)
+        a[(i, i)] = if a[(i, i)] > 0.0 {
+            a[(i, i)] * (1.0 + 1e-9)
         } else {
             1.0
         };
     }
-    for i in 0..a.len() {
-        for j in 0..=i {
-            let inner: f64 = (0..j).map(|k| a[i][k] * a[j][k]).sum();
-            let rest = a[i][j] - inner;
-            a[i][j] = match i == j {
-                true if rest > 0.0 => rest.sqrt(),
-                true => return None,
-                false => rest / a[j][j],
-            };
-        }
-    }
-    Some(a)
-}
-
-/// b' inv(A) b, term by term: what each signal explains beyond those before it.
-fn explained(factor: &[Vec<f64>], b: &[f64]) -> Vec<f64> {
-    let mut solved: Vec<f64> = Vec::with_capacity(b.len());
-    for (i, value) in b.iter().enumerate() {
-        let inner: f64 = (0..i).map(|k| factor[i][k] * solved[k]).sum();
-        solved.push((value - inner) / factor[i][i]);
-    }
-    solved.iter().map(|s| s * s).collect()
+    a.cholesky().map(Cholesky::unpack)
 }
 
 /// The delay of least cost (s); `None` at the ends of the range. Interpolates by a parabola through the

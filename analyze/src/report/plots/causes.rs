@@ -3,8 +3,8 @@
 use plotly::Traces;
 use tipwatch_mechanics::{Contribution, Quantity};
 
-use super::{Plotter, axis};
-use crate::page::{Figure, colour, words};
+use super::plotter::{Plotter, axis};
+use crate::page::{Figure, colour, readable};
 
 impl Plotter<'_> {
     /// For each wheel the stacked contributions, negative ones below zero; their sum is the OTF.
@@ -35,7 +35,7 @@ impl Plotter<'_> {
                 }
                 (from, base.to_vec())
             };
-            let label = words(cause.name());
+            let label = readable(cause.name());
             let fill = colour(index, 0.55);
             let (from, to) = stacked(&mut above, positive);
             traces.push(self.between(&label, &from, &to, fill).legend_group(&label));

@@ -4,7 +4,7 @@ use plotly::Traces;
 use plotly::common::Visible;
 use tipwatch_mechanics::Quantity;
 
-use super::{FEWER_POINTS, Plotter, axis};
+use super::plotter::{FEWER_POINTS, Plotter, axis};
 use crate::page::{Figure, plain};
 
 /// An indicator: its quantity for each edge.

@@ -4,7 +4,7 @@ use plotly::Traces;
 use plotly::common::Visible;
 use tipwatch_mechanics::State;
 
-use super::Plotter;
+use super::plotter::Plotter;
 use crate::page::{Figure, plain};
 
 /// A curve: its name and its value in each row, NaN where it is missing.

@@ -5,7 +5,7 @@ use plotly::common::{DashType, Line, Mode, Visible};
 use plotly::{Trace, Traces};
 use tipwatch_mechanics::Quantity;
 
-use super::{Plotter, axis};
+use super::plotter::{Plotter, axis};
 use crate::page::{Figure, colour, scatter};
 
 impl Plotter<'_> {

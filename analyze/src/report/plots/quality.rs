@@ -7,9 +7,9 @@ use plotly::Traces;
 use plotly::common::{Anchor, Font, HoverInfo, Line, Mode};
 use plotly::layout::Annotation;
 
-use super::Plotter;
+use super::plotter::Plotter;
 use crate::events::EventKind;
-use crate::page::{ColumnScatter, Figure, colour, plain, scatter, words};
+use crate::page::{ColumnScatter, Figure, colour, plain, readable, scatter};
 
 /// Height of a lane (pixels).
 const LANE: usize = 34;
@@ -116,7 +116,7 @@ impl Plotter<'_> {
         let mut lanes: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
         for event in &self.analysis.events {
             if let Some(fault) = &event.fault {
-                let name = format!("{}: {}", event.subject, words(fault.kind.name()));
+                let name = format!("{}: {}", event.subject, readable(fault.kind.name()));
                 lanes.entry(name).or_default().push(self.span(event));
             }
         }
@@ -143,7 +143,7 @@ impl Plotter<'_> {
         }
         let seconds = |&(from, to): &(usize, usize)| (rows.seconds(from), rows.seconds(to));
         let lane = |(name, spans): (&str, Vec<_>)| Lane {
-            name: format!("invalid rows: {}", words(name)),
+            name: format!("invalid rows: {}", readable(name)),
             colour: INVALID,
             spans: spans.iter().map(seconds).collect(),
         };

@@ -6,7 +6,7 @@ use tipwatch_mechanics::machine::Axis;
 use tipwatch_mechanics::studies::monte_carlo::Band;
 use tipwatch_mechanics::{ColumnNames, Quantity};
 
-use super::{Plotter, axis};
+use super::plotter::{Plotter, axis};
 use crate::page::{Figure, colour, plain};
 
 /// What is plotted, the title of its axis, and one of the quantities that belong to it.

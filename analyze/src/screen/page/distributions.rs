@@ -1,10 +1,10 @@
-//! How small the margins were, for how long, and why.
+//! Distributions of the margins, and the causes of small ones.
 
 use maud::{Markup, html};
 
-use super::{Seen, by_machine};
+use super::seen::{Seen, by_machine};
 use crate::page::svg::{Chart, round_up};
-use crate::page::{Bar, bars, number, table, time, words};
+use crate::page::{Bar, bars, number, readable, table, time};
 use crate::policy::facts::{EXPOSURE_CAUSES, HISTOGRAM_EDGES};
 
 /// Bins of margins: one below 0, twenty of a twentieth each, one above 1.
@@ -104,7 +104,7 @@ pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
     let attributed: f64 = all.iter().sum();
     let mut order: Vec<usize> = (0..all.len()).filter(|&i| all[i] > 0.0).collect();
     order.sort_by(|&a, &b| all[b].total_cmp(&all[a]));
-    let name = |i: &usize| words(EXPOSURE_CAUSES[*i]);
+    let name = |i: &usize| readable(EXPOSURE_CAUSES[*i]);
     let bar = |i: &usize| {
         let share = all[*i] / attributed;
         Bar {

@@ -4,10 +4,10 @@ use std::cmp::Ordering;
 
 use maud::{Markup, html};
 
-use super::{Seen, log_link};
+use super::seen::{Seen, log_link};
 use crate::events::EventKind;
 use crate::page::svg::margin_bar;
-use crate::page::{self, number, percent, words};
+use crate::page::{self, number, percent, readable};
 use crate::policy::facts::EXPOSURE_CAUSES;
 
 /// Logs in the table; the data set has all.
@@ -96,7 +96,7 @@ fn events(log: &Seen<'_>) -> String {
     let parts: Vec<String> = counts
         .map(|&kind| (kind, log.facts.events_of(kind)))
         .filter(|(_, count)| *count > 0)
-        .map(|(kind, count)| format!("{count} {}", words(kind.name())))
+        .map(|(kind, count)| format!("{count} {}", readable(kind.name())))
         .collect();
     parts.join(", ")
 }
@@ -112,7 +112,7 @@ fn most_exposed_by(log: &Seen<'_>) -> String {
         .max_by(|a, b| a.1.total_cmp(b.1));
     match most {
         Some((cause, &time)) if time > 0.0 => {
-            format!("{} {:.0} %", words(cause), 100.0 * time / all)
+            format!("{} {:.0} %", readable(cause), 100.0 * time / all)
         }
         _ => String::new(),
     }

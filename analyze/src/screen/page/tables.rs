@@ -6,9 +6,9 @@ use maud::{Markup, html};
 
 use super::super::record::{Outcome, Record};
 use super::super::totals::Totals;
-use super::{Seen, by_machine, log_link};
+use super::seen::{Seen, by_machine, log_link};
 use crate::events::EventKind;
-use crate::page::{facts, list, table, time, words};
+use crate::page::{facts, list, readable, table, time};
 
 /// Most logs that a table lists; the data set has all.
 const MOST_LOGS: usize = 200;
@@ -40,7 +40,7 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
         .filter(|kind| kind.is_stability())
         .rev();
     rows.extend(kinds.map(|&kind| {
-        let name = format!("Logs with {}", words(kind.name()));
+        let name = format!("Logs with {}", readable(kind.name()));
         (name, with(kind).to_string())
     }));
     let duration = format!("{} of {}", time(exposed), time(totals.duration_s));
@@ -66,7 +66,7 @@ pub(super) fn policy(seen: &[Seen<'_>]) -> Option<Markup> {
         .collect();
     let listed = broken.iter().take(MOST_LOGS).map(|(log, judgement)| {
         let rules = html! {
-            @for rule in judgement.broken() { div { (rule.rule) ": " (rule.found) } }
+            @for rule in judgement.violated() { div { (rule.rule) ": " (rule.found) } }
         };
         vec![log_link(log.record), html! { (log.machine()) }, rules]
     });
@@ -105,7 +105,7 @@ pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
         first.into_iter().chain(counts).collect()
     };
     let rows: Vec<_> = by_machine(seen).into_iter().map(row).collect();
-    let names = kinds.iter().map(|kind| words(kind.name()));
+    let names = kinds.iter().map(|kind| readable(kind.name()));
     let head = ["Machine", "Logs", "Time"]
         .map(String::from)
         .into_iter()

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 
-use super::{Seen, by_machine};
+use super::seen::{Seen, by_machine};
 use crate::page::percent;
 use crate::page::svg::Chart;
 

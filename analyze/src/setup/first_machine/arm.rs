@@ -25,7 +25,7 @@ const TOOL: [&[&str]; 3] = [
     &["flange", "effector", "ee", "eef"],
     &["gripper", "grapple", "bucket", "fork", "hand", "hook"],
 ];
-/// Fewest moving joints of an arm without a telling name.
+/// Fewest moving joints of an arm without a descriptive name.
 const FEWEST_JOINTS: usize = 3;
 
 /// A guess and its reason.
@@ -56,7 +56,7 @@ pub(super) fn root(outline: &Outline, wheels: &[Wheel]) -> Option<Guess> {
         let moving = below(root).into_iter();
         moving.filter(|&link| outline.links[link].moves()).count()
     };
-    let speaking = |root: usize| {
+    let matching_name = |root: usize| {
         let link = below(root).into_iter().map(|link| &outline.links[link]);
         let mut names = link.flat_map(|l| {
             let joint = l.joint.as_ref().map_or("", |joint| &joint.name);
@@ -64,10 +64,10 @@ pub(super) fn root(outline: &Outline, wheels: &[Wheel]) -> Option<Guess> {
         });
         names.find(|name| has_word(name, &ARM)).map(str::to_owned)
     };
-    let score = |root: usize| (speaking(root).is_some(), joints(root));
+    let score = |root: usize| (matching_name(root).is_some(), joints(root));
     let best = candidates.into_iter().max_by_key(|&root| score(root))?;
     let count = joints(best);
-    let why = match speaking(best) {
+    let why = match matching_name(best) {
         Some(name) => format!(
             "the distal subtree contains \"{name}\" and no wheel, and has {count} moving joints"
         ),
@@ -101,7 +101,7 @@ pub(super) fn tool(outline: &Outline, root: &str, wrench_frame: Option<&str>) ->
             .find(|&link| has_word(&outline.links[link].name, wanted))?;
         Some(Guess {
             link: outline.links[link].name.clone(),
-            why: "by its name".into(),
+            why: "its name matches".into(),
         })
     })
 }

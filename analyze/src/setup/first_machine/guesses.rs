@@ -57,14 +57,14 @@ impl Guesses {
         }
         // a known pivot makes its rod redundant, and vice versa
         let found = |name: &String| joints.iter().any(|guess| guess.joint == *name);
-        let spared: Vec<&String> = (linkages.iter())
+        let redundant: Vec<&String> = (linkages.iter())
             .filter_map(|l| match (found(&l.pivot), found(&l.rod)) {
                 (true, _) => Some(&l.rod),
                 (_, true) => Some(&l.pivot),
                 _ => None,
             })
             .collect();
-        unknown.retain(|name| !spared.contains(&name));
+        unknown.retain(|name| !redundant.contains(&name));
         Self {
             arm,
             tool,

@@ -87,13 +87,13 @@ fn named_imu(outline: &Outline) -> Option<&str> {
 fn by_name(text: &mut Text, link: &str, frame: Option<&str>) {
     text.comment(&format!(
         "Guessed from the link's name: CHECK position and orientation; {}.",
-        unplaced(frame)
+        unknown_frame(frame)
     ));
     text.line(&format!("[imu]\nlink = {}", quoted(link)));
 }
 
 /// Why the frame of the messages does not help.
-fn unplaced(frame: Option<&str>) -> String {
+fn unknown_frame(frame: Option<&str>) -> String {
     match frame {
         Some(frame) => {
             format!(
@@ -107,7 +107,7 @@ fn unplaced(frame: Option<&str>) -> String {
 fn open(text: &mut Text, frame: Option<&str>) {
     text.comment(&format!(
         "Needed: position and orientation of the IMU; {}. Default: at the base, aligned with it.",
-        unplaced(frame)
+        unknown_frame(frame)
     ));
     text.open(
         "[imu]\nlink = \"base_link\"\nxyz = [0.0, 0.0, 0.0]  # m\nrpy = [0.0, 0.0, 0.0]  # rad",

@@ -49,14 +49,15 @@ pub(super) fn linkages(outline: &Outline, logged: &[String]) -> Vec<LinkageGuess
         if rod.mimics || hinge.mimics || !ends_there || !is_cylinder {
             continue;
         }
-        let stands_on = |l: usize| outline.links[l].parent.map(|p| carrier(outline, p));
-        let taken = |name: &str| found.iter().any(|f| f.pivot == name);
+        let carried_by = |l: usize| outline.links[l].parent.map(|p| carrier(outline, p));
+        let has_linkage = |name: &str| found.iter().any(|f| f.pivot == name);
         let pivots = (0..outline.links.len())
-            .filter(|&l| l != hinge_link && stands_on(l) == stands_on(hinge_link));
+            .filter(|&l| l != hinge_link && carried_by(l) == carried_by(hinge_link));
         let pivots = pivots.filter(|&l| !is_hinge(outline, l));
         let pivots = pivots.filter_map(|l| Some((l, joint(outline, l, JointMotion::Revolute)?)));
         let parallel = pivots.filter(|(_, pivot)| {
-            pivot.axis_in_base.dot(&hinge.axis_in_base).abs() > PARALLEL && !taken(&pivot.name)
+            pivot.axis_in_base.dot(&hinge.axis_in_base).abs() > PARALLEL
+                && !has_linkage(&pivot.name)
         });
         let alike = |pivot: &OutlineJoint| {
             let own = own_words(&pivot.name);

@@ -154,9 +154,9 @@ fn write_contact(text: &mut Text, guesses: &Guesses) {
         .enumerate()
         .filter_map(|(index, link)| {
             let joint = link.joint.as_ref()?;
-            let is_lying =
+            let is_horizontal =
                 joint.motion != JointMotion::Prismatic && joint.axis_in_base.z.abs() < 0.5;
-            (link.moves() && is_lying && carries_wheel(index)).then(|| quoted(&joint.name))
+            (link.moves() && is_horizontal && carries_wheel(index)).then(|| quoted(&joint.name))
         });
     let pivots: Vec<String> = pivots.collect();
     if !pivots.is_empty() {

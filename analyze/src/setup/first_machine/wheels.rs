@@ -10,11 +10,11 @@ const GLIDER: [&str; 4] = ["caster", "castor", "skid", "glider"];
 /// Frames on the ground by convention.
 const FOOTPRINT: [&str; 2] = ["base_footprint", "footprint"];
 /// Largest vertical component of a wheel axis.
-const LYING: f64 = 0.5;
+const MOST_VERTICAL: f64 = 0.5;
 /// Smallest cosine between parallel axes.
 const PARALLEL: f64 = 0.95;
 /// Plausible radii (m).
-const BELIEVED_M: [f64; 2] = [0.002, 3.0];
+const PLAUSIBLE_M: [f64; 2] = [0.002, 3.0];
 /// A wheel whose lowest point is higher than the others' by this share of its radius is not on the ground.
 const OFF_GROUND_SHARE: f64 = 0.5;
 /// Scale factors that convert other units to metres.
@@ -49,17 +49,17 @@ pub(super) fn wheels(outline: &Outline) -> (Vec<Wheel>, Vec<String>) {
         let related =
             |w: &Wheel| outline.is_below(index, w.link) || outline.is_below(w.link, index);
         if glides(link) && !found.iter().any(related) {
-            let why = "by its name, although it does not turn".into();
+            let why = "its name matches, although it does not turn".into();
             found.push(wheel(index, why, None));
         }
     }
     let ground = ground(outline, &found[..rolling]);
     for wheel in found.iter_mut().filter(|wheel| wheel.radius.is_none()) {
         let link = &outline.links[wheel.link];
-        wheel.radius = told_by_both(height_above(link, ground.as_ref()), by_mesh(link));
+        wheel.radius = combine_sources(height_above(link, ground.as_ref()), by_mesh(link));
     }
     let rejected = drop_raised(outline, &mut found);
-    name_by_place(outline, &mut found);
+    name_by_position(outline, &mut found);
     (found, rejected)
 }
 
@@ -84,19 +84,19 @@ fn rolls(link: &OutlineLink) -> Option<String> {
         joint.motion,
         JointMotion::Continuous | JointMotion::Revolute
     );
-    if !turns || joint.axis_in_base.z.abs() > LYING {
+    if !turns || joint.axis_in_base.z.abs() > MOST_VERTICAL {
         return None;
     }
     if is_named(link, &WHEEL) {
         return Some(format!(
-            "by its name, and joint {} turns it about a horizontal axis",
+            "its name matches, and joint {} turns it about a horizontal axis",
             joint.name
         ));
     }
     let is_endless = joint.motion == JointMotion::Continuous;
     (is_endless && radius(link).is_some()).then(|| {
         format!(
-            "round shape, and joint {} turns it about a horizontal axis without limits",
+            "it is round, and joint {} turns it about a horizontal axis without limits",
             joint.name
         )
     })
@@ -118,8 +118,8 @@ fn radius(link: &OutlineLink) -> Option<(f64, String)> {
         _ => None,
     };
     let (radius, shape) = link.shapes.iter().find_map(of_shape)?;
-    let is_believed = (BELIEVED_M[0]..BELIEVED_M[1]).contains(&radius);
-    is_believed.then(|| (radius, format!("from the {shape} in the URDF")))
+    let is_plausible = (PLAUSIBLE_M[0]..PLAUSIBLE_M[1]).contains(&radius);
+    is_plausible.then(|| (radius, format!("from the {shape} in the URDF")))
 }
 
 /// Height of the ground in the base frame (m), and its source.
@@ -145,8 +145,8 @@ fn ground(outline: &Outline, rolling: &[Wheel]) -> Option<(f64, String)> {
 fn height_above(link: &OutlineLink, ground: Option<&(f64, String)>) -> Option<(f64, String)> {
     let (ground, source) = ground?;
     let radius = link.base_from_link.translation.z - ground;
-    let is_believed = (BELIEVED_M[0]..BELIEVED_M[1]).contains(&radius);
-    is_believed.then(|| (radius, format!("height of its centre above {source}")))
+    let is_plausible = (PLAUSIBLE_M[0]..PLAUSIBLE_M[1]).contains(&radius);
+    is_plausible.then(|| (radius, format!("height of its centre above {source}")))
 }
 
 /// The radius of a mesh of unit size, from its scale.
@@ -162,8 +162,8 @@ fn by_mesh(link: &OutlineLink) -> Option<(f64, String)> {
     let (file, scale) = link.shapes.iter().find_map(of_shape)?;
     let [a, b] = [(axle + 1) % 3, (axle + 2) % 3].map(|i| scale[i]);
     let is_size = (a - b).abs() < 0.01 * a && UNITS.iter().all(|unit| (a - unit).abs() > 1e-9);
-    let is_believed = (BELIEVED_M[0]..BELIEVED_M[1]).contains(&a);
-    (is_size && is_believed).then(|| {
+    let is_plausible = (PLAUSIBLE_M[0]..PLAUSIBLE_M[1]).contains(&a);
+    (is_size && is_plausible).then(|| {
         let why = format!(
             "scale of the mesh {file} across the axle, which is the radius if the mesh has unit radius: MEASURE IT"
         );
@@ -171,8 +171,8 @@ fn by_mesh(link: &OutlineLink) -> Option<(f64, String)> {
     })
 }
 
-/// The first of two sources, noting a contradiction by the other one.
-fn told_by_both(
+/// The value of the first source, with a note if the second one contradicts it.
+fn combine_sources(
     first: Option<(f64, String)>,
     second: Option<(f64, String)>,
 ) -> Option<(f64, String)> {
@@ -206,7 +206,7 @@ fn drop_raised(outline: &Outline, found: &mut Vec<Wheel>) -> Vec<String> {
         };
         let name = &outline.links[wheel.link].name;
         rejected.push(format!(
-            "Skipped link {name}: it looks like a wheel but is {height:.3} m above the ground of the lowest one."
+            "Skipped link {name}: it looks like a wheel but its lowest point is {height:.3} m above that of the lowest wheel."
         ));
         false
     });
@@ -214,7 +214,7 @@ fn drop_raised(outline: &Outline, found: &mut Vec<Wheel>) -> Vec<String> {
 }
 
 /// Names FL, FR, RL, RR for two axles of two wheels; else side and number of the axle, front first.
-fn name_by_place(outline: &Outline, found: &mut [Wheel]) {
+fn name_by_position(outline: &Outline, found: &mut [Wheel]) {
     let place = |wheel: &Wheel| outline.links[wheel.link].base_from_link.translation.vector;
     found.sort_by(|a, b| place(b).x.total_cmp(&place(a).x));
     let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);

@@ -80,7 +80,7 @@ fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<St
         return stated;
     }
     let (offset_ms, sigma_ms) = (topic.offset_s? * 1e3, topic.sigma_s? * 1e3);
-    let way = if offset_ms < 0.0 { "late" } else { "early" };
+    let direction = if offset_ms < 0.0 { "late" } else { "early" };
     let by: Vec<&str> = (pairs.iter())
         .filter(|pair| pair.late_s.is_some())
         .filter(|pair| pair.topic == topic.topic || pair.against == topic.topic)
@@ -96,7 +96,7 @@ fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<St
         ),
     };
     Some(format!(
-        "{}{}: its stamps are {:.1} ms {way} relative to {reference} (standard deviation {sigma_ms:.1} ms), from {}; {done}.",
+        "{}{}: its stamps are {:.1} ms {direction} relative to {reference} (standard deviation {sigma_ms:.1} ms), from {}; {done}.",
         stated.map_or(String::new(), |stated| format!("{stated} ")),
         topic.topic,
         offset_ms.abs(),

@@ -1,0 +1,119 @@
+//! Delays between measurements of the machine's motion: odometry, IMU and wheels.
+
+use super::channel::{Channel, derivative};
+use super::delay::{self, Delay};
+use super::grid::stretches;
+use super::scene::{Channels, ROLLING_SPEED, Scene};
+use crate::load::Signal;
+
+/// Smoothing time of velocities and of accelerations (s).
+const SMOOTH_VELOCITY_S: f64 = 0.08;
+const SMOOTH_ACCELERATION_S: f64 = 0.15;
+
+impl Scene<'_> {
+    pub(super) fn rotation_and_acceleration(&self, odometry: &Signal) -> Result<Delay, String> {
+        let rotation = self.base_from_imu()?;
+        let channels: Channels = (self.whole_stretches().iter())
+            .map(|stretch| {
+                let odometry = self.odometry_angular_velocity(odometry, stretch);
+                let [vx, vy, ax, ay] = self.of_rows(stretch, |state| {
+                    let (v, rate) = (state.base.velocity, state.base.velocity_rate);
+                    [v.x, v.y, rate.x, rate.y]
+                });
+                let [wx, wy, wz, fx, fy] = self.of_rows(stretch, |state| {
+                    let angular_velocity = rotation * state.imu.angular_velocity;
+                    let specific_force = rotation * state.imu.specific_force;
+                    [
+                        angular_velocity.x,
+                        angular_velocity.y,
+                        angular_velocity.z,
+                        specific_force.x,
+                        specific_force.y,
+                    ]
+                });
+                // a = dv/dt + w x v, with the odometry's own w: all terms have the same delay
+                let cross_term = |v: &[f64], sign: f64| -> Vec<f64> {
+                    let products = odometry[2].iter().zip(v);
+                    products.map(|(w, v)| sign * w * v).collect()
+                };
+                let along = added(&ax, &cross_term(&vy, -1.0));
+                let across = added(&ay, &cross_term(&vx, 1.0));
+                let [ox, oy, oz] = odometry;
+                vec![
+                    Channel::new(&ox, &[&wx], SMOOTH_VELOCITY_S),
+                    Channel::new(&oy, &[&wy], SMOOTH_VELOCITY_S),
+                    Channel::new(&oz, &[&wz], SMOOTH_VELOCITY_S),
+                    Channel::new(&along, &[&fx], SMOOTH_ACCELERATION_S),
+                    Channel::new(&across, &[&fy], SMOOTH_ACCELERATION_S),
+                ]
+            })
+            .collect();
+        delay::find(&channels)
+    }
+
+    pub(super) fn wheel_speed(&self, stream: usize, odometry: &Signal) -> Result<Delay, String> {
+        let wheels = self.wheels_of(stream);
+        let mut parts = self.whole_stretches();
+        parts.retain(|part| part.rows.clone().any(|row| self.facts[row].travels));
+        if parts.is_empty() {
+            return Err("the machine does not travel".into());
+        }
+        let channels: Channels = (parts.iter())
+            .map(|stretch| {
+                let [wx, wy, wz] = self.odometry_angular_velocity(odometry, stretch);
+                let [vx, vy] = self.of_rows(stretch, |state| {
+                    [state.base.velocity.x, state.base.velocity.y]
+                });
+                let of_wheel = |&(wheel, joint): &(usize, usize)| {
+                    let wheel = &self.loaded.machine.wheels()[wheel];
+                    let c = wheel.centre_at_zero;
+                    let [speed] =
+                        self.of_rows(stretch, |state| [state.joints[joint].rate * wheel.radius]);
+                    // velocity of the wheel's centre: v + w x c
+                    let steps = 0..speed.len();
+                    let along = |i: usize| vx[i] + wy[i] * c.z - wz[i] * c.y;
+                    let across = |i: usize| vy[i] + wz[i] * c.x - wx[i] * c.z;
+                    let along: Vec<f64> = steps.clone().map(along).collect();
+                    let across: Vec<f64> = steps.map(across).collect();
+                    Channel::new(&speed, &[&along, &across], SMOOTH_VELOCITY_S)
+                };
+                wheels.iter().map(of_wheel).collect()
+            })
+            .collect();
+        delay::find(&channels)
+    }
+
+    pub(super) fn wheel_acceleration(&self, stream: usize) -> Result<Delay, String> {
+        let rotation = self.base_from_imu()?;
+        let wheels = self.wheels_of(stream);
+        let parts = stretches(
+            self.rows,
+            |row| self.facts[row].is_whole,
+            |row| self.facts[row].travel,
+        );
+        let channels: Channels = (parts.iter())
+            .map(|stretch| {
+                let of_wheel = |&(wheel, joint): &(usize, usize)| {
+                    let radius = self.loaded.machine.wheels()[wheel].radius;
+                    let [speed, fx, fy] = self.of_rows(stretch, |state| {
+                        let specific_force = rotation * state.imu.specific_force;
+                        [
+                            state.joints[joint].rate * radius,
+                            specific_force.x,
+                            specific_force.y,
+                        ]
+                    });
+                    let rolls = speed.iter().any(|speed| speed.abs() > ROLLING_SPEED);
+                    let gain = rolls.then(|| derivative(&speed))?;
+                    Channel::new(&gain, &[&fx, &fy], SMOOTH_ACCELERATION_S)
+                };
+                wheels.iter().map(of_wheel).collect()
+            })
+            .collect();
+        delay::find(&channels)
+    }
+}
+
+fn added(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a + b).collect()
+}

@@ -1,0 +1,133 @@
+//! Delays between the load and what responds to it: actuator forces, and the tilt of the platform.
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::{self as mechanics, Motion, Scope, State, Workspace, evaluate};
+
+use super::channel::Channel;
+use super::delay::{self, Delay};
+use super::grid::{Stretch, at_steps, stretches};
+use super::scene::{Channels, Scene};
+use crate::load::linkage_force::Series;
+
+/// Lag of the tilt behind the load (s) and its standard deviation: tyre damping divided by tyre
+/// stiffness. 3 to 10 % of critical damping at 1.5 to 3 Hz give 3 to 20 ms.
+const TILT_LAG_S: f64 = 0.012;
+const TILT_LAG_SIGMA_S: f64 = 0.010;
+/// Below this joint velocity the direction of friction is unknown (rad/s, m/s).
+const SLOW: f64 = 0.01;
+/// Smoothing time of forces and lean (s).
+const SMOOTH_TILT_S: f64 = 0.1;
+
+impl Scene<'_> {
+    /// Force of a linkage's actuator: weight and inertia of the distal subtree, and friction against the
+    /// motion.
+    pub(super) fn actuator_force(&self, linkage: usize, force: &Series) -> Result<Delay, String> {
+        let machine = &self.loaded.machine;
+        let joint = machine.linkages()[linkage].measured_joint;
+        let parts = stretches(
+            self.rows,
+            |row| self.facts[row].is_whole,
+            |row| self.facts[row].arm,
+        );
+        let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
+        let channels: Channels = (parts.iter())
+            .map(|stretch| {
+                let [computed, friction] = self.of_rows(stretch, |state| {
+                    evaluate(machine, state, &mut workspace);
+                    let force = mechanics::actuator_force(machine, state, &workspace, linkage);
+                    let direction = (state.joints[joint].rate / SLOW).tanh();
+                    [force, force.abs() * direction]
+                });
+                let measured = at_steps(stretch, &force.0, &force.1);
+                let known = [&computed[..], &friction];
+                vec![Channel::new(&measured, &known, SMOOTH_TILT_S)]
+            })
+            .collect();
+        delay::find(&channels)
+    }
+
+    /// The platform tilts with the ground moment, which the joints of a stream change, or without one
+    /// the tool wrench.
+    pub(super) fn tilt(&self, stream: Option<usize>) -> Result<Delay, String> {
+        let rotation = self.base_from_imu()?;
+        let parts = stretches(
+            self.rows,
+            |row| self.facts[row].is_whole && self.facts[row].at_standstill,
+            |row| self.facts[row].arm,
+        );
+        let channels: Channels = (parts.iter())
+            .map(|stretch| {
+                let (moved, rest) = self.moments(stretch, stream);
+                let [ux, uy, fx, fy] = self.of_rows(stretch, |state| {
+                    let specific_force = rotation * state.imu.specific_force;
+                    [
+                        state.base.up.x,
+                        state.base.up.y,
+                        specific_force.x,
+                        specific_force.y,
+                    ]
+                });
+                let is_known = ux.iter().chain(&uy).any(|u| u.is_finite());
+                // without an attitude, the IMU's specific force shows the tilt at standstill
+                let (ux, uy) = if is_known { (ux, uy) } else { (fx, fy) };
+                let known = [&ux[..], &uy, &rest[0], &rest[1]];
+                let channel = |moment: &Vec<f64>| Channel::new(moment, &known, SMOOTH_TILT_S);
+                moved.iter().map(channel).collect()
+            })
+            .collect();
+        let found = delay::find(&channels)?;
+        Ok(Delay {
+            seconds: found.seconds + TILT_LAG_S,
+            sigma: found.sigma.hypot(TILT_LAG_SIGMA_S),
+            ..found
+        })
+    }
+
+    /// Ground moment about the base's x and y axes (N m) under gravity alone: the part due to the
+    /// stream's joints, or without one the tool wrench, and the rest.
+    fn moments(&self, stretch: &Stretch, stream: Option<usize>) -> ([Vec<f64>; 2], [Vec<f64>; 2]) {
+        let machine = &self.loaded.machine;
+        let moving: &[usize] =
+            stream.map_or(&[], |s| &self.loaded.matched.sensors.joints[s].joints);
+        let middle = self.mean_state(stretch);
+        let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
+        let [x, y, rest_x, rest_y] = self.of_rows(stretch, |state| {
+            state.imu = middle.imu;
+            for (joint, motion) in machine.joints().iter().zip(&mut state.joints) {
+                if joint.spins_wheel.is_some() {
+                    *motion = Motion::zero();
+                }
+            }
+            let whole = evaluate(machine, state, &mut workspace)
+                .ground_wrench
+                .moment;
+            for &joint in moving {
+                state.joints[joint] = middle.joints[joint];
+            }
+            if stream.is_none() {
+                state.tool_wrench = middle.tool_wrench;
+            }
+            let rest = evaluate(machine, state, &mut workspace)
+                .ground_wrench
+                .moment;
+            [whole.x - rest.x, whole.y - rest.y, rest.x, rest.y]
+        });
+        ([x, y], [rest_x, rest_y])
+    }
+
+    /// Joints at rest in their mean positions, mean specific force, no tool wrench.
+    fn mean_state(&self, stretch: &Stretch) -> State<f64> {
+        let mut mean = State::zero(&self.loaded.machine);
+        let mut state = mean.clone();
+        let share = 1.0 / stretch.rows.len() as f64;
+        for row in stretch.rows.clone() {
+            self.rows.states.get(row, &mut state);
+            for (mean, motion) in mean.joints.iter_mut().zip(&state.joints) {
+                mean.position += share * motion.position;
+            }
+            let specific_force: Vector3<f64> = state.imu.specific_force * share;
+            mean.imu.specific_force += specific_force;
+        }
+        mean
+    }
+}

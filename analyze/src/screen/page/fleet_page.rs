@@ -1,0 +1,77 @@
+//! Assembles the page of a fleet from its sections.
+
+use maud::html;
+
+use super::seen::{Seen, by_machine};
+use super::{distributions, ranking, tables, trend};
+use crate::page::svg::CHART_STYLE;
+use crate::page::{Document, section, time};
+use crate::policy::Judgement;
+use crate::screen::merge::LogRow;
+use crate::screen::record::Record;
+use crate::screen::totals::Totals;
+
+const PAGE_STYLE: &str = include_str!("style.css");
+
+/// The page of all rows with their `judgements`.
+pub(in crate::screen) fn render(
+    rows: &[LogRow],
+    judgements: &[Option<Judgement>],
+    totals: &Totals,
+) -> String {
+    let analysed = rows.iter().zip(judgements).filter_map(|(row, judgement)| {
+        let (facts, events) = row.record.analysed()?;
+        Some(Seen {
+            record: &row.record,
+            facts,
+            events,
+            judgement: judgement.as_ref(),
+        })
+    });
+    let seen: Vec<Seen<'_>> = analysed.collect();
+    let records = rows.iter().map(|row| &row.record);
+    let failed: Vec<&Record> = records.filter(|record| record.is_failed()).collect();
+    let sections = [
+        ("At a glance", Some(tables::glance(totals, &seen))),
+        ("Ranking", Some(ranking::table(&seen))),
+        ("Policy", tables::policy(&seen)),
+        ("Distributions", distributions::margins(&seen)),
+        ("Exposure by cause", Some(distributions::causes(&seen))),
+        ("Trend per machine", Some(trend::machines(&seen))),
+        ("Events", tables::events(&seen)),
+        (
+            "Logs that could not be analysed",
+            Some(tables::failed(&failed)),
+        ),
+        ("Logs with lost data", tables::losses(&seen)),
+        ("Method and provenance", Some(tables::method(&seen))),
+    ];
+    let content = html! {
+        @for (title, content) in sections {
+            @if let Some(content) = content { (section(title, content)) }
+        }
+    };
+    let (logs, machines) = (totals.logs, by_machine(&seen).len());
+    let word = if machines == 1 { "machine" } else { "machines" };
+    Document {
+        title: "How close the fleet came to tipping over",
+        subtitle: &format!(
+            "{logs} logs of {machines} {word}, {}{}.",
+            time(totals.duration_s),
+            span(&seen)
+        ),
+        styles: &[CHART_STYLE, PAGE_STYLE],
+        plots: None,
+    }
+    .render(&content)
+}
+
+/// The first and the last day.
+fn span(seen: &[Seen<'_>]) -> String {
+    let days = || seen.iter().filter_map(|log| log.record.day());
+    match (days().min(), days().max()) {
+        (Some(first), Some(last)) if first == last => format!(", {first}"),
+        (Some(first), Some(last)) => format!(", {first} to {last}"),
+        _ => String::new(),
+    }
+}

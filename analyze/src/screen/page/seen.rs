@@ -1,0 +1,45 @@
+//! An analysed log, as the sections of the page see it.
+
+use std::collections::BTreeMap;
+
+use maud::{Markup, html};
+
+use crate::policy::Judgement;
+use crate::policy::facts::{EventFacts, LogFacts};
+use crate::screen::record::Record;
+
+/// An analysed log, as the sections of the page see it.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<'a> {
+    pub(super) record: &'a Record,
+    pub(super) facts: &'a LogFacts,
+    pub(super) events: &'a [EventFacts],
+    pub(super) judgement: Option<&'a Judgement>,
+}
+
+impl Seen<'_> {
+    pub(super) fn machine(&self) -> &str {
+        let machine = self.record.machine.as_ref();
+        machine.map_or("unknown", |machine| &machine.name)
+    }
+}
+
+/// The logs of each machine, by name.
+pub(super) fn by_machine<'a>(seen: &[Seen<'a>]) -> BTreeMap<String, Vec<Seen<'a>>> {
+    let mut machines: BTreeMap<String, Vec<Seen<'a>>> = BTreeMap::new();
+    for log in seen {
+        machines.entry(log.machine().into()).or_default().push(*log);
+    }
+    machines
+}
+
+/// The log's name, linked to its report if it has one.
+pub(super) fn log_link(record: &Record) -> Markup {
+    html! {
+        @if let Some(folder) = record.report_folder() {
+            a href={ (folder) "/report.html" } title=(record.path) { (record.name()) }
+        } @else {
+            span title=(record.path) { (record.name()) }
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Writes a first machine file.
+
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use tipwatch_binding::bind;
+use tipwatch_ingest::Log;
+use tipwatch_mechanics::MachineSpec;
+use tipwatch_mechanics::machine::Outline;
+
+use super::guesses::Guesses;
+use super::imu;
+use super::render::rendered;
+use super::signals::Topics;
+use super::urdf::{Urdf, find_urdf};
+
+/// Writes a first machine file to `out`, which must not exist; returns what is still missing, if anything.
+///
+/// # Errors
+/// The log or the URDF cannot be read, or the file exists or cannot be written.
+pub fn write(log: &Path, urdf: Option<&Path>, out: &Path) -> Result<Option<String>> {
+    let log = Log::open(log)?;
+    let urdf = find_urdf(&log, urdf, out)?;
+    let (body, missing) = machine_file(&log, urdf.as_ref(), out)?;
+    let mut file = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(out)
+        .with_context(|| {
+            format!(
+                "{}: expected a file that does not exist yet, in a writable folder",
+                out.display()
+            )
+        })?;
+    file.write_all(body.as_bytes())
+        .with_context(|| format!("{}: cannot be written", out.display()))?;
+    Ok(missing)
+}
+
+/// The text of the file, and what is still missing.
+fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, Option<String>)> {
+    let topics = Topics::find(log)?;
+    let outline = urdf.map(|urdf| Outline::read(&urdf.text, &urdf.name));
+    let outline = outline.transpose()?;
+    let guesses = outline.map(|outline| Guesses::of(outline, &topics, log));
+    let name = out.display().to_string();
+    // the mounting of the IMU depends on the rest of the machine
+    let without_imu = rendered(log, urdf, &topics, guesses.as_ref(), "", "");
+    let spec = MachineSpec::from_toml(&without_imu, &name)?;
+    let outline = guesses.as_ref().map(|guesses| &guesses.outline);
+    let imu = imu::section(log, &spec, urdf, &topics, outline)?;
+    let whole = rendered(log, urdf, &topics, guesses.as_ref(), &imu, "");
+    let spec = MachineSpec::from_toml(&whole, &name)?;
+    let missing = match urdf {
+        None => {
+            Some("a URDF; the log has none on /robot_description, so give one with --urdf".into())
+        }
+        Some(urdf) => bind(log, &spec, &urdf.text, &urdf.name)
+            .err()
+            .map(|error| error.to_string()),
+    };
+    let verdict = match &missing {
+        None => "This file is complete enough to analyse the log.".to_owned(),
+        Some(missing) => {
+            format!("This file is incomplete. Missing first: {missing}")
+        }
+    };
+    Ok((
+        rendered(log, urdf, &topics, guesses.as_ref(), &imu, &verdict),
+        missing,
+    ))
+}

@@ -1,0 +1,10 @@
+//! `inspect`: contents of a log before any analysis: topics, clocks, gaps, damage, and the topic of each
+//! signal with the reason.
+
+mod contents;
+mod document;
+mod print;
+
+pub use contents::inspect;
+pub use document::Inspection;
+pub use print::print;

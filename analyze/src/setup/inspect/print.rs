@@ -1,0 +1,140 @@
+//! Prints the contents of a log as text or JSON.
+
+use std::fmt::Write;
+
+use anyhow::Result;
+
+use super::document::{ClockInspection, Inspection, TopicInspection};
+use crate::analysis::clock::text as clock_text;
+use crate::base::stdout;
+
+/// Prints an inspection as text or JSON.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn print(inspection: &Inspection, as_json: bool) -> Result<()> {
+    stdout::print(inspection, as_json, table)
+}
+
+fn table(inspection: &Inspection) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
+    let out = &mut text;
+    writeln!(
+        out,
+        "{}: {}, {} bytes, {} file(s)",
+        inspection.path,
+        inspection.format,
+        inspection.bytes,
+        inspection.files.len()
+    )?;
+    writeln!(out, "\ntopics")?;
+    for topic in &inspection.topics {
+        write!(out, "{}", describe_topic(topic))?;
+    }
+    writeln!(out, "\nsignals")?;
+    for signal in &inspection.signals {
+        writeln!(
+            out,
+            "  {:<13} {} ({})",
+            signal.signal,
+            signal.topic.as_deref().unwrap_or("-"),
+            signal.why
+        )?;
+    }
+    if let Some(error) = &inspection.binding_error {
+        writeln!(out, "  not bound: {error}")?;
+    }
+    writeln!(
+        out,
+        "  {:<13} {}",
+        "description",
+        inspection.robot_description.as_deref().unwrap_or("-")
+    )?;
+    write!(out, "\nclock\n{}", describe_clock(&inspection.clock))?;
+    writeln!(out, "\nintegrity")?;
+    writeln!(
+        out,
+        "  {}",
+        inspection.integrity.unwrap_or("checksums present")
+    )?;
+    for line in inspection.losses.lines() {
+        writeln!(out, "  lost: {line}")?;
+    }
+    for note in &inspection.losses.notes {
+        writeln!(out, "  {note}")?;
+    }
+    Ok(text)
+}
+
+fn describe_clock(clock: &ClockInspection) -> String {
+    let mut text = match (clock.time, &clock.topic) {
+        (Some(time), Some(topic)) => format!("  {time} of {topic}\n"),
+        (Some(time), None) => format!("  {time}\n"),
+        (None, _) => "  no topic with a signal\n".to_owned(),
+    };
+    for finding in &clock.findings {
+        text += &format!("  {finding}\n");
+    }
+    if let Some(note) = &clock.offsets_note {
+        text += &format!("  offsets between topics: {note}\n");
+    }
+    if let Some(offsets) = &clock.offsets {
+        text += &clock_text::table(offsets);
+    }
+    text
+}
+
+fn describe_topic(topic: &TopicInspection) -> String {
+    let count = topic
+        .message_count
+        .map_or("?".into(), |count| count.to_string());
+    let mut text = format!(
+        "  {:<28} {:<32} {count:>8} messages, definition {}\n",
+        topic.name, topic.type_name, topic.definition
+    );
+    if let Some(timing) = &topic.timing {
+        let number = |value: Option<f64>| value.map_or("-".into(), |v| format!("{v:.3}"));
+        let _ = writeln!(
+            text,
+            "      {} Hz, median period {} s, longest {} s; clock {}: {}",
+            number(timing.rate_hz),
+            number(timing.median_period_s),
+            number(timing.max_period_s),
+            timing.clock.source,
+            timing.clock.reason
+        );
+        if let Some(offset) = &timing.header_minus_log {
+            let _ = writeln!(
+                text,
+                "      header.stamp minus log time: median {:.6} s (median absolute deviation {:.6} s), {:.6} to {:.6} s, \
+                 drift {:.1} ppm (standard deviation {:.1}), jitter {:.6} s",
+                offset.median_s,
+                offset.mad_s,
+                offset.min_s,
+                offset.max_s,
+                offset.drift_ppm,
+                offset.drift_sigma_ppm,
+                offset.jitter_s
+            );
+        }
+        for gap in &timing.gaps {
+            let _ = writeln!(
+                text,
+                "      gap of {:.3} s at {} ns",
+                gap.duration_s, gap.start_ns
+            );
+        }
+        let odd = [
+            ("duplicate", timing.duplicate_stamps),
+            ("backward", timing.backward_stamps),
+            ("zero", timing.zero_stamps),
+        ];
+        for (kind, count) in odd.into_iter().filter(|(_, count)| *count > 0) {
+            let _ = writeln!(text, "      {count} {kind} stamps");
+        }
+    }
+    if !topic.joint_names.is_empty() {
+        let _ = writeln!(text, "      joints: {}", topic.joint_names.join(", "));
+    }
+    text
+}

@@ -1,0 +1,220 @@
+//! The keys of `summary.json`.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
+
+use crate::analysis::clock::{ClockOffsets, text::TopicsFinding};
+use crate::analysis::model_comparison::LoadDifference;
+use crate::base::options::Options;
+use crate::base::provenance::Provenance;
+use crate::events::EventCauses;
+
+/// Version of the document.
+pub const SCHEMA: u32 = 4;
+
+/// The JSON schema (draft 2020-12) of the document.
+#[must_use]
+pub fn json_schema() -> String {
+    format!("{:#}\n", schemars::schema_for!(Summary<'static>).to_value())
+}
+
+/// The document.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Summary<'a> {
+    /// Version of this document's keys.
+    pub schema: u32,
+    /// What happened, in words, the most important first.
+    pub findings: Vec<String>,
+    /// The evidence for each finding, in the order of `findings`: statements in words.
+    pub evidence: Vec<Vec<String>>,
+    /// The events.
+    pub events: Vec<EventSummary<'a>>,
+    /// The wheels by name, in lower case.
+    pub wheels: BTreeMap<String, WheelSummary>,
+    /// The machine.
+    pub machine: MachineSummary<'a>,
+    /// The rows.
+    pub rows: RowSummary,
+    /// Source of specific force and angular velocity: "imu", "odometry" or "none".
+    pub specific_force_source: &'static str,
+    /// The signals used.
+    pub inputs: Vec<InputSummary<'a>>,
+    /// The clocks: anomalies, and offsets between topics.
+    pub clock: ClockSummary<'a>,
+    /// Notes: assumptions, missing signals, anomalies.
+    pub notes: &'a [String],
+    /// Parts of the log that were lost.
+    pub losses: &'a Losses,
+    /// The model of the loads, and how other models differ.
+    pub model: ModelSummary,
+    /// Sensitivity of the smallest load; null for models without derivatives.
+    pub sensitivity: Option<SensitivitySummary>,
+    /// Payload masses estimated from cylinder forces.
+    pub estimated_payloads: Vec<PayloadSummary<'a>>,
+    /// Monte Carlo study of the parameters; null if not requested.
+    pub monte_carlo: Option<MonteCarloSummary>,
+    /// Standard deviation of each parameter, stated or default.
+    pub uncertainty: BTreeMap<&'static str, f64>,
+    /// The options used.
+    pub options: Options,
+    /// Files, versions and hashes.
+    pub provenance: &'a Provenance,
+}
+
+/// An event.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct EventSummary<'a> {
+    pub(super) kind: &'static str,
+    pub(super) subject: &'a str,
+    pub(super) start_ns: i64,
+    pub(super) end_ns: Option<i64>,
+    pub(super) start_s: f64,
+    pub(super) worst: f64,
+    pub(super) unit: &'static str,
+    pub(super) worst_ns: i64,
+    pub(super) lead_s: Option<f64>,
+    pub(super) certainty: Option<f64>,
+    pub(super) split_dependent: Option<bool>,
+    pub(super) causes: Option<&'a EventCauses>,
+    /// The input fault; null for other kinds of events.
+    pub(super) fault: Option<FaultSummary>,
+}
+
+/// An input fault.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct FaultSummary {
+    pub(super) kind: &'static str,
+    pub(super) policy: &'static str,
+    /// The limit that `worst` exceeded, in its unit.
+    pub(super) limit: Option<f64>,
+    pub(super) samples: u64,
+}
+
+/// The model of the ground wrench.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ModelSummary {
+    pub(super) name: &'static str,
+    /// The other models over the same rows.
+    pub(super) others: Vec<OtherModelSummary>,
+    /// Why other models cannot be computed.
+    pub(super) other_notes: Vec<String>,
+}
+
+/// Comparison with another model.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct OtherModelSummary {
+    pub(super) name: &'static str,
+    pub(super) rows_compared: usize,
+    /// OTF difference by wheel, other model minus this one.
+    pub(super) difference: BTreeMap<String, LoadDifference>,
+}
+
+/// An estimated payload mass.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct PayloadSummary<'a> {
+    /// Number of the [[payload]] table, from 1.
+    pub(super) payload: usize,
+    pub(super) linkage: &'a str,
+    pub(super) mass_kg: f64,
+    pub(super) sigma_kg: f64,
+    pub(super) friction_share: f64,
+    pub(super) residual_n: f64,
+    pub(super) samples: usize,
+}
+
+/// Monte Carlo study of the parameters.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct MonteCarloSummary {
+    pub(super) draws: usize,
+    /// Largest relative deviation of lengths, angles, masses and inertias.
+    pub(super) spread: f64,
+    pub(super) seed: u64,
+    /// Half width of the band that contains 95 % of the draws, averaged over the rows, by column of
+    /// samples.parquet (N or N m).
+    pub(super) mean_half_band: BTreeMap<String, Option<f64>>,
+    /// Largest number of draws times rows that could not be evaluated, over all quantities.
+    pub(super) left_out: u64,
+}
+
+/// The wheel that came closest to lift-off, and the sensitivity of its load.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct SensitivitySummary {
+    pub(super) wheel: String,
+    pub(super) worst_ns: i64,
+    pub(super) worst_otf_n: f64,
+    /// The parameters with the largest share of the variance, largest first.
+    pub(super) parameters: Vec<ParameterSummary>,
+}
+
+/// Effect of one parameter on a wheel load.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ParameterSummary {
+    pub(super) parameter: String,
+    pub(super) unit: &'static str,
+    pub(super) nominal: Option<f64>,
+    pub(super) sigma: f64,
+    pub(super) derivative_n_per_unit: f64,
+    pub(super) change_to_zero: Option<f64>,
+    pub(super) variance_share: f64,
+}
+
+/// A wheel.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct WheelSummary {
+    pub(super) static_load_n: Option<f64>,
+    pub(super) min_load_limit_n: Option<f64>,
+    pub(super) mean_load_n: Option<f64>,
+    pub(super) least_load_n: Option<f64>,
+    pub(super) least_otf_n: Option<f64>,
+    pub(super) least_otf_s: Option<f64>,
+    pub(super) largest_load_n: Option<f64>,
+    /// Median standard deviation of the load.
+    pub(super) median_load_sigma_n: Option<f64>,
+}
+
+/// The machine.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct MachineSummary<'a> {
+    pub(super) name: &'a str,
+    pub(super) mass_kg: f64,
+    pub(super) gravity_m_s2: f64,
+    pub(super) base_link: &'a str,
+}
+
+/// The rows.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RowSummary {
+    pub(super) count: usize,
+    pub(super) valid: usize,
+    pub(super) first_ns: i64,
+    pub(super) last_ns: i64,
+    pub(super) duration_s: f64,
+    pub(super) invalid_by_reason: BTreeMap<&'static str, usize>,
+}
+
+/// The clocks.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ClockSummary<'a> {
+    pub(super) findings: &'a [TopicsFinding],
+    pub(super) offsets: &'a ClockOffsets,
+}
+
+/// A signal.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct InputSummary<'a> {
+    pub(super) signal: &'static str,
+    pub(super) topic: &'a str,
+    pub(super) type_name: &'a str,
+    pub(super) why: &'a str,
+    pub(super) samples_used: u64,
+    pub(super) samples_not_later: u64,
+    pub(super) samples_not_finite: u64,
+    /// Implausible samples, rejected in part or given less weight.
+    pub(super) samples_implausible: u64,
+    pub(super) messages_undecodable: u64,
+    pub(super) timing: TopicTiming,
+    pub(super) correction: StampCorrection,
+}

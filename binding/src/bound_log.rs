@@ -1,0 +1,36 @@
+//! A machine bound to a log: its sensors and the topics that carry them.
+
+use std::collections::BTreeMap;
+
+use tipwatch_ingest::{SensorRequest, SensorTopics};
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::{MatchedSensors, Sensor};
+
+/// A machine bound to a log.
+#[derive(Debug)]
+pub struct BoundLog {
+    /// The machine, checked against the log.
+    pub machine: Machine,
+    /// Its sensors, in the form that the estimators use.
+    pub matched: MatchedSensors,
+    /// What to read for each sensor, in the order of
+    /// [`Sensors::iter`](tipwatch_mechanics::state::Sensors::iter).
+    pub sensors: Vec<BoundSensor>,
+    /// All topics found, used or not.
+    pub topics: SensorTopics,
+    /// Clock offsets from the machine file, to be added to the stamps (s), by topic.
+    pub clock_offsets_s: BTreeMap<String, f64>,
+    /// Bound signals missing from the log, as sentences.
+    pub notes: Vec<String>,
+}
+
+/// A sensor and the topic that carries it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoundSensor {
+    /// The sensor of the machine.
+    pub sensor: Sensor,
+    /// What to read.
+    pub request: SensorRequest,
+    /// Why this topic was chosen.
+    pub why: String,
+}

@@ -1,0 +1,47 @@
+//! Why a machine cannot be bound to a log.
+
+use tipwatch_ingest::SensorKind;
+use tipwatch_mechanics::MachineError;
+use tipwatch_mechanics::state::JointTwice;
+
+/// Why a machine cannot be bound to a log.
+#[derive(Debug, thiserror::Error)]
+pub enum BindError {
+    /// The log cannot be read, or a signal is missing, of the wrong type or ambiguous.
+    #[error(transparent)]
+    Log(#[from] tipwatch_ingest::Error),
+    /// The machine description is invalid, or the log lacks what it needs.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// Two topics measure one joint.
+    #[error(transparent)]
+    JointTwice(#[from] JointTwice),
+    /// No topic carries joint states.
+    #[error("{log}: expected joint states ({}), found none; the log has: {topics}", SensorKind::JointStates.type_name())]
+    NoJointStates {
+        /// The log.
+        log: String,
+        /// Every topic with its type.
+        topics: String,
+    },
+    /// The machine file states the clock offset of a topic that does not exist.
+    #[error("{file}: clock.offset.\"{topic}\": expected a topic of {log}, which has: {topics}")]
+    NoTopicOfClock {
+        /// The machine file.
+        file: String,
+        /// The topic.
+        topic: String,
+        /// The log.
+        log: String,
+        /// Every topic of the log.
+        topics: String,
+    },
+    /// The joint states contain none of the machine's joints.
+    #[error("{log}: expected joint states of the machine's joints, found only: {joints}")]
+    NoJointOfTheMachine {
+        /// The log.
+        log: String,
+        /// The joints that the log has.
+        joints: String,
+    },
+}
