@@ -1,18 +1,18 @@
-//! The names of what a verdict's numbers are of.
+//! Names of wheels and edges, and of the numbers of a verdict.
 
 use anyhow::Result;
 
 use crate::wire::session::name_from_wire;
 use crate::wire::topics::{CAUSES, MAX_PLACES, WireMachine, WireVerdict};
 
-/// Names of a machine's wheels and edges, in lower case, in the order of the numbers.
+/// Names of a machine's wheels and edges, in lower case and in the order of the numbers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Names {
-    /// The machine.
+    /// Name of the machine.
     pub machine: String,
-    /// Its wheels.
+    /// Names of its wheels.
     pub wheels: Vec<String>,
-    /// The edges of its support polygon.
+    /// Names of the edges of its support polygon.
     pub edges: Vec<String>,
 }
 
@@ -32,14 +32,14 @@ impl TryFrom<&WireMachine> for Names {
     }
 }
 
-/// Names of the causes, in the order of [`WireVerdict::causes`].
+/// Names of the load contributions, in the order of [`WireVerdict::causes`].
 #[must_use]
 pub fn causes() -> [&'static str; CAUSES] {
     tipwatch_mechanics::Contribution::ALL.map(tipwatch_mechanics::Contribution::name)
 }
 
 impl Names {
-    /// Every number of a verdict with the name of its column in `samples.parquet`.
+    /// Calls `each` with every number of a verdict and the name of its column in `samples.parquet`.
     pub fn each_number(&self, verdict: &WireVerdict, mut each: impl FnMut(&str, f64)) {
         let single = [
             ("utilisation", verdict.utilisation),
