@@ -45,7 +45,18 @@ const RULES: [Rule; 6] = [
     Rule {
         folder: "suspension",
         crates: &["tipwatch_mechanics"],
-        floors: &[],
+        floors: &[
+            "error",
+            "condensed",
+            "prediction",
+            "cost",
+            "solve",
+            "problem",
+            "hydraulics",
+            "control",
+            "protocol",
+            "replay",
+        ],
     },
     Rule {
         folder: "ingest",

@@ -34,7 +34,7 @@ fn a_replay_as_recorded_gives_the_recorded_loads() {
     let mut compared = 0;
     for wheel in 0..4 {
         let loads = analysis.rows.outcomes.column(Quantity::Load(wheel));
-        for (row, (&known, &found)) in loads.iter().zip(&what_if.moved.load[wheel]).enumerate() {
+        for (row, (&known, &found)) in loads.iter().zip(&what_if.comparison.moved.load[wheel]).enumerate() {
             if analysis.rows.is_valid(row) {
                 assert!(
                     (known - found).abs() < 1e-9 * weight,
@@ -45,9 +45,9 @@ fn a_replay_as_recorded_gives_the_recorded_loads() {
         }
     }
     assert!(compared > 1000, "{compared}");
-    assert!(!what_if.moved.is_controlled());
+    assert!(!what_if.comparison.moved.is_controlled());
     // locking the rods changes the loads
-    let apart = |row: usize| (what_if.fixed.load[0][row] - what_if.moved.load[0][row]).abs();
+    let apart = |row: usize| (what_if.comparison.fixed.load[0][row] - what_if.comparison.moved.load[0][row]).abs();
     assert!((0..analysis.rows.len()).map(apart).fold(0.0, f64::max) > 300.0);
 }
 
@@ -66,13 +66,13 @@ fn val_control_halves_spread_and_offset_of_a_folded_arm() {
         "{}",
         ratio("mean_com_offset_m")
     );
-    assert!(what_if.gain_share().unwrap() > 0.8);
+    assert!(what_if.comparison.gain_share().unwrap() > 0.8);
     limits_hold(&what_if);
 }
 
 /// References and commands respect their limits, valves and pressures stay within range, and the rods follow.
 fn limits_hold(what_if: &WhatIf) {
-    let suspension = &what_if.suspension;
+    let suspension = &what_if.comparison.suspension;
     let hydraulics = &suspension.hydraulics;
     let [least, greatest] = suspension.stroke;
     let known = |values: &[f64]| {
@@ -82,7 +82,7 @@ fn limits_hold(what_if: &WhatIf) {
             .filter(|v| v.is_finite())
             .collect::<Vec<_>>()
     };
-    for rod in &what_if.moved.rods {
+    for rod in &what_if.comparison.moved.rods {
         let reference = known(&rod.reference);
         assert!(reference.len() > 100);
         assert!(reference.iter().all(|x| (least..=greatest).contains(x)));
@@ -125,9 +125,9 @@ fn the_one_step_problem_needs_a_long_step() {
     };
     let what_if = replayed("folded_arm.mcap", None, long).unwrap();
     assert!(
-        what_if.gain_share().unwrap() > 0.7,
+        what_if.comparison.gain_share().unwrap() > 0.7,
         "{:?}",
-        what_if.gain_share()
+        what_if.comparison.gain_share()
     );
     limits_hold(&what_if);
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::support::machine;
 use proptest::prelude::*;
+use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{
     Machine, Model, OutcomeColumns, Quantity, Scope, State, StateColumns, Workspace, evaluate,
     evaluate_rows,
@@ -36,8 +37,9 @@ fn states(machine: &Machine, numbers: &[f64]) -> StateColumns {
     columns
 }
 
-fn one_by_one(machine: &Machine, states: &StateColumns) -> OutcomeColumns {
+fn one_by_one(machine: &Machine, states: &StateColumns) -> (OutcomeColumns, Vec<Reasons>) {
     let mut columns = OutcomeColumns::empty(machine, EVERYTHING);
+    let mut reasons = Vec::new();
     let (mut state, mut workspace) = (
         State::zero(machine),
         Workspace::with_scope(machine, EVERYTHING),
@@ -48,8 +50,9 @@ fn one_by_one(machine: &Machine, states: &StateColumns) -> OutcomeColumns {
         for (column, &quantity) in columns.columns.iter_mut().zip(&columns.quantities) {
             column.push(outcome.get(quantity));
         }
+        reasons.push(Reasons::NONE.with_outcome(outcome));
     }
-    columns
+    (columns, reasons)
 }
 
 /// Bitwise equality; any NaN equals any other, since its payload is meaningless.
@@ -59,7 +62,7 @@ fn same(a: f64, b: f64) -> bool {
 
 fn assert_equal_bits(machine: &Machine, numbers: &[f64]) {
     let states = states(machine, numbers);
-    let (lanes, scalar) = (
+    let (outcomes, (scalar, reasons)) = (
         evaluate_rows(
             machine,
             &states,
@@ -69,10 +72,10 @@ fn assert_equal_bits(machine: &Machine, numbers: &[f64]) {
         ),
         one_by_one(machine, &states),
     );
-    for ((quantity, lanes), scalar) in lanes
+    for ((quantity, lanes), scalar) in outcomes
         .quantities
         .iter()
-        .zip(&lanes.columns)
+        .zip(&outcomes.columns)
         .zip(&scalar.columns)
     {
         for (row, (&a, &b)) in lanes.iter().zip(scalar).enumerate() {
@@ -81,6 +84,9 @@ fn assert_equal_bits(machine: &Machine, numbers: &[f64]) {
                 "{quantity:?}, row {row}: {a:?} in lanes, {b:?} alone"
             );
         }
+    }
+    for (row, &alone) in reasons.iter().enumerate() {
+        assert_eq!(outcomes.reasons(row, Reasons::NONE), alone, "row {row}");
     }
 }
 

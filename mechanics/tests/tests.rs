@@ -26,6 +26,8 @@ mod measured_torques;
 mod monte_carlo;
 // Where the parts of a machine are.
 mod placement;
+// The table of quantities.
+mod quantities;
 // Machine files that are refused, and why.
 mod refusals;
 // The analytic model against reference numbers.

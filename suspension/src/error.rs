@@ -1,9 +1,9 @@
-//! Reasons why a machine or a setting cannot be controlled.
+//! Reasons why a suspension cannot be controlled or replayed.
 
 /// The step must exceed T* by this factor.
-pub(super) const STEP_FACTOR: f64 = 1.5;
+pub(crate) const STEP_FACTOR: f64 = 1.5;
 
-/// The [`SuspensionOptimiser`](crate::SuspensionOptimiser) cannot be created.
+/// The suspension of a machine cannot be controlled or replayed as requested.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SuspensionError {
@@ -55,6 +55,9 @@ pub enum SuspensionError {
         /// Number of positions.
         found: usize,
     },
+    /// Recorded rows without a known posture.
+    #[error("posture: expected a row with the positions of all joints, found none")]
+    NoPosture,
     /// The problem of the paper would move the rods the wrong way.
     #[error(
         "suspension.control.rate: literal mode needs steps of {least_step:.3} s or more, {factor} times the {critical:.3} s \

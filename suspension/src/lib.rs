@@ -1,42 +1,27 @@
-//! Control of an active suspension: moves its cylinders so that all wheels stay on the ground, (30)-(31) of the
-//! second paper.
+//! Active suspension: how its cylinders should move so that all wheels stay on the ground, (30)-(31) of the second
+//! paper; the hydraulics that move them; and recorded states with another motion of the suspension.
 //!
 //! ```text
-//!     state -> carriers -> condensed -> instant          once per step: independent of the suspension
-//!     rods -> prospect (loads, angles) -> evaluation     for each candidate motion of the rods
+//!     state -> carriers -> instant                             once per step: independent of the suspension
+//!     rods -> predicted state (loads, angles) -> evaluation    for each candidate motion of the rods
 //!     limits, weights -> problem -> minimise -> command
+//!     command -> reference -> valve -> cylinder                once per row
 //! ```
 
 #![forbid(unsafe_code)]
-mod carriers;
-mod command;
 mod condensed;
-mod controller;
-mod critical_step;
+mod control;
+mod cost;
 mod error;
-mod evaluation;
 pub mod hydraulics;
-mod instant;
-mod limits;
-mod minimise;
-mod optimiser;
-mod predicted_state;
+mod prediction;
 mod problem;
-mod quadratic_step;
-mod raise;
-mod replay;
-mod response;
-mod support;
-mod suspended_machine;
-mod weights;
+pub mod protocol;
+pub mod replay;
+mod solve;
 
-#[cfg(test)]
-mod against_whole_body;
-
-pub use command::{Command, Status};
-pub use controller::Controller;
-pub use critical_step::CriticalStep;
+pub use condensed::MAX_ACTUATORS;
+pub use control::{Command, Controller, Status, SuspensionOptimiser};
 pub use error::SuspensionError;
-pub use optimiser::SuspensionOptimiser;
+pub use problem::CriticalStep;
 pub use replay::Replay;
-pub use suspended_machine::MAX_ACTUATORS;

@@ -24,10 +24,10 @@ fn open(opening: f64) -> Valve {
     Valve::closed().follow(&parameters, opening, 0.0, 1.0)
 }
 
-fn state(piston: f64, rod: f64, out: f64) -> ActuatorState {
+fn state(piston: f64, rod: f64, extension: f64) -> ActuatorState {
     ActuatorState {
         pressures: Pressures { piston, rod },
-        out,
+        extension,
         velocity: 0.0,
     }
 }
@@ -110,7 +110,10 @@ fn val_steady_velocity_under_load() {
             (moving.velocity - expected).abs() < 0.01 * speed,
             "{moving:?} {expected}"
         );
-        assert!(moving.out > 0.0 && moving.out < STROKE, "{moving:?}");
+        assert!(
+            moving.extension > 0.0 && moving.extension < STROKE,
+            "{moving:?}"
+        );
     }
 }
 
@@ -128,8 +131,8 @@ fn oil_and_energy_are_conserved() {
     let (mut came, mut room, mut brought, mut done) = ([0.0; 2], [0.0; 2], 0.0, 0.0);
     let volumes = |s: &ActuatorState| {
         [
-            p.dead_volumes[0] + p.piston_area * s.out,
-            p.dead_volumes[1] + p.ring_area * (STROKE - s.out),
+            p.dead_volumes[0] + p.piston_area * s.extension,
+            p.dead_volumes[1] + p.ring_area * (STROKE - s.extension),
         ]
     };
     for k in 0..5000 {
@@ -152,7 +155,8 @@ fn oil_and_energy_are_conserved() {
             brought += pressures[side] * flows[side] * dt;
             done += pressures[side] * pressed;
         }
-        done += (p.piston_area * pressures[0] - p.ring_area * pressures[1]) * (next.out - now.out);
+        done += (p.piston_area * pressures[0] - p.ring_area * pressures[1])
+            * (next.extension - now.extension);
         now = next;
     }
     for side in 0..2 {
@@ -187,7 +191,12 @@ fn result_does_not_depend_on_step_length() {
         let pushed = piston_force(&p, &pressures) - force - p.friction * y[3];
         [oil.piston, oil.rod, y[3], pushed / mass]
     };
-    let mut y = [start.pressures.piston, start.pressures.rod, start.out, 0.0];
+    let mut y = [
+        start.pressures.piston,
+        start.pressures.rod,
+        start.extension,
+        0.0,
+    ];
     let h = 2e-6;
     let ahead = |y: [f64; 4], k: [f64; 4], h: f64| std::array::from_fn(|i| y[i] + h * k[i]);
     for _ in 0..125_000 {
@@ -198,7 +207,7 @@ fn result_does_not_depend_on_step_length() {
         y = std::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
     }
     assert!(
-        (big.out - y[2]).abs() < 1e-4 && (big.velocity - y[3]).abs() < 2e-3,
+        (big.extension - y[2]).abs() < 1e-4 && (big.velocity - y[3]).abs() < 2e-3,
         "{big:?} {y:?}"
     );
     assert!((big.pressures.piston - y[0]).abs() < 5e4, "{big:?} {y:?}");
@@ -215,7 +224,7 @@ fn val_valve_law_follows_suspension_command() {
     let (mut worst, mut largest, mut fastest) = (0.0_f64, 0.0_f64, 0.0_f64);
     for k in 0..2500 {
         let t = f64::from(k) * dt;
-        let next = valve.follow(&p, wanted(t), now.out, dt);
+        let next = valve.follow(&p, wanted(t), now.extension, dt);
         fastest = fastest.max((next.opening() - valve.opening()).abs() / dt);
         valve = next;
         largest = largest.max(valve.opening().abs());
@@ -231,7 +240,7 @@ fn val_valve_law_follows_suspension_command() {
             )
             .unwrap();
         if t > 3.0 {
-            worst = worst.max((now.out - wanted(t)).abs());
+            worst = worst.max((now.extension - wanted(t)).abs());
         }
     }
     // v = k_p v_max error: 21 mm/s require 13 mm at the flow under this load.
@@ -270,7 +279,7 @@ proptest! {
             for pressure in [moved.pressures.piston, moved.pressures.rod] {
                 prop_assert!((p.tank - 5e5..=p.relief + 5e5).contains(&pressure), "{moved:?}");
             }
-            prop_assert!((-0.02..=STROKE + 0.02).contains(&moved.out), "{moved:?}");
+            prop_assert!((-0.02..=STROKE + 0.02).contains(&moved.extension), "{moved:?}");
         }
     }
 
@@ -286,7 +295,7 @@ proptest! {
         let valve = Valve::closed().follow(&actuator().parameters, opening, 0.0, seconds);
         for drive in [ActuatorInput::Load { force, mass }, ActuatorInput::Motion { velocity: force }] {
             match actuator().step(&start, valve, drive, seconds) {
-                Ok(after) => prop_assert!(after.out.is_finite() && after.pressures.piston.is_finite()),
+                Ok(after) => prop_assert!(after.extension.is_finite() && after.pressures.piston.is_finite()),
                 Err(StepError::NotFinite | StepError::TooManySubsteps { .. }) => {}
             }
         }

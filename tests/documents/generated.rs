@@ -1,73 +1,36 @@
 //! Parts of the documents that follow from the code: the columns, the map of the tree.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use tipwatch_analyze::base::options::Options;
-use tipwatch_analyze::tables::table;
-use tipwatch_tests::{analysed, data};
+use tipwatch_mechanics::{Quantity, RowColumn, When};
 
 use super::page::{Page, is_blessing, root};
-use super::quoted;
 
+/// The reference of the columns is made of the table of quantities.
 #[test]
-fn every_column_is_in_the_reference() {
-    let page = Page::read("book/src/reference/columns.md");
-    let documented: BTreeSet<_> = quoted(&region(&page.text, "columns")).into_iter().collect();
-    let analysis = analysed(&data("bogie_bump.mcap"), Options::default());
-    let table = table::samples(&analysis).expect("a table");
-    let machine = &analysis.machine;
-    let wheels = machine
-        .wheels()
-        .iter()
-        .map(|w| (w.name.to_lowercase(), "<wheel>"));
-    let edges = machine
-        .polygon()
-        .edges()
-        .iter()
-        .map(|e| (e.name.clone(), "<edge>"));
-    let linkages = machine
-        .linkages()
-        .iter()
-        .map(|l| (l.name.to_lowercase(), "<linkage>"));
-    let places: Vec<_> = wheels.chain(edges).chain(linkages).collect();
-    let undocumented: Vec<_> = (table.units.iter().map(|(name, _)| name))
-        .filter(|name| {
-            let mut pattern: String = name.to_string();
-            for (place, kind) in &places {
-                if let Some(start) = name
-                    .strip_suffix(place.as_str())
-                    .filter(|s| s.ends_with('_'))
-                {
-                    pattern = format!("{start}{kind}");
-                } else if name.contains(&format!("_{place}_")) {
-                    pattern = name.replace(&format!("_{place}_"), &format!("_{kind}_"));
-                }
-            }
-            if pattern.starts_with("cause_") {
-                pattern = "cause_<cause>_<wheel>".into();
-            }
-            !documented.contains(*name) && !documented.contains(&pattern)
-        })
-        .collect();
-    assert!(undocumented.is_empty(), "{undocumented:?}");
+fn the_reference_of_the_columns_is_current() {
+    assert_current("book/src/reference/columns.md", "columns", &columns());
 }
 
 /// The map of the tree is made of the first sentence of every folder.
 #[test]
 fn the_map_of_the_tree_is_current() {
-    let page = Page::read("CONTRIBUTING.md");
-    let old = region(&page.text, "tree");
-    let new = tree();
+    assert_current("CONTRIBUTING.md", "tree", &tree());
+}
+
+/// Compares a region of a page with what it must hold, or writes it.
+fn assert_current(page: &str, name: &str, new: &str) {
+    let page = Page::read(page);
+    let old = region(&page.text, name);
     if is_blessing() && old != new {
-        let begin = "<!-- begin: tree -->\n";
+        let begin = format!("<!-- begin: {name} -->\n");
         let text = page
             .text
             .replacen(&format!("{begin}{old}"), &format!("{begin}{new}"), 1);
         fs::write(root().join(&page.name), text).expect("a page that can be written");
     } else {
-        assert_eq!(old, new, "TIPWATCH_BLESS=1 writes the map anew");
+        assert_eq!(old, new, "TIPWATCH_BLESS=1 writes the region anew");
     }
 }
 
@@ -79,6 +42,34 @@ fn region(text: &str, name: &str) -> String {
     );
     let rest = text.split_once(&begin).expect("a begin").1;
     rest.split_once(&end).expect("an end").0.to_string()
+}
+
+fn columns() -> String {
+    let mut text = String::from("| column | unit | meaning |\n|---|---|---|\n");
+    let mut add = |name: &str, unit: &str, meaning: &str| {
+        let unit = if unit.is_empty() {
+            " "
+        } else {
+            &format!(" {unit} ")
+        };
+        text += &format!("| `{name}` |{unit}| {meaning} |\n");
+    };
+    for column in RowColumn::BEFORE {
+        add(column.name, column.unit, column.meaning);
+    }
+    for kind in Quantity::KINDS {
+        let option = match kind.when {
+            When::Terms => " (`--model closed-form --columns terms`)",
+            When::Parts => " (`--columns parts`)",
+            _ => "",
+        };
+        let name = kind.pattern.replace('{', "<").replace('}', ">");
+        add(&name, kind.unit, &format!("{}{option}", kind.meaning));
+    }
+    for column in RowColumn::AFTER {
+        add(column.name, column.unit, column.meaning);
+    }
+    text
 }
 
 fn tree() -> String {

@@ -10,7 +10,7 @@ use super::exit::{Exit, Voice};
 use super::options::positive;
 use crate::base::options::{Estimator, Options};
 use crate::base::progress::Progress;
-use crate::suspension::{Summary, SuspensionMode, WhatIfOptions, what_if};
+use crate::suspension::{SuspensionMode, WhatIfOptions, findings, what_if};
 
 #[derive(Debug, Args)]
 pub(super) struct WhatIfArgs {
@@ -61,7 +61,7 @@ pub(super) fn run(args: &WhatIfArgs, voice: Voice) -> Result<Exit> {
     })?;
     progress.finish();
     replayed.write(&args.out)?;
-    for finding in &Summary::of(&replayed).findings {
+    for finding in findings(&replayed) {
         voice.say(&format!("- {finding}"));
     }
     voice.say(&format!("results: {}", args.out.display()));

@@ -19,6 +19,7 @@ pub(crate) use whatif::render_what_if;
 
 use self::plots::MOST_EVENTS;
 use crate::analysis::Analysis;
+use crate::events::Finding;
 use crate::page::{self, Document, Figure, MOST_POINTS, Plots, list, section};
 pub use crate::page::{PlotLibrary, plot_library_script};
 
@@ -81,13 +82,19 @@ fn log_name(analysis: &Analysis) -> String {
 fn top_findings(analysis: &Analysis) -> Markup {
     let findings = findings(analysis);
     html! {
-        ul.findings {
-            @for finding in findings.iter().take(MOST_FINDINGS) {
-                li { strong { (finding.headline) } (list(&finding.evidence)) }
-            }
-        }
+        (finding_list(&findings[..findings.len().min(MOST_FINDINGS)]))
         @if findings.len() > MOST_FINDINGS {
             p { (findings.len() - MOST_FINDINGS) " more are in the table of events." }
+        }
+    }
+}
+
+fn finding_list(findings: &[Finding]) -> Markup {
+    html! {
+        ul.findings {
+            @for finding in findings {
+                li { strong { (finding.headline) } (list(&finding.evidence)) }
+            }
         }
     }
 }

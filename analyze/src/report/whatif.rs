@@ -1,12 +1,13 @@
 //! The page of a replay: the suspension locked compared with the suspension moved.
 
 use maud::{Markup, html};
+use tipwatch_suspension::replay::Track;
 
-use super::log_name;
+use super::{finding_list, log_name};
 use crate::page::{
     self, Curve, Document, Figure, PlotLibrary, Plots, chart, list, section, table, words,
 };
-use crate::suspension::{CAVEATS, Summary, SuspensionMode, Track, WhatIf, rod_names};
+use crate::suspension::{CAVEATS, Summary, SuspensionMode, WhatIf, findings, rod_names};
 
 /// The page, with everything it needs inside. The same replay gives the same bytes.
 #[must_use]
@@ -15,7 +16,7 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
     let summary = Summary::of(what_if);
     let figures = figures(what_if);
     let content = html! {
-        (section("Findings", list(&summary.findings)))
+        (section("Findings", finding_list(&findings(what_if))))
         (section("Comparison", side_by_side(&summary, moved)))
         (section("Time histories", time_histories(&figures)))
         (section("Actuators and their limits", actuators(&summary)))
@@ -26,7 +27,7 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
     Document {
         title: &format!("Suspension {moved}: {}", log_name(analysis)),
         subtitle: &format!(
-            "Machine {}; the log replayed with the suspension {moved}, compared with the suspension locked.",
+            "Machine {}; the log replayed with the suspension {moved} and with it locked.",
             analysis.machine.name()
         ),
         styles: &[],
@@ -147,14 +148,18 @@ fn figures(what_if: &WhatIf) -> Vec<Figure> {
         .map(|row| (rows.seconds(row) * 1e6).round() / 1e6)
         .collect();
     let plot = |title: &str, unit: &str, curves: Vec<Curve>| chart(title, unit, &seconds, &curves);
-    let (fixed, moved, now) = (&what_if.fixed, &what_if.moved, name(what_if));
+    let (fixed, moved, now) = (
+        &what_if.comparison.fixed,
+        &what_if.comparison.moved,
+        name(what_if),
+    );
     let mut best = vec![f64::NAN; rows.len()];
-    for window in 0..what_if.best.rows.len() {
-        let from = what_if.best.rows[window];
-        let to = what_if.best.rows.get(window + 1).copied();
+    for window in 0..what_if.comparison.best.rows.len() {
+        let from = what_if.comparison.best.rows[window];
+        let to = what_if.comparison.best.rows.get(window + 1).copied();
         // each row of the study holds until the next
         for value in &mut best[from..to.unwrap_or(from + 1)] {
-            *value = what_if.best.spread[window];
+            *value = what_if.comparison.best.spread[window];
         }
     }
     let both = |title: &str, unit: &str, of: &dyn Fn(&Track) -> Vec<f64>| {
@@ -186,7 +191,7 @@ fn rod_figures(
     moved: &Track,
     plot: &dyn Fn(&str, &str, Vec<Curve>) -> Figure,
 ) -> Vec<Figure> {
-    let suspension = &what_if.suspension;
+    let suspension = &what_if.comparison.suspension;
     let level = |value: f64| vec![value; moved.spread.len()];
     let mut figures = Vec::new();
     for (name, rod) in rod_names(what_if).iter().zip(&moved.rods) {

@@ -1,22 +1,16 @@
-//! Active suspension: replay of a log with another suspension motion, and control over standard input
-//! and output.
-//!
-//! A replay recomputes the log with its suspension locked, as recorded, or controlled. Arm motion,
-//! driving and the path of the wheels stay as recorded. The pose of the platform, the wheel loads and
-//! the actuator forces follow from the rod strokes. [`CAVEATS`] lists what a replay cannot show.
+//! Active suspension: replay of a log with another motion of its suspension, and control over standard input and
+//! output.
 
-mod best;
+mod findings;
 mod mode;
-mod simulate;
 pub mod stabilise;
+mod statistics;
 mod summary;
 pub(crate) mod table;
-mod track;
 mod what_if;
 
-pub use best::Best;
+pub(crate) use findings::findings;
 pub use mode::{SuspensionMode, WhatIfOptions};
 pub use summary::Summary;
 pub(crate) use table::rod_names;
-pub use track::Track;
 pub use what_if::{CAVEATS, WhatIf, what_if};

@@ -1,13 +1,14 @@
-//! `summary.json` of a replay, and its findings as text.
+//! `summary.json` of a replay.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use tipwatch_suspension::Status;
+use tipwatch_suspension::replay::{RodTrack, Track};
 
-use super::mode::{SuspensionMode, WhatIfOptions};
+use super::findings::findings;
+use super::mode::WhatIfOptions;
+use super::statistics::{largest, mean, range, rms};
 use super::table::rod_names;
-use super::track::Track;
 use super::what_if::{CAVEATS, WhatIf};
 use crate::base::provenance::Provenance;
 
@@ -19,8 +20,10 @@ const SCHEMA: u32 = 1;
 pub struct Summary<'a> {
     /// Version of this document's keys.
     pub schema: u32,
-    /// Findings as text.
+    /// Headlines of the findings.
     pub findings: Vec<String>,
+    /// Evidence of each finding.
+    pub evidence: Vec<Vec<String>>,
     /// The options used.
     pub options: WhatIfOptions,
     /// Rows of the log and rows replayed.
@@ -29,7 +32,7 @@ pub struct Summary<'a> {
     pub fixed: TrackSummary,
     /// With the requested rod motion.
     pub moved: TrackSummary,
-    /// Mean load spread, equation (35), of the best static posture at each sample (N).
+    /// Mean load spread, equation (35), of the best posture at rest (N).
     pub best_mean_spread_n: f64,
     /// Achieved reduction of the mean spread, as a share of the reduction by the best posture.
     pub gain_share: Option<f64>,
@@ -91,24 +94,29 @@ impl<'a> Summary<'a> {
     /// Of a replay.
     #[must_use]
     pub fn of(what_if: &'a WhatIf) -> Self {
+        let comparison = &what_if.comparison;
+        let (findings, evidence) = (findings(what_if).into_iter())
+            .map(|finding| (finding.headline, finding.evidence))
+            .unzip();
         let known = |track: &Track| track.spread.iter().filter(|v| v.is_finite()).count();
         let mut statuses = BTreeMap::new();
-        for status in what_if.moved.status.iter().flatten() {
+        for status in comparison.moved.status.iter().flatten() {
             *statuses.entry(status.name()).or_insert(0) += 1;
         }
         Self {
             schema: SCHEMA,
-            findings: findings(what_if),
+            findings,
+            evidence,
             options: what_if.options,
             rows: RowSummary {
                 total: what_if.analysis.rows.len(),
-                fixed: known(&what_if.fixed),
-                moved: known(&what_if.moved),
+                fixed: known(&comparison.fixed),
+                moved: known(&comparison.moved),
             },
-            fixed: TrackSummary::of(what_if, &what_if.fixed),
-            moved: TrackSummary::of(what_if, &what_if.moved),
-            best_mean_spread_n: what_if.best.mean_spread(),
-            gain_share: what_if.gain_share(),
+            fixed: TrackSummary::of(what_if, &comparison.fixed),
+            moved: TrackSummary::of(what_if, &comparison.moved),
+            best_mean_spread_n: comparison.best.mean_spread(),
+            gain_share: comparison.gain_share(),
             actuators: actuators(what_if),
             statuses,
             caveats: CAVEATS,
@@ -141,8 +149,9 @@ impl TrackSummary {
 }
 
 fn actuators(what_if: &WhatIf) -> BTreeMap<String, ActuatorSummary> {
-    let suspension = &what_if.suspension;
-    let of = |(name, rod): (String, &super::track::RodTrack)| {
+    let comparison = &what_if.comparison;
+    let suspension = &comparison.suspension;
+    let of = |(name, rod): (String, &RodTrack)| {
         let pressures = [range(&rod.piston_pressure), range(&rod.rod_pressure)];
         let error = rod.tracking_error();
         let summary = ActuatorSummary {
@@ -164,102 +173,6 @@ fn actuators(what_if: &WhatIf) -> BTreeMap<String, ActuatorSummary> {
         };
         (name, summary)
     };
-    let rods = rod_names(what_if).into_iter().zip(&what_if.moved.rods);
+    let rods = rod_names(what_if).into_iter().zip(&comparison.moved.rods);
     rods.map(of).collect()
-}
-
-/// Findings as sentences.
-#[must_use]
-pub(crate) fn findings(what_if: &WhatIf) -> Vec<String> {
-    let (fixed, moved) = (&what_if.fixed, &what_if.moved);
-    let then = match what_if.options.suspension {
-        SuspensionMode::Locked => "locked",
-        SuspensionMode::Recorded => "as recorded",
-        SuspensionMode::Literal | SuspensionMode::LookAhead => "controlled",
-    };
-    let mut found = Vec::new();
-    let (before, after) = (mean(&fixed.spread), mean(&moved.spread));
-    found.push(format!(
-        "Mean spread of the wheel loads, equation (35) with each pair once: {:.0} N with the suspension locked, {:.0} N \
-         with it {then} ({:+.1} %).",
-        before,
-        after,
-        100.0 * (after / before - 1.0)
-    ));
-    found.push(match what_if.gain_share() {
-        Some(share) => format!(
-            "The best static posture at each sample would give {:.0} N: {:.0} % of the possible reduction was achieved.",
-            what_if.best.mean_spread(),
-            100.0 * share
-        ),
-        None => format!(
-            "No posture within the stroke has a smaller spread than the locked one ({:.0} N).",
-            what_if.best.mean_spread()
-        ),
-    });
-    let (before, after) = (mean(&fixed.com_offset()), mean(&moved.com_offset()));
-    found.push(format!(
-        "Mean distance of the centre of mass from the middle of the contact points: {:.1} cm with the suspension \
-         locked, {:.1} cm with it {then}.",
-        100.0 * before,
-        100.0 * after
-    ));
-    for (wheel, spec) in what_if.analysis.machine.wheels().iter().enumerate() {
-        let least = |track: &Track| range(&track.load[wheel])[0];
-        let lifted = |track: &Track| track.load[wheel].iter().filter(|&&n| n == 0.0).count();
-        if lifted(fixed) + lifted(moved) > 0 {
-            found.push(format!(
-                "Wheel {}: unloaded in {} rows with the suspension locked, in {} with it {then}.",
-                spec.name,
-                lifted(fixed),
-                lifted(moved)
-            ));
-        } else {
-            found.push(format!(
-                "Wheel {}: smallest load {:.0} N with the suspension locked, {:.0} N with it {then}.",
-                spec.name,
-                least(fixed),
-                least(moved)
-            ));
-        }
-    }
-    let alarms = moved.status.iter().flatten().filter(|s| s.is_alarm());
-    let alarms = alarms.count();
-    let short = moved.status.iter().flatten();
-    let short = short.filter(|&&s| s == Status::StepTooShort).count();
-    if alarms > 0 {
-        found.push(format!(
-            "The control raised an alarm in {alarms} rows; see column status."
-        ));
-    }
-    if short > 0 {
-        found.push(format!(
-            "In {short} rows the rods stopped, because the step was too short for the posture of the arm."
-        ));
-    }
-    found
-}
-
-/// Mean of the finite values; NaN if there are none.
-pub(crate) fn mean(values: &[f64]) -> f64 {
-    let known = values.iter().filter(|v| v.is_finite());
-    known.clone().sum::<f64>() / known.count() as f64
-}
-
-fn rms(values: &[f64]) -> f64 {
-    let squares: Vec<f64> = values.iter().map(|v| v * v).collect();
-    mean(&squares).sqrt()
-}
-
-/// Smallest and largest of the finite values; NaN if there are none.
-fn range(values: &[f64]) -> [f64; 2] {
-    let known = values.iter().copied().filter(|v| v.is_finite());
-    known.fold([f64::NAN; 2], |[least, greatest], v| {
-        [least.min(v), greatest.max(v)]
-    })
-}
-
-fn largest(values: &[f64]) -> f64 {
-    let [least, greatest] = range(values);
-    least.abs().max(greatest.abs())
 }

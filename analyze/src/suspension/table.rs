@@ -4,22 +4,22 @@ use anyhow::Result;
 use polars::prelude::{Column, DataFrame, IntoColumn, NamedFrom, PlSmallStr, Series};
 
 use tipwatch_suspension::Status;
+use tipwatch_suspension::replay::Track;
 
-use super::track::Track;
 use super::what_if::WhatIf;
 use crate::tables::table::Table;
 
-/// One line per row: `fixed_` with the rods locked, `moved_` with the requested motion.
+/// One table row per row of the log: `fixed_` with the rods locked, `moved_` with the requested motion.
 pub(crate) fn table(what_if: &WhatIf) -> Result<Table> {
     let mut columns = Columns::default();
     let rows = &what_if.analysis.rows;
     let times = Series::new("time_ns".into(), rows.times_ns.as_slice());
     columns.columns.push(times.into_column());
     columns.units.push(("time_ns".into(), "ns"));
-    columns.track(what_if, "fixed", &what_if.fixed);
-    columns.track(what_if, "moved", &what_if.moved);
-    columns.drive(what_if);
-    let status: Vec<Option<&str>> = (what_if.moved.status.iter())
+    columns.track(what_if, "fixed", &what_if.comparison.fixed);
+    columns.track(what_if, "moved", &what_if.comparison.moved);
+    columns.actuators(what_if);
+    let status: Vec<Option<&str>> = (what_if.comparison.moved.status.iter())
         .map(|status| status.map(Status::name))
         .collect();
     let status = Series::new("status".into(), status);
@@ -75,12 +75,15 @@ impl Columns {
         }
     }
 
-    /// Command, valve and cylinder, if there are any.
-    fn drive(&mut self, what_if: &WhatIf) {
-        if !what_if.moved.is_controlled() {
+    /// Command, valve and cylinder, if the suspension is controlled.
+    fn actuators(&mut self, what_if: &WhatIf) {
+        if !what_if.comparison.moved.is_controlled() {
             return;
         }
-        for (name, rod) in rod_names(what_if).iter().zip(&what_if.moved.rods) {
+        for (name, rod) in rod_names(what_if)
+            .iter()
+            .zip(&what_if.comparison.moved.rods)
+        {
             self.add(format!("reference_{name}"), "m", &rod.reference);
             let rate = &rod.reference_velocity;
             self.add(format!("reference_velocity_{name}"), "m/s", rate);
@@ -111,7 +114,7 @@ impl Columns {
 /// Names of the suspension's linkages, by actuator.
 pub(crate) fn rod_names(what_if: &WhatIf) -> Vec<String> {
     let linkages = what_if.analysis.machine.linkages();
-    (what_if.suspension.linkages.iter())
+    (what_if.comparison.suspension.linkages.iter())
         .map(|&linkage| linkages[linkage].name.to_lowercase())
         .collect()
 }

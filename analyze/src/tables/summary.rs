@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
-use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::studies::monte_carlo::Band;
+use tipwatch_mechanics::{ColumnNames, Quantity};
 
 use crate::analysis::clock::{ClockOffsets, words::TopicsFinding};
 use crate::analysis::model_comparison::{LoadDifference, ModelComparison};
@@ -18,7 +18,6 @@ use crate::base::number::known;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::events::{EventCauses, Finding};
-use crate::tables::table::name_and_unit;
 
 /// Version of the document.
 pub const SCHEMA: u32 = 4;
@@ -64,7 +63,8 @@ pub struct Summary<'a> {
     pub estimated_payloads: Vec<PayloadSummary<'a>>,
     /// Monte Carlo study of the parameters; null if not requested.
     pub monte_carlo: Option<MonteCarloSummary>,
-    /// Standard deviation of each parameter, stated or default.
+    /// Standard deviation of each parameter, stated or default. `front_share` is the deprecated spelling of
+    /// `roll_moment_distribution`.
     pub uncertainty: BTreeMap<&'static str, f64>,
     /// The options used.
     pub options: Options,
@@ -284,7 +284,7 @@ impl<'a> Summary<'a> {
             sensitivity: sensitivity_summary(analysis),
             estimated_payloads: analysis.payloads.iter().map(payload_summary).collect(),
             monte_carlo: monte_carlo_summary(analysis),
-            uncertainty: analysis.machine.uncertainty().by_key().into(),
+            uncertainty: uncertainty_by_key(analysis),
             options: analysis.options,
             provenance: &analysis.provenance,
         }
@@ -384,14 +384,14 @@ fn monte_carlo_summary(analysis: &Analysis) -> Option<MonteCarloSummary> {
         let known: Vec<f64> = widths.filter(|width| width.is_finite()).collect();
         Some(known.iter().sum::<f64>() / known.len() as f64).filter(|mean| mean.is_finite())
     };
-    let name = |band: &Band| name_and_unit(&analysis.machine, band.quantity).map(|(name, _)| name);
+    let names = ColumnNames::of(&analysis.machine);
     let left_out = |band: &Band| band.left_out.iter().map(|&n| u64::from(n)).sum();
     Some(MonteCarloSummary {
         draws: found.study.draws,
         spread: found.study.spread,
         seed: found.study.seed,
         mean_half_band: (found.bands.iter())
-            .filter_map(|band| Some((name(band)?, half_band(band))))
+            .map(|band| (band.quantity.column(&names), half_band(band)))
             .collect(),
         left_out: found.bands.iter().map(left_out).max().unwrap_or(0),
     })
@@ -423,6 +423,13 @@ fn sensitivity_summary(analysis: &Analysis) -> Option<SensitivitySummary> {
             })
             .collect(),
     })
+}
+
+fn uncertainty_by_key(analysis: &Analysis) -> BTreeMap<&'static str, f64> {
+    let spec = analysis.machine.uncertainty();
+    let mut by_key = BTreeMap::from(spec.by_key());
+    by_key.insert("front_share", spec.roll_moment_distribution);
+    by_key
 }
 
 fn row_summary(analysis: &Analysis) -> RowSummary {

@@ -2,9 +2,8 @@
 
 use polars::prelude::{Column, DataFrame, IntoColumn, ListStringChunkedBuilder, NamedFrom, Series};
 use polars::prelude::{ListBuilderTrait, PlSmallStr, PolarsResult};
-use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
-use tipwatch_mechanics::{BaseMotion, Contribution, GroundPoint, Quantity};
+use tipwatch_mechanics::{ColumnNames, Contribution, Quantity, RowColumn};
 
 use crate::analysis::Analysis;
 use crate::analysis::sensitivity::SensitivityRow;
@@ -19,74 +18,6 @@ pub struct Table {
     pub frame: DataFrame,
     /// Unit by column name, in column order.
     pub units: Vec<(String, &'static str)>,
-}
-
-/// Column name and unit of a quantity; `None` if it has no column.
-#[must_use]
-pub fn name_and_unit(machine: &Machine, quantity: Quantity) -> Option<(String, &'static str)> {
-    let wheel = |w: usize| machine.wheels()[w].name.to_lowercase();
-    let edge = |e: usize| machine.polygon().edges()[e].name.clone();
-    Some(match quantity {
-        Quantity::Load(w) => (format!("load_{}", wheel(w)), "N"),
-        Quantity::Otf(w) => (format!("otf_{}", wheel(w)), "N"),
-        Quantity::LoadLeast(w) => (format!("load_{}_min", wheel(w)), "N"),
-        Quantity::LoadLargest(w) => (format!("load_{}_max", wheel(w)), "N"),
-        Quantity::ItomFull(e) => (format!("itom_full_{}", edge(e)), "N m"),
-        Quantity::NormalForce => ("normal_force".into(), "N"),
-        Quantity::ZmpX => ("zmp_x".into(), "m"),
-        Quantity::ZmpY => ("zmp_y".into(), "m"),
-        Quantity::ZmpMargin => ("zmp_margin".into(), "m"),
-        Quantity::LinkageClosure => return None,
-        Quantity::LoadSigma(w) => (format!("load_{}_sigma", wheel(w)), "N"),
-        Quantity::OtfSigma(w) => (format!("otf_{}_sigma", wheel(w)), "N"),
-        Quantity::Utilisation => ("utilisation".into(), "-"),
-        Quantity::MeasuredTorques => ("measured_torques".into(), "-"),
-        Quantity::TorqueResidual(j) => {
-            let joint = &machine.contact().actuated_joints[j];
-            let linkage = machine.linkages()[joint.linkage].name.to_lowercase();
-            (format!("torque_residual_{linkage}"), "N m")
-        }
-        Quantity::Mhs(e) => (format!("mhs_{}", edge(e)), "N m"),
-        Quantity::Tom(e) => (format!("tom_{}", edge(e)), "N m"),
-        Quantity::Itom(e) => (format!("itom_{}", edge(e)), "N m"),
-        Quantity::ForceAngle(e) => (format!("force_angle_{}", edge(e)), "rad"),
-        Quantity::StabilityAngle(e) => (format!("stability_angle_{}", edge(e)), "rad"),
-        Quantity::LoadTransferRatio => ("ltr".into(), "-"),
-        Quantity::Spread => ("spread".into(), "N"),
-        Quantity::Sigma => ("sigma".into(), "N^2"),
-        Quantity::SigmaGradient(travel) => sigma_gradient(travel),
-        Quantity::ArmForce(axis) => (format!("arm_force_{}", axis.name()), "N"),
-        Quantity::ArmMoment(axis) => (format!("arm_moment_{}", axis.name()), "N m"),
-        Quantity::Contribution(cause, w) => (format!("cause_{}_{}", cause.name(), wheel(w)), "N"),
-        Quantity::Part(link, w) => {
-            let link = machine.links()[link].name.to_lowercase();
-            (format!("part_{link}_{}", wheel(w)), "N")
-        }
-        Quantity::Term(term, w) => (format!("term_{}_{}", term + 1, wheel(w)), "N"),
-        Quantity::Speed(place) => (format!("speed_{}", place_name(machine, place)), "m/s"),
-        Quantity::Direction(place) => (format!("direction_{}", place_name(machine, place)), "rad"),
-        Quantity::Sideslip(place) => (format!("sideslip_{}", place_name(machine, place)), "rad"),
-    })
-}
-
-fn sigma_gradient(travel: BaseMotion) -> (String, &'static str) {
-    let (name, unit) = match travel {
-        BaseMotion::ForwardVelocity => ("dsigma_dvx", "N^2 s/m"),
-        BaseMotion::LeftVelocity => ("dsigma_dvy", "N^2 s/m"),
-        BaseMotion::YawRate => ("dsigma_dyaw_rate", "N^2 s/rad"),
-        BaseMotion::ForwardAcceleration => ("dsigma_dvx_dot", "N^2 s^2/m"),
-        BaseMotion::LeftAcceleration => ("dsigma_dvy_dot", "N^2 s^2/m"),
-        BaseMotion::YawAcceleration => ("dsigma_dyaw_rate_dot", "N^2 s^2/rad"),
-    };
-    (name.into(), unit)
-}
-
-fn place_name(machine: &Machine, place: GroundPoint) -> String {
-    match place {
-        GroundPoint::Wheel(wheel) => machine.wheels()[wheel].name.to_lowercase(),
-        GroundPoint::FrontAxle => "front_axle".into(),
-        GroundPoint::RearAxle => "rear_axle".into(),
-    }
 }
 
 /// Whether a column is written: without a single value, that of the specific force as a cause is omitted, which
@@ -105,32 +36,32 @@ pub(crate) fn is_written(quantity: Quantity, values: &[f64]) -> bool {
 pub fn samples(analysis: &Analysis) -> PolarsResult<Table> {
     let rows = &analysis.rows;
     let mut columns = vec![
-        Series::new("time_ns".into(), rows.times_ns.as_slice()).into_column(),
-        Series::new(
-            "valid".into(),
-            rows.reasons
-                .iter()
-                .map(|r| r.is_empty())
-                .collect::<Vec<_>>(),
-        )
-        .into_column(),
+        times(rows),
+        column(
+            RowColumn::VALID.name,
+            rows.reasons.iter().map(|r| r.is_empty()),
+        ),
         reasons(rows),
     ];
-    let mut units = vec![("time_ns".to_string(), "ns")];
+    let mut units = vec![unit_of(RowColumn::TIME)];
+    let names = ColumnNames::of(&analysis.machine);
     for (&quantity, values) in rows.outcomes.quantities.iter().zip(&rows.outcomes.columns) {
-        if let Some((name, unit)) = name_and_unit(&analysis.machine, quantity)
-            && is_written(quantity, values)
-        {
+        if is_written(quantity, values) {
+            let name = quantity.column(&names);
             columns.push(known(&name, values));
-            units.push((name, unit));
+            units.push((name, quantity.kind().unit));
         }
     }
     if let Some(verdicts) = &rows.verdicts {
         let names = |of: fn(&Verdict) -> Level| verdicts.verdicts.iter().map(move |v| of(v).name());
-        columns.push(column("verdict", names(|v| v.level)));
-        columns.push(column("verdict_latched", names(|v| v.latched_level)));
-        columns.push(known("time_to_lift_off", &verdicts.time_to_lift_off_s));
-        units.push(("time_to_lift_off".into(), "s"));
+        let lift_off = RowColumn::TIME_TO_LIFT_OFF;
+        columns.push(column(RowColumn::VERDICT.name, names(|v| v.level)));
+        columns.push(column(
+            RowColumn::VERDICT_LATCHED.name,
+            names(|v| v.latched_level),
+        ));
+        columns.push(known(lift_off.name, &verdicts.time_to_lift_off_s));
+        units.push(unit_of(lift_off));
         if !verdicts.recorded.is_empty() {
             columns.push(input_faults(verdicts));
         }
@@ -141,10 +72,18 @@ pub fn samples(analysis: &Analysis) -> PolarsResult<Table> {
     })
 }
 
+fn times(rows: &Rows) -> Column {
+    Series::new(RowColumn::TIME.name.into(), rows.times_ns.as_slice()).into_column()
+}
+
+fn unit_of(column: RowColumn) -> (String, &'static str) {
+    (column.name.to_string(), column.unit)
+}
+
 /// Input faults that the monitor recorded in the log.
 fn input_faults(verdicts: &Verdicts) -> Column {
     let rows = verdicts.recorded.len();
-    let mut builder = ListStringChunkedBuilder::new("input_faults".into(), rows, 0);
+    let mut builder = ListStringChunkedBuilder::new(RowColumn::INPUT_FAULTS.name.into(), rows, 0);
     for conditions in &verdicts.recorded {
         let mut found = conditions.faults;
         found.add_all(conditions.cautions);
@@ -167,7 +106,7 @@ fn known(name: &str, values: &[f64]) -> Column {
 }
 
 fn reasons(rows: &Rows) -> Column {
-    let mut builder = ListStringChunkedBuilder::new("reasons".into(), rows.len(), 0);
+    let mut builder = ListStringChunkedBuilder::new(RowColumn::REASONS.name.into(), rows.len(), 0);
     for reasons in &rows.reasons {
         builder.append_values_iter(reasons.iter().map(tipwatch_mechanics::state::Reason::name));
     }
@@ -296,12 +235,11 @@ pub fn monte_carlo(analysis: &Analysis) -> PolarsResult<Option<Table>> {
         return Ok(None);
     };
     let rows = &analysis.rows;
-    let mut columns = vec![Series::new("time_ns".into(), rows.times_ns.as_slice()).into_column()];
-    let mut units = vec![("time_ns".to_string(), "ns")];
+    let mut columns = vec![times(rows)];
+    let mut units = vec![unit_of(RowColumn::TIME)];
+    let names = ColumnNames::of(&analysis.machine);
     for band in &study.bands {
-        let Some((name, unit)) = name_and_unit(&analysis.machine, band.quantity) else {
-            continue;
-        };
+        let (name, unit) = (band.quantity.column(&names), band.quantity.kind().unit);
         for (part, values) in [
             ("low", &band.low),
             ("high", &band.high),

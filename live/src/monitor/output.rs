@@ -25,6 +25,7 @@
 use std::io::{self, Write};
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
+use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{InputFault, InputFaults};
 
@@ -165,10 +166,6 @@ struct Line<'a> {
 impl Serialize for Line<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let verdict = self.verdict;
-        let by_wheel = |values| ByWheel {
-            wheels: &self.names.wheels,
-            values,
-        };
         let reasons = verdict.row_reasons();
         let conditions = verdict.conditions();
         let is_row = verdict.event == EVENT_ROW;
@@ -186,31 +183,64 @@ impl Serialize for Line<'_> {
         map.serialize_entry("valid", &(is_row && reasons.is_empty()))?;
         let reasons: Vec<&str> = reasons.iter().map(Reason::name).collect();
         map.serialize_entry("reasons", &reasons)?;
-        map.serialize_entry("utilisation", &verdict.utilisation)?;
+        let number = |quantity| verdict.number(quantity);
+        map.serialize_entry(&key(Quantity::Utilisation), &number(Quantity::Utilisation))?;
         map.serialize_entry("time_to_lift_off_s", &verdict.time_to_lift_off_s)?;
         map.serialize_entry("next_wheel", &next_wheel)?;
-        map.serialize_entry("load_n", &by_wheel(&verdict.load))?;
-        map.serialize_entry("otf_n", &by_wheel(&verdict.otf))?;
-        map.serialize_entry("load_sigma_n", &by_wheel(&verdict.load_sigma))?;
-        map.serialize_entry("load_min_n", &by_wheel(&verdict.load_min))?;
-        map.serialize_entry("load_max_n", &by_wheel(&verdict.load_max))?;
-        map.serialize_entry("zmp_x_m", &verdict.zmp_x)?;
-        map.serialize_entry("zmp_y_m", &verdict.zmp_y)?;
-        map.serialize_entry("zmp_margin_m", &verdict.zmp_margin)?;
-        map.serialize_entry("normal_force_n", &verdict.normal_force)?;
+        for of_wheel in BY_WHEEL {
+            map.serialize_entry(
+                &key(of_wheel(0)),
+                &ByWheel {
+                    line: self,
+                    of_wheel,
+                },
+            )?;
+        }
+        for quantity in OF_MACHINE {
+            map.serialize_entry(&key(quantity), &number(quantity))?;
+        }
         map.serialize_entry("untimed", &(verdict.untimed != 0))?;
         map.end()
     }
 }
 
+/// Quantities of each wheel, in the order of the line.
+const BY_WHEEL: [fn(usize) -> Quantity; 5] = [
+    Quantity::Load,
+    Quantity::Otf,
+    Quantity::LoadSigma,
+    Quantity::LoadLeast,
+    Quantity::LoadLargest,
+];
+
+/// Quantities of the machine that follow them.
+const OF_MACHINE: [Quantity; 4] = [
+    Quantity::ZmpX,
+    Quantity::ZmpY,
+    Quantity::ZmpMargin,
+    Quantity::NormalForce,
+];
+
+/// Key of a quantity: name of its column without the wheel, and unit.
+fn key(quantity: Quantity) -> String {
+    let kind = quantity.kind();
+    let stem = kind.pattern.replace("_{wheel}", "");
+    match kind.unit {
+        "-" => stem,
+        unit => format!("{stem}_{}", unit.to_lowercase()),
+    }
+}
+
 struct ByWheel<'a> {
-    wheels: &'a [String],
-    values: &'a [f64],
+    line: &'a Line<'a>,
+    of_wheel: fn(usize) -> Quantity,
 }
 
 impl Serialize for ByWheel<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.wheels.iter().zip(self.values))
+        let Line { verdict, names } = self.line;
+        let number = |wheel| verdict.number((self.of_wheel)(wheel));
+        serializer.collect_map((names.wheels.iter().enumerate()).map(|(i, name)| (name, number(i))))
     }
 }
 

@@ -93,7 +93,7 @@ pub(super) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
     ] {
         cdr.i64(time_ns);
     }
-    names.each_number(verdict, |_, number| cdr.f64(number));
+    names.each_number(verdict, |number| cdr.f64(number));
     cdr.finish()
 }
 

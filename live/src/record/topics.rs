@@ -5,7 +5,6 @@ use std::fmt::Write;
 use tipwatch_binding::monitor_topic::{self, ACTUATOR_FIELD};
 
 use crate::wire::names::Names;
-use crate::wire::topics::WireVerdict;
 
 /// A topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -140,9 +139,9 @@ pub(super) fn verdict(names: &Names) -> Topic {
     for name in VERDICT_TIMES {
         let _ = writeln!(definition, "int64 {name}");
     }
-    names.each_number(&WireVerdict::unknown(), |name, _| {
-        let _ = writeln!(definition, "float64 {}", field_name(name));
-    });
+    for name in names.columns() {
+        let _ = writeln!(definition, "float64 {}", field_name(&name));
+    }
     Topic {
         name: monitor_topic::NAME.into(),
         type_name: monitor_topic::TYPE_NAME,

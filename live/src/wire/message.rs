@@ -99,7 +99,7 @@ scalar!(
 macro_rules! wire {
     (
         $(#[doc = $doc:literal])* $type_name:literal
-        pub struct $name:ident { $($(#[doc = $field_doc:literal])* pub $field:ident: $type:ty,)* }
+        pub struct $name:ident { $($(#[doc = $field_doc:expr])* pub $field:ident: $type:ty,)* }
     ) => {
         wire! { @whole $(#[doc = $doc])* $type_name
             pub struct $name {
@@ -123,7 +123,7 @@ macro_rules! wire {
     };
     (
         @whole $(#[doc = $doc:literal])* $type_name:literal
-        pub struct $name:ident { $($(#[doc = $field_doc:literal])* pub $field:ident: $type:ty,)* }
+        pub struct $name:ident { $($(#[doc = $field_doc:expr])* pub $field:ident: $type:ty,)* }
     ) => {
         $(#[doc = $doc])*
         #[repr(C)]

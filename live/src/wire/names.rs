@@ -1,9 +1,10 @@
 //! Names of wheels and edges, and of the numbers of a verdict.
 
 use anyhow::Result;
+use tipwatch_mechanics::{ColumnNames, Quantity, RowColumn};
 
 use crate::wire::session::name_from_wire;
-use crate::wire::topics::{CAUSES, MAX_PLACES, WireMachine, WireVerdict};
+use crate::wire::topics::{MAX_PLACES, WireMachine, WireVerdict};
 
 /// Names of a machine's wheels and edges, in lower case and in the order of the numbers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -32,59 +33,32 @@ impl TryFrom<&WireMachine> for Names {
     }
 }
 
-/// Names of the load contributions, in the order of [`WireVerdict::causes`].
-#[must_use]
-pub fn causes() -> [&'static str; CAUSES] {
-    tipwatch_mechanics::Contribution::ALL.map(tipwatch_mechanics::Contribution::name)
-}
-
 impl Names {
-    /// Calls `each` with every number of a verdict and the name of its column in `samples.parquet`.
-    pub fn each_number(&self, verdict: &WireVerdict, mut each: impl FnMut(&str, f64)) {
-        let single = [
-            ("utilisation", verdict.utilisation),
-            ("time_to_lift_off", verdict.time_to_lift_off_s),
-            ("normal_force", verdict.normal_force),
-            ("zmp_x", verdict.zmp_x),
-            ("zmp_y", verdict.zmp_y),
-            ("zmp_margin", verdict.zmp_margin),
-            ("ltr", verdict.ltr),
-            ("sigma", verdict.sigma),
-            ("spread", verdict.spread),
-        ];
-        for (name, number) in single {
-            each(name, number);
-        }
-        let by_wheel = [
-            ("load_", "", &verdict.load),
-            ("otf_", "", &verdict.otf),
-            ("load_", "_sigma", &verdict.load_sigma),
-            ("otf_", "_sigma", &verdict.otf_sigma),
-            ("load_", "_min", &verdict.load_min),
-            ("load_", "_max", &verdict.load_max),
-        ];
-        for (before, after, numbers) in by_wheel {
-            for (wheel, &number) in self.wheels.iter().zip(numbers) {
-                each(&format!("{before}{wheel}{after}"), number);
+    /// Calls `each` with every number of a verdict, in the order of [`Self::columns`].
+    pub fn each_number(&self, verdict: &WireVerdict, mut each: impl FnMut(f64)) {
+        WireVerdict::each_quantity(self.wheels.len(), self.edges.len(), |quantity| {
+            each(verdict.number(quantity).unwrap_or(f64::NAN));
+            if quantity == Quantity::Utilisation {
+                each(verdict.time_to_lift_off_s);
             }
-        }
-        let by_edge = [
-            ("itom_full_", &verdict.itom_full),
-            ("itom_", &verdict.itom),
-            ("tom_", &verdict.tom),
-            ("mhs_", &verdict.mhs),
-            ("force_angle_", &verdict.force_angle),
-            ("stability_angle_", &verdict.stability_angle),
-        ];
-        for (before, numbers) in by_edge {
-            for (edge, &number) in self.edges.iter().zip(numbers) {
-                each(&format!("{before}{edge}"), number);
+        });
+    }
+
+    /// Names of the columns of `samples.parquet` that hold the numbers of a verdict.
+    #[must_use]
+    pub fn columns(&self) -> Vec<String> {
+        let names = ColumnNames {
+            wheels: self.wheels.clone(),
+            edges: self.edges.clone(),
+            ..ColumnNames::default()
+        };
+        let mut columns = Vec::new();
+        WireVerdict::each_quantity(self.wheels.len(), self.edges.len(), |quantity| {
+            columns.push(quantity.column(&names));
+            if quantity == Quantity::Utilisation {
+                columns.push(RowColumn::TIME_TO_LIFT_OFF.name.to_string());
             }
-        }
-        for (cause, numbers) in causes().into_iter().zip(&verdict.causes) {
-            for (wheel, &number) in self.wheels.iter().zip(numbers) {
-                each(&format!("cause_{cause}_{wheel}"), number);
-            }
-        }
+        });
+        columns
     }
 }

@@ -20,6 +20,7 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 use tipwatch_mechanics::machine::MAX_WHEELS;
+use tipwatch_mechanics::{quantity_doc, verdict_quantities};
 use tipwatch_suspension::MAX_ACTUATORS;
 
 use crate::wire::hash::Fnv1a;
@@ -155,99 +156,77 @@ wire! {
     }
 }
 
-wire! {
-    /// The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
-    /// Consumers must treat a verdict past valid_until_ns as a fault.
-    "tipwatch.Verdict.v1"
-    pub struct WireVerdict {
-        /// Time until which it may be acted on (ns), by CLOCK_MONOTONIC.
-        pub valid_until_ns: i64,
-        /// The session that the monitor follows; 0 without one.
-        pub session: u64,
-        /// Sequence number of the sample that completed the row.
-        pub sample_sequence: u64,
-        /// Publication time of that sample (ns), by CLOCK_MONOTONIC.
-        pub sample_published_ns: i64,
-        /// Rows so far.
-        pub rows: u64,
-        /// Samples that never arrived.
-        pub lost: u64,
-        /// Samples that arrived but could not be used.
-        pub refused: u64,
-        /// Samples that arrived again.
-        pub repeated: u64,
-        /// 1 a row; 2 between rows: the numbers are those of the last row.
-        pub event: u32,
-        /// Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault.
-        pub level: u32,
-        /// Level to act on: danger stays until it has ended and was acknowledged.
-        pub latched_level: u32,
-        /// Bits: faults of the input since the last row.
-        pub faults: u32,
-        /// Bits: cautions of the input since the last row.
-        pub cautions: u32,
-        /// Bits: why the row is not valid.
-        pub reasons: u32,
-        /// 1 if an acknowledgement arrived since the last row.
-        pub acknowledged: u32,
-        /// 1 if real time was not checked: the samples are replayed as fast as possible.
-        pub untimed: u32,
-        /// Index of the wheel that lifts next; meaningless if the time is NaN.
-        pub next_wheel: u32,
-        /// Number of wheels.
-        pub wheel_count: u32,
-        /// Number of edges of the support polygon.
-        pub edge_count: u32,
-        /// Zero.
-        pub reserved: u32,
-        /// U = 1 - (OTF - 2 sigma) / static load, of the worst wheel.
-        pub utilisation: f64,
-        /// Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s.
-        pub time_to_lift_off_s: f64,
-        /// Sum of the loads (N).
-        pub normal_force: f64,
-        /// Centre of pressure forward of the base (m).
-        pub zmp_x: f64,
-        /// Centre of pressure to the left of the base (m).
-        pub zmp_y: f64,
-        /// Distance of the centre of pressure from the nearest edge (m), positive inside.
-        pub zmp_margin: f64,
-        /// Load transfer ratio, (right - left) / sum.
-        pub ltr: f64,
-        /// Sigma (110) of the first paper (N2).
-        pub sigma: f64,
-        /// Metric (35) of the second paper (N).
-        pub spread: f64,
-        /// Load, by wheel (N).
-        pub load: [f64; MAX_PLACES],
-        /// Overturning force (OTF), by wheel (N): its load if every wheel were held to the ground.
-        pub otf: [f64; MAX_PLACES],
-        /// Standard deviation of the load, by wheel (N).
-        pub load_sigma: [f64; MAX_PLACES],
-        /// Standard deviation of the OTF, by wheel (N).
-        pub otf_sigma: [f64; MAX_PLACES],
-        /// Smallest load that equilibrium allows, by wheel (N).
-        pub load_min: [f64; MAX_PLACES],
-        /// Largest load that equilibrium allows, by wheel (N).
-        pub load_max: [f64; MAX_PLACES],
-        /// Load contributions, by cause and wheel (N): chassis_weight, wheel_weight,
-        /// arm_weight, slope, arm_motion, platform_acceleration, cornering, tool_force, warp,
-        /// lift_off, specific_force.
-        pub causes: [[f64; MAX_PLACES]; CAUSES],
-        /// Overturning moment with wheel weights, by edge (N m), negative = stable.
-        pub itom_full: [f64; MAX_PLACES],
-        /// Overturning moment without wheel weights, by edge (N m).
-        pub itom: [f64; MAX_PLACES],
-        /// Overturning moment of arm and chassis weight, by edge (N m).
-        pub tom: [f64; MAX_PLACES],
-        /// Overturning moment of the arm alone, by edge (N m).
-        pub mhs: [f64; MAX_PLACES],
-        /// Force-angle measure, by edge (rad), positive = stable.
-        pub force_angle: [f64; MAX_PLACES],
-        /// Stability angle, by edge (rad), positive = stable.
-        pub stability_angle: [f64; MAX_PLACES],
-    }
+/// The verdict: its numbers, their order and their meaning come from the table of quantities.
+macro_rules! verdict_message {
+    (
+        worst_wheel { $($worst:ident: $worst_of:ident),* $(,)? }
+        machine { $($one:ident: $one_of:ident),* $(,)? }
+        wheel { $($wheel:ident: $wheel_of:ident),* $(,)? }
+        cause_and_wheel { $($cause:ident: $cause_of:ident),* $(,)? }
+        edge { $($edge:ident: $edge_of:ident),* $(,)? }
+    ) => {
+        wire! {
+            /// The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
+            /// Consumers must treat a verdict past valid_until_ns as a fault.
+            "tipwatch.Verdict.v1"
+            pub struct WireVerdict {
+                /// Time until which it may be acted on (ns), by CLOCK_MONOTONIC.
+                pub valid_until_ns: i64,
+                /// The session that the monitor follows; 0 without one.
+                pub session: u64,
+                /// Sequence number of the sample that completed the row.
+                pub sample_sequence: u64,
+                /// Publication time of that sample (ns), by CLOCK_MONOTONIC.
+                pub sample_published_ns: i64,
+                /// Rows so far.
+                pub rows: u64,
+                /// Samples that never arrived.
+                pub lost: u64,
+                /// Samples that arrived but could not be used.
+                pub refused: u64,
+                /// Samples that arrived again.
+                pub repeated: u64,
+                /// 1 a row; 2 between rows: the numbers are those of the last row.
+                pub event: u32,
+                /// Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault.
+                pub level: u32,
+                /// Level to act on: danger stays until it has ended and was acknowledged.
+                pub latched_level: u32,
+                /// Bits: faults of the input since the last row.
+                pub faults: u32,
+                /// Bits: cautions of the input since the last row.
+                pub cautions: u32,
+                /// Bits: why the row is not valid.
+                pub reasons: u32,
+                /// 1 if an acknowledgement arrived since the last row.
+                pub acknowledged: u32,
+                /// 1 if real time was not checked: the samples are replayed as fast as possible.
+                pub untimed: u32,
+                /// Index of the wheel that lifts next; meaningless if the time is NaN.
+                pub next_wheel: u32,
+                /// Number of wheels.
+                pub wheel_count: u32,
+                /// Number of edges of the support polygon.
+                pub edge_count: u32,
+                /// Zero.
+                pub reserved: u32,
+                $(#[doc = quantity_doc!($worst_of)] pub $worst: f64,)*
+                /// Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s.
+                pub time_to_lift_off_s: f64,
+                $(#[doc = quantity_doc!($one_of)] pub $one: f64,)*
+                $(#[doc = concat!(quantity_doc!($wheel_of), ", by wheel")] pub $wheel: [f64; MAX_PLACES],)*
+                $(
+                    #[doc = concat!(quantity_doc!($cause_of), ", by cause and wheel: chassis_weight,")]
+                    /// wheel_weight, arm_weight, slope, arm_motion, platform_acceleration, cornering, tool_force,
+                    /// warp, lift_off, specific_force
+                    pub $cause: [[f64; MAX_PLACES]; CAUSES],
+                )*
+                $(#[doc = concat!(quantity_doc!($edge_of), ", by edge")] pub $edge: [f64; MAX_PLACES],)*
+            }
+        }
+    };
 }
+verdict_quantities!(verdict_message);
 
 wire! {
     /// Command to the valves of the suspension. The valve driver must close them when it is past

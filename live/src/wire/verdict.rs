@@ -3,56 +3,21 @@
 use anyhow::Result;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::verdict::{Conditions, InputFaults, Level, LiftOff, Verdict};
-use tipwatch_mechanics::{Machine, Outcome};
+use tipwatch_mechanics::{Contribution, Machine, Outcome, Quantity, verdict_quantities};
 
 use crate::wire::sample::SampleCounts;
 use crate::wire::session::name_to_wire;
-use crate::wire::topics::{EVENT_BETWEEN, EVENT_ROW, Wire, WireMachine, WireVerdict};
+use crate::wire::topics::{EVENT_BETWEEN, EVENT_ROW, MAX_PLACES, Wire, WireMachine, WireVerdict};
 
 impl WireVerdict {
     /// An unknown verdict: every number NaN.
     #[must_use]
     pub fn unknown() -> Self {
         let mut wire = Self::blank();
-        for value in wire.numbers_mut() {
-            *value = f64::NAN;
-        }
+        wire.each_number_mut(MAX_PLACES, MAX_PLACES, |_, number| *number = f64::NAN);
+        wire.time_to_lift_off_s = f64::NAN;
         wire.event = EVENT_BETWEEN;
         wire
-    }
-
-    /// All numbers that are NaN if unknown.
-    fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f64> {
-        let single = [
-            &mut self.utilisation,
-            &mut self.time_to_lift_off_s,
-            &mut self.normal_force,
-            &mut self.zmp_x,
-            &mut self.zmp_y,
-            &mut self.zmp_margin,
-            &mut self.ltr,
-            &mut self.sigma,
-            &mut self.spread,
-        ];
-        let by_place = [
-            &mut self.load,
-            &mut self.otf,
-            &mut self.load_sigma,
-            &mut self.otf_sigma,
-            &mut self.load_min,
-            &mut self.load_max,
-            &mut self.itom_full,
-            &mut self.itom,
-            &mut self.tom,
-            &mut self.mhs,
-            &mut self.force_angle,
-            &mut self.stability_angle,
-        ];
-        let causes = self.causes.as_flattened_mut();
-        single
-            .into_iter()
-            .chain(by_place.into_iter().flatten())
-            .chain(causes)
     }
 
     /// Sets the numbers of a row.
@@ -69,34 +34,13 @@ impl WireVerdict {
         self.reasons = reasons.bits().into();
         self.wheel_count = outcome.load.len() as u32;
         self.edge_count = outcome.itom_full.len() as u32;
+        let (wheels, edges) = (outcome.load.len(), outcome.itom_full.len());
+        self.each_number_mut(wheels, edges, |quantity, number| {
+            *number = outcome.get(quantity);
+        });
         self.utilisation = utilisation;
         self.time_to_lift_off_s = next.map_or(f64::NAN, |next| next.in_s);
         self.next_wheel = next.map_or(0, |next| next.wheel as u32);
-        self.normal_force = outcome.normal_force;
-        self.zmp_x = outcome.zmp_x;
-        self.zmp_y = outcome.zmp_y;
-        self.zmp_margin = outcome.zmp_margin;
-        let indicators = &outcome.indicators;
-        self.ltr = indicators.load_transfer_ratio;
-        self.sigma = indicators.sigma;
-        self.spread = indicators.spread;
-        copy(&mut self.load, &outcome.load);
-        copy(&mut self.otf, &outcome.otf);
-        copy(&mut self.load_sigma, &outcome.uncertainty.load);
-        copy(&mut self.otf_sigma, &outcome.uncertainty.otf);
-        copy(&mut self.load_min, &outcome.load_least);
-        copy(&mut self.load_max, &outcome.load_largest);
-        copy(&mut self.itom_full, &outcome.itom_full);
-        copy(&mut self.itom, &indicators.itom);
-        copy(&mut self.tom, &indicators.tom);
-        copy(&mut self.mhs, &indicators.mhs);
-        copy(&mut self.force_angle, &indicators.force_angle);
-        copy(&mut self.stability_angle, &indicators.stability_angle);
-        for (wheel, causes) in outcome.contributions.iter().enumerate() {
-            for (by_wheel, &value) in self.causes.iter_mut().zip(causes) {
-                by_wheel[wheel] = value;
-            }
-        }
     }
 
     /// Sets the verdict, the conditions of the input and the counts of samples.
@@ -136,11 +80,66 @@ impl WireVerdict {
     }
 }
 
-fn copy(to: &mut [f64], from: &[f64]) {
-    for (to, &from) in to.iter_mut().zip(from) {
-        *to = from;
-    }
+macro_rules! verdict_numbers {
+    (
+        worst_wheel { $($worst:ident: $worst_of:ident),* $(,)? }
+        machine { $($one:ident: $one_of:ident),* $(,)? }
+        wheel { $($wheel:ident: $wheel_of:ident),* $(,)? }
+        cause_and_wheel { $($cause:ident: $cause_of:ident),* $(,)? }
+        edge { $($edge:ident: $edge_of:ident),* $(,)? }
+    ) => {
+        impl WireVerdict {
+            /// The quantities of a verdict for that many wheels and edges, in the order of its recording.
+            pub fn each_quantity(wheels: usize, edges: usize, mut each: impl FnMut(Quantity)) {
+                $(each(Quantity::$worst_of);)*
+                $(each(Quantity::$one_of);)*
+                $((0..wheels).for_each(|wheel| each(Quantity::$wheel_of(wheel)));)*
+                $((0..edges).for_each(|edge| each(Quantity::$edge_of(edge)));)*
+                $(for cause in Contribution::ALL {
+                    (0..wheels).for_each(|wheel| each(Quantity::$cause_of(cause, wheel)));
+                })*
+            }
+
+            /// The number of a quantity; `None` if the verdict does not carry it.
+            #[must_use]
+            pub fn number(&self, quantity: Quantity) -> Option<f64> {
+                match quantity {
+                    $(Quantity::$worst_of => Some(self.$worst),)*
+                    $(Quantity::$one_of => Some(self.$one),)*
+                    $(Quantity::$wheel_of(wheel) => self.$wheel.get(wheel).copied(),)*
+                    $(Quantity::$edge_of(edge) => self.$edge.get(edge).copied(),)*
+                    $(Quantity::$cause_of(cause, wheel) => {
+                        self.$cause[cause as usize].get(wheel).copied()
+                    })*
+                    _ => None,
+                }
+            }
+
+            /// Every number of a quantity, for that many wheels and edges.
+            fn each_number_mut(
+                &mut self,
+                wheels: usize,
+                edges: usize,
+                mut each: impl FnMut(Quantity, &mut f64),
+            ) {
+                $(each(Quantity::$worst_of, &mut self.$worst);)*
+                $(each(Quantity::$one_of, &mut self.$one);)*
+                $(for (wheel, number) in self.$wheel.iter_mut().take(wheels).enumerate() {
+                    each(Quantity::$wheel_of(wheel), number);
+                })*
+                $(for (edge, number) in self.$edge.iter_mut().take(edges).enumerate() {
+                    each(Quantity::$edge_of(edge), number);
+                })*
+                $(for (cause, numbers) in Contribution::ALL.into_iter().zip(&mut self.$cause) {
+                    for (wheel, number) in numbers.iter_mut().take(wheels).enumerate() {
+                        each(Quantity::$cause_of(cause, wheel), number);
+                    }
+                })*
+            }
+        }
+    };
 }
+verdict_quantities!(verdict_numbers);
 
 impl WireMachine {
     /// The message for this machine, without head.
@@ -165,5 +164,51 @@ impl WireMachine {
             *name = name_to_wire(&edge.name)?;
         }
         Ok(wire)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_on_the_wire_is_in_the_table() {
+        let numbers = WireVerdict::FIELDS.iter().filter(|f| f.c_type == "double");
+        for field in numbers.filter(|field| field.name != "time_to_lift_off_s") {
+            let doc = field.doc.join("");
+            let mut kinds = Quantity::KINDS.iter().filter(|kind| {
+                let stem = kind.pattern.replace("_{wheel}", "").replace("_{edge}", "");
+                let is_cause = field.name == "causes" && kind.variant == "Contribution";
+                (stem == field.name || is_cause) && doc.contains(kind.meaning)
+            });
+            assert!(kinds.next().is_some(), "{}: {doc}", field.name);
+        }
+    }
+
+    #[test]
+    fn documented_causes_are_those_of_the_message() {
+        let mut fields = WireVerdict::FIELDS.iter();
+        let causes = fields.find(|field| field.name == "causes").unwrap();
+        let names = Contribution::ALL.map(Contribution::name).join(" ");
+        let doc = causes.doc.join(" ").replace([',', '.'], " ");
+        let doc: Vec<_> = doc.split_whitespace().collect();
+        assert!(doc.join(" ").ends_with(&names), "{doc:?}");
+    }
+
+    #[test]
+    fn every_quantity_has_its_number() {
+        let mut verdict = WireVerdict::unknown();
+        let mut next = 0.0;
+        verdict.each_number_mut(4, 4, |_, number| {
+            next += 1.0;
+            *number = next;
+        });
+        let mut found = Vec::new();
+        WireVerdict::each_quantity(4, 4, |q| found.push(verdict.number(q).unwrap()));
+        assert_eq!(
+            found,
+            (1..=found.len()).map(|n| n as f64).collect::<Vec<_>>()
+        );
+        assert_eq!(found.len() as f64, next);
     }
 }

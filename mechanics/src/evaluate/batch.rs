@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::validity::OutcomeSigns;
 use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::model::Model;
-use crate::evaluate::outcome::Quantity;
+use crate::evaluate::quantities::Quantity;
 use crate::evaluate::scope::Scope;
 use crate::evaluate::workspace::Workspace;
 use crate::explain::sensitivity::{LaneSums, SensitivitySums};
@@ -23,6 +23,9 @@ pub struct OutcomeColumns {
     pub columns: Vec<Vec<f64>>,
     /// Sums of the rows' derivatives, if the scope includes them.
     pub sensitivity: SensitivitySums,
+    /// [`Outcome::linkage_closure`](crate::Outcome::linkage_closure) of each row: it only decides whether the
+    /// row is valid.
+    linkage_closure: Vec<f64>,
 }
 
 impl OutcomeColumns {
@@ -34,6 +37,7 @@ impl OutcomeColumns {
             columns: vec![Vec::new(); quantities.len()],
             quantities,
             sensitivity: SensitivitySums::none(machine),
+            linkage_closure: Vec::new(),
         }
     }
 
@@ -52,7 +56,7 @@ impl OutcomeColumns {
     #[must_use]
     pub fn reasons(&self, row: usize, so_far: Reasons) -> Reasons {
         let mut signs = OutcomeSigns {
-            linkage_closure: f64::NAN,
+            linkage_closure: self.linkage_closure[row],
             normal_force: f64::NAN,
             largest_overturning_moment: f64::NEG_INFINITY,
             loads_are_finite: true,
@@ -60,7 +64,6 @@ impl OutcomeColumns {
         for (quantity, column) in self.quantities.iter().zip(&self.columns) {
             let value = column[row];
             match quantity {
-                Quantity::LinkageClosure => signs.linkage_closure = value,
                 Quantity::NormalForce => signs.normal_force = value,
                 Quantity::ItomFull(_) => {
                     signs.largest_overturning_moment = signs.largest_overturning_moment.max(value);
@@ -72,11 +75,16 @@ impl OutcomeColumns {
         so_far.with_signs(&signs)
     }
 
+    fn every_column(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        self.columns.iter_mut().chain([&mut self.linkage_closure])
+    }
+
     /// Appends the rows of `other`.
     pub fn append(&mut self, mut other: Self) {
         for (column, more) in self.columns.iter_mut().zip(&mut other.columns) {
             column.append(more);
         }
+        self.linkage_closure.append(&mut other.linkage_closure);
         self.sensitivity.add(&other.sensitivity);
     }
 }
@@ -93,17 +101,19 @@ pub fn evaluate_rows(
     let mut workspace = Workspace::<Lanes>::with_model(machine, scope, Arc::clone(model));
     let mut state = State::<Lanes>::zero(machine);
     let mut outcomes = OutcomeColumns::empty(machine, scope);
-    for column in &mut outcomes.columns {
+    for column in outcomes.every_column() {
         column.resize(rows.len().next_multiple_of(Lanes::COUNT), f64::NAN);
     }
     let mut sums = scope.sensitivities.then(|| LaneSums::new(machine));
     for first in rows.clone().step_by(Lanes::COUNT) {
         states.get_lanes(first, rows.end, &mut state);
         let outcome = evaluate(machine, &state, &mut workspace);
+        let place = first - rows.start;
+        let lanes = place..place + Lanes::COUNT;
         for (column, &quantity) in outcomes.columns.iter_mut().zip(&outcomes.quantities) {
-            let place = first - rows.start;
-            column[place..place + Lanes::COUNT].copy_from_slice(&outcome.get(quantity).to_array());
+            column[lanes.clone()].copy_from_slice(&outcome.get(quantity).to_array());
         }
+        outcomes.linkage_closure[lanes].copy_from_slice(&outcome.linkage_closure.to_array());
         if let Some(sums) = &mut sums {
             let load_sigma = &workspace.outcome().uncertainty.load;
             sums.add(workspace.sensitivity(), load_sigma, rows.end - first);
@@ -112,7 +122,7 @@ pub fn evaluate_rows(
     if let Some(sums) = &sums {
         outcomes.sensitivity = sums.total();
     }
-    for column in &mut outcomes.columns {
+    for column in outcomes.every_column() {
         column.truncate(rows.len());
     }
     outcomes

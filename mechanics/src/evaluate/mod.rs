@@ -5,6 +5,8 @@ pub(crate) mod evaluation;
 pub(crate) mod explain;
 pub(crate) mod model;
 pub(crate) mod outcome;
+pub(crate) mod quantities;
+pub(crate) mod quantity;
 pub(crate) mod scope;
 pub(crate) mod validity;
 pub(crate) mod workspace;

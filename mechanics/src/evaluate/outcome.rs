@@ -1,16 +1,13 @@
-//! The result of an evaluation, and the list of its quantities.
-
-use std::ops::Range;
+//! The result of an evaluation.
 
 use nalgebra::Vector3;
 
-use crate::closed_form::{ClosedFormOutcome, GroundMotion};
-use crate::evaluate::scope::Scope;
+use crate::closed_form::ClosedFormOutcome;
 use crate::explain::attribution::{Contribution, Contributions};
 use crate::explain::indicators::Indicators;
 use crate::explain::uncertainty::Uncertainty;
 use crate::geometry::spatial::Wrench;
-use crate::machine::{Axis, BaseMotion, Machine, links_with_mass};
+use crate::machine::Machine;
 use crate::number::Real;
 
 /// Wheel loads and stability at one instant, or at several instants at once: see [`Real`].
@@ -62,86 +59,6 @@ pub struct Outcome<T> {
     pub closed_form: ClosedFormOutcome<T>,
 }
 
-/// A point that travels over the ground.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum GroundPoint {
-    /// The wheel of this index.
-    Wheel(usize),
-    /// The middle of the front axle.
-    FrontAxle,
-    /// The middle of the rear axle.
-    RearAxle,
-}
-
-/// A quantity of an [`Outcome`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Quantity {
-    /// [`Outcome::otf`] of this wheel.
-    Otf(usize),
-    /// [`Outcome::load`] of this wheel.
-    Load(usize),
-    /// [`Outcome::load_least`] of this wheel.
-    LoadLeast(usize),
-    /// [`Outcome::load_largest`] of this wheel.
-    LoadLargest(usize),
-    /// [`Outcome::normal_force`].
-    NormalForce,
-    /// [`Outcome::zmp_x`].
-    ZmpX,
-    /// [`Outcome::zmp_y`].
-    ZmpY,
-    /// [`Outcome::zmp_margin`].
-    ZmpMargin,
-    /// [`Outcome::itom_full`] of this edge.
-    ItomFull(usize),
-    /// [`Outcome::linkage_closure`].
-    LinkageClosure,
-    /// [`Outcome::measured_torques`].
-    MeasuredTorques,
-    /// [`Outcome::torque_residual`] of this actuated joint.
-    TorqueResidual(usize),
-    /// [`Indicators::mhs`] of this edge.
-    Mhs(usize),
-    /// [`Indicators::tom`] of this edge.
-    Tom(usize),
-    /// [`Indicators::itom`] of this edge.
-    Itom(usize),
-    /// [`Indicators::force_angle`] of this edge.
-    ForceAngle(usize),
-    /// [`Indicators::stability_angle`] of this edge.
-    StabilityAngle(usize),
-    /// [`Indicators::load_transfer_ratio`].
-    LoadTransferRatio,
-    /// [`Indicators::spread`].
-    Spread,
-    /// [`Indicators::sigma`].
-    Sigma,
-    /// A component of [`Indicators::sigma_gradient`].
-    SigmaGradient(BaseMotion),
-    /// Force of [`Indicators::arm_wrench`] along this axis.
-    ArmForce(Axis),
-    /// Moment of [`Indicators::arm_wrench`] about this axis.
-    ArmMoment(Axis),
-    /// This contribution to the load of this wheel.
-    Contribution(Contribution, usize),
-    /// Contribution of a link, the first index, to the OTF of a wheel, the second.
-    Part(usize, usize),
-    /// [`Uncertainty::load`] of this wheel.
-    LoadSigma(usize),
-    /// [`Uncertainty::otf`] of this wheel.
-    OtfSigma(usize),
-    /// [`Uncertainty::utilisation`].
-    Utilisation,
-    /// A term of the analytic model, 0 to 10 for zeta 1 to 11, for this wheel.
-    Term(usize, usize),
-    /// Ground speed of this point.
-    Speed(GroundPoint),
-    /// Direction of travel of this point.
-    Direction(GroundPoint),
-    /// Sideslip angle of this point.
-    Sideslip(GroundPoint),
-}
-
 impl<T: Real> Outcome<T> {
     pub(crate) fn blank(machine: &Machine) -> Self {
         let wheels = vec![T::zero(); machine.wheels.len()];
@@ -169,141 +86,5 @@ impl<T: Real> Outcome<T> {
             uncertainty: Uncertainty::blank(machine),
             closed_form: ClosedFormOutcome::blank(machine),
         }
-    }
-
-    /// The value of a quantity.
-    #[must_use]
-    pub fn get(&self, quantity: Quantity) -> T {
-        match quantity {
-            Quantity::Otf(wheel) => self.otf[wheel],
-            Quantity::Load(wheel) => self.load[wheel],
-            Quantity::LoadLeast(wheel) => self.load_least[wheel],
-            Quantity::LoadLargest(wheel) => self.load_largest[wheel],
-            Quantity::NormalForce => self.normal_force,
-            Quantity::ZmpX => self.zmp_x,
-            Quantity::ZmpY => self.zmp_y,
-            Quantity::ZmpMargin => self.zmp_margin,
-            Quantity::ItomFull(edge) => self.itom_full[edge],
-            Quantity::LinkageClosure => self.linkage_closure,
-            Quantity::MeasuredTorques => self.measured_torques,
-            Quantity::TorqueResidual(joint) => self.torque_residual[joint],
-            Quantity::Contribution(cause, wheel) => self.contributions[wheel][cause as usize],
-            Quantity::Part(link, wheel) => self.parts[link][wheel],
-            Quantity::LoadSigma(wheel) => self.uncertainty.load[wheel],
-            Quantity::OtfSigma(wheel) => self.uncertainty.otf[wheel],
-            Quantity::Utilisation => self.uncertainty.utilisation,
-            Quantity::Term(term, wheel) => self.closed_form.terms[wheel][term],
-            Quantity::Speed(place) => self.closed_form.at(place).speed,
-            Quantity::Direction(place) => self.closed_form.at(place).direction,
-            Quantity::Sideslip(place) => self.closed_form.at(place).sideslip,
-            _ => self.indicators.get(quantity),
-        }
-    }
-}
-
-impl<T: Real> ClosedFormOutcome<T> {
-    fn at(&self, place: GroundPoint) -> &GroundMotion<T> {
-        match place {
-            GroundPoint::Wheel(wheel) => &self.wheels[wheel],
-            GroundPoint::FrontAxle => &self.axles[0],
-            GroundPoint::RearAxle => &self.axles[1],
-        }
-    }
-}
-
-impl<T: Real> Indicators<T> {
-    /// The value of a quantity; NaN if it is not one of the analytic model.
-    fn get(&self, quantity: Quantity) -> T {
-        match quantity {
-            Quantity::Mhs(edge) => self.mhs[edge],
-            Quantity::Tom(edge) => self.tom[edge],
-            Quantity::Itom(edge) => self.itom[edge],
-            Quantity::ForceAngle(edge) => self.force_angle[edge],
-            Quantity::StabilityAngle(edge) => self.stability_angle[edge],
-            Quantity::LoadTransferRatio => self.load_transfer_ratio,
-            Quantity::Spread => self.spread,
-            Quantity::Sigma => self.sigma,
-            Quantity::SigmaGradient(travel) => self.sigma_gradient.get(travel),
-            Quantity::ArmForce(axis) => self.arm_wrench.force[axis as usize],
-            Quantity::ArmMoment(axis) => self.arm_wrench.moment[axis as usize],
-            _ => T::constant(f64::NAN),
-        }
-    }
-}
-
-impl Quantity {
-    /// All quantities that the scope fills for this machine, in column order.
-    #[must_use]
-    pub fn all(machine: &Machine, scope: Scope) -> Vec<Self> {
-        let (wheels, edges) = (0..machine.wheels.len(), 0..machine.polygon.edges.len());
-        let by = |indices: &Range<usize>, kinds: &[fn(usize) -> Self]| -> Vec<Self> {
-            let of = |kind: &fn(usize) -> Self| indices.clone().map(*kind).collect::<Vec<_>>();
-            kinds.iter().flat_map(of).collect()
-        };
-        let mut all = by(
-            &wheels,
-            &[Self::Load, Self::Otf, Self::LoadLeast, Self::LoadLargest],
-        );
-        all.extend(by(&edges, &[Self::ItomFull]));
-        all.extend([
-            Self::NormalForce,
-            Self::ZmpX,
-            Self::ZmpY,
-            Self::ZmpMargin,
-            Self::LinkageClosure,
-        ]);
-        let actuated = machine.contact.actuated_joints.len();
-        if actuated > 0 {
-            all.push(Self::MeasuredTorques);
-            all.extend((0..actuated).map(Self::TorqueResidual));
-        }
-        if scope.sensitivities {
-            all.extend(by(&wheels, &[Self::LoadSigma, Self::OtfSigma]));
-            all.push(Self::Utilisation);
-        }
-        if scope.indicators {
-            all.extend(by(
-                &edges,
-                &[
-                    Self::Itom,
-                    Self::Tom,
-                    Self::Mhs,
-                    Self::ForceAngle,
-                    Self::StabilityAngle,
-                ],
-            ));
-            all.extend([Self::LoadTransferRatio, Self::Spread, Self::Sigma]);
-            if machine.arm_root.is_some() {
-                all.extend(Axis::ALL.map(Self::ArmForce));
-                all.extend(Axis::ALL.map(Self::ArmMoment));
-            }
-        }
-        if scope.indicators && scope.sensitivities {
-            all.extend(BaseMotion::ALL.map(Self::SigmaGradient));
-        }
-        if scope.contributions {
-            let contributions = Contribution::ALL.into_iter();
-            all.extend(
-                contributions
-                    .flat_map(|cause| wheels.clone().map(move |w| Self::Contribution(cause, w))),
-            );
-        }
-        if scope.terms {
-            all.extend((0..11).flat_map(|term| wheels.clone().map(move |w| Self::Term(term, w))));
-            let axles = [GroundPoint::FrontAxle, GroundPoint::RearAxle];
-            let places: Vec<_> = wheels
-                .clone()
-                .map(GroundPoint::Wheel)
-                .chain(axles)
-                .collect();
-            for kind in [Self::Speed, Self::Direction, Self::Sideslip] {
-                all.extend(places.iter().copied().map(kind));
-            }
-        }
-        if scope.parts {
-            let links = links_with_mass(machine);
-            all.extend(links.flat_map(|link| wheels.clone().map(move |w| Self::Part(link, w))));
-        }
-        all
     }
 }

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use crate::dynamics::newton_euler;
 use crate::evaluate::evaluation::evaluate;
-use crate::evaluate::outcome::Quantity;
+use crate::evaluate::quantities::Quantity;
 use crate::evaluate::workspace::Workspace;
 use crate::explain::indicators::arm_wrench_of;
 use crate::machine::{Axis, LinkGroup, Machine, ParameterSampler};

@@ -10,7 +10,7 @@ use tipwatch_mechanics::number::{Dual, Real};
 
 /// Error tolerance of a sub-step: pressures (Pa), position (m), velocity (m/s).
 const PRESSURE_TOLERANCE: f64 = 1e3;
-const PLACE_TOLERANCE: f64 = 1e-6;
+const POSITION_TOLERANCE: f64 = 1e-6;
 const VELOCITY_TOLERANCE: f64 = 1e-5;
 /// Ends of the stroke: stiffness (N/m) and damping (N s/m).
 const STOP_STIFFNESS: f64 = 1e8;
@@ -22,7 +22,7 @@ pub struct ActuatorState {
     /// Chamber pressures.
     pub pressures: Pressures<f64>,
     /// Extension of the rod from its smallest stroke (m).
-    pub out: f64,
+    pub extension: f64,
     /// Velocity of extension (m/s).
     pub velocity: f64,
 }
@@ -55,7 +55,7 @@ impl Actuator {
     /// Equilibrium under a load (N) at this extension (m): the rod side at a third of the supply pressure, the
     /// piston side as the load requires, both within the range of the valves.
     #[must_use]
-    pub fn at_rest(&self, out: f64, load: f64) -> ActuatorState {
+    pub fn at_rest(&self, extension: f64, load: f64) -> ActuatorState {
         let p = &self.parameters;
         let within = |pressure: f64| pressure.clamp(p.tank, p.relief);
         let rod = within(p.tank + (p.supply - p.tank) / 3.0);
@@ -63,7 +63,7 @@ impl Actuator {
         let rod = within((p.piston_area * piston - load) / p.ring_area);
         ActuatorState {
             pressures: Pressures { piston, rod },
-            out,
+            extension,
             velocity: 0.0,
         }
     }
@@ -88,10 +88,10 @@ impl Actuator {
         &self,
         state: &ActuatorState,
         valve: Valve,
-        drive: ActuatorInput,
+        input: ActuatorInput,
         seconds: f64,
     ) -> Result<ActuatorState, StepError> {
-        let is_usable = match drive {
+        let is_usable = match input {
             ActuatorInput::Load { force, mass } => {
                 force.is_finite() && mass.is_finite() && mass > 0.0
             }
@@ -103,62 +103,62 @@ impl Actuator {
         let start = Vector4::from([
             state.pressures.piston,
             state.pressures.rod,
-            state.out,
-            match drive {
+            state.extension,
+            match input {
                 ActuatorInput::Load { .. } => state.velocity,
                 ActuatorInput::Motion { velocity } => velocity,
             },
         ]);
-        let system = Driven {
+        let system = LoadedCylinder {
             parameters: &self.parameters,
             opening: valve.opening(),
-            drive,
+            input,
         };
-        let [piston, rod, out, velocity] = integrate(&system, start, seconds)?.into();
+        let [piston, rod, extension, velocity] = integrate(&system, start, seconds)?.into();
         Ok(ActuatorState {
             pressures: Pressures { piston, rod },
-            out,
+            extension,
             velocity,
         })
     }
 }
 
 /// H(1)-(5), H(7) with constant inputs; y = (p_a, p_b, x, dx/dt).
-struct Driven<'a> {
+struct LoadedCylinder<'a> {
     parameters: &'a HydraulicParameters,
     opening: f64,
-    drive: ActuatorInput,
+    input: ActuatorInput,
 }
 
-impl Driven<'_> {
-    fn of<T: Real>(&self, [a, b, out, velocity]: [T; 4]) -> [T; 4] {
+impl LoadedCylinder<'_> {
+    fn of<T: Real>(&self, [a, b, extension, velocity]: [T; 4]) -> [T; 4] {
         let parameters = self.parameters;
         let pressures = Pressures { piston: a, rod: b };
         let flows = flows(parameters, &pressures, T::constant(self.opening));
-        let rates = pressure_rates(parameters, &flows, out, velocity);
-        let acceleration = match self.drive {
+        let rates = pressure_rates(parameters, &flows, extension, velocity);
+        let acceleration = match self.input {
             ActuatorInput::Motion { .. } => T::zero(),
             ActuatorInput::Load { force, mass } => {
                 let drag = T::constant(parameters.friction) * velocity;
                 let pushed = piston_force(parameters, &pressures) - T::constant(force) - drag;
-                (pushed + self.stop(out, velocity)) / T::constant(mass)
+                (pushed + self.stop(extension, velocity)) / T::constant(mass)
             }
         };
         [rates.piston, rates.rod, velocity, acceleration]
     }
 
     /// Contact force of the end stop, which never pulls.
-    fn stop<T: Real>(&self, out: T, velocity: T) -> T {
+    fn stop<T: Real>(&self, extension: T, velocity: T) -> T {
         let (stiff, damped) = (T::constant(STOP_STIFFNESS), T::constant(STOP_DAMPING));
         let zero = T::zero();
-        let distal = out - T::constant(self.parameters.stroke);
-        let inner = (-(stiff * out) - damped * velocity).max(zero);
+        let distal = extension - T::constant(self.parameters.stroke);
+        let inner = (-(stiff * extension) - damped * velocity).max(zero);
         let outer = (-(stiff * distal) - damped * velocity).min(zero);
-        T::select(out.lt(zero), inner, zero) + T::select(zero.lt(distal), outer, zero)
+        T::select(extension.lt(zero), inner, zero) + T::select(zero.lt(distal), outer, zero)
     }
 }
 
-impl Stiff for Driven<'_> {
+impl Stiff for LoadedCylinder<'_> {
     fn rates(&self, y: &Vector4<f64>) -> (Vector4<f64>, Matrix4<f64>) {
         let mut jacobian = Matrix4::zeros();
         for column in 0..4 {
@@ -176,7 +176,7 @@ impl Stiff for Driven<'_> {
         Vector4::from([
             PRESSURE_TOLERANCE,
             PRESSURE_TOLERANCE,
-            PLACE_TOLERANCE,
+            POSITION_TOLERANCE,
             VELOCITY_TOLERANCE,
         ])
     }

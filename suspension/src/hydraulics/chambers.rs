@@ -54,10 +54,10 @@ pub fn flows<T: Real>(
     let [c_p1, c_n1, c_p2, c_n2] = parameters.coefficients.map(T::constant);
     let (supply, tank) = (T::constant(parameters.supply), T::constant(parameters.tank));
     // u S(u) and u S(-u)
-    let (out, back) = (opening.max(T::zero()), opening.min(T::zero()));
+    let (extending, retracting) = (opening.max(T::zero()), opening.min(T::zero()));
     let (a, b) = (pressures.piston, pressures.rod);
-    let piston = c_p1 * root(supply - a) * out + c_n1 * root(a - tank) * back;
-    let rod = -(c_n2 * root(b - tank) * out) - c_p2 * root(supply - b) * back;
+    let piston = c_p1 * root(supply - a) * extending + c_n1 * root(a - tank) * retracting;
+    let rod = -(c_n2 * root(b - tank) * extending) - c_p2 * root(supply - b) * retracting;
     let relief = T::constant(parameters.relief);
     let safety = |coefficient: T, pressure: T| {
         let sized = coefficient.scaled(SAFETY_SIZE);
@@ -69,13 +69,13 @@ pub fn flows<T: Real>(
     }
 }
 
-/// H(3), H(4): pressure rates (Pa/s) for an extension `out` of the rod (m) and its `velocity` (m/s). Beyond the
+/// H(3), H(4): pressure rates (Pa/s) for an `extension` of the rod (m) and its `velocity` (m/s). Beyond the
 /// stroke, the volumes are those at its end.
 #[must_use]
 pub fn pressure_rates<T: Real>(
     parameters: &HydraulicParameters,
     flows: &Flows<T>,
-    out: T,
+    extension: T,
     velocity: T,
 ) -> Pressures<T> {
     let (area_a, area_b) = (
@@ -87,10 +87,10 @@ pub fn pressure_rates<T: Real>(
         T::constant(parameters.bulk_modulus),
         T::constant(parameters.stroke),
     );
-    let out = out.max(T::zero()).min(stroke);
+    let extension = extension.max(T::zero()).min(stroke);
     Pressures {
-        piston: beta / (dead_a + area_a * out) * (flows.piston - area_a * velocity),
-        rod: beta / (dead_b + area_b * (stroke - out)) * (flows.rod + area_b * velocity),
+        piston: beta / (dead_a + area_a * extension) * (flows.piston - area_a * velocity),
+        rod: beta / (dead_b + area_b * (stroke - extension)) * (flows.rod + area_b * velocity),
     }
 }
 

@@ -12,9 +12,9 @@ use nalgebra::{Matrix4, Vector4};
 /// g of the method.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// Maximum number of sub-steps of one step, accepted or not.
-const MOST_SUBSTEPS: usize = 2000;
+const MAX_SUBSTEPS: usize = 2000;
 /// Largest factor by which the sub-step size may change.
-const MOST_GROWTH: f64 = 4.0;
+const MAX_GROWTH: f64 = 4.0;
 
 /// A failed step.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -23,7 +23,7 @@ pub enum StepError {
     #[error("expected finite numbers in hydraulic state and inputs")]
     NotFinite,
     /// Too many sub-steps would be needed.
-    #[error("the step does not converge within {MOST_SUBSTEPS} sub-steps: {left_s} s are left")]
+    #[error("the step does not converge within {MAX_SUBSTEPS} sub-steps: {left_s} s are left")]
     TooManySubsteps {
         /// Remaining part of the step (s).
         left_s: f64,
@@ -50,7 +50,7 @@ pub(super) fn integrate(
         return Err(StepError::NotFinite);
     }
     let tolerance = system.tolerance();
-    for _ in 0..MOST_SUBSTEPS {
+    for _ in 0..MAX_SUBSTEPS {
         if left <= 0.0 {
             return Ok(y);
         }
@@ -62,13 +62,13 @@ pub(super) fn integrate(
             Some((k1, solver.solve(&(ahead - k1 * 2.0))?))
         });
         let Some((k1, k2)) = stages else {
-            h /= MOST_GROWTH;
+            h /= MAX_GROWTH;
             continue;
         };
         let next = y + (k1 * 3.0 + k2) * (0.5 * h);
         let error: f64 = ((k1 + k2) * (0.5 * h)).component_div(&tolerance).amax();
         if !(finite(&next) && error.is_finite()) {
-            h /= MOST_GROWTH;
+            h /= MAX_GROWTH;
             continue;
         }
         if error <= 1.0 {
@@ -79,7 +79,7 @@ pub(super) fn integrate(
                 left = 0.0;
             }
         }
-        h *= (0.9 / error.max(1e-10).sqrt()).clamp(1.0 / MOST_GROWTH, MOST_GROWTH);
+        h *= (0.9 / error.max(1e-10).sqrt()).clamp(1.0 / MAX_GROWTH, MAX_GROWTH);
     }
     if left <= 0.0 {
         return Ok(y);

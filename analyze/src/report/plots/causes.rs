@@ -3,7 +3,7 @@
 use plotly::Traces;
 use tipwatch_mechanics::{Contribution, Quantity};
 
-use super::Plotter;
+use super::{Plotter, axis};
 use crate::page::{Figure, colour, words};
 
 impl Plotter<'_> {
@@ -43,10 +43,11 @@ impl Plotter<'_> {
             let lower = self.between(&label, &to, &from, fill);
             traces.push(lower.legend_group(&label).show_legend(false));
         }
+        let otf = Quantity::Otf(wheel);
         // the fifth colour is black
-        traces.push(self.curve(4, "OTF", &self.valid(Quantity::Otf(wheel))));
+        traces.push(self.curve(4, otf.kind().label, &self.valid(otf)));
         let title = format!("Wheel {name}: contributions to its overturning force (OTF)");
-        self.figure(&title, "Contribution [N]", 340, traces, false)
+        self.figure(&title, &axis("Contribution", otf), 340, traces, false)
     }
 }
 

@@ -5,7 +5,7 @@ use plotly::common::{DashType, Line, Mode, Visible};
 use plotly::{Trace, Traces};
 use tipwatch_mechanics::Quantity;
 
-use super::Plotter;
+use super::{Plotter, axis};
 use crate::page::{Figure, colour, scatter};
 
 impl Plotter<'_> {
@@ -22,11 +22,9 @@ impl Plotter<'_> {
         }
         self.add_limits(&mut traces, &names);
         for (wheel, name) in names.iter().enumerate() {
-            let otf = self.curve(
-                wheel,
-                &format!("{name} OTF"),
-                &self.valid(Quantity::Otf(wheel)),
-            );
+            let otf = Quantity::Otf(wheel);
+            let label = format!("{name} {}", otf.kind().label);
+            let otf = self.curve(wheel, &label, &self.valid(otf));
             traces.push(otf.visible(Visible::LegendOnly));
         }
         for (wheel, name) in names.iter().enumerate() {
@@ -34,7 +32,7 @@ impl Plotter<'_> {
         }
         self.figure(
             "Wheel loads with bands of two standard deviations (± 2 σ)",
-            "Load [N]",
+            &axis("Load", Quantity::Load(0)),
             480,
             traces,
             true,

@@ -45,6 +45,11 @@ struct Plotter<'a> {
     seconds: Vec<f64>,
 }
 
+/// Title of a vertical axis: what it shows, and the unit.
+fn axis(what: &str, quantity: Quantity) -> String {
+    format!("{what} [{}]", quantity.kind().unit)
+}
+
 impl Plotter<'_> {
     /// A result in the rows whose loads are usable, else NaN.
     fn valid(&self, quantity: Quantity) -> Vec<f64> {

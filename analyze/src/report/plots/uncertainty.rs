@@ -2,15 +2,15 @@
 //! first paper.
 
 use plotly::Traces;
-use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::Axis;
 use tipwatch_mechanics::studies::monte_carlo::Band;
+use tipwatch_mechanics::{ColumnNames, Quantity};
 
-use super::Plotter;
+use super::{Plotter, axis};
 use crate::page::{Figure, colour, plain};
-use crate::tables::table::name_and_unit;
 
-/// What is plotted, its unit, and which quantities belong to it.
-type Kind = (&'static str, &'static str, fn(Quantity) -> bool);
+/// What is plotted, the title of its axis, and one of the quantities that belong to it.
+type Kind = (&'static str, &'static str, Quantity);
 
 impl Plotter<'_> {
     /// Bands that hold 95 % of the random machines, if the study was requested.
@@ -25,30 +25,37 @@ impl Plotter<'_> {
             100.0 * study.spread
         );
         let kinds: [Kind; 3] = [
-            ("Wheel loads", "Load [N]", |q| {
-                matches!(q, Quantity::Load(_))
-            }),
-            ("Force of the arm on its base", "Force [N]", |q| {
-                matches!(q, Quantity::ArmForce(_))
-            }),
-            ("Moment of the arm on its base", "Moment [N m]", |q| {
-                matches!(q, Quantity::ArmMoment(_))
-            }),
+            ("Wheel loads", "Load", Quantity::Load(0)),
+            (
+                "Force of the arm on its base",
+                "Force",
+                Quantity::ArmForce(Axis::X),
+            ),
+            (
+                "Moment of the arm on its base",
+                "Moment",
+                Quantity::ArmMoment(Axis::X),
+            ),
         ];
         kinds
             .into_iter()
-            .map(|(what, unit, is_one)| {
-                let bands = found.bands.iter().filter(|band| is_one(band.quantity));
-                self.spread(&format!("{what}: {study_text}"), unit, bands)
+            .map(|(what, axis_title, one)| {
+                let is_alike = |band: &&Band| band.quantity.kind() == one.kind();
+                let bands = found.bands.iter().filter(is_alike);
+                self.spread(
+                    &format!("{what}: {study_text}"),
+                    &axis(axis_title, one),
+                    bands,
+                )
             })
             .collect()
     }
 
     fn spread<'b>(&self, title: &str, unit: &str, bands: impl Iterator<Item = &'b Band>) -> Figure {
         let mut traces = Traces::new();
+        let names = ColumnNames::of(&self.analysis.machine);
         for (index, band) in bands.enumerate() {
-            let name = name_and_unit(&self.analysis.machine, band.quantity)
-                .map_or(String::new(), |(name, _)| plain(&name));
+            let name = plain(&band.quantity.column(&names));
             let shape = self.between(&name, &band.low, &band.high, colour(index, 0.25));
             traces.push(shape.show_legend(false));
             if self.has(band.quantity) {

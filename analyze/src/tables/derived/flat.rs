@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use tipwatch_ingest::{Ros2Writer, WriterTopic};
-use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::{ColumnNames, QuantityGroup};
 
 use super::messages::{Flat, Header, Time};
 use crate::analysis::Analysis;
@@ -16,24 +16,13 @@ pub(super) struct FlatTopic {
     values: Vec<f64>,
 }
 
-/// Topics and their type names; quantities that do not belong to one of the first topics are indicators.
-const TOPICS: [(&str, &str); 4] = [
-    ("/tipwatch/loads", "tipwatch_msgs/msg/Loads"),
-    ("/tipwatch/margins", "tipwatch_msgs/msg/Margins"),
-    ("/tipwatch/causes", "tipwatch_msgs/msg/Causes"),
-    ("/tipwatch/indicators", "tipwatch_msgs/msg/Indicators"),
-];
-
-fn topic_of(quantity: Quantity) -> usize {
-    match quantity {
-        Quantity::Load(_)
-        | Quantity::LoadLeast(_)
-        | Quantity::LoadLargest(_)
-        | Quantity::LoadSigma(_)
-        | Quantity::NormalForce => 0,
-        Quantity::Otf(_) | Quantity::OtfSigma(_) | Quantity::Utilisation | Quantity::ZmpMargin => 1,
-        Quantity::Contribution(..) | Quantity::Part(..) | Quantity::Term(..) => 2,
-        _ => 3,
+/// Topic and type name of a group.
+fn topic_of(group: QuantityGroup) -> (&'static str, &'static str) {
+    match group {
+        QuantityGroup::Loads => ("/tipwatch/loads", "tipwatch_msgs/msg/Loads"),
+        QuantityGroup::Margins => ("/tipwatch/margins", "tipwatch_msgs/msg/Margins"),
+        QuantityGroup::Causes => ("/tipwatch/causes", "tipwatch_msgs/msg/Causes"),
+        QuantityGroup::Indicators => ("/tipwatch/indicators", "tipwatch_msgs/msg/Indicators"),
     }
 }
 
@@ -41,25 +30,26 @@ impl FlatTopic {
     /// Opens all topics for which the analysis has quantities.
     pub(super) fn all(analysis: &Analysis, writer: &mut Ros2Writer) -> Result<Vec<Self>> {
         let mut topics = Vec::new();
-        for (index, (name, type_name)) in TOPICS.into_iter().enumerate() {
+        let column_names = ColumnNames::of(&analysis.machine);
+        for &group in QuantityGroup::ALL {
             let mut fields = vec!["std_msgs/Header header".to_string()];
             let mut names: Vec<String> = Vec::new();
             let mut columns = Vec::new();
             let outcomes = &analysis.rows.outcomes;
             for (column, &quantity) in outcomes.quantities.iter().enumerate() {
-                let named = table::name_and_unit(&analysis.machine, quantity)
-                    .filter(|_| table::is_written(quantity, &outcomes.columns[column]));
-                let Some((name, unit)) = named.filter(|_| topic_of(quantity) == index) else {
+                let is_written = table::is_written(quantity, &outcomes.columns[column]);
+                if quantity.kind().group != group || !is_written {
                     continue;
-                };
-                let name = field_name(&name, &names);
-                fields.push(format!("float64 {name}  # {unit}"));
+                }
+                let name = field_name(&quantity.column(&column_names), &names);
+                fields.push(format!("float64 {name}  # {}", quantity.kind().unit));
                 names.push(name);
                 columns.push(column);
             }
             if columns.is_empty() {
                 continue;
             }
+            let (name, type_name) = topic_of(group);
             let definition = fields.join("\n") + "\n";
             topics.push(Self {
                 topic: writer.topic(name, type_name, Some(&definition))?,

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use tipwatch_ingest::{Ros2Writer, WriterTopic};
+use tipwatch_mechanics::RowColumn;
 
 use super::flat::write_numbers;
 use crate::analysis::Analysis;
@@ -9,8 +10,7 @@ use crate::base::rows::Verdicts;
 
 const DEFINITION: &str = "std_msgs/Header header\n\
     float64 level  # 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault\n\
-    float64 latched_level  # the same, held until acknowledged\n\
-    float64 time_to_lift_off  # s\n";
+    float64 latched_level  # the same, held until acknowledged\n";
 
 /// The topic of the verdicts.
 #[derive(Debug)]
@@ -25,10 +25,12 @@ impl<'a> VerdictTopic<'a> {
         let Some(verdicts) = &analysis.rows.verdicts else {
             return Ok(None);
         };
+        let RowColumn { name, unit, .. } = RowColumn::TIME_TO_LIFT_OFF;
+        let definition = format!("{DEFINITION}float64 {name}  # {unit}\n");
         let topic = writer.topic(
             "/tipwatch/verdict",
             "tipwatch_msgs/msg/Verdict",
-            Some(DEFINITION),
+            Some(&definition),
         )?;
         Ok(Some(Self { verdicts, topic }))
     }

@@ -31,17 +31,6 @@ pub struct VelocityGradient<T> {
 }
 
 impl<T: Real> VelocityGradient<T> {
-    pub(crate) fn get(&self, travel: BaseMotion) -> T {
-        match travel {
-            BaseMotion::ForwardVelocity => self.forward_velocity,
-            BaseMotion::LeftVelocity => self.left_velocity,
-            BaseMotion::YawRate => self.yaw_rate,
-            BaseMotion::ForwardAcceleration => self.forward_acceleration,
-            BaseMotion::LeftAcceleration => self.left_acceleration,
-            BaseMotion::YawAcceleration => self.yaw_acceleration,
-        }
-    }
-
     pub(crate) fn unknown() -> Self {
         let unknown = T::constant(f64::NAN);
         Self {

@@ -1,0 +1,238 @@
+//! Control over lines of JSON, for simulation or hardware in the loop: states in, commands out.
+//!
+//! ```text
+//!     in   {"joints": {"slew": 0.1, ...}}                               once: the measured joints and their positions
+//!     out  {"rods": ["suspension_right", ...], "step_s": 0.02, "stroke_m": [-0.2, 0.0]}
+//!     in   {"joints": {"slew": [0.1, 0.0, 0.0], ...}, "rods": [-0.1, -0.1], "specific_force": [0, 0, 9.8],
+//!           "angular_velocity": [0, 0, 0], "angular_acceleration": [0, 0, 0], "up": [0, 0, 1]}         each step
+//!     out  {"status": "optimal", "hold": false, "position": [...], "velocity": [...], "acceleration": [...],
+//!           "opening": [...], "cost": 1.2}
+//! ```
+//! Joints have position, velocity and acceleration (rad or m, s); rods have strokes (m). The remaining keys are the
+//! IMU measurements in the sensor frame and the upward unit vector in base axes. `null` is an unknown number. An
+//! invalid line is answered by `{"error": "..."}` and has no other effect.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use tipwatch_mechanics::geometry::coordinate::Motion;
+use tipwatch_mechanics::machine::{Machine, SuspensionControl};
+use tipwatch_mechanics::state::State;
+
+use crate::control::Controller;
+use crate::error::SuspensionError;
+
+/// The first line: the measured joints of the machine and their positions (rad or m).
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Opening {
+    joints: BTreeMap<String, f64>,
+}
+
+/// The answer to the first line.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Ready {
+    rods: Vec<String>,
+    step_s: f64,
+    stroke_m: [f64; 2],
+}
+
+/// The answer to a state.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Answer {
+    /// A command; numbers that are not finite are null.
+    Command {
+        /// [`Status::name`](crate::Status::name).
+        status: &'static str,
+        /// Whether the valves close.
+        hold: bool,
+        /// Stroke at the end of the step, by rod (m).
+        position: Vec<f64>,
+        /// Velocity at the end of the step (m/s).
+        velocity: Vec<f64>,
+        /// Acceleration during the step (m/s^2).
+        acceleration: Vec<f64>,
+        /// Valve commands, -1 to 1.
+        opening: Vec<f64>,
+        /// Cost (30).
+        cost: f64,
+    },
+    /// An invalid line.
+    Invalid {
+        /// What was expected, and what was found.
+        error: String,
+    },
+}
+
+/// An invalid line.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProtocolError {
+    /// The first line is not an [`Opening`].
+    #[error("first line: expected {{\"joints\": {{name: position}}}}")]
+    Opening(#[source] serde_json::Error),
+    /// The first line lacks a joint of the machine.
+    #[error("first line: expected joint \"{name}\", found none")]
+    OpeningJoint {
+        /// Name of the joint.
+        name: String,
+    },
+    /// The suspension cannot be controlled like this.
+    #[error(transparent)]
+    Suspension(#[from] SuspensionError),
+    /// A line is not a state.
+    #[error(transparent)]
+    State(#[from] serde_json::Error),
+    /// A state lacks a joint of the machine.
+    #[error("expected joint \"{name}\", found none")]
+    Joint {
+        /// Name of the joint.
+        name: String,
+    },
+    /// A wrong number of rods.
+    #[error("rods: expected {expected} numbers, found {found}")]
+    Rods {
+        /// Number of rods of the machine.
+        expected: usize,
+        /// Number of strokes in the line.
+        found: usize,
+    },
+}
+
+/// A number, or `null` if unknown.
+type Number = Option<f64>;
+
+/// A state that requests a command.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Request {
+    joints: BTreeMap<String, [Number; 3]>,
+    rods: Vec<Number>,
+    specific_force: [Number; 3],
+    angular_velocity: [Number; 3],
+    angular_acceleration: [Number; 3],
+    up: [Number; 3],
+}
+
+/// Answers the lines of one client.
+#[derive(Debug)]
+pub struct LineControl<'a> {
+    machine: &'a Machine,
+    actuators: usize,
+    controller: Controller,
+    state: State<f64>,
+}
+
+impl Opening {
+    /// Reads the first line.
+    ///
+    /// # Errors
+    /// [`ProtocolError::Opening`].
+    pub fn parse(line: &str) -> Result<Self, ProtocolError> {
+        serde_json::from_str(line).map_err(ProtocolError::Opening)
+    }
+
+    /// Names of the measured joints.
+    #[must_use]
+    pub fn joint_names(&self) -> Vec<String> {
+        self.joints.keys().cloned().collect()
+    }
+
+    /// Positions of the machine's joints.
+    fn posture(&self, machine: &Machine) -> Result<Vec<f64>, ProtocolError> {
+        let joints = machine.joints().iter();
+        let position = |name: &String| {
+            let found = self.joints.get(name).copied();
+            found.ok_or_else(|| ProtocolError::OpeningJoint { name: name.clone() })
+        };
+        joints.map(|joint| position(&joint.name)).collect()
+    }
+}
+
+impl<'a> LineControl<'a> {
+    /// Starts with the first line.
+    ///
+    /// # Errors
+    /// The first line lacks a joint, or the machine has no suspension that can be controlled like this.
+    pub fn new(
+        machine: &'a Machine,
+        opening: &Opening,
+        control: &SuspensionControl,
+    ) -> Result<(Self, Ready), ProtocolError> {
+        let suspension = machine.suspension().ok_or(SuspensionError::NoSuspension)?;
+        let controller = Controller::new(machine, control, &opening.posture(machine)?)?;
+        let linkages = suspension.linkages.iter();
+        let ready = Ready {
+            rods: linkages
+                .map(|&linkage| machine.linkages()[linkage].name.clone())
+                .collect(),
+            step_s: controller.step_length(),
+            stroke_m: suspension.stroke,
+        };
+        let line_control = Self {
+            machine,
+            actuators: suspension.linkages.len(),
+            controller,
+            state: State::zero(machine),
+        };
+        Ok((line_control, ready))
+    }
+
+    /// Computes the command for a line with a state.
+    pub fn answer(&mut self, line: &str) -> Answer {
+        match self.read(line) {
+            Ok(rods) => self.command(&rods),
+            Err(error) => Answer::Invalid {
+                error: error.to_string(),
+            },
+        }
+    }
+
+    /// Reads a line into the state and returns the rod strokes.
+    fn read(&mut self, line: &str) -> Result<Vec<f64>, ProtocolError> {
+        let request: Request = serde_json::from_str(line)?;
+        let known = |number: Number| number.unwrap_or(f64::NAN);
+        for (motion, joint) in self.state.joints.iter_mut().zip(self.machine.joints()) {
+            let found = request.joints.get(&joint.name);
+            let [position, rate, acceleration] = found
+                .ok_or_else(|| ProtocolError::Joint {
+                    name: joint.name.clone(),
+                })?
+                .map(known);
+            *motion = Motion {
+                position,
+                rate,
+                acceleration,
+            };
+        }
+        if request.rods.len() != self.actuators {
+            return Err(ProtocolError::Rods {
+                expected: self.actuators,
+                found: request.rods.len(),
+            });
+        }
+        let vector = |of: [Number; 3]| Vector3::from(of.map(known));
+        self.state.imu.specific_force = vector(request.specific_force);
+        self.state.imu.angular_velocity = vector(request.angular_velocity);
+        self.state.imu.angular_acceleration = vector(request.angular_acceleration);
+        self.state.base.up = vector(request.up);
+        Ok(request.rods.into_iter().map(known).collect())
+    }
+
+    fn command(&mut self, rods: &[f64]) -> Answer {
+        let command = self.controller.tick(&self.state, rods);
+        let openings = self.controller.follow(rods, self.controller.step_length());
+        let n = command.actuators;
+        Answer::Command {
+            status: command.status.name(),
+            hold: command.hold,
+            position: command.position[..n].to_vec(),
+            velocity: command.velocity[..n].to_vec(),
+            acceleration: command.acceleration[..n].to_vec(),
+            opening: openings[..n].to_vec(),
+            cost: command.cost,
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! A recorded state with the suspension moved elsewhere: the state as it would have been.
+//!
+//! The frame of the contact plane moves as recorded: the wheels' path over the ground is unchanged, and so is
+//! the motion of all other joints. The pose and motion of the base above the wheels follow from the rods,
+//! S(1)-(3), and with them the IMU's measurement.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::condensed::Instant;
+use crate::condensed::MAX_ACTUATORS;
+use crate::condensed::SuspendedMachine;
+use crate::error::SuspensionError;
+use crate::prediction::{PredictedState, RodMotion};
+use tipwatch_mechanics::dynamics::kinematics::{self, SensorFrame};
+use tipwatch_mechanics::geometry::coordinate::{Coordinate, Motion};
+use tipwatch_mechanics::geometry::spatial::rotate;
+use tipwatch_mechanics::machine::{LinkageInput, Machine};
+use tipwatch_mechanics::number::Real;
+use tipwatch_mechanics::state::{BaseState, State};
+use tipwatch_mechanics::{Outcome, Scope, Workspace, actuator_force, evaluate};
+
+/// Motion of all rods; zero beyond the machine's actuators.
+pub(super) type Rods = [Motion<f64>; MAX_ACTUATORS];
+
+/// The same strokes with the rods at rest.
+pub(super) fn at_rest(rods: &Rods) -> Rods {
+    rods.map(|rod| Motion {
+        position: rod.position,
+        ..Motion::zero()
+    })
+}
+
+/// Replaces the motion of the suspension's rods in recorded states. A step does not allocate.
+#[derive(Debug)]
+pub struct Replay {
+    suspended: SuspendedMachine,
+    instant: Instant,
+    scratch: PredictedState<f64>,
+    predicted_state: PredictedState<f64>,
+    coordinates: Vec<Coordinate<f64>>,
+    state: State<f64>,
+    workspace: Workspace<f64>,
+    com_offset: Vector2<f64>,
+}
+
+impl Replay {
+    /// For a machine with a suspension.
+    ///
+    /// # Errors
+    /// [`SuspensionError`]: the machine has no suspension that can be controlled.
+    pub fn new(machine: &Machine) -> Result<Self, SuspensionError> {
+        let (suspended, _) = SuspendedMachine::of(machine)?;
+        let own = &suspended.machine;
+        let scope = Scope {
+            indicators: true,
+            ..Scope::LOADS
+        };
+        Ok(Self {
+            instant: Instant::new(&suspended),
+            scratch: PredictedState::new(&suspended),
+            predicted_state: PredictedState::new(&suspended),
+            coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); own.bodies().len()],
+            state: State::zero(own),
+            workspace: Workspace::with_scope(own, scope),
+            com_offset: Vector2::repeat(f64::NAN),
+            suspended,
+        })
+    }
+
+    /// Number of rods.
+    #[must_use]
+    pub fn actuators(&self) -> usize {
+        self.suspended.linkages.len()
+    }
+
+    /// Motion of the rods in a state (m, m/s, m/s^2), by actuator; zero beyond the machine's actuators.
+    #[must_use]
+    pub fn rods(&self, state: &State<f64>) -> [Motion<f64>; MAX_ACTUATORS] {
+        let mut rods = [Motion::zero(); MAX_ACTUATORS];
+        for (rod, &linkage) in rods.iter_mut().zip(&self.suspended.linkages) {
+            let linkage = &self.suspended.machine.linkages()[linkage];
+            let solved = linkage.solve(&state.joints[linkage.measured_joint]).rod;
+            *rod = Motion {
+                position: solved.displacement,
+                rate: solved.rate,
+                acceleration: solved.acceleration,
+            };
+        }
+        rods
+    }
+
+    /// The state with the given motion of the rods, by actuator, which is also evaluated. Non-finite inputs make
+    /// the dependent values NaN. Actuator forces and the base's velocity are unknown in it.
+    pub fn moved(&mut self, state: &State<f64>, rods: &[Motion<f64>]) -> &State<f64> {
+        let recorded = self.rods(state);
+        let actuators = self.actuators();
+        let Self {
+            suspended,
+            instant,
+            scratch,
+            predicted_state,
+            coordinates,
+            state: moved,
+            ..
+        } = self;
+        let machine = &suspended.machine;
+        instant.fill(suspended, state, &recorded[..actuators], scratch);
+        predicted_state.fill(suspended, instant, rods, RodMotion::InMotion, true);
+        let support = predicted_state.observe(suspended, instant, rods);
+        moved.joints.clone_from(&state.joints);
+        for (rod, &linkage) in rods.iter().zip(&suspended.linkages) {
+            let linkage = &machine.linkages()[linkage];
+            moved.joints[linkage.measured_joint] = match linkage.input {
+                LinkageInput::RodLength => *rod,
+                LinkageInput::PivotAngle => {
+                    let pivot = linkage.solve_by_rod(rod).pivot;
+                    Motion {
+                        position: Real::atan2(pivot.sin, pivot.cos),
+                        rate: pivot.rate,
+                        acceleration: pivot.acceleration,
+                    }
+                }
+            };
+        }
+        kinematics::coordinates(machine, moved, coordinates);
+        moved.imu = SensorFrame::of(machine, coordinates).measured(&predicted_state.base);
+        moved.tool_wrench = state.tool_wrench;
+        moved.payload_share.clone_from(&state.payload_share);
+        moved.noise = state.noise;
+        moved.base = BaseState::unknown();
+        let up = rotate(&support.sensor_frame.rotation, &instant.up_on_ground);
+        moved.base.up = up;
+        self.com_offset = {
+            let plane = &support.plane;
+            let up = if up.x.is_finite() { up } else { plane.normal };
+            let com = predicted_state.com;
+            let height = plane.normal.dot(&com) - plane.height;
+            let below: Vector3<f64> = com - up * (height / plane.normal.dot(&up));
+            let middle = predicted_state.contacts.iter().sum::<Vector2<f64>>();
+            plane.coordinates(&below) - middle / predicted_state.contacts.len() as f64
+        };
+        evaluate(machine, moved, &mut self.workspace);
+        &self.state
+    }
+
+    /// Loads and indicators of the state from the last [`Self::moved`].
+    #[must_use]
+    pub fn outcome(&self) -> &Outcome<f64> {
+        self.workspace.outcome()
+    }
+
+    /// Position of the centre of mass of the whole machine, projected along gravity onto the contact plane:
+    /// forward and left of the centre of the contact points (m).
+    #[must_use]
+    pub fn com_offset(&self) -> Vector2<f64> {
+        self.com_offset
+    }
+
+    /// Force that an actuator needs in that state, without friction (N), positive when it extends its rod.
+    #[must_use]
+    pub fn rod_force(&self, actuator: usize) -> f64 {
+        let linkage = self.suspended.linkages[actuator];
+        actuator_force(
+            &self.suspended.machine,
+            &self.state,
+            &self.workspace,
+            linkage,
+        )
+    }
+}
