@@ -45,9 +45,7 @@ fn kill(part: &str, count: usize) {
             kill_controls(&world, count).print("control killed: start to first row of the next");
         }
         "screen" => {
-            if let Some(times) = kill_screens(&world, count) {
-                times.print("screen killed: the monitor's next row");
-            }
+            kill_screens(&world, count).print("screen killed: the monitor's next row");
         }
         _ => recorders(&world, count),
     }

@@ -248,11 +248,11 @@ fn control_tick(count: u64) {
 /// The other end of a bare round trip.
 fn pong(prefix: &str, wake: Wake) {
     pin(1);
-    let joined = LiveNode::new(&bare_place(prefix), "pong").unwrap();
-    let samples: Receiver<WireSample> = joined.receiver().unwrap();
-    let verdicts: Sender<WireVerdict> = joined.sender(0, 0).unwrap();
-    let topic_notifier = joined.event_notifier::<WireVerdict>().unwrap();
-    let waiter = Waiter::new::<WireSample>(&joined, wake).unwrap();
+    let node = LiveNode::new(&bare_place(prefix), "pong").unwrap();
+    let samples: Receiver<WireSample> = node.receiver().unwrap();
+    let verdicts: Sender<WireVerdict> = node.sender(0, 0).unwrap();
+    let topic_notifier = node.event_notifier::<WireVerdict>().unwrap();
+    let waiter = Waiter::new::<WireSample>(&node, wake).unwrap();
     let mut verdict = WireVerdict::unknown();
     let mut ends = false;
     while !ends {
@@ -312,12 +312,12 @@ fn wait_until(due_ns: i64) {
 
 fn bare(wake: &str, period_ns: i64, count: u64) {
     let world = World::new("lb");
-    let joined = LiveNode::new(&bare_place(&world.prefix), "ping").unwrap();
+    let node = LiveNode::new(&bare_place(&world.prefix), "ping").unwrap();
     let wake: Wake = wake.parse().unwrap();
-    let samples: Sender<WireSample> = joined.sender(0, 0).unwrap();
-    let topic_notifier = joined.event_notifier::<WireSample>().unwrap();
-    let verdicts: Receiver<WireVerdict> = joined.receiver().unwrap();
-    let waiter = Waiter::new::<WireVerdict>(&joined, wake).unwrap();
+    let samples: Sender<WireSample> = node.sender(0, 0).unwrap();
+    let topic_notifier = node.event_notifier::<WireSample>().unwrap();
+    let verdicts: Receiver<WireVerdict> = node.receiver().unwrap();
+    let waiter = Waiter::new::<WireVerdict>(&node, wake).unwrap();
     let name = if wake == Wake::Poll { "poll" } else { "event" };
     let _pong = Other(
         Command::new(std::env::current_exe().unwrap())
@@ -364,9 +364,9 @@ fn pace(period_ns: i64) -> &'static str {
 
 fn monitored(wake: &str, period_ns: i64, count: u64) {
     let world = World::new("lm");
-    let joined = world.join();
-    let verdicts: Receiver<WireVerdict> = joined.receiver().unwrap();
-    let waiter = Waiter::new::<WireVerdict>(&joined, wake.parse().unwrap()).unwrap();
+    let node = world.join();
+    let verdicts: Receiver<WireVerdict> = node.receiver().unwrap();
+    let waiter = Waiter::new::<WireVerdict>(&node, wake.parse().unwrap()).unwrap();
     let _monitor = world.monitor(
         &support::data(&format!("{}.toml", machine_name())),
         &[
@@ -382,7 +382,7 @@ fn monitored(wake: &str, period_ns: i64, count: u64) {
     let mut steady = Steady::new(&machine_name(), monotonic_ns().unsigned_abs());
     // real time is checked where there is any
     steady.session.pace = if period_ns == 0 { 0.0 } else { 1.0 };
-    let mut producer = Producer::new(&joined, steady.session.id, steady.hash).unwrap();
+    let mut producer = Producer::new(&node, steady.session.id, steady.hash).unwrap();
     producer
         .announce(&mut WireSession::try_from(&steady.session).unwrap())
         .unwrap();

@@ -18,7 +18,7 @@ use crate::node::{LiveNode, ServiceAddress};
 use crate::operator::acknowledge;
 use crate::operator::watch;
 use crate::record::{RecordOptions, record};
-use crate::replay::Recording;
+use crate::replay::LogSamples;
 use crate::replay::{ReplayOptions, Speed, replay};
 use crate::system::clock::Monotonic;
 use crate::system::realtime::RealTime;
@@ -238,9 +238,9 @@ fn print_header() -> Result<ExitCode> {
 
 fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
     let file = MachineFile::read(&args.machine.machine)?;
-    let mut recording = Recording::read(&args.log, &file, args.machine.urdf.as_deref())?;
-    recording.set_identity();
-    recording.session.pace = args.speed.pace();
+    let mut log_samples = LogSamples::read(&args.log, &file, args.machine.urdf.as_deref())?;
+    log_samples.set_identity();
+    log_samples.session.pace = args.speed.pace();
     let node = LiveNode::new(&args.service.address(), "tipwatch-replay")?;
     let default_wait = if args.lossless { LOSSLESS_WAIT_S } else { 0.0 };
     let options = ReplayOptions {
@@ -249,18 +249,18 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
         readers: args.readers,
         wait: args.wait.unwrap_or(Duration::from_secs_f64(default_wait)),
     };
-    let counts = replay(&recording, &node, options)?;
+    let counts = replay(&log_samples, &node, options)?;
     eprintln!(
         "replay: {} of {} samples sent{}",
         counts.sent,
-        recording.session.total_samples,
+        log_samples.session.total_samples,
         if counts.interrupted {
             ", stopped by a signal"
         } else {
             ""
         }
     );
-    Ok(if recording.losses.is_empty() {
+    Ok(if log_samples.losses.is_empty() {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(LOST)

@@ -43,11 +43,11 @@ impl Bench {
     /// A machine at work, with rods far from where they do best.
     fn new(test: &str) -> Self {
         let world = World::new(test);
-        let joined = world.join();
-        let commands = joined.receiver().unwrap();
+        let node = world.join();
+        let commands = node.receiver().unwrap();
         let mut time = Steered::monitor(&world, MACHINE);
         time.start_control();
-        let mut feed = Feed::new(&joined, MACHINE, time);
+        let mut feed = Feed::new(&node, MACHINE, time);
         feed.wait_for_monitor();
         let places = ["suspension_right", "suspension_left"].map(|rod| feed.place_of(rod));
         let mut bench = Self {
@@ -150,7 +150,7 @@ impl Bench {
 
     /// Waits until the valves close for this reason, told after no longer than this, and are closed.
     fn closes(&mut self, reason: HoldReason, from_ns: i64, within_ms: f64, sends: bool) {
-        let (mut told_ns, mut closed_ns) = (None, None);
+        let (mut reported_ns, mut closed_ns) = (None, None);
         while closed_ns.is_none() {
             assert!(
                 self.now_ns() - from_ns < 10_000_000_000,
@@ -160,10 +160,10 @@ impl Bench {
             );
             self.take(&mut |command, _| {
                 let told = command.reasons().has(reason) && command.mode() != Mode::Follow;
-                if told && told_ns.is_none() {
-                    told_ns = Some(command.published_ns);
+                if told && reported_ns.is_none() {
+                    reported_ns = Some(command.published_ns);
                 }
-                if told_ns.is_some() && command.mode() == Mode::Hold && closed_ns.is_none() {
+                if reported_ns.is_some() && command.mode() == Mode::Hold && closed_ns.is_none() {
                     closed_ns = Some(command.published_ns);
                 }
                 false
@@ -178,12 +178,12 @@ impl Bench {
         println!(
             "{:14} told after {:7.2} ms, valves closed after {:7.2} ms",
             reason.name(),
-            ms(told_ns),
+            ms(reported_ns),
             ms(closed_ns)
         );
-        assert!(ms(told_ns) <= within_ms, "{}", reason.name());
+        assert!(ms(reported_ns) <= within_ms, "{}", reason.name());
         assert!(
-            closed_ns.unwrap() - told_ns.unwrap() <= RAMP_NS,
+            closed_ns.unwrap() - reported_ns.unwrap() <= RAMP_NS,
             "{}",
             reason.name()
         );
@@ -191,7 +191,7 @@ impl Bench {
 }
 
 #[test]
-fn the_rods_are_led_and_follow() {
+fn rods_follow_their_references() {
     let mut bench = Bench::new("led");
     bench.runs_in();
     let mut largest = 0.0_f64;
@@ -224,7 +224,7 @@ fn the_rods_are_led_and_follow() {
 }
 
 #[test]
-fn a_fault_that_the_monitor_tells_of_closes_the_valves() {
+fn fault_of_the_monitor_closes_the_valves() {
     let mut bench = Bench::new("fault");
     bench.runs_in();
     let from_ns = bench.now_ns();
@@ -241,7 +241,7 @@ fn a_fault_that_the_monitor_tells_of_closes_the_valves() {
 }
 
 #[test]
-fn a_producer_that_falls_silent_closes_the_valves() {
+fn silent_producer_closes_the_valves() {
     let mut bench = Bench::new("silent");
     bench.runs_in();
     let from_ns = bench.now_ns();
@@ -250,7 +250,7 @@ fn a_producer_that_falls_silent_closes_the_valves() {
 }
 
 #[test]
-fn a_monitor_that_is_gone_closes_the_valves() {
+fn missing_monitor_closes_the_valves() {
     let mut bench = Bench::new("gone");
     bench.runs_in();
     let from_ns = bench.now_ns();
@@ -261,7 +261,7 @@ fn a_monitor_that_is_gone_closes_the_valves() {
 }
 
 #[test]
-fn a_real_monitor_that_is_killed_or_stopped_closes_the_valves() {
+fn killed_or_stopped_monitor_closes_the_valves() {
     let world = World::new("real");
     let machine = data(&format!("{MACHINE}.toml"));
     let producing = Producing::start(&world.address(), MACHINE);
@@ -286,7 +286,7 @@ fn a_real_monitor_that_is_killed_or_stopped_closes_the_valves() {
 }
 
 #[test]
-fn a_rod_whose_position_is_unknown_closes_the_valves() {
+fn unknown_rod_position_closes_the_valves() {
     let mut bench = Bench::new("unknown");
     bench.runs_in();
     let from_ns = bench.now_ns();
@@ -303,7 +303,7 @@ fn a_rod_whose_position_is_unknown_closes_the_valves() {
 }
 
 #[test]
-fn a_rod_that_does_not_move_closes_the_valves_until_somebody_has_seen_it() {
+fn stuck_rod_closes_valves_until_acknowledged() {
     let mut bench = Bench::new("stuck");
     bench.runs_in();
     bench.rods_move = false;
@@ -326,7 +326,7 @@ fn a_rod_that_does_not_move_closes_the_valves_until_somebody_has_seen_it() {
 }
 
 #[test]
-fn a_control_that_is_gone_is_followed_by_one_that_begins_closed() {
+fn successor_of_a_dead_control_starts_closed() {
     let mut bench = Bench::new("next");
     bench.runs_in();
     bench.feed.time.stop_control();
@@ -352,7 +352,7 @@ fn a_control_that_is_gone_is_followed_by_one_that_begins_closed() {
 }
 
 #[test]
-fn a_machine_without_active_suspension_is_refused() {
+fn machine_without_suspension_is_rejected() {
     let world = World::new("none");
     let machine = data("tiny.toml");
     let control = world.control(&machine, &[]);

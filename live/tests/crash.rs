@@ -1,16 +1,16 @@
-//! A short run of what `benches/crash.rs` does for long.
+//! Killed processes: a short run of `benches/crash.rs`.
 
 use crate::support::World;
-use crate::support::favour::favour;
 use crate::support::killing::{
     kill_controls, kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
 };
+use crate::support::prioritise::prioritise;
 
 const KILLS: usize = 4;
 
 #[test]
-fn a_killed_monitor_is_followed_by_the_next() {
-    let _favoured = favour();
+fn killed_monitor_can_be_replaced() {
+    let _prioritised = prioritise();
     let world = World::new("km");
     let first = kill_monitors(&world, 1);
     let (_, files) = left_over(&world);
@@ -23,39 +23,42 @@ fn a_killed_monitor_is_followed_by_the_next() {
 }
 
 #[test]
-fn a_killed_producer_is_told_and_followed_by_the_next() {
-    let _favoured = favour();
+fn killed_producer_is_reported_and_replaced() {
+    let _prioritised = prioritise();
     let world = World::new("kp");
     kill_producers(&world, KILLS).print("producer: start to first row");
     assert_eq!(left_over(&world).0, 0);
 }
 
 #[test]
-fn a_killed_control_is_followed_by_one_that_begins_closed() {
-    let _favoured = favour();
+fn successor_of_a_killed_control_starts_closed() {
+    let _prioritised = prioritise();
     let world = World::new("kc");
     kill_controls(&world, KILLS).print("control: start to first row");
     assert_eq!(left_over(&world).0, 0);
 }
 
-#[test]
-fn a_killed_screen_disturbs_nobody() {
-    let _favoured = favour();
-    let world = World::new("kw");
-    if let Some(times) = kill_screens(&world, KILLS) {
-        times.print("screen killed: next row");
+mod needs_script {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs `script`, which gives the screen a terminal"]
+    fn killed_screen_does_not_disturb_the_monitor() {
+        let _prioritised = prioritise();
+        let world = World::new("kw");
+        kill_screens(&world, KILLS).print("screen killed: next row");
     }
 }
 
 #[test]
-fn a_killed_recorder_leaves_all_but_the_last_moment() {
-    let _favoured = favour();
+fn killed_recorder_loses_only_the_last_batch() {
+    let _prioritised = prioritise();
     let world = World::new("kr");
     let folder = tempfile::tempdir().unwrap();
     let recorded = kill_recorders(&world, folder.path(), KILLS);
     recorded.started.print("recorder: start to first samples");
     recorded.lost.print("recorder killed: samples lost");
     assert_eq!(recorded.holes, 0);
-    // 20 ms by itself; the rest is the wait for a processor of a busy computer, which not every kill meets
-    assert!(recorded.lost.quantile(0.25) < 60.0, "{:?}", recorded.lost);
+    // what the documents claim: 20 ms, except for waits for a processor, which not every kill meets
+    assert!(recorded.lost.quantile(0.5) < 20.0, "{:?}", recorded.lost);
 }

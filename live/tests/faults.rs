@@ -1,5 +1,5 @@
 //! Every fault of the input that can occur here, injected at the boundary of the shared memory, with the
-//! time until the monitor's verdict tells of it.
+//! time until the monitor's verdict reports of it.
 //!
 //! The monitor is the program's own loop, in time that the test steers: what is told after how long does
 //! not depend on how busy the computer is. Times are printed (`cargo test -- --nocapture`).
@@ -11,7 +11,7 @@ use tipwatch_live::wire::topics::{Head, Kind, Wire, WireSample, WireVerdict};
 use tipwatch_mechanics::verdict::{Conditions, InputFault, Level};
 
 use crate::support::World;
-use crate::support::feed::{Feed, RealTime, Time, tells};
+use crate::support::feed::{Feed, RealTime, Time, reports};
 use crate::support::steered::Steered;
 
 /// What is told between rows is told at the latest with the next verdict that is due.
@@ -48,12 +48,12 @@ impl Bench {
     }
 
     /// The time from now until the fault is told, which must be no longer than this.
-    fn told_within(&mut self, fault: InputFault, limit: Duration, from_ns: i64) {
+    fn reported_within(&mut self, fault: InputFault, limit: Duration, from_ns: i64) {
         let verdict = self
             .feed
-            .wait_for(limit, tells(fault))
+            .wait_for(limit, reports(fault))
             .unwrap_or_else(|| panic!("{} was not told", fault.name()));
-        assert_told(fault, limit, verdict.published_ns - from_ns);
+        assert_reported(fault, limit, verdict.published_ns - from_ns);
     }
 
     /// Sends one message in place of the next sample.
@@ -67,7 +67,7 @@ impl Bench {
 
     /// This was not told of so far.
     fn is_quiet_about(&self, fault: InputFault) {
-        assert!(self.feed.find(tells(fault)).is_none(), "{}", fault.name());
+        assert!(self.feed.find(reports(fault)).is_none(), "{}", fault.name());
     }
 
     /// After the fault everything is well again, after a second and ten good rows.
@@ -77,7 +77,7 @@ impl Bench {
     }
 }
 
-fn assert_told(fault: InputFault, limit: Duration, took_ns: i64) {
+fn assert_reported(fault: InputFault, limit: Duration, took_ns: i64) {
     println!(
         "{:16} told after {:8.2} ms",
         fault.name(),
@@ -87,25 +87,25 @@ fn assert_told(fault: InputFault, limit: Duration, took_ns: i64) {
 }
 
 #[test]
-fn never_received() {
+fn missing_sensor_is_a_fault_after_start_up() {
     let mut bench = Bench::waiting("never");
     let from_ns = bench.now_ns();
     // 2 s after the session has begun, by the next look
     let limit = Duration::from_millis(2001);
-    bench.told_within(InputFault::NeverReceived, limit, from_ns);
+    bench.reported_within(InputFault::NeverReceived, limit, from_ns);
 }
 
 #[test]
-fn nothing_comes_any_more() {
+fn silence_of_all_sensors_is_stale() {
     let mut bench = Bench::new("stale");
     let from_ns = bench.now_ns();
     // ten periods of the sensor, here 80 to 100 ms
-    bench.told_within(InputFault::Stale, Duration::from_millis(100), from_ns);
+    bench.reported_within(InputFault::Stale, Duration::from_millis(100), from_ns);
     bench.recovers();
 }
 
 #[test]
-fn one_sensor_of_several_goes_silent() {
+fn silence_of_one_sensor_is_stale() {
     let mut bench = Bench::new("imu");
     let from_ns = bench.now_ns();
     for _ in 0..60 {
@@ -116,11 +116,11 @@ fn one_sensor_of_several_goes_silent() {
             bench.feed.send(1);
         }
     }
-    bench.told_within(InputFault::Stale, Duration::from_millis(100), from_ns);
+    bench.reported_within(InputFault::Stale, Duration::from_millis(100), from_ns);
 }
 
 #[test]
-fn samples_are_lost() {
+fn lost_samples_are_a_fault() {
     let mut bench = Bench::new("lost");
     // a few are not a fault: the estimate's own uncertainty grows
     bench.feed.next += 3;
@@ -130,12 +130,12 @@ fn samples_are_lost() {
     bench.feed.wait();
     let from_ns = bench.now_ns();
     bench.feed.send(3);
-    bench.told_within(InputFault::Lost, Duration::from_millis(20), from_ns);
+    bench.reported_within(InputFault::Lost, Duration::from_millis(20), from_ns);
     bench.recovers();
 }
 
 #[test]
-fn samples_come_again() {
+fn repeated_samples_are_a_fault() {
     let mut bench = Bench::new("again");
     let from_ns = bench.now_ns();
     let last = bench.feed.next - 1;
@@ -148,11 +148,11 @@ fn samples_come_again() {
         sample.seal(head);
         bench.feed.raw(&sample);
     }
-    bench.told_within(InputFault::Disordered, Duration::from_millis(20), from_ns);
+    bench.reported_within(InputFault::Disordered, Duration::from_millis(20), from_ns);
 }
 
 #[test]
-fn a_clock_goes_back() {
+fn clock_set_back_is_a_fault() {
     let mut bench = Bench::new("back");
     let from_ns = bench.now_ns();
     for _ in 0..12 {
@@ -163,11 +163,11 @@ fn a_clock_goes_back() {
         });
     }
     // the third sample of a sensor
-    bench.told_within(InputFault::Disordered, Duration::from_millis(40), from_ns);
+    bench.reported_within(InputFault::Disordered, Duration::from_millis(40), from_ns);
 }
 
 #[test]
-fn a_clock_jumps() {
+fn clock_jump_is_a_fault() {
     let mut bench = Bench::new("jump");
     let from_ns = bench.now_ns();
     for _ in 0..12 {
@@ -177,11 +177,11 @@ fn a_clock_jumps() {
             sample.seal(Head { time_ns, ..head });
         });
     }
-    bench.told_within(InputFault::ClockJump, Duration::from_millis(40), from_ns);
+    bench.reported_within(InputFault::ClockJump, Duration::from_millis(40), from_ns);
 }
 
 #[test]
-fn a_message_from_the_future() {
+fn message_from_the_future_is_a_fault() {
     let mut bench = Bench::new("future");
     let from_ns = bench.now_ns();
     for _ in 0..12 {
@@ -194,11 +194,11 @@ fn a_message_from_the_future() {
             });
         });
     }
-    bench.told_within(InputFault::ClockJump, Duration::from_millis(40), from_ns);
+    bench.reported_within(InputFault::ClockJump, Duration::from_millis(40), from_ns);
 }
 
 #[test]
-fn numbers_that_are_none() {
+fn non_finite_values_are_a_fault() {
     for (test, value) in [("nan", f64::NAN), ("inf", f64::INFINITY)] {
         let mut bench = Bench::new(test);
         // one is left out
@@ -215,7 +215,7 @@ fn numbers_that_are_none() {
                 sample.seal(sample.head());
             });
         }
-        bench.told_within(InputFault::NotFinite, Duration::from_millis(40), from_ns);
+        bench.reported_within(InputFault::NotFinite, Duration::from_millis(40), from_ns);
         bench.recovers();
     }
 }
@@ -238,16 +238,16 @@ fn implausible(kind: Kind, fault: InputFault, limit: Duration, change: Change) -
             change(sample, count, slew);
             sample.seal(sample.head());
         });
-        if let Some(verdict) = bench.feed.find(tells_of(fault)) {
-            assert_told(fault, limit, verdict.published_ns - from_ns);
+        if let Some(verdict) = bench.feed.find(reports_or_cautions(fault)) {
+            assert_reported(fault, limit, verdict.published_ns - from_ns);
             return bench;
         }
     }
     panic!("{} was not told", fault.name());
 }
 
-/// Whether a verdict tells of a fault, or of the same as a caution.
-fn tells_of(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
+/// Whether a verdict reports of a fault, or of the same as a caution.
+fn reports_or_cautions(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
     move |verdict| {
         let conditions = verdict.conditions();
         let is_fault = conditions.faults.has(fault) && verdict.level == Level::Fault as u32;
@@ -257,7 +257,7 @@ fn tells_of(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
 }
 
 #[test]
-fn a_force_that_no_machine_feels() {
+fn impossible_specific_force_is_a_fault() {
     let within = Duration::from_millis(40);
     let mut bench = implausible(Kind::Imu, InputFault::OutOfRange, within, |imu, _, _| {
         imu.values[2] = 60.0;
@@ -266,7 +266,7 @@ fn a_force_that_no_machine_feels() {
 }
 
 #[test]
-fn one_wrong_sample_is_left_out() {
+fn single_bad_sample_is_left_out() {
     let mut bench = Bench::new("spike");
     while bench.feed.peek().kind != Kind::Imu as u32 {
         bench.feed.send(1);
@@ -283,7 +283,7 @@ fn one_wrong_sample_is_left_out() {
 }
 
 #[test]
-fn a_joint_that_jumps() {
+fn jumping_joint_is_a_fault() {
     let within = Duration::from_millis(60);
     implausible(
         Kind::Joints,
@@ -296,7 +296,7 @@ fn a_joint_that_jumps() {
 }
 
 #[test]
-fn an_imu_that_stands_still() {
+fn frozen_imu_is_a_fault() {
     let within = Duration::from_millis(1500);
     implausible(Kind::Imu, InputFault::Frozen, within, |imu, _, _| {
         imu.values[..10].copy_from_slice(&[0.01, 0.02, 9.8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
@@ -304,7 +304,7 @@ fn an_imu_that_stands_still() {
 }
 
 #[test]
-fn an_attitude_that_is_none() {
+fn attitude_that_is_no_unit_quaternion_is_a_fault() {
     let within = Duration::from_millis(40);
     implausible(Kind::Imu, InputFault::NotUnit, within, |imu, _, _| {
         imu.values[6..10].fill(2.0);
@@ -312,7 +312,7 @@ fn an_attitude_that_is_none() {
 }
 
 #[test]
-fn a_joint_beyond_its_stop() {
+fn joint_beyond_its_limit_is_a_fault() {
     let within = Duration::from_secs(2);
     implausible(
         Kind::Joints,
@@ -327,7 +327,7 @@ fn a_joint_beyond_its_stop() {
 }
 
 #[test]
-fn a_rate_that_is_not_that_of_the_position() {
+fn velocity_must_be_the_derivative_of_position() {
     let within = Duration::from_secs(1);
     implausible(
         Kind::Joints,
@@ -340,7 +340,7 @@ fn a_rate_that_is_not_that_of_the_position() {
 }
 
 #[test]
-fn an_attitude_that_does_not_fit_what_is_felt() {
+fn attitude_must_agree_with_specific_force() {
     let within = Duration::from_millis(10_500);
     implausible(Kind::Imu, InputFault::Disagreement, within, |imu, _, _| {
         // axes down: half a turn about the way ahead
@@ -350,7 +350,7 @@ fn an_attitude_that_does_not_fit_what_is_felt() {
 }
 
 #[test]
-fn torn_and_empty_messages() {
+fn torn_and_empty_messages_are_a_fault() {
     for test in ["torn", "zero", "kind", "length"] {
         let mut bench = Bench::new(test);
         let from_ns = bench.now_ns();
@@ -368,13 +368,13 @@ fn torn_and_empty_messages() {
                 }
             });
         }
-        bench.told_within(InputFault::Torn, Duration::from_millis(20), from_ns);
+        bench.reported_within(InputFault::Torn, Duration::from_millis(20), from_ns);
         bench.recovers();
     }
 }
 
 #[test]
-fn another_source_and_another_machine() {
+fn foreign_source_or_machine_is_a_fault() {
     let mut bench = Bench::new("source");
     let from_ns = bench.now_ns();
     for _ in 0..3 {
@@ -384,7 +384,7 @@ fn another_source_and_another_machine() {
             sample.seal(Head { source, ..head });
         });
     }
-    bench.told_within(InputFault::WrongSource, Duration::from_millis(20), from_ns);
+    bench.reported_within(InputFault::WrongSource, Duration::from_millis(20), from_ns);
     bench.recovers();
     let from_ns = bench.now_ns();
     bench.inject(|sample| {
@@ -395,21 +395,21 @@ fn another_source_and_another_machine() {
             ..head
         });
     });
-    bench.told_within(InputFault::WrongMachine, Duration::from_millis(20), from_ns);
+    bench.reported_within(InputFault::WrongMachine, Duration::from_millis(20), from_ns);
 }
 
 #[test]
-fn two_producers_are_refused() {
+fn second_producer_is_rejected() {
     let world = World::new("two");
-    let joined = world.join();
-    let _first = Feed::new(&joined, "forwarder6", RealTime);
+    let node = world.join();
+    let _first = Feed::new(&node, "forwarder6", RealTime);
     let replay = world.replay("forwarder6", &["--speed", "max"]).end();
     assert_eq!(replay.status.code(), Some(1));
-    assert!(replay.err.contains("cannot be written"), "{}", replay.err);
+    assert!(replay.err.contains("cannot write"), "{}", replay.err);
 }
 
 #[test]
-fn the_producer_is_gone() {
+fn missing_producer_is_a_fault() {
     let bench = Bench::new("gone");
     let from_ns = bench.now_ns();
     let Bench { feed, world } = bench;
@@ -422,9 +422,9 @@ fn the_producer_is_gone() {
     drop(producer);
     time.pass(HEARTBEAT);
     let told = std::iter::from_fn(|| verdicts.receive(|v| *v).unwrap())
-        .find(tells(InputFault::ProducerGone))
+        .find(reports(InputFault::ProducerGone))
         .expect("told");
-    assert_told(
+    assert_reported(
         InputFault::ProducerGone,
         HEARTBEAT,
         told.published_ns - from_ns,
@@ -434,7 +434,7 @@ fn the_producer_is_gone() {
 }
 
 #[test]
-fn verdicts_come_late() {
+fn late_verdicts_are_a_fault() {
     let mut bench = Bench::new("late");
     // a row is published two looks after its sample: the limit is 20 ms
     bench.feed.time.slow_down(Duration::from_millis(9));
@@ -446,12 +446,12 @@ fn verdicts_come_late() {
     bench.feed.time.slow_down(Duration::ZERO);
     // three rows, and what comes between them
     let limit = Duration::from_millis(500);
-    bench.told_within(InputFault::VerdictLate, limit, from_ns);
+    bench.reported_within(InputFault::VerdictLate, limit, from_ns);
     bench.recovers();
 }
 
 #[test]
-fn a_verdict_says_until_when_it_holds() {
+fn verdict_expires_when_the_monitor_hangs() {
     let mut bench = Bench::new("until");
     bench.feed.send(5);
     let verdict = bench.feed.find(|_| true).unwrap();
@@ -463,12 +463,12 @@ fn a_verdict_says_until_when_it_holds() {
     let from_ns = bench.now_ns();
     bench.feed.time.hang = false;
     // what it gives now comes too late
-    bench.told_within(InputFault::Stale, HEARTBEAT, from_ns);
+    bench.reported_within(InputFault::Stale, HEARTBEAT, from_ns);
     bench.recovers();
 }
 
 #[test]
-fn an_alarm_stays_until_it_is_acknowledged() {
+fn alarm_persists_until_acknowledged() {
     let mut bench = Bench::of("ack", "tiny_lift");
     let latched = |level: Level| move |v: &WireVerdict| v.latched_level == level as u32;
     // the wheel is in the air at 1 s

@@ -68,7 +68,7 @@ fn rows(machine: &Path, world: &str) -> Vec<Value> {
 }
 
 #[test]
-fn a_replay_of_single_numbers_gives_the_rows_of_the_usual_messages() {
+fn single_number_topics_replay_to_the_same_rows() {
     let folder = tempfile::TempDir::new().unwrap();
     let by_type = rows(&data("tiny.toml"), "type");
     let by_number = rows(&numbered_machine(folder.path()), "number");

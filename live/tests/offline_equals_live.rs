@@ -1,4 +1,4 @@
-//! The program as a user runs it: replay and monitor as processes, joined by shared memory only.
+//! The program as a user runs it: replay and monitor as processes, node by shared memory only.
 
 use std::time::Duration;
 
@@ -6,7 +6,8 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run;
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
-use tipwatch_live::replay::Recording;
+use tipwatch_live::replay::LogSamples;
+use tipwatch_live::wire::topics::EVENT_ROW;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 
@@ -121,7 +122,7 @@ fn assert_all_rows(monitor: &Ended, name: &str) {
 }
 
 #[test]
-fn live_rows_equal_those_from_the_file_to_the_bit() {
+fn live_rows_equal_offline_rows_bit_for_bit() {
     let world = World::new("bits");
     let monitor = world.monitor(&data("tiny.toml"), &["--json"]);
     let replay = world
@@ -132,7 +133,7 @@ fn live_rows_equal_those_from_the_file_to_the_bit() {
 }
 
 #[test]
-fn verdicts_of_a_lifting_wheel_equal_those_from_the_file() {
+fn live_verdicts_equal_offline_verdicts() {
     let world = World::new("lift");
     let monitor = world.monitor(&data("tiny_lift.toml"), &["--json", "--wake", "poll"]);
     let replay = world.replay(
@@ -149,10 +150,10 @@ fn verdicts_of_a_lifting_wheel_equal_those_from_the_file() {
 }
 
 #[test]
-fn replay_may_come_first() {
+fn replay_may_start_before_the_monitor() {
     let world = World::new("first");
     let replay = world.replay("tiny", &["--speed", "max", "--lossless", "--wait", "60"]);
-    std::thread::sleep(Duration::from_millis(300));
+    world.wait_for_producer();
     let monitor = world.monitor(&data("tiny.toml"), &["--json"]);
     assert_all_rows(&monitor.end(), "tiny");
     assert!(replay.end().status.success());
@@ -160,13 +161,15 @@ fn replay_may_come_first() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_lossless_replay_waits_for_a_reader_that_is_held_up() {
+fn lossless_replay_waits_for_a_stopped_reader() {
     let world = World::new("held");
     let monitor = world.monitor(&data("tiny.toml"), &["--json"]);
-    std::thread::sleep(Duration::from_millis(300));
+    world.wait_for_verdict(|_| true);
     monitor.signal("-STOP");
     let mut replay = world.replay("tiny", &["--speed", "max", "--lossless", "--wait", "60"]);
-    std::thread::sleep(Duration::from_millis(600));
+    world.wait_for_producer();
+    // a replay that does not wait takes a fraction of this
+    std::thread::sleep(Duration::from_millis(300));
     assert!(replay.child.try_wait().unwrap().is_none());
     monitor.signal("-CONT");
     assert_all_rows(&monitor.end(), "tiny");
@@ -174,7 +177,7 @@ fn a_lossless_replay_waits_for_a_reader_that_is_held_up() {
 }
 
 #[test]
-fn another_machine_is_refused() {
+fn monitor_of_another_machine_refuses_to_run() {
     let folder = tempfile::tempdir().unwrap();
     let machine = folder.path().join("tiny.toml");
     let text = std::fs::read_to_string(data("tiny.toml")).unwrap();
@@ -198,12 +201,12 @@ fn another_machine_is_refused() {
         monitor.err
     );
     assert!(!monitor.out.contains("\"event\":\"row\""));
-    // and the replay notices that nobody reads any more, or had sent all before
+    // the replay has either lost its reader or sent everything before
     replay.end();
 }
 
 #[test]
-fn a_lossless_replay_without_reader_says_so() {
+fn lossless_replay_without_reader_fails() {
     let replay = World::new("alone")
         .replay("tiny", &["--speed", "max", "--lossless", "--wait", "0.1"])
         .end();
@@ -216,7 +219,7 @@ fn a_lossless_replay_without_reader_says_so() {
 }
 
 #[test]
-fn a_replay_without_reader_ends_at_once() {
+fn lossy_replay_without_reader_succeeds() {
     let replay = World::new("lossy")
         .replay("tiny", &["--speed", "max"])
         .end();
@@ -224,27 +227,27 @@ fn a_replay_without_reader_ends_at_once() {
 }
 
 #[test]
-fn a_lossless_replay_whose_reader_is_killed_ends_with_an_error() {
+fn lossless_replay_fails_if_its_reader_dies() {
     let world = World::new("reader");
     let mut monitor = world.monitor(&data("tiny.toml"), &["--json"]);
     let replay = world.replay("tiny", &["--speed", "0.1", "--lossless", "--wait", "60"]);
-    std::thread::sleep(Duration::from_millis(800));
+    world.wait_for_verdict(|verdict| verdict.event == EVENT_ROW);
     monitor.child.kill().unwrap();
     drop(monitor);
     let replay = replay.end();
     assert_eq!(replay.status.code(), Some(1), "{}", replay.err);
     assert!(
-        replay.err.contains("the reader has gone after"),
+        replay.err.contains("the reader has disappeared after"),
         "{}",
         replay.err
     );
 }
 
 #[test]
-fn a_session_of_another_hash_is_refused() {
+fn session_with_another_hash_is_rejected() {
     let file = MachineFile::read(&data("tiny.toml")).unwrap();
     let urdf = file.urdf(None, None).unwrap();
-    let mut session = Recording::read(&data("tiny.mcap"), &file, None)
+    let mut session = LogSamples::read(&data("tiny.mcap"), &file, None)
         .unwrap()
         .session;
     assert!(session.machine(&file, &urdf).is_ok());

@@ -31,8 +31,8 @@ use tipwatch_mechanics::verdict::Level;
 mod support;
 
 use support::World;
-use support::favour::favour;
 use support::feed::{machine, samples};
+use support::prioritise::prioritise;
 use support::producing::Producing;
 
 thread_local! {
@@ -167,7 +167,7 @@ impl Observer for Counter {
 }
 
 #[test]
-fn a_tick_allocates_nothing_and_calls_nobody() {
+fn tick_makes_no_allocation_and_no_system_call() {
     monitor_alone();
     control_alone();
     loop_over_shared_memory();
@@ -239,19 +239,19 @@ fn control_alone() {
 }
 
 fn loop_over_shared_memory() {
-    let _favoured = favour();
+    let _prioritised = prioritise();
     let world = World::new("rt");
     let place = world.address();
     std::thread::spawn(move || {
         // one that polls must not come before others: it would never let them go on
-        drop(favour());
+        drop(prioritise());
         let (file, urdf) = machine("forwarder6");
-        let joined = LiveNode::new(&place, "monitor").unwrap();
+        let node = LiveNode::new(&place, "monitor").unwrap();
         let options = LoopOptions {
             wake: Wake::Poll,
             stays: true,
         };
-        let mut monitor = MonitorProgram::new(&joined, &file, &urdf, &Monotonic, options).unwrap();
+        let mut monitor = MonitorProgram::new(&node, &file, &urdf, &Monotonic, options).unwrap();
         let mut counter = Counter {
             rows: 0,
             published: 0,

@@ -252,7 +252,7 @@ fn overwrite(sample: &mut WireSample, at: u16, bytes: &[u8]) {
 }
 
 #[test]
-fn a_faultless_session_becomes_safe() {
+fn faultless_session_becomes_safe() {
     let mut bench = Bench::new();
     for _ in 0..600 {
         bench.act(&Act::Send);

@@ -45,8 +45,8 @@ impl Rows {
 /// Runs for so many seconds, and prints.
 pub(crate) fn run(seconds: u64) {
     let world = World::new("ll");
-    let joined = world.join();
-    let verdicts: Receiver<WireVerdict> = joined.receiver().unwrap();
+    let node = world.join();
+    let verdicts: Receiver<WireVerdict> = node.receiver().unwrap();
     let machine = support::data(&format!("{}.toml", machine_name()));
     let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
     let folder = tempfile::tempdir().unwrap();
@@ -59,7 +59,7 @@ pub(crate) fn run(seconds: u64) {
             .unwrap(),
     );
     let mut steady = Steady::new(&machine_name(), monotonic_ns().unsigned_abs());
-    let mut producer = Producer::new(&joined, steady.session.id, steady.hash).unwrap();
+    let mut producer = Producer::new(&node, steady.session.id, steady.hash).unwrap();
     producer
         .announce(&mut WireSession::try_from(&steady.session).unwrap())
         .unwrap();

@@ -1,4 +1,4 @@
-//! Tells the monitor that somebody has seen its alarm.
+//! Acknowledges the monitor's alarm.
 
 use std::time::{Duration, Instant};
 
@@ -8,19 +8,19 @@ use crate::node::{LiveNode, ServiceAddress, pause};
 use crate::wire::identity::new_identity;
 use crate::wire::topics::{Wire, WireAcknowledge, WireVerdict};
 
-/// How long a verdict may take to come.
+/// How long to wait for a verdict.
 const LIMIT: Duration = Duration::from_secs(1);
-/// How long the monitor may take to look: many of its cycles.
-const ATTACHING: Duration = Duration::from_millis(200);
+/// How long the message stays in shared memory for the monitor: many of its cycles.
+const DELIVERY: Duration = Duration::from_millis(200);
 
-/// Acknowledges the verdict that the monitor gives now.
+/// Acknowledges the monitor's current verdict.
 ///
 /// # Errors
 /// There is no monitor, or the shared memory fails.
-pub fn acknowledge(place: &ServiceAddress) -> Result<()> {
-    let joined = LiveNode::new(place, "tipwatch-acknowledge")?;
-    let verdicts = joined.receiver::<WireVerdict>()?;
-    let mut sender = joined.sender::<WireAcknowledge>(new_identity(0), 0)?;
+pub fn acknowledge(address: &ServiceAddress) -> Result<()> {
+    let node = LiveNode::new(address, "tipwatch-acknowledge")?;
+    let verdicts = node.receiver::<WireVerdict>()?;
+    let mut sender = node.sender::<WireAcknowledge>(new_identity(0), 0)?;
     let start = Instant::now();
     loop {
         if let Some(Some(sequence)) =
@@ -30,13 +30,13 @@ pub fn acknowledge(place: &ServiceAddress) -> Result<()> {
                 verdict_sequence: sequence,
                 ..WireAcknowledge::blank()
             })?;
-            // what nobody has attached to goes with this process
-            let _ = pause(ATTACHING);
+            // an undelivered message is lost when this process ends
+            let _ = pause(DELIVERY);
             return Ok(());
         }
         if start.elapsed() >= LIMIT || pause(Duration::from_millis(1)).is_err() {
             bail!(
-                "expected a verdict within {} s, found none: is a monitor running?",
+                "expected a verdict within {} s, found none; is a monitor running?",
                 LIMIT.as_secs()
             );
         }

@@ -1,4 +1,4 @@
-//! What the screen shows.
+//! Drawing of the screen.
 
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
@@ -12,27 +12,27 @@ use crate::wire::command::{HoldReason, Mode};
 use crate::wire::names::Names;
 use crate::wire::topics::{WireCommand, WireVerdict};
 
-/// What words beside a bar take (letters).
+/// Width of the text next to a bar (characters).
 const WORDS: u16 = 42;
 
-/// What is known.
+/// The state shown on the screen.
 #[derive(Debug, Clone, Default)]
 pub(super) struct View {
     /// Names of wheels and edges; empty before a session begins.
     pub(super) names: Names,
-    /// Utilisation of the levels notice, warning and danger.
+    /// Utilisation at which the levels notice, warning and danger begin.
     pub(super) limits: [f64; 3],
     /// The last verdict.
     pub(super) verdict: Option<WireVerdict>,
-    /// The last command to the valves of the suspension; `None` without a control.
+    /// The last valve command; `None` without a control.
     pub(super) command: Option<WireCommand>,
-    /// How many rows came in a second; NaN where nobody has counted yet.
+    /// Rows per second; NaN before the first second.
     pub(super) rows_per_s: f64,
-    /// Now (ns), by CLOCK_MONOTONIC.
+    /// The current time (ns) of CLOCK_MONOTONIC.
     pub(super) now_ns: i64,
 }
 
-/// Draws it.
+/// Draws the screen.
 pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
     let Some(verdict) = &view.verdict else {
         let waiting = Paragraph::new("waiting for a monitor   (q: quit)").block(Block::bordered());
@@ -64,7 +64,7 @@ fn color(level: Level) -> Color {
     }
 }
 
-/// How long ago a verdict ran out (s); `None` where it holds.
+/// How long ago a verdict expired (s); `None` if it is valid.
 fn expired_s(view: &View, verdict: &WireVerdict) -> Option<f64> {
     let over_ns = view.now_ns.saturating_sub(verdict.valid_until_ns);
     (over_ns > 0).then_some(over_ns as f64 * 1e-9)
@@ -98,7 +98,7 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
         let wheel = wheel.map_or("?".into(), |name| name.to_uppercase());
         let text = match verdict.time_to_lift_off_s {
             0.0 => format!("{wheel} is off the ground"),
-            seconds => format!("{wheel} lifts in {seconds:.1} s if its load falls on as it does"),
+            seconds => format!("{wheel} lifts in {seconds:.1} s at the present rate"),
         };
         second.push(Span::styled(
             text,
@@ -124,7 +124,10 @@ fn draw_margin(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
         _ => Color::Green,
     };
     let label = if used.is_finite() {
-        format!("{:4.0} % of the worst wheel's load used up", 100.0 * used)
+        format!(
+            "{:4.0} % of the worst wheel's load is used up",
+            100.0 * used
+        )
     } else {
         "   ? %".into()
     };
@@ -135,12 +138,12 @@ fn draw_margin(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
     draw_bar(frame, beside, share(used), color);
 }
 
-/// Room for words and for the bar beside them.
+/// Splits a line into its text and the bar next to it.
 fn beside(area: Rect) -> [Rect; 2] {
     Layout::horizontal([Constraint::Length(WORDS), Constraint::Min(10)]).areas(area)
 }
 
-/// A bar as long as this share of a line, to an eighth of a letter.
+/// Draws a bar over this share of a line, in steps of an eighth of a character.
 fn draw_bar(frame: &mut Frame<'_>, line: Rect, share: f64, color: Color) {
     const PARTS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
     let eighths = (share * 8.0 * f64::from(line.width)).round() as usize;
@@ -163,7 +166,7 @@ fn draw_loads(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
             kilonewtons(verdict.otf[wheel])
         );
         frame.render_widget(Paragraph::new(text), label);
-        // the whole bar is twice the mean load
+        // a full bar is twice the mean load
         let share = share(load / (2.0 * mean));
         let is_surely_down = verdict.otf[wheel] - 2.0 * verdict.otf_sigma[wheel] > 0.0;
         let color = if is_surely_down {
@@ -209,7 +212,7 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
         .saturating_sub(verdict.sample_published_ns) as f64
         * 1e-3;
     let timing = if verdict.untimed != 0 {
-        "REPLAY as fast as possible: real time is not checked".to_owned()
+        "REPLAY at full speed: real time is not checked".to_owned()
     } else {
         format!("sample to verdict {delay_us:.0} µs")
     };
@@ -221,10 +224,10 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
     let lines = vec![
         Line::from(format!("centre of pressure  {zmp}")),
         Line::from(format!(
-            "faults of the input {faults}   cautions {cautions}   row {reasons}"
+            "input faults {faults}   cautions {cautions}   row {reasons}"
         )),
         Line::from(format!(
-            "samples  lost {}  refused {}  repeated {}   rows {} ({:.0} a second)",
+            "samples  lost {}  refused {}  repeated {}   rows {} ({:.0} per second)",
             verdict.lost, verdict.refused, verdict.repeated, verdict.rows, view.rows_per_s
         )),
         Line::from(format!("last verdict {age_ms:.0} ms ago   {timing}")),
@@ -235,7 +238,7 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
     frame.render_widget(health, area);
 }
 
-/// What the control of the suspension does.
+/// The state of the suspension's control.
 fn suspension(view: &View) -> String {
     let Some(command) = &view.command else {
         return "suspension  no control".into();
@@ -309,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_that_matters_is_on_the_screen() {
+    fn screen_shows_level_loads_and_health() {
         let text = drawn(&view());
         for expected in [
             "forwarder-7",
@@ -327,19 +330,19 @@ mod tests {
     }
 
     #[test]
-    fn bars_are_as_long_as_their_share() {
+    fn bar_length_is_proportional() {
         let text = drawn(&view());
         let bar = |of: &str| {
             let line = text.lines().find(|line| line.contains(of));
             line.unwrap().matches('█').count()
         };
-        // of 100 letters 42 are words, and the frame takes two where there is one
+        // of 100 characters 42 are text, and a frame takes two
         assert_eq!(bar("93 %"), (0.93 * 56.0) as usize);
         assert_eq!(bar("20.10 ±"), (58.0 * 20_100.0 / 40_000.0) as usize);
     }
 
     #[test]
-    fn the_suspension_is_told_of() {
+    fn screen_shows_the_suspension() {
         let mut view = view();
         assert!(drawn(&view).contains("no control"));
         let mut command = WireCommand::closed();
@@ -357,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn a_verdict_that_has_run_out_is_a_fault() {
+    fn expired_verdict_is_shown_as_fault() {
         let mut view = view();
         view.now_ns = 2_000_000_100;
         let text = drawn(&view);

@@ -1,4 +1,4 @@
-//! A screen for people: how the machine stands, at a glance. It is a reader like any other.
+//! The screen's loop: reads verdicts like any other reader, and draws them.
 
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -17,26 +17,26 @@ use crate::wire::topics::{
     EVENT_ROW, Wire, WireAcknowledge, WireCommand, WireMachine, WireVerdict,
 };
 
-/// Between two pictures.
-const PICTURE_PERIOD: Duration = Duration::from_millis(50);
-/// How often dead processes are looked for.
-const DEAD_CHECK_PERIOD: Duration = Duration::from_secs(1);
+/// Time between two frames.
+const FRAME_PERIOD: Duration = Duration::from_millis(50);
+/// How often the nodes of dead processes are removed.
+const DEAD_NODE_CHECK: Duration = Duration::from_secs(1);
 
 /// Shows verdicts until `q` is pressed or a signal comes. `a` acknowledges the alarm.
 ///
 /// # Errors
-/// Stdout is no terminal, or the shared memory fails.
-pub fn watch(place: &ServiceAddress) -> Result<()> {
+/// Stdout is not a terminal, or the shared memory fails.
+pub fn watch(address: &ServiceAddress) -> Result<()> {
     if !std::io::stdout().is_terminal() {
-        bail!("watch: expected a terminal; `monitor --json` is for other programs");
+        bail!("watch: expected a terminal; other programs use `monitor --json`");
     }
-    let joined = LiveNode::new(place, "tipwatch-watch")?;
+    let node = LiveNode::new(address, "tipwatch-watch")?;
     let mut watching = Watching {
-        verdicts: joined.receiver()?,
-        machines: joined.receiver()?,
-        commands: joined.receiver()?,
-        acknowledge: joined.sender(new_identity(0), 0)?,
-        joined,
+        verdicts: node.receiver()?,
+        machines: node.receiver()?,
+        commands: node.receiver()?,
+        acknowledge: node.sender(new_identity(0), 0)?,
+        node,
         view: View::default(),
         checked: Instant::now(),
         rows: Rate::default(),
@@ -52,7 +52,7 @@ struct Watching {
     machines: Receiver<WireMachine>,
     commands: Receiver<WireCommand>,
     acknowledge: Sender<WireAcknowledge>,
-    joined: LiveNode,
+    node: LiveNode,
     view: View,
     checked: Instant,
     rows: Rate,
@@ -101,16 +101,16 @@ impl Watching {
         {}
         view.rows_per_s = rows.per_second();
         view.now_ns = monotonic_ns();
-        if self.checked.elapsed() >= DEAD_CHECK_PERIOD {
+        if self.checked.elapsed() >= DEAD_NODE_CHECK {
             self.checked = Instant::now();
-            self.joined.remove_dead_nodes();
+            self.node.remove_dead_nodes();
         }
         Ok(())
     }
 
-    /// Waits for a key; whether to end.
+    /// Waits for a key; returns whether to quit.
     fn key(&mut self) -> Result<bool> {
-        if !event::poll(PICTURE_PERIOD)? {
+        if !event::poll(FRAME_PERIOD)? {
             return Ok(false);
         }
         let Event::Key(key) = event::read()? else {
@@ -134,7 +134,7 @@ impl Watching {
     }
 }
 
-/// Rows in the last second or so.
+/// Rows per second, over the last second or so.
 #[derive(Debug)]
 struct Rate {
     since: Instant,

@@ -1,6 +1,7 @@
-//! Messages in CDR, the encoding of ROS 2: little endian, every number aligned to its own size.
+//! Messages in CDR (Common Data Representation), the encoding of ROS 2: little endian, every number aligned
+//! to its own size.
 
-/// A message under way.
+/// A message in progress.
 #[derive(Debug)]
 pub(super) struct Cdr(Vec<u8>);
 
@@ -48,7 +49,7 @@ impl Cdr {
         numbers.iter().for_each(|&number| self.f64(number));
     }
 
-    /// A list of numbers whose length is not fixed.
+    /// A list of variable length.
     pub(super) fn list(&mut self, numbers: &[f64]) {
         self.u32(numbers.len() as u32);
         self.f64s(numbers);
@@ -60,10 +61,10 @@ impl Cdr {
         self.0.push(0);
     }
 
-    /// A header: when, by which clock and in which frame.
+    /// A header: time and frame.
     pub(super) fn header(&mut self, stamp_ns: i64, frame: &str) {
         const SECOND_NS: i64 = 1_000_000_000;
-        // The guard lets no other seconds pass; a verdict before the first row has none.
+        // the guard rejects other seconds; a verdict before the first row has none
         let seconds = i32::try_from(stamp_ns.div_euclid(SECOND_NS)).unwrap_or(0);
         self.u32(seconds.cast_unsigned());
         self.u32(stamp_ns.rem_euclid(SECOND_NS) as u32);

@@ -1,4 +1,4 @@
-//! Samples and verdicts as messages of ROS 2, with every bit that they have.
+//! Samples, verdicts and commands as ROS 2 messages, bit for bit.
 
 use tipwatch_mechanics::state::{Sample, Sensor};
 use tipwatch_suspension::MAX_ACTUATORS;
@@ -7,7 +7,7 @@ use super::cdr::Cdr;
 use crate::wire::names::Names;
 use crate::wire::topics::{WireCommand, WireVerdict};
 
-/// A sample; `joint_names` are those of its stream, `imu_frame` that of the IMU.
+/// A sample. `joint_names` are those of its stream, `imu_frame` is that of the IMU.
 pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &str) -> Vec<u8> {
     let mut cdr = Cdr::with_capacity(1024);
     let (stamp_ns, values) = (sample.stamp_ns, sample.values);
@@ -27,7 +27,7 @@ pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &st
             cdr.f64s(attitude);
             let mut covariance = [0.0; 9];
             if attitude.iter().any(|q| q.is_nan()) {
-                // the agreed mark of an IMU without attitude
+                // by convention: an IMU without attitude
                 covariance[0] = -1.0;
             }
             cdr.f64s(&covariance);
@@ -144,7 +144,7 @@ pub(super) fn command(command: &WireCommand) -> Vec<u8> {
     cdr.finish()
 }
 
-/// What could not be written.
+/// A gap: messages that could not be written.
 pub(super) fn gap(stamp_ns: i64, samples: u64, verdicts: u64) -> Vec<u8> {
     let mut cdr = Cdr::with_capacity(64);
     cdr.header(stamp_ns, "");

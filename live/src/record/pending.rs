@@ -1,24 +1,24 @@
-//! What waits to be written: between the thread that takes messages from shared memory and the one that
-//! waits for the disk.
+//! Messages that wait to be written, between the thread that reads shared memory and the one that waits for
+//! the disk.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Bytes that may wait: half a minute of a busy machine.
-const MOST_BYTES: usize = 64 << 20;
+const MAX_BYTES: usize = 64 << 20;
 
-/// What a message is.
+/// Kind of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// A sample of this sensor, by its place among the session's.
+    /// A sample of this sensor, by its index among the session's.
     Sample(usize),
     /// A verdict; whether its level differs from the one before.
     Verdict { is_new: bool },
-    /// A command to the valves of the suspension.
+    /// A valve command.
     Command,
 }
 
-/// A message as it will stand in the file.
+/// A message as written to the file.
 #[derive(Debug)]
 pub(super) struct Encoded {
     pub(super) kind: Kind,
@@ -32,7 +32,7 @@ pub(super) struct Encoded {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Dropped {
     pub(super) samples: u64,
-    /// Commands count with them.
+    /// Verdicts and commands.
     pub(super) verdicts: u64,
 }
 
@@ -45,7 +45,7 @@ impl Dropped {
     }
 }
 
-/// Messages in their order. The oldest go where there are too many.
+/// Messages in order. The oldest are dropped if there are too many.
 #[derive(Debug, Default)]
 pub(super) struct Pending(Mutex<Queue>);
 
@@ -68,7 +68,7 @@ impl Pending {
         queue.bound();
     }
 
-    /// Notes messages that never came this far.
+    /// Counts messages that were lost before they could be queued.
     pub(super) fn note_dropped(&self, samples: u64, verdicts: u64) {
         let dropped = &mut self.queue().dropped;
         dropped.samples += samples;
@@ -76,10 +76,10 @@ impl Pending {
     }
 
     pub(super) fn is_full(&self) -> bool {
-        self.queue().bytes >= MOST_BYTES / 2
+        self.queue().bytes >= MAX_BYTES / 2
     }
 
-    /// All that waits, and what was dropped since the last call.
+    /// All messages that wait, and those dropped since the last call.
     pub(super) fn take(&self) -> (VecDeque<Encoded>, Dropped) {
         let mut queue = self.queue();
         queue.bytes = 0;
@@ -89,7 +89,7 @@ impl Pending {
         )
     }
 
-    /// Gives back what could not be written.
+    /// Returns messages that could not be written.
     pub(super) fn give_back(&self, mut messages: VecDeque<Encoded>, dropped: Dropped) {
         let mut queue = self.queue();
         messages.append(&mut queue.messages);
@@ -103,7 +103,7 @@ impl Pending {
 
 impl Queue {
     fn bound(&mut self) {
-        while self.bytes > MOST_BYTES {
+        while self.bytes > MAX_BYTES {
             let Some(oldest) = self.messages.pop_front() else {
                 return;
             };

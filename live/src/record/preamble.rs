@@ -1,4 +1,4 @@
-//! What a recording begins with: its topics, the machine and metadata; and the name of its folder.
+//! The beginning of every file: topics, machine and metadata; and the name of the session's folder.
 
 use std::collections::BTreeMap;
 
@@ -66,7 +66,7 @@ pub(super) fn preamble(
     }
 }
 
-/// Topic of a signal of an actuator's force.
+/// Topic of a force or pressure signal of an actuator.
 fn actuator_topic(machine: &Machine, sensors: &Sensors, signal: usize) -> String {
     let signal = sensors.actuators[signal];
     let joint = &machine.contact().actuated_joints[signal.joint];
@@ -78,7 +78,7 @@ fn actuator_topic(machine: &Machine, sensors: &Sensors, signal: usize) -> String
     }
 }
 
-/// The time of day as names of files have it, and the session.
+/// Name of the session's folder: time of day and session.
 pub(super) fn folder_name(begun_ns: i64, session: u64) -> String {
     let time = jiff::Timestamp::from_nanosecond(begun_ns.into()).unwrap_or_default();
     format!("{}-{:08x}", time.strftime("%Y%m%dT%H%M%SZ"), session >> 32)

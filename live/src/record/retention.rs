@@ -1,37 +1,37 @@
-//! How much is kept: the oldest files go first, never the one being written.
+//! Limits the size of all files: the oldest are removed first, never the one being written.
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// All files of a recorder's folder, bounded.
+/// The limit on a recorder's folder.
 #[derive(Debug, Clone)]
 pub(super) struct Retention {
     folder: PathBuf,
-    most_bytes: Option<u64>,
+    max_bytes: Option<u64>,
     current: PathBuf,
 }
 
 impl Retention {
-    pub(super) fn new(folder: &Path, most_bytes: Option<u64>) -> Self {
+    pub(super) fn new(folder: &Path, max_bytes: Option<u64>) -> Self {
         Self {
             folder: folder.into(),
-            most_bytes,
+            max_bytes,
             current: PathBuf::new(),
         }
     }
 
-    /// This file is being written now.
+    /// Protects this file, which is being written.
     pub(super) fn keep(&mut self, path: &Path) {
         self.current = path.into();
     }
 
-    /// Removes the oldest files where all together are too large.
+    /// Removes the oldest files if all together are too large.
     pub(super) fn apply(&self) {
-        let Some(most) = self.most_bytes else { return };
+        let Some(max) = self.max_bytes else { return };
         let files = self.files();
         let mut bytes: u64 = files.iter().map(|file| file.bytes).sum();
         for file in files {
-            if bytes <= most {
+            if bytes <= max {
                 return;
             }
             if remove(&file.path) {
@@ -40,16 +40,16 @@ impl Retention {
         }
     }
 
-    /// The disk is full: removes the oldest file, if that was allowed.
+    /// Removes the oldest file, if the options allow it: the disk is full.
     pub(super) fn make_room(&self) {
-        if self.most_bytes.is_some()
+        if self.max_bytes.is_some()
             && let Some(oldest) = self.files().first()
         {
             remove(&oldest.path);
         }
     }
 
-    /// The files, the oldest first.
+    /// The files, oldest first.
     fn files(&self) -> Vec<Kept> {
         let entries = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten();
         let folders = entries(&self.folder).map(|entry| entry.path());
@@ -84,8 +84,8 @@ struct Kept {
 fn remove(path: &Path) -> bool {
     let removed = std::fs::remove_file(path);
     match &removed {
-        Ok(()) => eprintln!("record: {} removed to make room", path.display()),
-        Err(error) => eprintln!("record: {}: cannot be removed: {error}", path.display()),
+        Ok(()) => eprintln!("record: removed {} to make room", path.display()),
+        Err(error) => eprintln!("record: {}: cannot remove it: {error}", path.display()),
     }
     removed.is_ok()
 }

@@ -1,7 +1,7 @@
-//! One MCAP file: short chunks with checksums, each in the file with one write.
+//! One MCAP file: short chunks with checksums, each written with one system call.
 //!
-//! A process that is killed leaves every chunk that was written; `tipwatch recover` and every reader
-//! that does not insist on an index read them. A disk that fails loses what was not synced.
+//! A killed process leaves every chunk that was written. `tipwatch recover`, and every reader that needs no
+//! index, can read them. A power failure loses what was not synced.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -17,10 +17,10 @@ use mcap::{Attachment, WriteOptions, Writer};
 use super::pending::Encoded;
 use super::topics::Topic;
 
-/// More than a batch has, so that a chunk ends where a batch does.
+/// Larger than a batch, so that a chunk ends where a batch ends.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// What stands at the beginning of every file of a session.
+/// Beginning of every file of a session.
 #[derive(Debug, Clone)]
 pub(super) struct Preamble {
     /// Topics, by channel.
@@ -32,7 +32,7 @@ pub(super) struct Preamble {
     pub(super) begun_ns: i64,
 }
 
-/// Channels of what is no sample; the sensors come before them.
+/// Channels of other messages than samples; those of the sensors stand before them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Channels {
     pub(super) verdicts: usize,
@@ -44,7 +44,7 @@ pub(super) struct Channels {
 pub(super) struct Segment {
     pub(super) path: PathBuf,
     file: File,
-    /// Bytes of the file that are whole chunks.
+    /// Bytes of complete chunks in the file.
     written: u64,
     writer: Writer<Batch>,
     batch: Batch,
@@ -52,10 +52,10 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// Begins a file, which must not exist yet.
+    /// Creates a file, which must not exist yet.
     pub(super) fn begin(path: PathBuf, preamble: &Preamble) -> Result<Self> {
         let file = File::create_new(&path)
-            .with_context(|| format!("{}: cannot be created", path.display()))?;
+            .with_context(|| format!("{}: cannot create it", path.display()))?;
         let batch = Batch::default();
         let mut writer = WriteOptions::new()
             .profile("ros2")
@@ -99,7 +99,7 @@ impl Segment {
         Ok(segment)
     }
 
-    /// Another handle of the file, to sync it elsewhere.
+    /// Another handle of the file, to sync it in another thread.
     pub(super) fn file(&self) -> io::Result<File> {
         self.file.try_clone()
     }
@@ -114,43 +114,42 @@ impl Segment {
         Ok(self.writer.write_to_known_channel(&header, &message.data)?)
     }
 
-    /// Puts what was added into the file, as one chunk; nothing of it if that fails.
+    /// Writes the added messages as one chunk. If that fails, nothing of it stays in the file.
     pub(super) fn flush(&mut self) -> Result<()> {
         self.writer.flush()?;
         self.write_batch()
     }
 
-    /// Ends the file with its index.
+    /// Finishes the file with its index.
     pub(super) fn finish(mut self) -> Result<()> {
         self.writer.finish()?;
         self.write_batch()?;
         let synced = self.file.sync_all();
-        synced.with_context(|| format!("{}: cannot be synced", self.path.display()))
+        synced.with_context(|| format!("{}: cannot sync it", self.path.display()))
     }
 
     fn write_batch(&mut self) -> Result<()> {
         let bytes = self.batch.take();
         if let Err(error) = self.file.write_all(&bytes) {
-            // What is torn is no chunk.
+            // a partial chunk is removed
             let _ = self.file.set_len(self.written);
             let _ = self.file.seek(SeekFrom::Start(self.written));
-            return Err(error)
-                .with_context(|| format!("{}: cannot be written", self.path.display()));
+            return Err(error).with_context(|| format!("{}: cannot write it", self.path.display()));
         }
         self.written += bytes.len() as u64;
         Ok(())
     }
 }
 
-/// Makes a new name in a folder durable.
+/// Makes a new file name in a folder durable.
 pub(super) fn sync_folder(folder: &Path) {
     if let Ok(folder) = File::open(folder) {
-        // Some file systems have nothing to sync there.
+        // some file systems cannot sync folders
         let _ = folder.sync_all();
     }
 }
 
-/// Bytes on their way into the file.
+/// Bytes that wait to be written to the file.
 #[derive(Debug, Clone, Default)]
 struct Batch(Rc<RefCell<Bytes>>);
 

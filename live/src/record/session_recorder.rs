@@ -55,7 +55,7 @@ pub(super) struct SessionRecorder {
     ends: Arc<AtomicBool>,
     thread: JoinHandle<Result<RecordCounts>>,
     last_log_ns: i64,
-    /// From CLOCK_MONOTONIC to time of day (ns).
+    /// Offset from CLOCK_MONOTONIC to the time of day (ns).
     unix_offset_ns: i64,
     lost: u64,
     /// Source and sequence number of the next verdict.
@@ -63,7 +63,7 @@ pub(super) struct SessionRecorder {
     levels: [u32; 2],
     /// Source and sequence number of the next command.
     next_command: Option<(u64, u64)>,
-    /// What the last command does, and why.
+    /// Mode and reasons of the last command.
     modes: [u32; 2],
 }
 
@@ -89,7 +89,7 @@ impl SessionRecorder {
         let (begun, begins) = std::sync::mpsc::channel();
         let thread = {
             let (pending, ends) = (Arc::clone(&pending), Arc::clone(&ends));
-            // the writer stays in the thread that made it
+            // the writer stays in the thread that created it
             std::thread::Builder::new().name("write".into()).spawn(
                 move || match FileWriter::begin(plan, pending) {
                     Ok(writer) => {
@@ -105,8 +105,8 @@ impl SessionRecorder {
         };
         begins
             .recv()
-            .context("record: the writer has ended")?
-            .with_context(|| format!("{}: cannot be recorded into", folder.display()))?;
+            .context("record: the writer thread has ended")?
+            .with_context(|| format!("{}: cannot record there", folder.display()))?;
         eprintln!("record: {}", folder.display());
         Ok(Self {
             guard: Guard::new(&session, &machine, &sensors, monotonic_ns()),
@@ -140,7 +140,7 @@ impl SessionRecorder {
     pub(super) fn close(self) -> Result<RecordCounts> {
         self.ends.store(true, Ordering::Release);
         let written = self.thread.join();
-        let counts = written.map_err(|_| anyhow!("record: the writer has failed"))??;
+        let counts = written.map_err(|_| anyhow!("record: the writer thread has panicked"))??;
         Ok(RecordCounts {
             samples_refused: self.guard.counts().refused,
             ..counts
@@ -222,8 +222,8 @@ impl SessionRecorder {
     }
 
     fn push(&mut self, kind: Kind, sequence: u64, published_ns: i64, data: Vec<u8>) {
-        // When it was published, not when this program got to it; never in the future, and in the order in
-        // which they came, whatever the time of day does.
+        // publication time, not the time of recording; never in the future, and strictly increasing even if
+        // the time of day is set back
         let publish_time_ns = published_ns.saturating_add(self.unix_offset_ns);
         let now_ns = monotonic_ns().saturating_add(self.unix_offset_ns);
         self.last_log_ns = publish_time_ns.min(now_ns).max(self.last_log_ns + 1);

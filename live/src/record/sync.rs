@@ -1,4 +1,4 @@
-//! The thread that makes files durable: now and then, and at once after an alarm.
+//! The thread that makes files durable: periodically, and at once after an alarm.
 
 use std::fs::File;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
-/// What a disk without power loses at most, its own time apart.
+/// A power failure loses at most this, apart from the time of the sync itself.
 const PERIOD: Duration = Duration::from_millis(200);
 
 enum Order {
@@ -14,7 +14,7 @@ enum Order {
     Now,
 }
 
-/// Syncs a file outside the thread that writes it. It ends with this.
+/// Handle of the thread. The thread ends when this is dropped.
 pub(super) struct SyncThread(Sender<Order>);
 
 impl SyncThread {
@@ -28,7 +28,7 @@ impl SyncThread {
 
     /// Syncs this file from now on.
     pub(super) fn follow(&self, file: File) {
-        // The thread lives as long as this.
+        // the thread lives as long as this handle
         let _ = self.0.send(Order::Follow(file));
     }
 
@@ -56,7 +56,7 @@ fn sync_all(orders: &Receiver<Order>) {
             && let Err(error) = file.sync_data()
             && !std::mem::replace(&mut failed, true)
         {
-            eprintln!("record: cannot be synced: {error}");
+            eprintln!("record: cannot sync the file: {error}");
         }
         due = Instant::now() + PERIOD;
     }

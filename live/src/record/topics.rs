@@ -1,4 +1,4 @@
-//! The topics of a recorded session: names, types and definitions.
+//! Topics of a recording: names, types and definitions.
 
 use std::fmt::Write;
 
@@ -117,7 +117,7 @@ geometry_msgs/Vector3 torque
     }
 }
 
-/// A signal of an actuator's force, under the name that offline knows.
+/// A force or pressure signal of an actuator, under the name that offline analysis expects.
 pub(super) fn actuator(name: String) -> Topic {
     Topic {
         name,
@@ -126,8 +126,8 @@ pub(super) fn actuator(name: String) -> Topic {
     }
 }
 
-/// What the monitor says: integers as on the wire, then every number under the name of its column in
-/// `samples.parquet`. The header's stamp is the time of the row.
+/// Verdicts: integers as on the wire, then every number under the name of its column in `samples.parquet`.
+/// The header's stamp is the time of the row.
 pub(super) fn verdict(names: &Names) -> Topic {
     let mut definition = String::from("std_msgs/Header header\n");
     for name in VERDICT_INTEGERS {
@@ -174,8 +174,7 @@ pub(super) const VERDICT_COUNTS: [&str; 7] = [
 pub(super) const VERDICT_TIMES: [&str; 3] =
     ["published_ns", "valid_until_ns", "sample_published_ns"];
 
-/// What the control of the suspension tells the valves, as on the wire; lists have an entry for each
-/// actuator.
+/// Valve commands, as on the wire. Lists have one entry per actuator.
 pub(super) fn command() -> Topic {
     let mut definition = String::from("std_msgs/Header header\nstring mode\nstring status\n");
     definition.push_str("string[] hold_reasons\n");
@@ -204,7 +203,7 @@ const COMMAND_INTEGERS: [&str; 4] = ["event", "level", "iterations", "evaluation
 const COMMAND_COUNTS: [&str; 4] = ["sequence", "source", "sample_sequence", "verdict_sequence"];
 const COMMAND_LISTS: [&str; 5] = ["opening", "measured", "reference", "velocity", "target"];
 
-/// What the recorder could not write.
+/// Messages that the recorder lost.
 pub(super) fn gap() -> Topic {
     Topic {
         name: monitor_topic::GAPS.into(),
@@ -218,7 +217,7 @@ pub(super) fn gap() -> Topic {
     }
 }
 
-/// A name as messages may have it: letters, digits and underscores.
+/// A valid name of a field: letters, digits and underscores.
 fn field_name(name: &str) -> String {
     let allowed = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     name.to_lowercase().chars().map(allowed).collect()

@@ -1,5 +1,5 @@
-//! The thread that waits for the disk: batches of a few milliseconds, files of a minute, old files
-//! removed, and a new start where a file fails.
+//! The thread that waits for the disk: it writes batches of a few milliseconds into files of a minute, removes
+//! old files, and starts a new one when a file fails.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -15,10 +15,9 @@ use super::retention::Retention;
 use super::segment::{Preamble, Segment, sync_folder};
 use super::sync::SyncThread;
 
-/// A batch gathers for so long: with the wait for its messages and its write, a process that is killed
-/// loses no more than 20 ms.
+/// Time covered by a batch. Including polling and writing, a killed process loses no more than 20 ms.
 const BATCH_PERIOD: Duration = Duration::from_millis(8);
-/// The wait before a failed file is tried anew.
+/// Time before writing is retried after a failure.
 const RETRY_PERIOD: Duration = Duration::from_secs(1);
 
 /// What was written.
@@ -30,12 +29,12 @@ pub struct RecordCounts {
     pub verdicts: u64,
     /// Commands written.
     pub commands: u64,
-    /// Samples that came but could not be written, or were lost on the way to the recorder.
+    /// Samples that could not be written, or were lost on the way to the recorder.
     pub samples_lost: u64,
-    /// Verdicts and commands that came but could not be written, or were lost on the way to the recorder.
+    /// Verdicts and commands that could not be written, or were lost on the way to the recorder.
     pub verdicts_lost: u64,
-    /// Samples that failed the checks, as they did for the monitor; they are in no file. One whose number could
-    /// not be read counts as lost, too.
+    /// Samples that failed the checks, as they did in the monitor; they are not recorded. One whose sequence
+    /// number is unreadable counts as lost, too.
     pub samples_refused: u64,
 }
 
@@ -59,7 +58,7 @@ pub(super) struct Plan {
     pub(super) retention: Retention,
 }
 
-/// Writes all that is pending, until it ends.
+/// Writes the pending messages of a session.
 pub(super) struct FileWriter {
     plan: Plan,
     pending: Arc<Pending>,
@@ -72,7 +71,7 @@ pub(super) struct FileWriter {
 }
 
 impl FileWriter {
-    /// Begins the first file.
+    /// Creates the first file.
     pub(super) fn begin(plan: Plan, pending: Arc<Pending>) -> Result<Self> {
         std::fs::create_dir_all(&plan.folder)?;
         let mut writer = Self {
@@ -89,7 +88,7 @@ impl FileWriter {
         Ok(writer)
     }
 
-    /// Writes until `ends` is set and nothing waits.
+    /// Writes until `ends` is set and no message waits.
     pub(super) fn run(mut self, ends: &AtomicBool) -> Result<RecordCounts> {
         loop {
             let is_last = ends.load(Ordering::Acquire);
@@ -125,15 +124,15 @@ impl FileWriter {
         match self.write(&messages, dropped) {
             Ok(()) => {
                 if self.failed.take().is_some() {
-                    eprintln!("record: writing again");
+                    eprintln!("record: writing has resumed");
                 }
                 self.count(&messages, dropped);
             }
             Err(error) => {
                 if self.failed.replace(Instant::now()).is_none() {
-                    eprintln!("record: {error:#}; trying again in a new file");
+                    eprintln!("record: {error:#}; retrying in a new file");
                 }
-                // What stands in the file so far stays there; what follows goes into a new one.
+                // what was written stays; the rest goes into a new file
                 self.segment = None;
                 self.plan.retention.make_room();
                 self.pending.give_back(messages, dropped);
@@ -180,7 +179,7 @@ impl FileWriter {
         Ok(())
     }
 
-    /// Ends the file if it is long enough.
+    /// Finishes the file if it is long enough.
     fn split(&mut self, messages: &VecDeque<Encoded>) -> Result<()> {
         let Some(now_ns) = messages.back().map(|message| message.log_time_ns) else {
             return Ok(());

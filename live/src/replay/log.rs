@@ -1,4 +1,4 @@
-//! The samples of a log that a machine's monitor needs, ready to be sent.
+//! The samples of a log that a machine's monitor needs.
 
 use std::path::Path;
 
@@ -12,29 +12,29 @@ use crate::wire::session::{Session, machine_hash};
 
 /// The samples of a machine's sensors in a log.
 #[derive(Debug)]
-pub struct Recording {
-    /// What to announce; its identity is not set.
+pub struct LogSamples {
+    /// The session to announce. Its identity is not set.
     pub session: Session,
-    /// What of the log was lost.
+    /// Losses of the log.
     pub losses: Losses,
     sensors: Vec<Sensor>,
     columns: Vec<SensorRecording>,
 }
 
-impl Recording {
+impl LogSamples {
     /// Reads the samples of the sensors that the machine file binds to.
     ///
     /// # Errors
-    /// The log cannot be read, a signal is missing or ambiguous, or the machine does not fit.
+    /// The log cannot be read, a signal is missing or ambiguous, or the machine does not match the log.
     pub fn read(path: &Path, file: &MachineFile, urdf: Option<&Path>) -> Result<Self> {
         let log = Log::open(path)?;
         let urdf = file.urdf(urdf, Some(&log))?;
         let bound = bind(&log, &file.spec, &urdf.text, &urdf.name)?;
         let (machine, matched) = (&bound.machine, &bound.matched);
-        // a monitor sees no /tf_static: it would compute with another mounting
+        // a monitor does not see /tf_static and would assume another mounting
         ensure!(
             !machine.imu().source.starts_with("/tf_static"),
-            "{}: the IMU's mounting is known from {} alone: expected [imu] in the machine file for live use",
+            "{}: the IMU's mounting is known only from {}; expected [imu] in the machine file for live use",
             file.path.display(),
             machine.imu().source
         );
@@ -60,7 +60,7 @@ impl Recording {
             actuated_joints,
             imu_frame: bound.topics.imu_frame.clone(),
         };
-        // What a reader will do with it works here too, or is told here.
+        // an error that every reader would meet is reported here
         session.machine(file, &urdf)?;
         Ok(Self {
             session,
@@ -70,13 +70,13 @@ impl Recording {
         })
     }
 
-    /// The samples and their log times, in nanoseconds, in the order in which the recorder received them.
+    /// The samples and their log times (ns), in the order in which the recorder received them.
     pub fn samples(&self) -> impl Iterator<Item = (Sample<'_>, i64)> {
         let signals: Vec<_> = self.sensors.iter().copied().zip(&self.columns).collect();
         arrivals(signals)
     }
 
-    /// Gives the session an identity of its own: two replays of one log are two sessions.
+    /// Gives the session a new identity: two replays of one log are two sessions.
     pub fn set_identity(&mut self) {
         self.session.id = new_identity(self.session.machine_hash);
     }

@@ -3,5 +3,5 @@
 mod log;
 mod send;
 
-pub use log::Recording;
+pub use log::LogSamples;
 pub use send::{ReplayCounts, ReplayOptions, Speed, replay};

@@ -1,40 +1,39 @@
-//! Replay: a log's samples into shared memory, as a machine would write them.
+//! Sends the samples of a log, paced as recorded or as fast as possible.
 
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, anyhow};
 
-use super::log::Recording;
+use super::log::LogSamples;
 use crate::node::Producer;
 use crate::node::{LiveNode, pause};
 use crate::system::signals::Interrupted;
 use crate::wire::topics::{SAMPLE_QUEUE, WireSample, WireSession};
 
-/// How often new readers are looked for.
-const GREETING_PERIOD: Duration = Duration::from_millis(20);
-/// How often dead readers are looked for.
-const DEAD_CHECK_PERIOD: Duration = Duration::from_millis(200);
-/// How long a reader may hang before a lossless replay gives up.
+/// How often new readers are connected.
+const CONNECT_PERIOD: Duration = Duration::from_millis(20);
+/// How often the nodes of dead readers are removed.
+const DEAD_NODE_CHECK: Duration = Duration::from_millis(200);
+/// How long a reader may stall before a lossless replay gives up.
 const STALL_LIMIT: Duration = Duration::from_secs(30);
-/// How long a lossy replay waits for the end to be read.
+/// How long a lossy replay waits until the end has been read.
 const END_LIMIT: Duration = Duration::from_secs(2);
-/// The wait between two looks at the readers' progress.
+/// Time between two checks of the readers' progress.
 const RETRY_PERIOD: Duration = Duration::from_micros(50);
-/// How far a reader may be behind in a lossless replay: its queue overwrites what is further.
-const MOST_BEHIND: u64 = SAMPLE_QUEUE as u64 / 2;
+/// How far a reader may lag in a lossless replay, before its queue overwrites samples.
+const MAX_BACKLOG: u64 = SAMPLE_QUEUE as u64 / 2;
 
 /// How fast samples are sent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Speed {
-    /// This many times as fast as recorded.
+    /// Relative to the log.
     Factor(f64),
     /// As fast as possible.
     Max,
 }
 
 impl Speed {
-    /// How many times as fast as real time the sensors' clock runs; 0 where it has nothing to do with
-    /// real time.
+    /// Speed of the sensors' clock relative to real time; 0 if unrelated to real time.
     #[must_use]
     pub fn pace(self) -> f64 {
         match self {
@@ -44,48 +43,44 @@ impl Speed {
     }
 }
 
-/// How a replay goes.
+/// Options of a replay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReplayOptions {
-    /// How fast.
+    /// Speed.
     pub speed: Speed,
-    /// Whether to wait for readers rather than to overwrite what they have not read.
+    /// Whether to wait for readers instead of overwriting samples that they have not read.
     pub lossless: bool,
-    /// How many readers to wait for.
+    /// Number of readers to wait for.
     pub readers: usize,
     /// How long to wait for them.
     pub wait: Duration,
 }
 
-/// What a replay did.
+/// Result of a replay.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ReplayCounts {
     /// Samples sent.
     pub sent: u64,
-    /// Whether a signal ended it early.
+    /// Whether a signal stopped it early.
     pub interrupted: bool,
 }
 
-/// Sends all samples of `recording`, and the end.
+/// Sends all samples, and the end of the session.
 ///
 /// # Errors
-/// A lossless replay has no reader, or its reader goes or hangs; the shared memory fails; a sample or
-/// a name is too long for the wire.
-pub fn replay(
-    recording: &Recording,
-    joined: &LiveNode,
-    options: ReplayOptions,
-) -> Result<ReplayCounts> {
-    let session = &recording.session;
+/// A lossless replay has no reader, or loses it; the shared memory fails; a sample or a name is too long
+/// for the wire.
+pub fn replay(log: &LogSamples, node: &LiveNode, options: ReplayOptions) -> Result<ReplayCounts> {
+    let session = &log.session;
     let mut replay = Replay {
-        producer: Producer::new(joined, session.id, session.machine_hash)?,
-        joined,
+        producer: Producer::new(node, session.id, session.machine_hash)?,
+        node,
         options,
         counts: ReplayCounts::default(),
-        greeted: Instant::now(),
+        connected: Instant::now(),
         checked: Instant::now(),
     };
-    match replay.run(recording) {
+    match replay.run(log) {
         Ok(()) => Ok(replay.counts),
         Err(Stop::Interrupted) => Ok(ReplayCounts {
             interrupted: true,
@@ -95,7 +90,7 @@ pub fn replay(
     }
 }
 
-/// Why a replay ends early.
+/// Why a replay stops early.
 enum Stop {
     Interrupted,
     Failed(anyhow::Error),
@@ -115,30 +110,30 @@ impl From<Interrupted> for Stop {
 
 struct Replay<'a> {
     producer: Producer,
-    joined: &'a LiveNode,
+    node: &'a LiveNode,
     options: ReplayOptions,
     counts: ReplayCounts,
-    greeted: Instant,
-    /// When dead readers were last looked for.
+    connected: Instant,
+    /// When dead nodes were last removed.
     checked: Instant,
 }
 
 impl Replay<'_> {
-    fn run(&mut self, recording: &Recording) -> Result<(), Stop> {
-        let mut session = WireSession::try_from(&recording.session)?;
+    fn run(&mut self, log: &LogSamples) -> Result<(), Stop> {
+        let mut session = WireSession::try_from(&log.session)?;
         self.producer.announce(&mut session)?;
         self.wait_for_readers()?;
         let mut pace = None;
-        for (sample, log_time_ns) in recording.samples() {
+        for (sample, log_time_ns) in log.samples() {
             let mut wire = WireSample::new(&sample, log_time_ns)?;
             if let Speed::Factor(factor) = self.options.speed {
                 let (start, first_ns) = *pace.get_or_insert((Instant::now(), log_time_ns));
                 let since_s = log_time_ns.saturating_sub(first_ns) as f64 * 1e-9 / factor;
                 self.wait_until(start + Duration::try_from_secs_f64(since_s).unwrap_or_default())?;
             }
-            self.keep_company()?;
+            self.maintain()?;
             if self.options.lossless {
-                self.wait_for_room(MOST_BEHIND)?;
+                self.wait_for_room(MAX_BACKLOG)?;
             }
             self.producer.send(&mut wire)?;
             self.counts.sent += 1;
@@ -169,13 +164,13 @@ impl Replay<'_> {
         Ok(self.producer.update_connections()?)
     }
 
-    /// Now and then: gives late joiners the session, ends a lossless replay whose readers have gone, and
-    /// looks for a signal.
-    fn keep_company(&mut self) -> Result<(), Stop> {
-        if self.greeted.elapsed() < GREETING_PERIOD {
+    /// From time to time: connects new readers, stops a lossless replay that has lost its readers, and checks
+    /// for a signal.
+    fn maintain(&mut self) -> Result<(), Stop> {
+        if self.connected.elapsed() < CONNECT_PERIOD {
             return Ok(());
         }
-        self.greeted = Instant::now();
+        self.connected = Instant::now();
         self.producer.update_connections()?;
         if self.options.lossless {
             self.check_reader()?;
@@ -184,13 +179,13 @@ impl Replay<'_> {
     }
 
     fn check_reader(&mut self) -> Result<()> {
-        if self.checked.elapsed() >= DEAD_CHECK_PERIOD {
+        if self.checked.elapsed() >= DEAD_NODE_CHECK {
             self.checked = Instant::now();
-            self.joined.remove_dead_nodes();
+            self.node.remove_dead_nodes();
         }
         if self.producer.readers() == 0 {
             return Err(anyhow!(
-                "the reader has gone after {} samples",
+                "the reader has disappeared after {} samples",
                 self.counts.sent
             ));
         }
@@ -203,26 +198,22 @@ impl Replay<'_> {
             if left.is_zero() {
                 return Ok(());
             }
-            pause(left.min(GREETING_PERIOD))?;
-            self.keep_company()?;
+            pause(left.min(CONNECT_PERIOD))?;
+            self.maintain()?;
         }
     }
 
-    /// Waits until every reader is no further behind than this.
-    fn wait_for_room(&mut self, most: u64) -> Result<(), Stop> {
+    /// Waits until no reader lags further behind than this.
+    fn wait_for_room(&mut self, max: u64) -> Result<(), Stop> {
         let start = Instant::now();
-        while self
-            .producer
-            .backlog()?
-            .is_none_or(|backlog| backlog > most)
-        {
+        while self.producer.backlog()?.is_none_or(|backlog| backlog > max) {
             self.check_reader()?;
             // a reader that still waits for the session takes no samples
             self.producer.update_connections()?;
             if start.elapsed() >= STALL_LIMIT {
                 let seconds = STALL_LIMIT.as_secs();
                 return Err(anyhow!(
-                    "sample {}: expected every reader to go on within {seconds} s, found one that does not",
+                    "sample {}: expected every reader to make progress within {seconds} s, found a stalled one",
                     self.counts.sent
                 )
                 .into());
@@ -232,7 +223,7 @@ impl Replay<'_> {
         Ok(())
     }
 
-    /// Sends the end and waits for readers to have read it, so that the memory lives until then.
+    /// Sends the end and waits until it was read: the memory must live until then.
     fn end(&mut self) -> Result<(), Stop> {
         self.producer.send(&mut WireSample::end())?;
         let limit = if self.options.lossless {
@@ -246,10 +237,10 @@ impl Replay<'_> {
                 break;
             }
             pause(Duration::from_millis(1))?;
-            if self.checked.elapsed() >= DEAD_CHECK_PERIOD {
+            if self.checked.elapsed() >= DEAD_NODE_CHECK {
                 self.checked = Instant::now();
                 self.producer.update_connections()?;
-                if self.joined.remove_dead_nodes() > 0
+                if self.node.remove_dead_nodes() > 0
                     && self.producer.readers() == 0
                     && self.options.lossless
                 {

@@ -1,123 +1,110 @@
-//! Commands to the valves between the control and the wire.
+//! Valve commands: modes, reasons to hold, and their numbers on the wire.
 
+use strum::VariantArray;
 use tipwatch_suspension::Status;
 
 use crate::wire::topics::WireCommand;
 
-/// What the valves do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+/// Mode of the valves.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Default,
+    strum::FromRepr,
+    strum::IntoStaticStr,
+)]
+#[strum(serialize_all = "snake_case")]
 #[repr(u32)]
 pub enum Mode {
-    /// Closed.
+    /// Held closed.
     #[default]
     Hold = 0,
-    /// On their way from where they were to closed.
+    /// Closing.
     Ramp = 1,
-    /// They follow the stabiliser.
+    /// Following the optimiser.
     Follow = 2,
 }
 
 impl Mode {
-    /// The mode of this number; [`Mode::Hold`] of any other.
+    /// The mode of this number; [`Mode::Hold`] for an unknown one.
     #[must_use]
     pub fn from_number(number: u32) -> Self {
-        [Self::Hold, Self::Ramp, Self::Follow]
-            .into_iter()
-            .find(|&mode| mode as u32 == number)
-            .unwrap_or_default()
+        Self::from_repr(number).unwrap_or_default()
     }
 
-    /// Its name.
+    /// Name in recordings and on the screen.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Hold => "hold",
-            Self::Ramp => "ramp",
-            Self::Follow => "follow",
-        }
+        self.into()
     }
 }
 
-/// Why the valves do not follow the stabiliser.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Why the valves do not follow the optimiser.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(serialize_all = "snake_case")]
 #[repr(u8)]
 pub enum HoldReason {
-    /// No row has come, or none for too long.
+    /// No row has been received, or none for too long.
     NoRow,
-    /// The row's state is not known: a gap, an implausible signal, an estimate that settles.
+    /// The state of the row is unknown: a gap, an implausible signal, an estimate that has not settled.
     RowInvalid,
-    /// There is no verdict of this session, or it has run out.
+    /// There is no verdict of this session, or it has expired.
     NoVerdict,
-    /// The monitor says unknown or fault, or a fault waits to be acknowledged.
+    /// The verdict is unknown or fault, or a fault has not been acknowledged.
     Verdict,
-    /// The control's own checks have found a fault of the input.
+    /// The control's own checks have found a fault in the input.
     Input,
-    /// The stabiliser has no solution.
+    /// The optimiser has no solution.
     NoSolution,
-    /// A rod has not moved though its valve was open: until somebody acknowledges.
+    /// A rod has not moved although its valve was open. Needs an acknowledgement.
     NotFollowing,
-    /// Commands come too long after their samples.
+    /// Commands are published too long after their samples.
     Late,
-    /// All is well again, but only just.
+    /// Everything is good, but not for long enough.
     Starting,
 }
 
 impl HoldReason {
-    /// All reasons, in their order.
-    pub const ALL: [Self; 9] = [
-        Self::NoRow,
-        Self::RowInvalid,
-        Self::NoVerdict,
-        Self::Verdict,
-        Self::Input,
-        Self::NoSolution,
-        Self::NotFollowing,
-        Self::Late,
-        Self::Starting,
-    ];
-
-    /// Its name.
+    /// Name in recordings and on the screen.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::NoRow => "no_row",
-            Self::RowInvalid => "row_invalid",
-            Self::NoVerdict => "no_verdict",
-            Self::Verdict => "verdict",
-            Self::Input => "input",
-            Self::NoSolution => "no_solution",
-            Self::NotFollowing => "not_following",
-            Self::Late => "late",
-            Self::Starting => "starting",
-        }
+        self.into()
     }
 }
 
-/// A set of reasons to hold; empty where the valves follow.
+/// A set of reasons to hold; empty if the valves follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct HoldReasons(u32);
 
 impl HoldReasons {
-    /// Adds a reason where it is the case.
-    pub fn note(&mut self, reason: HoldReason, is_the_case: bool) {
-        self.0 |= u32::from(is_the_case) << reason as u8;
+    /// Adds a reason if it applies.
+    pub fn note(&mut self, reason: HoldReason, applies: bool) {
+        self.0 |= u32::from(applies) << reason as u8;
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether it has `reason`.
+    /// Whether the set contains `reason`.
     #[must_use]
     pub fn has(self, reason: HoldReason) -> bool {
         self.0 >> reason as u8 & 1 == 1
     }
 
-    /// The reasons, in their order.
+    /// The reasons, in order.
     pub fn iter(self) -> impl Iterator<Item = HoldReason> {
-        HoldReason::ALL.into_iter().filter(move |&r| self.has(r))
+        HoldReason::VARIANTS
+            .iter()
+            .copied()
+            .filter(move |&reason| self.has(reason))
     }
 
     /// The set as bits, for the wire.
@@ -126,14 +113,14 @@ impl HoldReasons {
         self.0
     }
 
-    /// The set of these bits. Bits of no known reason stay: they are reasons of a newer program.
+    /// The set with these bits. Unknown bits are kept: a newer program has more reasons.
     #[must_use]
     pub fn from_bits(bits: u32) -> Self {
         Self(bits)
     }
 }
 
-/// All states of the stabiliser, in the order of their numbers on the wire, which begin with 1.
+/// All statuses of the optimiser, in the order of their numbers on the wire, which start at 1.
 const STATUSES: [Status; 7] = [
     Status::Optimal,
     Status::WorkLimit,
@@ -144,7 +131,7 @@ const STATUSES: [Status; 7] = [
     Status::PositionUnknown,
 ];
 
-/// The number of a status on the wire; 0 where the stabiliser was not asked.
+/// The number of a status on the wire; 0 if the optimiser was not asked.
 #[must_use]
 pub fn status_number(status: Option<Status>) -> u32 {
     let place = STATUSES.iter().position(|&s| Some(s) == status);
@@ -152,7 +139,7 @@ pub fn status_number(status: Option<Status>) -> u32 {
 }
 
 impl WireCommand {
-    /// What the valves do.
+    /// Mode of the valves.
     #[must_use]
     pub fn mode(&self) -> Mode {
         Mode::from_number(self.mode)
@@ -164,20 +151,20 @@ impl WireCommand {
         HoldReasons::from_bits(self.reasons)
     }
 
-    /// How the stabiliser found its last command; `None` where it was not asked.
+    /// Status of the optimiser's last solution; `None` if it was not asked.
     #[must_use]
     pub fn status(&self) -> Option<Status> {
         let place = self.status.checked_sub(1)?;
         STATUSES.get(place as usize).copied()
     }
 
-    /// The name of its status.
+    /// Name of the status.
     #[must_use]
     pub fn status_name(&self) -> &'static str {
         self.status().map_or("not_asked", Status::name)
     }
 
-    /// A command to hold with closed valves.
+    /// A command that holds the valves closed.
     #[must_use]
     pub fn closed() -> Self {
         use crate::wire::topics::Wire;
@@ -201,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_on_the_wire_come_back() {
+    fn statuses_survive_the_wire() {
         for status in STATUSES {
             let wire = WireCommand {
                 status: status_number(Some(status)),
@@ -211,11 +198,11 @@ mod tests {
         }
         assert_eq!(status_number(None), 0);
         assert_eq!(WireCommand::closed().status(), None);
-        // damage never opens a valve
+        // a damaged number never opens a valve
         assert_eq!(Mode::from_number(77), Mode::Hold);
         let mut reasons = HoldReasons::default();
-        for (count, reason) in HoldReason::ALL.into_iter().enumerate() {
-            reasons.note(reason, true);
+        for (count, reason) in HoldReason::VARIANTS.iter().enumerate() {
+            reasons.note(*reason, true);
             assert_eq!(reasons.iter().count(), count + 1);
         }
     }

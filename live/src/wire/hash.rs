@@ -1,6 +1,6 @@
-//! The hash FNV-1a of 64 bits: tells layouts, machines and sessions apart; no protection against intent.
+//! FNV-1a, 64 bits: distinguishes layouts, machines and sessions. Not a protection against manipulation.
 
-/// A hash under way.
+/// A hash in progress.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fnv1a(u64);
 
@@ -11,13 +11,13 @@ impl Default for Fnv1a {
 }
 
 impl Fnv1a {
-    /// The hash of nothing.
+    /// The hash of no data.
     #[must_use]
     pub(super) const fn new() -> Self {
         Self(0xcbf2_9ce4_8422_2325)
     }
 
-    /// Takes bytes, and how many they are: so that "ab", "c" is not "a", "bc".
+    /// Adds bytes and their number, so that "ab", "c" differs from "a", "bc".
     #[must_use]
     pub(super) const fn bytes(mut self, bytes: &[u8]) -> Self {
         let mut i = 0;
@@ -28,7 +28,7 @@ impl Fnv1a {
         self.number(bytes.len() as u64)
     }
 
-    /// Takes a number.
+    /// Adds a number.
     #[must_use]
     pub(super) const fn number(mut self, number: u64) -> Self {
         let bytes = number.to_le_bytes();

@@ -1,9 +1,9 @@
-//! Identities of sources: numbers that no two runs of a program share.
+//! Identities of message sources: unique for every run of a program.
 
 use crate::system::clock::unix_ns;
 use crate::wire::hash::Fnv1a;
 
-/// An identity for this run, of a program for this machine.
+/// A new identity for this run and machine.
 #[must_use]
 pub fn new_identity(machine_hash: u64) -> u64 {
     Fnv1a::new()

@@ -1,72 +1,72 @@
-//! What every message on the wire has: a head, a checksum, and a layout that both ends compare.
+//! What every message on the wire has: a head, a checksum, and a layout that both sides compare.
 
 use std::fmt::Debug;
 
 use iceoryx2::prelude::ZeroCopySend;
 
-/// "TIPWATCH" and the version of the wire: the first number of every message.
+/// "TIPWAT" and the version of the wire format: the first number of every message.
 pub const MAGIC: u64 = u64::from_le_bytes(*b"TIPWAT\x00\x02");
 
-/// A message type: its layout, its head and its checksum.
+/// A message type: its layout, head and checksum.
 pub trait Wire: ZeroCopySend + Debug + Copy + 'static {
-    /// Name of the type on the wire, with its version.
+    /// Name and version of the type on the wire.
     const TYPE_NAME: &'static str;
-    /// FNV-1a over name, place and size of each field.
+    /// FNV-1a hash over name, offset and size of each field.
     const LAYOUT: u64;
-    /// The fields in their order.
+    /// The fields in order.
     const FIELDS: &'static [Field];
-    /// What it is for.
+    /// Documentation of the type.
     const DOC: &'static [&'static str];
 
-    /// All numbers zero: no message yet.
+    /// A message of zeros, to be filled in.
     #[must_use]
     fn blank() -> Self;
 
     /// The head.
     fn head(&self) -> Head;
 
-    /// Sets the head and the checksum: the last thing before a message is sent.
+    /// Sets head and checksum: the last step before a message is sent.
     fn seal(&mut self, head: Head);
 
-    /// Whether magic number and checksum are right: the message is whole and of this version.
+    /// Whether magic number and checksum are correct: the message is undamaged and of this version.
     fn is_whole(&self) -> bool;
 }
 
-/// What every message begins with, after the magic number.
+/// The first fields of every message, after the magic number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Head {
-    /// Counts the messages of a source from zero: a jump is a loss.
+    /// Sequence number, from zero for each source: a jump means lost messages.
     pub sequence: u64,
-    /// Tells this source from every other one: a producer's session, or a run of the monitor.
+    /// Identifies the source: a producer's session, or a run of the monitor.
     pub source: u64,
     /// Hash of machine file and URDF.
     pub machine_hash: u64,
-    /// When what it says holds (ns), by the clock of the sensors.
+    /// Time to which the content applies (ns), by the sensors' clock.
     pub time_ns: i64,
-    /// When it was published (ns), by CLOCK_MONOTONIC of this computer.
+    /// Publication time (ns), by this computer's CLOCK_MONOTONIC.
     pub published_ns: i64,
 }
 
 /// A field, for the C header.
 #[derive(Debug, Clone, Copy)]
 pub struct Field {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its type without dimensions, in C.
+    /// C type without dimensions.
     pub c_type: &'static str,
-    /// Its dimensions, outermost first.
+    /// Dimensions, outermost first.
     pub dimensions: &'static [usize],
-    /// Where it is (bytes).
+    /// Offset (bytes).
     pub offset: usize,
-    /// What it means.
+    /// Documentation.
     pub doc: &'static [&'static str],
 }
 
-/// A type that a field may have.
+/// A type allowed for fields.
 pub trait FieldType {
-    /// Its name in C, without dimensions.
+    /// C name without dimensions.
     const C_TYPE: &'static str;
-    /// Its dimensions, outermost first.
+    /// Dimensions, outermost first.
     const DIMENSIONS: &'static [usize];
 }
 
@@ -105,18 +105,18 @@ macro_rules! wire {
             pub struct $name {
                 /// [`MAGIC`]
                 pub magic: u64,
-                /// Counts the messages of a source from zero: a jump is a loss.
+                /// Sequence number, from zero for each source: a jump means lost messages.
                 pub sequence: u64,
-                /// Tells this source from every other one.
+                /// Identifies the source.
                 pub source: u64,
                 /// Hash of machine file and URDF.
                 pub machine_hash: u64,
-                /// When what it says holds (ns), by the clock of the sensors.
+                /// Time to which the content applies (ns), by the sensors' clock.
                 pub time_ns: i64,
-                /// When it was published (ns), by CLOCK_MONOTONIC of this computer.
+                /// Publication time (ns), by this computer's CLOCK_MONOTONIC.
                 pub published_ns: i64,
                 $($(#[doc = $field_doc])* pub $field: $type,)*
-                /// CRC-32 (the one of zlib) of all bytes before this number.
+                /// CRC-32 (as in zlib) of all bytes before this field.
                 pub checksum: u64,
             }
         }
@@ -149,7 +149,7 @@ macro_rules! wire {
 
             #[allow(unsafe_code, reason = "see inside")]
             fn blank() -> Self {
-                // SAFETY: all fields are numbers or arrays of them, for which zero bits are a value.
+                // SAFETY: all fields are numbers or arrays of numbers, for which all bits zero are valid.
                 unsafe { std::mem::zeroed() }
             }
 
@@ -178,19 +178,16 @@ macro_rules! wire {
             }
         }
 
-        // Without padding every byte that is shared is initialised.
+        // no padding: every shared byte is initialised
         const _: () = assert!(size_of::<$name>() == 0 $(+ size_of::<$type>())*);
     };
 }
 
-/// CRC-32 (IEEE 802.3, the one of zlib) of the bytes of a message before its checksum.
-#[allow(
-    unsafe_code,
-    reason = "the bytes of a message are what its checksum is of"
-)]
+/// CRC-32 (IEEE 802.3, as in zlib) of the bytes of a message before its checksum.
+#[allow(unsafe_code, reason = "the checksum covers the bytes of the message")]
 pub(crate) fn own_checksum<T: Wire>(message: &T) -> u64 {
     let bytes = size_of::<T>() - size_of::<u64>();
-    // SAFETY: the bytes are within the message, and initialised: `wire!` refuses types with padding.
+    // SAFETY: the bytes lie within the message and are initialised: `wire!` rejects types with padding.
     let bytes = unsafe { std::slice::from_raw_parts(std::ptr::from_ref(message).cast(), bytes) };
     u64::from(crc32fast::hash(bytes))
 }

@@ -1,4 +1,4 @@
-//! The names of what a verdict's numbers are of.
+//! Names of wheels and edges, and of the numbers of a verdict.
 
 use anyhow::Result;
 use tipwatch_mechanics::{ColumnNames, Quantity, RowColumn};
@@ -6,14 +6,14 @@ use tipwatch_mechanics::{ColumnNames, Quantity, RowColumn};
 use crate::wire::session::name_from_wire;
 use crate::wire::topics::{MAX_PLACES, WireMachine, WireVerdict};
 
-/// Names of a machine's wheels and edges, in lower case, in the order of the numbers.
+/// Names of a machine's wheels and edges, in lower case and in the order of the numbers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Names {
-    /// The machine.
+    /// Name of the machine.
     pub machine: String,
-    /// Its wheels.
+    /// Names of its wheels.
     pub wheels: Vec<String>,
-    /// The edges of its support polygon.
+    /// Names of the edges of its support polygon.
     pub edges: Vec<String>,
 }
 
@@ -34,7 +34,7 @@ impl TryFrom<&WireMachine> for Names {
 }
 
 impl Names {
-    /// Every number of a verdict, in the order of [`Self::columns`].
+    /// Calls `each` with every number of a verdict, in the order of [`Self::columns`].
     pub fn each_number(&self, verdict: &WireVerdict, mut each: impl FnMut(f64)) {
         WireVerdict::each_quantity(self.wheels.len(), self.edges.len(), |quantity| {
             each(verdict.number(quantity).unwrap_or(f64::NAN));

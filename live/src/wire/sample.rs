@@ -1,4 +1,4 @@
-//! Samples between the wire and the estimator.
+//! Samples: conversion between the wire and the estimator.
 
 use std::fmt;
 
@@ -22,7 +22,7 @@ pub struct SampleCounts {
     pub repeated: u64,
 }
 
-/// What a message on the wire is.
+/// Content of a message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Message<'a> {
     /// A sample of a sensor.
@@ -31,23 +31,23 @@ pub enum Message<'a> {
     End,
 }
 
-/// A message whose kind or count of values is none that exists.
+/// The kind of a message is unknown, or it has too many values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Malformed;
 
 impl fmt::Display for Malformed {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("no such kind of sensor, or too many values")
+        formatter.write_str("unknown kind of sensor, or too many values")
     }
 }
 
 impl std::error::Error for Malformed {}
 
 impl WireSample {
-    /// A sample, without its head.
+    /// A sample without head.
     ///
     /// # Errors
-    /// It has more values than a message has room for.
+    /// It has too many values for a message.
     pub fn new(sample: &Sample<'_>, log_time_ns: i64) -> Result<Self> {
         let count = sample.values.len();
         ensure!(
@@ -73,7 +73,7 @@ impl WireSample {
         Ok(wire)
     }
 
-    /// The last message of a session, without its head.
+    /// The last message of a session, without head.
     #[must_use]
     pub fn end() -> Self {
         Self {
@@ -113,7 +113,7 @@ mod tests {
     use crate::wire::topics::Head;
 
     #[test]
-    fn wire_keeps_every_bit() {
+    fn samples_survive_the_wire_bit_for_bit() {
         let values = [1.5, f64::NAN, -0.0, f64::INFINITY];
         for sensor in [
             Sensor::Joints(3),
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_shows() {
+    fn damage_is_detected() {
         let mut wire = WireSample::end();
         assert!(!wire.is_whole(), "all zeros");
         let head = Head {
@@ -155,12 +155,12 @@ mod tests {
     }
 
     #[test]
-    fn the_end_is_the_end() {
+    fn end_message_is_recognised() {
         assert_eq!(Message::try_from(&WireSample::end()), Ok(Message::End));
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn malformed_messages_are_rejected() {
         let too_many = Sample {
             sensor: Sensor::Imu,
             stamp_ns: 0,

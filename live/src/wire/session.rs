@@ -1,4 +1,4 @@
-//! What both ends agree on before the first sample: the machine, and which sensors there are.
+//! Sessions: the machine and its sensors, on which both sides agree before the first sample.
 
 use anyhow::{Context, Result, bail, ensure};
 use tipwatch_binding::{MachineFile, Urdf};
@@ -19,19 +19,18 @@ pub enum Progress {
     Ended,
 }
 
-/// A session as its reader and its writer use it.
+/// A session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Session {
-    /// Tells this session from every other one.
+    /// Identity: unique for every session.
     pub id: u64,
     /// Hash of machine file and URDF.
     pub machine_hash: u64,
-    /// Samples of the session, the end not counted; 0 where nobody knows.
+    /// Samples of the session without the end message; 0 if unknown.
     pub total_samples: u64,
-    /// How many times as fast as real time the sensors' clock runs; 0 where it has nothing to do with
-    /// real time.
+    /// Speed of the sensors' clock relative to real time; 0 if unrelated to real time.
     pub pace: f64,
-    /// Whether readers are to report their progress.
+    /// Whether readers must report their progress.
     pub wants_progress: bool,
     /// Names of the joints of each stream, in the order of its values.
     pub streams: Vec<Vec<String>>,
@@ -41,14 +40,14 @@ pub struct Session {
     pub odometry: bool,
     /// Whether the tool wrench is measured.
     pub tool_wrench: bool,
-    /// Which of the machine's actuated joints have their force measured, ascending.
+    /// The machine's actuated joints whose force is measured, ascending.
     pub actuated_joints: Vec<u32>,
-    /// The frame that the IMU names.
+    /// `frame_id` of the IMU.
     pub imu_frame: Option<String>,
 }
 
 impl Session {
-    /// The machine and its sensors, as the session's writer has them.
+    /// The machine and its sensors, as the producer has them.
     ///
     /// # Errors
     /// The session is of another machine, or the machine does not fit its sensors.
@@ -75,7 +74,7 @@ impl Session {
             .any(|payload| payload.is_estimated)
         {
             bail!(
-                "{}: payload with mass = \"estimate\": a mass is estimated from a whole log; expected a number for live use",
+                "{}: payload with mass = \"estimate\": it can only be estimated from a whole log; expected a number for live use",
                 file.spec.file
             );
         }
@@ -98,7 +97,7 @@ impl Session {
             tool_wrench: self.tool_wrench,
         };
         let mut sensors = MatchedSensors::new(machine, &streams, others)?.sensors;
-        // in the order of the session's values, whatever the machine's own is
+        // in the order of the session's values, not in the machine's
         sensors.joints.clear();
         for names in &self.streams {
             let joints = names.iter().map(|name| joint_of(machine, name));
@@ -147,7 +146,7 @@ fn joint_of(machine: &Machine, name: &str) -> Result<usize> {
         })
 }
 
-/// The hash of a machine file's text and its URDF's, by which both ends know that they mean one machine.
+/// Hash of the texts of machine file and URDF: both sides compare it.
 #[must_use]
 pub fn machine_hash(file: &MachineFile, urdf: &Urdf) -> u64 {
     Fnv1a::new()
@@ -203,7 +202,7 @@ impl TryFrom<&WireSession> for Session {
     fn try_from(wire: &WireSession) -> Result<Self> {
         ensure!(
             wire.is_whole(),
-            "session: expected a whole message of this version, found damage"
+            "session: expected an undamaged message of this version"
         );
         ensure!(
             wire.pace.is_finite() && wire.pace >= 0.0,
@@ -238,7 +237,7 @@ impl TryFrom<&WireSession> for Session {
         {
             let names = session.streams.get_mut(*stream as usize);
             names
-                .context("session: a joint of no stream")?
+                .context("session: joint of an unknown stream")?
                 .push(name_from_wire(name)?);
         }
         Ok(session)
@@ -292,13 +291,13 @@ mod tests {
     }
 
     #[test]
-    fn wire_keeps_everything() {
+    fn sessions_survive_the_wire() {
         let wire = WireSession::try_from(&session()).unwrap();
         assert_eq!(Session::try_from(&wire).unwrap(), session());
     }
 
     #[test]
-    fn nothing_is_cut() {
+    fn names_are_never_truncated() {
         let long = Session {
             streams: vec![vec!["b".repeat(64)]],
             ..session()
@@ -322,12 +321,15 @@ mod tests {
     }
 
     #[test]
-    fn a_session_that_makes_no_sense_is_refused() {
+    fn inconsistent_sessions_are_rejected() {
         let mut wire = WireSession::try_from(&session()).unwrap();
         wire.joint_streams[0] = 5;
         assert!(Session::try_from(&wire).is_err(), "damage");
         wire.seal(wire.head());
-        assert!(Session::try_from(&wire).is_err(), "a joint of no stream");
+        assert!(
+            Session::try_from(&wire).is_err(),
+            "joint of an unknown stream"
+        );
         wire.joint_count = 1000;
         wire.seal(wire.head());
         assert!(Session::try_from(&wire).is_err(), "too many joints");

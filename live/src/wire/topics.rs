@@ -1,22 +1,22 @@
-//! What is on the wire: the services, their names and queue sizes, and the layout of their messages.
+//! The services on the wire: their names, queue sizes and message layouts.
 //!
-//! | service | message | who writes | queue of each reader |
+//! | service | message | writer | queue of each reader |
 //! |---|---|---|---|
-//! | `NAME/session` | [`WireSession`] | one producer, once | the latest, for late joiners too |
+//! | `NAME/session` | [`WireSession`] | one producer, once | the latest, also for late joiners |
 //! | `NAME/samples` | [`WireSample`] | one producer | [`SAMPLE_QUEUE`] |
-//! | `NAME/machine` | [`WireMachine`] | one monitor, once a session | the latest, for late joiners too |
+//! | `NAME/machine` | [`WireMachine`] | one monitor, once per session | the latest, also for late joiners |
 //! | `NAME/verdict` | [`WireVerdict`] | one monitor | [`VERDICT_QUEUE`] |
 //! | `NAME/command` | [`WireCommand`] | one control | [`COMMAND_QUEUE`] |
 //! | `NAME/acknowledge` | [`WireAcknowledge`] | operators | [`ACKNOWLEDGE_QUEUE`] |
 //! | `NAME/progress` | [`WireProgress`] | readers of a replay's samples | [`PROGRESS_QUEUE`] |
 //!
-//! `NAME/samples`, `NAME/verdict` and `NAME/command` also are services of events, sent after a message to whoever
-//! wants to be woken. Every queue overwrites what is oldest: a reader that sleeps, hangs or has died
-//! loses messages, and sees it by their sequence numbers; nobody waits for it. A replay that must not
-//! lose anything goes by what its readers say on `NAME/progress`.
+//! `NAME/samples`, `NAME/verdict` and `NAME/command` are event services too: each message notifies the
+//! listeners. A full queue overwrites its oldest message: a reader that sleeps, hangs or has died loses
+//! messages and notices it by their sequence numbers. No writer waits for it. A lossless replay waits by
+//! the progress that readers report on `NAME/progress`.
 //!
 //! iceoryx2 compares names, sizes and alignments of types. The attribute [`LAYOUT_ATTRIBUTE`] of each
-//! service also compares names and places of the fields.
+//! service adds names and offsets of the fields.
 
 use iceoryx2::prelude::ZeroCopySend;
 use tipwatch_mechanics::machine::MAX_WHEELS;
@@ -27,21 +27,21 @@ use crate::wire::hash::Fnv1a;
 pub use crate::wire::message::{Field, FieldType, Head, MAGIC, Wire};
 use crate::wire::message::{own_checksum, wire};
 
-/// The name of the services unless another is asked for.
+/// Default name of the services.
 pub const DEFAULT_SERVICE: &str = "tipwatch";
-/// What follows the name in the service of sessions.
+/// Suffix of the service of sessions.
 pub const SESSION_SUFFIX: &str = "/session";
-/// What follows the name in the service of samples.
+/// Suffix of the service of samples.
 pub const SAMPLES_SUFFIX: &str = "/samples";
-/// What follows the name in the service of machines.
+/// Suffix of the service of machines.
 pub const MACHINE_SUFFIX: &str = "/machine";
-/// What follows the name in the service of verdicts.
+/// Suffix of the service of verdicts.
 pub const VERDICT_SUFFIX: &str = "/verdict";
-/// What follows the name in the service of commands.
+/// Suffix of the service of commands.
 pub const COMMAND_SUFFIX: &str = "/command";
-/// What follows the name in the service of acknowledgements.
+/// Suffix of the service of acknowledgements.
 pub const ACKNOWLEDGE_SUFFIX: &str = "/acknowledge";
-/// What follows the name in the service of progress.
+/// Suffix of the service of progress.
 pub const PROGRESS_SUFFIX: &str = "/progress";
 
 /// Unread samples of a reader: 2 s of a sensor at 1 kHz.
@@ -50,102 +50,102 @@ pub const SAMPLE_QUEUE: usize = 2048;
 pub const VERDICT_QUEUE: usize = 2048;
 /// Unread commands of a reader: 2 s at 1 kHz.
 pub const COMMAND_QUEUE: usize = 2048;
-/// Unread sessions and machines of a reader, and how many a late joiner gets.
+/// Unread sessions or machines of a reader, and the number that a late joiner receives.
 pub const LATEST: usize = 1;
 /// Unread acknowledgements of the monitor.
 pub const ACKNOWLEDGE_QUEUE: usize = 16;
 /// Unread reports of progress of a replay.
 pub const PROGRESS_QUEUE: usize = 256;
-/// Writers of a service that has one: two would mix their messages.
+/// Writers of a service with a single writer: two would mix their messages.
 pub const ONE_WRITER: usize = 1;
-/// Readers of a service, and writers of one that has many.
+/// Maximum number of readers of a service, and of writers of one with several.
 pub const MAX_READERS: usize = 8;
-/// Messages that a reader looks at at once.
+/// Messages that a reader may hold at a time.
 pub const MAX_BORROWED: usize = 2;
-/// Processes that may have a service open.
+/// Nodes that may have a service open.
 pub const MAX_NODES: usize = 24;
-/// Name of the attribute that holds the hash of the layout.
+/// Name of the attribute with the hash of the layout.
 pub const LAYOUT_ATTRIBUTE: &str = "layout";
 
-/// Values that a sample has room for.
+/// Maximum number of values of a sample.
 pub const MAX_VALUES: usize = 128;
-/// Joints that a session has room for: a position and a rate each.
+/// Maximum number of joints of a session: each has a position and a velocity.
 pub const MAX_JOINTS: usize = MAX_VALUES / 2;
-/// Bytes of a name on the wire, the closing zero included.
+/// Bytes of a name on the wire, including the terminating zero.
 pub const NAME_BYTES: usize = 64;
-/// Wheels, and edges between them, that a verdict has room for.
+/// Maximum number of wheels, and of edges of the support polygon.
 pub const MAX_PLACES: usize = MAX_WHEELS;
-/// Causes that a verdict tells.
+/// Number of load contributions in a verdict.
 pub const CAUSES: usize = tipwatch_mechanics::Contribution::ALL.len();
 
 wire! {
     /// One message of one sensor.
     "tipwatch.Sample.v2"
     pub struct WireSample {
-        /// When the recorder of a replayed log received it (ns); 0 from a machine.
+        /// Time at which the recorder of a replayed log received it (ns); 0 from a machine.
         pub log_time_ns: i64,
-        /// Which kind of sensor: joints 1, IMU 2, odometry 3, tool wrench 4, end of the session 5, signal
-        /// of an actuator 6.
+        /// Kind of sensor: 1 joints, 2 IMU, 3 odometry, 4 tool wrench, 5 end of the session, 6 actuator
+        /// signal.
         pub kind: u32,
-        /// Which stream of this kind.
+        /// Index of the stream among those of its kind.
         pub stream: u32,
-        /// How many of the values it has.
+        /// Number of values.
         pub value_count: u32,
         /// Zero.
         pub reserved: u32,
-        /// Joints: positions (rad, m), then rates, NaN where unknown. IMU: specific force (m/s2), angular
-        /// velocity (rad/s), attitude x y z w or NaN. Odometry: velocity (m/s), angular velocity, attitude.
-        /// Tool wrench: force (N), moment (N m) by the surroundings on the tool. Actuator: its
-        /// force (N) or a pressure (Pa). Zero beyond their count.
+        /// Joints: positions (rad, m), then velocities (rad/s, m/s), NaN if unknown. IMU: specific force
+        /// (m/s2), angular velocity (rad/s), attitude as quaternion x y z w or NaN. Odometry: velocity
+        /// (m/s), angular velocity, attitude. Tool wrench: force (N) and moment (N m) of the environment
+        /// on the tool. Actuator: force (N) or pressure (Pa). Zero beyond value_count.
         pub values: [f64; MAX_VALUES],
     }
 }
 
 wire! {
-    /// What a reader must know before the first sample. Its source is the session's identity.
+    /// What a reader must know before the first sample. Its source identifies the session.
     "tipwatch.Session.v2"
     pub struct WireSession {
-        /// Samples of the session, the end not counted; 0 where nobody knows.
+        /// Samples of the session without the end message; 0 if unknown.
         pub total_samples: u64,
-        /// How many times as fast as real time the sensors' clock runs: 1 on a machine; 0 where it has
-        /// nothing to do with real time (a replay as fast as possible).
+        /// Speed of the sensors' clock relative to real time: 1 on a machine; 0 if unrelated to real time
+        /// (a replay as fast as possible).
         pub pace: f64,
-        /// How many joints there are in all streams.
+        /// Number of joints in all streams.
         pub joint_count: u32,
-        /// How many streams of joint states there are; the first is the fastest: it makes the rows.
+        /// Number of streams of joint states. The first is the fastest: each of its samples completes a row.
         pub stream_count: u32,
-        /// One where there is an IMU.
+        /// 1 if there is an IMU.
         pub has_imu: u32,
-        /// One where there is odometry.
+        /// 1 if there is odometry.
         pub has_odometry: u32,
-        /// One where the tool wrench is measured.
+        /// 1 if the tool wrench is measured.
         pub has_tool_wrench: u32,
-        /// One where readers are to report their progress.
+        /// 1 if readers must report their progress.
         pub wants_progress: u32,
-        /// A bit for each of the machine's actuated joints whose force is measured.
+        /// Bits: the machine's actuated joints whose force is measured.
         pub actuated_joints: u32,
         /// Zero.
         pub reserved: u32,
-        /// The frame that the IMU names; empty where it names none.
+        /// frame_id of the IMU; empty if it has none.
         pub imu_frame: [u8; NAME_BYTES],
-        /// The stream of each joint, ascending.
+        /// Stream of each joint, ascending.
         pub joint_streams: [u32; MAX_JOINTS],
-        /// The name of each joint, in the order of its stream's values.
+        /// Name of each joint, in the order of its stream's values.
         pub joint_names: [[u8; NAME_BYTES]; MAX_JOINTS],
     }
 }
 
 wire! {
-    /// What a reader of verdicts must know of the machine.
+    /// What a reader of verdicts must know about the machine.
     "tipwatch.Machine.v1"
     pub struct WireMachine {
         /// The session that the monitor follows.
         pub session: u64,
-        /// Utilisation of the levels notice, warning and danger.
+        /// Utilisation at which the levels notice, warning and danger begin.
         pub limits: [f64; 3],
-        /// How many wheels there are.
+        /// Number of wheels.
         pub wheel_count: u32,
-        /// How many edges the support polygon has.
+        /// Number of edges of the support polygon.
         pub edge_count: u32,
         /// Name of the machine.
         pub name: [u8; NAME_BYTES],
@@ -229,85 +229,85 @@ macro_rules! verdict_message {
 verdict_quantities!(verdict_message);
 
 wire! {
-    /// What the valves of the suspension should do. Whoever drives them closes them where it is past
-    /// valid_until_ns. By actuator, in the order of the machine file's suspension.linkages.
+    /// Command to the valves of the suspension. The valve driver must close them when it is past
+    /// valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file.
     "tipwatch.Command.v1"
     pub struct WireCommand {
-        /// Until when it may be acted on (ns), by CLOCK_MONOTONIC.
+        /// Time until which it may be acted on (ns), by CLOCK_MONOTONIC.
         pub valid_until_ns: i64,
-        /// The session that the control follows; 0 where there is none.
+        /// The session that the control follows; 0 without one.
         pub session: u64,
-        /// Sequence number of the sample that made the row.
+        /// Sequence number of the sample that completed the row.
         pub sample_sequence: u64,
-        /// When that sample was published (ns), by CLOCK_MONOTONIC.
+        /// Publication time of that sample (ns), by CLOCK_MONOTONIC.
         pub sample_published_ns: i64,
-        /// Sequence number of the last verdict that the control has seen.
+        /// Sequence number of the last verdict received.
         pub verdict_sequence: u64,
         /// Rows so far.
         pub rows: u64,
-        /// A row 1; between rows 2.
+        /// 1 a row; 2 between rows.
         pub event: u32,
-        /// What the valves do: hold closed 0, ramp to closed 1, follow 2.
+        /// Mode of the valves: 0 held closed, 1 closing, 2 following the optimiser.
         pub mode: u32,
-        /// Why they do not follow, as bits.
+        /// Bits: why they do not follow.
         pub reasons: u32,
-        /// How the stabiliser found its last command: not asked 0, optimal 1, work limit 2, margin lost 3,
-        /// step too short 4, outside limits 5, no solution 6, position unknown 7.
+        /// Status of the optimiser's last solution: 0 not asked, 1 optimal, 2 work limit, 3 margin lost,
+        /// 4 step too short, 5 outside limits, 6 no solution, 7 position unknown.
         pub status: u32,
-        /// Level of the last verdict that the control has seen.
+        /// Level of the last verdict received.
         pub level: u32,
-        /// How many actuators there are.
+        /// Number of actuators.
         pub actuator_count: u32,
-        /// Iterations of the search.
+        /// Iterations of the optimiser.
         pub iterations: u32,
-        /// How many motions of the suspension were looked at.
+        /// Motions of the suspension that the optimiser evaluated.
         pub evaluations: u32,
-        /// Opening of the valve, -1 to 1, positive where the rod is to go out.
+        /// Valve command, -1 to 1; positive extends the rod.
         pub opening: [f64; MAX_ACTUATORS],
-        /// Measured position of the rod (m).
+        /// Measured cylinder stroke (m).
         pub measured: [f64; MAX_ACTUATORS],
-        /// Where the rod should be now (m); NaN where the valves do not follow.
+        /// Reference stroke (m); NaN if the valves do not follow.
         pub reference: [f64; MAX_ACTUATORS],
-        /// How fast it should go (m/s); NaN where the valves do not follow.
+        /// Reference velocity (m/s); NaN if the valves do not follow.
         pub velocity: [f64; MAX_ACTUATORS],
-        /// The optimum: where the rod is led (m), in literal mode its acceleration (m/s2).
+        /// The optimum: target stroke (m), in one-step mode its acceleration (m/s2).
         pub target: [f64; MAX_ACTUATORS],
-        /// Cost (30) of the best point found; NaN where no problem was solved.
+        /// Cost (30) of the best point found; NaN if no problem was solved.
         pub cost: f64,
     }
 }
 
 wire! {
-    /// Somebody has seen the alarm.
+    /// An operator has acknowledged the alarm.
     "tipwatch.Acknowledge.v1"
     pub struct WireAcknowledge {
-        /// The verdict that was seen.
+        /// Sequence number of the acknowledged verdict.
         pub verdict_sequence: u64,
     }
 }
 
 wire! {
-    /// How far a reader of samples is. Its source is the session that it reads.
+    /// Progress of a reader of samples. Its source is the session that it reads.
     "tipwatch.Progress.v1"
     pub struct WireProgress {
-        /// The reader's identity in iceoryx2, the lower half.
+        /// Identity of the reader in iceoryx2, lower half.
         pub reader_low: u64,
-        /// The upper half.
+        /// Upper half.
         pub reader_high: u64,
-        /// The sequence number of the next sample that it wants; the largest number where it has had none.
+        /// Sequence number that the reader expects next; the largest number before its first sample.
         pub next: u64,
     }
 }
 
 /// A service that carries a message type: its name and settings.
 pub trait Topic: Wire {
-    /// What follows the common name.
+    /// Suffix of the service name.
     const SUFFIX: &'static str;
     /// Unread messages of each reader.
     const QUEUE: usize;
-    /// Whether late joiners get what was sent last.
+    /// Whether late joiners receive the last message.
     const IS_KEPT: bool;
-    /// How many may write.
+    /// Maximum number of writers.
     const WRITERS: usize;
 }
 
@@ -378,7 +378,7 @@ pub const EVENT_ROW: u32 = tipwatch_binding::monitor_topic::EVENT_ROW;
 pub const EVENT_BETWEEN: u32 = 2;
 
 /// [`WireSample::kind`] as an enumeration; the numbers are part of the wire.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::FromRepr)]
 #[repr(u32)]
 pub enum Kind {
     /// Joint states.
@@ -389,9 +389,9 @@ pub enum Kind {
     Odometry = 3,
     /// The tool wrench.
     ToolWrench = 4,
-    /// No sensor: the session is over. Its sequence number is the number of samples.
+    /// No sensor: the end of the session. Its sequence number is the number of samples.
     End = 5,
-    /// A signal of an actuator's force.
+    /// A force or pressure signal of an actuator.
     Actuator = 6,
 }
 
@@ -399,16 +399,6 @@ impl TryFrom<u32> for Kind {
     type Error = u32;
 
     fn try_from(number: u32) -> Result<Self, u32> {
-        [
-            Self::Joints,
-            Self::Imu,
-            Self::Odometry,
-            Self::ToolWrench,
-            Self::End,
-            Self::Actuator,
-        ]
-        .into_iter()
-        .find(|&kind| kind as u32 == number)
-        .ok_or(number)
+        Self::from_repr(number).ok_or(number)
     }
 }

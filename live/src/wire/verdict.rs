@@ -1,4 +1,4 @@
-//! Verdicts between the monitor and the wire.
+//! Verdicts: conversion between the monitor and the wire.
 
 use anyhow::Result;
 use tipwatch_mechanics::state::Reasons;
@@ -10,7 +10,7 @@ use crate::wire::session::name_to_wire;
 use crate::wire::topics::{EVENT_BETWEEN, EVENT_ROW, MAX_PLACES, Wire, WireMachine, WireVerdict};
 
 impl WireVerdict {
-    /// A verdict that says nothing: unknown, and every number NaN.
+    /// An unknown verdict: every number NaN.
     #[must_use]
     pub fn unknown() -> Self {
         let mut wire = Self::blank();
@@ -43,7 +43,7 @@ impl WireVerdict {
         self.next_wheel = next.map_or(0, |next| next.wheel as u32);
     }
 
-    /// Sets the verdict and what it rests on beside the numbers.
+    /// Sets the verdict, the conditions of the input and the counts of samples.
     pub fn set_verdict(&mut self, verdict: Verdict, conditions: Conditions, counts: SampleCounts) {
         self.level = verdict.level as u32;
         self.latched_level = verdict.latched_level as u32;
@@ -55,7 +55,7 @@ impl WireVerdict {
         self.repeated = counts.repeated;
     }
 
-    /// The levels that it tells. A number of no level is a fault.
+    /// The levels. An unknown number is a fault.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         Verdict {
@@ -64,7 +64,7 @@ impl WireVerdict {
         }
     }
 
-    /// What was wrong with the input.
+    /// Problems of the input.
     #[must_use]
     pub fn conditions(&self) -> Conditions {
         Conditions {
@@ -142,7 +142,7 @@ macro_rules! verdict_numbers {
 verdict_quantities!(verdict_numbers);
 
 impl WireMachine {
-    /// What readers of verdicts must know of the machine, without the head.
+    /// The message for this machine, without head.
     ///
     /// # Errors
     /// A name is too long for the wire.

@@ -5,7 +5,7 @@ use std::time::Duration;
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_live::node::Producer;
 use tipwatch_live::node::{LiveNode, Receiver};
-use tipwatch_live::replay::Recording;
+use tipwatch_live::replay::LogSamples;
 use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::identity::new_identity;
 use tipwatch_live::wire::session::machine_hash;
@@ -66,9 +66,9 @@ pub fn machine(name: &str) -> (MachineFile, Urdf) {
 }
 
 /// All samples of a log, without heads.
-pub fn samples(name: &str) -> (Recording, Vec<WireSample>) {
+pub fn samples(name: &str) -> (LogSamples, Vec<WireSample>) {
     let (file, _) = machine(name);
-    let recording = Recording::read(&data(&format!("{name}.mcap")), &file, None).unwrap();
+    let recording = LogSamples::read(&data(&format!("{name}.mcap")), &file, None).unwrap();
     let samples = recording
         .samples()
         .map(|(sample, log_time_ns)| WireSample::new(&sample, log_time_ns).unwrap())
@@ -78,7 +78,7 @@ pub fn samples(name: &str) -> (Recording, Vec<WireSample>) {
 
 impl<T: Time> Feed<T> {
     /// Opens a session, and announces it.
-    pub fn new(joined: &LiveNode, name: &str, time: T) -> Self {
+    pub fn new(node: &LiveNode, name: &str, time: T) -> Self {
         let (file, urdf) = machine(name);
         let (mut recording, samples) = samples(name);
         let hash = machine_hash(&file, &urdf);
@@ -86,8 +86,8 @@ impl<T: Time> Feed<T> {
         recording.session.id = source;
         recording.session.pace = 1.0;
         recording.session.wants_progress = false;
-        let verdicts = joined.receiver().unwrap();
-        let mut producer = Producer::new(joined, source, hash).unwrap();
+        let verdicts = node.receiver().unwrap();
+        let mut producer = Producer::new(node, source, hash).unwrap();
         let mut session = WireSession::try_from(&recording.session).unwrap();
         producer.announce(&mut session).unwrap();
         Self {
@@ -243,7 +243,7 @@ impl<T: Time> Feed<T> {
     }
 }
 
-/// Whether a verdict tells of a fault.
-pub fn tells(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
+/// Whether a verdict reports of a fault.
+pub fn reports(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
     move |verdict| verdict.conditions().faults.has(fault) && verdict.level == Level::Fault as u32
 }

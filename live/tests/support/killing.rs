@@ -63,8 +63,8 @@ impl Times {
 pub struct Reading(pub Receiver<WireVerdict>);
 
 impl Reading {
-    pub fn new(joined: &LiveNode) -> Self {
-        Self(joined.receiver().unwrap())
+    pub fn new(node: &LiveNode) -> Self {
+        Self(node.receiver().unwrap())
     }
 
     /// The first verdict for which `is_it` holds; panics after this long.
@@ -97,15 +97,15 @@ impl Reading {
 /// How many nodes of a world stay dead after any other process has looked for them, and how many files of
 /// it there are.
 pub fn left_over(world: &World) -> (usize, usize) {
-    let joined = world.join();
+    let node = world.join();
     for _ in 0..100 {
-        joined.remove_dead_nodes();
+        node.remove_dead_nodes();
         if counted(world).0 == 0 {
             break;
         }
         std::thread::sleep(Duration::from_millis(20));
     }
-    drop(joined);
+    drop(node);
     counted(world)
 }
 
@@ -130,8 +130,8 @@ fn counted(world: &World) -> (usize, usize) {
 /// Kills the monitor; times from its start to its first row.
 pub fn kill_monitors(world: &World, count: usize) -> Times {
     let producing = Producing::start(&world.address(), "forwarder6");
-    let joined = world.join();
-    let reading = Reading::new(&joined);
+    let node = world.join();
+    let reading = Reading::new(&node);
     let mut random = Random::new();
     let mut times = Times::default();
     let mut source = 0;
@@ -146,7 +146,7 @@ pub fn kill_monitors(world: &World, count: usize) -> Times {
         std::thread::sleep(Duration::from_millis(random.between(1, 60)));
         monitor.kill();
         reading.drain();
-        joined.remove_dead_nodes();
+        node.remove_dead_nodes();
     }
     let slowest_ms = producing.shared.slowest_ns.load(Ordering::Relaxed) as f64 * 1e-6;
     println!("the producer's slowest send meanwhile: {slowest_ms:.3} ms");
@@ -157,11 +157,11 @@ pub fn kill_monitors(world: &World, count: usize) -> Times {
 /// Kills the control of a suspension; times from its start to its first command on a row.
 pub fn kill_controls(world: &World, count: usize) -> Times {
     let producing = Producing::start(&world.address(), "second_paper");
-    let joined = world.join();
+    let node = world.join();
     let machine = data("second_paper.toml");
     let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
-    let reading = Reading::new(&joined);
-    let commands: Receiver<WireCommand> = joined.receiver().unwrap();
+    let reading = Reading::new(&node);
+    let commands: Receiver<WireCommand> = node.receiver().unwrap();
     let mut random = Random::new();
     let mut times = Times::default();
     let mut source = 0;
@@ -184,7 +184,7 @@ pub fn kill_controls(world: &World, count: usize) -> Times {
         reading.wait_for("the next row", |verdict| {
             verdict.event == EVENT_ROW && verdict.published_ns > from_ns
         });
-        joined.remove_dead_nodes();
+        node.remove_dead_nodes();
     }
     producing.end();
     drop(monitor);
@@ -212,15 +212,10 @@ pub fn wait_for_command(
 }
 
 /// Kills a reader of verdicts that has nothing to do with the others: the screen.
-pub fn kill_screens(world: &World, count: usize) -> Option<Times> {
-    let has_script = Command::new("script").arg("--version").output().is_ok();
-    if !has_script {
-        println!("skipped: `script`, which gives the screen a terminal, is not installed");
-        return None;
-    }
+pub fn kill_screens(world: &World, count: usize) -> Times {
     let producing = Producing::start(&world.address(), "forwarder6");
-    let joined = world.join();
-    let reading = Reading::new(&joined);
+    let node = world.join();
+    let reading = Reading::new(&node);
     let monitor = world.monitor(&data("forwarder6.toml"), &["--quiet", "--stay"]);
     reading.wait_for("a row", |verdict| verdict.event == EVENT_ROW);
     let mut random = Random::new();
@@ -255,13 +250,13 @@ pub fn kill_screens(world: &World, count: usize) -> Option<Times> {
     }
     producing.end();
     drop(monitor);
-    Some(gaps)
+    gaps
 }
 
 /// Kills the producer; times from the start of the next one to its first row.
 pub fn kill_producers(world: &World, count: usize) -> Times {
-    let joined = world.join();
-    let reading = Reading::new(&joined);
+    let node = world.join();
+    let reading = Reading::new(&node);
     let monitor = world.monitor(&data("forwarder6.toml"), &["--quiet", "--stay"]);
     reading.wait_for("a monitor", |_| true);
     let mut random = Random::new();
@@ -300,7 +295,7 @@ pub struct Recorded {
 /// Kills the recorder.
 pub fn kill_recorders(world: &World, folder: &Path, count: usize) -> Recorded {
     let producing = Producing::start(&world.address(), "forwarder6");
-    let joined = world.join();
+    let node = world.join();
     let mut random = Random::new();
     let mut recorded = Recorded::default();
     let (_, samples) = samples("forwarder6");
@@ -340,7 +335,7 @@ pub fn kill_recorders(world: &World, folder: &Path, count: usize) -> Recorded {
         recorded.holes += holes;
         let lost_ms = sent_ms(sent.saturating_sub(1)) - sent_ms(last);
         recorded.lost.0.push(lost_ms.max(0.0));
-        joined.remove_dead_nodes();
+        node.remove_dead_nodes();
         std::fs::remove_dir_all(&out).unwrap();
     }
     producing.end();

@@ -1,15 +1,15 @@
-//! Worlds of their own in shared memory, and the program as processes in them.
+//! Isolated worlds in shared memory, and the program's processes in them.
 
 #![allow(
     unreachable_pub,
     dead_code,
-    reason = "several programs have this module, and none uses all of it"
+    reason = "several programs include this module, and none uses all of it"
 )]
 
-pub mod favour;
 pub mod feed;
 pub mod killing;
 pub mod numbered;
+pub mod prioritise;
 pub mod producing;
 pub mod steered;
 
@@ -19,16 +19,17 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use tipwatch_live::node::{LiveNode, ServiceAddress};
+use tipwatch_live::wire::topics::{WireSession, WireVerdict};
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data");
-/// Far beyond what any test takes: only so that none hangs.
+/// Far longer than any test takes: it only prevents hangs.
 const LIMIT: Duration = Duration::from_secs(240);
 
 pub fn data(name: &str) -> PathBuf {
     Path::new(DATA).join(name)
 }
 
-/// A world of its own in shared memory.
+/// An isolated world in shared memory.
 pub struct World {
     pub prefix: String,
 }
@@ -51,12 +52,28 @@ impl World {
         LiveNode::new(&self.address(), "test").unwrap()
     }
 
+    /// Waits until a producer exists. It is no reader of samples, because a replay would count it.
+    pub fn wait_for_producer(&self) {
+        let node = self.join();
+        let sessions = node.receiver::<WireSession>().unwrap();
+        let start = Instant::now();
+        while sessions.writers() == 0 {
+            assert!(start.elapsed() < LIMIT, "no producer");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Waits for such a verdict.
+    pub fn wait_for_verdict(&self, is_it: impl Fn(&WireVerdict) -> bool) {
+        killing::Reading::new(&self.join()).wait_for("a verdict", is_it);
+    }
+
     /// Starts the program.
     pub fn start(&self, arguments: &[&str]) -> Process {
         self.start_by(Command::new(env!("CARGO_BIN_EXE_tipwatch-live")), arguments)
     }
 
-    /// Starts the program by another one, which is given its arguments.
+    /// Starts the program through another one, which receives its arguments.
     pub fn start_by(&self, mut command: Command, arguments: &[&str]) -> Process {
         let child = command
             .args(arguments)
@@ -104,7 +121,7 @@ impl World {
 
 impl Drop for World {
     fn drop(&mut self) {
-        // What killed processes leave, and one small file of each prefix.
+        // files of killed processes, and one small file per prefix
         let folders = ["/dev/shm", "/tmp/iceoryx2"];
         let listed = folders.map(std::fs::read_dir).into_iter().flatten();
         for entry in listed.flatten().flatten() {

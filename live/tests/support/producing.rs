@@ -30,8 +30,8 @@ impl Producing {
         let thread = {
             let (place, shared) = (place.clone(), Arc::clone(&shared));
             std::thread::spawn(move || {
-                let joined = LiveNode::new(&place, "producer").unwrap();
-                let mut feed = Feed::new(&joined, name, RealTime);
+                let node = LiveNode::new(&place, "producer").unwrap();
+                let mut feed = Feed::new(&node, name, RealTime);
                 while !shared.ends.load(Ordering::Relaxed) {
                     feed.wait();
                     let sample = feed.peek();

@@ -41,7 +41,7 @@ pub struct Steered {
     clock: &'static SteeredClock,
     file: &'static MachineFile,
     urdf: &'static Urdf,
-    joined: LiveNode,
+    node: LiveNode,
     monitor: Option<MonitorProgram<'static>>,
     control: Option<ControlProgram<'static>>,
     /// While they hang, time goes on without them.
@@ -60,7 +60,7 @@ impl Steered {
             clock: Box::leak(Box::new(clock)),
             file: Box::leak(Box::new(file)),
             urdf: Box::leak(Box::new(urdf)),
-            joined: world.join(),
+            node: world.join(),
             monitor: None,
             control: None,
             hang: false,
@@ -74,7 +74,7 @@ impl Steered {
             wake: Wake::Poll,
             stays: true,
         };
-        let started = MonitorProgram::new(&self.joined, self.file, self.urdf, self.clock, options);
+        let started = MonitorProgram::new(&self.node, self.file, self.urdf, self.clock, options);
         self.monitor = Some(started.unwrap());
     }
 
@@ -87,7 +87,7 @@ impl Steered {
             wake: Wake::Poll,
             stays: true,
         };
-        let started = ControlProgram::new(&self.joined, self.file, self.urdf, self.clock, options);
+        let started = ControlProgram::new(&self.node, self.file, self.urdf, self.clock, options);
         self.control = Some(started.unwrap());
     }
 

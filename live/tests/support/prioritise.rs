@@ -1,14 +1,14 @@
 //! Before others: tests in real time say nothing on a computer that is busy with something else.
 
 /// While this lives the thread, and what it starts, come before all ordinary ones, if that is allowed.
-pub struct Favoured(());
+pub struct Prioritised(());
 
-pub fn favour() -> Favoured {
+pub fn prioritise() -> Prioritised {
     schedule(libc::SCHED_FIFO, 1);
-    Favoured(())
+    Prioritised(())
 }
 
-impl Drop for Favoured {
+impl Drop for Prioritised {
     fn drop(&mut self) {
         schedule(libc::SCHED_OTHER, 0);
     }
