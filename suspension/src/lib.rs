@@ -1,5 +1,5 @@
-//! Active suspension: how its cylinders should move so that all wheels stay on the ground, (30)-(31) of the second
-//! paper; the hydraulics that move them; and recorded states with another motion of the suspension.
+//! Active suspension: optimal control of its cylinders, (30)-(31) of the second paper, their hydraulics, and replay of
+//! recorded states with another motion of the suspension.
 //!
 //! ```text
 //!     state -> carriers -> instant                             once per step: independent of the suspension
