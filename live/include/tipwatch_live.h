@@ -160,8 +160,8 @@ struct tipwatch_machine {
 };
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 1696, "tipwatch_machine");
 
-/* How the machine stands. What cannot be computed is NaN. Whoever acts on it treats one that is
- * past valid_until_ns as a fault. */
+/* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
+ * Consumers must treat a verdict past valid_until_ns as a fault. */
 #define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v1"
 #define TIPWATCH_VERDICT_LAYOUT "d86040924a46ff8b"
 struct tipwatch_verdict {
@@ -177,91 +177,91 @@ struct tipwatch_verdict {
     int64_t time_ns;
     /* When it was published (ns), by CLOCK_MONOTONIC of this computer. */
     int64_t published_ns;
-    /* Until when it may be acted on (ns), by CLOCK_MONOTONIC. */
+    /* Time until which it may be acted on (ns), by CLOCK_MONOTONIC. */
     int64_t valid_until_ns;
-    /* The session that the monitor follows; 0 where there is none. */
+    /* The session that the monitor follows; 0 without one. */
     uint64_t session;
-    /* Sequence number of the sample that made the row. */
+    /* Sequence number of the sample that completed the row. */
     uint64_t sample_sequence;
-    /* When that sample was published (ns), by CLOCK_MONOTONIC. */
+    /* Publication time of that sample (ns), by CLOCK_MONOTONIC. */
     int64_t sample_published_ns;
     /* Rows so far. */
     uint64_t rows;
-    /* Samples that never came. */
+    /* Samples that never arrived. */
     uint64_t lost;
-    /* Samples that came but could not be used. */
+    /* Samples that arrived but could not be used. */
     uint64_t refused;
-    /* Samples that came again. */
+    /* Samples that arrived again. */
     uint64_t repeated;
-    /* A row 1; between rows 2: the numbers are those of the last row. */
+    /* 1 a row; 2 between rows: the numbers are those of the last row. */
     uint32_t event;
-    /* The level now: unknown 0, safe 1, notice 2, warning 3, danger 4, fault 5. */
+    /* Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault. */
     uint32_t level;
-    /* The level to act on: danger stays until it is over and acknowledged. */
+    /* Level to act on: danger stays until it has ended and was acknowledged. */
     uint32_t latched_level;
-    /* Faults of the input since the row before, as bits. */
+    /* Bits: faults of the input since the last row. */
     uint32_t faults;
-    /* Cautions of the input since the row before, as bits. */
+    /* Bits: cautions of the input since the last row. */
     uint32_t cautions;
-    /* Why the row is not valid, as bits. */
+    /* Bits: why the row is not valid. */
     uint32_t reasons;
-    /* One where an acknowledgement came since the row before. */
+    /* 1 if an acknowledgement arrived since the last row. */
     uint32_t acknowledged;
-    /* One where real time was not checked: the samples are a replay's, as fast as possible. */
+    /* 1 if real time was not checked: the samples are replayed as fast as possible. */
     uint32_t untimed;
-    /* The wheel that lifts next; meaningless where the time is NaN. */
+    /* Index of the wheel that lifts next; meaningless if the time is NaN. */
     uint32_t next_wheel;
-    /* How many wheels there are. */
+    /* Number of wheels. */
     uint32_t wheel_count;
-    /* How many edges the support polygon has. */
+    /* Number of edges of the support polygon. */
     uint32_t edge_count;
     /* Zero. */
     uint32_t reserved;
-    /* U = 1 - (OTF - 2 sigma) / static load of the worst wheel. */
+    /* 1 - (OTF - 2 sigma) / static load of the worst wheel (-) */
     double utilisation;
-    /* Time until the next wheel lifts if its load falls on as now (s); NaN beyond 5 s. */
+    /* Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s. */
     double time_to_lift_off_s;
-    /* Sum of the loads (N). */
+    /* Force of the ground along the normal of the contact plane: the sum of the loads (N) */
     double normal_force;
-    /* Centre of pressure forward of the base (m). */
+    /* Centre of pressure (ZMP), forward of the base origin's projection onto the contact plane (m) */
     double zmp_x;
-    /* Centre of pressure to the left of the base (m). */
+    /* Centre of pressure (ZMP), to the left of the base origin's projection onto the contact plane (m) */
     double zmp_y;
-    /* Distance of the centre of pressure from the nearest edge, inside positive (m). */
+    /* Distance of the centre of pressure from the nearest edge, positive inside (m) */
     double zmp_margin;
-    /* Load transfer ratio, (right - left) / sum. */
+    /* Load transfer ratio: right minus left load, divided by the sum (-) */
     double ltr;
-    /* Sigma (110) of the first paper (N2). */
+    /* Half the sum of squared differences between OTF and optimal load (N^2) */
     double sigma;
-    /* Metric (35) of the second paper (N). */
+    /* Sum of the differences of the loads over all pairs of wheels, each pair once (N) */
     double spread;
-    /* Load, by wheel (N). */
+    /* Load, never negative (N), by wheel */
     double load[12];
-    /* Load with all wheels held to the ground, by wheel (N). */
+    /* OTF, the load with every wheel held to the ground; signed (N), by wheel */
     double otf[12];
-    /* Standard deviation of the load, by wheel (N). */
+    /* Standard deviation of the load (N), by wheel */
     double load_sigma[12];
-    /* Standard deviation of the OTF, by wheel (N). */
+    /* Standard deviation of the OTF (N), by wheel */
     double otf_sigma[12];
-    /* Least load that equilibrium allows, by wheel (N). */
+    /* Smallest load that equilibrium allows (N), by wheel */
     double load_min[12];
-    /* Largest load that equilibrium allows, by wheel (N). */
+    /* Largest load that equilibrium allows (N), by wheel */
     double load_max[12];
-    /* What each cause contributes to the load, by cause and wheel (N): chassis_weight, wheel_weight,
-     * arm_weight, slope, arm_motion, platform_acceleration, cornering, tool_force, warp,
-     * lift_off, specific_force. */
+    /* Contribution of a cause to the load (N), by cause and wheel: chassis_weight,
+     * wheel_weight, arm_weight, slope, arm_motion, platform_acceleration, cornering, tool_force,
+     * warp, lift_off, specific_force */
     double causes[11][12];
-    /* Overturning moment, wheel weights included, by edge (N m), negative = stable. */
+    /* ITOM about the edge, with the weights of the wheels (N m), by edge */
     double itom_full[12];
-    /* Overturning moment without wheel weights, by edge (N m). */
+    /* ITOM: moment of arm, tool force, chassis weight and chassis inertia, negative while stable (N m), by edge */
     double itom[12];
-    /* Overturning moment of arm and chassis weight, by edge (N m). */
+    /* TOM: moment of arm, tool force and chassis weight, negative while stable (N m), by edge */
     double tom[12];
-    /* Overturning moment of the arm alone, by edge (N m). */
+    /* MHS-type moment: arm and tool force, negative while stable (N m), by edge */
     double mhs[12];
-    /* Force-Angle, by edge (rad), positive = stable. */
+    /* Force-Angle, positive while stable (rad), by edge */
     double force_angle[12];
-    /* Stability angle, by edge (rad), positive = stable. */
+    /* Force-Angle of gravity only, positive while stable (rad), by edge */
     double stability_angle[12];
     /* CRC-32 (the one of zlib) of all bytes before this number. */
     uint64_t checksum;
