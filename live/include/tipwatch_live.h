@@ -217,51 +217,51 @@ struct tipwatch_verdict {
     uint32_t edge_count;
     /* Zero. */
     uint32_t reserved;
-    /* U = 1 - (OTF - 2 sigma) / static load, of the worst wheel. */
+    /* 1 - (OTF - 2 sigma) / static load of the worst wheel (-) */
     double utilisation;
     /* Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s. */
     double time_to_lift_off_s;
-    /* Sum of the loads (N). */
+    /* Force of the ground along the normal of the contact plane: the sum of the loads (N) */
     double normal_force;
-    /* Centre of pressure forward of the base (m). */
+    /* Centre of pressure (ZMP), forward of the base origin's projection onto the contact plane (m) */
     double zmp_x;
-    /* Centre of pressure to the left of the base (m). */
+    /* Centre of pressure (ZMP), to the left of the base origin's projection onto the contact plane (m) */
     double zmp_y;
-    /* Distance of the centre of pressure from the nearest edge (m), positive inside. */
+    /* Distance of the centre of pressure from the nearest edge, positive inside (m) */
     double zmp_margin;
-    /* Load transfer ratio, (right - left) / sum. */
+    /* Load transfer ratio: right minus left load, divided by the sum (-) */
     double ltr;
-    /* Sigma (110) of the first paper (N2). */
+    /* Half the sum of squared differences between OTF and optimal load (N^2) */
     double sigma;
-    /* Metric (35) of the second paper (N). */
+    /* Sum of the differences of the loads over all pairs of wheels, each pair once (N) */
     double spread;
-    /* Load, by wheel (N). */
+    /* Load, never negative (N), by wheel */
     double load[12];
-    /* Overturning force (OTF), by wheel (N): its load if every wheel were held to the ground. */
+    /* OTF, the load with every wheel held to the ground; signed (N), by wheel */
     double otf[12];
-    /* Standard deviation of the load, by wheel (N). */
+    /* Standard deviation of the load (N), by wheel */
     double load_sigma[12];
-    /* Standard deviation of the OTF, by wheel (N). */
+    /* Standard deviation of the OTF (N), by wheel */
     double otf_sigma[12];
-    /* Smallest load that equilibrium allows, by wheel (N). */
+    /* Smallest load that equilibrium allows (N), by wheel */
     double load_min[12];
-    /* Largest load that equilibrium allows, by wheel (N). */
+    /* Largest load that equilibrium allows (N), by wheel */
     double load_max[12];
-    /* Load contributions, by cause and wheel (N): chassis_weight, wheel_weight,
-     * arm_weight, slope, arm_motion, platform_acceleration, cornering, tool_force, warp,
-     * lift_off, specific_force. */
+    /* Contribution of a cause to the load (N), by cause and wheel: chassis_weight,
+     * wheel_weight, arm_weight, slope, arm_motion, platform_acceleration, cornering, tool_force,
+     * warp, lift_off, specific_force */
     double causes[11][12];
-    /* Overturning moment with wheel weights, by edge (N m), negative = stable. */
+    /* ITOM about the edge, with the weights of the wheels (N m), by edge */
     double itom_full[12];
-    /* Overturning moment without wheel weights, by edge (N m). */
+    /* ITOM: moment of arm, tool force, chassis weight and chassis inertia, negative while stable (N m), by edge */
     double itom[12];
-    /* Overturning moment of arm and chassis weight, by edge (N m). */
+    /* TOM: moment of arm, tool force and chassis weight, negative while stable (N m), by edge */
     double tom[12];
-    /* Overturning moment of the arm alone, by edge (N m). */
+    /* MHS-type moment: arm and tool force, negative while stable (N m), by edge */
     double mhs[12];
-    /* Force-angle measure, by edge (rad), positive = stable. */
+    /* Force-Angle, positive while stable (rad), by edge */
     double force_angle[12];
-    /* Stability angle, by edge (rad), positive = stable. */
+    /* Force-Angle of gravity only, positive while stable (rad), by edge */
     double stability_angle[12];
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
