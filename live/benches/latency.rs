@@ -138,7 +138,7 @@ impl Steady {
     fn next(&mut self, published_ns: i64) -> [WireSample; 2] {
         self.time_ns += 1_000_000;
         let imu = &mut self.imu;
-        // noise: what stands still bit for bit is taken for frozen
+        // noise: constant bits would count as frozen
         let noise =
             (self.sequence.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as f64 / (1 << 24) as f64;
         for (value, mean) in imu.values[..6].iter_mut().zip(&self.imu_means) {
@@ -200,7 +200,7 @@ fn tick(count: u64) {
     println!("level {:?}", monitor.verdict().level);
 }
 
-/// The control, told all along that the machine is safe; its stabiliser is asked fifty times a second.
+/// The control with safe verdicts; its optimiser runs fifty times per second.
 fn control_tick(count: u64) {
     const MACHINE: &str = "second_paper";
     let mut steady = Steady::new(MACHINE, 1);
@@ -233,7 +233,7 @@ fn control_tick(count: u64) {
         let took_ns = monotonic_ns() - start;
         let is_following = last.mode() == Mode::Follow;
         following += u64::from(is_following);
-        // the stabiliser's numbers are new in every twentieth row
+        // the optimiser runs in every twentieth row
         if is_following && following % 20 == 1 {
             solved.push(took_ns);
         } else {
@@ -241,7 +241,7 @@ fn control_tick(count: u64) {
         }
     }
     assert!(following >= count, "{following} rows followed");
-    report("control: row with a step of the stabiliser", solved);
+    report("control: row with a step of the optimiser", solved);
     report("control: other rows", other);
 }
 

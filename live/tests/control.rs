@@ -3,7 +3,7 @@
 //!
 //! Monitor and control are the program's own loops, in time that the test steers.
 //!
-//! The log's rods are replaced by rods that do what the valves tell them.
+//! The rods of the log are replaced by simulated ones that obey the valves.
 
 use std::time::Duration;
 
@@ -32,7 +32,7 @@ struct Bench {
     commands: Receiver<WireCommand>,
     last: WireCommand,
     rods: [f64; 2],
-    /// Whether rods do what they are told.
+    /// Whether the rods obey.
     rods_move: bool,
     places: [usize; 2],
     before_ns: Option<i64>,
@@ -73,7 +73,7 @@ impl Bench {
     /// The next sample, with the rods where they are now.
     fn send(&mut self, change: impl FnOnce(&mut WireSample)) {
         self.feed.wait();
-        // whoever has come since gets the session
+        // new readers receive the session
         self.feed.producer.update_connections().unwrap();
         let mut sample = self.feed.peek();
         if sample.kind == Kind::Joints as u32 {
@@ -148,7 +148,7 @@ impl Bench {
         });
     }
 
-    /// Waits until the valves close for this reason, told after no longer than this, and are closed.
+    /// Waits until the valves have closed for this reason, which must be reported within this time.
     fn closes(&mut self, reason: HoldReason, from_ns: i64, within_ms: f64, sends: bool) {
         let (mut reported_ns, mut closed_ns) = (None, None);
         while closed_ns.is_none() {
@@ -159,8 +159,8 @@ impl Bench {
                 self.last
             );
             self.take(&mut |command, _| {
-                let told = command.reasons().has(reason) && command.mode() != Mode::Follow;
-                if told && reported_ns.is_none() {
+                let is_reported = command.reasons().has(reason) && command.mode() != Mode::Follow;
+                if is_reported && reported_ns.is_none() {
                     reported_ns = Some(command.published_ns);
                 }
                 if reported_ns.is_some() && command.mode() == Mode::Hold && closed_ns.is_none() {
@@ -176,7 +176,7 @@ impl Bench {
         }
         let ms = |at: Option<i64>| (at.unwrap() - from_ns) as f64 * 1e-6;
         println!(
-            "{:14} told after {:7.2} ms, valves closed after {:7.2} ms",
+            "{:14} reported after {:7.2} ms, valves closed after {:7.2} ms",
             reason.name(),
             ms(reported_ns),
             ms(closed_ns)

@@ -1,7 +1,7 @@
 //! Every fault of the input that can occur here, injected at the boundary of the shared memory, with the
 //! time until the monitor's verdict reports of it.
 //!
-//! The monitor is the program's own loop, in time that the test steers: what is told after how long does
+//! The monitor is the program's own loop in simulated time: times of detection do
 //! not depend on how busy the computer is. Times are printed (`cargo test -- --nocapture`).
 
 use std::time::Duration;
@@ -14,7 +14,7 @@ use crate::support::World;
 use crate::support::feed::{Feed, RealTime, Time, reports};
 use crate::support::steered::Steered;
 
-/// What is told between rows is told at the latest with the next verdict that is due.
+/// A fault between rows is reported at the latest with the next periodic verdict.
 const HEARTBEAT: Duration = Duration::from_nanos(HEARTBEAT_NS as u64);
 
 struct Bench {
@@ -47,12 +47,12 @@ impl Bench {
         self.feed.time.now_ns()
     }
 
-    /// The time from now until the fault is told, which must be no longer than this.
+    /// Asserts that the fault is reported within this time.
     fn reported_within(&mut self, fault: InputFault, limit: Duration, from_ns: i64) {
         let verdict = self
             .feed
             .wait_for(limit, reports(fault))
-            .unwrap_or_else(|| panic!("{} was not told", fault.name()));
+            .unwrap_or_else(|| panic!("{} was not reported", fault.name()));
         assert_reported(fault, limit, verdict.published_ns - from_ns);
     }
 
@@ -65,7 +65,7 @@ impl Bench {
         self.feed.next += 1;
     }
 
-    /// This was not told of so far.
+    /// Asserts that this fault was not reported so far.
     fn is_quiet_about(&self, fault: InputFault) {
         assert!(self.feed.find(reports(fault)).is_none(), "{}", fault.name());
     }
@@ -79,7 +79,7 @@ impl Bench {
 
 fn assert_reported(fault: InputFault, limit: Duration, took_ns: i64) {
     println!(
-        "{:16} told after {:8.2} ms",
+        "{:16} reported after {:8.2} ms",
         fault.name(),
         took_ns as f64 * 1e-6
     );
@@ -223,7 +223,7 @@ fn non_finite_values_are_a_fault() {
 /// Changes a sample of a kind: the sample, which of them it is, and the place of the slewing joint.
 type Change = fn(&mut WireSample, usize, usize);
 
-/// Injects into every sample of a kind until this is told.
+/// Changes every sample of a kind until this fault is reported.
 fn implausible(kind: Kind, fault: InputFault, limit: Duration, change: Change) -> Bench {
     let mut bench = Bench::new(fault.name());
     let from_ns = bench.now_ns();
@@ -243,10 +243,10 @@ fn implausible(kind: Kind, fault: InputFault, limit: Duration, change: Change) -
             return bench;
         }
     }
-    panic!("{} was not told", fault.name());
+    panic!("{} was not reported", fault.name());
 }
 
-/// Whether a verdict reports of a fault, or of the same as a caution.
+/// Whether a verdict reports this as a fault or as a caution.
 fn reports_or_cautions(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
     move |verdict| {
         let conditions = verdict.conditions();
@@ -423,7 +423,7 @@ fn missing_producer_is_a_fault() {
     time.pass(HEARTBEAT);
     let told = std::iter::from_fn(|| verdicts.receive(|v| *v).unwrap())
         .find(reports(InputFault::ProducerGone))
-        .expect("told");
+        .expect("reported");
     assert_reported(
         InputFault::ProducerGone,
         HEARTBEAT,

@@ -210,7 +210,7 @@ fn monitor_alone() {
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), 0);
 }
 
-/// The control, told all along that the machine is safe: it steers.
+/// The control with safe verdicts: its valves follow.
 fn control_alone() {
     let (file, urdf) = machine("second_paper");
     let (session, samples) = sealed("second_paper");
@@ -260,7 +260,7 @@ fn loop_over_shared_memory() {
         assert!(ran.is_ok());
         PUBLISHED.store(counter.published, Ordering::Relaxed);
         DONE.store(true, Ordering::Release);
-        // This thread can call nothing any more: it is left as it is.
+        // this thread can make no system call any more and is left behind
         // SAFETY: ends this thread alone.
         unsafe { libc::syscall(libc::SYS_exit, 0) };
     });

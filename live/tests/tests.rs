@@ -1,28 +1,28 @@
-//! What the crate promises as a whole.
+//! Tests of the whole crate.
 
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
-    reason = "a test that panics has failed, helpers included; figures are printed"
+    reason = "tests fail by panicking, and print figures"
 )]
 
-/// The suspension is steered, and its valves close on every fault.
+/// The suspension is controlled, and its valves close on every fault.
 mod control;
-/// Processes that are killed.
+/// Killed processes.
 mod crash;
 /// Every fault of the input, injected in shared memory.
 mod faults;
-/// The C header is up to date.
+/// The C header is current.
 mod header;
-/// Signals that are single numbers.
+/// Signals from single-number topics.
 mod number_signals;
-/// Offline gives the same bits.
+/// Offline analysis gives the same bits.
 mod offline_equals_live;
-/// A producer that is not written in Rust.
+/// The producer in Python.
 mod producer;
-/// What the recorder leaves, and what of it can be reproduced.
+/// Recordings, and their reproduction offline.
 mod record;
-/// Nothing that is fed in makes it say "safe" wrongly.
+/// No input makes the verdict "safe" wrongly.
 mod safety;
-/// Worlds of their own in shared memory, and the program in them.
+/// Isolated worlds in shared memory, and the programs in them.
 mod support;

@@ -210,7 +210,7 @@ impl<T: Time> Feed<T> {
         self.next += 1;
     }
 
-    /// Sends a sample as it is.
+    /// Sends a sample unchanged.
     pub fn raw(&mut self, sample: &WireSample) {
         self.producer.samples().send_raw(sample).unwrap();
         self.time.wake();
@@ -243,7 +243,7 @@ impl<T: Time> Feed<T> {
     }
 }
 
-/// Whether a verdict reports of a fault.
+/// Whether a verdict reports this fault.
 pub fn reports(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
     move |verdict| verdict.conditions().faults.has(fault) && verdict.level == Level::Fault as u32
 }

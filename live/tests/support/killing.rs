@@ -1,6 +1,6 @@
 //! Processes killed with SIGKILL at random times while the others go on.
 //!
-//! Used by a short test, and by a program that does it for long: `cargo bench -p tipwatch-live --bench crash`.
+//! Used by a short test and by a long benchmark: `cargo bench -p tipwatch-live --bench crash`.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -18,7 +18,7 @@ use super::feed::samples;
 use super::producing::Producing;
 use super::{World, data};
 
-/// Numbers without a pattern that matters.
+/// Pseudo-random numbers.
 pub struct Random(u64);
 
 impl Random {
@@ -35,7 +35,7 @@ impl Random {
     }
 }
 
-/// What was seen of many kills (ms).
+/// Times of many kills (ms).
 #[derive(Debug, Default)]
 pub struct Times(pub Vec<f64>);
 
@@ -67,7 +67,7 @@ impl Reading {
         Self(node.receiver().unwrap())
     }
 
-    /// The first verdict for which `is_it` holds; panics after this long.
+    /// The first verdict for which `is_it` holds; panics after a minute.
     pub fn wait_for(&self, what: &str, is_it: impl Fn(&WireVerdict) -> bool) -> WireVerdict {
         let start = Instant::now();
         while start.elapsed() < Duration::from_secs(60) {
@@ -94,8 +94,7 @@ impl Reading {
     }
 }
 
-/// How many nodes of a world stay dead after any other process has looked for them, and how many files of
-/// it there are.
+/// Dead nodes of a world that no other process could remove, and the number of its files.
 pub fn left_over(world: &World) -> (usize, usize) {
     let node = world.join();
     for _ in 0..100 {
@@ -127,7 +126,7 @@ fn counted(world: &World) -> (usize, usize) {
     (dead, own.count())
 }
 
-/// Kills the monitor; times from its start to its first row.
+/// Kills the monitor; returns the times from its start to its first row.
 pub fn kill_monitors(world: &World, count: usize) -> Times {
     let producing = Producing::start(&world.address(), "forwarder6");
     let node = world.join();
@@ -154,7 +153,7 @@ pub fn kill_monitors(world: &World, count: usize) -> Times {
     times
 }
 
-/// Kills the control of a suspension; times from its start to its first command on a row.
+/// Kills the control; returns the times from its start to its first command on a row.
 pub fn kill_controls(world: &World, count: usize) -> Times {
     let producing = Producing::start(&world.address(), "second_paper");
     let node = world.join();
@@ -211,7 +210,7 @@ pub fn wait_for_command(
     panic!("no such command");
 }
 
-/// Kills a reader of verdicts that has nothing to do with the others: the screen.
+/// Kills the screen; returns the times to the monitor's next row.
 pub fn kill_screens(world: &World, count: usize) -> Times {
     let producing = Producing::start(&world.address(), "forwarder6");
     let node = world.join();

@@ -1,6 +1,6 @@
-//! Before others: tests in real time say nothing on a computer that is busy with something else.
+//! Priority for tests in real time: on a busy computer they would measure its other work.
 
-/// While this lives the thread, and what it starts, come before all ordinary ones, if that is allowed.
+/// While this lives, the thread and its children have priority over all ordinary ones, if that is allowed.
 pub struct Prioritised(());
 
 pub fn prioritise() -> Prioritised {
@@ -22,6 +22,6 @@ fn schedule(policy: libc::c_int, priority: libc::c_int) {
     let parameter = libc::sched_param {
         sched_priority: priority,
     };
-    // SAFETY: the parameter outlives the call. Without the privilege nothing happens.
+    // SAFETY: the parameter outlives the call. Without the privilege it has no effect.
     unsafe { libc::sched_setscheduler(0, policy, &raw const parameter) };
 }

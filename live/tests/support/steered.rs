@@ -1,5 +1,5 @@
-//! Monitor and control in time that the test steers: the program's own loops over shared memory, in the
-//! thread of the test. What is told when is exact, however busy the computer is.
+//! Monitor and control in simulated time: the programs' own loops over shared memory, in the thread of the
+//! test. Times of detection are exact, however busy the computer is.
 
 use std::cell::Cell;
 use std::time::Duration;
@@ -19,7 +19,7 @@ use super::feed::{Time, machine};
 
 /// Before now, so that programs in real time beside it find no message from the future (ns).
 const BEFORE_NS: i64 = 3_600_000_000_000;
-/// A loop that nobody wakes looks so often (ns).
+/// Period of a loop without notifications (ns).
 const CYCLE_NS: i64 = 1_000_000;
 
 #[derive(Debug)]
