@@ -192,8 +192,6 @@ fn cylinders_are_matched_to_the_joints_they_drive() {
     assert_eq!(found, by_hand.wheels.len());
 }
 
-/// It has neither a URDF nor joint states: the file names its signals and what is missing.
-
 mod needs_shared {
     use super::*;
     use crate::support::shared;
@@ -276,6 +274,7 @@ mod needs_shared {
         assert!((sum(&by_hand) - sum(&guessed)).abs() < 2e-3 * sum(&by_hand));
     }
 
+    /// It has neither a URDF nor joint states: the file names its signals and what is missing.
     #[test]
     #[ignore = "needs ../shared"]
     fn a_log_without_a_machine_description_gives_its_signals() {

@@ -133,10 +133,10 @@ impl Judge {
         let standing = self.standing(row, row.time_ns.saturating_sub(first));
         match standing {
             RowAssessment::Known => {
-                self.each_alarm(|alarm| alarm.take(row.utilisation, row.time_ns))
+                self.each_alarm(|alarm| alarm.take(row.utilisation, row.time_ns));
             }
             RowAssessment::Tipping => {
-                self.each_alarm(|alarm| alarm.take(f64::INFINITY, row.time_ns))
+                self.each_alarm(|alarm| alarm.take(f64::INFINITY, row.time_ns));
             }
             RowAssessment::Unknown | RowAssessment::Failed => self.each_alarm(Alarm::skip),
         }

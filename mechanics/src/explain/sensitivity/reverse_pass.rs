@@ -132,7 +132,7 @@ impl<T: Real> ReversePass<T> {
             match body.coupling {
                 JointCoupling::Measured(_) => *following = directly(T::one()),
                 JointCoupling::Mimic { multiplier, .. } => {
-                    *following = directly(T::constant(multiplier))
+                    *following = directly(T::constant(multiplier));
                 }
                 _ => {}
             }
