@@ -1,35 +1,27 @@
 //! SIGINT and SIGTERM: a program that is asked to stop shuts down in order.
 
-use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
 
-static ASKED: AtomicBool = AtomicBool::new(false);
-static LISTENING: Once = Once::new();
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+/// Set by the first of the signals; the handlers are installed when it is first used.
+static ASKED: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| {
+    let asked = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&asked))
+            .expect("SIGINT and SIGTERM can be caught");
+    }
+    asked
+});
 
 /// The process was asked to stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interrupted;
 
-extern "C" fn note(_signal: libc::c_int) {
-    ASKED.store(true, Ordering::Relaxed);
-}
-
 /// Starts to catch the signals.
-#[allow(
-    unsafe_code,
-    reason = "signals have no safe interface in the standard library"
-)]
 pub fn listen() {
-    LISTENING.call_once(|| {
-        for signal in [libc::SIGINT, libc::SIGTERM] {
-            // SAFETY: an action of zeros is valid, and the handler does nothing but store to an atomic.
-            unsafe {
-                let mut action: libc::sigaction = std::mem::zeroed();
-                action.sa_sigaction = note as extern "C" fn(libc::c_int) as libc::sighandler_t;
-                libc::sigaction(signal, &raw const action, std::ptr::null_mut());
-            }
-        }
-    });
+    LazyLock::force(&ASKED);
 }
 
 /// Checks for a signal.
