@@ -62,7 +62,7 @@ impl InputFault {
             .first_chunk()
             .expect("all variants");
 
-    /// File name.
+    /// Name in messages and tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         self.into()
