@@ -37,17 +37,21 @@ fn commands_of_the_documents_run_and_print_what_is_shown() {
     fail_on(&differences);
 }
 
-#[test]
-#[ignore = "needs python3 with polars, duckdb"]
-fn queries_of_the_documents_run() {
-    let python = std::env::var("TIPWATCH_PYTHON").unwrap_or("python3".into());
-    let pages = Page::all();
-    let with_python = |page: &&Page| page.blocks().iter().any(|b| b.language == "python");
-    let differences = pages
-        .iter()
-        .filter(with_python)
-        .flat_map(|page| console::run(page, Some(&python)));
-    fail_on(&differences.collect::<Vec<_>>());
+mod needs_python {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs python3 with polars, duckdb"]
+    fn queries_of_the_documents_run() {
+        let python = std::env::var("TIPWATCH_PYTHON").unwrap_or("python3".into());
+        let pages = Page::all();
+        let with_python = |page: &&Page| page.blocks().iter().any(|b| b.language == "python");
+        let differences = pages
+            .iter()
+            .filter(with_python)
+            .flat_map(|page| console::run(page, Some(&python)));
+        fail_on(&differences.collect::<Vec<_>>());
+    }
 }
 
 #[test]

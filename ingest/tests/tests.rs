@@ -14,8 +14,8 @@ mod databases; // databases after crashes, and of every schema version
 mod fuzz; // every parser on damaged inputs
 mod layout; // fields of CDR messages
 mod mcap_files; // the same samples for all writer options
+mod needs_shared; // logs of real and simulated robots
 mod number_fields; // single numbers from any messages
-mod real_logs; // logs of real and simulated robots
 mod recover; // the intact part of a log as a clean file
 mod rosbag2; // databases and folders
 mod self_describing; // self-describing messages: JSON, protobuf
