@@ -100,7 +100,7 @@ fn use_machine(toml: &str, urdf: &str, bits: &[u64]) {
     let mut next = || numbers.next().unwrap_or(0.1);
     let posture: Vec<f64> = machine.joints().iter().map(|_| next()).collect();
     let _ = static_outcome(&machine, &posture);
-    machine.refer_to_posture(&posture);
+    let _ = machine.set_reference_loads();
     let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
     let mut state = State::<f64>::zero(&machine);
     for (joint, position) in state.joints.iter_mut().zip(&posture) {

@@ -102,7 +102,10 @@ fn val_masses_and_geometry_match_the_urdf() {
     assert_eq!(check["axles"][0]["wheels"], serde_json::json!(["FL", "FR"]));
     let all = check["sums"].as_array().unwrap().last().unwrap();
     assert!((all["static_load_n"].as_f64().unwrap() - mass(4) * 9.8066).abs() < 1.0);
-    assert_eq!(check["posture"]["source"], "all joints at zero");
+    assert_eq!(
+        check["posture"]["source"],
+        "all joints at zero, within their limits (the machine file states no limits.reference_posture)"
+    );
 }
 
 #[test]

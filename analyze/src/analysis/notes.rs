@@ -1,6 +1,7 @@
 //! Notes: what a reader must know about how the results were obtained.
 
 use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Sensor;
 
 use super::clock::{self, ClockOffsets, text::TopicsFinding};
@@ -33,6 +34,7 @@ pub(crate) fn of(
             loaded.machine.imu().source
         ));
     }
+    notes.extend(reference_posture(&loaded.machine));
     notes.extend(loaded.machine.notes().iter().cloned());
     notes.extend(missing_wheel_joints(loaded));
     notes.extend(loaded.notes.iter().cloned());
@@ -69,6 +71,18 @@ pub(crate) fn of(
             .map(|note| format!("{note}; implausible values are flagged instead.")),
     );
     notes
+}
+
+/// The assumed posture of the reference loads, where an arm makes a difference.
+fn reference_posture(machine: &Machine) -> Option<String> {
+    let posture = &machine.reference().posture;
+    let has_arm = machine.joints().iter().any(|j| j.spins_wheel.is_none());
+    (has_arm && !posture.is_stated).then(|| {
+        format!(
+            "Static loads, the reference of utilisation and load limits, are those of {}.",
+            posture.source()
+        )
+    })
 }
 
 /// The share of rows in which measured torques determined the load split.

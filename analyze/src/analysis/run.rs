@@ -9,7 +9,7 @@ use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, SensorSamples, smooth};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{SampleError, Sensor, StreamCounts};
-use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, reference_posture};
+use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, standing_posture};
 
 use super::clock;
 use super::clock::ClockOffsets;
@@ -60,12 +60,8 @@ pub fn analyse(
         );
     }
     let payloads = payload::estimate_all(file, &mut loaded.machine, &forces, &rows)?;
-    let reference = first_posture(&loaded.machine, &rows);
-    let posture = match &reference {
-        Some((_, posture)) => posture.clone(),
-        None => unknown_posture(&loaded.machine),
-    };
-    loaded.machine.refer_to_posture(&posture);
+    loaded.machine.set_reference_loads()?;
+    let posture = first_posture(&loaded.machine, &rows);
     let machine = &loaded.machine;
     let has_odometry = loaded.matched.sensors.odometry;
     let model = evaluation::model(machine, options.model, &posture, has_odometry, &options)?;
@@ -74,8 +70,7 @@ pub fn analyse(
     for row in 0..rows.len() {
         rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
     }
-    let judged_from = reference.map_or(rows.len(), |(row, _)| row);
-    rows.verdicts = verdicts::of(&log, machine, &rows, judged_from, scope)?;
+    rows.verdicts = verdicts::of(&log, machine, &rows, scope)?;
     let comparisons = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
     let min_loads_n = min_loads(machine);
     let events = detect::events(
@@ -149,10 +144,7 @@ struct SignalQuality {
 pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine, Vec<f64>)> {
     let loaded = load(&Log::open(path)?, file, &mut |_| {})?;
     let (rows, _) = estimate(&loaded, &Options::default());
-    let posture = match first_posture(&loaded.machine, &rows) {
-        Some((_, posture)) => posture,
-        None => unknown_posture(&loaded.machine),
-    };
+    let posture = first_posture(&loaded.machine, &rows);
     Ok((loaded.machine, posture))
 }
 
@@ -289,17 +281,15 @@ fn within(rows: Rows, machine: &Machine, options: &Options) -> Rows {
     }
 }
 
-fn unknown_posture(machine: &Machine) -> Vec<f64> {
-    vec![f64::NAN; machine.joints().len()]
-}
-
-/// The first row whose posture defines the static loads, and that posture.
-fn first_posture(machine: &Machine, rows: &Rows) -> Option<(usize, Vec<f64>)> {
+/// The first posture in which the machine can stand: joint positions; NaN if there is none.
+fn first_posture(machine: &Machine, rows: &Rows) -> Vec<f64> {
     let mut state = State::zero(machine);
-    (0..rows.len()).find_map(|row| {
+    let mut postures = (0..rows.len()).filter_map(|row| {
         rows.states.get(row, &mut state);
-        Some((row, reference_posture(machine, &state, rows.reasons[row])?))
-    })
+        standing_posture(machine, &state, rows.reasons[row])
+    });
+    let first = postures.next();
+    first.unwrap_or_else(|| vec![f64::NAN; machine.joints().len()])
 }
 
 /// The load below which each wheel is light; `None` if it depends on unknown static loads.

@@ -11,8 +11,7 @@ use tipwatch_mechanics::{Quantity, Scope};
 
 use crate::base::rows::{Rows, Verdicts};
 
-/// Judges all rows. Rows before `judged_from` are judged without their utilisation, because live
-/// operation does not know the static loads yet.
+/// Judges all rows.
 ///
 /// # Errors
 /// The log cannot be read.
@@ -20,7 +19,6 @@ pub(crate) fn of(
     log: &Log,
     machine: &Machine,
     rows: &Rows,
-    judged_from: usize,
     scope: Scope,
 ) -> Result<Option<Verdicts>> {
     if !scope.sensitivities {
@@ -43,24 +41,22 @@ pub(crate) fn of(
     for row in 0..rows.len() {
         let (time_ns, reasons) = (rows.times_ns[row], rows.reasons[row]);
         let (conditions, is_acknowledged) = recorded.get(&time_ns).copied().unwrap_or_default();
-        let is_judged = row >= judged_from;
-        all.verdicts.push(judge.row(&RowFacts {
-            time_ns,
-            reasons,
-            utilisation: if is_judged {
-                utilisation[row]
-            } else {
-                f64::NAN
-            },
-            conditions,
-            is_acknowledged,
-        }));
         for (otf, column) in otf.iter_mut().zip(&otf_columns) {
             *otf = column[row];
         }
-        let next = (is_judged && reasons.leave_loads())
+        let verdict = judge.row(&RowFacts {
+            time_ns,
+            reasons,
+            utilisation: utilisation[row],
+            is_wheel_unloaded: otf.iter().any(|otf| *otf <= 0.0),
+            conditions,
+            is_acknowledged,
+        });
+        all.verdicts.push(verdict);
+        let next = (reasons.leave_loads())
             .then(|| forecast.row(machine, time_ns, &otf))
-            .flatten();
+            .flatten()
+            .filter(|_| verdict.level.announces_lift_off());
         all.time_to_lift_off_s
             .push(next.map_or(f64::NAN, |next| next.in_s));
         if !recorded.is_empty() {

@@ -13,7 +13,7 @@ use crate::setup::check_machine;
 pub(super) struct CheckMachineArgs {
     /// The machine file.
     machine: PathBuf,
-    /// A log: compute loads in the posture of its first valid row instead of all joints at zero.
+    /// A log: compute loads in the posture of its first valid row instead of the reference posture.
     #[arg(long)]
     log: Option<PathBuf>,
     /// Print JSON.

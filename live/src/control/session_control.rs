@@ -13,7 +13,7 @@
 use anyhow::Result;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{Conditions, Level};
-use tipwatch_mechanics::{Machine, reference_posture};
+use tipwatch_mechanics::{Machine, standing_posture};
 use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay};
 
 use super::valve_command::{RodWatch, Solution, ValveCommand};
@@ -175,7 +175,7 @@ impl Control {
         self.row_is_valid = estimate.reasons.leave_loads();
         if self.controller.is_none()
             && let Some(posture) =
-                reference_posture(&self.machine, &estimate.state, estimate.reasons)
+                standing_posture(&self.machine, &estimate.state, estimate.reasons)
             && let Some(suspension) = self.machine.suspension()
         {
             let controller = Controller::new(&self.machine, &suspension.control, &posture)?;

@@ -9,9 +9,10 @@
 //! | `time_ns` | time of the row, by the clock of the joint states |
 //! | `verdict`, `verdict_latched` | the current level, and the level to act on |
 //! | `faults`, `cautions` | problems of the input since the last row |
+//! | `held_faults`, `held_cautions`, `held_reasons` | what the level rests on: a level outlasts its causes |
 //! | `valid`, `reasons` | whether the row is valid, and why not |
 //! | `utilisation` | 1 - (OTF - 2 sigma) / static load, of the worst wheel |
-//! | `time_to_lift_off_s`, `next_wheel` | time until the next wheel lifts if its load keeps falling at its present rate, and which one; null beyond 5 s |
+//! | `time_to_lift_off_s`, `next_wheel` | time until the next wheel lifts if its load keeps falling at its present rate, and which one; null beyond 5 s, where the rate is not significant, and at levels that name no lost load |
 //! | `load_n` | load by wheel, names in lower case |
 //! | `otf_n` | overturning force (OTF): load with every wheel held to the ground, by wheel |
 //! | `load_sigma_n` | standard deviation of the load, by wheel |
@@ -26,7 +27,7 @@ use std::io::{self, Write};
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::verdict::{InputFault, InputFaults};
 
 use crate::wire::names::Names;
@@ -135,14 +136,16 @@ impl<W: Write> Printer<W> {
                 verdict.time_to_lift_off_s
             )?;
         }
-        for reason in verdict.row_reasons().iter() {
+        let held = shown.held;
+        let mut reasons = verdict.row_reasons();
+        reasons.add_all(held.reasons);
+        for reason in reasons.iter() {
             write!(self.out, "  {}", reason.name())?;
         }
-        let conditions = verdict.conditions();
-        for fault in conditions.faults.iter() {
+        for fault in held.faults.iter() {
             write!(self.out, "  fault: {}", fault.name())?;
         }
-        for caution in conditions.cautions.iter() {
+        for caution in held.cautions.iter() {
             write!(self.out, "  caution: {}", caution.name())?;
         }
         writeln!(self.out)
@@ -180,9 +183,12 @@ impl Serialize for Line<'_> {
         map.serialize_entry("verdict_latched", verdict.verdict().latched_level.name())?;
         map.serialize_entry("faults", &FaultNames(conditions.faults))?;
         map.serialize_entry("cautions", &FaultNames(conditions.cautions))?;
+        let held = verdict.verdict().held;
+        map.serialize_entry("held_faults", &FaultNames(held.faults))?;
+        map.serialize_entry("held_cautions", &FaultNames(held.cautions))?;
+        map.serialize_entry("held_reasons", &ReasonNames(held.reasons))?;
         map.serialize_entry("valid", &(is_row && reasons.is_empty()))?;
-        let reasons: Vec<&str> = reasons.iter().map(Reason::name).collect();
-        map.serialize_entry("reasons", &reasons)?;
+        map.serialize_entry("reasons", &ReasonNames(reasons))?;
         let number = |quantity| verdict.number(quantity);
         map.serialize_entry(&key(Quantity::Utilisation), &number(Quantity::Utilisation))?;
         map.serialize_entry("time_to_lift_off_s", &verdict.time_to_lift_off_s)?;
@@ -241,6 +247,14 @@ impl Serialize for ByWheel<'_> {
         let Line { verdict, names } = self.line;
         let number = |wheel| verdict.number((self.of_wheel)(wheel));
         serializer.collect_map((names.wheels.iter().enumerate()).map(|(i, name)| (name, number(i))))
+    }
+}
+
+struct ReasonNames(Reasons);
+
+impl Serialize for ReasonNames {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().map(Reason::name))
     }
 }
 

@@ -2,7 +2,9 @@
 
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, Urdf};
-use tipwatch_mechanics::verdict::{Conditions, InputFault, InputFaults, Level, Verdict};
+use tipwatch_mechanics::verdict::{
+    Conditions, HeldProblems, InputFault, InputFaults, Level, Verdict,
+};
 
 use super::observer::Observer;
 use super::session_monitor::Monitor;
@@ -205,6 +207,10 @@ impl Idle {
         let verdict = Verdict {
             level,
             latched_level: level,
+            held: HeldProblems {
+                faults: conditions.faults,
+                ..HeldProblems::default()
+            },
         };
         let mut message = WireVerdict::unknown();
         message.set_verdict(verdict, conditions, SampleCounts::default());

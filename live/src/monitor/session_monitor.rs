@@ -4,7 +4,7 @@ use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{
     Conditions, InputFault, Judge, LiftOffForecast, RowFacts, Verdict,
 };
-use tipwatch_mechanics::{Machine, Scope, Workspace, evaluate, reference_posture};
+use tipwatch_mechanics::{Machine, Scope, Workspace, evaluate};
 
 use crate::guard::{CheckedEstimator, CompletedRow, Step};
 use crate::safety_limits::{HEARTBEAT_NS, PERSISTENT_LATE};
@@ -12,7 +12,7 @@ use crate::wire::sample::SampleCounts;
 use crate::wire::session::{Progress, Session};
 use crate::wire::topics::{EVENT_BETWEEN, WireSample, WireVerdict};
 
-/// Follows one session. Once the first row has set the static loads, nothing allocates.
+/// Follows one session. Nothing allocates.
 #[derive(Debug)]
 pub struct Monitor {
     session: u64,
@@ -21,7 +21,6 @@ pub struct Monitor {
     workspace: Workspace<f64>,
     judge: Judge,
     forecast: LiftOffForecast,
-    has_reference: bool,
     is_acknowledged: bool,
     timeliness: Timeliness,
     /// Consecutive cycles with late verdicts.
@@ -60,7 +59,6 @@ impl Monitor {
             forecast: LiftOffForecast::new(&machine),
             input,
             machine,
-            has_reference: false,
             is_acknowledged: false,
             timeliness: Timeliness::NoRow,
             late_cycles: 0,
@@ -122,31 +120,23 @@ impl Monitor {
     fn row(&mut self, row: &CompletedRow, publish: &mut Publish<'_>) {
         let estimate = self.input.estimate();
         let time_ns = estimate.time_ns;
-        if !self.has_reference
-            && let Some(posture) =
-                reference_posture(&self.machine, &estimate.state, estimate.reasons)
-        {
-            self.machine.refer_to_posture(&posture);
-            self.has_reference = true;
-        }
         let outcome = evaluate(&self.machine, &estimate.state, &mut self.workspace);
         let reasons = estimate.reasons.with_outcome(outcome);
-        let mut utilisation = f64::NAN;
+        let utilisation = outcome.uncertainty.utilisation;
         let mut next = None;
-        if self.has_reference {
-            utilisation = outcome.uncertainty.utilisation;
-            if reasons.leave_loads() {
-                next = self.forecast.row(&self.machine, time_ns, &outcome.otf);
-            }
+        if reasons.leave_loads() {
+            next = self.forecast.row(&self.machine, time_ns, &outcome.otf);
         }
         let is_acknowledged = std::mem::take(&mut self.is_acknowledged);
         let verdict = self.judge.row(&RowFacts {
             time_ns,
             reasons,
             utilisation,
+            is_wheel_unloaded: outcome.otf.iter().any(|otf| *otf <= 0.0),
             conditions: row.conditions,
             is_acknowledged,
         });
+        let next = next.filter(|_| verdict.level.announces_lift_off());
         self.message.acknowledged = is_acknowledged.into();
         self.message.sample_sequence = row.sample_sequence;
         self.message.sample_published_ns = row.sample_published_ns;

@@ -150,13 +150,16 @@ pub(super) fn verdict(names: &Names) -> Topic {
 }
 
 /// Fields of a verdict, as on the wire.
-pub(super) const VERDICT_INTEGERS: [&str; 10] = [
+pub(super) const VERDICT_INTEGERS: [&str; 13] = [
     "event",
     "level",
     "latched_level",
     "faults",
     "cautions",
     "reasons",
+    "held_faults",
+    "held_cautions",
+    "held_reasons",
     "acknowledged",
     "untimed",
     "next_wheel",

@@ -82,6 +82,7 @@ impl Session {
         if !sensors.tool_wrench {
             machine.leave_out_tool();
         }
+        machine.set_reference_loads()?;
         Ok((machine, sensors))
     }
 

@@ -168,7 +168,7 @@ macro_rules! verdict_message {
         wire! {
             /// The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
             /// Consumers must treat a verdict past valid_until_ns as a fault.
-            "tipwatch.Verdict.v1"
+            "tipwatch.Verdict.v2"
             pub struct WireVerdict {
                 /// Time until which it may be acted on (ns), by CLOCK_MONOTONIC.
                 pub valid_until_ns: i64,
@@ -198,6 +198,12 @@ macro_rules! verdict_message {
                 pub cautions: u32,
                 /// Bits: why the row is not valid.
                 pub reasons: u32,
+                /// Bits: faults behind the level. A level outlasts its causes.
+                pub held_faults: u32,
+                /// Bits: cautions behind the level.
+                pub held_cautions: u32,
+                /// Bits: reasons of the rows behind a level of fault.
+                pub held_reasons: u32,
                 /// 1 if an acknowledgement arrived since the last row.
                 pub acknowledged: u32,
                 /// 1 if real time was not checked: the samples are replayed as fast as possible.
@@ -208,8 +214,6 @@ macro_rules! verdict_message {
                 pub wheel_count: u32,
                 /// Number of edges of the support polygon.
                 pub edge_count: u32,
-                /// Zero.
-                pub reserved: u32,
                 $(#[doc = quantity_doc!($worst_of)] pub $worst: f64,)*
                 /// Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s.
                 pub time_to_lift_off_s: f64,

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use tipwatch_mechanics::state::Reasons;
-use tipwatch_mechanics::verdict::{Conditions, InputFaults, Level, LiftOff, Verdict};
+use tipwatch_mechanics::verdict::{Conditions, HeldProblems, InputFaults, Level, LiftOff, Verdict};
 use tipwatch_mechanics::{Contribution, Machine, Outcome, Quantity, verdict_quantities};
 
 use crate::wire::sample::SampleCounts;
@@ -49,6 +49,9 @@ impl WireVerdict {
         self.latched_level = verdict.latched_level as u32;
         self.faults = conditions.faults.bits();
         self.cautions = conditions.cautions.bits();
+        self.held_faults = verdict.held.faults.bits();
+        self.held_cautions = verdict.held.cautions.bits();
+        self.held_reasons = verdict.held.reasons.bits().into();
         self.rows = counts.rows;
         self.lost = counts.lost;
         self.refused = counts.refused;
@@ -61,6 +64,11 @@ impl WireVerdict {
         Verdict {
             level: Level::from_number(self.level),
             latched_level: Level::from_number(self.latched_level),
+            held: HeldProblems {
+                faults: InputFaults::from_bits(self.held_faults),
+                cautions: InputFaults::from_bits(self.held_cautions),
+                reasons: Reasons::from_bits(self.held_reasons as u16),
+            },
         }
     }
 

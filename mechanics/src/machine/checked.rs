@@ -37,18 +37,8 @@ pub struct Machine {
     pub(crate) estimator: EstimatorSpec,
     pub(crate) uncertainty: UncertaintySpec,
     pub(crate) plausibility: PlausibilitySpec,
-    pub(crate) reference: Reference,
+    pub(crate) reference: super::Reference,
     pub(crate) suspension: Option<Suspension>,
-}
-
-/// Reference loads by wheel (N); NaN until the reference posture is known: see
-/// [`Machine::refer_to_posture`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct Reference {
-    /// Loads at rest on level ground.
-    pub static_load: Vec<f64>,
-    /// Optimal loads from the machine file, else the static ones.
-    pub optimal_load: Vec<f64>,
 }
 
 impl Machine {
@@ -150,7 +140,7 @@ impl Machine {
 
     /// The reference loads.
     #[must_use]
-    pub fn reference(&self) -> &Reference {
+    pub fn reference(&self) -> &super::Reference {
         &self.reference
     }
 

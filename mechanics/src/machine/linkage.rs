@@ -111,6 +111,13 @@ impl Linkage {
         Real::atan2(solved.pivot.sin, solved.pivot.cos)
     }
 
+    /// The cylinder stroke (m) at an angle of the pivot (rad); NaN where the triangle cannot close.
+    pub(super) fn rod_at_pivot(&self, pivot: f64) -> f64 {
+        let (sin, cos) = Real::sin_cos(pivot);
+        let solved = self.geometry.by_pivot(cos, sin, 0.0, 0.0);
+        solved.rod.displacement
+    }
+
     /// Motion of the three joints from that of the rod.
     #[inline]
     pub fn solve_by_rod<T: Real>(&self, rod: &Motion<T>) -> LinkageMotion<T> {

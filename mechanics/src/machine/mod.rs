@@ -18,6 +18,7 @@ mod nominal;
 mod outline;
 mod parameter;
 mod plausibility_spec;
+mod reference;
 mod sampled;
 mod signals;
 mod spec;
@@ -42,7 +43,7 @@ pub use body::{
     Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, Mounting, Payload,
 };
 pub use check::LogFacts;
-pub use checked::{Machine, Reference};
+pub use checked::Machine;
 pub use contact::Contact;
 pub use error::MachineError;
 pub use fault_kind::FaultKind;
@@ -53,6 +54,7 @@ pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
 pub(crate) use parameter::links_with_mass;
 pub use parameter::{Axis, InertiaElement, Parameter};
 pub use plausibility_spec::{PlausibilitySpec, Policy};
+pub use reference::{Reference, ReferencePosture};
 pub(crate) use sampled::ParameterSampler;
 pub use signals::{
     FieldSpec, ImuFields, JointFields, NumberSpec, OdometryFields, OneOrMany, SignalSpec,

@@ -49,6 +49,8 @@ pub struct OutlineJoint {
     pub axis_in_base: Vector3<f64>,
     /// Whether it is coupled to another joint (`<mimic>`).
     pub mimics: bool,
+    /// Smallest and largest position (rad or m), where the URDF states them.
+    pub limits: Option<[f64; 2]>,
 }
 
 /// Type of a URDF joint.
@@ -152,6 +154,7 @@ fn outline_joint(joint: &UrdfJoint, base_from_link: &Isometry3<f64>) -> OutlineJ
         axis_in_link: joint.axis,
         axis_in_base: base_from_link.rotation * joint.axis,
         mimics: joint.mimic.is_some(),
+        limits: joint.limits.filter(|[least, greatest]| least < greatest),
     }
 }
 

@@ -202,7 +202,10 @@ pub struct LimitsSpec {
     pub min_load: Option<f64>,
     /// The same as a fraction of the wheel's static load, 0 to 1.
     pub min_load_share: Option<f64>,
-    /// Optimal load of each wheel (N); default: the static load in the posture of the first valid row.
+    /// Joint positions (rad or m) of the posture whose static loads are the reference of utilisation and
+    /// load limits. Joints not listed are at zero, or at their limit next to zero.
+    pub reference_posture: BTreeMap<String, f64>,
+    /// Optimal load of each wheel (N); default: the static load in the reference posture.
     pub optimal_load: Option<BTreeMap<String, f64>>,
     /// Utilisation from which a notice is issued.
     pub notice: f64,
@@ -217,6 +220,7 @@ impl Default for LimitsSpec {
         Self {
             min_load: None,
             min_load_share: None,
+            reference_posture: BTreeMap::new(),
             optimal_load: None,
             notice: 0.75,
             warning: 0.90,

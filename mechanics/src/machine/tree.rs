@@ -40,6 +40,13 @@ pub(super) struct TreeJoint {
     pub(super) mimic: Option<Mimic>,
 }
 
+impl TreeJoint {
+    /// Its limits; equal ones mean that the URDF states none.
+    pub(super) fn stated_limits(&self) -> Option<[f64; 2]> {
+        self.limits.filter(|[least, greatest]| least < greatest)
+    }
+}
+
 #[derive(Debug)]
 pub(super) struct TreeLink {
     pub(super) name: String,

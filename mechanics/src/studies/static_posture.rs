@@ -47,11 +47,11 @@ pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64], scope: Scope) 
     }
 }
 
-/// Joint positions of a row that can serve as the reference posture of static loads, see
-/// [`Machine::refer_to_posture`]: the signals determine it (the estimator may still be warming up), and the
-/// machine can stand in it. The first such row of a recording is its reference, offline and live.
+/// Joint positions of a row in which the machine can stand: the signals determine them (the estimator may still be
+/// warming up), and its linkages close. The closed form is frozen in the first such posture, and control starts
+/// from it.
 #[must_use]
-pub fn reference_posture(
+pub fn standing_posture(
     machine: &Machine,
     state: &State<f64>,
     reasons: Reasons,
@@ -80,16 +80,59 @@ pub fn resting_state(machine: &Machine, joint_positions: &[f64]) -> State<f64> {
     state
 }
 
+/// A reference load that cannot serve as one.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "static load of wheel {wheel} in the reference posture ({posture}): expected a positive load, found {found}; \
+     state a posture in which the machine stands on all wheels in limits.reference_posture of the machine file"
+)]
+pub struct ReferenceLoadError {
+    /// Name of the wheel.
+    pub wheel: String,
+    /// The joint positions, and their source.
+    pub posture: String,
+    /// The load (N), or why there is none.
+    pub found: String,
+}
+
 impl Machine {
-    /// Sets the reference loads to those of a posture, given as joint positions (rad or m) in the order of
-    /// [`Machine::joints`]. Optimal loads stated in the machine file are kept.
-    pub fn refer_to_posture(&mut self, joint_positions: &[f64]) {
-        let loads = static_outcome(self, joint_positions).load;
+    /// Computes the reference loads: those at rest on level ground in the machine's reference posture, payloads
+    /// without a time limit attached. Optimal loads stated in the machine file are kept.
+    ///
+    /// # Errors
+    /// A wheel carries no load in this posture, or it cannot be computed.
+    pub fn set_reference_loads(&mut self) -> Result<(), ReferenceLoadError> {
+        let loads = static_outcome(self, &self.reference.posture.positions).load;
+        for (wheel, &load) in self.wheels.iter().zip(&loads) {
+            // NaN is not positive either
+            if !(load > 0.0) {
+                return Err(ReferenceLoadError {
+                    wheel: wheel.name.clone(),
+                    posture: self.reference_posture_text(),
+                    found: match load.is_nan() {
+                        true => "none, because a linkage cannot close".into(),
+                        false => format!("{load:.0} N"),
+                    },
+                });
+            }
+        }
         for (optimal, &load) in self.reference.optimal_load.iter_mut().zip(&loads) {
             let stated = self.limits.optimal_load.is_some() && optimal.is_finite();
             *optimal = if stated { *optimal } else { load };
         }
         self.reference.static_load = loads;
+        Ok(())
+    }
+
+    /// The positions of the joints other than wheels, and the source of the reference posture.
+    fn reference_posture_text(&self) -> String {
+        let posture = &self.reference.posture;
+        let joints = self.joints.iter().zip(&posture.positions);
+        let stated = joints.filter(|(joint, _)| joint.spins_wheel.is_none());
+        let positions: Vec<String> = stated
+            .map(|(joint, position)| format!("{} = {position:.4}", joint.name))
+            .collect();
+        format!("{}: {}", posture.source(), positions.join(", "))
     }
 
     /// The same machine with an error-free inertial measurement unit at the base frame: the specific force of

@@ -67,6 +67,31 @@ impl InputFault {
     pub fn name(self) -> &'static str {
         self.into()
     }
+
+    /// Whether it is about the values of a sensor, not about whether and when they arrive. A machine that
+    /// overturns brings such faults about by itself.
+    #[must_use]
+    pub fn is_about_values(self) -> bool {
+        match self {
+            Self::NotFinite
+            | Self::OutOfRange
+            | Self::JointLimit
+            | Self::ImpossibleRate
+            | Self::Frozen
+            | Self::NotUnit
+            | Self::Disagreement => true,
+            Self::NeverReceived
+            | Self::Stale
+            | Self::Lost
+            | Self::Disordered
+            | Self::ClockJump
+            | Self::Torn
+            | Self::WrongSource
+            | Self::WrongMachine
+            | Self::ProducerGone
+            | Self::VerdictLate => false,
+        }
+    }
 }
 
 impl From<FaultKind> for InputFault {

@@ -1,7 +1,7 @@
 //! The judge: turns a sequence of rows into verdicts.
 
 use super::alarm::Alarm;
-use super::input_fault::InputFaults;
+use super::input_fault::{InputFault, InputFaults};
 use super::level::Level;
 use super::limits::{GOOD_ROWS, HOLD_NS, PERSISTENT, START_UP_NS};
 use crate::machine::LimitsSpec;
@@ -25,6 +25,8 @@ pub struct RowFacts {
     pub reasons: Reasons,
     /// U of the worst wheel; NaN where unknown.
     pub utilisation: f64,
+    /// Whether a wheel carries nothing: its OTF is not positive, whatever the utilisation.
+    pub is_wheel_unloaded: bool,
     /// Input problems since the preceding row.
     pub conditions: Conditions,
     /// Whether the alarm has been acknowledged since the preceding row.
@@ -38,6 +40,19 @@ pub struct Verdict {
     pub level: Level,
     /// Level to act on: Danger and model failures persist until they have ended and have been acknowledged.
     pub latched_level: Level,
+    /// Why `level` is a fault, or raised by cautions. Never empty then: a level outlasts its causes.
+    pub held: HeldProblems,
+}
+
+/// Everything found since a fault or a caution began to be held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub struct HeldProblems {
+    /// Faults of the input.
+    pub faults: InputFaults,
+    /// Cautions about the input.
+    pub cautions: InputFaults,
+    /// Reasons of the rows that failed.
+    pub reasons: Reasons,
 }
 
 /// Computes the verdict for every row.
@@ -54,6 +69,9 @@ pub struct Judge {
     fault_ns: Option<i64>,
     /// Time of the last row with a caution (ns), while it is held.
     caution_ns: Option<i64>,
+    held: HeldProblems,
+    /// Consecutive rows in danger before the failure, if there is one.
+    danger_rows: u32,
     latched: Option<Level>,
     is_acknowledged: bool,
     verdict: Verdict,
@@ -86,6 +104,8 @@ impl Judge {
             implausible_rows: 0,
             fault_ns: None,
             caution_ns: None,
+            held: HeldProblems::default(),
+            danger_rows: 0,
             latched: None,
             is_acknowledged: false,
             verdict: Verdict::default(),
@@ -109,8 +129,11 @@ impl Judge {
     /// the next row on if that row is given the same conditions.
     #[must_use]
     pub fn between_rows(&self, conditions: Conditions) -> Verdict {
+        let mut held = self.held;
+        held.faults.add_all(conditions.faults);
+        held.cautions.add_all(conditions.cautions);
         let level = if !conditions.faults.is_empty() {
-            Level::Fault
+            self.fault_level(held.faults)
         } else if !conditions.cautions.is_empty() {
             self.verdict.level.max(Level::Warning)
         } else {
@@ -119,6 +142,7 @@ impl Judge {
         Verdict {
             level,
             latched_level: level.max(self.verdict.latched_level),
+            held,
         }
     }
 
@@ -132,10 +156,10 @@ impl Judge {
         };
         let standing = self.standing(row, row.time_ns.saturating_sub(first));
         match standing {
-            RowAssessment::Known => {
+            RowAssessment::Known if !row.is_wheel_unloaded => {
                 self.each_alarm(|alarm| alarm.take(row.utilisation, row.time_ns));
             }
-            RowAssessment::Tipping => {
+            RowAssessment::Known | RowAssessment::Tipping => {
                 self.each_alarm(|alarm| alarm.take(f64::INFINITY, row.time_ns));
             }
             RowAssessment::Unknown | RowAssessment::Failed => self.each_alarm(Alarm::skip),
@@ -152,14 +176,52 @@ impl Judge {
         hold(&mut self.fault_ns, is_faulty, is_ready, row.time_ns);
         let is_doubtful = !row.conditions.cautions.is_empty();
         hold(&mut self.caution_ns, is_doubtful, true, row.time_ns);
+        self.hold_problems(row, standing);
+        if is_good || standing == RowAssessment::Tipping {
+            self.danger_rows = match self.danger.is_on() {
+                true => self.danger_rows.saturating_add(1),
+                false => 0,
+            };
+        }
         let level = self.level(is_ready);
         let model_failed = standing == RowAssessment::Failed && !row.reasons.leave_state_unknown();
         self.latch(level, model_failed, row.is_acknowledged);
         self.verdict = Verdict {
             level,
             latched_level: self.latched.map_or(level, |latched| latched.max(level)),
+            held: self.held,
         };
         self.verdict
+    }
+
+    /// Adds what was found in this row, and forgets what is no longer held.
+    fn hold_problems(&mut self, row: &RowFacts, standing: RowAssessment) {
+        self.held.faults.add_all(row.conditions.faults);
+        self.held.cautions.add_all(row.conditions.cautions);
+        if standing == RowAssessment::Failed {
+            self.held.reasons.add_all(row.reasons);
+            if row.reasons.is_empty() {
+                // valid inputs, but the uncertainty of the loads cannot be computed
+                self.held.reasons.add(Reason::NotFinite);
+            }
+        }
+        if self.fault_ns.is_none() {
+            (self.held.faults, self.held.reasons) = (InputFaults::NONE, Reasons::NONE);
+        }
+        if self.caution_ns.is_none() {
+            self.held.cautions = InputFaults::NONE;
+        }
+    }
+
+    /// The level during a fault. A machine that overturns leaves the range in which its sensors and the model
+    /// hold: it stays in danger, unless the samples themselves fail to arrive.
+    fn fault_level(&self, faults: InputFaults) -> Level {
+        let was_in_danger = self.danger.is_on() && self.danger_rows >= PERSISTENT;
+        if was_in_danger && faults.iter().all(InputFault::is_about_values) {
+            Level::Danger
+        } else {
+            Level::Fault
+        }
     }
 
     fn standing(&self, row: &RowFacts, elapsed_ns: i64) -> RowAssessment {
@@ -219,7 +281,7 @@ impl Judge {
             Level::Safe
         };
         if self.fault_ns.is_some() {
-            Level::Fault
+            self.fault_level(self.held.faults)
         } else {
             alarm
         }
@@ -285,6 +347,7 @@ mod tests {
                 time_ns: self.time_ns,
                 reasons: set,
                 utilisation,
+                is_wheel_unloaded: false,
                 conditions,
                 is_acknowledged: false,
             };
@@ -304,6 +367,7 @@ mod tests {
                 time_ns: self.time_ns,
                 reasons: Reasons::NONE,
                 utilisation,
+                is_wheel_unloaded: false,
                 conditions: Conditions::default(),
                 is_acknowledged: true,
             })
@@ -320,6 +384,69 @@ mod tests {
         assert_eq!(
             Run::new().row(f64::NAN, &[Reason::Tipping], None),
             Level::Danger
+        );
+    }
+
+    #[test]
+    fn unloaded_wheel_is_danger_whatever_the_utilisation() {
+        let mut run = Run::new();
+        run.good(0.1, 20);
+        run.time_ns += PERIOD_NS;
+        let unloaded = RowFacts {
+            time_ns: run.time_ns,
+            reasons: Reasons::NONE,
+            utilisation: 0.05,
+            is_wheel_unloaded: true,
+            conditions: Conditions::default(),
+            is_acknowledged: false,
+        };
+        assert_eq!(run.judge.row(&unloaded).level, Level::Danger);
+    }
+
+    #[test]
+    fn held_fault_states_its_cause_until_it_ends() {
+        let mut run = Run::new();
+        run.good(0.1, 20);
+        run.row(0.1, &[], Some(InputFault::Lost));
+        run.row(f64::NAN, &[Reason::ImuGap], None);
+        assert_eq!(run.good(0.1, 50), Level::Fault);
+        let held = run.judge.verdict().held;
+        assert_eq!(held.faults, InputFault::Lost.into());
+        assert!(held.reasons.has(Reason::ImuGap));
+        assert_eq!(run.good(0.1, 100), Level::Safe);
+        assert_eq!(run.judge.verdict().held, HeldProblems::default());
+        // valid signals without a computable uncertainty
+        assert_eq!(run.row(f64::NAN, &[], None), Level::Fault);
+        assert!(run.judge.verdict().held.reasons.has(Reason::NotFinite));
+    }
+
+    #[test]
+    fn overturning_machine_stays_in_danger() {
+        let mut run = Run::new();
+        run.good(0.1, 20);
+        run.good(1.2, 5);
+        for reason in [Reason::Tipping, Reason::NoGroundContact, Reason::ImuFault] {
+            for _ in 0..20 {
+                let level = run.row(f64::NAN, &[reason], Some(InputFault::OutOfRange));
+                assert_eq!(level, Level::Danger, "{reason:?}");
+            }
+        }
+        assert!(
+            run.judge
+                .verdict()
+                .held
+                .reasons
+                .has(Reason::NoGroundContact)
+        );
+        // what does not arrive is a fault all the same
+        assert_eq!(run.row(1.2, &[], Some(InputFault::Stale)), Level::Fault);
+        // and one bad row before a failure is not an overturning machine
+        let mut glitch = Run::new();
+        glitch.good(0.1, 20);
+        glitch.good(1.2, 1);
+        assert_eq!(
+            glitch.row(f64::NAN, &[Reason::NotFinite], None),
+            Level::Fault
         );
     }
 

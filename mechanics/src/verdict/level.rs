@@ -46,6 +46,12 @@ impl Level {
         self.into()
     }
 
+    /// Whether a forecast of lift-off is announced at this level: a wheel has lost load, and the inputs hold.
+    #[must_use]
+    pub fn announces_lift_off(self) -> bool {
+        matches!(self, Self::Notice | Self::Warning | Self::Danger)
+    }
+
     /// The level with this number; [`Level::Fault`] for an unknown number, so that corruption never reads as safe.
     #[must_use]
     pub fn from_number(number: u32) -> Self {

@@ -5,7 +5,9 @@
 //! ```
 //! The OTF, as fractions of the static loads, are filtered by the same Kalman filter as every signal. The
 //! extrapolation is linear: if the load falls at an increasing rate, the wheel lifts sooner. Rates within the
-//! noise give no forecast.
+//! noise give no forecast, and a forecast is announced only at a level that says that a wheel has lost load
+//! ([`Level::announces_lift_off`](super::Level::announces_lift_off)): far from the limit, the rate says nothing
+//! about where the motion will end.
 
 use crate::estimation::{Doubt, FilterModel, KalmanFilter};
 use crate::machine::Machine;
@@ -17,7 +19,9 @@ const PROCESS_NOISE: f64 = 10.0;
 /// Forecast horizon (s).
 const HORIZON_S: f64 = 5.0;
 /// Number of standard deviations by which a rate must differ from zero.
-const SURE: f64 = 2.0;
+const SURE: f64 = 3.0;
+/// Time over which the deviations of the OTF from the filter are averaged (s).
+const AVERAGED_S: f64 = 1.0;
 
 /// The wheel predicted to lift next.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +37,9 @@ pub struct LiftOff {
 pub struct LiftOffForecast {
     filter: KalmanFilter,
     shares: Vec<f64>,
+    /// Mean square of the deviations of the shares from the filter, of the worst wheel; at least the stated noise.
+    mean_squares: Vec<f64>,
+    before_ns: Option<i64>,
 }
 
 impl LiftOffForecast {
@@ -49,6 +56,8 @@ impl LiftOffForecast {
         Self {
             filter: KalmanFilter::new(model, wheels, false),
             shares: vec![f64::NAN; wheels],
+            mean_squares: vec![NOISE * NOISE; wheels],
+            before_ns: None,
         }
     }
 
@@ -62,10 +71,19 @@ impl LiftOffForecast {
         self.filter
             .push(time_ns, &self.shares, None, Doubt::default())
             .ok()?;
-        let doubt = SURE * self.filter.covariance_at(time_ns)[1][1].max(0.0).sqrt();
+        let elapsed_s = (self.before_ns).map_or(0.0, |before| {
+            time_ns.saturating_sub(before).max(0) as f64 * 1e-9
+        });
+        self.before_ns = Some(time_ns);
+        let renewed = elapsed_s / (elapsed_s + AVERAGED_S);
+        let rate_sigma = self.filter.covariance_at(time_ns)[1][1].max(0.0).sqrt();
         let mut next: Option<LiftOff> = None;
         for (wheel, &share) in self.shares.iter().enumerate() {
-            let [_, rate, _] = self.filter.at(wheel, time_ns);
+            let [filtered, rate, _] = self.filter.at(wheel, time_ns);
+            // What the filter leaves is noise. Where it is larger than stated, so is the doubt in the rate.
+            let mean_square = &mut self.mean_squares[wheel];
+            *mean_square += renewed * ((share - filtered).powi(2) - *mean_square);
+            let doubt = SURE * rate_sigma * (mean_square.sqrt() / NOISE).max(1.0);
             let in_s = if share <= 0.0 { 0.0 } else { -share / rate };
             let is_falling = share <= 0.0 || rate < -doubt;
             let is_ahead = is_falling && (0.0..=HORIZON_S).contains(&in_s);

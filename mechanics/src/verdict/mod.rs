@@ -19,6 +19,6 @@ mod lift_off;
 pub mod limits;
 
 pub use input_fault::{InputFault, InputFaults};
-pub use judge::{Conditions, Judge, RowFacts, Verdict};
+pub use judge::{Conditions, HeldProblems, Judge, RowFacts, Verdict};
 pub use level::Level;
 pub use lift_off::{LiftOff, LiftOffForecast};

@@ -13,7 +13,7 @@ use super::readings;
 use crate::analysis::run::posture_in_log;
 use crate::base::number::known;
 
-/// Checks a machine file, in the posture of the log's first valid row if there is a log.
+/// Checks a machine file, in the posture of the log's first valid row if there is a log, else in its reference posture.
 ///
 /// # Errors
 /// The machine file does not describe a machine, or the log does not fit it.
@@ -31,8 +31,9 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
         }
         None => {
             let machine = file.check_alone()?;
-            let zero = vec![0.0; machine.joints().len()];
-            (machine, zero, "all joints at zero".into())
+            let reference = machine.reference().posture.clone();
+            let source = reference.source().into();
+            (machine, reference.positions, source)
         }
     };
     let standing = RestingMachine::new(&machine, &positions);

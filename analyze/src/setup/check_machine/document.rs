@@ -22,7 +22,7 @@ pub struct MachineCheck {
     /// Distance between the first and the last axle; null for one axle.
     pub(super) wheelbase_m: Option<f64>,
     pub(super) axles: Vec<Axle>,
-    /// Joint positions: those of the log's first valid row, else zero.
+    /// Joint positions: those of the log's first valid row, else the reference posture.
     pub(super) posture: Posture,
     pub(super) wheels: Vec<WheelCheck>,
     /// Sums over axles, sides and all wheels.

@@ -6,6 +6,7 @@ mod guesses;
 mod imu;
 mod joints;
 mod linkages;
+mod reference;
 mod render;
 mod signals;
 mod text;

@@ -5,6 +5,7 @@ use tipwatch_mechanics::machine::JointMotion;
 
 use super::guesses::Guesses;
 use super::linkages::LinkageGuess;
+use super::reference;
 use super::signals::Topics;
 use super::text::{Text, key, number, quoted};
 use super::urdf::Urdf;
@@ -49,6 +50,7 @@ pub(super) fn rendered(
         write_arm(&mut text, guesses);
         write_linkages(&mut text, &guesses.linkages);
         write_contact(&mut text, guesses);
+        reference::write(&mut text, guesses, &topics.joints());
     } else {
         text.gap()
             .comment("Needed, three or more: the wheels.")

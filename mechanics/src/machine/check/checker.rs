@@ -8,7 +8,7 @@ use crate::machine::tree::{Tree, TreeBody, TreeJoint};
 use crate::machine::urdf::Urdf;
 use crate::machine::{
     Body, JointCoupling, JointKind, Link, LinkGroup, Machine, MachineError, MachineSpec,
-    MassMoments, Mount, Mounting, Reference, StaticTransform, Wheel,
+    MassMoments, Mount, Mounting, StaticTransform, Wheel,
 };
 
 /// Facts about a log against which a machine is checked.
@@ -91,7 +91,7 @@ impl Checker<'_> {
             arm_root: arm_root.map(|root| {
                 self.mount(root, Isometry3::identity(), "arm.root of the machine file")
             }),
-            reference: self.reference(),
+            reference: self.reference(&driving)?,
             linkages: driving.linkages,
             joints: driving.joints,
             wheels,
@@ -170,20 +170,6 @@ impl Checker<'_> {
             body: link.body,
             body_from_mount: link.body_from_link * link_from_mount,
             source: source.into(),
-        }
-    }
-
-    /// Reference loads before a posture is known.
-    fn reference(&self) -> Reference {
-        let unknown = vec![f64::NAN; self.spec.wheels.len()];
-        let stated = self.spec.limits.optimal_load.as_ref();
-        let optimal = |name: &String| stated.and_then(|loads| loads.get(name).copied());
-        let names = self.spec.wheels.keys();
-        Reference {
-            static_load: unknown,
-            optimal_load: names
-                .map(|name| optimal(name).unwrap_or(f64::NAN))
-                .collect(),
         }
     }
 

@@ -20,8 +20,7 @@ fn measured_joint(joint: &TreeJoint, logged: bool, spins_wheel: Option<usize>) -
         name: joint.name.clone(),
         logged,
         spins_wheel,
-        // Equal limits mean that the URDF states none.
-        limits: joint.limits.filter(|[least, greatest]| least < greatest),
+        limits: joint.stated_limits(),
         max_velocity: joint.max_velocity,
     }
 }

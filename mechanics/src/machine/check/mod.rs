@@ -7,6 +7,7 @@ mod contact;
 mod driving;
 mod imu_mount;
 mod payloads;
+mod reference;
 mod signals;
 mod suspension;
 mod suspension_control;

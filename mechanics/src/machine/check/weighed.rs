@@ -40,17 +40,6 @@ impl MachineSpec {
                 }
             }
         }
-        for (joint, position) in &weighed.posture {
-            let place = format!("weighed.posture.{joint}");
-            if !joints.iter().any(|measured| measured.name == *joint) {
-                let names: Vec<&str> = joints.iter().map(|j| j.name.as_str()).collect();
-                let expected = format!("a measured joint ({})", names.join(", "));
-                return fault(place, &expected, format!("\"{joint}\""));
-            }
-            if !position.is_finite() {
-                return fault(place, "a position [rad or m]", position.to_string());
-            }
-        }
-        Ok(())
+        self.check_posture("weighed.posture", &weighed.posture, joints)
     }
 }
