@@ -22,6 +22,8 @@ mod offline_equals_live;
 mod producer;
 /// Recordings, and their reproduction offline.
 mod record;
+/// The reference loads are those of the machine.
+mod reference;
 /// No input makes the verdict "safe" wrongly.
 mod safety;
 /// Isolated worlds in shared memory, and the programs in them.

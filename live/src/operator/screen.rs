@@ -195,7 +195,7 @@ fn share(value: f64) -> f64 {
 }
 
 fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
-    let conditions = verdict.conditions();
+    let held = verdict.verdict().held;
     let join = |names: Vec<&str>| {
         if names.is_empty() {
             "none".to_owned()
@@ -203,9 +203,11 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
             names.join(", ")
         }
     };
-    let faults = join(conditions.faults.iter().map(InputFault::name).collect());
-    let cautions = join(conditions.cautions.iter().map(InputFault::name).collect());
-    let reasons = join(verdict.row_reasons().iter().map(Reason::name).collect());
+    let faults = join(held.faults.iter().map(InputFault::name).collect());
+    let cautions = join(held.cautions.iter().map(InputFault::name).collect());
+    let mut reasons = verdict.row_reasons();
+    reasons.add_all(held.reasons);
+    let reasons = join(reasons.iter().map(Reason::name).collect());
     let age_ms = view.now_ns.saturating_sub(verdict.published_ns) as f64 * 1e-6;
     let delay_us = verdict
         .published_ns

@@ -26,6 +26,8 @@ use crate::number::Real;
 
 /// Deviation allowed between axes that should be parallel or perpendicular (dimensionless).
 const AXIS_TOLERANCE: f64 = 1e-3;
+/// Distance that a stroke keeps from a dead centre, relative to the actuator's length: some 0.05 degrees of the pivot.
+const DEAD_CENTRE_SHARE: f64 = 1e-7;
 /// Out-of-plane distance allowed between eye and pin, relative to the size of the triangle.
 const OUT_OF_PLANE_SHARE: f64 = 0.01;
 
@@ -111,11 +113,15 @@ impl Linkage {
         Real::atan2(solved.pivot.sin, solved.pivot.cos)
     }
 
-    /// The cylinder stroke (m) at an angle of the pivot (rad); NaN where the triangle cannot close.
+    /// The cylinder stroke (m) at an angle of the pivot (rad); NaN where the triangle cannot close. At a dead
+    /// centre the stroke stops short of it, because the angle does not follow from it there.
     pub(super) fn rod_at_pivot(&self, pivot: f64) -> f64 {
         let (sin, cos) = Real::sin_cos(pivot);
-        let solved = self.geometry.by_pivot(cos, sin, 0.0, 0.0);
-        solved.rod.displacement
+        let rod = self.geometry.by_pivot(cos, sin, 0.0, 0.0).rod.displacement;
+        let length = rod + self.geometry.length_at_zero;
+        let stops = [0.0, -DEAD_CENTRE_SHARE, DEAD_CENTRE_SHARE].map(|share| rod + share * length);
+        let closes = |rod: &f64| self.pivot_at_rod(*rod).is_finite();
+        stops.into_iter().find(closes).unwrap_or(rod)
     }
 
     /// Motion of the three joints from that of the rod.

@@ -1,0 +1,159 @@
+//! Utilisation and verdict do not depend on when a recording begins.
+
+use std::fs;
+
+use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
+use tipwatch_mechanics::verdict::Level;
+use tipwatch_tests::{analysed, data};
+
+/// Rear left of `tiny_lift` is in the air from 0.90 to 2.45 s.
+const IN_THE_AIR_S: [f64; 2] = [1.3, 2.3];
+
+#[test]
+fn start_with_a_wheel_in_the_air_is_danger_with_the_same_utilisation() {
+    for estimator in [Estimator::Smoother, Estimator::Causal] {
+        let options = Options {
+            estimator,
+            ..Options::default()
+        };
+        let whole = analysed(&data("tiny_lift.mcap"), options.clone());
+        let late = analysed(
+            &data("tiny_lift.mcap"),
+            Options {
+                from_s: Some(IN_THE_AIR_S[0]),
+                ..options
+            },
+        );
+        let used = |analysis: &tipwatch_analyze::analysis::Analysis, row| {
+            analysis.rows.outcomes.column(Quantity::Utilisation)[row]
+        };
+        let verdicts = &late.rows.verdicts.as_ref().unwrap().verdicts;
+        let mut compared = 0;
+        for row in 0..late.rows.len() {
+            let same = whole.rows.at(late.rows.times_ns[row]);
+            assert_eq!(used(&whole, same).to_bits(), used(&late, row).to_bits());
+            let seconds = whole.rows.seconds(same);
+            if seconds < IN_THE_AIR_S[1] && late.rows.is_valid(row) {
+                assert_eq!(
+                    verdicts[row].level,
+                    Level::Danger,
+                    "{seconds} s, {estimator:?}"
+                );
+                compared += 1;
+            }
+        }
+        assert!(compared > 80, "{compared}");
+    }
+}
+
+#[test]
+fn time_to_lift_off_is_announced_only_from_notice_on() {
+    for log in [
+        "tiny_lift.mcap",
+        "swing_lift.mcap",
+        "tiny.mcap",
+        "corner_brake.mcap",
+    ] {
+        let analysis = analysed(&data(log), Options::default());
+        let verdicts = analysis.rows.verdicts.as_ref().unwrap();
+        for (verdict, time_s) in verdicts.verdicts.iter().zip(&verdicts.time_to_lift_off_s) {
+            let may = matches!(
+                verdict.level,
+                Level::Notice | Level::Warning | Level::Danger
+            );
+            assert!(
+                may || time_s.is_nan(),
+                "{log}: {verdict:?} announces {time_s} s"
+            );
+        }
+        let announced = verdicts
+            .time_to_lift_off_s
+            .iter()
+            .any(|time_s| time_s.is_finite());
+        assert!(announced || !log.contains("lift"), "{log}");
+    }
+}
+
+fn machine(limit: &str, extra: &str, joints: Option<&[String]>) -> Machine {
+    let toml = fs::read_to_string(data("tiny.toml"))
+        .unwrap()
+        .replace("[limits]\n", &format!("[limits]\n{limit}\n"))
+        + extra;
+    let urdf = fs::read_to_string(data("tiny.urdf")).unwrap();
+    let facts = LogFacts {
+        joint_names: joints,
+        ..LogFacts::default()
+    };
+    MachineSpec::from_toml(&toml, "tiny.toml")
+        .unwrap()
+        .check(&urdf, "tiny.urdf", facts)
+        .unwrap()
+}
+
+#[test]
+fn measured_rods_have_the_reference_of_measured_pivots() {
+    let names = |of_linkages: [&str; 2]| -> Vec<String> {
+        let others = ["slew", "extension", "steer_fl", "steer_fr"];
+        others
+            .iter()
+            .chain(&of_linkages)
+            .map(ToString::to_string)
+            .collect()
+    };
+    let loads = |joints: &[String]| {
+        let mut machine = machine("", "", Some(joints));
+        machine.set_reference_loads().unwrap();
+        machine.reference().static_load.clone()
+    };
+    let [pivots, rods] = [["lift", "tilt"], ["lift_rod", "tilt_rod"]].map(|of| loads(&names(of)));
+    for (pivot, rod) in pivots.iter().zip(&rods) {
+        assert!((pivot - rod).abs() < 1e-3 * pivot, "{pivots:?} {rods:?}");
+    }
+}
+
+#[test]
+fn a_posture_in_which_a_wheel_carries_nothing_is_refused() {
+    let mut heavy = machine("", "\n[[payload]]\nlink = \"tool\"\nmass = 8000.0\n", None);
+    let error = heavy.set_reference_loads().unwrap_err().to_string();
+    for expected in [
+        "static load of wheel",
+        "limits.reference_posture",
+        "slew = 0.0000",
+        "positive",
+    ] {
+        assert!(error.contains(expected), "{error}");
+    }
+    let unknown = fs::read_to_string(data("tiny.toml")).unwrap().replace(
+        "[limits]\n",
+        "[limits]\nreference_posture = { boom = 0.1 }\n",
+    );
+    let urdf = fs::read_to_string(data("tiny.urdf")).unwrap();
+    let spec = MachineSpec::from_toml(&unknown, "tiny.toml").unwrap();
+    let error = spec
+        .check(&urdf, "tiny.urdf", LogFacts::default())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("limits.reference_posture.boom"), "{error}");
+}
+
+#[test]
+fn a_stated_posture_is_used() {
+    let loads = |extra: &str| {
+        let mut machine = machine(extra, "", None);
+        machine.set_reference_loads().unwrap();
+        (
+            machine.reference().posture.is_stated,
+            machine.reference().static_load.clone(),
+        )
+    };
+    let (assumed, at_zero) = loads("");
+    let (stated, turned) = loads("reference_posture = { slew = 1.5707963 }");
+    assert!(!assumed && stated);
+    // the arm over the left side instead of the front
+    assert!(
+        turned[0] + turned[2] > at_zero[0] + at_zero[2] + 100.0,
+        "{at_zero:?} {turned:?}"
+    );
+}
