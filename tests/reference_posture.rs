@@ -3,6 +3,7 @@
 use std::fs;
 
 use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
 use tipwatch_mechanics::verdict::Level;
@@ -76,20 +77,25 @@ fn time_to_lift_off_is_announced_only_from_notice_on() {
     }
 }
 
-fn machine(limit: &str, extra: &str, joints: Option<&[String]>) -> Machine {
-    let toml = fs::read_to_string(data("tiny.toml"))
-        .unwrap()
-        .replace("[limits]\n", &format!("[limits]\n{limit}\n"))
-        + extra;
+/// The machine file of `tiny` with another limit instead of its reference posture, and more at its end.
+fn machine_text(limit: &str, extra: &str) -> String {
+    let text = fs::read_to_string(data("tiny.toml")).unwrap();
+    let lines = text
+        .lines()
+        .map(|line| match line.starts_with("reference_posture") {
+            true => limit,
+            false => line,
+        });
+    lines.collect::<Vec<_>>().join("\n") + extra
+}
+
+fn checked(text: &str, joints: Option<&[String]>) -> Result<Machine, MachineError> {
     let urdf = fs::read_to_string(data("tiny.urdf")).unwrap();
     let facts = LogFacts {
         joint_names: joints,
         ..LogFacts::default()
     };
-    MachineSpec::from_toml(&toml, "tiny.toml")
-        .unwrap()
-        .check(&urdf, "tiny.urdf", facts)
-        .unwrap()
+    MachineSpec::from_toml(text, "tiny.toml")?.check(&urdf, "tiny.urdf", facts)
 }
 
 #[test]
@@ -103,7 +109,7 @@ fn measured_rods_have_the_reference_of_measured_pivots() {
             .collect()
     };
     let loads = |joints: &[String]| {
-        let mut machine = machine("", "", Some(joints));
+        let mut machine = checked(&machine_text("", ""), Some(joints)).unwrap();
         machine.set_reference_loads().unwrap();
         machine.reference().static_load.clone()
     };
@@ -115,7 +121,11 @@ fn measured_rods_have_the_reference_of_measured_pivots() {
 
 #[test]
 fn a_posture_in_which_a_wheel_carries_nothing_is_refused() {
-    let mut heavy = machine("", "\n[[payload]]\nlink = \"tool\"\nmass = 8000.0\n", None);
+    let mut heavy = checked(
+        &machine_text("", "\n[[payload]]\nlink = \"tool\"\nmass = 8000.0\n"),
+        None,
+    )
+    .unwrap();
     let error = heavy.set_reference_loads().unwrap_err().to_string();
     for expected in [
         "static load of wheel",
@@ -125,23 +135,15 @@ fn a_posture_in_which_a_wheel_carries_nothing_is_refused() {
     ] {
         assert!(error.contains(expected), "{error}");
     }
-    let unknown = fs::read_to_string(data("tiny.toml")).unwrap().replace(
-        "[limits]\n",
-        "[limits]\nreference_posture = { boom = 0.1 }\n",
-    );
-    let urdf = fs::read_to_string(data("tiny.urdf")).unwrap();
-    let spec = MachineSpec::from_toml(&unknown, "tiny.toml").unwrap();
-    let error = spec
-        .check(&urdf, "tiny.urdf", LogFacts::default())
-        .unwrap_err()
-        .to_string();
+    let unknown = machine_text("reference_posture = { boom = 0.1 }", "");
+    let error = checked(&unknown, None).unwrap_err().to_string();
     assert!(error.contains("limits.reference_posture.boom"), "{error}");
 }
 
 #[test]
 fn a_stated_posture_is_used() {
     let loads = |extra: &str| {
-        let mut machine = machine(extra, "", None);
+        let mut machine = checked(&machine_text(extra, ""), None).unwrap();
         machine.set_reference_loads().unwrap();
         (
             machine.reference().posture.is_stated,
