@@ -162,8 +162,8 @@ TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 1696, "tipwatch_machin
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */
-#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v1"
-#define TIPWATCH_VERDICT_LAYOUT "d86040924a46ff8b"
+#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v2"
+#define TIPWATCH_VERDICT_LAYOUT "1afbee77a4556d3f"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -205,6 +205,12 @@ struct tipwatch_verdict {
     uint32_t cautions;
     /* Bits: why the row is not valid. */
     uint32_t reasons;
+    /* Bits: faults behind the level. A level outlasts its causes. */
+    uint32_t held_faults;
+    /* Bits: cautions behind the level. */
+    uint32_t held_cautions;
+    /* Bits: reasons of the rows behind a level of fault. */
+    uint32_t held_reasons;
     /* 1 if an acknowledgement arrived since the last row. */
     uint32_t acknowledged;
     /* 1 if real time was not checked: the samples are replayed as fast as possible. */
@@ -215,8 +221,6 @@ struct tipwatch_verdict {
     uint32_t wheel_count;
     /* Number of edges of the support polygon. */
     uint32_t edge_count;
-    /* Zero. */
-    uint32_t reserved;
     /* 1 - (OTF - 2 sigma) / static load of the worst wheel (-) */
     double utilisation;
     /* Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s. */
@@ -266,7 +270,7 @@ struct tipwatch_verdict {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2448, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2456, "tipwatch_verdict");
 
 /* Command to the valves of the suspension. The valve driver must close them when it is past
  * valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file. */
