@@ -104,7 +104,7 @@ fn val_masses_and_geometry_match_the_urdf() {
     assert!((all["static_load_n"].as_f64().unwrap() - mass(4) * 9.8066).abs() < 1.0);
     assert_eq!(
         check["posture"]["source"],
-        "all joints at zero, within their limits (the machine file states no limits.reference_posture)"
+        "limits.reference_posture of the machine file"
     );
 }
 
