@@ -21,6 +21,7 @@ use super::payload;
 use super::sensitivity;
 use super::verdicts;
 use crate::analysis::Analysis;
+use crate::analysis::Coverage;
 use crate::analysis::Input;
 use crate::analysis::Sources;
 use crate::base::options::{ApplyClockOffsets, Estimator, Options};
@@ -74,6 +75,7 @@ pub fn analyse(
     for row in 0..rows.len() {
         rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
     }
+    let coverage = Coverage::of(&loaded, &rows, &options, log.span_ns());
     let judged_from = reference.map_or(rows.len(), |(row, _)| row);
     rows.verdicts = verdicts::of(&log, machine, &rows, judged_from, scope)?;
     let comparisons = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
@@ -128,6 +130,9 @@ pub fn analyse(
         notes,
         losses: loaded.losses,
         rows,
+        coverage,
+        // the seam for findings about the inputs
+        gross_inputs: Vec::new(),
         min_loads_n,
         events,
         sensitivity,

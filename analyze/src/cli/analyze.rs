@@ -11,6 +11,7 @@ use super::options::{AnalysisArgs, PolicyArgs};
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
 use crate::analysis::run;
+use crate::base::error_text::{error_text, without_path};
 use crate::base::options::{ColumnGroup, MoreColumns, Options};
 use crate::base::progress::Progress;
 use crate::output;
@@ -70,7 +71,8 @@ pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
         ..args.analysis.options()
     };
     let policy = args.policy.policy()?;
-    let mut exit = Exit::Done;
+    let min_valid = args.policy.min_valid(policy.as_ref());
+    let mut exit = Exit::DONE;
     for (log, out) in args.logs.iter().zip(out_folders(&args.logs, &args.out)?) {
         let one = analyze_one(
             log,
@@ -79,17 +81,47 @@ pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
             &out,
             args.outputs,
             policy.as_ref(),
+            min_valid,
             terminal,
-        )
-        .unwrap_or_else(|error| {
-            terminal.error(&error);
-            Exit::Failed
+        );
+        exit = exit.and(match one {
+            Ok(one) => one,
+            Err(error) => failed(&error, log, &out, policy.as_ref(), terminal)?,
         });
-        exit = exit.max(one);
     }
     Ok(exit)
 }
 
+/// How a log that could not be analysed ends: the policy fails, too, unless it accepts such logs.
+fn failed(
+    error: &anyhow::Error,
+    log: &Path,
+    out: &Path,
+    policy: Option<&Policy>,
+    terminal: Terminal,
+) -> Result<Exit> {
+    terminal.error(error);
+    let Some(policy) = policy else {
+        return Ok(Exit::FAILED);
+    };
+    let judgement = policy.judge_failed(&without_path(&error_text(error), log));
+    if judgement.policy_sha256.is_some() {
+        output::write_judgement(&judgement, out)?;
+    }
+    print_violated(&judgement, terminal);
+    Ok(match judgement.passed {
+        true => Exit::DONE,
+        false => Exit::FAILED,
+    })
+}
+
+fn print_violated(judgement: &Judgement, terminal: Terminal) {
+    for rule in judgement.violated() {
+        terminal.print(&format!("rule violated: {}: {}", rule.rule, rule.found));
+    }
+}
+
+#[expect(clippy::too_many_arguments, reason = "all of them are inputs of one log")]
 fn analyze_one(
     log: &Path,
     file: &MachineFile,
@@ -97,6 +129,7 @@ fn analyze_one(
     out: &Path,
     outputs: Outputs,
     policy: Option<&Policy>,
+    min_valid: f64,
     terminal: Terminal,
 ) -> Result<Exit> {
     let mut progress = Progress::new(log, terminal.quiet);
@@ -104,17 +137,23 @@ fn analyze_one(
     progress.finish();
     output::write(&analysis, out, outputs)?;
     let judgement =
-        policy.map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis)));
+        policy.map(|policy| {
+            policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis), min_valid)
+        });
     // only a policy file gets a result file; --fail-on is on the command line
     if let Some(judgement) = judgement.as_ref().filter(|j| j.policy_sha256.is_some()) {
         output::write_judgement(judgement, out)?;
     }
     report_findings(&analysis, out, terminal);
-    let violated: Vec<_> = judgement.iter().flat_map(Judgement::violated).collect();
-    for rule in &violated {
-        terminal.print(&format!("rule violated: {}: {}", rule.rule, rule.found));
-    }
-    Ok(exit_of(&analysis, !violated.is_empty()))
+    let exit = exit_of(&analysis, min_valid, terminal);
+    let Some(judgement) = judgement else {
+        return Ok(exit);
+    };
+    print_violated(&judgement, terminal);
+    Ok(Exit {
+        broken: judgement.is_broken_by_evidence(),
+        ..exit
+    })
 }
 
 fn report_findings(analysis: &Analysis, out: &Path, terminal: Terminal) {

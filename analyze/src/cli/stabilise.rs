@@ -40,5 +40,5 @@ pub(super) fn run(args: &StabiliseArgs) -> Result<Exit> {
         Mode::LookAhead => ControlMode::LookAhead,
     });
     stabilise::serve(&file, mode, args.step, stdin().lock(), stdout().lock())?;
-    Ok(Exit::Done)
+    Ok(Exit::DONE)
 }

@@ -6,8 +6,8 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Exit, Terminal};
-use super::options::positive;
+use super::exit::{Exit, Terminal, exit_of};
+use super::options::{MinValidArgs, positive};
 use crate::base::options::{Estimator, Options};
 use crate::base::progress::Progress;
 use crate::suspension::{SuspensionMode, WhatIfOptions, findings, what_if};
@@ -40,6 +40,8 @@ pub(super) struct WhatIfArgs {
     /// End time (seconds after the first sample).
     #[arg(long, value_name = "S")]
     to: Option<f64>,
+    #[command(flatten)]
+    min_valid: MinValidArgs,
 }
 
 pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
@@ -65,9 +67,6 @@ pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
         terminal.print(&format!("- {finding}"));
     }
     terminal.print(&format!("results: {}", args.out.display()));
-    Ok(if replayed.analysis.losses.is_empty() {
-        Exit::Done
-    } else {
-        Exit::Lost
-    })
+    let min_valid = args.min_valid.share(None);
+    Ok(exit_of(&replayed.analysis, min_valid, terminal))
 }

@@ -9,7 +9,7 @@ use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::analysis::Analysis;
+use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::report;
 use crate::tables::summary::{self, Summary};
 use crate::tables::table;
@@ -127,6 +127,26 @@ impl Side {
             valid: valid.map(|valid| valid == Some(true)).collect(),
             columns,
         })
+    }
+
+    /// Why this result decides nothing; `None` if it does. At least `min_valid` of the log's time must be
+    /// computable.
+    #[must_use]
+    pub fn undecided(&self, min_valid: f64) -> Option<String> {
+        let read = |key: &str| self.summary[key].clone();
+        let coverage = serde_json::from_value::<Coverage>(read("coverage"));
+        let gross_inputs = serde_json::from_value::<Vec<String>>(read("gross_inputs"));
+        let (Ok(coverage), Ok(gross_inputs)) = (coverage, gross_inputs) else {
+            return Some("expected coverage in summary.json, found none".into());
+        };
+        let undecided = Undecided::of(&coverage, &gross_inputs, min_valid);
+        undecided.map(|reason| reason.to_string())
+    }
+
+    /// As given on the command line.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     pub(super) fn column(&self, name: &str) -> Option<&SideColumn> {

@@ -17,7 +17,13 @@
 //! at_least = 0.1
 //! ```
 //!
-//! A number that cannot be computed violates its rule, unless the rule has `unknown = "pass"`.
+//! A number that cannot be computed violates its rule, unless the rule has `unknown = "pass"`. A log that
+//! decides nothing violates every rule that its events do not already break. Two keys above the rules:
+//!
+//! ```toml
+//! min_valid = 0.8              # least share of a log's time that must be computable
+//! failed_logs = "pass"         # logs that cannot be analysed do not violate the policy
+//! ```
 
 use std::path::Path;
 
@@ -35,6 +41,10 @@ pub struct Policy {
     pub name: String,
     /// Its file; `None` for a policy made from `--fail-on`.
     pub file: Option<FileHash>,
+    /// Least share of a log's time that must be computable; `None` if the file does not state one.
+    pub min_valid: Option<f64>,
+    /// Whether logs that cannot be analysed are accepted.
+    pub accepts_failed_logs: bool,
     pub(super) rules: Vec<Rule>,
 }
 
@@ -43,6 +53,8 @@ pub struct Policy {
 #[serde(deny_unknown_fields)]
 struct PolicySpec {
     name: Option<String>,
+    min_valid: Option<f64>,
+    failed_logs: Option<WhenUnknown>,
     #[serde(default, rename = "rule")]
     rules: Vec<RuleSpec>,
 }
@@ -63,7 +75,7 @@ struct RuleSpec {
     unknown: Option<WhenUnknown>,
 }
 
-/// The outcome of a rule on a number that cannot be computed.
+/// The outcome for what cannot be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum WhenUnknown {
@@ -87,7 +99,7 @@ pub enum Quantity {
     Utilisation,
     /// Time with a margin below 1 - the notice level (s).
     ExposedS,
-    /// Valid rows as a share of all.
+    /// Computable time as a share of the time that the log covers.
     ValidShare,
     /// Time from the first to the last row (s).
     DurationS,
@@ -152,6 +164,11 @@ impl Policy {
         if spec.rules.is_empty() {
             bail!("{file}: expected at least one [[rule]], found none");
         }
+        if let Some(share) = spec.min_valid
+            && !(0.0..=1.0).contains(&share)
+        {
+            bail!("{file}: min_valid: expected a share, 0 to 1, found {share}");
+        }
         let rules = spec.rules.into_iter().enumerate().map(|(i, rule)| {
             let place = format!("{file}: rule {}", i + 1);
             rule.check().with_context(|| place)
@@ -160,6 +177,8 @@ impl Policy {
             rules: rules.collect::<Result<_>>()?,
             name: spec.name.unwrap_or_else(|| file.into()),
             file: Some(hash_of(file.into(), text.as_bytes())),
+            min_valid: spec.min_valid,
+            accepts_failed_logs: spec.failed_logs == Some(WhenUnknown::Pass),
         })
     }
 
@@ -176,6 +195,8 @@ impl Policy {
         Self {
             name: "--fail-on".into(),
             file: None,
+            min_valid: None,
+            accepts_failed_logs: false,
             rules: kinds.iter().map(rule).collect(),
         }
     }
