@@ -55,12 +55,12 @@ impl Coverage {
 }
 
 impl std::fmt::Display for Coverage {
-    /// "7.3 of 20.0 s (36 %)"; rounded down, so that only a whole log reads 100 %.
+    /// "7.3 of 20.0 s (36.5 %)"; rounded down, so that only a whole log reads 100 %.
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (computable_s, covered_s) = (self.computable_s, self.covered_s);
         write!(formatter, "{computable_s:.1} of {covered_s:.1} s")?;
         match self.valid_share {
-            Some(share) => write!(formatter, " ({:.0} %)", (100.0 * share).floor()),
+            Some(share) => write!(formatter, " ({:.1} %)", (1000.0 * share).floor() / 10.0),
             None => Ok(()),
         }
     }

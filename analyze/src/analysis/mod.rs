@@ -12,6 +12,7 @@ pub mod payload;
 mod result;
 pub mod run;
 pub mod sensitivity;
+mod size;
 pub mod undecided;
 mod verdicts;
 

@@ -19,6 +19,7 @@ use super::monte_carlo;
 use super::notes;
 use super::payload;
 use super::sensitivity;
+use super::size;
 use super::verdicts;
 use crate::analysis::Analysis;
 use crate::analysis::Coverage;
@@ -52,6 +53,7 @@ pub fn analyse(
     let log = Log::open(path)?;
     let mut loaded = load(&log, file, progress)?;
     loaded.notes.extend(recorder_gaps::note(&log)?);
+    size::check(&loaded, &options, evaluation::scope(&options), path)?;
     let mut forces = linkage_force::read_all(&log, file, &loaded);
     let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
     if rows.is_empty() {

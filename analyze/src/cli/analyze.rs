@@ -7,7 +7,7 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal, Usage, exit_of};
-use super::options::{AnalysisArgs, PolicyArgs};
+use super::options::{AnalysisArgs, PolicyArgs, seconds};
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
 use crate::analysis::run;
@@ -34,14 +34,14 @@ pub(super) struct AnalyzeArgs {
     #[command(flatten)]
     analysis: AnalysisArgs,
     /// Start time (seconds after the first sample).
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
     from: Option<f64>,
     /// End time (seconds after the first sample).
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = seconds)]
     to: Option<f64>,
-    /// Draw N machines with lengths, angles, masses and inertias varied by up to 10 %, and write the
+    /// Draw N machines (at most 10000) with lengths, angles, masses and inertias varied by up to 10 %, and write the
     /// bands of their loads.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     monte_carlo: Option<u32>,
     /// Optional columns of samples.parquet; may be repeated.
     #[arg(long, value_enum, value_delimiter = ',')]

@@ -20,7 +20,7 @@ pub(super) struct AnalysisArgs {
     #[arg(long, value_enum, default_value_t = Estimator::Smoother)]
     pub(super) estimator: Estimator,
     /// Row rate; default: rows at the stamps of the fastest joint stream.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
+    #[arg(long, value_name = "HZ", value_parser = rate)]
     pub(super) rate: Option<f64>,
     /// Source of the platform's acceleration in the closed form; default: velocity if the log has odometry.
     #[arg(long, value_enum, value_name = "SIGNAL")]
@@ -91,7 +91,37 @@ impl PolicyArgs {
     }
 }
 
-pub(super) fn positive(text: &str) -> Result<f64, String> {
+/// No sensor of a machine is faster.
+const HIGHEST_RATE_HZ: f64 = 10_000.0;
+
+/// A row rate.
+pub(super) fn rate(text: &str) -> Result<f64, String> {
+    let value = positive(text)?;
+    match value <= HIGHEST_RATE_HZ {
+        true => Ok(value),
+        false => Err(format!("expected at most {HIGHEST_RATE_HZ} Hz")),
+    }
+}
+
+/// A control period.
+pub(super) fn period(text: &str) -> Result<f64, String> {
+    let value = positive(text)?;
+    match (1.0 / HIGHEST_RATE_HZ..=10.0).contains(&value) {
+        true => Ok(value),
+        false => Err(format!("expected {} to 10 s", 1.0 / HIGHEST_RATE_HZ)),
+    }
+}
+
+/// A time.
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
+    match value.is_finite() {
+        true => Ok(value),
+        false => Err("expected a finite number".into()),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
     if value.is_finite() && value > 0.0 {
         Ok(value)

@@ -29,6 +29,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
+use tipwatch_binding::read_text;
 
 use crate::base::provenance::FileHash;
 use crate::base::provenance::hash_of;
@@ -149,7 +150,7 @@ impl Policy {
     /// # Errors
     /// The file cannot be read, or is not a valid policy.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path)
+        let text = read_text(path)
             .with_context(|| format!("{}: cannot be read", path.display()))?;
         Self::from_text(&text, &path.display().to_string())
     }

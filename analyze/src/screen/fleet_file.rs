@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use glob::{MatchOptions, Pattern};
 use serde::Deserialize;
-use tipwatch_binding::MachineFile;
+use tipwatch_binding::{MachineFile, read_text};
 use tipwatch_ingest::{Log, MetadataRecord, metadata_records};
 
 /// A fleet file as written.
@@ -96,7 +96,7 @@ impl Fleet {
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display();
         let text =
-            std::fs::read_to_string(path).with_context(|| format!("{place}: cannot be read"))?;
+            read_text(path).with_context(|| format!("{place}: cannot be read"))?;
         let spec: FleetSpec =
             toml::from_str(&text).with_context(|| format!("{place}: not a valid fleet file"))?;
         if spec.machines.is_empty() && spec.default.is_none() {
