@@ -132,7 +132,7 @@ fn each_log_is_listed_once_with_the_reason_of_failure() {
         texts(missing, "reason")[0]
             .as_ref()
             .unwrap()
-            .contains("missing.mcap")
+            .contains("No such file")
     );
     assert_eq!(texts(missing, "log_id"), [None]);
     let (place, good) = tables
@@ -160,7 +160,7 @@ fn each_log_is_listed_once_with_the_reason_of_failure() {
     assert!(number("worst_margin", row("/lift.mcap")).unwrap() < 0.0);
     assert!(number("worst_margin", row("/calm.mcap")).unwrap() > 0.2);
     assert!(number("worst_margin_sigma", row("/calm.mcap")).unwrap() > 0.0);
-    let lasts = number("duration_s", row("/lift.mcap")).unwrap();
+    let lasts = number("covered_s", row("/lift.mcap")).unwrap();
     let margins = good.column("margin_s").unwrap().list().unwrap();
     let in_bins: f64 = margins
         .get_as_series(row("/lift.mcap"))

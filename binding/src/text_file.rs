@@ -14,7 +14,9 @@ const LIMIT_BYTES: u64 = 64 << 20;
 pub fn read_text(path: &Path) -> Result<String, Error> {
     let mut text = String::new();
     // devices and pipes do not state their length
-    let read = File::open(path)?.take(LIMIT_BYTES + 1).read_to_string(&mut text);
+    let read = File::open(path)?
+        .take(LIMIT_BYTES + 1)
+        .read_to_string(&mut text);
     if text.len() as u64 > LIMIT_BYTES || matches!(read, Ok(bytes) if bytes as u64 > LIMIT_BYTES) {
         let message = format!("expected a text of at most {LIMIT_BYTES} bytes, found more");
         return Err(Error::new(ErrorKind::FileTooLarge, message));
@@ -32,6 +34,9 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn an_endless_file_is_refused() {
         let error = read_text(Path::new("/dev/zero")).unwrap_err();
-        assert!(error.to_string().contains("at most 67108864 bytes"), "{error}");
+        assert!(
+            error.to_string().contains("at most 67108864 bytes"),
+            "{error}"
+        );
     }
 }

@@ -76,7 +76,11 @@ fn covered_s(loaded: &LoadedLog, options: &Options, log_span_ns: Option<(i64, i6
     let used = ends(recordings().flat_map(|r| &r.log_times_ns));
     let (used_first, used_last) = used.unwrap_or((first, last));
     let (log_first, log_last) = log_span_ns.unwrap_or((used_first, used_last));
-    let plausible = |ns: i64| Some(ns).filter(|ns| (0..=FARTHEST_NS).contains(ns)).unwrap_or(0);
+    let plausible = |ns: i64| {
+        Some(ns)
+            .filter(|ns| (0..=FARTHEST_NS).contains(ns))
+            .unwrap_or(0)
+    };
     let before_ns = plausible(used_first.saturating_sub(log_first));
     let after_ns = plausible(log_last.saturating_sub(used_last));
     let used_ns = used_last.saturating_sub(used_first);
@@ -117,7 +121,11 @@ fn holes(loaded: &LoadedLog) -> Vec<(i64, i64)> {
         Sensor::ToolWrench | Sensor::Actuator(_) => false,
     };
     let mut holes: Vec<(i64, i64)> = Vec::new();
-    for signal in loaded.signals.iter().filter(|signal| is_needed(signal.sensor)) {
+    for signal in loaded
+        .signals
+        .iter()
+        .filter(|signal| is_needed(signal.sensor))
+    {
         let mut stamps = signal.recording.stamps_ns.clone();
         stamps.sort_unstable();
         let pairs = stamps.windows(2).map(|pair| (pair[0], pair[1]));

@@ -26,8 +26,14 @@ pub(super) fn check(
     let machine = &loaded.machine;
     let outcomes = OutcomeColumns::empty(machine, scope).quantities.len();
     let numbers = (State::<f64>::size(machine) + outcomes) as u64;
-    check_rows(&stamps(loaded), options.rate_hz, machine.estimator().max_gap, numbers, memory::limit_bytes())
-        .map_err(|error| error.context(log.display().to_string()))
+    check_rows(
+        &stamps(loaded),
+        options.rate_hz,
+        machine.estimator().max_gap,
+        numbers,
+        memory::limit_bytes(),
+    )
+    .map_err(|error| error.context(log.display().to_string()))
 }
 
 /// The sorted stamps of the joint states that define the rows.
@@ -78,10 +84,16 @@ mod tests {
         let checked = |rate, memory| check_rows(&stamps, rate, 0.25, 100, memory);
         assert!(checked(None, 3200 * 1001).is_ok());
         let few = checked(None, 3200 * 1000).unwrap_err().to_string();
-        assert!(few.contains("at most 1000 rows") && few.contains("found 1001"), "{few}");
+        assert!(
+            few.contains("at most 1000 rows") && few.contains("found 1001"),
+            "{few}"
+        );
         assert!(checked(Some(10.0), 3200 * 1000).is_ok());
         let fast = checked(Some(1e9), 16 << 30).unwrap_err().to_string();
-        assert!(fast.contains("10.0 s of joint states at --rate 1000000000"), "{fast}");
+        assert!(
+            fast.contains("10.0 s of joint states at --rate 1000000000"),
+            "{fast}"
+        );
     }
 
     #[test]

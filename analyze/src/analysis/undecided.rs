@@ -49,7 +49,9 @@ impl Undecided {
 impl std::fmt::Display for Undecided {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::NoComputableRow => formatter.write_str("wheel loads cannot be computed in any row"),
+            Self::NoComputableRow => {
+                formatter.write_str("wheel loads cannot be computed in any row")
+            }
             Self::TooLittleTime {
                 coverage,
                 min_valid,

@@ -12,5 +12,7 @@ pub(crate) fn limit_bytes() -> u64 {
         .lines()
         .find_map(|line| line.strip_prefix("MemAvailable:"));
     let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok());
-    kilobytes.map_or(FALLBACK_BYTES, |free| free.saturating_mul(1024) / 100 * PERCENT)
+    kilobytes.map_or(FALLBACK_BYTES, |free| {
+        free.saturating_mul(1024) / 100 * PERCENT
+    })
 }

@@ -121,7 +121,10 @@ fn print_violated(judgement: &Judgement, terminal: Terminal) {
     }
 }
 
-#[expect(clippy::too_many_arguments, reason = "all of them are inputs of one log")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "all of them are inputs of one log"
+)]
 fn analyze_one(
     log: &Path,
     file: &MachineFile,
@@ -136,10 +139,8 @@ fn analyze_one(
     let analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
     progress.finish();
     output::write(&analysis, out, outputs)?;
-    let judgement =
-        policy.map(|policy| {
-            policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis), min_valid)
-        });
+    let judgement = policy
+        .map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis), min_valid));
     // only a policy file gets a result file; --fail-on is on the command line
     if let Some(judgement) = judgement.as_ref().filter(|j| j.policy_sha256.is_some()) {
         output::write_judgement(judgement, out)?;

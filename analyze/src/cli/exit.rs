@@ -57,7 +57,11 @@ impl Exit {
             (self.broken, BROKEN),
             (self.undecided, UNDECIDED),
         ];
-        let sum = parts.iter().filter(|(is_so, _)| *is_so).map(|(_, code)| code).sum();
+        let sum = parts
+            .iter()
+            .filter(|(is_so, _)| *is_so)
+            .map(|(_, code)| code)
+            .sum();
         match (sum, self.lost) {
             (0, true) => LOST,
             _ => sum,

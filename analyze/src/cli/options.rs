@@ -70,7 +70,9 @@ pub(super) struct MinValidArgs {
 impl MinValidArgs {
     /// The share; `policy` may state another default.
     pub(super) fn share(self, policy: Option<&Policy>) -> f64 {
-        let stated = self.min_valid.or(policy.and_then(|policy| policy.min_valid));
+        let stated = self
+            .min_valid
+            .or(policy.and_then(|policy| policy.min_valid));
         stated.unwrap_or(DEFAULT_MIN_VALID)
     }
 }

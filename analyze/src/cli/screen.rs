@@ -87,7 +87,11 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
         screen(&request, &fleet, gate, &notify)?
     };
     count.finish();
-    let shown = if terminal.verbose { usize::MAX } else { MOST_UNDECIDED };
+    let shown = if terminal.verbose {
+        usize::MAX
+    } else {
+        MOST_UNDECIDED
+    };
     for (log, reason) in found.undecided.iter().take(shown) {
         terminal.print(&format!("not decided: {log}: {reason}"));
     }

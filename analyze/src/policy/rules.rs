@@ -150,8 +150,8 @@ impl Policy {
     /// # Errors
     /// The file cannot be read, or is not a valid policy.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = read_text(path)
-            .with_context(|| format!("{}: cannot be read", path.display()))?;
+        let text =
+            read_text(path).with_context(|| format!("{}: cannot be read", path.display()))?;
         Self::from_text(&text, &path.display().to_string())
     }
 

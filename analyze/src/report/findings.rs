@@ -26,14 +26,20 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let wheel_event = events.iter().any(|event| event.kind.is_stability());
     let without = (!wheel_event).then(|| scene.without_event(lowest_load(analysis), analysis));
-    let stability = events.iter().filter(|event| event.kind.is_stability()).count();
+    let stability = events
+        .iter()
+        .filter(|event| event.kind.is_stability())
+        .count();
     let found = events.into_iter().map(|event| scene.finding(event));
     let mut findings: Vec<Finding> = without.into_iter().chain(found).collect();
     if wheel_event && let Some(known) = partly_known(analysis) {
-        findings.insert(stability, Finding {
-            headline: format!("Wheel loads are known only in {known} of the log"),
-            evidence: vec!["In the rest, wheels may have lifted unseen".into()],
-        });
+        findings.insert(
+            stability,
+            Finding {
+                headline: format!("Wheel loads are known only in {known} of the log"),
+                evidence: vec!["In the rest, wheels may have lifted unseen".into()],
+            },
+        );
     }
     findings
 }
@@ -265,7 +271,10 @@ impl Scene {
 /// The time with known loads, of a log of which more than a hundredth is unknown.
 fn partly_known(analysis: &Analysis) -> Option<String> {
     const WHOLE: f64 = 0.99;
-    let is_whole = analysis.coverage.valid_share.is_some_and(|share| share >= WHOLE);
+    let is_whole = analysis
+        .coverage
+        .valid_share
+        .is_some_and(|share| share >= WHOLE);
     (!is_whole).then(|| analysis.coverage.to_string())
 }
 

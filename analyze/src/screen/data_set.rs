@@ -281,10 +281,7 @@ fn add_exposure(rows: &[&LogRow], columns: &mut Columns) {
         column("unknown_s", all().map(|e| Some(e?.unknown_s))),
         Some("s"),
     );
-    columns.add(
-        column("exposed_s", all().map(|e| e?.exposed_s)),
-        Some("s"),
-    );
+    columns.add(column("exposed_s", all().map(|e| e?.exposed_s)), Some("s"));
     for (i, cause) in EXPOSURE_CAUSES.into_iter().enumerate() {
         let seconds = all().map(|e| e?.exposed_by_cause_s.as_ref()?.get(i).copied());
         columns.add(column(&format!("exposed_{cause}_s"), seconds), Some("s"));

@@ -95,8 +95,7 @@ impl Fleet {
     /// A file cannot be read, or is not valid.
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display();
-        let text =
-            read_text(path).with_context(|| format!("{place}: cannot be read"))?;
+        let text = read_text(path).with_context(|| format!("{place}: cannot be read"))?;
         let spec: FleetSpec =
             toml::from_str(&text).with_context(|| format!("{place}: not a valid fleet file"))?;
         if spec.machines.is_empty() && spec.default.is_none() {

@@ -78,7 +78,9 @@ pub(super) fn write_policy(
     let of_broken = |is_failed: bool| {
         let judged = judged.clone().filter(|(_, judgement)| !judgement.passed);
         let undecided = judged.filter(|(_, judgement)| judgement.undecided.is_some());
-        undecided.filter(|(row, _)| row.record.is_failed() == is_failed).count()
+        undecided
+            .filter(|(row, _)| row.record.is_failed() == is_failed)
+            .count()
     };
     let result = PolicyResult {
         min_valid,

@@ -109,11 +109,7 @@ pub fn screen(
 ///
 /// # Errors
 /// The folder holds no records, or cannot be written.
-pub fn gather(
-    out: &Path,
-    gate: Gate<'_>,
-    notify: &(dyn Fn(Update<'_>) + Sync),
-) -> Result<Screen> {
+pub fn gather(out: &Path, gate: Gate<'_>, notify: &(dyn Fn(Update<'_>) + Sync)) -> Result<Screen> {
     if !out.join("state").is_dir() {
         bail!(
             "{}: expected the output folder of an earlier run, found none",

@@ -36,11 +36,7 @@ pub struct Totals {
 }
 
 impl Totals {
-    pub(super) fn of(
-        rows: &[LogRow],
-        judgements: &[Option<Judgement>],
-        min_valid: f64,
-    ) -> Self {
+    pub(super) fn of(rows: &[LogRow], judgements: &[Option<Judgement>], min_valid: f64) -> Self {
         let facts = || rows.iter().filter_map(|row| Some(row.record.analysed()?.0));
         let lost = facts().filter(|facts| facts.has_losses());
         let undecided = facts().filter(|facts| facts.undecided(min_valid).is_some());

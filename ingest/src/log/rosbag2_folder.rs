@@ -106,7 +106,8 @@ fn present_file(folder: &Path, name: &str) -> PathBuf {
     let of_older_version = Path::new(name).file_name().and_then(|name| name.to_str());
     let names = [Some(name), of_older_version];
     let candidates = names.into_iter().flatten();
-    let paths = candidates.flat_map(|name| [folder.join(name), folder.join(format!("{name}.zstd"))]);
+    let paths =
+        candidates.flat_map(|name| [folder.join(name), folder.join(format!("{name}.zstd"))]);
     let mut present = paths.filter(|path| path.is_file());
     present.next().unwrap_or_else(|| folder.join(name))
 }

@@ -14,11 +14,7 @@ use crate::page::{facts, list, readable, table, time};
 const MOST_LOGS: usize = 200;
 
 pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
-    let with = |kind: EventKind| {
-        seen.iter()
-            .filter(|log| log.facts.has_event(kind))
-            .count()
-    };
+    let with = |kind: EventKind| seen.iter().filter(|log| log.facts.has_event(kind)).count();
     let exposed = seen.iter().filter_map(|log| log.facts.exposure.exposed_s);
     let exposed: f64 = exposed.sum();
     let computable: f64 = seen.iter().map(|log| log.facts.coverage.computable_s).sum();
@@ -105,7 +101,11 @@ fn rest(count: usize) -> String {
 pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
     let kinds = EventKind::all();
     let row = |(machine, logs): (String, Vec<Seen<'_>>)| -> Vec<String> {
-        let hours = logs.iter().map(|log| log.facts.coverage.computable_s).sum::<f64>() / 3600.0;
+        let hours = logs
+            .iter()
+            .map(|log| log.facts.coverage.computable_s)
+            .sum::<f64>()
+            / 3600.0;
         let counts = kinds.iter().map(|&kind| {
             let known = logs.iter().filter_map(|log| log.facts.events_of(kind));
             let count: u64 = known.sum();
