@@ -62,7 +62,14 @@ impl Analysis {
     /// computable.
     #[must_use]
     pub fn undecided(&self, min_valid: f64) -> Option<Undecided> {
-        Undecided::of(&self.coverage, &self.gross_inputs, min_valid)
+        Undecided::of(&self.coverage, &self.gross_inputs_in_words(), min_valid)
+    }
+
+    /// The findings about grossly wrong inputs, one sentence each: the seam between whoever finds them and
+    /// the gates.
+    #[must_use]
+    pub fn gross_inputs_in_words(&self) -> Vec<String> {
+        self.gross_inputs.clone()
     }
 }
 

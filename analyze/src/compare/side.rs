@@ -133,12 +133,19 @@ impl Side {
     /// computable.
     #[must_use]
     pub fn undecided(&self, min_valid: f64) -> Option<String> {
-        let read = |key: &str| self.summary[key].clone();
-        let coverage = serde_json::from_value::<Coverage>(read("coverage"));
-        let gross_inputs = serde_json::from_value::<Vec<String>>(read("gross_inputs"));
-        let (Ok(coverage), Ok(gross_inputs)) = (coverage, gross_inputs) else {
+        let coverage = serde_json::from_value::<Coverage>(self.summary["coverage"].clone());
+        let Ok(coverage) = coverage else {
             return Some("expected coverage in summary.json, found none".into());
         };
+        let gross_inputs = self.summary["gross_inputs"]
+            .as_array()
+            .into_iter()
+            .flatten();
+        let headline = |input: &Value| {
+            let text = input.as_str().or(input["headline"].as_str());
+            text.unwrap_or("an input is wrong").to_owned()
+        };
+        let gross_inputs: Vec<String> = gross_inputs.map(headline).collect();
         let undecided = Undecided::of(&coverage, &gross_inputs, min_valid);
         undecided.map(|reason| reason.to_string())
     }

@@ -126,7 +126,7 @@ impl LogFacts {
             rows: rows.len() as u64,
             valid_rows: (0..rows.len()).filter(|&row| rows.is_valid(row)).count() as u64,
             coverage: analysis.coverage,
-            gross_inputs: analysis.gross_inputs.clone(),
+            gross_inputs: analysis.gross_inputs_in_words(),
             worst: super::margin::worst(analysis),
             largest_utilisation: super::margin::largest_utilisation(analysis),
             exposure: super::margin::exposure(analysis),

@@ -72,7 +72,7 @@ pub(crate) fn analysed(log: &Path, machine: &Path) -> Analysis {
 /// A message of a log that is copied.
 pub(crate) struct Copied<'m> {
     pub(crate) topic: &'m str,
-    /// Log time after the first message (s).
+    /// Log time after the first message (s); may be changed, too.
     pub(crate) time_s: f64,
     pub(crate) data: Vec<u8>,
 }
@@ -132,11 +132,8 @@ pub(crate) fn copy_log(
             data: message.data.to_vec(),
         };
         if edit(&mut copied) {
-            write(
-                channels[&message.channel.topic],
-                message.log_time,
-                &copied.data,
-            );
+            let log_time = first + (copied.time_s * 1e9).round() as u64;
+            write(channels[&message.channel.topic], log_time, &copied.data);
         }
     }
     for &time_s in later {

@@ -58,7 +58,6 @@ impl<'a> Summary<'a> {
             },
             rows: row_summary(analysis),
             coverage: analysis.coverage,
-            gross_inputs: &analysis.gross_inputs,
             specific_force_source: specific_force_source(&analysis.inputs),
             inputs: analysis.inputs.iter().map(input_summary).collect(),
             clock: ClockSummary {

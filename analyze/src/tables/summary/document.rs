@@ -41,8 +41,6 @@ pub struct Summary<'a> {
     pub rows: RowSummary,
     /// How much of the log's time could be computed.
     pub coverage: Coverage,
-    /// Findings about grossly wrong inputs: while there is one, nothing is decided.
-    pub gross_inputs: &'a [String],
     /// Source of specific force and angular velocity: "imu", "odometry" or "none".
     pub specific_force_source: &'static str,
     /// The signals used.
