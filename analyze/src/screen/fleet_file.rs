@@ -79,6 +79,17 @@ struct MetadataRule {
 }
 
 impl Fleet {
+    /// A reason with the machine files named without their folders.
+    pub(super) fn without_folders(&self, reason: &str) -> String {
+        let folders = self
+            .machines
+            .iter()
+            .filter_map(|machine| machine.path.parent());
+        let names = folders.map(|folder| folder.join("").display().to_string());
+        let names = names.filter(|name| name.len() > 1);
+        names.fold(reason.to_owned(), |text, name| text.replace(&name, ""))
+    }
+
     /// One machine for all logs.
     #[must_use]
     pub fn of_one(machine: MachineFile) -> Self {

@@ -87,7 +87,9 @@ impl Screening<'_> {
                     is_from_before,
                 };
             }
-            Ok(Err(error)) => without_path(&error_text(&error), path),
+            Ok(Err(error)) => self
+                .fleet
+                .without_folders(&without_path(&error_text(&error), path)),
             Err(panic) => format!(
                 "internal error of tipwatch: {}",
                 panic_message(panic.as_ref())
