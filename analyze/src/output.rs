@@ -94,11 +94,13 @@ fn write_report(analysis: &Analysis, folder: &Path) -> Result<String> {
     Ok(page)
 }
 
-/// Writes the judgement of a policy: `policy.json`.
+/// Writes the judgement of a policy: `policy.json`. A log that could not be analysed has nothing else.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn write_judgement(judgement: &Judgement, folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder)
+        .with_context(|| format!("{}: cannot be created", folder.display()))?;
     let text = serde_json::to_string_pretty(judgement)?;
     write_text(&folder.join("policy.json"), &text)
 }

@@ -132,7 +132,7 @@ fn each_log_is_listed_once_with_the_reason_of_failure() {
         texts(missing, "reason")[0]
             .as_ref()
             .unwrap()
-            .contains("missing.mcap")
+            .contains("No such file")
     );
     assert_eq!(texts(missing, "log_id"), [None]);
     let (place, good) = tables
@@ -160,7 +160,7 @@ fn each_log_is_listed_once_with_the_reason_of_failure() {
     assert!(number("worst_margin", row("/lift.mcap")).unwrap() < 0.0);
     assert!(number("worst_margin", row("/calm.mcap")).unwrap() > 0.1);
     assert!(number("worst_margin_sigma", row("/calm.mcap")).unwrap() > 0.0);
-    let lasts = number("duration_s", row("/lift.mcap")).unwrap();
+    let lasts = number("covered_s", row("/lift.mcap")).unwrap();
     let margins = good.column("margin_s").unwrap().list().unwrap();
     let in_bins: f64 = margins
         .get_as_series(row("/lift.mcap"))
@@ -566,13 +566,11 @@ fn a_fleet_file_assigns_machines_or_gives_the_reason() {
     assert!(
         failed
             .iter()
-            .any(|r| r.contains("both.mcap") && r.contains("first.toml and")),
+            .any(|r| r.contains("for first.toml and second.toml")),
         "{failed:?}"
     );
     assert!(
-        failed
-            .iter()
-            .any(|r| r.contains("odd.mcap") && r.contains("found neither")),
+        failed.iter().any(|r| r.contains("found neither")),
         "{failed:?}"
     );
 }

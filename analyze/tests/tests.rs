@@ -9,6 +9,7 @@ mod compare; // two results
 mod csv_export; // logs made from tables
 mod derived; // derived.mcap read back
 mod first_machine; // inspect --write-machine
+mod gates; // logs and policies that decide nothing
 mod imu_mounting; // mounting from transforms, and mounting faults
 mod report; // the report in a browser
 mod screen; // fleets of logs

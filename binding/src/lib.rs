@@ -17,6 +17,7 @@ pub mod monitor_topic;
 mod number_signals;
 mod record;
 mod sources;
+mod text_file;
 mod transforms;
 
 pub use arrivals::arrivals;
@@ -25,4 +26,5 @@ pub use bound_log::{BoundLog, BoundSensor};
 pub use error::BindError;
 pub use machine_file::{MachineFile, MachineFileError, Urdf};
 pub use number_signals::number_field;
+pub use text_file::read_text;
 pub use transforms::static_transforms;

@@ -6,6 +6,8 @@ use tipwatch_ingest::{Log, robot_description};
 use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
 
+use crate::text_file::read_text;
+
 /// A machine file as read.
 #[derive(Debug, Clone)]
 pub struct MachineFile {
@@ -69,7 +71,7 @@ impl MachineFile {
     /// # Errors
     /// The file cannot be read, or is not a valid machine file.
     pub fn read(path: &Path) -> Result<Self, MachineFileError> {
-        let text = std::fs::read_to_string(path).map_err(|source| MachineFileError::Read {
+        let text = read_text(path).map_err(|source| MachineFileError::Read {
             path: path.into(),
             source,
         })?;
@@ -98,7 +100,7 @@ impl MachineFile {
         let beside = self.spec.urdf.as_ref().map(named);
         if let Some(path) = beside.or_else(|| other.map(Path::to_path_buf)) {
             let name = path.display().to_string();
-            let text = std::fs::read_to_string(&path);
+            let text = read_text(&path);
             let text = text.map_err(|source| MachineFileError::ReadUrdf {
                 file: self.path.clone(),
                 path,

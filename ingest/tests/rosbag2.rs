@@ -307,3 +307,42 @@ fn recorder_message_counts_reveal_missing_messages() {
     assert!(lost > 0);
     assert_eq!(losses.missing_messages["/joint_states"], lost);
 }
+
+#[test]
+fn metadata_of_older_recorders_names_files_with_their_folder() {
+    // metadata up to version 3; the second folder was renamed after recording
+    for folder_name in ["drive", "renamed"] {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join(folder_name);
+        std::fs::create_dir(&folder).unwrap();
+        for part in 0..2_usize {
+            let messages = joint_messages(part * 10, part * 10 + 10);
+            let path = folder.join(format!("drive_{part}.db3"));
+            write_database(&path, &[JOINTS], &rows(&messages), false);
+        }
+        let metadata = "rosbag2_bagfile_information:\n  version: 2\n  relative_file_paths:\n    - drive/drive_0.db3\n    \
+            - drive/drive_1.db3\n";
+        std::fs::write(folder.join("metadata.yaml"), metadata).unwrap();
+        let (samples, losses) = joint_samples(&folder);
+        assert_eq!(samples.len(), 20);
+        assert!(losses.is_empty() && losses.notes.is_empty(), "{losses:?}");
+
+        // a file that is truly gone is still a loss
+        std::fs::remove_file(folder.join("drive_1.db3")).unwrap();
+        let (samples, losses) = joint_samples(&folder);
+        assert_eq!((samples.len(), losses.ranges.len()), (10, 1), "{losses:?}");
+        assert_eq!(losses.ranges[0].part, LostPart::File);
+    }
+}
+
+#[test]
+fn a_file_named_twice_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let messages = joint_messages(0, 10);
+    let path = folder.path().join("drive_0.db3");
+    write_database(&path, &[JOINTS], &rows(&messages), false);
+    let metadata = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - a/drive_0.db3\n    - b/drive_0.db3\n";
+    std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!((samples.len(), losses.ranges.len()), (10, 1), "{losses:?}");
+}

@@ -2,6 +2,7 @@
 //! depend on.
 
 pub mod clock;
+pub mod coverage;
 mod evaluation;
 pub mod imu_check;
 pub mod model_comparison;
@@ -11,6 +12,10 @@ pub mod payload;
 mod result;
 pub mod run;
 pub mod sensitivity;
+mod size;
+pub mod undecided;
 mod verdicts;
 
+pub use coverage::Coverage;
 pub use result::{Analysis, Input, Sources};
+pub use undecided::{DEFAULT_MIN_VALID, Undecided};

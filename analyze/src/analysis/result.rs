@@ -5,10 +5,12 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::StreamCounts;
 
 use super::clock::{ClockOffsets, text::TopicsFinding};
+use super::coverage::Coverage;
 use super::model_comparison::ModelComparison;
 use super::monte_carlo::MonteCarlo;
 use super::payload::EstimatedPayload;
 use super::sensitivity::SensitivityTable;
+use super::undecided::Undecided;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::base::rows::Rows;
@@ -33,6 +35,10 @@ pub struct Analysis {
     pub losses: Losses,
     /// Results, row by row.
     pub rows: Rows,
+    /// How much of the log's time could be computed.
+    pub coverage: Coverage,
+    /// Findings about grossly wrong inputs, one sentence each: while there is one, nothing is decided.
+    pub gross_inputs: Vec<String>,
     /// Load below which each wheel is light (N); `None` if unknown.
     pub min_loads_n: Option<Vec<f64>>,
     /// The events.
@@ -49,6 +55,22 @@ pub struct Analysis {
     pub clock_findings: Vec<TopicsFinding>,
     /// Comparison with each other model, or why it cannot be computed.
     pub comparisons: Vec<Result<ModelComparison, String>>,
+}
+
+impl Analysis {
+    /// Why the analysis decides nothing; `None` if it does. At least `min_valid` of the log's time must be
+    /// computable.
+    #[must_use]
+    pub fn undecided(&self, min_valid: f64) -> Option<Undecided> {
+        Undecided::of(&self.coverage, &self.gross_inputs_in_words(), min_valid)
+    }
+
+    /// The findings about grossly wrong inputs, one sentence each: the seam between whoever finds them and
+    /// the gates.
+    #[must_use]
+    pub fn gross_inputs_in_words(&self) -> Vec<String> {
+        self.gross_inputs.clone()
+    }
 }
 
 /// The files that describe a machine, as read.

@@ -19,8 +19,10 @@ use super::monte_carlo;
 use super::notes;
 use super::payload;
 use super::sensitivity;
+use super::size;
 use super::verdicts;
 use crate::analysis::Analysis;
+use crate::analysis::Coverage;
 use crate::analysis::Input;
 use crate::analysis::Sources;
 use crate::base::options::{ApplyClockOffsets, Estimator, Options};
@@ -51,6 +53,7 @@ pub fn analyse(
     let log = Log::open(path)?;
     let mut loaded = load(&log, file, progress)?;
     loaded.notes.extend(recorder_gaps::note(&log)?);
+    size::check(&loaded, &options, evaluation::scope(&options), path)?;
     let mut forces = linkage_force::read_all(&log, file, &loaded);
     let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
     if rows.is_empty() {
@@ -70,6 +73,7 @@ pub fn analyse(
     for row in 0..rows.len() {
         rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
     }
+    let coverage = Coverage::of(&loaded, &rows, &options, log.span_ns());
     rows.verdicts = verdicts::of(&log, machine, &rows, scope)?;
     let comparisons = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
     let min_loads_n = min_loads(machine);
@@ -123,6 +127,9 @@ pub fn analyse(
         notes,
         losses: loaded.losses,
         rows,
+        coverage,
+        // the seam for findings about the inputs
+        gross_inputs: Vec::new(),
         min_loads_n,
         events,
         sensitivity,

@@ -1,5 +1,7 @@
 //! Errors as text.
 
+use std::path::{MAIN_SEPARATOR, Path};
+
 /// An error with its causes. A cause that the message above it already ends with is not repeated.
 pub(crate) fn error_text(error: &anyhow::Error) -> String {
     let mut text = error.to_string();
@@ -8,6 +10,23 @@ pub(crate) fn error_text(error: &anyhow::Error) -> String {
             text.push_str(": ");
             text.push_str(&cause);
         }
+    }
+    text
+}
+
+/// A reason without the paths of the log, its files and its folder, so that the same reason of many logs
+/// reads the same.
+pub(crate) fn without_path(reason: &str, log: &Path) -> String {
+    let mut text = reason.to_owned();
+    let absolute = std::path::absolute(log).unwrap_or_else(|_| log.into());
+    for path in [&absolute, log] {
+        let path = path.display().to_string();
+        if path.is_empty() {
+            continue;
+        }
+        text = text.replace(&format!("{path}: "), "");
+        text = text.replace(&format!("{path}{MAIN_SEPARATOR}"), "");
+        text = text.replace(&path, "the log");
     }
     text
 }
@@ -24,5 +43,18 @@ mod tests {
         assert_eq!(error_text(&error), "log.mcap: cannot be read: no such file");
         let error = anyhow!("no such file").context("log.mcap: cannot be read");
         assert_eq!(error_text(&error), "log.mcap: cannot be read: no such file");
+    }
+
+    #[test]
+    fn a_reason_has_no_path_of_the_log() {
+        let log = Path::new("/logs/a.mcap");
+        assert_eq!(
+            without_path("/logs/a.mcap: not a log: found \"x\"", log),
+            "not a log: found \"x\""
+        );
+        assert_eq!(
+            without_path("/logs/a.mcap/part.db3: cut; see /logs/a.mcap", log),
+            "part.db3: cut; see the log"
+        );
     }
 }

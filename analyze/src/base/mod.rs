@@ -2,6 +2,7 @@
 
 pub(crate) mod error_text;
 pub(crate) mod files;
+pub(crate) mod memory;
 pub(crate) mod number;
 pub mod options;
 pub(crate) mod progress;

@@ -7,10 +7,11 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal, Usage, exit_of};
-use super::options::{AnalysisArgs, PolicyArgs};
+use super::options::{AnalysisArgs, PolicyArgs, seconds};
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
 use crate::analysis::run;
+use crate::base::error_text::{error_text, without_path};
 use crate::base::options::{ColumnGroup, MoreColumns, Options};
 use crate::base::progress::Progress;
 use crate::output;
@@ -33,14 +34,14 @@ pub(super) struct AnalyzeArgs {
     #[command(flatten)]
     analysis: AnalysisArgs,
     /// Start time (seconds after the first sample).
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
     from: Option<f64>,
     /// End time (seconds after the first sample).
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = seconds)]
     to: Option<f64>,
-    /// Draw N machines with lengths, angles, masses and inertias varied by up to 10 %, and write the
+    /// Draw N machines (at most 10000) with lengths, angles, masses and inertias varied by up to 10 %, and write the
     /// bands of their loads.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     monte_carlo: Option<u32>,
     /// Optional columns of samples.parquet; may be repeated.
     #[arg(long, value_enum, value_delimiter = ',')]
@@ -70,7 +71,8 @@ pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
         ..args.analysis.options()
     };
     let policy = args.policy.policy()?;
-    let mut exit = Exit::Done;
+    let min_valid = args.policy.min_valid(policy.as_ref());
+    let mut exit = Exit::DONE;
     for (log, out) in args.logs.iter().zip(out_folders(&args.logs, &args.out)?) {
         let one = analyze_one(
             log,
@@ -79,17 +81,50 @@ pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
             &out,
             args.outputs,
             policy.as_ref(),
+            min_valid,
             terminal,
-        )
-        .unwrap_or_else(|error| {
-            terminal.error(&error);
-            Exit::Failed
+        );
+        exit = exit.and(match one {
+            Ok(one) => one,
+            Err(error) => failed(&error, log, &out, policy.as_ref(), terminal)?,
         });
-        exit = exit.max(one);
     }
     Ok(exit)
 }
 
+/// How a log that could not be analysed ends: the policy fails, too, unless it accepts such logs.
+fn failed(
+    error: &anyhow::Error,
+    log: &Path,
+    out: &Path,
+    policy: Option<&Policy>,
+    terminal: Terminal,
+) -> Result<Exit> {
+    terminal.error(error);
+    let Some(policy) = policy else {
+        return Ok(Exit::FAILED);
+    };
+    let judgement = policy.judge_failed(&without_path(&error_text(error), log));
+    if judgement.policy_sha256.is_some() {
+        output::write_judgement(&judgement, out)?;
+    }
+    print_violated(&judgement, terminal);
+    Ok(match judgement.passed {
+        true => Exit::DONE,
+        false => Exit::FAILED,
+    })
+}
+
+fn print_violated(judgement: &Judgement, terminal: Terminal) {
+    for rule in judgement.violated() {
+        terminal.print(&format!("rule violated: {}: {}", rule.rule, rule.found));
+    }
+}
+
+#[expect(
+    clippy::too_many_arguments,
+    reason = "all of them are inputs of one log"
+)]
 fn analyze_one(
     log: &Path,
     file: &MachineFile,
@@ -97,24 +132,29 @@ fn analyze_one(
     out: &Path,
     outputs: Outputs,
     policy: Option<&Policy>,
+    min_valid: f64,
     terminal: Terminal,
 ) -> Result<Exit> {
     let mut progress = Progress::new(log, terminal.quiet);
     let analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
     progress.finish();
     output::write(&analysis, out, outputs)?;
-    let judgement =
-        policy.map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis)));
+    let judgement = policy
+        .map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis), min_valid));
     // only a policy file gets a result file; --fail-on is on the command line
     if let Some(judgement) = judgement.as_ref().filter(|j| j.policy_sha256.is_some()) {
         output::write_judgement(judgement, out)?;
     }
     report_findings(&analysis, out, terminal);
-    let violated: Vec<_> = judgement.iter().flat_map(Judgement::violated).collect();
-    for rule in &violated {
-        terminal.print(&format!("rule violated: {}: {}", rule.rule, rule.found));
-    }
-    Ok(exit_of(&analysis, !violated.is_empty()))
+    let exit = exit_of(&analysis, min_valid, terminal);
+    let Some(judgement) = judgement else {
+        return Ok(exit);
+    };
+    print_violated(&judgement, terminal);
+    Ok(Exit {
+        broken: judgement.is_broken_by_evidence(),
+        ..exit
+    })
 }
 
 fn report_findings(analysis: &Analysis, out: &Path, terminal: Terminal) {

@@ -25,5 +25,5 @@ pub(super) fn run(args: &CheckMachineArgs) -> Result<Exit> {
     let file = MachineFile::read(&args.machine)?;
     let check = check_machine::check(&file, args.log.as_deref())?;
     check_machine::print(&check, args.json)?;
-    Ok(Exit::Done)
+    Ok(Exit::DONE)
 }

@@ -72,7 +72,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Stabilise(args) => stabilise::run(args),
         Command::Recover(args) => recover::run(args, terminal),
         Command::Demo(args) => demo::run(args, terminal),
-        Command::Schema => to_stdout(&summary::json_schema()).map(|()| Exit::Done),
+        Command::Schema => to_stdout(&summary::json_schema()).map(|()| Exit::DONE),
         Command::Completions { shell } => {
             clap_complete::generate(
                 *shell,
@@ -80,7 +80,7 @@ pub fn run(cli: &Cli) -> ExitCode {
                 "tipwatch",
                 &mut std::io::stdout(),
             );
-            Ok(Exit::Done)
+            Ok(Exit::DONE)
         }
     };
     result
@@ -91,7 +91,7 @@ pub fn run(cli: &Cli) -> ExitCode {
                     .exit()
             }
             terminal.error(&error);
-            Exit::Failed
+            Exit::FAILED
         })
         .into()
 }

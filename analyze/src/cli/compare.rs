@@ -7,7 +7,7 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal, Usage};
-use super::options::AnalysisArgs;
+use super::options::{AnalysisArgs, MinValidArgs};
 use crate::analysis::run::analyse;
 use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, ModelKind, Options};
@@ -40,6 +40,8 @@ pub(super) struct CompareArgs {
     /// Write comparison.json and comparison.html into DIR.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    min_valid: MinValidArgs,
 }
 
 #[expect(clippy::print_stdout, reason = "the comparison is the output")]
@@ -77,7 +79,15 @@ pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
         write_atomically(&page, render(&comparison, &a, &b).as_bytes())?;
         terminal.print(&format!("page: {}", page.display()));
     }
-    Ok(Exit::Done)
+    let min_valid = args.min_valid.share(None);
+    let mut exit = Exit::DONE;
+    for side in [&a, &b] {
+        if let Some(reason) = side.undecided(min_valid) {
+            terminal.verdict(&format!("not decided: {}: {reason}", side.name()));
+            exit.undecided = true;
+        }
+    }
+    Ok(exit)
 }
 
 fn is_result(path: &Path) -> bool {

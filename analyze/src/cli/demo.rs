@@ -12,7 +12,7 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal, exit_of};
-use crate::analysis::{Analysis, run};
+use crate::analysis::{Analysis, DEFAULT_MIN_VALID, run};
 use crate::base::options::Options;
 use crate::output::{self, Outputs};
 use crate::report;
@@ -36,7 +36,7 @@ pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
     output::write(&analysis, out, Outputs::All)?;
     print_findings(&analysis, out);
     terminal.print("the demo's log and machine file are in its folder input/");
-    Ok(exit_of(&analysis, false))
+    Ok(exit_of(&analysis, DEFAULT_MIN_VALID, terminal))
 }
 
 /// Unpacks the demo's log and machine into `folder` and analyses them.

@@ -5,30 +5,73 @@ use std::process::ExitCode;
 use crate::analysis::Analysis;
 use crate::base::error_text::error_text;
 
-/// Exit code: an error in a file, the machine description or the system.
+/// An error in a file, the machine description or the system.
 const FAILED: u8 = 1;
-/// Exit code: done, but bytes or messages of a log were lost.
+/// Done, but bytes or messages of a log were lost.
 const LOST: u8 = 3;
-/// Exit code: a condition of `--fail-on` was met, or the policy was violated.
-const CONDITION_MET: u8 = 4;
+/// A log broke a rule of the policy or of `--fail-on`.
+const BROKEN: u8 = 4;
+/// Nothing is decided: no row, or too little time, can be computed.
+const UNDECIDED: u8 = 8;
 
-/// How a command ended, from good to bad.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Exit {
-    Done,
-    Lost,
-    ConditionMet,
-    Failed,
+/// What is wrong at the end of a command. The codes of [`FAILED`], [`BROKEN`] and [`UNDECIDED`] add up, so
+/// that one number tells each of them from the others; [`LOST`] is returned only without them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Exit {
+    pub(super) failed: bool,
+    pub(super) broken: bool,
+    pub(super) undecided: bool,
+    pub(super) lost: bool,
+}
+
+impl Exit {
+    /// Nothing is wrong.
+    pub(super) const DONE: Self = Self {
+        failed: false,
+        broken: false,
+        undecided: false,
+        lost: false,
+    };
+    pub(super) const FAILED: Self = Self {
+        failed: true,
+        ..Self::DONE
+    };
+    pub(super) const LOST: Self = Self {
+        lost: true,
+        ..Self::DONE
+    };
+
+    /// What is wrong in either of two results.
+    pub(super) fn and(self, other: Self) -> Self {
+        Self {
+            failed: self.failed || other.failed,
+            broken: self.broken || other.broken,
+            undecided: self.undecided || other.undecided,
+            lost: self.lost || other.lost,
+        }
+    }
+
+    fn code(self) -> u8 {
+        let parts = [
+            (self.failed, FAILED),
+            (self.broken, BROKEN),
+            (self.undecided, UNDECIDED),
+        ];
+        let sum = parts
+            .iter()
+            .filter(|(is_so, _)| *is_so)
+            .map(|(_, code)| code)
+            .sum();
+        match (sum, self.lost) {
+            (0, true) => LOST,
+            _ => sum,
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
-        match exit {
-            Exit::Done => Self::SUCCESS,
-            Exit::Lost => Self::from(LOST),
-            Exit::ConditionMet => Self::from(CONDITION_MET),
-            Exit::Failed => Self::from(FAILED),
-        }
+        Self::from(exit.code())
     }
 }
 
@@ -61,14 +104,45 @@ impl Terminal {
     pub(super) fn error(self, error: &anyhow::Error) {
         eprintln!("error: {}", error_text(error));
     }
+
+    /// What makes the exit code; printed even when quiet.
+    pub(super) fn verdict(self, text: &str) {
+        eprintln!("{text}");
+    }
 }
 
-pub(super) fn exit_of(analysis: &Analysis, is_condition_met: bool) -> Exit {
-    if is_condition_met {
-        Exit::ConditionMet
-    } else if !analysis.losses.is_empty() {
-        Exit::Lost
-    } else {
-        Exit::Done
+/// How an analysis ends without a policy: decided or not, with losses or not. Prints how much of the log's
+/// time is computable, and why nothing is decided.
+pub(super) fn exit_of(analysis: &Analysis, min_valid: f64, terminal: Terminal) -> Exit {
+    terminal.print(&format!("computable: {} of the log", analysis.coverage));
+    let undecided = analysis.undecided(min_valid);
+    if let Some(reason) = &undecided {
+        terminal.verdict(&format!("not decided: {reason}"));
+    }
+    Exit {
+        undecided: undecided.is_some(),
+        lost: !analysis.losses.is_empty(),
+        ..Exit::DONE
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_combination_has_a_code_of_its_own() {
+        let mut codes = Vec::new();
+        for bits in 0..8 {
+            let exit = Exit {
+                failed: bits & 1 != 0,
+                broken: bits & 2 != 0,
+                undecided: bits & 4 != 0,
+                lost: true,
+            };
+            codes.push(exit.code());
+        }
+        assert_eq!(codes, [3, 1, 4, 5, 8, 9, 12, 13]);
+        assert_eq!(Exit::DONE.code(), 0);
     }
 }

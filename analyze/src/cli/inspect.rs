@@ -40,8 +40,8 @@ pub(super) fn run(args: &InspectArgs, terminal: Terminal) -> Result<Exit> {
         }
     }
     Ok(if inspection.losses.is_empty() {
-        Exit::Done
+        Exit::DONE
     } else {
-        Exit::Lost
+        Exit::LOST
     })
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 
+use crate::analysis::DEFAULT_MIN_VALID;
 use crate::base::options::{ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options};
 use crate::events::EventKind;
 use crate::policy::Policy;
@@ -19,7 +20,7 @@ pub(super) struct AnalysisArgs {
     #[arg(long, value_enum, default_value_t = Estimator::Smoother)]
     pub(super) estimator: Estimator,
     /// Row rate; default: rows at the stamps of the fastest joint stream.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
+    #[arg(long, value_name = "HZ", value_parser = rate)]
     pub(super) rate: Option<f64>,
     /// Source of the platform's acceleration in the closed form; default: velocity if the log has odometry.
     #[arg(long, value_enum, value_name = "SIGNAL")]
@@ -45,12 +46,35 @@ impl AnalysisArgs {
 /// When to fail.
 #[derive(Debug, Args)]
 pub(super) struct PolicyArgs {
-    /// Exit with code 4 if there is an event of this kind; may be repeated.
+    /// Exit with code 4 if there is an event of this kind, or with 8 if that cannot be decided; may be
+    /// repeated.
     #[arg(long, value_name = "EVENT", value_enum)]
     fail_on: Vec<EventKind>,
     /// Exit with code 4 if the log violates a rule of this policy file; `policy.json` lists the rules.
     #[arg(long, value_name = "FILE", conflicts_with = "fail_on")]
     policy: Option<PathBuf>,
+    #[command(flatten)]
+    min_valid: MinValidArgs,
+}
+
+/// How much must be computable.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct MinValidArgs {
+    /// Share of the log's time, 0 to 1, in which wheel loads must be computable; default: 0.5, or that of
+    /// the policy. With less, or without any computable row, nothing is decided: code 8, and every rule
+    /// of --fail-on and --policy fails.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    min_valid: Option<f64>,
+}
+
+impl MinValidArgs {
+    /// The share; `policy` may state another default.
+    pub(super) fn share(self, policy: Option<&Policy>) -> f64 {
+        let stated = self
+            .min_valid
+            .or(policy.and_then(|policy| policy.min_valid));
+        stated.unwrap_or(DEFAULT_MIN_VALID)
+    }
 }
 
 impl PolicyArgs {
@@ -62,13 +86,56 @@ impl PolicyArgs {
             None => Ok(Some(Policy::without(&self.fail_on))),
         }
     }
+
+    /// The least share of the time that must be computable.
+    pub(super) fn min_valid(&self, policy: Option<&Policy>) -> f64 {
+        self.min_valid.share(policy)
+    }
 }
 
-pub(super) fn positive(text: &str) -> Result<f64, String> {
+/// No sensor of a machine is faster.
+const HIGHEST_RATE_HZ: f64 = 10_000.0;
+
+/// A row rate.
+pub(super) fn rate(text: &str) -> Result<f64, String> {
+    let value = positive(text)?;
+    match value <= HIGHEST_RATE_HZ {
+        true => Ok(value),
+        false => Err(format!("expected at most {HIGHEST_RATE_HZ} Hz")),
+    }
+}
+
+/// A control period.
+pub(super) fn period(text: &str) -> Result<f64, String> {
+    let value = positive(text)?;
+    match (1.0 / HIGHEST_RATE_HZ..=10.0).contains(&value) {
+        true => Ok(value),
+        false => Err(format!("expected {} to 10 s", 1.0 / HIGHEST_RATE_HZ)),
+    }
+}
+
+/// A time.
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
+    match value.is_finite() {
+        true => Ok(value),
+        false => Err("expected a finite number".into()),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
     if value.is_finite() && value > 0.0 {
         Ok(value)
     } else {
         Err("expected a positive number".into())
+    }
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
+    match (0.0..=1.0).contains(&value) {
+        true => Ok(value),
+        false => Err("expected a share, 0 to 1".into()),
     }
 }

@@ -26,10 +26,10 @@ pub(super) fn run(args: &RecoverArgs, terminal: Terminal) -> Result<Exit> {
         args.out.display()
     ));
     if report.losses.is_empty() {
-        return Ok(Exit::Done);
+        return Ok(Exit::DONE);
     }
     for line in report.losses.lines() {
         terminal.print(&format!("lost: {line}"));
     }
-    Ok(Exit::Lost)
+    Ok(Exit::LOST)
 }

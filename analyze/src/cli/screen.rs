@@ -9,7 +9,10 @@ use tipwatch_binding::MachineFile;
 use super::exit::{Exit, Terminal};
 use super::options::{AnalysisArgs, PolicyArgs};
 use crate::base::progress::LogCount;
-use crate::screen::{Fleet, Request, Screen, Shard, Update, gather, screen};
+use crate::screen::{Fleet, Gate, Request, Screen, Shard, Update, gather, screen};
+
+/// Logs that decide nothing, printed one by one; more with `--verbose`.
+const MOST_UNDECIDED: usize = 20;
 
 #[derive(Debug, Args)]
 pub(super) struct ScreenArgs {
@@ -63,8 +66,12 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
         }
         Update::Note(note) => count.print(&format!("note: {note}")),
     };
+    let gate = Gate {
+        policy: policy.as_ref(),
+        min_valid: args.policy.min_valid(policy.as_ref()),
+    };
     let found = if args.gather {
-        gather(&args.out, policy.as_ref(), &notify)?
+        gather(&args.out, gate, &notify)?
     } else {
         let fleet = fleet(args)?;
         let jobs = args.jobs.map_or_else(processors, |jobs| jobs as usize);
@@ -77,9 +84,17 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
             resume: args.resume,
             options: args.analysis.options(),
         };
-        screen(&request, &fleet, policy.as_ref(), &notify)?
+        screen(&request, &fleet, gate, &notify)?
     };
     count.finish();
+    let shown = if terminal.verbose {
+        usize::MAX
+    } else {
+        MOST_UNDECIDED
+    };
+    for (log, reason) in found.undecided.iter().take(shown) {
+        terminal.print(&format!("not decided: {log}: {reason}"));
+    }
     terminal.print(&result_line(&found));
     Ok(exit_of(&found))
 }
@@ -120,6 +135,9 @@ fn result_line(found: &Screen) -> String {
         totals.with_findings,
         totals.with_losses
     );
+    if totals.undecided > 0 {
+        text.push_str(&format!(", {} not decided", totals.undecided));
+    }
     if totals.breaking_policy > 0 {
         text.push_str(&format!(
             ", {} violating the policy",
@@ -139,14 +157,11 @@ fn result_line(found: &Screen) -> String {
 
 fn exit_of(found: &Screen) -> Exit {
     let totals = &found.totals;
-    if totals.failed > 0 {
-        Exit::Failed
-    } else if totals.breaking_policy > 0 {
-        Exit::ConditionMet
-    } else if totals.with_losses > 0 {
-        Exit::Lost
-    } else {
-        Exit::Done
+    Exit {
+        failed: totals.failed_unaccepted > 0,
+        broken: totals.breaking_by_evidence > 0,
+        undecided: totals.undecided > 0,
+        lost: totals.with_losses > 0,
     }
 }
 

@@ -9,7 +9,7 @@ use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::ControlMode;
 
 use super::exit::Exit;
-use super::options::positive;
+use super::options::period;
 use crate::suspension::stabilise;
 
 #[derive(Debug, Args)]
@@ -21,7 +21,7 @@ pub(super) struct StabiliseArgs {
     #[arg(long, value_enum)]
     mode: Option<Mode>,
     /// Control period; default: from the rate in the machine file.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = period)]
     step: Option<f64>,
 }
 
@@ -40,5 +40,5 @@ pub(super) fn run(args: &StabiliseArgs) -> Result<Exit> {
         Mode::LookAhead => ControlMode::LookAhead,
     });
     stabilise::serve(&file, mode, args.step, stdin().lock(), stdout().lock())?;
-    Ok(Exit::Done)
+    Ok(Exit::DONE)
 }

@@ -6,8 +6,8 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Exit, Terminal};
-use super::options::positive;
+use super::exit::{Exit, Terminal, exit_of};
+use super::options::{MinValidArgs, period, rate, seconds};
 use crate::base::options::{Estimator, Options};
 use crate::base::progress::Progress;
 use crate::suspension::{SuspensionMode, WhatIfOptions, findings, what_if};
@@ -26,20 +26,22 @@ pub(super) struct WhatIfArgs {
     #[arg(long, value_enum, default_value_t = SuspensionMode::LookAhead)]
     suspension: SuspensionMode,
     /// Control period; default: from the rate in the machine file.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = period)]
     step: Option<f64>,
     /// Estimator of the states.
     #[arg(long, value_enum, default_value_t = Estimator::Smoother)]
     estimator: Estimator,
     /// Row rate; default: rows at the stamps of the fastest joint stream.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
+    #[arg(long, value_name = "HZ", value_parser = rate)]
     rate: Option<f64>,
     /// Start time (seconds after the first sample).
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
     from: Option<f64>,
     /// End time (seconds after the first sample).
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = seconds)]
     to: Option<f64>,
+    #[command(flatten)]
+    min_valid: MinValidArgs,
 }
 
 pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
@@ -65,9 +67,6 @@ pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
         terminal.print(&format!("- {finding}"));
     }
     terminal.print(&format!("results: {}", args.out.display()));
-    Ok(if replayed.analysis.losses.is_empty() {
-        Exit::Done
-    } else {
-        Exit::Lost
-    })
+    let min_valid = args.min_valid.share(None);
+    Ok(exit_of(&replayed.analysis, min_valid, terminal))
 }

@@ -144,23 +144,37 @@ fn numbers(summary: &Value) -> Numbers {
     );
     add("rows", "rows".into(), rows["count"].as_f64());
     add("s", "duration".into(), rows["duration_s"].as_f64());
+    let coverage = &summary["coverage"];
+    add(
+        "-",
+        "computable time, share".into(),
+        coverage["valid_share"].as_f64(),
+    );
+    add(
+        "s",
+        "time covered by the log".into(),
+        coverage["covered_s"].as_f64(),
+    );
+    let is_computable = coverage["computable_rows"].as_u64() > Some(0);
     add(
         "kg",
         "mass of the machine".into(),
         summary["machine"]["mass_kg"].as_f64(),
     );
     let events = summary["events"].as_array();
-    let mut counts: BTreeMap<&str, f64> = BTreeMap::new();
+    // events of the machine are known only where loads are
+    let mut counts: BTreeMap<&str, Option<f64>> = BTreeMap::new();
     for kind in crate::events::EventKind::all() {
-        counts.insert(kind.name(), 0.0);
+        let is_known = is_computable || !kind.is_stability();
+        counts.insert(kind.name(), is_known.then_some(0.0));
     }
     for event in events.into_iter().flatten() {
-        *counts
-            .entry(event["kind"].as_str().unwrap_or("unknown"))
-            .or_default() += 1.0;
+        let count = counts.entry(event["kind"].as_str().unwrap_or("unknown"));
+        let count = count.or_default();
+        *count = Some(count.unwrap_or(0.0) + 1.0);
     }
     for (kind, count) in counts {
-        add("events", kind.replace('_', " "), Some(count));
+        add("events", kind.replace('_', " "), count);
     }
     numbers
 }

@@ -9,7 +9,7 @@ use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::analysis::Analysis;
+use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::report;
 use crate::tables::summary::{self, Summary};
 use crate::tables::table;
@@ -127,6 +127,33 @@ impl Side {
             valid: valid.map(|valid| valid == Some(true)).collect(),
             columns,
         })
+    }
+
+    /// Why this result decides nothing; `None` if it does. At least `min_valid` of the log's time must be
+    /// computable.
+    #[must_use]
+    pub fn undecided(&self, min_valid: f64) -> Option<String> {
+        let coverage = serde_json::from_value::<Coverage>(self.summary["coverage"].clone());
+        let Ok(coverage) = coverage else {
+            return Some("expected coverage in summary.json, found none".into());
+        };
+        let gross_inputs = self.summary["gross_inputs"]
+            .as_array()
+            .into_iter()
+            .flatten();
+        let headline = |input: &Value| {
+            let text = input.as_str().or(input["headline"].as_str());
+            text.unwrap_or("an input is wrong").to_owned()
+        };
+        let gross_inputs: Vec<String> = gross_inputs.map(headline).collect();
+        let undecided = Undecided::of(&coverage, &gross_inputs, min_valid);
+        undecided.map(|reason| reason.to_string())
+    }
+
+    /// As given on the command line.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     pub(super) fn column(&self, name: &str) -> Option<&SideColumn> {

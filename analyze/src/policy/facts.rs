@@ -4,11 +4,12 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use tipwatch_ingest::{Losses, LostRange};
 use tipwatch_mechanics::Quantity;
 
-use crate::analysis::Analysis;
+use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::number::known;
-use crate::events::{Event, EventKind};
+use crate::events::EventKind;
 use crate::report;
 
 pub use super::margin::{EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, WorstMargin};
@@ -29,6 +30,10 @@ pub struct LogFacts {
     pub rows: u64,
     /// Number of valid rows.
     pub valid_rows: u64,
+    /// How much of the log's time could be computed.
+    pub coverage: Coverage,
+    /// Findings about grossly wrong inputs.
+    pub gross_inputs: Vec<String>,
     /// Smallest margin over the valid rows.
     pub worst: Option<WorstMargin>,
     /// Largest utilisation over the valid rows: U = 1 - (OTF - 2 sigma) / static load, of the worst
@@ -38,16 +43,17 @@ pub struct LogFacts {
     pub exposure: Exposure,
     /// Facts by wheel.
     pub wheels: Vec<WheelFacts>,
-    /// Number of events by [`EventKind::name`].
-    pub event_counts: BTreeMap<String, u64>,
+    /// Number of events by [`EventKind::name`]; `None` for events of the machine if no row is computable.
+    pub event_counts: BTreeMap<String, Option<u64>>,
     /// Longest gap in a signal (s); 0 without an `input_gap`.
     pub longest_gap_s: f64,
     /// Number of lost byte ranges.
     pub lost_ranges: u64,
     /// Bytes in these ranges.
     pub lost_bytes: u64,
-    /// Messages that the recorder counted but the log does not contain.
-    pub missing_messages: u64,
+    /// Messages that the recorder counted but the log does not contain; `None` if a part was lost whose
+    /// messages nobody counted.
+    pub missing_messages: Option<u64>,
     /// Messages that could not be decoded.
     pub undecodable_messages: u64,
     /// The most important findings in words, without their evidence.
@@ -119,6 +125,8 @@ impl LogFacts {
             duration_s: (end_ns - start_ns) as f64 * 1e-9,
             rows: rows.len() as u64,
             valid_rows: (0..rows.len()).filter(|&row| rows.is_valid(row)).count() as u64,
+            coverage: analysis.coverage,
+            gross_inputs: analysis.gross_inputs_in_words(),
             worst: super::margin::worst(analysis),
             largest_utilisation: super::margin::largest_utilisation(analysis),
             exposure: super::margin::exposure(analysis),
@@ -126,22 +134,42 @@ impl LogFacts {
                 .map(|wheel| wheel_facts(analysis, wheel))
                 .collect(),
             event_counts: (EventKind::all().iter())
-                .map(|&kind| (kind.name().into(), count(&analysis.events, kind)))
+                .map(|&kind| (kind.name().into(), count(analysis, kind)))
                 .collect(),
             longest_gap_s: gaps.map(|event| event.worst).fold(0.0, f64::max),
             lost_ranges: losses.ranges.len() as u64,
             lost_bytes: losses.bytes_lost(),
-            missing_messages: losses.missing_messages.values().sum(),
+            missing_messages: missing_messages(losses),
             undecodable_messages: losses.undecodable_messages.values().sum(),
             findings: findings.collect(),
             notes: analysis.notes.clone(),
         }
     }
 
-    /// Number of events of a kind.
+    /// Number of events of a kind; `None` if it cannot be known.
     #[must_use]
-    pub fn events_of(&self, kind: EventKind) -> u64 {
-        self.event_counts.get(kind.name()).copied().unwrap_or(0)
+    pub fn events_of(&self, kind: EventKind) -> Option<u64> {
+        self.event_counts.get(kind.name()).copied().flatten()
+    }
+
+    /// Whether there is an event of a kind.
+    #[must_use]
+    pub fn has_event(&self, kind: EventKind) -> bool {
+        self.events_of(kind).is_some_and(|count| count > 0)
+    }
+
+    /// Why the log decides nothing; `None` if it does. At least `min_valid` of its time must be computable.
+    #[must_use]
+    pub fn undecided(&self, min_valid: f64) -> Option<Undecided> {
+        Undecided::of(&self.coverage, &self.gross_inputs, min_valid)
+    }
+
+    /// Whether data of the log was lost.
+    #[must_use]
+    pub fn has_losses(&self) -> bool {
+        self.lost_ranges > 0
+            || self.missing_messages.is_none_or(|count| count > 0)
+            || self.undecodable_messages > 0
     }
 
     /// Whether the log deserves a report: a stability event, or an OTF within two standard deviations of
@@ -149,7 +177,7 @@ impl LogFacts {
     #[must_use]
     pub fn has_findings(&self) -> bool {
         let mut stability = EventKind::all().iter().filter(|kind| kind.is_stability());
-        stability.any(|&kind| self.events_of(kind) > 0)
+        stability.any(|&kind| self.has_event(kind))
             || self.largest_utilisation.is_some_and(|u| u >= 1.0)
     }
 }
@@ -183,8 +211,17 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
     facts.collect()
 }
 
-fn count(events: &[Event], kind: EventKind) -> u64 {
-    events.iter().filter(|event| event.kind == kind).count() as u64
+/// Events of the machine are known only where loads are.
+fn count(analysis: &Analysis, kind: EventKind) -> Option<u64> {
+    let events = analysis.events.iter();
+    let count = events.filter(|event| event.kind == kind).count() as u64;
+    (analysis.coverage.computable_rows > 0 || !kind.is_stability()).then_some(count)
+}
+
+fn missing_messages(losses: &Losses) -> Option<u64> {
+    let is_counted = |range: &LostRange| range.message_count.is_some();
+    let missing = losses.missing_messages.values();
+    losses.ranges.iter().all(is_counted).then(|| missing.sum())
 }
 
 fn wheel_facts(analysis: &Analysis, wheel: usize) -> WheelFacts {

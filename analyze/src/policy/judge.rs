@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::facts::{EventFacts, LogFacts};
 use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
+use crate::analysis::Undecided;
 
 /// The judgement of a log: `policy.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -14,6 +15,8 @@ pub struct Judgement {
     pub policy_sha256: Option<String>,
     /// Whether the log satisfies every rule.
     pub passed: bool,
+    /// Why the log decides nothing; `None` if it does.
+    pub undecided: Option<String>,
     /// Outcome of each rule.
     pub rules: Vec<RuleOutcome>,
 }
@@ -25,6 +28,8 @@ pub struct RuleOutcome {
     pub rule: String,
     /// Whether it is satisfied.
     pub passed: bool,
+    /// Whether that follows from the log. A rule that is not decided is not satisfied.
+    pub decided: bool,
     /// What was expected and what was found.
     pub found: String,
 }
@@ -34,19 +39,45 @@ impl Judgement {
     pub fn violated(&self) -> impl Iterator<Item = &RuleOutcome> {
         self.rules.iter().filter(|outcome| !outcome.passed)
     }
+
+    /// Whether the log shows that a rule is violated, other than by deciding nothing.
+    #[must_use]
+    pub fn is_broken_by_evidence(&self) -> bool {
+        self.violated().any(|outcome| outcome.decided)
+    }
 }
 
 impl Policy {
-    /// Judges a log.
+    /// Judges a log, of whose time at least `min_valid` must be computable.
     #[must_use]
-    pub fn judge(&self, facts: &LogFacts, events: &[EventFacts]) -> Judgement {
-        let rules: Vec<RuleOutcome> = (self.rules.iter())
-            .map(|rule| rule.judge(facts, events))
-            .collect();
+    pub fn judge(&self, facts: &LogFacts, events: &[EventFacts], min_valid: f64) -> Judgement {
+        let undecided = facts.undecided(min_valid);
+        let rules = self.rules.iter().map(|rule| match &undecided {
+            None => rule.judge(facts, events),
+            Some(reason) => rule.judge_undecided(facts, events, reason),
+        });
+        let reason = undecided.as_ref().map(ToString::to_string);
+        self.judgement(rules.collect(), reason)
+    }
+
+    /// Judges a log that could not be analysed.
+    #[must_use]
+    pub fn judge_failed(&self, reason: &str) -> Judgement {
+        let outcome = RuleOutcome {
+            rule: "every log can be analysed".into(),
+            passed: self.accepts_failed_logs,
+            decided: self.accepts_failed_logs,
+            found: format!("not decided: the log could not be analysed: {reason}"),
+        };
+        self.judgement(vec![outcome], Some(reason.into()))
+    }
+
+    fn judgement(&self, rules: Vec<RuleOutcome>, undecided: Option<String>) -> Judgement {
         Judgement {
             policy: self.name.clone(),
             policy_sha256: self.file.as_ref().map(|file| file.sha256.clone()),
             passed: rules.iter().all(|outcome| outcome.passed),
+            undecided,
             rules,
         }
     }
@@ -66,7 +97,37 @@ impl Rule {
         RuleOutcome {
             rule: self.name.clone(),
             passed,
+            decided: true,
             found,
+        }
+    }
+
+    /// A log that decides nothing satisfies no rule. Events in the time that is computable break their
+    /// rule all the same.
+    fn judge_undecided(
+        &self,
+        facts: &LogFacts,
+        events: &[EventFacts],
+        reason: &Undecided,
+    ) -> RuleOutcome {
+        let outcome = self.judge(facts, events);
+        let is_broken_by_value = !outcome.passed && self.has_value(facts);
+        if reason.leaves_events() && is_broken_by_value {
+            return outcome;
+        }
+        RuleOutcome {
+            passed: false,
+            decided: false,
+            found: format!("not decided: {reason}"),
+            ..outcome
+        }
+    }
+
+    /// Whether what the rule checks is known.
+    fn has_value(&self, facts: &LogFacts) -> bool {
+        match &self.check {
+            Check::Events { .. } => true,
+            Check::Number { quantity, .. } => quantity.of(facts).is_some(),
         }
     }
 }
@@ -107,14 +168,13 @@ impl Quantity {
                 .into_iter()
                 .reduce(f64::min),
             Self::Utilisation => facts.largest_utilisation,
-            // without any margin the exposure is unknown
-            Self::ExposedS => worst.map(|_| facts.exposure.exposed_s),
-            Self::ValidShare => Some(facts.valid_rows as f64 / facts.rows as f64),
+            Self::ExposedS => facts.exposure.exposed_s,
+            Self::ValidShare => facts.coverage.valid_share,
             Self::DurationS => Some(facts.duration_s),
             Self::LongestGapS => Some(facts.longest_gap_s),
             Self::LostRanges => Some(facts.lost_ranges as f64),
             Self::LostMessages => {
-                Some((facts.missing_messages + facts.undecodable_messages) as f64)
+                Some((facts.missing_messages? + facts.undecodable_messages) as f64)
             }
         }
     }

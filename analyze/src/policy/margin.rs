@@ -71,12 +71,12 @@ pub struct WorstMargin {
 /// Time by margin, and causes of small margins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Exposure {
-    /// Time in each bin of the margin (s); see [`HISTOGRAM_EDGES`].
-    pub margin_s: Vec<f64>,
+    /// Time in each bin of the margin (s); see [`HISTOGRAM_EDGES`]. `None` without any margin.
+    pub margin_s: Option<Vec<f64>>,
     /// Time without a computable margin (s).
     pub unknown_s: f64,
-    /// Time with a margin below 1 - the notice level of the machine file (s).
-    pub exposed_s: f64,
+    /// Time with a margin below 1 - the notice level of the machine file (s); `None` without any margin.
+    pub exposed_s: Option<f64>,
     /// The same by cause (s), in the order of [`EXPOSURE_CAUSES`]: each instant is divided in proportion
     /// to the load that the causes take from the worst wheel; `None` for models without causes.
     pub exposed_by_cause_s: Option<Vec<f64>>,
@@ -152,30 +152,31 @@ pub(super) fn exposure(analysis: &Analysis) -> Exposure {
     let mut by_cause = wheels
         .column(Quantity::Contribution(Contribution::ChassisWeight, 0))
         .map(|_| vec![0.0; EXPOSURE_CAUSES.len()]);
-    let mut exposure = Exposure {
-        margin_s: vec![0.0; HISTOGRAM_EDGES.len() + 1],
-        unknown_s: 0.0,
-        exposed_s: 0.0,
-        exposed_by_cause_s: None,
-    };
+    let mut margin_s = vec![0.0; HISTOGRAM_EDGES.len() + 1];
+    let (mut known_s, mut exposed_s) = (0.0, 0.0);
     for row in 0..rows.len().saturating_sub(1) {
         let lasts_s = (rows.times_ns[row + 1] - rows.times_ns[row]) as f64 * 1e-9;
         let margin = wheels.margin(row);
         let margin = margin.filter(|_| rows.reasons[row].leave_loads() && lasts_s <= max_gap_s);
         let Some((wheel, margin)) = margin else {
-            exposure.unknown_s += lasts_s;
             continue;
         };
-        exposure.margin_s[HISTOGRAM_EDGES.partition_point(|&edge| edge <= margin)] += lasts_s;
+        known_s += lasts_s;
+        margin_s[HISTOGRAM_EDGES.partition_point(|&edge| edge <= margin)] += lasts_s;
         if margin < notice_margin {
-            exposure.exposed_s += lasts_s;
+            exposed_s += lasts_s;
             if let Some(by_cause) = &mut by_cause {
                 share_out(lasts_s, &taken(&wheels, row, wheel), by_cause);
             }
         }
     }
-    exposure.exposed_by_cause_s = by_cause;
-    exposure
+    let is_known = known_s > 0.0;
+    Exposure {
+        margin_s: is_known.then_some(margin_s),
+        unknown_s: (analysis.coverage.covered_s - known_s).max(0.0),
+        exposed_s: is_known.then_some(exposed_s),
+        exposed_by_cause_s: by_cause.filter(|_| is_known),
+    }
 }
 
 /// Load that each of [`EXPOSURE_CAUSES`] takes from a wheel, relative to the static load (N).

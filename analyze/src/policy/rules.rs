@@ -17,12 +17,19 @@
 //! at_least = 0.1
 //! ```
 //!
-//! A number that cannot be computed violates its rule, unless the rule has `unknown = "pass"`.
+//! A number that cannot be computed violates its rule, unless the rule has `unknown = "pass"`. A log that
+//! decides nothing violates every rule that its events do not already break. Two keys above the rules:
+//!
+//! ```toml
+//! min_valid = 0.8              # least share of a log's time that must be computable
+//! failed_logs = "pass"         # logs that cannot be analysed do not violate the policy
+//! ```
 
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
+use tipwatch_binding::read_text;
 
 use crate::base::provenance::FileHash;
 use crate::base::provenance::hash_of;
@@ -35,6 +42,10 @@ pub struct Policy {
     pub name: String,
     /// Its file; `None` for a policy made from `--fail-on`.
     pub file: Option<FileHash>,
+    /// Least share of a log's time that must be computable; `None` if the file does not state one.
+    pub min_valid: Option<f64>,
+    /// Whether logs that cannot be analysed are accepted.
+    pub accepts_failed_logs: bool,
     pub(super) rules: Vec<Rule>,
 }
 
@@ -43,6 +54,8 @@ pub struct Policy {
 #[serde(deny_unknown_fields)]
 struct PolicySpec {
     name: Option<String>,
+    min_valid: Option<f64>,
+    failed_logs: Option<WhenUnknown>,
     #[serde(default, rename = "rule")]
     rules: Vec<RuleSpec>,
 }
@@ -63,7 +76,7 @@ struct RuleSpec {
     unknown: Option<WhenUnknown>,
 }
 
-/// The outcome of a rule on a number that cannot be computed.
+/// The outcome for what cannot be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum WhenUnknown {
@@ -87,7 +100,7 @@ pub enum Quantity {
     Utilisation,
     /// Time with a margin below 1 - the notice level (s).
     ExposedS,
-    /// Valid rows as a share of all.
+    /// Computable time as a share of the time that the log covers.
     ValidShare,
     /// Time from the first to the last row (s).
     DurationS,
@@ -137,8 +150,8 @@ impl Policy {
     /// # Errors
     /// The file cannot be read, or is not a valid policy.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path)
-            .with_context(|| format!("{}: cannot be read", path.display()))?;
+        let text =
+            read_text(path).with_context(|| format!("{}: cannot be read", path.display()))?;
         Self::from_text(&text, &path.display().to_string())
     }
 
@@ -152,6 +165,11 @@ impl Policy {
         if spec.rules.is_empty() {
             bail!("{file}: expected at least one [[rule]], found none");
         }
+        if let Some(share) = spec.min_valid
+            && !(0.0..=1.0).contains(&share)
+        {
+            bail!("{file}: min_valid: expected a share, 0 to 1, found {share}");
+        }
         let rules = spec.rules.into_iter().enumerate().map(|(i, rule)| {
             let place = format!("{file}: rule {}", i + 1);
             rule.check().with_context(|| place)
@@ -160,6 +178,8 @@ impl Policy {
             rules: rules.collect::<Result<_>>()?,
             name: spec.name.unwrap_or_else(|| file.into()),
             file: Some(hash_of(file.into(), text.as_bytes())),
+            min_valid: spec.min_valid,
+            accepts_failed_logs: spec.failed_logs == Some(WhenUnknown::Pass),
         })
     }
 
@@ -176,6 +196,8 @@ impl Policy {
         Self {
             name: "--fail-on".into(),
             file: None,
+            min_valid: None,
+            accepts_failed_logs: false,
             rules: kinds.iter().map(rule).collect(),
         }
     }

@@ -26,8 +26,22 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let wheel_event = events.iter().any(|event| event.kind.is_stability());
     let without = (!wheel_event).then(|| scene.without_event(lowest_load(analysis), analysis));
+    let stability = events
+        .iter()
+        .filter(|event| event.kind.is_stability())
+        .count();
     let found = events.into_iter().map(|event| scene.finding(event));
-    without.into_iter().chain(found).collect()
+    let mut findings: Vec<Finding> = without.into_iter().chain(found).collect();
+    if wheel_event && let Some(known) = partly_known(analysis) {
+        findings.insert(
+            stability,
+            Finding {
+                headline: format!("Wheel loads are known only in {known} of the log"),
+                evidence: vec!["In the rest, wheels may have lifted unseen".into()],
+            },
+        );
+    }
+    findings
 }
 
 /// Findings as a list for a page, each with its evidence.
@@ -227,8 +241,12 @@ impl Scene {
         };
         let wheel = &self.wheels[lowest.wheel];
         let claim = match wheel.limit_n {
-            Some(_) => "No wheel fell below its load limit",
-            None => "No wheel left the ground",
+            Some(_) => "o wheel fell below its load limit",
+            None => "o wheel left the ground",
+        };
+        let claim = match partly_known(analysis) {
+            Some(known) => format!("In the {known} of the log with known wheel loads, n{claim}"),
+            None => format!("N{claim}"),
         };
         let limit = match wheel.limit_n {
             Some(limit_n) => format!("Load limit of wheel {}: {} N", wheel.name, number(limit_n)),
@@ -248,6 +266,16 @@ impl Scene {
             evidence: [limit].into_iter().chain(scope).collect(),
         }
     }
+}
+
+/// The time with known loads, of a log of which more than a hundredth is unknown.
+fn partly_known(analysis: &Analysis) -> Option<String> {
+    const WHOLE: f64 = 0.99;
+    let is_whole = analysis
+        .coverage
+        .valid_share
+        .is_some_and(|share| share >= WHOLE);
+    (!is_whole).then(|| analysis.coverage.to_string())
 }
 
 /// How often each reason makes a row invalid.

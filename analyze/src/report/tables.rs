@@ -130,6 +130,10 @@ pub(super) fn limitations(analysis: &Analysis) -> Markup {
     let valid = (analysis.rows.reasons.iter())
         .filter(|reasons| reasons.is_empty())
         .count();
+    sentences.push(format!(
+        "Wheel loads could be computed in {} of the log",
+        analysis.coverage
+    ));
     sentences.push(format!("{valid} of {} rows are valid", analysis.rows.len()));
     let reasons = reason_counts(analysis).into_iter();
     sentences.extend(reasons.map(|(reason, count)| {

@@ -23,7 +23,7 @@ use crate::tables::parquet::write_with;
 use crate::tables::table::{Table, column};
 
 /// Version of the columns.
-pub(super) const DATA_SET_SCHEMA: u32 = 1;
+pub(super) const DATA_SET_SCHEMA: u32 = 2;
 /// Hive's name for an unknown machine or day; readers convert it to null.
 const UNKNOWN: &str = "__HIVE_DEFAULT_PARTITION__";
 
@@ -138,7 +138,7 @@ fn logs(rows: &[&LogRow]) -> Result<Table> {
     add_exposure(rows, &mut columns);
     for kind in EventKind::all() {
         let name = format!("{}_events", kind.name());
-        let counts = rows.iter().map(|row| Some(facts(row)?.events_of(*kind)));
+        let counts = rows.iter().map(|row| facts(row)?.events_of(*kind));
         columns.add(column(&name, counts), Some("events"));
     }
     add_losses(rows, &mut columns);
@@ -203,6 +203,19 @@ fn add_time_range(rows: &[&LogRow], columns: &mut Columns) {
         column("valid_rows", all().map(|f| Some(f?.valid_rows))),
         Some("rows"),
     );
+    let coverage = || rows.iter().map(|row| Some(facts(row)?.coverage));
+    columns.add(
+        column("covered_s", coverage().map(|c| Some(c?.covered_s))),
+        Some("s"),
+    );
+    columns.add(
+        column("computable_s", coverage().map(|c| Some(c?.computable_s))),
+        Some("s"),
+    );
+    columns.add(
+        column("valid_share", coverage().map(|c| c?.valid_share)),
+        Some("-"),
+    );
 }
 
 fn add_worst(rows: &[&LogRow], columns: &mut Columns) {
@@ -262,16 +275,13 @@ fn add_worst(rows: &[&LogRow], columns: &mut Columns) {
 
 fn add_exposure(rows: &[&LogRow], columns: &mut Columns) {
     let all = || rows.iter().map(|row| Some(&facts(row)?.exposure));
-    let seconds = all().map(|e| Some(e?.margin_s.iter().map(|&s| Some(s)).collect()));
+    let seconds = all().map(|e| Some(e?.margin_s.as_ref()?.iter().map(|&s| Some(s)).collect()));
     columns.add(lists("margin_s", seconds), Some("s"));
     columns.add(
         column("unknown_s", all().map(|e| Some(e?.unknown_s))),
         Some("s"),
     );
-    columns.add(
-        column("exposed_s", all().map(|e| Some(e?.exposed_s))),
-        Some("s"),
-    );
+    columns.add(column("exposed_s", all().map(|e| e?.exposed_s)), Some("s"));
     for (i, cause) in EXPOSURE_CAUSES.into_iter().enumerate() {
         let seconds = all().map(|e| e?.exposed_by_cause_s.as_ref()?.get(i).copied());
         columns.add(column(&format!("exposed_{cause}_s"), seconds), Some("s"));
@@ -279,18 +289,18 @@ fn add_exposure(rows: &[&LogRow], columns: &mut Columns) {
 }
 
 fn add_losses(rows: &[&LogRow], columns: &mut Columns) {
-    type Count = fn(&LogFacts) -> u64;
+    type Count = fn(&LogFacts) -> Option<u64>;
     let all = || rows.iter().map(facts);
     let counts: [(&str, &str, Count); 4] = [
-        ("lost_ranges", "ranges", |f| f.lost_ranges),
-        ("lost_bytes", "bytes", |f| f.lost_bytes),
+        ("lost_ranges", "ranges", |f| Some(f.lost_ranges)),
+        ("lost_bytes", "bytes", |f| Some(f.lost_bytes)),
         ("missing_messages", "messages", |f| f.missing_messages),
         ("undecodable_messages", "messages", |f| {
-            f.undecodable_messages
+            Some(f.undecodable_messages)
         }),
     ];
     for (name, unit, count) in counts {
-        let values = all().map(|facts| facts.map(count));
+        let values = all().map(|facts| facts.and_then(count));
         columns.0.push(column(name, values));
         columns.1.push((name.into(), unit));
     }

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use glob::{MatchOptions, Pattern};
 use serde::Deserialize;
-use tipwatch_binding::MachineFile;
+use tipwatch_binding::{MachineFile, read_text};
 use tipwatch_ingest::{Log, MetadataRecord, metadata_records};
 
 /// A fleet file as written.
@@ -79,6 +79,17 @@ struct MetadataRule {
 }
 
 impl Fleet {
+    /// A reason with the machine files named without their folders.
+    pub(super) fn without_folders(&self, reason: &str) -> String {
+        let folders = self
+            .machines
+            .iter()
+            .filter_map(|machine| machine.path.parent());
+        let names = folders.map(|folder| folder.join("").display().to_string());
+        let names = names.filter(|name| name.len() > 1);
+        names.fold(reason.to_owned(), |text, name| text.replace(&name, ""))
+    }
+
     /// One machine for all logs.
     #[must_use]
     pub fn of_one(machine: MachineFile) -> Self {
@@ -95,8 +106,7 @@ impl Fleet {
     /// A file cannot be read, or is not valid.
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display();
-        let text =
-            std::fs::read_to_string(path).with_context(|| format!("{place}: cannot be read"))?;
+        let text = read_text(path).with_context(|| format!("{place}: cannot be read"))?;
         let spec: FleetSpec =
             toml::from_str(&text).with_context(|| format!("{place}: not a valid fleet file"))?;
         if spec.machines.is_empty() && spec.default.is_none() {

@@ -9,6 +9,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf, absolute};
 
 use anyhow::{Context, Result, bail};
+use tipwatch_binding::read_text;
 
 /// File extensions of logs; logs given by name may have any.
 const LOG_ENDINGS: [&str; 4] = [".mcap", ".bag", ".db3", ".bag.active"];
@@ -88,7 +89,7 @@ impl Finder {
     }
 
     fn add_manifest(&mut self, path: &Path) -> Result<()> {
-        let text = fs::read_to_string(path)
+        let text = read_text(path)
             .with_context(|| format!("{}: cannot be read as a manifest", path.display()))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);

@@ -24,6 +24,6 @@ mod version;
 mod workers;
 
 pub use fleet_file::Fleet;
-pub use request::{Request, Screen, Shard, Update};
+pub use request::{Gate, Request, Screen, Shard, Update};
 pub use run::{gather, screen};
 pub use totals::Totals;

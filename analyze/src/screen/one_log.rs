@@ -15,7 +15,7 @@ use super::record::{MachineName, Outcome, RECORD_SCHEMA, Record, report_folder};
 use super::version::{analysis_version, machine_sha256};
 use crate::analysis::Analysis;
 use crate::analysis::run::analyse;
-use crate::base::error_text::error_text;
+use crate::base::error_text::{error_text, without_path};
 use crate::base::files::write_atomically;
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
@@ -87,7 +87,9 @@ impl Screening<'_> {
                     is_from_before,
                 };
             }
-            Ok(Err(error)) => error_text(&error),
+            Ok(Err(error)) => self
+                .fleet
+                .without_folders(&without_path(&error_text(&error), path)),
             Err(panic) => format!(
                 "internal error of tipwatch: {}",
                 panic_message(panic.as_ref())

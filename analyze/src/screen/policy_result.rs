@@ -7,6 +7,7 @@ use anyhow::Result;
 use serde::Serialize;
 
 use super::merge::LogRow;
+use super::record::Outcome;
 use crate::base::files::write_atomically;
 use crate::policy::{Judgement, Policy, RuleOutcome};
 
@@ -15,6 +16,8 @@ use crate::policy::{Judgement, Policy, RuleOutcome};
 struct Broken<'a> {
     path: &'a str,
     log_id: Option<&'a str>,
+    /// Why the log decides nothing; null if it does.
+    undecided: Option<&'a str>,
     broken: Vec<&'a RuleOutcome>,
 }
 
@@ -24,16 +27,25 @@ struct PolicyResult<'a> {
     policy: &'a str,
     policy_sha256: Option<&'a str>,
     passed: bool,
+    min_valid: f64,
     logs_judged: usize,
     logs_broken: usize,
+    /// Of these, logs that could not be analysed.
+    logs_failed: usize,
+    /// Of these, logs that were analysed and decide nothing.
+    logs_undecided: usize,
     logs: Vec<Broken<'a>>,
 }
 
-/// The judgement of each row; `None` without a policy, and for failed logs.
-pub(super) fn judge(rows: &[LogRow], policy: Option<&Policy>) -> Vec<Option<Judgement>> {
-    let judged = rows.iter().map(|row| {
-        let (facts, events) = row.record.analysed()?;
-        Some(policy?.judge(facts, events))
+/// The judgement of each row; `None` without a policy.
+pub(super) fn judge(
+    rows: &[LogRow],
+    policy: Option<&Policy>,
+    min_valid: f64,
+) -> Vec<Option<Judgement>> {
+    let judged = rows.iter().map(|row| match &row.record.result {
+        Outcome::Analysed { facts, events, .. } => Some(policy?.judge(facts, events, min_valid)),
+        Outcome::Failed { reason } => Some(policy?.judge_failed(reason)),
     });
     judged.collect()
 }
@@ -42,6 +54,7 @@ pub(super) fn write_policy(
     rows: &[LogRow],
     judgements: &[Option<Judgement>],
     policy: Option<&Policy>,
+    min_valid: f64,
     out: &Path,
 ) -> Result<()> {
     let path = out.join("policy.json");
@@ -58,10 +71,21 @@ pub(super) fn write_policy(
         .map(|(row, judgement)| Broken {
             path: &row.record.path,
             log_id: row.record.log_id.as_deref(),
+            undecided: judgement.undecided.as_deref(),
             broken: judgement.violated().collect(),
         })
         .collect();
+    let of_broken = |is_failed: bool| {
+        let judged = judged.clone().filter(|(_, judgement)| !judgement.passed);
+        let undecided = judged.filter(|(_, judgement)| judgement.undecided.is_some());
+        undecided
+            .filter(|(row, _)| row.record.is_failed() == is_failed)
+            .count()
+    };
     let result = PolicyResult {
+        min_valid,
+        logs_failed: of_broken(true),
+        logs_undecided: of_broken(false),
         policy: &policy.name,
         policy_sha256: policy.file.as_ref().map(|file| file.sha256.as_str()),
         passed: broken.is_empty(),

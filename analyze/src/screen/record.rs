@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::policy::facts::{EventFacts, LogFacts};
 
 /// Version of the document.
-pub(super) const RECORD_SCHEMA: u32 = 1;
+pub(super) const RECORD_SCHEMA: u32 = 2;
 
 /// A finished log: analysed or failed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

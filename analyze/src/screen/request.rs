@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::totals::Totals;
 use crate::base::options::Options;
+use crate::policy::Policy;
 
 /// What to analyse, and how.
 #[derive(Debug)]
@@ -33,6 +34,15 @@ pub struct Shard {
     pub count: usize,
 }
 
+/// How the logs of a run are judged.
+#[derive(Debug, Clone, Copy)]
+pub struct Gate<'a> {
+    /// The rules, if any.
+    pub policy: Option<&'a Policy>,
+    /// Least share of a log's time that must be computable.
+    pub min_valid: f64,
+}
+
 /// Progress of a run.
 #[derive(Debug)]
 pub enum Update<'a> {
@@ -60,6 +70,8 @@ pub struct Screen {
     pub failed_now: usize,
     /// Unchanged logs, analysed in an earlier run.
     pub from_before: usize,
+    /// Analysed logs that decide nothing, by path, with the reason.
+    pub undecided: Vec<(String, String)>,
     /// The page; `None` for a shard.
     pub page: Option<PathBuf>,
 }

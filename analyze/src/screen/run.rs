@@ -7,16 +7,16 @@ use std::sync::Mutex;
 use anyhow::{Context, Result, bail};
 
 use super::fleet_file::Fleet;
-use super::merge::merge;
+use super::merge::{LogRow, merge};
 use super::one_log::{CurrentRun, Screened, Screening, write_plot_library};
 use super::policy_result::{judge, write_policy};
 use super::record::Outcome;
-use super::request::{Request, Screen, Shard, Update};
+use super::request::{Gate, Request, Screen, Shard, Update};
 use super::store::Store;
 use super::totals::Totals;
 use super::{data_set, inputs, page, workers};
 use crate::base::files::{remove_unfinished, write_atomically};
-use crate::policy::Policy;
+use crate::policy::Judgement;
 
 /// Analyses the logs of a fleet. The workers call `notify`.
 ///
@@ -26,7 +26,7 @@ use crate::policy::Policy;
 pub fn screen(
     request: &Request<'_>,
     fleet: &Fleet,
-    policy: Option<&Policy>,
+    gate: Gate<'_>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
     let logs = of_shard(inputs::find(request.logs, request.out)?, request.shard);
@@ -85,20 +85,22 @@ pub fn screen(
     let from_before = finished.iter().filter(|log| log.is_from_before).count();
     let failed_now = finished.iter().filter(|log| log.record.is_failed()).count();
     let analysed_now = finished.len() - from_before - failed_now;
-    let (totals, page) = match request.shard {
+    let (totals, undecided, page) = match request.shard {
         Some(_) => {
             let mut own: Vec<_> = finished.into_iter().map(|log| log.record).collect();
             own.sort_by(|a, b| a.path.cmp(&b.path));
             let rows = merge(own);
-            (Totals::of(&rows, &judge(&rows, policy)), None)
+            let totals = Totals::of(&rows, &gate.judge(&rows), gate.min_valid);
+            (totals, gate.undecided(&rows), None)
         }
-        None => finish(&store, request.out, policy)?,
+        None => finish(&store, request.out, gate)?,
     };
     Ok(Screen {
         totals,
         analysed_now,
         failed_now,
         from_before,
+        undecided,
         page,
     })
 }
@@ -107,11 +109,7 @@ pub fn screen(
 ///
 /// # Errors
 /// The folder holds no records, or cannot be written.
-pub fn gather(
-    out: &Path,
-    policy: Option<&Policy>,
-    notify: &(dyn Fn(Update<'_>) + Sync),
-) -> Result<Screen> {
+pub fn gather(out: &Path, gate: Gate<'_>, notify: &(dyn Fn(Update<'_>) + Sync)) -> Result<Screen> {
     if !out.join("state").is_dir() {
         bail!(
             "{}: expected the output folder of an earlier run, found none",
@@ -124,18 +122,37 @@ pub fn gather(
     unusable
         .into_iter()
         .for_each(|note| notify(Update::Note(note)));
-    let (totals, page) = finish(&store, out, policy)?;
+    let (totals, undecided, page) = finish(&store, out, gate)?;
     Ok(Screen {
         from_before: totals.logs,
         totals,
         analysed_now: 0,
         failed_now: 0,
+        undecided,
         page,
     })
 }
 
+/// Totals, logs that decide nothing, and the page.
+type Finished = (Totals, Vec<(String, String)>, Option<PathBuf>);
+
+impl Gate<'_> {
+    fn judge(&self, rows: &[LogRow]) -> Vec<Option<Judgement>> {
+        judge(rows, self.policy, self.min_valid)
+    }
+
+    /// The analysed logs that decide nothing, by path, with the reason.
+    fn undecided(&self, rows: &[LogRow]) -> Vec<(String, String)> {
+        let analysed = rows.iter().filter_map(|row| {
+            let reason = row.record.analysed()?.0.undecided(self.min_valid)?;
+            Some((row.record.path.clone(), reason.to_string()))
+        });
+        analysed.collect()
+    }
+}
+
 /// Builds everything from the records.
-fn finish(store: &Store, out: &Path, policy: Option<&Policy>) -> Result<(Totals, Option<PathBuf>)> {
+fn finish(store: &Store, out: &Path, gate: Gate<'_>) -> Result<Finished> {
     // written again when the data set is complete
     let totals_path = out.join("screen.json");
     if totals_path.exists() {
@@ -144,15 +161,15 @@ fn finish(store: &Store, out: &Path, policy: Option<&Policy>) -> Result<(Totals,
     }
     let rows = merge(store.load()?.0);
     data_set::write(&rows, out)?;
-    let judgements = judge(&rows, policy);
-    write_policy(&rows, &judgements, policy, out)?;
-    let totals = Totals::of(&rows, &judgements);
+    let judgements = gate.judge(&rows);
+    write_policy(&rows, &judgements, gate.policy, gate.min_valid, out)?;
+    let totals = Totals::of(&rows, &judgements, gate.min_valid);
     let page = out.join("fleet.html");
-    let html = page::render(&rows, &judgements, &totals);
+    let html = page::render(&rows, &judgements, &totals, gate.min_valid);
     write_atomically(&page, html.as_bytes())?;
     let text = serde_json::to_string_pretty(&totals)?;
     write_atomically(&totals_path, text.as_bytes())?;
-    Ok((totals, Some(page)))
+    Ok((totals, gate.undecided(&rows), Some(page)))
 }
 
 /// Every n-th log by path: all processes see the same list.

@@ -23,25 +23,36 @@ pub struct Totals {
     pub with_losses: usize,
     /// Logs with a report.
     pub with_findings: usize,
-    /// Logs that violate the policy.
+    /// Analysed logs that decide nothing: no row, or too little time, is computable.
+    pub undecided: usize,
+    /// Logs that violate the policy, failed ones and those that decide nothing included.
     pub breaking_policy: usize,
+    /// Logs that broke a rule by what was found in them.
+    pub breaking_by_evidence: usize,
+    /// Failed logs that no policy accepts.
+    pub failed_unaccepted: usize,
     /// Total duration of the analysed logs (s).
     pub duration_s: f64,
 }
 
 impl Totals {
-    pub(super) fn of(rows: &[LogRow], judgements: &[Option<Judgement>]) -> Self {
+    pub(super) fn of(rows: &[LogRow], judgements: &[Option<Judgement>], min_valid: f64) -> Self {
         let facts = || rows.iter().filter_map(|row| Some(row.record.analysed()?.0));
-        let lost = facts().filter(|facts| {
-            facts.lost_ranges + facts.missing_messages + facts.undecodable_messages > 0
-        });
+        let lost = facts().filter(|facts| facts.has_losses());
+        let undecided = facts().filter(|facts| facts.undecided(min_valid).is_some());
         let reports = rows
             .iter()
             .filter(|row| row.record.report_folder().is_some());
-        let broken = judgements
-            .iter()
-            .flatten()
-            .filter(|judgement| !judgement.passed);
+        let broken = || {
+            let judged = judgements.iter().flatten();
+            judged.filter(|judgement| !judgement.passed)
+        };
+        let by_evidence = broken().filter(|judgement| judgement.is_broken_by_evidence());
+        let judged = rows.iter().zip(judgements);
+        let unaccepted = judged.filter(|(row, judgement)| {
+            let accepted = judgement.as_ref().is_some_and(|judgement| judgement.passed);
+            row.record.is_failed() && !accepted
+        });
         Self {
             schema: DATA_SET_SCHEMA,
             logs: rows.len(),
@@ -50,7 +61,10 @@ impl Totals {
             failed: rows.iter().filter(|row| row.record.is_failed()).count(),
             with_losses: lost.count(),
             with_findings: reports.count(),
-            breaking_policy: broken.count(),
+            undecided: undecided.count(),
+            breaking_policy: broken().count(),
+            breaking_by_evidence: by_evidence.count(),
+            failed_unaccepted: unaccepted.count(),
             duration_s: facts().map(|facts| facts.duration_s).sum(),
         }
     }

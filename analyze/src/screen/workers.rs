@@ -5,15 +5,13 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result};
 
+use crate::base::memory;
+
 /// Memory of an analysis regardless of the size of the log (bytes).
 const BASE_BYTES: u64 = 96 << 20;
 /// Additional memory per byte of the log, if it contains only joint states and IMU samples under zstd;
 /// images and point clouds need none.
 const BYTES_PER_BYTE: u64 = 12;
-/// Default memory limit, as a share of the free memory (%).
-const DEFAULT_MEMORY_PERCENT: u64 = 75;
-/// Default memory limit if the free memory is unknown (bytes).
-const FALLBACK_MEMORY_BYTES: u64 = 2 << 30;
 /// Stack size of a worker, as large as that of a main thread.
 const STACK_BYTES: usize = 8 << 20;
 
@@ -54,7 +52,7 @@ pub(super) fn for_each_log(
             failure: None,
         }),
         changed: Condvar::new(),
-        memory_bytes: memory_bytes.unwrap_or_else(default_memory_bytes),
+        memory_bytes: memory_bytes.unwrap_or_else(memory::limit_bytes),
     };
     std::thread::scope(|scope| -> Result<()> {
         for _ in 0..jobs.min(logs.len()) {
@@ -137,17 +135,6 @@ fn size_of(path: &Path) -> u64 {
         .filter_map(|entry| entry.metadata().ok())
         .map(|m| m.len());
     lengths.sum()
-}
-
-fn default_memory_bytes() -> u64 {
-    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let line = text
-        .lines()
-        .find_map(|line| line.strip_prefix("MemAvailable:"));
-    let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok());
-    kilobytes.map_or(FALLBACK_MEMORY_BYTES, |free| {
-        free.saturating_mul(1024) / 100 * DEFAULT_MEMORY_PERCENT
-    })
 }
 
 #[cfg(test)]

@@ -1,12 +1,15 @@
 //! The suspension optimiser over standard input and output, see [`tipwatch_suspension::protocol`].
 
-use std::io::{BufRead, Write};
+use std::io::{BufRead, Read, Write};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::{ControlMode, LogFacts, Machine};
 use tipwatch_suspension::protocol::{LineControl, Opening};
+
+/// Far above any line of the protocol.
+const LINE_LIMIT_BYTES: u64 = 1 << 20;
 
 /// Serves one client until it closes its input. `mode` and `step_s` override the machine file.
 ///
@@ -17,14 +20,11 @@ pub fn serve(
     file: &MachineFile,
     mode: Option<ControlMode>,
     step_s: Option<f64>,
-    input: impl BufRead,
+    mut input: impl BufRead,
     mut output: impl Write,
 ) -> Result<()> {
-    let mut lines = input.lines();
-    let first = lines
-        .next()
-        .ok_or_else(|| anyhow!("expected a first line with the joints, found none"))?
-        .context("standard input: cannot be read")?;
+    let first = next_line(&mut input)?
+        .ok_or_else(|| anyhow!("expected a first line with the joints, found none"))?;
     let opening = Opening::parse(&first)?;
     let machine = machine(file, &opening)?;
     let suspension = machine
@@ -35,13 +35,28 @@ pub fn serve(
     control.rate = step_s.map_or(control.rate, |step| 1.0 / step);
     let (mut line_control, ready) = LineControl::new(&machine, &opening, &control)?;
     write_line(&mut output, &ready)?;
-    for line in lines {
-        let line = line.context("standard input: cannot be read")?;
+    while let Some(line) = next_line(&mut input)? {
         if !line.trim().is_empty() {
             write_line(&mut output, &line_control.answer(&line))?;
         }
     }
     Ok(())
+}
+
+/// The next line; `None` at the end of the input.
+fn next_line(input: &mut impl BufRead) -> Result<Option<String>> {
+    let mut bytes = Vec::new();
+    let read = input.take(LINE_LIMIT_BYTES).read_until(b'\n', &mut bytes);
+    match read.context("standard input: cannot be read")? as u64 {
+        0 => return Ok(None),
+        LINE_LIMIT_BYTES if !bytes.ends_with(b"\n") => {
+            bail!("standard input: expected lines of less than {LINE_LIMIT_BYTES} bytes")
+        }
+        _ => {}
+    }
+    let line = String::from_utf8(bytes).context("standard input: expected UTF-8")?;
+    let line = line.strip_suffix('\n').unwrap_or(&line);
+    Ok(Some(line.strip_suffix('\r').unwrap_or(line).to_owned()))
 }
 
 fn machine(file: &MachineFile, opening: &Opening) -> Result<Machine> {
@@ -132,6 +147,14 @@ mod tests {
         assert_eq!(answers[3]["hold"], true);
         assert_eq!(answers[4]["status"], "no_solution");
         assert_eq!(answers.len(), 5);
+    }
+
+    #[test]
+    fn an_endless_line_is_refused() {
+        let file = MachineFile::read(Path::new(DATA)).unwrap();
+        let endless = std::io::BufReader::new(std::io::repeat(b'x'));
+        let refused = serve(&file, None, None, endless, Vec::new());
+        assert!(refused.unwrap_err().to_string().contains("1048576 bytes"));
     }
 
     #[test]

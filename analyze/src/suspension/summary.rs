@@ -10,6 +10,7 @@ use super::mode::WhatIfOptions;
 use super::statistics::{largest, mean, range, rms};
 use super::table::rod_names;
 use super::what_if::{CAVEATS, WhatIf};
+use crate::analysis::Coverage;
 use crate::base::provenance::Provenance;
 
 /// Version of the document.
@@ -28,6 +29,8 @@ pub struct Summary<'a> {
     pub options: WhatIfOptions,
     /// Rows of the log and rows replayed.
     pub rows: RowSummary,
+    /// How much of the log's time could be computed.
+    pub coverage: Coverage,
     /// With the rods locked in the first valid row.
     pub fixed: TrackSummary,
     /// With the requested rod motion.
@@ -113,6 +116,7 @@ impl<'a> Summary<'a> {
                 fixed: known(&comparison.fixed),
                 moved: known(&comparison.moved),
             },
+            coverage: what_if.analysis.coverage,
             fixed: TrackSummary::of(what_if, &comparison.fixed),
             moved: TrackSummary::of(what_if, &comparison.moved),
             best_mean_spread_n: comparison.best.mean_spread(),

@@ -68,3 +68,86 @@ pub(crate) fn analysed(log: &Path, machine: &Path) -> Analysis {
     let file = MachineFile::read(machine).unwrap();
     analyse(log, &file, Options::default(), &mut |_| {}).unwrap()
 }
+
+/// A message of a log that is copied.
+pub(crate) struct Copied<'m> {
+    pub(crate) topic: &'m str,
+    /// Log time after the first message (s); may be changed, too.
+    pub(crate) time_s: f64,
+    pub(crate) data: Vec<u8>,
+}
+
+/// Copies an MCAP file; `edit` may change each message, and keeps it if it returns true. `later` are
+/// log times (s after the first message) of further messages, on a topic that no machine uses. The channels
+/// stay, even those that lose all messages.
+pub(crate) fn copy_log(
+    from: &Path,
+    to: &Path,
+    later: &[f64],
+    edit: &mut dyn FnMut(&mut Copied<'_>) -> bool,
+) {
+    let bytes = std::fs::read(from).unwrap();
+    let messages = mcap::MessageStream::new(&bytes)
+        .unwrap()
+        .map(Result::unwrap);
+    let messages: Vec<mcap::Message<'_>> = messages.collect();
+    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
+    let mut channels = std::collections::BTreeMap::new();
+    for message in &messages {
+        let channel = &message.channel;
+        channels.entry(channel.topic.clone()).or_insert_with(|| {
+            let schema = channel.schema.as_ref().unwrap();
+            let schema = writer
+                .add_schema(&schema.name, &schema.encoding, &schema.data)
+                .unwrap();
+            let none = std::collections::BTreeMap::new();
+            writer
+                .add_channel(schema, &channel.topic, &channel.message_encoding, &none)
+                .unwrap()
+        });
+    }
+    let other = writer
+        .add_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
+        .unwrap();
+    let none = std::collections::BTreeMap::new();
+    let other = writer.add_channel(other, "/other", "cdr", &none).unwrap();
+    let first = messages
+        .iter()
+        .map(|message| message.log_time)
+        .min()
+        .unwrap();
+    let mut write = |channel_id: u16, log_time: u64, data: &[u8]| {
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time,
+            publish_time: log_time,
+        };
+        writer.write_to_known_channel(&header, data).unwrap();
+    };
+    for message in &messages {
+        let mut copied = Copied {
+            topic: &message.channel.topic,
+            time_s: (message.log_time - first) as f64 * 1e-9,
+            data: message.data.to_vec(),
+        };
+        if edit(&mut copied) {
+            let log_time = first + (copied.time_s * 1e9).round() as u64;
+            write(channels[&message.channel.topic], log_time, &copied.data);
+        }
+    }
+    for &time_s in later {
+        let text = [0, 1, 0, 0, 2, 0, 0, 0, b'x', 0];
+        write(other, (first as f64 + time_s * 1e9) as u64, &text);
+    }
+    writer.finish().unwrap();
+}
+
+/// Replaces every number of an IMU message by NaN: attitude, angular velocity, specific force and their
+/// covariances are its last 37 numbers.
+pub(crate) fn fill_imu_with_nan(data: &mut [u8]) {
+    let numbers = data.len() - 37 * 8;
+    for number in data[numbers..].chunks_exact_mut(8) {
+        number.copy_from_slice(&f64::NAN.to_le_bytes());
+    }
+}

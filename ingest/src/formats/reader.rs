@@ -11,6 +11,10 @@ pub(crate) trait FileReader: Send + Sync {
     /// Passes every intact message of the wanted topics to the request, in file order.
     fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error>;
 
+    /// Log times of the first and the last message of all topics, by the file's index where it has one;
+    /// `None` if unknown.
+    fn span_ns(&self) -> Option<(i64, i64)>;
+
     /// Passes attachments and metadata records to `take`.
     fn extras(&self, _take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
         Ok(())

@@ -108,6 +108,14 @@ impl Log {
         &self.losses
     }
 
+    /// Log times (ns) of the first and the last message of all topics; `None` if unknown.
+    ///
+    /// Where a file has an index, its statements are used: they include messages that were lost.
+    pub fn span_ns(&self) -> Option<(i64, i64)> {
+        let spans = self.readers.iter().filter_map(|reader| reader.span_ns());
+        spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
     /// Calls `visit` with every intact message of the wanted topics, in file order, until it
     /// returns `Break`.
     ///

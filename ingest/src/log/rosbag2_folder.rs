@@ -81,11 +81,15 @@ fn listed_files(
     metadata: &Metadata,
     losses: &mut Losses,
 ) -> Result<Vec<PathBuf>, Error> {
-    let (present, missing): (Vec<_>, Vec<_>) = metadata
-        .files
-        .iter()
-        .map(|name| present_file(folder, name))
-        .partition(|file| file.is_file());
+    let (mut present, mut missing) = (Vec::new(), Vec::new());
+    for name in &metadata.files {
+        let file = present_file(folder, name);
+        // a file that stands in for two names is read once
+        match file.is_file() && !present.contains(&file) {
+            true => present.push(file),
+            false => missing.push(folder.join(name)),
+        }
+    }
     for file in missing {
         let reason = format!("listed in {METADATA_NAME}, but the file does not exist");
         losses.lose(LostPart::File, &file, 0..0, reason);
@@ -94,14 +98,18 @@ fn listed_files(
 }
 
 /// The path of a listed file, which may have been compressed afterwards.
+///
+/// Up to version 3 of the metadata, names begin with the folder that the recorder wrote to,
+/// `folder/file.db3`; the folder may have been renamed since. A file of that name in a subfolder comes
+/// first.
 fn present_file(folder: &Path, name: &str) -> PathBuf {
-    let listed = folder.join(name);
-    let packed = folder.join(format!("{name}.zstd"));
-    if !listed.is_file() && packed.is_file() {
-        packed
-    } else {
-        listed
-    }
+    let of_older_version = Path::new(name).file_name().and_then(|name| name.to_str());
+    let names = [Some(name), of_older_version];
+    let candidates = names.into_iter().flatten();
+    let paths =
+        candidates.flat_map(|name| [folder.join(name), folder.join(format!("{name}.zstd"))]);
+    let mut present = paths.filter(|path| path.is_file());
+    present.next().unwrap_or_else(|| folder.join(name))
 }
 
 fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {

@@ -21,12 +21,13 @@ pub(super) fn margins(seen: &[Seen<'_>]) -> Option<Markup> {
     }
     let seconds = |bin: usize| {
         seen.iter()
-            .map(|log| log.facts.exposure.margin_s[bin])
+            .filter_map(|log| log.facts.exposure.margin_s.as_ref())
+            .map(|margin_s| margin_s[bin])
             .sum::<f64>()
     };
     let hours: Vec<f64> = (0..BINS).map(|bin| seconds(bin) / 3600.0).collect();
     let unknown: f64 = seen.iter().map(|log| log.facts.exposure.unknown_s).sum();
-    let all: f64 = seen.iter().map(|log| log.facts.duration_s).sum();
+    let all: f64 = seen.iter().map(|log| log.facts.coverage.covered_s).sum();
     Some(html! {
         p.hint {
             "Dark bars: a wheel is off the ground. The margin cannot be computed for " (time(unknown)) " of " (time(all))
@@ -98,7 +99,10 @@ pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
     let exposed = exposed_s(seen);
     if exposed == 0.0 {
         return html! {
-            p { "No machine came below the notice level (a margin of 25 % unless the machine file sets another)." }
+            p {
+                "No machine came below the notice level (a margin of 25 % unless the machine file sets another) in the "
+                "time that is computable."
+            }
         };
     }
     let attributed: f64 = all.iter().sum();
@@ -149,5 +153,6 @@ fn by_cause(seen: &[Seen<'_>]) -> Vec<f64> {
 }
 
 fn exposed_s(seen: &[Seen<'_>]) -> f64 {
-    seen.iter().map(|log| log.facts.exposure.exposed_s).sum()
+    let exposed = seen.iter().filter_map(|log| log.facts.exposure.exposed_s);
+    exposed.sum()
 }

@@ -18,6 +18,7 @@ pub(in crate::screen) fn render(
     rows: &[LogRow],
     judgements: &[Option<Judgement>],
     totals: &Totals,
+    min_valid: f64,
 ) -> String {
     let analysed = rows.iter().zip(judgements).filter_map(|(row, judgement)| {
         let (facts, events) = row.record.analysed()?;
@@ -26,6 +27,7 @@ pub(in crate::screen) fn render(
             facts,
             events,
             judgement: judgement.as_ref(),
+            is_undecided: facts.undecided(min_valid).is_some(),
         })
     });
     let seen: Vec<Seen<'_>> = analysed.collect();
@@ -34,7 +36,7 @@ pub(in crate::screen) fn render(
     let sections = [
         ("At a glance", Some(tables::glance(totals, &seen))),
         ("Ranking", Some(ranking::table(&seen))),
-        ("Policy", tables::policy(&seen)),
+        ("Policy", tables::policy(&seen, totals)),
         ("Distributions", distributions::margins(&seen)),
         ("Exposure by cause", Some(distributions::causes(&seen))),
         ("Trend per machine", Some(trend::machines(&seen))),

@@ -14,11 +14,14 @@ use crate::policy::facts::EXPOSURE_CAUSES;
 const MOST_LOGS: usize = 100;
 /// Logs that are shown at once; the others unfold.
 const SHOWN_LOGS: usize = 20;
-const HEAD: [&str; 10] = [
+/// A log with a smaller share of computable time is marked.
+const WHOLE: f64 = 0.95;
+const HEAD: [&str; 11] = [
     "",
     "Log",
     "Worst margin",
     "",
+    "Computable time",
     "Wheel",
     "OTF",
     "Events",
@@ -40,7 +43,10 @@ pub(super) fn table(seen: &[Seen<'_>]) -> Markup {
         p.hint {
             "The worst margin is the smallest overturning force (OTF) of any wheel, as a share of its static load, "
             "± two standard deviations. It is 0 when a wheel is about to lift and 100 % at rest on level ground. "
-            "Logs in which the machine tipped over come first, then those in which it was tipping about an edge. "
+            "Logs in which the machine tipped over come first, then those in which it was tipping about an edge, "
+            "those in which a wheel lifted, and those of which too little time is computable to decide anything. "
+            "The time that is not computable may hide worse margins: it is marked where it exceeds "
+            (percent(1.0 - WHOLE)) " of the log. "
             "Logs with findings link to their report."
         }
         @if ranked.len() > MOST_LOGS {
@@ -56,15 +62,36 @@ pub(super) fn table(seen: &[Seen<'_>]) -> Markup {
     }
 }
 
-/// Tip-overs first, then tipping edges, then by margin; logs without any margin last.
+/// By group, then by margin.
 fn order(a: &Seen<'_>, b: &Seen<'_>) -> Ordering {
-    let tipped = |log: &Seen<'_>, kind| log.facts.events_of(kind) > 0;
     let margin = |log: &Seen<'_>| log.facts.worst.as_ref().map_or(f64::INFINITY, |w| w.margin);
-    let by = |kind| tipped(b, kind).cmp(&tipped(a, kind));
-    by(EventKind::TipOver)
-        .then_with(|| by(EventKind::EdgeTipping))
+    group(a)
+        .cmp(&group(b))
         .then_with(|| margin(a).total_cmp(&margin(b)))
         .then_with(|| a.record.path.cmp(&b.record.path))
+}
+
+/// What happened comes first, the worst before the rest; then what nobody knows, then what is harmless.
+fn group(log: &Seen<'_>) -> usize {
+    let worst = log.facts.worst.as_ref();
+    let lifted = worst.is_some_and(|worst| worst.margin <= 0.0);
+    match log.facts {
+        facts if facts.has_event(EventKind::TipOver) => 0,
+        facts if facts.has_event(EventKind::EdgeTipping) => 1,
+        facts if facts.has_event(EventKind::WheelLift) || lifted => 2,
+        _ if log.is_undecided || worst.is_none() => 3,
+        _ => 4,
+    }
+}
+
+/// "36 % (7.3 of 20.0 s)"; marked if a notable part of the log is not computable.
+fn computable(log: &Seen<'_>) -> Markup {
+    let coverage = log.facts.coverage;
+    let is_whole = coverage.valid_share.is_some_and(|share| share >= WHOLE);
+    html! {
+        @if is_whole { (coverage) } @else { strong.holes { (coverage) } }
+        @if log.is_undecided { strong.holes { ": not decided" } }
+    }
 }
 
 fn row(rank: usize, log: &Seen<'_>) -> Vec<Markup> {
@@ -81,6 +108,7 @@ fn row(rank: usize, log: &Seen<'_>) -> Vec<Markup> {
             }
         },
         html! { @if let Some(worst) = worst { (margin_bar(worst.margin, sigma)) } },
+        computable(log),
         html! { @if let Some(worst) = worst { (worst.wheel.to_uppercase()) } },
         html! { @if let Some(worst) = worst { (number(worst.otf_n)) " N" } },
         html! { (events(log)) },
@@ -94,7 +122,7 @@ fn row(rank: usize, log: &Seen<'_>) -> Vec<Markup> {
 fn events(log: &Seen<'_>) -> String {
     let counts = EventKind::all().iter().rev();
     let parts: Vec<String> = counts
-        .map(|&kind| (kind, log.facts.events_of(kind)))
+        .map(|&kind| (kind, log.facts.events_of(kind).unwrap_or(0)))
         .filter(|(_, count)| *count > 0)
         .map(|(kind, count)| format!("{count} {}", readable(kind.name())))
         .collect();

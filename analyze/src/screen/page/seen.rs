@@ -15,6 +15,8 @@ pub(super) struct Seen<'a> {
     pub(super) facts: &'a LogFacts,
     pub(super) events: &'a [EventFacts],
     pub(super) judgement: Option<&'a Judgement>,
+    /// Whether the log decides nothing.
+    pub(super) is_undecided: bool,
 }
 
 impl Seen<'_> {

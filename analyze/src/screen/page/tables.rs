@@ -14,12 +14,11 @@ use crate::page::{facts, list, readable, table, time};
 const MOST_LOGS: usize = 200;
 
 pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
-    let with = |kind: EventKind| {
-        seen.iter()
-            .filter(|log| log.facts.events_of(kind) > 0)
-            .count()
-    };
-    let exposed: f64 = seen.iter().map(|log| log.facts.exposure.exposed_s).sum();
+    let with = |kind: EventKind| seen.iter().filter(|log| log.facts.has_event(kind)).count();
+    let exposed = seen.iter().filter_map(|log| log.facts.exposure.exposed_s);
+    let exposed: f64 = exposed.sum();
+    let computable: f64 = seen.iter().map(|log| log.facts.coverage.computable_s).sum();
+    let covered: f64 = seen.iter().map(|log| log.facts.coverage.covered_s).sum();
     let mut rows = vec![
         (
             "Logs analysed".to_string(),
@@ -28,6 +27,10 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
         (
             "Logs that could not be analysed".into(),
             totals.failed.to_string(),
+        ),
+        (
+            "Logs with too little computable time to decide".into(),
+            totals.undecided.to_string(),
         ),
         ("Logs with lost data".into(), totals.with_losses.to_string()),
         (
@@ -43,7 +46,11 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
         let name = format!("Logs with {}", readable(kind.name()));
         (name, with(kind).to_string())
     }));
-    let duration = format!("{} of {}", time(exposed), time(totals.duration_s));
+    rows.push((
+        "Computable time".into(),
+        format!("{} of {}", time(computable), time(covered)),
+    ));
+    let duration = format!("{} of {}", time(exposed), time(computable));
     rows.push(("Time below the notice level".into(), duration));
     if seen.iter().any(|log| log.judgement.is_some()) {
         rows.push((
@@ -59,7 +66,7 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
 }
 
 /// The logs that violate the policy and how; `None` without a policy.
-pub(super) fn policy(seen: &[Seen<'_>]) -> Option<Markup> {
+pub(super) fn policy(seen: &[Seen<'_>], totals: &Totals) -> Option<Markup> {
     let name = seen.iter().find_map(|log| Some(&log.judgement?.policy))?;
     let broken: Vec<_> = (seen.iter())
         .filter_map(|log| Some((log, log.judgement.filter(|judgement| !judgement.passed)?)))
@@ -71,8 +78,12 @@ pub(super) fn policy(seen: &[Seen<'_>]) -> Option<Markup> {
         vec![log_link(log.record), html! { (log.machine()) }, rules]
     });
     let judged = seen.iter().filter(|log| log.judgement.is_some()).count();
+    let failed = totals.failed_unaccepted;
     Some(html! {
-        p { "Policy " (name) ": " (broken.len()) " of " (judged) " logs violate it." (rest(broken.len())) }
+        p {
+            "Policy " (name) ": " (broken.len()) " of " (judged) " analysed logs violate it, and " (failed)
+            " logs that could not be analysed." (rest(broken.len()))
+        }
         @if !broken.is_empty() {
             (table(&["Log", "Machine", "Violated rules"], &listed.collect::<Vec<_>>()))
         }
@@ -90,9 +101,14 @@ fn rest(count: usize) -> String {
 pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
     let kinds = EventKind::all();
     let row = |(machine, logs): (String, Vec<Seen<'_>>)| -> Vec<String> {
-        let hours = logs.iter().map(|log| log.facts.duration_s).sum::<f64>() / 3600.0;
+        let hours = logs
+            .iter()
+            .map(|log| log.facts.coverage.computable_s)
+            .sum::<f64>()
+            / 3600.0;
         let counts = kinds.iter().map(|&kind| {
-            let count: u64 = logs.iter().map(|log| log.facts.events_of(kind)).sum();
+            let known = logs.iter().filter_map(|log| log.facts.events_of(kind));
+            let count: u64 = known.sum();
             let events = logs.iter().flat_map(|log| log.events);
             let events = events.filter(|event| event.kind == kind.name());
             let duration: f64 = events.map(|event| event.duration_s).sum();
@@ -106,7 +122,7 @@ pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
     };
     let rows: Vec<_> = by_machine(seen).into_iter().map(row).collect();
     let names = kinds.iter().map(|kind| readable(kind.name()));
-    let head = ["Machine", "Logs", "Time"]
+    let head = ["Machine", "Logs", "Computable time"]
         .map(String::from)
         .into_iter()
         .chain(names);
@@ -120,7 +136,7 @@ pub(super) fn failed(failed: &[&Record]) -> Markup {
     }
     let mut by_reason: BTreeMap<String, usize> = BTreeMap::new();
     for record in failed {
-        *by_reason.entry(without_path(record)).or_default() += 1;
+        *by_reason.entry(reason(record)).or_default() += 1;
     }
     let mut reasons: Vec<(String, usize)> = by_reason.into_iter().collect();
     reasons.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
@@ -130,7 +146,7 @@ pub(super) fn failed(failed: &[&Record]) -> Markup {
         .collect();
     let logs = failed.iter().take(MOST_LOGS);
     let logs: Vec<_> = logs
-        .map(|record| vec![record.path.clone(), without_path(record)])
+        .map(|record| vec![record.path.clone(), reason(record)])
         .collect();
     html! {
         (table(&["Logs", "Reason"], &reasons))
@@ -139,27 +155,23 @@ pub(super) fn failed(failed: &[&Record]) -> Markup {
     }
 }
 
-/// The reason without the path of the log itself.
-fn without_path(record: &Record) -> String {
+fn reason(record: &Record) -> String {
     match &record.result {
-        Outcome::Failed { reason } => reason.replace(&format!("{}: ", record.path), ""),
+        Outcome::Failed { reason } => reason.clone(),
         Outcome::Analysed { .. } => String::new(),
     }
 }
 
 /// Logs of which data was lost; `None` without any.
 pub(super) fn losses(seen: &[Seen<'_>]) -> Option<Markup> {
-    let has_lost = |log: &&Seen<'_>| {
-        let facts = log.facts;
-        facts.lost_ranges + facts.missing_messages + facts.undecodable_messages > 0
-    };
+    let has_lost = |log: &&Seen<'_>| log.facts.has_losses();
     let lost: Vec<&Seen<'_>> = seen.iter().filter(has_lost).collect();
     let rows = lost.iter().take(MOST_LOGS).map(|log| {
         let facts = log.facts;
         vec![
             log_link(log.record),
             html! { (facts.lost_ranges) " (" (facts.lost_bytes) " bytes)" },
-            html! { (facts.missing_messages) },
+            html! { @match facts.missing_messages { Some(count) => (count), None => "unknown" } },
             html! { (facts.undecodable_messages) },
         ]
     });

@@ -26,7 +26,7 @@ pub(super) fn find_urdf(log: &Log, given: Option<&Path>, out: &Path) -> Result<O
         }));
     };
     let unreadable = || format!("{}: cannot be read", path.display());
-    let text = std::fs::read_to_string(path).with_context(unreadable)?;
+    let text = tipwatch_binding::read_text(path).with_context(unreadable)?;
     let absolute = path.canonicalize().with_context(unreadable)?;
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok();

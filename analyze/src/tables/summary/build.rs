@@ -57,6 +57,7 @@ impl<'a> Summary<'a> {
                 base_link: analysis.machine.base_link(),
             },
             rows: row_summary(analysis),
+            coverage: analysis.coverage,
             specific_force_source: specific_force_source(&analysis.inputs),
             inputs: analysis.inputs.iter().map(input_summary).collect(),
             clock: ClockSummary {

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
 
+use crate::analysis::Coverage;
 use crate::analysis::clock::{ClockOffsets, text::TopicsFinding};
 use crate::analysis::model_comparison::LoadDifference;
 use crate::base::options::Options;
@@ -13,7 +14,7 @@ use crate::base::provenance::Provenance;
 use crate::events::EventCauses;
 
 /// Version of the document.
-pub const SCHEMA: u32 = 4;
+pub const SCHEMA: u32 = 5;
 
 /// The JSON schema (draft 2020-12) of the document.
 #[must_use]
@@ -38,6 +39,8 @@ pub struct Summary<'a> {
     pub machine: MachineSummary<'a>,
     /// The rows.
     pub rows: RowSummary,
+    /// How much of the log's time could be computed.
+    pub coverage: Coverage,
     /// Source of specific force and angular velocity: "imu", "odometry" or "none".
     pub specific_force_source: &'static str,
     /// The signals used.

@@ -204,17 +204,30 @@ impl ChunkIndexRecord {
     }
 }
 
-/// The number of messages of each channel.
-pub(super) fn message_counts(statistics_body: &[u8]) -> Option<(u64, Vec<(u32, u64)>)> {
+/// What the statistics of a file say.
+pub(super) struct Statistics {
+    pub(super) message_count: u64,
+    /// Log times of the first and the last message; `None` without messages.
+    pub(super) span_ns: Option<(i64, i64)>,
+    /// The number of messages of each channel.
+    pub(super) by_channel: Vec<(u32, u64)>,
+}
+
+pub(super) fn statistics(statistics_body: &[u8]) -> Option<Statistics> {
     let mut fields = Fields::new(statistics_body);
     let message_count = fields.u64()?;
     let (_schemas, _channels) = (fields.u16()?, fields.u32()?);
     let (_attachments, _metadata, _chunks) = (fields.u32()?, fields.u32()?, fields.u32()?);
-    let (_start_time, _end_time) = (fields.u64()?, fields.u64()?);
+    let (first, last) = (fields.u64()?, fields.u64()?);
     let mut entries = Fields::new(fields.sized_bytes()?);
     let mut counts = Vec::new();
     while !entries.rest.is_empty() {
         counts.push((u32::from(entries.u16()?), entries.u64()?));
     }
-    Some((message_count, counts))
+    let span_ns = i64::try_from(first).ok().zip(i64::try_from(last).ok());
+    Some(Statistics {
+        message_count,
+        span_ns: span_ns.filter(|(first, last)| message_count > 0 && first <= last && *last != 0),
+        by_channel: counts,
+    })
 }

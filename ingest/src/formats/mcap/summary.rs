@@ -83,9 +83,11 @@ fn parse(mut records: &[u8], data_end: u64) -> Option<Contents> {
             op::CHANNEL => contents.define(&record::channel(body)?),
             op::CHUNK_INDEX => add_chunk(&mut contents, body, data_end)?,
             op::STATISTICS => {
-                let (count, by_channel) = record::message_counts(body)?;
-                message_count = Some(count);
-                contents.message_counts = Some(by_channel.into_iter().collect::<BTreeMap<_, _>>());
+                let statistics = record::statistics(body)?;
+                message_count = Some(statistics.message_count);
+                contents.span_ns = statistics.span_ns;
+                let by_channel = statistics.by_channel.into_iter();
+                contents.message_counts = Some(by_channel.collect::<BTreeMap<_, _>>());
                 contents.counts_are_indexed = true;
             }
             _ => {}

@@ -26,6 +26,8 @@ pub(crate) struct Contents {
     pub(crate) message_counts: Option<BTreeMap<u32, u64>>,
     /// Whether the counts come from an index, not from a scan.
     pub(crate) counts_are_indexed: bool,
+    /// Log times of the first and the last message, by the statistics or a scan; `None` if unknown.
+    pub(crate) span_ns: Option<(i64, i64)>,
     pub(crate) chunks: ChunkDirectory,
 }
 
@@ -63,6 +65,12 @@ impl Channel {
 }
 
 impl Contents {
+    /// Log times of the first and the last message, by all that the file says of them.
+    pub(crate) fn whole_span_ns(&self) -> Option<(i64, i64)> {
+        let of_chunks = self.chunks.values().filter_map(|chunk| chunk.span_ns);
+        self.span_ns.into_iter().chain(of_chunks).reduce(widest)
+    }
+
     /// Stores what a record defines; a later definition replaces an earlier one.
     pub(crate) fn define(&mut self, definition: &DefinitionRecord<'_>) {
         match definition {
@@ -74,4 +82,9 @@ impl Contents {
             }
         }
     }
+}
+
+/// The span that contains both.
+pub(crate) fn widest(a: (i64, i64), b: (i64, i64)) -> (i64, i64) {
+    (a.0.min(b.0), a.1.max(b.1))
 }

@@ -23,6 +23,7 @@ pub(crate) struct RecordReader<G> {
     file: FileBytes,
     chunks: ChunkDirectory,
     channels: ChannelTable,
+    span_ns: Option<(i64, i64)>,
     grammar: std::marker::PhantomData<G>,
 }
 
@@ -45,10 +46,12 @@ impl<G: Grammar> RecordReader<G> {
         };
         drop_wrong_places::<G>(&mut contents.chunks, &file, losses)?;
         let channels = ChannelTable::register(&contents, topics);
+        let span_ns = contents.whole_span_ns();
         Ok(Self {
             file,
             chunks: contents.chunks,
             channels,
+            span_ns,
             grammar: std::marker::PhantomData,
         })
     }
@@ -76,6 +79,10 @@ impl<G: Grammar> FileReader for RecordReader<G> {
         // `merge` does not add them up over the files of a log
         request.losses.integrity.chunks_passed_over += losses.integrity.chunks_passed_over;
         Ok(flow)
+    }
+
+    fn span_ns(&self) -> Option<(i64, i64)> {
+        self.span_ns
     }
 
     fn extras(&self, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
-    contents::{Channel, ChunkDirectory, ChunkEntry, Contents, Schema},
+    contents::{Channel, ChunkDirectory, ChunkEntry, Contents, Schema, widest},
     grammar::Grammar,
     parsed::{DefinitionRecord, MessageRecord},
     visitor::{Next, Visitor},
@@ -80,6 +80,9 @@ impl Visitor for Scan {
     }
 
     fn message(&mut self, record: &MessageRecord<'_>) -> Next {
+        let time_ns = (record.log_time_ns, record.log_time_ns);
+        let span_ns = self.contents.span_ns.unwrap_or(time_ns);
+        self.contents.span_ns = Some(widest(span_ns, time_ns));
         let id = record.channel_id;
         if let Some((_, channels)) = &mut self.chunk
             && !channels.contains(&id)

@@ -12,6 +12,7 @@ use super::{
     id_set::IdSet,
     salvage::{MessageRow, Salvage},
     sqlite_reader::SqliteReader,
+    tables,
 };
 use crate::{
     formats::reader::{FileReader, Request},
@@ -35,6 +36,10 @@ impl FileReader for SqliteReader {
         };
         pass.report_malformed();
         Ok(flow)
+    }
+
+    fn span_ns(&self) -> Option<(i64, i64)> {
+        tables::span_ns(&self.connect().ok()?)
     }
 }
 

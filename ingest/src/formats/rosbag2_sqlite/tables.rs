@@ -48,6 +48,15 @@ pub(super) fn topic_rows(connection: &Connection, path: &Path) -> Result<Vec<Top
     rows.collect::<Result<_, _>>().map_err(failed())
 }
 
+/// Log times of the first and the last message; `None` without messages, or if damage hides them.
+pub(super) fn span_ns(connection: &Connection) -> Option<(i64, i64)> {
+    // one query each: SQLite takes each from the recorder's index of the times
+    let time = |query: &str| connection.query_row(query, [], |row| row.get(0)).ok()?;
+    let first: Option<i64> = time("SELECT MIN(timestamp) FROM messages");
+    let last: Option<i64> = time("SELECT MAX(timestamp) FROM messages");
+    first.zip(last)
+}
+
 /// Message counts.
 pub(super) struct Counts {
     by_topic: HashMap<i64, u64>,

@@ -1,0 +1,162 @@
+//! How much of a log's time could be computed.
+//!
+//! Rows exist only where joint states do, so a hole in them loses no row. Time is counted instead:
+//!
+//! ```text
+//!     valid share = computable time / covered time
+//! ```
+//! The computable time lies between neighbouring rows that both have loads, without the holes of the
+//! signals that the loads need. The covered time is that of all messages of the log, of whichever topic.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use tipwatch_mechanics::state::Sensor;
+
+use crate::base::options::Options;
+use crate::base::rows::Rows;
+use crate::load::LoadedLog;
+
+/// Messages of other topics that are farther from the used ones do not belong to the recording: their
+/// log time is wrong (ns).
+const FARTHEST_NS: i64 = 86_400_000_000_000;
+
+/// How much of a log's time could be computed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Coverage {
+    /// Time that the log covers, from its first to its last message of any topic, within the requested
+    /// time range (s).
+    pub covered_s: f64,
+    /// Time of it in which the wheel loads could be computed (s).
+    pub computable_s: f64,
+    /// `computable_s / covered_s`; null for a log that covers no time.
+    pub valid_share: Option<f64>,
+    /// Rows with wheel loads: the valid ones, and those of a machine that tips.
+    pub computable_rows: u64,
+}
+
+impl Coverage {
+    /// Counts the time of `rows`. `log_span_ns` are the log times of the log's first and last message.
+    pub(crate) fn of(
+        loaded: &LoadedLog,
+        rows: &Rows,
+        options: &Options,
+        log_span_ns: Option<(i64, i64)>,
+    ) -> Self {
+        let covered_s = covered_s(loaded, options, log_span_ns);
+        let computable_s = computable_s(rows, &holes(loaded)).min(covered_s);
+        let computable = rows.reasons.iter().filter(|reasons| reasons.leave_loads());
+        Self {
+            covered_s,
+            computable_s,
+            valid_share: (covered_s > 0.0).then(|| computable_s / covered_s),
+            computable_rows: computable.count() as u64,
+        }
+    }
+}
+
+impl std::fmt::Display for Coverage {
+    /// "7.3 of 20.0 s (36.5 %)"; rounded down, so that only a whole log reads 100 %.
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (computable_s, covered_s) = (self.computable_s, self.covered_s);
+        write!(formatter, "{computable_s:.1} of {covered_s:.1} s")?;
+        match self.valid_share {
+            Some(share) => write!(formatter, " ({:.1} %)", (1000.0 * share).floor() / 10.0),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The time that the log covers, on the clock of the stamps. Before the first and after the last used
+/// sample, it is the log time that counts: other topics have no stamps on this clock.
+fn covered_s(loaded: &LoadedLog, options: &Options, log_span_ns: Option<(i64, i64)>) -> f64 {
+    let recordings = || loaded.signals.iter().map(|signal| &signal.recording);
+    let Some((mut first, mut last)) = ends(recordings().flat_map(|r| &r.stamps_ns)) else {
+        return 0.0;
+    };
+    let used = ends(recordings().flat_map(|r| &r.log_times_ns));
+    let (used_first, used_last) = used.unwrap_or((first, last));
+    let (log_first, log_last) = log_span_ns.unwrap_or((used_first, used_last));
+    let plausible = |ns: i64| {
+        Some(ns)
+            .filter(|ns| (0..=FARTHEST_NS).contains(ns))
+            .unwrap_or(0)
+    };
+    let before_ns = plausible(used_first.saturating_sub(log_first));
+    let after_ns = plausible(log_last.saturating_sub(used_last));
+    let used_ns = used_last.saturating_sub(used_first);
+    let is_stamp_wrong = last.saturating_sub(first).saturating_sub(used_ns) > FARTHEST_NS;
+    if is_stamp_wrong && used_ns > 0 {
+        // single stamps years away: only the log time tells how long the recording was
+        last = first.saturating_add(used_ns);
+    }
+    first = first.saturating_sub(before_ns);
+    last = last.saturating_add(after_ns);
+    // the requested range counts from the first row
+    let rows_from = first_joint_stamp(loaded).unwrap_or(first);
+    let at = |seconds: f64| rows_from as f64 + seconds * 1e9;
+    let cut_first = options.from_s.map_or(0.0, |from| at(from) - first as f64);
+    let cut_last = options.to_s.map_or(0.0, |to| last as f64 - at(to));
+    let whole_ns = (i128::from(last) - i128::from(first)) as f64;
+    ((whole_ns - cut_first.max(0.0) - cut_last.max(0.0)) * 1e-9).max(0.0)
+}
+
+fn ends<'a>(times: impl Iterator<Item = &'a i64>) -> Option<(i64, i64)> {
+    let spans = times.map(|&time| (time, time));
+    spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+fn first_joint_stamp(loaded: &LoadedLog) -> Option<i64> {
+    let rows = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Joints(0))?;
+    rows.recording.stamps_ns.iter().min().copied()
+}
+
+/// The holes of the signals that every row needs, longer than the estimator bridges: sorted, disjoint.
+fn holes(loaded: &LoadedLog) -> Vec<(i64, i64)> {
+    let max_gap_ns = (loaded.machine.estimator().max_gap * 1e9) as i64;
+    let sensors = &loaded.matched.sensors;
+    let is_needed = |sensor: Sensor| match sensor {
+        Sensor::Joints(_) => true,
+        Sensor::Imu => sensors.imu,
+        Sensor::Odometry => !sensors.imu,
+        Sensor::ToolWrench | Sensor::Actuator(_) => false,
+    };
+    let mut holes: Vec<(i64, i64)> = Vec::new();
+    for signal in loaded
+        .signals
+        .iter()
+        .filter(|signal| is_needed(signal.sensor))
+    {
+        let mut stamps = signal.recording.stamps_ns.clone();
+        stamps.sort_unstable();
+        let pairs = stamps.windows(2).map(|pair| (pair[0], pair[1]));
+        holes.extend(pairs.filter(|(from, to)| to.saturating_sub(*from) > max_gap_ns));
+    }
+    holes.sort_unstable();
+    let mut disjoint: Vec<(i64, i64)> = Vec::new();
+    for hole in holes {
+        match disjoint.last_mut() {
+            Some(last) if hole.0 <= last.1 => last.1 = last.1.max(hole.1),
+            _ => disjoint.push(hole),
+        }
+    }
+    disjoint
+}
+
+/// Time between neighbouring rows with loads, without the holes.
+fn computable_s(rows: &Rows, holes: &[(i64, i64)]) -> f64 {
+    let mut next = 0;
+    let mut sum_ns = 0.0;
+    for row in 1..rows.len() {
+        let (from, to) = (rows.times_ns[row - 1], rows.times_ns[row]);
+        while holes.get(next).is_some_and(|hole| hole.1 <= from) {
+            next += 1;
+        }
+        if !(rows.reasons[row - 1].leave_loads() && rows.reasons[row].leave_loads()) {
+            continue;
+        }
+        let within = holes[next..].iter().take_while(|hole| hole.0 < to);
+        let lost = within.map(|hole| hole.1.min(to).saturating_sub(hole.0.max(from)) as f64);
+        sum_ns += to.saturating_sub(from) as f64 - lost.sum::<f64>();
+    }
+    sum_ns * 1e-9
+}

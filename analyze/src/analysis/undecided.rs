@@ -1,0 +1,73 @@
+//! Why an analysis decides nothing: the gates of all commands ask here and fail closed.
+
+use super::coverage::Coverage;
+
+/// Default of `--min-valid`: the least share of a log's time that must be computable.
+pub const DEFAULT_MIN_VALID: f64 = 0.5;
+
+/// Why nothing may be concluded from the absence of events.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Undecided {
+    /// No row has wheel loads.
+    NoComputableRow,
+    /// Less of the log's time is computable than required.
+    TooLittleTime {
+        /// What is computable.
+        coverage: Coverage,
+        /// What is required.
+        min_valid: f64,
+    },
+    /// Inputs are grossly wrong, so that computed loads mean nothing: one sentence each.
+    GrossInputs(Vec<String>),
+}
+
+impl Undecided {
+    /// The reason, the gravest first; `None` if the analysis decides.
+    #[must_use]
+    pub fn of(coverage: &Coverage, gross_inputs: &[String], min_valid: f64) -> Option<Self> {
+        if !gross_inputs.is_empty() {
+            return Some(Self::GrossInputs(gross_inputs.to_vec()));
+        }
+        if coverage.computable_rows == 0 {
+            return Some(Self::NoComputableRow);
+        }
+        let is_enough = coverage.valid_share.is_some_and(|share| share >= min_valid);
+        (!is_enough).then_some(Self::TooLittleTime {
+            coverage: *coverage,
+            min_valid,
+        })
+    }
+
+    /// Whether the events that were found stand all the same: too little time hides events, and wrong
+    /// inputs invent them.
+    #[must_use]
+    pub fn leaves_events(&self) -> bool {
+        !matches!(self, Self::GrossInputs(_))
+    }
+}
+
+impl std::fmt::Display for Undecided {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoComputableRow => {
+                formatter.write_str("wheel loads cannot be computed in any row")
+            }
+            Self::TooLittleTime {
+                coverage,
+                min_valid,
+            } => {
+                let percent = 100.0 * min_valid;
+                match coverage.valid_share {
+                    Some(_) => write!(
+                        formatter,
+                        "wheel loads can be computed in {coverage} of the log, expected at least {percent:.0} %"
+                    ),
+                    None => formatter.write_str("the log covers no time"),
+                }
+            }
+            Self::GrossInputs(findings) => {
+                write!(formatter, "inputs are wrong: {}", findings.join("; "))
+            }
+        }
+    }
+}
