@@ -13,6 +13,7 @@ use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::base::rows::Rows;
 use crate::events::Event;
+use crate::inputs::GrossInput;
 
 /// The analysis of one log.
 #[derive(Debug)]
@@ -31,6 +32,8 @@ pub struct Analysis {
     pub notes: Vec<String>,
     /// Parts of the log that were lost.
     pub losses: Losses,
+    /// What in the inputs is grossly wrong. While there is any, no row is valid and nothing is concluded.
+    pub gross_inputs: Vec<GrossInput>,
     /// Results, row by row.
     pub rows: Rows,
     /// Load below which each wheel is light (N); `None` if unknown.

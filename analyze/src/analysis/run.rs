@@ -8,7 +8,7 @@ use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, SensorSamples, smooth};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::state::{SampleError, Sensor, StreamCounts};
+use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, reference_posture};
 
 use super::clock;
@@ -29,6 +29,7 @@ use crate::base::provenance::hash_file;
 use crate::base::provenance::hash_of;
 use crate::base::rows::Rows;
 use crate::events::detect;
+use crate::inputs;
 use crate::load::LoadedLog;
 use crate::load::linkage_force;
 use crate::load::linkage_force::LinkageForce;
@@ -53,6 +54,17 @@ pub fn analyse(
     loaded.notes.extend(recorder_gaps::note(&log)?);
     let mut forces = linkage_force::read_all(&log, file, &loaded);
     let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
+    let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
+    let note_on_slope = inputs::notes_on_slope(&loaded);
+    for signal in &mut loaded.signals {
+        // the steps below need only the states
+        signal.recording.values = Vec::new();
+    }
+    if !gross_inputs.is_empty() {
+        for reasons in &mut rows.reasons {
+            reasons.add(Reason::GrossInput);
+        }
+    }
     if rows.is_empty() {
         bail!(
             "{}: expected usable joint states in the requested time range, found none",
@@ -93,6 +105,7 @@ pub fn analyse(
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
     let clock_findings = clock::text::of_signals(&loaded.signals);
     let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &rows);
+    notes.splice(0..0, note_on_slope);
     if loaded.matched.sensors.imu {
         notes.splice(0..0, imu_check::note(machine, &rows));
     }
@@ -101,7 +114,7 @@ pub fn analyse(
         machine_file: file.text.clone(),
         urdf: loaded.urdf_text,
     };
-    let inputs = loaded.signals.into_iter().map(|signal| Input {
+    let signals = loaded.signals.into_iter().map(|signal| Input {
         signal: signal.name,
         clock: format!(
             "{}: {}",
@@ -121,12 +134,13 @@ pub fn analyse(
     });
     Ok(Analysis {
         sources,
-        inputs: inputs.collect(),
+        inputs: signals.collect(),
         machine: loaded.machine,
         options,
         provenance,
         notes,
         losses: loaded.losses,
+        gross_inputs,
         rows,
         min_loads_n,
         events,
@@ -189,10 +203,6 @@ fn estimate_on_one_clock(
         }
         _ => (rows, quality),
     };
-    for signal in &mut loaded.signals {
-        // the steps below need only the states
-        signal.recording.values = Vec::new();
-    }
     (rows, quality, clock)
 }
 

@@ -118,7 +118,12 @@ fn analyze_one(
 }
 
 fn report_findings(analysis: &Analysis, out: &Path, terminal: Terminal) {
-    let shown = if terminal.verbose { usize::MAX } else { 3 };
+    let gross = analysis.gross_inputs.len();
+    let shown = if terminal.verbose {
+        usize::MAX
+    } else {
+        gross.max(3)
+    };
     for finding in report::findings(analysis).iter().take(shown) {
         terminal.print(&format!("- {finding}"));
     }

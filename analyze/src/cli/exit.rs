@@ -66,6 +66,9 @@ impl Terminal {
 pub(super) fn exit_of(analysis: &Analysis, is_condition_met: bool) -> Exit {
     if is_condition_met {
         Exit::ConditionMet
+    } else if !analysis.gross_inputs.is_empty() {
+        // nothing can be concluded
+        Exit::Failed
     } else if !analysis.losses.is_empty() {
         Exit::Lost
     } else {

@@ -8,7 +8,7 @@ use crate::geometry::coordinate::Motion;
 use crate::machine::{Machine, rotation_in_body};
 use crate::state::{
     BaseState, JetCovariance, Reason, Reasons, Sample, SampleError, Sensor, Sensors, SignalNoise,
-    State,
+    State, tilt_is_measured,
 };
 
 /// A quaternion whose norm differs from one by more than this is not an orientation.
@@ -192,6 +192,9 @@ impl Filters {
 
     /// Updates the up direction in the sensor frame from an orientation; does nothing where it is unknown.
     fn push_up(&mut self, stamp_ns: i64, xyzw: &[f64], treatment: &Treatment) {
+        if !tilt_is_measured(xyzw) {
+            return;
+        }
         let &[x, y, z, w] = xyzw else { return };
         let quaternion = Quaternion::new(w, x, y, z);
         // Written so that NaN is rejected.
@@ -321,9 +324,13 @@ impl StateBuilder {
             state.noise.specific_force = measured.covariance[0][0];
         } else if let Some(base_velocity) = &velocity {
             // f = dv/dt + w x v + g up
-            state.imu.specific_force = base_velocity.rate
-                + w.cross(&base_velocity.value)
-                + up_in_base.unwrap_or(Vector3::z()) * machine.gravity();
+            let up = up_in_base.unwrap_or_else(|| {
+                // the slope is needed here, and unknown is not level
+                reasons.add(Reason::OdometryGap);
+                Vector3::repeat(f64::NAN)
+            });
+            state.imu.specific_force =
+                base_velocity.rate + w.cross(&base_velocity.value) + up * machine.gravity();
             state.noise.specific_force = base_velocity.covariance[1][1];
         }
         if self.sensors.tool_wrench {

@@ -182,6 +182,7 @@ impl Judge {
         if reasons.has(Reason::LinkageOpen)
             || reasons.has(Reason::NotFinite)
             || reasons.has(Reason::NoGroundContact)
+            || reasons.has(Reason::GrossInput)
         {
             return RowAssessment::Failed;
         }

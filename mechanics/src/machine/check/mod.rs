@@ -5,12 +5,15 @@ mod actuated_joints;
 mod checker;
 mod contact;
 mod driving;
+mod implausible_masses;
+mod implausible_wheels;
 mod imu_mount;
 mod payloads;
 mod signals;
 mod suspension;
 mod suspension_control;
 mod weighed;
+mod wheel_side;
 mod wheels;
 
 pub use checker::LogFacts;
