@@ -11,8 +11,10 @@ use crate::load::{LoadedLog, Signal};
 
 /// Longest step between samples that are compared (s).
 const LONGEST_STEP_S: f64 = 0.25;
-/// Fewest steps of a comparison.
-const FEWEST_STEPS: usize = 20;
+/// Time over which a change of position is compared with the velocity (s).
+const COMPARED_S: f64 = 0.1;
+/// Fewest comparisons.
+const FEWEST_STEPS: usize = 10;
 /// Smallest root mean square velocity of a joint that moves (rad/s or m/s).
 const MOVING: f64 = 0.005;
 /// A change of position of half a turn or more in a step may be a wrap (rad).
@@ -117,14 +119,23 @@ impl<'s> Column<'s> {
     fn velocity_proportion(&self, slides: bool) -> Option<(f64, String)> {
         let recording = &self.signal.recording;
         let mut proportion = Proportion::default();
+        // over a tenth of a second or more, so that the noise of the positions does not matter
+        let (mut elapsed_s, mut change, mut travel) = (0.0, 0.0, 0.0);
         for (at, pair) in recording.stamps_ns.windows(2).enumerate() {
             let step_s = pair[1].saturating_sub(pair[0]) as f64 * 1e-9;
             let (before, now) = (recording.sample(at), recording.sample(at + 1));
-            let change = now[self.position] - before[self.position];
-            let velocity = 0.5 * (before[self.velocity] + now[self.velocity]);
+            let step = now[self.position] - before[self.position];
             let is_step = step_s > 0.0 && step_s <= LONGEST_STEP_S;
-            if is_step && (slides || change.abs() < WRAP) {
-                proportion.add(change / step_s, velocity);
+            if !is_step || !(slides || step.abs() < WRAP) {
+                (elapsed_s, change, travel) = (0.0, 0.0, 0.0);
+                continue;
+            }
+            elapsed_s += step_s;
+            change += step;
+            travel += 0.5 * (before[self.velocity] + now[self.velocity]) * step_s;
+            if elapsed_s >= COMPARED_S || !travel.is_finite() {
+                proportion.add(change / elapsed_s, travel / elapsed_s);
+                (elapsed_s, change, travel) = (0.0, 0.0, 0.0);
             }
         }
         let factor = proportion.factor()?;
@@ -139,7 +150,7 @@ impl<'s> Column<'s> {
         Some((
             factor,
             format!(
-                "velocity is {} times the derivative of the position over {} steps",
+                "velocity is {} times the derivative of the position over {} steps of a tenth of a second or more",
                 short(factor),
                 proportion.pairs
             ),

@@ -17,7 +17,7 @@ const QUIET_RAD_S: f64 = 0.03;
 /// Largest relative deviation of the specific force from gravity in a quiet row.
 const QUIET_SHARE: f64 = 0.1;
 /// Largest joint velocity of a quiet row (rad/s or m/s).
-const QUIET_JOINTS: f64 = 0.02;
+const QUIET_JOINTS: f64 = 0.15;
 /// Steeper than any ground on which a machine stands (degrees).
 const STEEPEST_DEG: f64 = 50.0;
 /// Most windows that are evaluated, evenly spread.
@@ -154,7 +154,7 @@ impl Scratch {
     }
 }
 
-/// Windows of a second in which nothing moves and the signals determine the state.
+/// Windows of a second in which the base does not turn, the arm moves slowly at most, and the signals determine the state.
 fn quiet_windows(machine: &Machine, rows: &Rows) -> Vec<Range<usize>> {
     let mut state = State::zero(machine);
     let mut is_quiet = |row: usize| {

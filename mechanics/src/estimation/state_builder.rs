@@ -70,6 +70,8 @@ impl Reading {
 pub(super) struct Filters {
     pub(super) list: Vec<(Followed, KalmanFilter)>,
     sensors: Sensors,
+    /// Whether an orientation has measured a tilt: until then, one without tilt is planar and not level.
+    pub(super) has_tilt: bool,
 }
 
 impl Filters {
@@ -119,6 +121,7 @@ impl Filters {
         Self {
             list,
             sensors: sensors.clone(),
+            has_tilt: false,
         }
     }
 
@@ -192,7 +195,8 @@ impl Filters {
 
     /// Updates the up direction in the sensor frame from an orientation; does nothing where it is unknown.
     fn push_up(&mut self, stamp_ns: i64, xyzw: &[f64], treatment: &Treatment) {
-        if !tilt_is_measured(xyzw) {
+        self.has_tilt |= tilt_is_measured(xyzw);
+        if !self.has_tilt {
             return;
         }
         let &[x, y, z, w] = xyzw else { return };
@@ -231,7 +235,7 @@ impl StateBuilder {
             .joints()
             .iter()
             .enumerate()
-            .filter(|(_, j)| !j.logged)
+            .filter(|(_, j)| !j.logged && j.constant.is_none())
             .filter_map(|(joint, spec)| {
                 let wheel = &machine.wheels()[spec.spins_wheel?];
                 let axis = machine.axis_at_zero(wheel.body);
@@ -342,6 +346,11 @@ impl StateBuilder {
             state.tool_wrench.moment = Vector3::new(jets[3][0], jets[4][0], jets[5][0]);
         }
         self.read_actuators(machine, read, state);
+        for (joint, spec) in machine.joints().iter().enumerate() {
+            if let Some(position) = spec.constant {
+                state.joints[joint].position = position;
+            }
+        }
         for wheel in &self.rolling {
             state.joints[wheel.joint] = wheel.motion(velocity.as_ref(), &w, &alpha);
         }

@@ -164,7 +164,7 @@ impl Judge {
 
     fn standing(&self, row: &RowFacts, elapsed_ns: i64) -> RowAssessment {
         let reasons = row.reasons;
-        if self.implausible_rows >= PERSISTENT {
+        if reasons.has(Reason::GrossInput) || self.implausible_rows >= PERSISTENT {
             return RowAssessment::Failed;
         }
         if reasons.have_gap() {
@@ -182,7 +182,6 @@ impl Judge {
         if reasons.has(Reason::LinkageOpen)
             || reasons.has(Reason::NotFinite)
             || reasons.has(Reason::NoGroundContact)
-            || reasons.has(Reason::GrossInput)
         {
             return RowAssessment::Failed;
         }

@@ -31,8 +31,17 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
         }
         None => {
             let machine = file.check_alone()?;
-            let zero = vec![0.0; machine.joints().len()];
-            (machine, zero, "all joints at zero".into())
+            let joints = machine.joints().iter();
+            let zero = joints.map(|joint| joint.constant.unwrap_or(0.0)).collect();
+            let has_constant = machine
+                .joints()
+                .iter()
+                .any(|joint| joint.constant.is_some());
+            let source = match has_constant {
+                true => "all joints at zero or at their constant",
+                false => "all joints at zero",
+            };
+            (machine, zero, source.into())
         }
     };
     let standing = RestingMachine::new(&machine, &positions);

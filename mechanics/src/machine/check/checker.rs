@@ -88,7 +88,7 @@ impl Checker<'_> {
         let links: Vec<Link> = (0..self.tree.links.len())
             .map(|i| self.machine_link(i, arm_root, &wheels))
             .collect();
-        Ok(Machine {
+        let mut machine = Machine {
             name: spec.name.clone(),
             gravity: spec.gravity,
             base_link: self.tree.base_link.clone(),
@@ -114,7 +114,9 @@ impl Checker<'_> {
             uncertainty: spec.uncertainty,
             plausibility: spec.plausibility,
             suspension: self.suspension()?,
-        })
+        };
+        self.add_doubts(&mut machine)?;
+        Ok(machine)
     }
 
     pub(super) fn value_error(

@@ -14,6 +14,8 @@ use crate::machine::{MachineError, Wheel};
 const CONTRADICTING_RADIUS: f64 = 1.6;
 /// The same for a link that also has a mesh: the round shape may then be the hub.
 const CONTRADICTING_RADIUS_WITH_MESH: f64 = 4.0;
+/// Distance up to which two wheels are at one place (m).
+const ONE_PLACE_M: f64 = 1e-4;
 /// Overlap of two wheels in line, as a fraction of the distance of their centres, that rounding may cause.
 const OVERLAP: f64 = 0.05;
 /// Lateral distance, as a fraction of the radius, up to which two wheels run in one line.
@@ -48,7 +50,7 @@ impl Checker<'_> {
             for other in &wheels[..index] {
                 let [link, of_other] = [wheel, other].map(|w| &self.spec.wheels[&w.name].link);
                 let apart = (wheel.centre_at_zero - other.centre_at_zero).norm();
-                if apart > 0.05 * wheel.radius.min(other.radius) {
+                if link != of_other && apart > ONE_PLACE_M {
                     continue;
                 }
                 let found = match link == of_other {
@@ -167,7 +169,7 @@ impl Checker<'_> {
                 let in_line = apart.y.abs() < IN_LINE * wheel.radius.min(other.radius);
                 let along = apart.xz().norm();
                 // twin wheels share an axle
-                let share_axle = along < 0.05 * wheel.radius;
+                let share_axle = along < 0.05 * wheel.radius.min(apart.y.abs());
                 if in_line && !share_axle && wheel.radius + other.radius > (1.0 + OVERLAP) * along {
                     return Err(self.implausible(
                         format!("wheels.{}.radius", wheel.name),

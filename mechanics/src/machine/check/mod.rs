@@ -4,6 +4,7 @@
 mod actuated_joints;
 mod checker;
 mod contact;
+mod doubts;
 mod driving;
 mod implausible_masses;
 mod implausible_wheels;
@@ -17,3 +18,4 @@ mod wheel_side;
 mod wheels;
 
 pub use checker::LogFacts;
+pub use doubts::UNCONFIRMED;
