@@ -313,7 +313,13 @@ fn good_and_unusual_logs_have_no_gross_input() {
         let analysis = edited(&TempDir::new().unwrap(), log, |_, _| ());
         assert_eq!(analysis.gross_inputs, [], "{log}");
     }
-    let unusual: [(&str, fn(&str, &mut Values<'_>)); 3] = [
+    let unusual: [(&str, fn(&str, &mut Values<'_>)); 4] = [
+        ("encoders with a wrong zero", |topic, values| {
+            if topic == "/joint_states" {
+                let steer = values.get("position.steer_fl");
+                values.set("position.steer_fl", steer + 10.4);
+            }
+        }),
         (
             "a slewing joint that is one turn further",
             |topic, values| {

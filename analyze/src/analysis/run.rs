@@ -30,6 +30,7 @@ use crate::base::provenance::hash_of;
 use crate::base::rows::Rows;
 use crate::events::detect;
 use crate::inputs;
+use crate::inputs::GrossInput;
 use crate::load::LoadedLog;
 use crate::load::linkage_force;
 use crate::load::linkage_force::LinkageForce;
@@ -159,15 +160,20 @@ struct SignalQuality {
     faults: Vec<FaultSpan>,
 }
 
-/// A log's machine, and its joint positions in the first valid row; NaN if there is none.
-pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine, Vec<f64>)> {
-    let loaded = load(&Log::open(path)?, file, &mut |_| {})?;
+/// A log's machine, its joint positions in the first valid row (NaN if there is none), and the gross inputs.
+pub(crate) fn posture_in_log(
+    path: &Path,
+    file: &MachineFile,
+) -> Result<(Machine, Vec<f64>, Vec<GrossInput>)> {
+    let log = Log::open(path)?;
+    let loaded = load(&log, file, &mut |_| {})?;
     let (rows, _) = estimate(&loaded, &Options::default());
+    let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let posture = match first_posture(&loaded.machine, &rows) {
         Some((_, posture)) => posture,
         None => unknown_posture(&loaded.machine),
     };
-    Ok((loaded.machine, posture))
+    Ok((loaded.machine, posture, gross_inputs))
 }
 
 /// Estimates the offsets between the clocks of a log's topics that remain after those of the machine file.

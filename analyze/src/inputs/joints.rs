@@ -27,6 +27,11 @@ const MOST_TURNS: f64 = 2.0;
 const LIMIT_SHARE: f64 = 0.05;
 /// Share of the samples beyond the limits from which all are in another unit.
 const MOST_BEYOND: f64 = 0.25;
+/// Distance beyond a limit that no wrong zero of an encoder explains (rad and m).
+const FAR_BEYOND_RAD: f64 = 6.0;
+const FAR_BEYOND_M: f64 = 2.0;
+/// Turn of a wheel between two samples beyond which its position may be mistaken (rad).
+const LARGEST_WHEEL_STEP: f64 = 2.0;
 /// Largest plausible stroke of a prismatic joint (m).
 const LARGEST_STROKE_M: f64 = 30.0;
 const ANGLES: [(&str, f64); 2] = [("degrees", 57.295_78), ("thousandths of a radian", 1000.0)];
@@ -65,7 +70,7 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
             let values = Column::of(signal, column, joints.len());
             let slides = loaded.machine.joint_slides(joint);
             let it = &loaded.machine.joints()[joint];
-            let by_velocity = values.velocity_proportion(slides);
+            let by_velocity = values.velocity_proportion(slides, it.spins_wheel.is_some());
             let by_limits = beyond_limits(&loaded.machine, it, slides, &values);
             if let Some((factor, evidence)) = by_limits {
                 positions.add(it, factor, evidence);
@@ -116,7 +121,7 @@ impl<'s> Column<'s> {
     }
 
     /// Proportion of the velocity to the derivative of the position, if it cannot be one, and the evidence.
-    fn velocity_proportion(&self, slides: bool) -> Option<(f64, String)> {
+    fn velocity_proportion(&self, slides: bool, is_wheel: bool) -> Option<(f64, String)> {
         let recording = &self.signal.recording;
         let mut proportion = Proportion::default();
         // over a tenth of a second or more, so that the noise of the positions does not matter
@@ -125,7 +130,8 @@ impl<'s> Column<'s> {
             let step_s = pair[1].saturating_sub(pair[0]) as f64 * 1e-9;
             let (before, now) = (recording.sample(at), recording.sample(at + 1));
             let step = now[self.position] - before[self.position];
-            let is_step = step_s > 0.0 && step_s <= LONGEST_STEP_S;
+            let is_turn_clear = !is_wheel || now[self.velocity].abs() * step_s < LARGEST_WHEEL_STEP;
+            let is_step = step_s > 0.0 && step_s <= LONGEST_STEP_S && is_turn_clear;
             if !is_step || !(slides || step.abs() < WRAP) {
                 (elapsed_s, change, travel) = (0.0, 0.0, 0.0);
                 continue;
@@ -189,7 +195,7 @@ fn beyond_limits(
         // an angle may be off by one turn, which changes nothing
         let turn = std::f64::consts::TAU;
         let is_off_by_a_turn = !slides
-            && greatest - least < turn
+            && greatest - least <= 1.01 * turn
             && [turn, -turn]
                 .iter()
                 .any(|&offset| share_beyond(1.0, offset) == 0.0);
@@ -198,7 +204,14 @@ fn beyond_limits(
         let fits = units
             .iter()
             .find(|(_, factor)| share_beyond(1.0 / factor, 0.0) == 0.0);
-        if let Some((_, factor)) = fits.filter(|_| beyond > MOST_BEYOND && !is_off_by_a_turn) {
+        // a wrong zero of an encoder is no other unit
+        let far = match slides {
+            true => FAR_BEYOND_M,
+            false => FAR_BEYOND_RAD,
+        };
+        let is_far = low < least - far || high > greatest + far;
+        let is_unit = is_far && beyond > MOST_BEYOND && !is_off_by_a_turn;
+        if let Some((_, factor)) = fits.filter(|_| is_unit) {
             return Some((
                 *factor,
                 format!(
