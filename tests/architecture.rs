@@ -91,6 +91,7 @@ const RULES: [Rule; 6] = [
         floors: &[
             "base",
             "load",
+            "inputs",
             "events",
             "analysis",
             "policy",

@@ -12,6 +12,7 @@ mod first_paper; // results of the first paper
 mod fuzz; // no input makes the program panic
 mod gaps; // missing data is reported, never filled in
 mod golden; // results equal the recorded ones bit for bit
+mod gross_inputs; // signals in other units, impossible machines
 mod number_signals; // any field of any message as a signal
 mod payload; // payload mass from cylinder forces
 mod plausibility; // implausible signals

@@ -14,6 +14,7 @@ pub mod base;
 pub mod cli;
 pub mod compare;
 pub mod events;
+pub mod inputs;
 pub mod load;
 pub mod output;
 mod page;

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 
@@ -161,7 +163,7 @@ fn joints_with_similar_names_are_proposed() {
     let (out, text, _) = written(folder.path(), &data("tiny.mcap"), Some(&path));
     let spec = MachineFile::read(&out).unwrap().spec;
     let slew = &spec.signals.joints["SLEW_joint"];
-    let position = slew.position.as_ref().unwrap();
+    let position = slew.position.as_ref().unwrap().field().unwrap();
     assert_eq!(position.topic, "/joint_states", "{text}");
     assert_eq!(position.joint.as_deref(), Some("slew"));
     assert!(slew.velocity.is_some());
@@ -190,6 +192,264 @@ fn cylinders_are_matched_to_the_joints_they_drive() {
         .filter(|line| line.starts_with("[wheels."))
         .count();
     assert_eq!(found, by_hand.wheels.len());
+}
+
+/// A guess carries a wide standard deviation and a line until a person removes it from the list.
+#[test]
+fn guesses_stay_doubtful_until_confirmed() {
+    let folder = TempDir::new().unwrap();
+    let log = data("tiny.mcap");
+    let (out, text, _) = written(folder.path(), &log, Some(&data("tiny.urdf")));
+    assert!(text.contains("unconfirmed = [\"imu\"]"), "{text}");
+    let guessed = completed(&text).replace(
+        "unconfirmed = [\"imu\"]",
+        "unconfirmed = [\"imu\", \"wheels.FL.radius\"]",
+    );
+    fs::write(&out, &guessed).unwrap();
+    let results = folder.path().join("results");
+    let output = tipwatch(&[
+        "analyze",
+        log.to_str().unwrap(),
+        "--machine",
+        out.to_str().unwrap(),
+        "--out",
+        results.to_str().unwrap(),
+    ]);
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{messages}");
+    let told: Vec<&str> = (messages.lines())
+        .filter(|line| line.starts_with("- Unconfirmed"))
+        .collect();
+    assert!(
+        told.len() == 2 && told[0].contains("IMU") && told[1].contains("wheel FL"),
+        "{messages}"
+    );
+    let report = fs::read_to_string(results.join("report.html")).unwrap();
+    assert!(report.contains("Unconfirmed: the radius of wheel FL"));
+    let doubtful = analysed(&log, &out);
+    fs::write(
+        &out,
+        guessed.replace("unconfirmed = ", "unconfirmed = [] # "),
+    )
+    .unwrap();
+    let confirmed = analysed(&log, &out);
+    assert!(
+        !confirmed
+            .notes
+            .iter()
+            .any(|note| note.starts_with("Unconfirmed"))
+    );
+    let sigma = |analysis: &Analysis| analysis.rows.outcomes.column(Quantity::LoadSigma(0))[100];
+    assert!(
+        sigma(&doubtful) > 3.0 * sigma(&confirmed),
+        "{} {}",
+        sigma(&doubtful),
+        sigma(&confirmed)
+    );
+    assert_eq!(mean_loads(&doubtful), mean_loads(&confirmed));
+    for wrong in ["gravity", "wheels.XX.radius", "signals.joints.nothing"] {
+        let list = format!("unconfirmed = [\"{wrong}\"] # ");
+        fs::write(&out, guessed.replace("unconfirmed = ", &list)).unwrap();
+        let output = tipwatch(&["check-machine", out.to_str().unwrap()]);
+        let messages = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{wrong}");
+        assert!(
+            messages.contains("unconfirmed") && messages.contains(wrong),
+            "{messages}"
+        );
+    }
+}
+
+/// `tiny.mcap` without the messages of some topics; the topics stay.
+fn without_messages(folder: &Path, topics: &[&str]) -> PathBuf {
+    let path = folder.join("silent.mcap");
+    let bytes = fs::read(data("tiny.mcap")).unwrap();
+    let mut writer = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        if topics.contains(&message.channel.topic.as_str()) {
+            let channel = &message.channel;
+            let schema = channel.schema.as_ref().unwrap();
+            let schema = writer
+                .add_schema(&schema.name, &schema.encoding, &schema.data)
+                .unwrap();
+            let encoding = &channel.message_encoding;
+            let metadata = Default::default();
+            writer
+                .add_channel(schema, &channel.topic, encoding, &metadata)
+                .unwrap();
+        } else {
+            writer.write(&message).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    path
+}
+
+#[test]
+fn a_log_without_specific_force_is_never_complete() {
+    let folder = TempDir::new().unwrap();
+    // with rigid cylinders nothing else is missing
+    let urdf = fs::read_to_string(data("tiny.urdf")).unwrap();
+    let urdf = ["lift_cylinder", "lift_rod", "tilt_cylinder", "tilt_rod"]
+        .iter()
+        .fold(urdf, |urdf, joint| {
+            let revolute = format!("<joint name='{joint}' type='revolute'");
+            let prismatic = format!("<joint name='{joint}' type='prismatic'");
+            let fixed = format!("<joint name='{joint}' type='fixed'");
+            urdf.replace(&revolute, &fixed).replace(&prismatic, &fixed)
+        });
+    let path = folder.path().join("rigid.urdf");
+    fs::write(&path, urdf).unwrap();
+    for (silent, is_complete) in [
+        (vec!["/imu/data"], true),
+        (vec!["/imu/data", "/odom"], false),
+    ] {
+        let log = without_messages(folder.path(), &silent);
+        let (out, text, messages) = written(folder.path(), &log, Some(&path));
+        assert_eq!(text.contains("complete enough"), is_complete, "{text}");
+        assert_eq!(
+            messages.contains("neither an IMU nor odometry has messages"),
+            !is_complete,
+            "{messages}"
+        );
+        fs::remove_file(out).unwrap();
+    }
+}
+
+#[test]
+fn a_xacro_template_is_recognised() {
+    let folder = TempDir::new().unwrap();
+    let urdf = fs::read_to_string(data("tiny.urdf")).unwrap();
+    let path = folder.path().join("machine.urdf.xacro");
+    let template = urdf.replace(
+        "<link name='base_link'>",
+        "<xacro:property name='m' value='2200'/>\n<link name='base_link'>",
+    );
+    for text in [
+        template.clone(),
+        template.replace("<robot ", "<robot xmlns:xacro='http://ros.org/wiki/xacro' "),
+    ] {
+        fs::write(&path, text).unwrap();
+        let out = folder.path().join("machine.toml");
+        let output = tipwatch(&[
+            "inspect",
+            data("tiny.mcap").to_str().unwrap(),
+            "--write-machine",
+            out.to_str().unwrap(),
+            "--urdf",
+            path.to_str().unwrap(),
+        ]);
+        let messages = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{messages}");
+        assert!(
+            messages.contains("xacro template") && messages.contains("> machine.urdf"),
+            "{messages}"
+        );
+    }
+    // what xacro has expanded still declares its name space, and comments may mention it
+    let expanded = urdf.replace(
+        "<robot ",
+        "<!-- from\n<xacro:include/> -->\n<robot xmlns:xacro='http://ros.org/wiki/xacro' ",
+    );
+    let path = folder.path().join("expanded.urdf");
+    fs::write(&path, expanded).unwrap();
+    written(folder.path(), &data("tiny.mcap"), Some(&path));
+}
+
+/// Wheels without a telling name or shape.
+#[test]
+fn wheels_with_meshes_are_found_by_geometry() {
+    let folder = TempDir::new().unwrap();
+    let urdf = fs::read_to_string(data("tiny.urdf")).unwrap();
+    let urdf = urdf.replace("wheel_", "part_").replace(
+        "<cylinder radius='0.35' length='0.24'/>",
+        "<mesh filename='a.dae'/>",
+    );
+    assert!(!urdf.contains("wheel") && urdf.contains("a.dae"));
+    let path = folder.path().join("parts.urdf");
+    fs::write(&path, urdf).unwrap();
+    let (out, text, _) = written(folder.path(), &data("tiny.mcap"), Some(&path));
+    for (wheel, link) in [
+        ("FL", "part_fl"),
+        ("FR", "part_fr"),
+        ("RL", "part_rl"),
+        ("RR", "part_rr"),
+    ] {
+        let table = format!("# [wheels.{wheel}]\n# link = \"{link}\"");
+        assert!(text.contains(&table), "{table} is not in\n{text}");
+    }
+    assert!(
+        text.contains("by geometry") && text.contains("Needed: its radius"),
+        "{text}"
+    );
+    assert!(MachineFile::read(&out).is_ok());
+}
+
+/// A joint that nobody logs has a constant position, which is noted.
+#[test]
+fn a_joint_without_messages_takes_a_constant() {
+    let folder = TempDir::new().unwrap();
+    let urdf = fs::read_to_string(data("tiny_lift.urdf")).unwrap();
+    let renamed = urdf.replace("<joint name='slew'", "<joint name='turret'");
+    assert_ne!(urdf, renamed);
+    fs::write(folder.path().join("turret.urdf"), renamed).unwrap();
+    let text = fs::read_to_string(data("tiny_lift.toml")).unwrap();
+    let text = text.replace("tiny_lift.urdf", "turret.urdf");
+    let path = folder.path().join("machine.toml");
+    let log = data("tiny_lift.mcap");
+    let with = |constant: &str| {
+        fs::write(
+            &path,
+            format!("{text}\n[signals.joints.turret]\nposition = {constant}\n"),
+        )
+        .unwrap();
+        let file = MachineFile::read(&path).unwrap();
+        analyse(&log, &file, Options::default(), &mut |_| {})
+    };
+    let measured = mean_loads(&analysed(&log, &data("tiny_lift.toml")));
+    let analysis = with("-1.12").unwrap();
+    for (a, b) in measured.iter().zip(mean_loads(&analysis)) {
+        assert!((a - b).abs() < 0.03 * 8700.0, "{measured:?} {b}");
+    }
+    let is_noted = |note: &String| note.contains("joint turret is in no message");
+    assert_eq!(
+        analysis.notes.iter().filter(|note| is_noted(note)).count(),
+        1
+    );
+    let elsewhere = mean_loads(&with("1.12").unwrap());
+    assert!(
+        (measured[0] - elsewhere[0]).abs() > 1000.0,
+        "{measured:?} {elsewhere:?}"
+    );
+    assert!(with("nan").is_err());
+}
+
+#[test]
+fn check_machine_takes_a_urdf() {
+    let folder = TempDir::new().unwrap();
+    let text = fs::read_to_string(data("tiny.toml")).unwrap();
+    let path = folder.path().join("machine.toml");
+    fs::write(&path, text.replace("urdf = \"tiny.urdf\"\n", "")).unwrap();
+    let run = |more: &[&str]| {
+        let output = tipwatch(&[&["check-machine", path.to_str().unwrap()], more].concat());
+        (
+            output.status.code(),
+            String::from_utf8(output.stderr).unwrap(),
+        )
+    };
+    let urdf = data("tiny.urdf");
+    let with_urdf = ["--urdf", urdf.to_str().unwrap()];
+    assert_eq!(run(&[]).0, Some(1));
+    assert_eq!(run(&with_urdf), (Some(0), String::new()));
+    let log = data("tiny.mcap");
+    let both = [&with_urdf[..], &["--log", log.to_str().unwrap()]].concat();
+    assert_eq!(run(&both), (Some(0), String::new()));
+    fs::write(&path, &text).unwrap();
+    fs::copy(data("tiny_lift.urdf"), folder.path().join("tiny.urdf")).unwrap();
+    let (code, messages) = run(&with_urdf);
+    assert_eq!(code, Some(1));
+    assert!(messages.contains("--urdf"), "{messages}");
 }
 
 mod needs_shared {

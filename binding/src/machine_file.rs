@@ -49,6 +49,16 @@ pub enum MachineFileError {
         /// The error of the operating system.
         source: std::io::Error,
     },
+    /// The machine file names a URDF and another one was given.
+    #[error("{}: expected no --urdf beside urdf = ... of the machine file ({}), found {}", file.display(), named.display(), given.display())]
+    TwoUrdfs {
+        /// The machine file.
+        file: PathBuf,
+        /// The URDF that it names.
+        named: PathBuf,
+        /// The URDF that was given.
+        given: PathBuf,
+    },
     /// No URDF was given.
     #[error("{}: expected urdf = \"...\" in the machine file or {elsewhere}, found neither", file.display())]
     NoUrdf {
@@ -88,6 +98,33 @@ impl MachineFile {
             spec: MachineSpec::from_toml(text, &path.display().to_string())?,
             text: text.into(),
         })
+    }
+
+    /// The same with this URDF, for a machine file that names none.
+    ///
+    /// # Errors
+    /// The machine file names another one, or the URDF cannot be found.
+    pub fn with_urdf(mut self, urdf: &Path) -> Result<Self, MachineFileError> {
+        let found = urdf
+            .canonicalize()
+            .map_err(|source| MachineFileError::ReadUrdf {
+                file: self.path.clone(),
+                path: urdf.into(),
+                source,
+            })?;
+        let named = self.spec.urdf.as_ref();
+        let named = named.map(|name| self.path.parent().unwrap_or(Path::new("")).join(name));
+        if let Some(named) = named
+            && named.canonicalize().ok().as_ref() != Some(&found)
+        {
+            return Err(MachineFileError::TwoUrdfs {
+                file: self.path,
+                named,
+                given: urdf.into(),
+            });
+        }
+        self.spec.urdf = Some(found.display().to_string());
+        Ok(self)
     }
 
     /// The URDF named by the machine file, relative to it; else the file `other`, else the one in

@@ -100,13 +100,14 @@ impl NumberSignals {
     }
 }
 
-/// The stream of a joint, position and velocity; `None` if only its effort is bound.
+/// The stream of a joint, position and velocity; `None` if no field has its position.
 fn numbered_joint(
     log: &Log,
     joint: &str,
     fields: &JointFields,
 ) -> Result<Option<NumberedJoint>, Error> {
-    let Some(position) = &fields.position else {
+    let Some(position) = fields.position.as_ref().and_then(NumberSpec::field) else {
+        // constant, or only its effort is bound
         return Ok(None);
     };
     let position = (topic(log, position)?, number_field(position, "position"));

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
-use tipwatch_ingest::{Log, TopicId};
+use tipwatch_ingest::{Log, Topic, TopicId};
 
 /// A CDR message (the encoding of ROS 2) whose numbers can be changed in place.
 #[derive(Debug)]
@@ -118,8 +118,11 @@ fn values<'m>(type_name: &str, bytes: &'m mut [u8]) -> Option<Values<'m>> {
             let stamp_ns = cdr.header();
             cdr.text();
             cdr.align(8);
-            for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
-                places.insert(format!("velocity.{axis}"), cdr.at + 8 * (43 + i));
+            for (i, axis) in ["x", "y", "z", "w"].into_iter().enumerate() {
+                places.insert(format!("attitude.{axis}"), cdr.at + 8 * (3 + i));
+                if axis != "w" {
+                    places.insert(format!("velocity.{axis}"), cdr.at + 8 * (43 + i));
+                }
             }
             stamp_ns
         }
@@ -137,10 +140,25 @@ fn values<'m>(type_name: &str, bytes: &'m mut [u8]) -> Option<Values<'m>> {
 /// # Panics
 /// If the log cannot be read or the copy cannot be written.
 pub fn write_edited(from: &Path, to: &Path, edit: &mut dyn FnMut(&str, &mut Values<'_>)) {
+    write_edited_without(from, to, "", edit);
+}
+
+/// As [`write_edited`], without the topic `left_out`.
+///
+/// # Panics
+/// If the log cannot be read or the copy cannot be written.
+pub fn write_edited_without(
+    from: &Path,
+    to: &Path,
+    left_out: &str,
+    edit: &mut dyn FnMut(&str, &mut Values<'_>),
+) {
     let log = Log::open(from).expect("a log");
     let file = std::io::BufWriter::new(std::fs::File::create(to).expect("a new file"));
     let mut writer: Writer<_> = WriteOptions::new().create(file).expect("a writer");
-    let channels: Vec<u16> = (log.topics().iter())
+    let is_kept = |topic: &&Topic| topic.name != left_out;
+    let channels: BTreeMap<TopicId, u16> = (log.topics().iter())
+        .filter(is_kept)
         .map(|topic| {
             let definition = topic.definition.as_deref().unwrap_or_default();
             let schema = writer
@@ -150,12 +168,13 @@ pub fn write_edited(from: &Path, to: &Path, edit: &mut dyn FnMut(&str, &mut Valu
                     definition.as_bytes(),
                 )
                 .expect("a schema");
-            writer
+            let channel = writer
                 .add_channel(schema, &topic.name, &topic.encoding, &BTreeMap::new())
-                .expect("a channel")
+                .expect("a channel");
+            (topic.id, channel)
         })
         .collect();
-    let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
+    let ids: Vec<TopicId> = channels.keys().copied().collect();
     log.read(&ids, &mut |message| {
         let topic = &log.topics()[message.topic.index()];
         let mut data = message.data.to_vec();
@@ -163,7 +182,7 @@ pub fn write_edited(from: &Path, to: &Path, edit: &mut dyn FnMut(&str, &mut Valu
             edit(&topic.name, &mut values);
         }
         let header = MessageHeader {
-            channel_id: channels[message.topic.index()],
+            channel_id: channels[&message.topic],
             sequence: message.sequence,
             log_time: message.log_time_ns as u64,
             publish_time: message.publish_time_ns as u64,

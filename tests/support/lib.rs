@@ -16,7 +16,7 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::estimation::SensorSamples;
 use tipwatch_mechanics::state::Sensor;
 
-pub use edited_log::{Values, write_edited};
+pub use edited_log::{Values, write_edited, write_edited_without};
 
 /// A file in `data/`.
 #[must_use]

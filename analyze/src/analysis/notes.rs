@@ -127,7 +127,7 @@ fn missing_wheel_joints(loaded: &LoadedLog) -> Option<String> {
         .machine
         .joints()
         .iter()
-        .filter(|j| !j.logged)
+        .filter(|j| !j.logged && j.constant.is_none())
         .map(|j| j.name.as_str())
         .collect();
     if missing.is_empty() {

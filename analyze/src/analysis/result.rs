@@ -15,6 +15,7 @@ use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::base::rows::Rows;
 use crate::events::Event;
+use crate::inputs::GrossInput;
 
 /// The analysis of one log.
 #[derive(Debug)]
@@ -33,12 +34,12 @@ pub struct Analysis {
     pub notes: Vec<String>,
     /// Parts of the log that were lost.
     pub losses: Losses,
+    /// What in the inputs is grossly wrong. While there is any, no row is valid and nothing is concluded.
+    pub gross_inputs: Vec<GrossInput>,
     /// Results, row by row.
     pub rows: Rows,
     /// How much of the log's time could be computed.
     pub coverage: Coverage,
-    /// Findings about grossly wrong inputs, one sentence each: while there is one, nothing is decided.
-    pub gross_inputs: Vec<String>,
     /// Load below which each wheel is light (N); `None` if unknown.
     pub min_loads_n: Option<Vec<f64>>,
     /// The events.
@@ -65,11 +66,11 @@ impl Analysis {
         Undecided::of(&self.coverage, &self.gross_inputs_in_words(), min_valid)
     }
 
-    /// The findings about grossly wrong inputs, one sentence each: the seam between whoever finds them and
-    /// the gates.
+    /// The findings about grossly wrong inputs, one sentence each.
     #[must_use]
     pub fn gross_inputs_in_words(&self) -> Vec<String> {
-        self.gross_inputs.clone()
+        let headlines = self.gross_inputs.iter();
+        headlines.map(|input| input.headline.clone()).collect()
     }
 }
 

@@ -8,7 +8,7 @@ use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, SensorSamples, smooth};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::state::{SampleError, Sensor, StreamCounts};
+use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, standing_posture};
 
 use super::clock;
@@ -31,6 +31,8 @@ use crate::base::provenance::hash_file;
 use crate::base::provenance::hash_of;
 use crate::base::rows::Rows;
 use crate::events::detect;
+use crate::inputs;
+use crate::inputs::GrossInput;
 use crate::load::LoadedLog;
 use crate::load::linkage_force;
 use crate::load::linkage_force::LinkageForce;
@@ -56,6 +58,17 @@ pub fn analyse(
     size::check(&loaded, &options, evaluation::scope(&options), path)?;
     let mut forces = linkage_force::read_all(&log, file, &loaded);
     let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
+    let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
+    let note_on_slope = inputs::notes_on_slope(&loaded);
+    for signal in &mut loaded.signals {
+        // the steps below need only the states
+        signal.recording.values = Vec::new();
+    }
+    if !gross_inputs.is_empty() {
+        for reasons in &mut rows.reasons {
+            reasons.add(Reason::GrossInput);
+        }
+    }
     if rows.is_empty() {
         bail!(
             "{}: expected usable joint states in the requested time range, found none",
@@ -63,7 +76,11 @@ pub fn analyse(
         );
     }
     let payloads = payload::estimate_all(file, &mut loaded.machine, &forces, &rows)?;
-    loaded.machine.set_reference_loads()?;
+    match loaded.machine.set_reference_loads() {
+        // a gross input explains more than its consequence, and forbids every conclusion already
+        Err(error) if gross_inputs.is_empty() => return Err(error.into()),
+        _ => {}
+    }
     let posture = first_posture(&loaded.machine, &rows);
     let machine = &loaded.machine;
     let has_odometry = loaded.matched.sensors.odometry;
@@ -92,6 +109,7 @@ pub fn analyse(
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
     let clock_findings = clock::text::of_signals(&loaded.signals);
     let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &rows);
+    notes.splice(0..0, note_on_slope);
     if loaded.matched.sensors.imu {
         notes.splice(0..0, imu_check::note(machine, &rows));
     }
@@ -100,7 +118,7 @@ pub fn analyse(
         machine_file: file.text.clone(),
         urdf: loaded.urdf_text,
     };
-    let inputs = loaded.signals.into_iter().map(|signal| Input {
+    let signals = loaded.signals.into_iter().map(|signal| Input {
         signal: signal.name,
         clock: format!(
             "{}: {}",
@@ -120,16 +138,15 @@ pub fn analyse(
     });
     Ok(Analysis {
         sources,
-        inputs: inputs.collect(),
+        inputs: signals.collect(),
         machine: loaded.machine,
         options,
         provenance,
         notes,
         losses: loaded.losses,
+        gross_inputs,
         rows,
         coverage,
-        // the seam for findings about the inputs
-        gross_inputs: Vec::new(),
         min_loads_n,
         events,
         sensitivity,
@@ -147,12 +164,17 @@ struct SignalQuality {
     faults: Vec<FaultSpan>,
 }
 
-/// A log's machine, and its joint positions in the first valid row; NaN if there is none.
-pub(crate) fn posture_in_log(path: &Path, file: &MachineFile) -> Result<(Machine, Vec<f64>)> {
-    let loaded = load(&Log::open(path)?, file, &mut |_| {})?;
+/// A log's machine, its joint positions in the first valid row (NaN if there is none), and the gross inputs.
+pub(crate) fn posture_in_log(
+    path: &Path,
+    file: &MachineFile,
+) -> Result<(Machine, Vec<f64>, Vec<GrossInput>)> {
+    let log = Log::open(path)?;
+    let loaded = load(&log, file, &mut |_| {})?;
     let (rows, _) = estimate(&loaded, &Options::default());
+    let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let posture = first_posture(&loaded.machine, &rows);
-    Ok((loaded.machine, posture))
+    Ok((loaded.machine, posture, gross_inputs))
 }
 
 /// Estimates the offsets between the clocks of a log's topics that remain after those of the machine file.
@@ -188,10 +210,6 @@ fn estimate_on_one_clock(
         }
         _ => (rows, quality),
     };
-    for signal in &mut loaded.signals {
-        // the steps below need only the states
-        signal.recording.values = Vec::new();
-    }
     (rows, quality, clock)
 }
 

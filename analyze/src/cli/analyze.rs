@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::machine::UNCONFIRMED;
 
 use super::exit::{Exit, Terminal, Usage, exit_of};
 use super::options::{AnalysisArgs, PolicyArgs, seconds};
@@ -158,11 +159,17 @@ fn analyze_one(
 }
 
 fn report_findings(analysis: &Analysis, out: &Path, terminal: Terminal) {
-    let shown = if terminal.verbose { usize::MAX } else { 3 };
+    let gross = analysis.gross_inputs.len();
+    let shown = if terminal.verbose {
+        usize::MAX
+    } else {
+        gross.max(3)
+    };
     for finding in report::findings(analysis).iter().take(shown) {
         terminal.print(&format!("- {finding}"));
     }
-    let faults = analysis.notes.iter().filter(|n| n.starts_with(FAULT));
+    let is_shown = |note: &&String| note.starts_with(FAULT) || note.starts_with(UNCONFIRMED);
+    let faults = analysis.notes.iter().filter(is_shown);
     faults.for_each(|fault| terminal.print(&format!("- {fault}")));
     terminal.print(&format!("results: {}", out.display()));
 }

@@ -9,6 +9,7 @@ use tipwatch_mechanics::state::Reason;
 use super::faults;
 use crate::analysis::Analysis;
 use crate::events::{Event, EventCauses, EventKind, Finding};
+use crate::inputs::GrossInput;
 use crate::page::{list, number, percent, probability, readable};
 
 /// Causes with a smaller share of the lost load are not named (%).
@@ -25,13 +26,16 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     let mut events: Vec<&Event> = analysis.events.iter().collect();
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let wheel_event = events.iter().any(|event| event.kind.is_stability());
-    let without = (!wheel_event).then(|| scene.without_event(lowest_load(analysis), analysis));
+    let is_gross = !analysis.gross_inputs.is_empty();
+    let without =
+        (!wheel_event && !is_gross).then(|| scene.without_event(lowest_load(analysis), analysis));
     let stability = events
         .iter()
         .filter(|event| event.kind.is_stability())
         .count();
     let found = events.into_iter().map(|event| scene.finding(event));
-    let mut findings: Vec<Finding> = without.into_iter().chain(found).collect();
+    let gross = analysis.gross_inputs.iter().map(gross_finding);
+    let mut findings: Vec<Finding> = gross.chain(without).chain(found).collect();
     if wheel_event && let Some(known) = partly_known(analysis) {
         findings.insert(
             stability,
@@ -42,6 +46,15 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
         );
     }
     findings
+}
+
+/// What stands in the way of every conclusion.
+fn gross_finding(input: &GrossInput) -> Finding {
+    let fix = format!("Likely correction: {}", input.fix);
+    Finding {
+        headline: format!("No conclusion is possible. {}", input.headline),
+        evidence: input.evidence.iter().cloned().chain([fix]).collect(),
+    }
 }
 
 /// Findings as a list for a page, each with its evidence.

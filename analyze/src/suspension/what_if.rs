@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::{ControlMode, SuspensionControl};
 use tipwatch_suspension::replay::{Comparison, RecordedRows, SuspensionMotion};
@@ -49,6 +49,14 @@ pub fn what_if(
     progress: &mut dyn FnMut(u64),
 ) -> Result<WhatIf> {
     let analysis = run::analyse(log, file, analysis_options, progress)?;
+    if let Some(gross) = analysis.gross_inputs.first() {
+        bail!(
+            "{}: expected plausible inputs. {}. Likely correction: {}",
+            log.display(),
+            gross.headline,
+            gross.fix
+        );
+    }
     let (machine, rows) = (&analysis.machine, &analysis.rows);
     let suspension = machine.suspension().ok_or_else(|| {
         anyhow!(

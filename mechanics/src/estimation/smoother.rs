@@ -7,6 +7,7 @@ use crate::estimation::plausibility::{FaultSpan, FaultSpans, Plausibility, SpanW
 use crate::machine::Machine;
 use crate::state::{
     Credible, Reasons, Sample, SampleError, Sensor, Sensors, State, StateColumns, StreamCounts,
+    tilt_is_measured,
 };
 
 /// A gap in the joint states longer than this separates recordings, or its stamps are wrong (ns).
@@ -145,6 +146,12 @@ fn feed(filters: &mut Filters, recording: &Ordered<'_>, faults: &[FaultSpan]) ->
         .filter(|span| span.worst.sensor == recording.sensor());
     let mut walk = SpanWalk::new(own);
     let mut last_ns = None;
+    if matches!(recording.sensor(), Sensor::Imu | Sensor::Odometry) {
+        // known beforehand, unlike to the causal estimator
+        let mut samples = (0..).map_while(|k| recording.sample(k));
+        filters.has_tilt =
+            samples.any(|sample| sample.values.get(6..).is_some_and(tilt_is_measured));
+    }
     for sample in (0..).map_while(|k| recording.sample(k)) {
         let is_later = last_ns.replace(sample.stamp_ns) != Some(sample.stamp_ns);
         let judgement = walk.judgement(sample.stamp_ns);

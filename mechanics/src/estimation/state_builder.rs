@@ -8,7 +8,7 @@ use crate::geometry::coordinate::Motion;
 use crate::machine::{Machine, rotation_in_body};
 use crate::state::{
     BaseState, JetCovariance, Reason, Reasons, Sample, SampleError, Sensor, Sensors, SignalNoise,
-    State,
+    State, tilt_is_measured,
 };
 
 /// A quaternion whose norm differs from one by more than this is not an orientation.
@@ -70,6 +70,8 @@ impl Reading {
 pub(super) struct Filters {
     pub(super) list: Vec<(Followed, KalmanFilter)>,
     sensors: Sensors,
+    /// Whether an orientation has measured a tilt: until then, one without tilt is planar and not level.
+    pub(super) has_tilt: bool,
 }
 
 impl Filters {
@@ -119,6 +121,7 @@ impl Filters {
         Self {
             list,
             sensors: sensors.clone(),
+            has_tilt: false,
         }
     }
 
@@ -192,6 +195,10 @@ impl Filters {
 
     /// Updates the up direction in the sensor frame from an orientation; does nothing where it is unknown.
     fn push_up(&mut self, stamp_ns: i64, xyzw: &[f64], treatment: &Treatment) {
+        self.has_tilt |= tilt_is_measured(xyzw);
+        if !self.has_tilt {
+            return;
+        }
         let &[x, y, z, w] = xyzw else { return };
         let quaternion = Quaternion::new(w, x, y, z);
         // Written so that NaN is rejected.
@@ -228,7 +235,7 @@ impl StateBuilder {
             .joints()
             .iter()
             .enumerate()
-            .filter(|(_, j)| !j.logged)
+            .filter(|(_, j)| !j.logged && j.constant.is_none())
             .filter_map(|(joint, spec)| {
                 let wheel = &machine.wheels()[spec.spins_wheel?];
                 let axis = machine.axis_at_zero(wheel.body);
@@ -321,9 +328,13 @@ impl StateBuilder {
             state.noise.specific_force = measured.covariance[0][0];
         } else if let Some(base_velocity) = &velocity {
             // f = dv/dt + w x v + g up
-            state.imu.specific_force = base_velocity.rate
-                + w.cross(&base_velocity.value)
-                + up_in_base.unwrap_or(Vector3::z()) * machine.gravity();
+            let up = up_in_base.unwrap_or_else(|| {
+                // the slope is needed here, and unknown is not level
+                reasons.add(Reason::OdometryGap);
+                Vector3::repeat(f64::NAN)
+            });
+            state.imu.specific_force =
+                base_velocity.rate + w.cross(&base_velocity.value) + up * machine.gravity();
             state.noise.specific_force = base_velocity.covariance[1][1];
         }
         if self.sensors.tool_wrench {
@@ -335,6 +346,11 @@ impl StateBuilder {
             state.tool_wrench.moment = Vector3::new(jets[3][0], jets[4][0], jets[5][0]);
         }
         self.read_actuators(machine, read, state);
+        for (joint, spec) in machine.joints().iter().enumerate() {
+            if let Some(position) = spec.constant {
+                state.joints[joint].position = position;
+            }
+        }
         for wheel in &self.rolling {
             state.joints[wheel.joint] = wheel.motion(velocity.as_ref(), &w, &alpha);
         }

@@ -92,8 +92,12 @@ pub struct Link {
 pub struct MeasuredJoint {
     /// Name in the URDF and in the log.
     pub name: String,
-    /// Whether the log contains it. Only a wheel's spin joint may be missing.
+    /// Whether the log contains it. Only a wheel's spin joint and one with a constant position may be missing.
     pub logged: bool,
+    /// Its position from the machine file (rad or m), where the log does not contain it.
+    pub constant: Option<f64>,
+    /// Standard deviation of its position (rad or m) where that is only assumed.
+    pub position_sigma: Option<f64>,
     /// The wheel that it spins, if any.
     pub spins_wheel: Option<usize>,
     /// Smallest and largest position (rad or m), where the URDF states them.

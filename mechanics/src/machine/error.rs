@@ -54,6 +54,20 @@ pub enum MachineError {
         /// What was found.
         found: String,
     },
+    /// A value that no machine has: another unit, a mix-up or something missing.
+    #[error("{file}: {place}: expected {expected}, found {found}. {remedy}")]
+    Implausible {
+        /// Name of the file.
+        file: String,
+        /// Key path or link.
+        place: String,
+        /// What a machine has there.
+        expected: String,
+        /// What was found.
+        found: String,
+        /// The likely correction.
+        remedy: String,
+    },
     /// A closed chain that cannot close.
     #[error("{file}: linkage \"{linkage}\" cannot close: expected {expected}, found {found}")]
     LinkageCannotClose {

@@ -159,7 +159,7 @@ fn outline_joint(joint: &UrdfJoint, base_from_link: &Isometry3<f64>) -> OutlineJ
 }
 
 /// Shapes are only hints, so unreadable ones are ignored.
-fn shapes_by_link(text: &str) -> HashMap<String, Vec<Shape>> {
+pub(super) fn shapes_by_link(text: &str) -> HashMap<String, Vec<Shape>> {
     let Ok(document) = Document::parse(text) else {
         return HashMap::new();
     };

@@ -124,8 +124,8 @@ impl NumberSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointFields {
-    /// Position (rad or m).
-    pub position: Option<FieldSpec>,
+    /// Position (rad or m): a field, or a constant for a joint that no message measures.
+    pub position: Option<NumberSpec>,
     /// Velocity (rad/s or m/s), from messages of the same topic.
     pub velocity: Option<FieldSpec>,
     /// Force or moment of its actuator (N or N m).

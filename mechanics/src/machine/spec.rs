@@ -56,6 +56,10 @@ pub struct MachineSpec {
     /// Limits of plausible signals, and the treatment of implausible ones.
     #[serde(default)]
     pub plausibility: PlausibilitySpec,
+    /// Guessed values that no person has confirmed, by key: `wheels.NAME.radius`, `imu` or
+    /// `signals.joints.NAME`. They carry a wide standard deviation and a note.
+    #[serde(default)]
+    pub unconfirmed: Vec<String>,
     /// Measured weights of the real machine.
     pub weighed: Option<WeighedSpec>,
     /// Active suspension.

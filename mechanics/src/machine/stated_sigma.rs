@@ -8,8 +8,14 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
     let spec = &machine.uncertainty;
     match parameter {
         Parameter::JointPosition(joint) if machine.joints[joint].spins_wheel.is_some() => 0.0,
-        Parameter::JointPosition(joint) if machine.joint_slides(joint) => spec.joint_offset_linear,
-        Parameter::JointPosition(_) => spec.joint_offset,
+        Parameter::JointPosition(joint) => {
+            let stated = match machine.joint_slides(joint) {
+                true => spec.joint_offset_linear,
+                false => spec.joint_offset,
+            };
+            // a guess is at least that uncertain
+            stated.max(machine.joints[joint].position_sigma.unwrap_or(0.0))
+        }
         Parameter::SpecificForce(_) => spec.accelerometer_bias,
         Parameter::AngularVelocity(_) => spec.gyro_bias,
         Parameter::ToolForce(_) => spec.tool_force,
@@ -31,7 +37,10 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
             payload.mass_sigma.unwrap_or(default)
         }
         Parameter::WheelPosition(..) => spec.wheel_position,
-        Parameter::WheelRadius(_) => spec.wheel_radius,
+        Parameter::WheelRadius(wheel) => {
+            let guessed = machine.wheels[wheel].radius_sigma.unwrap_or(0.0);
+            spec.wheel_radius.max(guessed)
+        }
         Parameter::ArmPosition(_) => spec.arm_position,
         Parameter::ImuPosition(_) => spec.imu_position,
         Parameter::ImuRotation(_) => spec.imu_rotation,

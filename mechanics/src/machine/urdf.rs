@@ -57,6 +57,17 @@ impl Urdf {
     /// # Errors
     /// [`MachineError::Urdf`] or [`MachineError::Value`] with the offending line or link.
     pub(super) fn parse(text: &str, file: &str) -> Result<Self, MachineError> {
+        // recognised in the text: a prefix that is not declared would stop the parser first
+        if let Some(line) = line_of_macro(text) {
+            return Err(MachineError::Urdf {
+                file: file.into(),
+                line,
+                expected: "a URDF".into(),
+                found: "a xacro template: expand it with `xacro FILE.xacro > machine.urdf` (ROS package xacro), with the \
+                        arguments of the machine's launch file, and give machine.urdf (urdf = \"...\" or --urdf)"
+                    .into(),
+            });
+        }
         let document = Document::parse(text).map_err(|e| MachineError::Urdf {
             file: file.into(),
             line: e.pos().row,
@@ -88,6 +99,25 @@ impl Urdf {
             joints,
         })
     }
+}
+
+/// Line of the first element of xacro, the macro language from which URDFs are generated. The declaration of its
+/// name space alone remains in a generated URDF.
+fn line_of_macro(text: &str) -> Option<u32> {
+    let is_macro = |line: &str| line.contains("<xacro:") && !line.trim_start().starts_with("<!--");
+    let mut is_comment = false;
+    for (index, line) in text.lines().enumerate() {
+        if is_comment {
+            is_comment = !line.contains("-->");
+            continue;
+        }
+        if is_macro(line) {
+            return u32::try_from(index + 1).ok();
+        }
+        let opened = line.rfind("<!--");
+        is_comment = opened.is_some_and(|at| !line[at..].contains("-->"));
+    }
+    None
 }
 
 struct UrdfParser<'a> {

@@ -18,6 +18,8 @@ pub struct Wheel {
     pub centre_in_body: Vector3<f64>,
     /// Unloaded radius (m).
     pub radius: f64,
+    /// Standard deviation of the radius (m) where that is only guessed.
+    pub radius_sigma: Option<f64>,
     /// Vertical stiffness (N/m), where the machine file states it.
     pub stiffness: Option<f64>,
     /// Vertical stiffness relative to the mean of all wheels.

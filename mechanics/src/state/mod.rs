@@ -11,5 +11,5 @@ pub use reason::{Reason, Reasons};
 pub(crate) use sample::Credible;
 pub use sample::{
     JointStream, JointTwice, MatchedSensors, OtherSensors, Sample, SampleError, Sensor, Sensors,
-    StreamCounts,
+    StreamCounts, tilt_is_measured,
 };

@@ -43,6 +43,8 @@ pub enum Reason {
     Tipping,
     /// An input or result is not finite.
     NotFinite,
+    /// An input of the whole log is grossly wrong, such as one in another unit: nothing can be concluded.
+    GrossInput,
 }
 
 impl Reason {

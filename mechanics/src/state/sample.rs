@@ -74,6 +74,21 @@ pub enum SampleError {
     UnknownSensor,
 }
 
+/// Largest |x| and |y| of a quaternion without tilt: 2e-12 rad, beyond the resolution of any sensor.
+const NO_TILT: f64 = 1e-12;
+
+/// Whether an orientation, quaternion x y z w, measures how the machine tilts.
+///
+/// Planar odometry and an IMU without attitude filter report a rotation about the vertical alone, exactly. That
+/// is not level ground: the slope is unknown.
+#[must_use]
+pub fn tilt_is_measured(xyzw: &[f64]) -> bool {
+    match *xyzw {
+        [x, y, _, _] => x.abs() > NO_TILT || y.abs() > NO_TILT,
+        _ => false,
+    }
+}
+
 /// Whether a sample was used unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Credible(pub(crate) bool);

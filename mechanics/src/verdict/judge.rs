@@ -226,7 +226,7 @@ impl Judge {
 
     fn standing(&self, row: &RowFacts, elapsed_ns: i64) -> RowAssessment {
         let reasons = row.reasons;
-        if self.implausible_rows >= PERSISTENT {
+        if reasons.has(Reason::GrossInput) || self.implausible_rows >= PERSISTENT {
             return RowAssessment::Failed;
         }
         if reasons.have_gap() {

@@ -18,9 +18,14 @@ use crate::base::number::known;
 /// # Errors
 /// The machine file does not describe a machine, or the log does not fit it.
 pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
+    let mut notes = Vec::new();
     let (machine, positions, source) = match log {
         Some(log) => {
-            let (machine, positions) = posture_in_log(log, file)?;
+            let (machine, positions, gross_inputs) = posture_in_log(log, file)?;
+            notes.extend(
+                (gross_inputs.iter())
+                    .map(|input| format!("{}. Likely correction: {}.", input.headline, input.fix)),
+            );
             ensure!(
                 positions.iter().all(|p| p.is_finite()),
                 "{}: expected a row with the positions of all joints, found none",
@@ -38,7 +43,7 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
     };
     let standing = RestingMachine::new(&machine, &positions);
     let posture = posture(&machine, &positions, source);
-    let mut notes = machine.notes().to_vec();
+    notes.extend(machine.notes().iter().cloned());
     notes.extend(anomalies(&machine, &standing));
     let weighed = file.spec.weighed.as_ref();
     Ok(MachineCheck {

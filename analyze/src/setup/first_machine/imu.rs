@@ -12,6 +12,16 @@ use super::text::{Text, quoted, triple};
 use super::urdf::Urdf;
 use super::words::has_word;
 
+/// The section `[imu]`.
+#[derive(Debug, Default)]
+pub(super) struct ImuSection {
+    pub(super) text: String,
+    /// Whether position and orientation are a guess that a person must confirm.
+    pub(super) is_doubtful: bool,
+    /// Whether the log has a specific force at all.
+    pub(super) has_samples: bool,
+}
+
 /// Writes the section `[imu]` from the rest of the machine file, the URDF and the log.
 pub(super) fn section(
     log: &Log,
@@ -19,12 +29,15 @@ pub(super) fn section(
     urdf: Option<&Urdf>,
     topics: &Topics,
     outline: Option<&Outline>,
-) -> Result<String> {
+) -> Result<ImuSection> {
     let mut text = Text::default();
     text.gap();
     let Some(topic) = topics.imu() else {
-        text.comment("No IMU found; odometry is used instead.");
-        return Ok(text.finish().trim_end().to_owned());
+        text.comment("No IMU with messages found.");
+        return Ok(ImuSection {
+            text: text.finish().trim_end().to_owned(),
+            ..ImuSection::default()
+        });
     };
     let transforms = static_transforms(log)?;
     let facts = LogFacts {
@@ -34,6 +47,7 @@ pub(super) fn section(
     };
     let machine = urdf.and_then(|urdf| spec.check(&urdf.text, &urdf.name, facts).ok());
     let machine = machine.filter(|machine| !machine.imu().source.starts_with("assumed"));
+    let is_doubtful = !matches!((&machine, &topics.imu_frame), (Some(_), Some(_)));
     match (&machine, topics.imu_frame.as_deref()) {
         (Some(machine), Some(frame)) => known(&mut text, machine, frame),
         (_, frame) => match outline.and_then(named_imu) {
@@ -41,13 +55,25 @@ pub(super) fn section(
             None => open(&mut text, frame),
         },
     }
-    if let Some(mean) = mean_specific_force(log, topic)? {
-        text.comment(&format!(
+    let mean = mean_of(log, topic, SensorKind::Imu)?;
+    match &mean {
+        Some(mean) => {
+            text.comment(&format!(
             "Mean specific force over the log, in sensor axes: ({:.2}, {:.2}, {:.2}) m/s^2. On level ground it points up.",
             mean.x, mean.y, mean.z
         ));
+        }
+        None => {
+            text.comment(&format!(
+                "No message of {topic} has a finite specific force."
+            ));
+        }
     }
-    Ok(text.finish().trim_end().to_owned())
+    Ok(ImuSection {
+        text: text.finish().trim_end().to_owned(),
+        is_doubtful,
+        has_samples: mean.is_some(),
+    })
 }
 
 fn known(text: &mut Text, machine: &Machine, frame: &str) {
@@ -114,13 +140,14 @@ fn open(text: &mut Text, frame: Option<&str>) {
     );
 }
 
-fn mean_specific_force(log: &Log, topic: &str) -> Result<Option<Vector3<f64>>> {
+/// Mean of the first three numbers of a sensor, the specific force or the velocity; `None` if no message has them.
+pub(super) fn mean_of(log: &Log, topic: &str, kind: SensorKind) -> Result<Option<Vector3<f64>>> {
     let Some(topic) = log.topics().iter().find(|t| t.name == topic) else {
         return Ok(None);
     };
     let request = SensorRequest {
         topic: topic.id,
-        kind: SensorKind::Imu,
+        kind,
         joint_names: Vec::new(),
         numbers: None,
         other_parts: Vec::new(),

@@ -47,6 +47,8 @@ pub(super) struct JointGuess {
     /// Lines of `[signals.joints.NAME]`.
     pub(super) lines: Vec<String>,
     pub(super) why: String,
+    /// Whether unit, sign and zero are guesses that a person must confirm.
+    pub(super) is_doubtful: bool,
 }
 
 /// A topic of joint states and its joint names.
@@ -86,6 +88,7 @@ fn in_joint_states(joint: &str, states: &[NamedJoints]) -> Option<JointGuess> {
             format!("velocity = {}", at("velocity")),
         ],
         why: format!("similar to joint {name} on {topic}"),
+        is_doubtful: false,
     })
 }
 
@@ -134,6 +137,7 @@ fn in_fields(joint: &str, topics: &[Topic]) -> Option<JointGuess> {
         joint: joint.into(),
         lines,
         why: format!("similar to field {field} of {}; {unit}", topic.name),
+        is_doubtful: true,
     })
 }
 

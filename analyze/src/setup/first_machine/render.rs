@@ -4,10 +4,11 @@ use tipwatch_ingest::Log;
 use tipwatch_mechanics::machine::JointMotion;
 
 use super::guesses::Guesses;
+use super::imu::ImuSection;
 use super::linkages::LinkageGuess;
 use super::reference;
 use super::signals::Topics;
-use super::text::{Text, key, number, quoted};
+use super::text::{Text, array, key, number, quoted};
 use super::urdf::Urdf;
 
 pub(super) fn rendered(
@@ -15,7 +16,7 @@ pub(super) fn rendered(
     urdf: Option<&Urdf>,
     topics: &Topics,
     guesses: Option<&Guesses>,
-    imu: &str,
+    imu: &ImuSection,
     verdict: &str,
 ) -> String {
     let mut text = Text::default();
@@ -44,9 +45,10 @@ pub(super) fn rendered(
             text.line(line);
         }
     }
+    write_doubts(&mut text, guesses, imu);
     if let Some(guesses) = guesses {
         write_wheels(&mut text, guesses);
-        text.line(imu);
+        text.line(&imu.text);
         write_arm(&mut text, guesses);
         write_linkages(&mut text, &guesses.linkages);
         write_contact(&mut text, guesses);
@@ -55,7 +57,7 @@ pub(super) fn rendered(
         text.gap()
             .comment("Needed, three or more: the wheels.")
             .open("[wheels.FL]\nlink = \"wheel_front_left\"\nradius = 0.35  # m");
-        text.line(imu);
+        text.line(&imu.text);
     }
     topics.write(&mut text);
     if let Some(guesses) = guesses {
@@ -65,6 +67,27 @@ pub(super) fn rendered(
         .comment("Weighed loads, for comparison with the model by `tipwatch check-machine`:")
         .open("[weighed]\nunit = \"kg\"\nsums = [ { name = \"front axle\", wheels = [\"FL\", \"FR\"], load = 0, sigma = 10 } ]");
     text.finish()
+}
+
+/// Lists the guesses that widen the standard deviations until a person has confirmed them.
+fn write_doubts(text: &mut Text, guesses: Option<&Guesses>, imu: &ImuSection) {
+    let mut doubts: Vec<String> = Vec::new();
+    if imu.is_doubtful {
+        doubts.push("imu".into());
+    }
+    if let Some(guesses) = guesses {
+        let wheels = guesses.wheels.iter();
+        let guessed = wheels.filter(|wheel| wheel.is_doubtful && wheel.radius.is_some());
+        doubts.extend(guessed.map(|wheel| format!("wheels.{}.radius", wheel.name)));
+        let joints = guesses.joints.iter().filter(|joint| joint.is_doubtful);
+        doubts.extend(joints.map(|joint| format!("signals.joints.{}", joint.joint)));
+    }
+    if !doubts.is_empty() {
+        text.comment(
+            "Guesses with a wide standard deviation. Check each value, then remove its name from this list:",
+        );
+        text.line(&format!("unconfirmed = {}", array(&doubts)));
+    }
 }
 
 fn write_wheels(text: &mut Text, guesses: &Guesses) {
@@ -179,7 +202,7 @@ fn write_joints(text: &mut Text, guesses: &Guesses) {
     }
     for joint in &guesses.unknown {
         text.gap().comment(&format!(
-            "Needed: the position of joint {joint} (rad or m), which is in no message. Make it fixed in the URDF if it never moves."
+            "Needed: the position of joint {joint} (rad or m), which is in no message: a field, or a constant if it never moves, such as position = 0.0."
         ));
         text.open(&format!(
             "[signals.joints.{}]\nposition = {{ topic = \"/topic\", field = \"field\", scale = 1.0, offset = 0.0 }}",

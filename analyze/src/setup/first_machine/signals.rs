@@ -78,6 +78,11 @@ impl Topics {
         self.imu.first().map(|(topic, _)| topic.as_str())
     }
 
+    /// The topic of the odometry.
+    pub(super) fn odometry(&self) -> Option<&str> {
+        self.odometry.first().map(|(topic, _)| topic.as_str())
+    }
+
     /// Writes `[signals]`.
     pub(super) fn write(&self, text: &mut Text) {
         text.gap().line("[signals]");

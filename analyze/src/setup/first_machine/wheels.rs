@@ -20,6 +20,13 @@ const OFF_GROUND_SHARE: f64 = 0.5;
 /// Scale factors that convert other units to metres.
 const UNITS: [f64; 4] = [1.0, 0.001, 0.01, 0.0254];
 
+/// Fewest wheels of a machine.
+const FEWEST: usize = 3;
+/// Difference in height of wheel centres found by geometry, as a share of the distance between the farthest two.
+const ONE_HEIGHT_SHARE: f64 = 0.1;
+/// Difference in position of a left and a right wheel of a pair, as a share of their distance.
+const PAIR_SHARE: f64 = 0.1;
+
 /// A candidate wheel.
 #[derive(Debug, Clone)]
 pub(super) struct Wheel {
@@ -31,6 +38,8 @@ pub(super) struct Wheel {
     pub(super) why: String,
     /// Radius (m) and its source.
     pub(super) radius: Option<(f64, String)>,
+    /// Whether the radius is a guess that a person must confirm.
+    pub(super) is_doubtful: bool,
 }
 
 /// Finds the wheels, front left first, and notes on rejected candidates.
@@ -41,6 +50,16 @@ pub(super) fn wheels(outline: &Outline) -> (Vec<Wheel>, Vec<String>) {
             let inside = found.iter().any(|w| outline.is_below(index, w.link));
             if !inside {
                 found.push(wheel(index, why, radius(link)));
+            }
+        }
+    }
+    if found.len() < FEWEST {
+        for index in by_geometry(outline) {
+            let inside = found.iter().any(|w| outline.is_below(index, w.link));
+            if !inside {
+                let why = "by geometry: it turns about a lying axle without limits, at one height with the others and \
+                           in pairs of left and right: CHECK";
+                found.push(wheel(index, why.into(), None));
             }
         }
     }
@@ -57,6 +76,7 @@ pub(super) fn wheels(outline: &Outline) -> (Vec<Wheel>, Vec<String>) {
     for wheel in found.iter_mut().filter(|wheel| wheel.radius.is_none()) {
         let link = &outline.links[wheel.link];
         wheel.radius = combine_sources(height_above(link, ground.as_ref()), by_mesh(link));
+        wheel.is_doubtful = true;
     }
     let rejected = drop_raised(outline, &mut found);
     name_by_position(outline, &mut found);
@@ -69,7 +89,56 @@ fn wheel(link: usize, why: String, radius: Option<(f64, String)>) -> Wheel {
         link,
         why,
         radius,
+        is_doubtful: false,
     }
+}
+
+/// Links that can only be wheels by their place: they turn without limits about lying axles, carry nothing that
+/// moves, and lie in pairs of left and right at one height, the lowest one.
+fn by_geometry(outline: &Outline) -> Vec<usize> {
+    let place = |link: usize| outline.links[link].base_from_link.translation.vector;
+    let turns_endlessly = |link: &OutlineLink| {
+        link.joint.as_ref().is_some_and(|joint| {
+            joint.motion == JointMotion::Continuous
+                && joint.axis_in_base.z.abs() < MOST_VERTICAL
+                && joint.axis_in_base.y.abs() > joint.axis_in_base.x.abs()
+                && !joint.mimics
+        })
+    };
+    let carries_nothing = |index: usize| {
+        (0..outline.links.len())
+            .all(|l| l == index || !outline.is_below(l, index) || !outline.links[l].moves())
+    };
+    let candidates: Vec<usize> = (0..outline.links.len())
+        .filter(|&index| turns_endlessly(&outline.links[index]) && carries_nothing(index))
+        .collect();
+    let pairs_with = |a: usize| {
+        candidates.iter().any(|&b| {
+            let apart = place(a) - place(b);
+            let near = PAIR_SHARE * apart.y.abs();
+            apart.y.abs() > 0.0 && apart.x.abs() <= near && apart.z.abs() <= near
+        })
+    };
+    let paired: Vec<usize> = candidates
+        .iter()
+        .copied()
+        .filter(|&a| pairs_with(a))
+        .collect();
+    let lowest = paired
+        .iter()
+        .map(|&a| place(a).z)
+        .fold(f64::INFINITY, f64::min);
+    let distances = paired
+        .iter()
+        .flat_map(|&a| paired.iter().map(move |&b| (a, b)))
+        .map(|(a, b)| (place(a) - place(b)).xy().norm());
+    let extent = distances.fold(0.0, f64::max);
+    let at_one_height = |&a: &usize| place(a).z - lowest <= ONE_HEIGHT_SHARE * extent;
+    let found: Vec<usize> = paired.iter().copied().filter(at_one_height).collect();
+    if found.len() < FEWEST {
+        return Vec::new();
+    }
+    found
 }
 
 fn is_named(link: &OutlineLink, wanted: &[&str]) -> bool {

@@ -6,12 +6,12 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use tipwatch_binding::bind;
-use tipwatch_ingest::Log;
+use tipwatch_ingest::{Log, SensorKind};
 use tipwatch_mechanics::MachineSpec;
 use tipwatch_mechanics::machine::Outline;
 
 use super::guesses::Guesses;
-use super::imu;
+use super::imu::{self, ImuSection};
 use super::render::rendered;
 use super::signals::Topics;
 use super::urdf::{Urdf, find_urdf};
@@ -47,13 +47,20 @@ fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, O
     let guesses = outline.map(|outline| Guesses::of(outline, &topics, log));
     let name = out.display().to_string();
     // the mounting of the IMU depends on the rest of the machine
-    let without_imu = rendered(log, urdf, &topics, guesses.as_ref(), "", "");
+    let without_imu = rendered(
+        log,
+        urdf,
+        &topics,
+        guesses.as_ref(),
+        &ImuSection::default(),
+        "",
+    );
     let spec = MachineSpec::from_toml(&without_imu, &name)?;
     let outline = guesses.as_ref().map(|guesses| &guesses.outline);
     let imu = imu::section(log, &spec, urdf, &topics, outline)?;
     let whole = rendered(log, urdf, &topics, guesses.as_ref(), &imu, "");
     let spec = MachineSpec::from_toml(&whole, &name)?;
-    let missing = match urdf {
+    let unbound = match urdf {
         None => {
             Some("a URDF; the log has none on /robot_description, so give one with --urdf".into())
         }
@@ -61,8 +68,18 @@ fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, O
             .err()
             .map(|error| error.to_string()),
     };
+    let missing = match unbound {
+        Some(missing) => Some(missing),
+        None => motion_missing(log, &topics, &imu)?,
+    };
     let verdict = match &missing {
-        None => "This file is complete enough to analyse the log.".to_owned(),
+        None if spec.unconfirmed.is_empty() => {
+            "This file is complete enough to analyse the log.".to_owned()
+        }
+        None => format!(
+            "This file is complete enough to analyse the log, with guesses that nobody has confirmed yet: {}.",
+            spec.unconfirmed.join(", ")
+        ),
         Some(missing) => {
             format!("This file is incomplete. Missing first: {missing}")
         }
@@ -71,4 +88,17 @@ fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, O
         rendered(log, urdf, &topics, guesses.as_ref(), &imu, &verdict),
         missing,
     ))
+}
+
+/// What is missing where neither an IMU nor odometry has values: wheel loads cannot be computed.
+fn motion_missing(log: &Log, topics: &Topics, imu: &ImuSection) -> Result<Option<String>> {
+    let has_odometry = match topics.odometry() {
+        Some(topic) => imu::mean_of(log, topic, SensorKind::Odometry)?.is_some(),
+        None => false,
+    };
+    Ok((!imu.has_samples && !has_odometry).then(|| {
+        "a specific force; neither an IMU nor odometry has messages with values in this log, so wheel loads cannot be \
+         computed. Bind other messages in [signals.imu]"
+            .into()
+    }))
 }

@@ -46,6 +46,7 @@ impl<'a> Summary<'a> {
             schema: SCHEMA,
             findings,
             evidence,
+            gross_inputs: &analysis.gross_inputs,
             events: events.collect(),
             wheels: wheels
                 .map(|(i, wheel)| (wheel.name.to_lowercase(), wheel_summary(analysis, i)))

@@ -12,6 +12,7 @@ use crate::analysis::model_comparison::LoadDifference;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::events::EventCauses;
+use crate::inputs::GrossInput;
 
 /// Version of the document.
 pub const SCHEMA: u32 = 5;
@@ -31,6 +32,8 @@ pub struct Summary<'a> {
     pub findings: Vec<String>,
     /// The evidence for each finding, in the order of `findings`: statements in words.
     pub evidence: Vec<Vec<String>>,
+    /// What in the inputs is grossly wrong: while there is any, no row is valid and nothing is concluded.
+    pub gross_inputs: &'a [GrossInput],
     /// The events.
     pub events: Vec<EventSummary<'a>>,
     /// The wheels by name, in lower case.

@@ -8,7 +8,7 @@ use super::notice::{Limits, Notice};
 use super::treatment::{Judgement, RowEffect};
 use super::vector::{Slew, VectorWatch};
 use crate::machine::{FaultKind, Machine, Policy};
-use crate::state::{Sample, SampleError, Sensor, Sensors};
+use crate::state::{Sample, SampleError, Sensor, Sensors, tilt_is_measured};
 
 /// Allowance for noise and stamp jitter in the change of an angular velocity (rad/s) and of a velocity (m/s).
 const SLEW_ALLOWANCE: f64 = 0.5;
@@ -217,7 +217,7 @@ impl Plausibility {
         let has_attitude =
             self.attitude
                 .check(stamp_ns, attitude, turns, limits, &mut note.of(part));
-        if has_force && has_attitude {
+        if has_force && has_attitude && tilt_is_measured(attitude) {
             self.gravity
                 .check(stamp_ns, force, attitude, limits, &mut note.of(part));
         }

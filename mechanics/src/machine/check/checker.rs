@@ -1,9 +1,12 @@
 //! Validation: a machine file, a URDF and facts about a log give a [`Machine`], or the first error found in
 //! them.
 
+use std::collections::HashMap;
+
 use nalgebra::Isometry3;
 
 use crate::machine::body::link_parts;
+use crate::machine::outline::{Shape, shapes_by_link};
 use crate::machine::tree::{Tree, TreeBody, TreeJoint};
 use crate::machine::urdf::Urdf;
 use crate::machine::{
@@ -44,7 +47,7 @@ impl MachineSpec {
             urdf_name,
             log,
         }
-        .machine()
+        .machine(&shapes_by_link(urdf_text))
     }
 }
 
@@ -56,16 +59,19 @@ pub(super) struct Checker<'a> {
 }
 
 impl Checker<'_> {
-    fn machine(&self) -> Result<Machine, MachineError> {
+    fn machine(&self, shapes: &HashMap<String, Vec<Shape>>) -> Result<Machine, MachineError> {
         let spec = self.spec;
         self.check_numbers()?;
         self.check_signals()?;
         let wheels = self.wheels()?;
+        self.check_wheel_plausibility(&wheels, shapes)?;
+        let notes_on_masses = self.check_mass_plausibility(&wheels)?;
         let polygon = self.polygon(&wheels)?;
         let driving = self.driving(&wheels)?;
         spec.check_weighed(&driving.joints)?;
         let contact = self.contact(&wheels, &polygon, &driving.linkages)?;
-        let (imu, notes) = self.imu()?;
+        let (imu, mut notes) = self.imu()?;
+        notes.extend(notes_on_masses);
         let arm_root = spec
             .arm
             .as_ref()
@@ -82,7 +88,7 @@ impl Checker<'_> {
         let links: Vec<Link> = (0..self.tree.links.len())
             .map(|i| self.machine_link(i, arm_root, &wheels))
             .collect();
-        Ok(Machine {
+        let mut machine = Machine {
             name: spec.name.clone(),
             gravity: spec.gravity,
             base_link: self.tree.base_link.clone(),
@@ -108,7 +114,9 @@ impl Checker<'_> {
             uncertainty: spec.uncertainty,
             plausibility: spec.plausibility,
             suspension: self.suspension()?,
-        })
+        };
+        self.add_doubts(&mut machine)?;
+        Ok(machine)
     }
 
     pub(super) fn value_error(
@@ -118,6 +126,40 @@ impl Checker<'_> {
         found: impl ToString,
     ) -> MachineError {
         MachineError::value(&self.spec.file, place, expected, found)
+    }
+
+    /// The machine file or the URDF states something that no machine has.
+    pub(super) fn implausible(
+        &self,
+        place: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> MachineError {
+        MachineError::Implausible {
+            file: self.spec.file.clone(),
+            place: place.into(),
+            expected: expected.into(),
+            found: found.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// The same for the URDF.
+    pub(super) fn implausible_in_urdf(
+        &self,
+        place: &str,
+        expected: &str,
+        found: &str,
+        remedy: &str,
+    ) -> MachineError {
+        MachineError::Implausible {
+            file: self.urdf_name.into(),
+            place: place.into(),
+            expected: expected.into(),
+            found: found.into(),
+            remedy: remedy.into(),
+        }
     }
 
     fn unknown<'n>(

@@ -6,7 +6,9 @@ use super::checker::Checker;
 use crate::machine::linkage::{self, LinkageBodies, LinkageInput};
 use crate::machine::spec::LinkageSpec;
 use crate::machine::tree::TreeJoint;
-use crate::machine::{JointCoupling, JointKind, Linkage, MachineError, MeasuredJoint, Wheel};
+use crate::machine::{
+    JointCoupling, JointKind, Linkage, MachineError, MeasuredJoint, NumberSpec, Wheel,
+};
 
 /// The coupling of each body's joint, and the resulting measured joints and closed chains.
 pub(super) struct Driving {
@@ -15,10 +17,17 @@ pub(super) struct Driving {
     pub(super) linkages: Vec<Linkage>,
 }
 
-fn measured_joint(joint: &TreeJoint, logged: bool, spins_wheel: Option<usize>) -> MeasuredJoint {
+fn measured_joint(
+    joint: &TreeJoint,
+    logged: bool,
+    constant: Option<f64>,
+    spins_wheel: Option<usize>,
+) -> MeasuredJoint {
     MeasuredJoint {
         name: joint.name.clone(),
         logged,
+        constant: constant.filter(|_| !logged),
+        position_sigma: None,
         spins_wheel,
         limits: joint.stated_limits(),
         max_velocity: joint.max_velocity,
@@ -47,11 +56,12 @@ impl Checker<'_> {
             };
             let spins_wheel = self.wheel_spun_by(i, wheels);
             let logged = self.is_logged(&joint.name);
-            if logged || spins_wheel.is_some() {
+            let constant = self.constant(&joint.name);
+            if logged || constant.is_some() || spins_wheel.is_some() {
                 driving.couplings[i] = Some(JointCoupling::Measured(driving.joints.len()));
                 driving
                     .joints
-                    .push(measured_joint(joint, logged, spins_wheel));
+                    .push(measured_joint(joint, logged, constant, spins_wheel));
             } else {
                 missing.push(format!("\"{}\"", joint.name));
             }
@@ -75,10 +85,20 @@ impl Checker<'_> {
         }
     }
 
+    /// Without a log, every joint without a constant counts as logged.
     fn is_logged(&self, joint: &str) -> bool {
-        self.log
-            .joint_names
-            .is_none_or(|names| names.iter().any(|n| n == joint))
+        match self.log.joint_names {
+            Some(names) => names.iter().any(|n| n == joint),
+            None => self.constant(joint).is_none(),
+        }
+    }
+
+    /// The constant position of a joint that nobody logs.
+    fn constant(&self, joint: &str) -> Option<f64> {
+        match self.spec.signals.joints.get(joint)?.position {
+            Some(NumberSpec::Constant(position)) => Some(position),
+            _ => None,
+        }
     }
 
     fn add_linkage(&self, spec: &LinkageSpec, driving: &mut Driving) -> Result<(), MachineError> {
@@ -104,9 +124,15 @@ impl Checker<'_> {
                 ));
             }
         }
+        // what the log measures comes before a constant
+        let has = |joint: &str| self.constant(joint).is_some();
         let input = if self.is_logged(&spec.pivot) {
             LinkageInput::PivotAngle
         } else if self.is_logged(&spec.rod) {
+            LinkageInput::RodLength
+        } else if has(&spec.pivot) {
+            LinkageInput::PivotAngle
+        } else if has(&spec.rod) {
             LinkageInput::RodLength
         } else {
             return Err(self.unmeasured(&[format!("\"{}\" (or \"{}\")", spec.pivot, spec.rod)]));
@@ -125,9 +151,10 @@ impl Checker<'_> {
             self.tree,
             &self.spec.file,
         )?);
-        driving
-            .joints
-            .extend(joint.map(|joint| measured_joint(joint, true, None)));
+        driving.joints.extend(joint.map(|joint| {
+            let logged = self.is_logged(&joint.name);
+            measured_joint(joint, logged, self.constant(&joint.name), None)
+        }));
         driving.couplings[bodies.pivot] = Some(JointCoupling::Pivot(index));
         driving.couplings[bodies.cylinder] = Some(JointCoupling::Cylinder(index));
         driving.couplings[bodies.rod] = Some(JointCoupling::Rod(index));

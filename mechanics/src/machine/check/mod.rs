@@ -4,7 +4,10 @@
 mod actuated_joints;
 mod checker;
 mod contact;
+mod doubts;
 mod driving;
+mod implausible_masses;
+mod implausible_wheels;
 mod imu_mount;
 mod payloads;
 mod reference;
@@ -12,6 +15,8 @@ mod signals;
 mod suspension;
 mod suspension_control;
 mod weighed;
+mod wheel_side;
 mod wheels;
 
 pub use checker::LogFacts;
+pub use doubts::UNCONFIRMED;

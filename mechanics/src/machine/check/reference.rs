@@ -42,6 +42,7 @@ impl Checker<'_> {
             .check_posture("limits.reference_posture", stated, &driving.joints)?;
         let positions = driving.joints.iter().enumerate().map(|(index, joint)| {
             (stated.get(&joint.name).copied())
+                .or(joint.constant)
                 .unwrap_or_else(|| self.nearest_to_zero(index, driving))
         });
         let optimal = limits.optimal_load.as_ref();

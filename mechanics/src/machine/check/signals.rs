@@ -43,11 +43,15 @@ impl Checker<'_> {
     fn check_joint(&self, joint: &str, fields: &JointFields) -> Result<(), MachineError> {
         let place = format!("signals.joints.{joint}");
         self.joint(&place, joint)?;
-        let (position, velocity) = (&fields.position, &fields.velocity);
+        let velocity = &fields.velocity;
+        if let Some(NumberSpec::Constant(value)) = fields.position {
+            return self.check_constant(&place, value, fields);
+        }
+        let position = fields.position.as_ref().and_then(NumberSpec::field);
         for (key, field) in [
             ("position", position),
-            ("velocity", velocity),
-            ("effort", &fields.effort),
+            ("velocity", velocity.as_ref()),
+            ("effort", fields.effort.as_ref()),
         ] {
             if let Some(field) = field {
                 self.check_field(&format!("{place}.{key}"), field, true)?;
@@ -62,6 +66,27 @@ impl Checker<'_> {
                 Err(self.value_error(place, expected, found))
             }
             _ => Ok(()),
+        }
+    }
+
+    /// A joint that nobody logs: its position is constant, so it has no velocity.
+    fn check_constant(
+        &self,
+        place: &str,
+        value: f64,
+        fields: &JointFields,
+    ) -> Result<(), MachineError> {
+        if !value.is_finite() {
+            let place = format!("{place}.position");
+            return Err(self.value_error(place, "a finite number [rad or m]", value));
+        }
+        if fields.velocity.is_some() {
+            let place = format!("{place}.velocity");
+            return Err(self.value_error(place, "no velocity of a constant position", "one"));
+        }
+        match &fields.effort {
+            Some(effort) => self.check_field(&format!("{place}.effort"), effort, true),
+            None => Ok(()),
         }
     }
 

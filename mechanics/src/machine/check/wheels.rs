@@ -44,6 +44,7 @@ impl Checker<'_> {
                 body: link.body,
                 centre_in_body,
                 radius: wheel.radius,
+                radius_sigma: None,
                 stiffness: self.spec.contact.tyre_stiffness.as_ref().map(|_| stiffness),
                 relative_stiffness: stiffness / mean,
                 centre_at_zero: (self.tree.bodies[link.body].base_from_body

@@ -1,0 +1,153 @@
+//! Attitudes: rotations at all, in agreement with the specific force, and measuring a tilt.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use tipwatch_mechanics::state::{Sensor, tilt_is_measured};
+
+use super::windows::{median, windows};
+use super::{GrossInput, GrossInputKind};
+use crate::base::number::{percent, short};
+use crate::load::{LoadedLog, Signal};
+
+/// Deviation of a quaternion's length from one that no rounding explains.
+const LENGTH_TOLERANCE: f64 = 0.1;
+/// Share of such quaternions from which the signal is no attitude.
+const MOST_NOT_UNIT: f64 = 0.5;
+/// Angle between up by attitude and by specific force, the median over windows of one second, that no
+/// acceleration of a machine explains (degrees).
+const LARGEST_ANGLE_DEG: f64 = 40.0;
+/// Fewest windows of that comparison.
+const FEWEST_WINDOWS: usize = 3;
+
+/// First value of the quaternion x y z w in a sample of an IMU or of odometry.
+const FIRST: usize = 6;
+
+/// Attitudes that are no rotations or that contradict the specific force.
+pub(super) fn faults(loaded: &LoadedLog) -> Vec<GrossInput> {
+    let signals = loaded.signals.iter();
+    let with_attitude =
+        signals.filter(|signal| matches!(signal.sensor, Sensor::Imu | Sensor::Odometry));
+    with_attitude
+        .filter_map(|signal| not_unit(signal).or_else(|| contradicts_gravity(signal)))
+        .collect()
+}
+
+/// Without an IMU the loads follow from the attitude of the odometry: one without tilt leaves the slope unknown.
+pub(super) fn slope_unknown(loaded: &LoadedLog) -> Option<GrossInput> {
+    if loaded.matched.sensors.imu {
+        return None;
+    }
+    let signal = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Odometry)?;
+    let samples = signal.recording.stamps_ns.len();
+    if samples == 0 || quaternions(signal).any(|xyzw| tilt_is_measured(xyzw)) {
+        return None;
+    }
+    let given = quaternions(signal).filter(|xyzw| xyzw.iter().all(|v| v.is_finite()));
+    let evidence = match given.count() {
+        0 => format!("No orientation in {samples} messages of {}", signal.topic),
+        count => format!(
+            "Roll and pitch are exactly 0 in all {count} orientations of {}",
+            signal.topic
+        ),
+    };
+    Some(GrossInput {
+        kind: GrossInputKind::SlopeUnknown,
+        headline: "Nothing in the log measures the slope of the ground: the odometry is planar and there is no IMU"
+            .into(),
+        evidence: vec![evidence, "Level ground is not assumed".into()],
+        fix: "bind an IMU, or an attitude that measures roll and pitch".into(),
+    })
+}
+
+/// A note if the IMU's attitude does not measure a tilt: slope and causes are then unknown, loads are not.
+#[must_use]
+pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
+    let signal = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Imu)?;
+    let given = || quaternions(signal).filter(|xyzw| xyzw.iter().all(|v| v.is_finite()));
+    let count = given().count();
+    if count == 0 || given().any(|xyzw| tilt_is_measured(xyzw)) {
+        return None;
+    }
+    Some(format!(
+        "{}: roll and pitch are exactly 0 in all {count} orientations. They are treated as not measured: the slope of \
+         the ground is unknown, not 0 degrees. Loads follow from the specific force and are not affected.",
+        signal.topic
+    ))
+}
+
+fn quaternions(signal: &Signal) -> impl Iterator<Item = &[f64]> {
+    let recording = &signal.recording;
+    (0..recording.stamps_ns.len()).map(|at| &recording.sample(at)[FIRST..FIRST + 4])
+}
+
+fn not_unit(signal: &Signal) -> Option<GrossInput> {
+    let lengths: Vec<f64> = quaternions(signal)
+        .map(|xyzw| xyzw.iter().map(|v| v * v).sum::<f64>().sqrt())
+        .filter(|length| length.is_finite() && *length > 0.0)
+        .collect();
+    let wrong = |length: &&f64| (*length - 1.0).abs() > LENGTH_TOLERANCE;
+    let share = lengths.iter().filter(wrong).count() as f64 / lengths.len() as f64;
+    if !(share > MOST_NOT_UNIT) {
+        return None;
+    }
+    Some(GrossInput {
+        kind: GrossInputKind::Attitude,
+        headline: format!(
+            "The orientations of {} are no rotations: their quaternions do not have length 1",
+            signal.topic
+        ),
+        evidence: vec![format!(
+            "Median length {} of {} quaternions, {} of them beyond 1 ± {LENGTH_TOLERANCE}",
+            short(median(lengths.iter().copied()).unwrap_or(f64::NAN)),
+            lengths.len(),
+            percent(share)
+        )],
+        fix: "bind the quaternion in the order x, y, z, w, without a scale, or roll_pitch_yaw in radians".into(),
+    })
+}
+
+/// Of an IMU: both are in its own axes, so its mounting plays no part.
+fn contradicts_gravity(signal: &Signal) -> Option<GrossInput> {
+    if signal.sensor != Sensor::Imu {
+        return None;
+    }
+    let recording = &signal.recording;
+    let angles = windows(&recording.stamps_ns)
+        .into_iter()
+        .filter_map(|window| {
+            let (mut up, mut force) = (Vector3::zeros(), Vector3::zeros());
+            for sample in window.map(|at| recording.sample(at)) {
+                let [x, y, z, w] = [6, 7, 8, 9].map(|at| sample[at]);
+                let quaternion = Quaternion::new(w, x, y, z);
+                let measured = Vector3::new(sample[0], sample[1], sample[2]);
+                let is_known = (quaternion.norm() - 1.0).abs() < LENGTH_TOLERANCE
+                    && tilt_is_measured(&sample[FIRST..])
+                    && measured.iter().all(|c| c.is_finite());
+                if is_known {
+                    let attitude = UnitQuaternion::from_quaternion(quaternion);
+                    up += attitude.inverse_transform_vector(&Vector3::z());
+                    force += measured;
+                }
+            }
+            let angle = up.angle(&force).to_degrees();
+            (up.norm() > 0.0 && force.norm() > 0.0 && angle.is_finite()).then_some(angle)
+        });
+    let angles: Vec<f64> = angles.collect();
+    let angle = median(angles.iter().copied())?;
+    if angles.len() < FEWEST_WINDOWS || angle <= LARGEST_ANGLE_DEG {
+        return None;
+    }
+    Some(GrossInput {
+        kind: GrossInputKind::Attitude,
+        headline: format!(
+            "Orientation and specific force of {} disagree on where up is by {angle:.0} degrees",
+            signal.topic
+        ),
+        evidence: vec![format!(
+            "Median over {} windows of one second; one of the two is wrong",
+            angles.len()
+        )],
+        fix: "an orientation in degrees, or one whose z axis points down, or a specific force of the opposite sign: \
+              correct it by scale in [signals.imu], or bind the IMU without its orientation"
+            .into(),
+    })
+}

@@ -1,0 +1,41 @@
+//! Finds the gross inputs of a log.
+
+use anyhow::Result;
+use tipwatch_binding::MachineFile;
+use tipwatch_ingest::Log;
+
+use super::{GrossInput, GrossInputKind};
+use super::{actuators, attitude, fields, gyro, joints, odometry, specific_force, stance};
+use crate::base::rows::Rows;
+use crate::load::LoadedLog;
+
+/// The gross inputs of a log, each kind once for each signal; none for inputs that are plausible or that cannot
+/// be checked. The samples must still be loaded; `rows` need their states only.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn gross_inputs(
+    log: &Log,
+    file: &MachineFile,
+    loaded: &LoadedLog,
+    rows: &Rows,
+) -> Result<Vec<GrossInput>> {
+    let mut found: Vec<GrossInput> = Vec::new();
+    found.extend(specific_force::scale(loaded));
+    found.extend(joints::scales(loaded));
+    found.extend(fields::angles_in_degrees(log, file)?);
+    found.extend(attitude::faults(loaded));
+    found.extend(attitude::slope_unknown(loaded));
+    found.extend(gyro::scale(loaded));
+    found.extend(odometry::scale(loaded));
+    found.extend(odometry::exchanged(loaded));
+    found.extend(actuators::scales(loaded));
+    // what these two say follows from a signal in another unit
+    if !(found.iter()).any(|input| input.kind == GrossInputKind::SpecificForceScale) {
+        found.extend(stance::direction(&loaded.machine, rows));
+    }
+    if found.is_empty() {
+        found.extend(stance::rests_while_tipping(&loaded.machine, rows));
+    }
+    Ok(found)
+}

@@ -1,0 +1,192 @@
+//! Unit of the odometry's velocity by the wheels, and left and right wheels by the turn of the machine.
+
+use std::collections::BTreeMap;
+
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::Sensor;
+
+use super::proportion::{Proportion, Unit, scale_hint, unit_by_factor};
+use super::slots;
+use super::windows::median;
+use super::{GrossInput, GrossInputKind};
+use crate::base::number::short;
+use crate::load::{LoadedLog, Signal};
+
+/// Proportion of odometry and wheels, or its inverse, that no slip of all wheels explains.
+const LARGEST_PROPORTION: f64 = 1.8;
+/// Fewest slots of half a second of a comparison.
+const FEWEST: usize = 6;
+/// Smallest root mean square velocity of a machine that drives (m/s).
+const DRIVING: f64 = 0.05;
+/// Smallest root mean square angular velocity of a machine that turns (rad/s).
+const TURNING: f64 = 0.03;
+/// The odometry's velocity relative to radius times wheel velocity.
+const UNITS: [Unit; 8] = [
+    ("kilometres per hour", 3.6),
+    ("miles per hour", 2.236_936),
+    ("centimetres per second", 100.0),
+    ("millimetres per second", 1000.0),
+    ("wheel velocities in degrees per second", 1.0 / 57.295_78),
+    ("wheel velocities in revolutions per minute", 1.0 / 9.549_3),
+    ("wheel velocities in revolutions per second", 6.283_185),
+    ("a diameter given as the radius of the wheels", 0.5),
+];
+
+/// The velocity of a wheel's circumference, by slot.
+struct WheelSpeed {
+    wheel: usize,
+    by_slot: BTreeMap<i64, f64>,
+}
+
+/// An odometry velocity that does not fit the wheels.
+pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
+    let odometry = of(loaded, Sensor::Odometry)?;
+    let forward = slots::means(&odometry.recording.stamps_ns, |at| {
+        odometry.recording.sample(at)[0]
+    });
+    let mut factors = Vec::new();
+    let mut evidence = Vec::new();
+    for speed in wheel_speeds(loaded) {
+        let proportion = compared(&speed.by_slot, &forward);
+        let Some(factor) = proportion.factor() else {
+            continue;
+        };
+        let [wheel, odometry] = proportion.sizes();
+        if proportion.pairs >= FEWEST && wheel.max(odometry) > DRIVING {
+            factors.push(factor.abs());
+            evidence.push(format!(
+                "Wheel {}: the odometry is {} times radius times wheel velocity, over {} half seconds",
+                loaded.machine.wheels()[speed.wheel].name,
+                short(factor),
+                proportion.pairs
+            ));
+        }
+    }
+    let factor = median(factors)?;
+    if (1.0 / LARGEST_PROPORTION..=LARGEST_PROPORTION).contains(&factor) {
+        return None;
+    }
+    let unit = unit_by_factor(factor, &UNITS);
+    let looks_like = match unit {
+        Some((name, _)) => format!("it looks like {name}"),
+        None => "one of the two is in another unit".to_owned(),
+    };
+    Some(GrossInput {
+        kind: GrossInputKind::OdometryScale,
+        headline: format!(
+            "The velocity on {} does not fit the wheels: {looks_like}",
+            odometry.topic
+        ),
+        evidence,
+        fix: match unit {
+            Some((_, factor)) if factor < 1.0 || factor == 6.283_185 => {
+                "correct the radius of the wheels, or the scale of their velocities in [signals.joints]".into()
+            }
+            _ => format!(
+                "{}; bind the velocity with it in [signals.odometry]",
+                scale_hint(factor, unit)
+            ),
+        },
+    })
+}
+
+/// Left and right wheel velocities that differ the wrong way round when the machine turns.
+pub(super) fn exchanged(loaded: &LoadedLog) -> Option<GrossInput> {
+    let machine = &loaded.machine;
+    let odometry = of(loaded, Sensor::Odometry)?;
+    let imu = of(loaded, Sensor::Imu)?;
+    if machine.imu().body != 0 {
+        return None;
+    }
+    let forward = slots::means(&odometry.recording.stamps_ns, |at| {
+        odometry.recording.sample(at)[0]
+    });
+    let mount = machine.imu().body_from_mount.rotation;
+    let turn = slots::means(&imu.recording.stamps_ns, |at| {
+        let sample = imu.recording.sample(at);
+        (mount * nalgebra::Vector3::new(sample[3], sample[4], sample[5])).z
+    });
+    let mut differences: BTreeMap<i64, f64> = BTreeMap::new();
+    let speeds = wheel_speeds(loaded);
+    // joint axes may point to either side: forward is positive
+    let signed: Vec<(&WheelSpeed, f64)> = (speeds.iter())
+        .filter_map(|speed| {
+            let factor = compared(&speed.by_slot, &forward).factor()?;
+            Some((speed, factor.signum()))
+        })
+        .collect();
+    for (left, of_left) in &signed {
+        for (right, of_right) in &signed {
+            let track = lateral(machine, left.wheel) - lateral(machine, right.wheel);
+            let apart = machine.wheels()[left.wheel].centre_at_zero.x
+                - machine.wheels()[right.wheel].centre_at_zero.x;
+            if track > 0.0 && apart.abs() < 0.1 * track {
+                for (slot, velocity) in &left.by_slot {
+                    if let Some(other) = right.by_slot.get(slot) {
+                        let difference = (of_right * other - of_left * velocity) / track;
+                        differences.insert(*slot, difference);
+                    }
+                }
+            }
+        }
+    }
+    let proportion = compared(&turn, &differences);
+    let factor = proportion.factor()?;
+    let [turning, by_wheels] = proportion.sizes();
+    if factor > -0.3 || proportion.pairs < FEWEST || turning.min(by_wheels) < TURNING {
+        return None;
+    }
+    Some(GrossInput {
+        kind: GrossInputKind::WheelsExchanged,
+        headline: "Left and right wheel velocities contradict the turn of the machine: left and right seem exchanged"
+            .into(),
+        evidence: vec![format!(
+            "The turn by the wheels is {} times that of the IMU, over {} half seconds",
+            short(factor),
+            proportion.pairs
+        )],
+        fix: "exchange the names or links of the left and right wheels or joints, or correct the sign of the IMU's \
+              angular velocity"
+            .into(),
+    })
+}
+
+fn of(loaded: &LoadedLog, sensor: Sensor) -> Option<&Signal> {
+    loaded.signals.iter().find(|signal| signal.sensor == sensor)
+}
+
+fn lateral(machine: &Machine, wheel: usize) -> f64 {
+    machine.wheels()[wheel].centre_at_zero.y
+}
+
+fn compared(x: &BTreeMap<i64, f64>, y: &BTreeMap<i64, f64>) -> Proportion {
+    let mut proportion = Proportion::default();
+    for (x, y) in slots::pairs(x, y) {
+        proportion.add(x, y);
+    }
+    proportion
+}
+
+/// Radius times velocity of every wheel whose joint is logged.
+fn wheel_speeds(loaded: &LoadedLog) -> Vec<WheelSpeed> {
+    let machine = &loaded.machine;
+    let mut speeds = Vec::new();
+    for signal in &loaded.signals {
+        let Sensor::Joints(stream) = signal.sensor else {
+            continue;
+        };
+        let joints = &loaded.matched.sensors.joints[stream].joints;
+        for (column, &joint) in joints.iter().enumerate() {
+            let Some(wheel) = machine.joints()[joint].spins_wheel else {
+                continue;
+            };
+            let radius = machine.wheels()[wheel].radius;
+            let velocity = |at: usize| radius * signal.recording.sample(at)[joints.len() + column];
+            speeds.push(WheelSpeed {
+                wheel,
+                by_slot: slots::means(&signal.recording.stamps_ns, velocity),
+            });
+        }
+    }
+    speeds
+}

@@ -1,0 +1,46 @@
+//! Means over slots of half a second, in which signals of different rates can be compared.
+
+use std::collections::BTreeMap;
+
+/// Length of a slot (ns).
+const LENGTH_NS: i64 = 500_000_000;
+
+/// Mean of the finite values in each slot, by number of the slot.
+pub(super) fn means(stamps_ns: &[i64], value: impl Fn(usize) -> f64) -> BTreeMap<i64, f64> {
+    let mut sums: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
+    for (sample, stamp) in stamps_ns.iter().enumerate() {
+        let value = value(sample);
+        if value.is_finite() {
+            let (sum, count) = sums.entry(stamp.div_euclid(LENGTH_NS)).or_default();
+            *sum += value;
+            *count += 1.0;
+        }
+    }
+    (sums.into_iter())
+        .map(|(slot, (sum, count))| (slot, sum / count))
+        .collect()
+}
+
+/// Pairs of means of the slots that both have.
+pub(super) fn pairs<'m>(
+    a: &'m BTreeMap<i64, f64>,
+    b: &'m BTreeMap<i64, f64>,
+) -> impl Iterator<Item = (f64, f64)> + 'm {
+    a.iter()
+        .filter_map(|(slot, &value)| Some((value, *b.get(slot)?)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slots_hold_the_means_of_what_is_finite() {
+        let stamps = [0, 400_000_000, 600_000_000, -1];
+        let values = [1.0, 3.0, f64::NAN, 7.0];
+        let found = means(&stamps, |sample| values[sample]);
+        assert_eq!(found, BTreeMap::from([(-1, 7.0), (0, 2.0)]));
+        let other = BTreeMap::from([(0, 5.0), (9, 1.0)]);
+        assert_eq!(pairs(&found, &other).collect::<Vec<_>>(), [(2.0, 5.0)]);
+    }
+}

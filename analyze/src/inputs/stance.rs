@@ -1,0 +1,180 @@
+//! A machine that stands still must be able to stand: the specific force points away from the ground, and the
+//! computed loads hold it up.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{State, Workspace, evaluate};
+
+use super::windows::windows;
+use super::{GrossInput, GrossInputKind};
+use crate::base::number::short;
+use crate::base::rows::Rows;
+
+/// Largest angular velocity of a quiet row (rad/s).
+const QUIET_RAD_S: f64 = 0.03;
+/// Largest relative deviation of the specific force from gravity in a quiet row.
+const QUIET_SHARE: f64 = 0.1;
+/// Largest joint velocity of a quiet row (rad/s or m/s).
+const QUIET_JOINTS: f64 = 0.15;
+/// Steeper than any ground on which a machine stands (degrees).
+const STEEPEST_DEG: f64 = 50.0;
+/// Most windows that are evaluated, evenly spread.
+const MOST_WINDOWS: usize = 200;
+/// Most rows before the first quiet window that are evaluated, evenly spread.
+const MOST_EARLIER: usize = 500;
+/// Negative load of the wheels off an edge, as a share of the weight, from which a machine cannot stay at rest for a
+/// second: it would turn about the edge by several degrees.
+const TIPPING_SHARE: f64 = 0.05;
+
+/// A specific force that never points away from the ground.
+pub(super) fn direction(machine: &Machine, rows: &Rows) -> Option<GrossInput> {
+    let windows = windows(&rows.times_ns);
+    let mut scratch = Scratch::new(machine);
+    let step = windows.len().div_ceil(MOST_WINDOWS).max(1);
+    let tilts = windows.iter().step_by(step).filter_map(|window| {
+        let row = (window.start + window.end) / 2;
+        if rows.reasons[row].leave_state_unknown() {
+            return None;
+        }
+        rows.states.get(row, &mut scratch.state);
+        // at rest every part has the same specific force, whatever holds it
+        scratch.state.tool_wrench.force = Vector3::zeros();
+        scratch.state.tool_wrench.moment = Vector3::zeros();
+        let outcome = evaluate(machine, &scratch.state, &mut scratch.workspace);
+        let tilt = (outcome.ground_wrench.force.angle(&outcome.contact_normal)).to_degrees();
+        tilt.is_finite().then_some(tilt)
+    });
+    let tilts: Vec<f64> = tilts.collect();
+    // a machine that lies on its side stood before
+    let least = tilts.iter().copied().reduce(f64::min)?;
+    if least <= STEEPEST_DEG {
+        return None;
+    }
+    let fix = match least > 150.0 {
+        true => {
+            "the specific force has the opposite sign (scale = -1 in [signals.imu]), or the IMU is mounted upside down ([imu] rpy)"
+        }
+        false => "correct the mounting of the IMU: [imu] link and rpy",
+    };
+    Some(GrossInput {
+        kind: GrossInputKind::SpecificForceDirection,
+        headline: format!(
+            "The specific force of the IMU always points {least:.0} degrees or more away from the normal of the ground"
+        ),
+        evidence: vec![
+            format!(
+                "Smallest angle in {} windows of one second; no machine stands on ground steeper than {STEEPEST_DEG:.0} degrees",
+                tilts.len()
+            ),
+            format!("Mounting of the IMU: {}", machine.imu().source),
+        ],
+        fix: fix.into(),
+    })
+}
+
+/// A machine that rests where it would tip over.
+pub(super) fn rests_while_tipping(machine: &Machine, rows: &Rows) -> Option<GrossInput> {
+    let window = quiet_windows(machine, rows).into_iter().next()?;
+    let mut scratch = Scratch::new(machine);
+    let earlier = 0..window.start;
+    let step = window.start.div_ceil(MOST_EARLIER).max(1);
+    for row in earlier.step_by(step) {
+        rows.states.get(row, &mut scratch.state);
+        let outcome = evaluate(machine, &scratch.state, &mut scratch.workspace);
+        let stood = outcome.itom_full.iter().all(|moment| *moment <= 0.0);
+        if stood && !rows.reasons[row].leave_state_unknown() {
+            // it stood and fell: now it may lie on its side
+            return None;
+        }
+    }
+    let weight = machine.mass() * machine.gravity();
+    let mut least: Vec<f64> = vec![f64::NEG_INFINITY; machine.polygon().edges().len()];
+    for row in [
+        window.start,
+        (window.start + window.end) / 2,
+        window.end - 1,
+    ] {
+        rows.states.get(row, &mut scratch.state);
+        let outcome = evaluate(machine, &scratch.state, &mut scratch.workspace);
+        for (edge, least) in machine.polygon().edges().iter().zip(&mut least) {
+            let wheels = 0..machine.wheels().len();
+            let off_edge = wheels.filter(|&wheel| !edge.carries[wheel]);
+            let otf: f64 = off_edge.map(|wheel| outcome.otf[wheel]).sum();
+            // NaN stays: such a row says nothing
+            *least = if otf > *least || otf.is_nan() {
+                otf
+            } else {
+                *least
+            };
+        }
+    }
+    let edges = machine.polygon().edges().iter().zip(least);
+    let (edge, otf) = edges
+        .filter(|(_, otf)| otf.is_finite())
+        .min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    if otf >= -TIPPING_SHARE * weight {
+        return None;
+    }
+    Some(GrossInput {
+        kind: GrossInputKind::RestsWhileTipping,
+        headline: format!(
+            "The machine rests at t = {:.2} s, where by these inputs it would tip over about the {} edge",
+            rows.seconds(window.start),
+            edge.name
+        ),
+        evidence: vec![
+            format!(
+                "The wheels off that edge would have to be pulled down by {} N, {:.0} % of the weight, for {:.2} s",
+                short(-otf),
+                -100.0 * otf / weight,
+                rows.seconds(window.end - 1) - rows.seconds(window.start)
+            ),
+            "Nothing turns meanwhile: something else holds the machine, or masses, geometry or joint positions are wrong"
+                .into(),
+        ],
+        fix: "compare masses, centres of mass and wheel positions with the machine (tipwatch check-machine --log), and \
+              the unit and zero of the joint positions; state a force on the tool as tool_wrench"
+            .into(),
+    })
+}
+
+struct Scratch {
+    state: State<f64>,
+    workspace: Workspace<f64>,
+}
+
+impl Scratch {
+    fn new(machine: &Machine) -> Self {
+        Self {
+            state: State::zero(machine),
+            workspace: Workspace::new(machine),
+        }
+    }
+}
+
+/// Windows of a second in which the base does not turn, the arm moves slowly at most, and the signals determine the state.
+fn quiet_windows(machine: &Machine, rows: &Rows) -> Vec<Range<usize>> {
+    let mut state = State::zero(machine);
+    let mut is_quiet = |row: usize| {
+        if rows.reasons[row].leave_state_unknown() {
+            return false;
+        }
+        rows.states.get(row, &mut state);
+        let imu = &state.imu;
+        let length = imu.specific_force.norm() / machine.gravity();
+        let joints = (machine.joints().iter().zip(&state.joints))
+            .filter(|(joint, _)| joint.spins_wheel.is_none());
+        (length - 1.0).abs() < QUIET_SHARE
+            && imu.angular_velocity.norm() < QUIET_RAD_S
+            && joints
+                .into_iter()
+                .all(|(_, motion)| motion.rate.abs() < QUIET_JOINTS)
+    };
+    let found = windows(&rows.times_ns).into_iter();
+    let seconds = |window: &Range<usize>| rows.seconds(window.end - 1) - rows.seconds(window.start);
+    found
+        .filter(|window| seconds(window) > 0.7 && window.clone().all(&mut is_quiet))
+        .collect()
+}

@@ -1,0 +1,691 @@
+//! Gross inputs: signals in other units and impossible machines, made from small logs. Nothing is concluded from
+//! them, and what is only unusual is no gross input.
+
+use std::process::Command;
+
+use tempfile::TempDir;
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::inputs::GrossInputKind;
+use tipwatch_analyze::report::findings;
+use tipwatch_mechanics::machine::{LogFacts, Machine};
+use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::verdict::Level;
+use tipwatch_mechanics::{MachineError, MachineSpec, Quantity};
+use tipwatch_tests::{Values, analysed_with, data, write_edited, write_edited_without};
+
+const RAD_TO_DEG: f64 = 57.295_779_513;
+const ARM: [&str; 3] = ["slew", "lift", "tilt"];
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A fault in every message of a log, and the gross input that it is.
+struct Case {
+    name: &'static str,
+    log: &'static str,
+    edit: fn(&str, &mut Values<'_>),
+    kind: GrossInputKind,
+    /// A word of the headline or the correction.
+    says: &'static str,
+}
+
+fn scale(values: &mut Values<'_>, name: &str, factor: f64) {
+    values.set(name, values.get(name) * factor);
+}
+
+fn scale_force(topic: &str, values: &mut Values<'_>, factor: f64) {
+    if topic == "/imu/data" {
+        for axis in AXES {
+            scale(values, &format!("force.{axis}"), factor);
+        }
+    }
+}
+
+fn scale_joints(topic: &str, values: &mut Values<'_>, lists: &[&str], names: &[&str], factor: f64) {
+    if topic == "/joint_states" {
+        for list in lists {
+            for name in names {
+                scale(values, &format!("{list}.{name}"), factor);
+            }
+        }
+    }
+}
+
+const CASES: [Case; 19] = [
+    Case {
+        name: "specific force in g",
+        log: "tiny_lift",
+        edit: |topic, values| scale_force(topic, values, 1.0 / 9.806_65),
+        kind: GrossInputKind::SpecificForceScale,
+        says: "units of g",
+    },
+    Case {
+        name: "specific force in thousandths of g",
+        log: "tiny_lift",
+        edit: |topic, values| scale_force(topic, values, 1000.0 / 9.806_65),
+        kind: GrossInputKind::SpecificForceScale,
+        says: "thousandths of g",
+    },
+    Case {
+        name: "specific force in feet per second squared, machine in motion",
+        log: "corner_brake",
+        edit: |topic, values| scale_force(topic, values, 1.0 / 0.3048),
+        kind: GrossInputKind::SpecificForceScale,
+        says: "feet",
+    },
+    Case {
+        name: "specific force of a wrong scale",
+        log: "tiny_lift",
+        edit: |topic, values| scale_force(topic, values, 0.8),
+        kind: GrossInputKind::SpecificForceScale,
+        says: "scale = 1.2",
+    },
+    Case {
+        name: "gravity removed",
+        log: "tiny_lift",
+        edit: |topic, values| {
+            if topic == "/imu/data" {
+                let [x, y, z, w] =
+                    ["x", "y", "z", "w"].map(|part| values.get(&format!("attitude.{part}")));
+                let up = [
+                    2.0 * (x * z - w * y),
+                    2.0 * (y * z + w * x),
+                    1.0 - 2.0 * (x * x + y * y),
+                ];
+                for (axis, up) in AXES.iter().zip(up) {
+                    let name = format!("force.{axis}");
+                    values.set(&name, values.get(&name) - 9.8066 * up);
+                }
+            }
+        },
+        kind: GrossInputKind::SpecificForceScale,
+        says: "gravity seems to be removed",
+    },
+    Case {
+        name: "specific force of the opposite sign",
+        log: "tiny_lift",
+        edit: |topic, values| scale_force(topic, values, -1.0),
+        kind: GrossInputKind::SpecificForceDirection,
+        says: "opposite sign",
+    },
+    Case {
+        name: "angular velocity in degrees per second",
+        log: "corner_brake",
+        edit: |topic, values| {
+            if topic == "/imu/data" {
+                for axis in AXES {
+                    scale(values, &format!("turning.{axis}"), RAD_TO_DEG);
+                }
+            }
+        },
+        kind: GrossInputKind::AngularVelocityScale,
+        says: "degrees per second",
+    },
+    Case {
+        name: "joint positions in degrees",
+        log: "tiny_lift",
+        edit: |topic, values| scale_joints(topic, values, &["position"], &ARM, RAD_TO_DEG),
+        kind: GrossInputKind::JointPositionScale,
+        says: "degrees",
+    },
+    Case {
+        name: "joint positions and velocities in degrees",
+        log: "tiny_lift",
+        edit: |topic, values| {
+            scale_joints(topic, values, &["position", "velocity"], &ARM, RAD_TO_DEG);
+        },
+        kind: GrossInputKind::JointPositionScale,
+        says: "degrees",
+    },
+    Case {
+        name: "joint velocities in degrees per second",
+        log: "tiny_lift",
+        edit: |topic, values| scale_joints(topic, values, &["velocity"], &ARM, RAD_TO_DEG),
+        kind: GrossInputKind::JointVelocityScale,
+        says: "degrees per second",
+    },
+    Case {
+        name: "joint velocities of the opposite sign",
+        log: "tiny_lift",
+        edit: |topic, values| scale_joints(topic, values, &["velocity"], &ARM, -1.0),
+        kind: GrossInputKind::JointVelocityScale,
+        says: "opposite sign",
+    },
+    Case {
+        name: "a stroke in millimetres",
+        log: "tiny_lift",
+        edit: |topic, values| {
+            scale_joints(
+                topic,
+                values,
+                &["position", "velocity"],
+                &["extension"],
+                1000.0,
+            );
+        },
+        kind: GrossInputKind::JointPositionScale,
+        says: "millimetres",
+    },
+    Case {
+        name: "quaternions that are not of unit length",
+        log: "tiny_lift",
+        edit: |topic, values| {
+            if topic == "/imu/data" {
+                for part in ["x", "y", "z", "w"] {
+                    scale(values, &format!("attitude.{part}"), 3.0);
+                }
+            }
+        },
+        kind: GrossInputKind::Attitude,
+        says: "length 1",
+    },
+    Case {
+        name: "an attitude whose z axis points down",
+        log: "tiny_lift",
+        edit: |topic, values| {
+            if topic == "/imu/data" {
+                let [x, y, z, w] =
+                    ["x", "y", "z", "w"].map(|p| values.get(&format!("attitude.{p}")));
+                for (part, value) in [("x", w), ("y", z), ("z", -y), ("w", -x)] {
+                    values.set(&format!("attitude.{part}"), value);
+                }
+            }
+        },
+        kind: GrossInputKind::Attitude,
+        says: "where up is",
+    },
+    Case {
+        name: "odometry in kilometres per hour",
+        log: "corner_brake",
+        edit: |topic, values| {
+            if topic == "/odom" {
+                scale(values, "velocity.x", 3.6);
+            }
+        },
+        kind: GrossInputKind::OdometryScale,
+        says: "kilometres per hour",
+    },
+    Case {
+        name: "odometry in millimetres per second",
+        log: "corner_brake",
+        edit: |topic, values| {
+            if topic == "/odom" {
+                scale(values, "velocity.x", 1000.0);
+            }
+        },
+        kind: GrossInputKind::OdometryScale,
+        says: "millimetres per second",
+    },
+    Case {
+        name: "wheel velocities in revolutions per minute",
+        log: "corner_brake",
+        edit: |topic, values| {
+            let wheels = ["wheel_fl", "wheel_fr", "wheel_rl", "wheel_rr"];
+            scale_joints(topic, values, &["velocity"], &wheels, 9.549_3);
+        },
+        kind: GrossInputKind::JointVelocityScale,
+        says: "revolutions per minute",
+    },
+    Case {
+        name: "left and right wheels exchanged",
+        log: "corner_brake",
+        edit: |topic, values| {
+            if topic == "/joint_states" {
+                for (left, right) in [("wheel_fl", "wheel_fr"), ("wheel_rl", "wheel_rr")] {
+                    for list in ["position", "velocity"] {
+                        let names = [left, right].map(|wheel| format!("{list}.{wheel}"));
+                        let [of_left, of_right] = [values.get(&names[0]), values.get(&names[1])];
+                        values.set(&names[0], of_right);
+                        values.set(&names[1], of_left);
+                    }
+                }
+            }
+        },
+        kind: GrossInputKind::WheelsExchanged,
+        says: "exchanged",
+    },
+    Case {
+        name: "a specific force turned to the side",
+        log: "tiny_lift",
+        edit: |topic, values| {
+            if topic == "/imu/data" {
+                let [y, z] = [values.get("force.y"), values.get("force.z")];
+                values.set("force.y", z);
+                values.set("force.z", -y);
+            }
+        },
+        kind: GrossInputKind::Attitude,
+        says: "where up is",
+    },
+];
+
+fn edited(folder: &TempDir, log: &str, edit: fn(&str, &mut Values<'_>)) -> Analysis {
+    let path = folder.path().join("edited.mcap");
+    let from = data(&format!("{log}.mcap"));
+    write_edited(&from, &path, &mut |topic, values| edit(topic, values));
+    analysed_with(&path, &data(&format!("{log}.toml")), Options::default())
+}
+
+#[test]
+fn nothing_is_concluded_from_signals_in_other_units() {
+    let mut missed = Vec::new();
+    for case in &CASES {
+        let folder = TempDir::new().unwrap();
+        let analysis = edited(&folder, case.log, case.edit);
+        let gross = &analysis.gross_inputs;
+        let fits = |input: &&tipwatch_analyze::inputs::GrossInput| {
+            input.kind == case.kind
+                && (input.headline.contains(case.says) || input.fix.contains(case.says))
+        };
+        if !gross.iter().any(|input| fits(&input)) {
+            missed.push(format!("{}: {gross:?}", case.name));
+            continue;
+        }
+        let claims = (analysis.events.iter())
+            .filter(|event| event.kind.is_stability())
+            .count();
+        let is_marked = |row: usize| analysis.rows.reasons[row].has(Reason::GrossInput);
+        let all_marked = (0..analysis.rows.len()).all(is_marked);
+        let verdicts = &analysis.rows.verdicts.as_ref().unwrap().verdicts;
+        let all_fault = verdicts.iter().all(|verdict| verdict.level == Level::Fault);
+        let first = &findings(&analysis)[0];
+        let is_first = first.headline.contains(&gross[0].headline)
+            && first.evidence.last().unwrap().contains(&gross[0].fix);
+        if claims > 0 || !all_marked || !all_fault || !is_first {
+            missed.push(format!(
+                "{}: {claims} {all_marked} {all_fault} {first}",
+                case.name
+            ));
+        }
+    }
+    assert!(missed.is_empty(), "{missed:#?}");
+}
+
+#[test]
+fn good_and_unusual_logs_have_no_gross_input() {
+    for log in [
+        "tiny",
+        "tiny_lift",
+        "corner_brake",
+        "hard_brake",
+        "swing_lift",
+        "second_paper",
+    ] {
+        let analysis = edited(&TempDir::new().unwrap(), log, |_, _| ());
+        assert_eq!(analysis.gross_inputs, [], "{log}");
+    }
+    let unusual: [(&str, fn(&str, &mut Values<'_>)); 4] = [
+        ("encoders with a wrong zero", |topic, values| {
+            if topic == "/joint_states" {
+                let steer = values.get("position.steer_fl");
+                values.set("position.steer_fl", steer + 10.4);
+            }
+        }),
+        (
+            "a slewing joint that is one turn further",
+            |topic, values| {
+                if topic == "/joint_states" {
+                    let slew = values.get("position.slew");
+                    values.set("position.slew", slew + std::f64::consts::TAU);
+                }
+            },
+        ),
+        (
+            "an accelerometer with a bias of 0.3 m/s^2",
+            |topic, values| {
+                if topic == "/imu/data" {
+                    let z = values.get("force.z");
+                    values.set("force.z", z + 0.3);
+                }
+            },
+        ),
+        ("a slope of 20 degrees more", |topic, values| {
+            if topic == "/imu/data" {
+                let [y, z] = [values.get("force.y"), values.get("force.z")];
+                let (sin, cos) = 20.0_f64.to_radians().sin_cos();
+                values.set("force.y", cos * y - sin * z);
+                values.set("force.z", sin * y + cos * z);
+            }
+        }),
+    ];
+    for (name, edit) in unusual {
+        let analysis = edited(&TempDir::new().unwrap(), "tiny", edit);
+        assert_eq!(analysis.gross_inputs, [], "{name}");
+    }
+}
+
+fn planar(topic: &str, values: &mut Values<'_>) {
+    if topic == "/imu/data" || topic == "/odom" {
+        let [z, w] = ["z", "w"].map(|part| values.get(&format!("attitude.{part}")));
+        let length = z.hypot(w);
+        for (part, value) in [("x", 0.0), ("y", 0.0), ("z", z / length), ("w", w / length)] {
+            values.set(&format!("attitude.{part}"), value);
+        }
+    }
+}
+
+#[test]
+fn exactly_planar_attitude_leaves_the_slope_unknown() {
+    let folder = TempDir::new().unwrap();
+    let analysis = edited(&folder, "tiny_lift", planar);
+    assert_eq!(analysis.gross_inputs, []);
+    assert!(
+        analysis
+            .notes
+            .iter()
+            .any(|note| note.contains("unknown, not 0 degrees"))
+    );
+    assert_eq!(analysis.rows.up_in_base(&analysis.machine, 100), None);
+    // loads follow from the specific force
+    let whole = analysed_with(
+        &data("tiny_lift.mcap"),
+        &data("tiny_lift.toml"),
+        Options::default(),
+    );
+    let load = |analysis: &Analysis| analysis.rows.outcomes.column(Quantity::Load(0)).to_vec();
+    assert_eq!(load(&analysis), load(&whole));
+    assert!(
+        analysis
+            .events
+            .iter()
+            .any(|event| event.kind.is_stability())
+    );
+}
+
+#[test]
+fn planar_odometry_in_place_of_an_imu_is_not_level_ground() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("edited.mcap");
+    let machine = folder.path().join("machine.toml");
+    let text = std::fs::read_to_string(data("tiny_lift.toml")).unwrap();
+    let text = text
+        .replace("imu = \"/imu/data\"\n", "")
+        .replace("tiny_lift.urdf", data("tiny_lift.urdf").to_str().unwrap());
+    std::fs::write(&machine, text).unwrap();
+    for (edit, kinds) in [
+        (
+            planar as fn(&str, &mut Values<'_>),
+            vec![GrossInputKind::SlopeUnknown],
+        ),
+        (|_: &str, _: &mut Values<'_>| (), vec![]),
+    ] {
+        write_edited_without(&data("tiny_lift.mcap"), &path, "/imu/data", &mut |t, v| {
+            edit(t, v)
+        });
+        let analysis = analysed_with(&path, &machine, Options::default());
+        let found: Vec<_> = analysis
+            .gross_inputs
+            .iter()
+            .map(|input| input.kind)
+            .collect();
+        assert_eq!(found, kinds);
+        let load = analysis.rows.outcomes.column(Quantity::Load(0));
+        assert_eq!(load.iter().any(|load| load.is_finite()), kinds.is_empty());
+    }
+}
+
+#[test]
+fn the_program_tells_gross_inputs_first_and_fails() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("edited.mcap");
+    write_edited(&data("tiny_lift.mcap"), &path, &mut |topic, values| {
+        scale_force(topic, values, 1.0 / 9.806_65);
+    });
+    let out = folder.path().join("out");
+    let output = Command::new(env!("CARGO_BIN_EXE_programs"))
+        .args(["tipwatch", "analyze"])
+        .arg(&path)
+        .arg("--machine")
+        .arg(data("tiny_lift.toml"))
+        .arg("--out")
+        .arg(&out)
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_ne!(output.status.code(), Some(0), "{told}");
+    let first = told.lines().find(|line| line.starts_with("- ")).unwrap();
+    assert!(
+        first.contains("No conclusion is possible") && first.contains("units of g"),
+        "{told}"
+    );
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["gross_inputs"][0]["kind"], "specific_force_scale");
+    assert!(
+        summary["gross_inputs"][0]["fix"]
+            .as_str()
+            .unwrap()
+            .contains("9.80665")
+    );
+    assert_eq!(summary["rows"]["valid"], 0);
+    assert!(summary["wheels"]["rl"]["least_otf_n"].is_null());
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("No conclusion is possible"));
+}
+
+/// The machine of `tiny_lift` with changed texts.
+fn machine(toml: &[(&str, &str)], urdf: &[(&str, &str)]) -> Result<Machine, MachineError> {
+    let read = |name: &str, changes: &[(&str, &str)]| {
+        let mut text = std::fs::read_to_string(data(name)).unwrap();
+        for (from, to) in changes {
+            assert!(text.contains(from), "{from}");
+            text = text.replace(from, to);
+        }
+        text
+    };
+    let spec = MachineSpec::from_toml(&read("tiny_lift.toml", toml), "machine.toml").unwrap();
+    spec.check(
+        &read("tiny_lift.urdf", urdf),
+        "machine.urdf",
+        LogFacts::default(),
+    )
+}
+
+const BASE_INERTIAL: &str = "<inertial><origin xyz='0 0 0' rpy='0 0 0'/><mass value='2200.0'/><inertia ixx='480.0' ixy='0.0' ixz='12.0' iyy='980.0' iyz='6.0' izz='1224.0'/></inertial>";
+
+/// Replacements in a text.
+type Changes = &'static [(&'static str, &'static str)];
+
+#[test]
+fn impossible_machines_are_refused_with_the_likely_correction() {
+    let cases: [(&str, Changes, Changes, &[&str]); 14] = [
+        (
+            "radius in mm",
+            &[("radius = 0.35", "radius = 350")],
+            &[],
+            &["wheels.FL.radius", "millimetres", "0.35"],
+        ),
+        (
+            "radius in inches",
+            &[("radius = 0.35", "radius = 13.78")],
+            &[],
+            &["inches", "0.35"],
+        ),
+        (
+            "a diameter",
+            &[("radius = 0.35", "radius = 0.7")],
+            &[],
+            &["diameter", "0.35"],
+        ),
+        (
+            "radius in mm without a shape",
+            &[("radius = 0.35", "radius = 350")],
+            &[(
+                "<cylinder radius='0.35' length='0.24'/>",
+                "<box size='1 1 1'/>",
+            )],
+            &["distance between the wheels", "0.35"],
+        ),
+        (
+            "overlapping wheels",
+            &[("radius = 0.35", "radius = 1.4")],
+            &[(
+                "<cylinder radius='0.35' length='0.24'/>",
+                "<box size='1 1 1'/>",
+            )],
+            &["not to overlap"],
+        ),
+        (
+            "two wheels on one link",
+            &[("wheel_rr", "wheel_rl")],
+            &[],
+            &["wheels.RR.link", "wheel_rl", "RL"],
+        ),
+        (
+            "left and right mixed up",
+            &[
+                ("wheel_fl", "x"),
+                ("wheel_fr", "wheel_fl"),
+                ("\"x\"", "\"wheel_fr\""),
+            ],
+            &[],
+            &["on the left", "on the right"],
+        ),
+        (
+            "front and rear mixed up",
+            &[
+                ("wheel_fl", "x"),
+                ("wheel_rl", "wheel_fl"),
+                ("\"x\"", "\"wheel_rl\""),
+                ("wheel_fr", "y"),
+                ("wheel_rr", "wheel_fr"),
+                ("\"y\"", "\"wheel_rr\""),
+            ],
+            &[],
+            &["named front", "x points forward"],
+        ),
+        (
+            "a base without inertial",
+            &[],
+            &[(BASE_INERTIAL, "")],
+            &["base_link", "a base with mass", "<inertial>"],
+        ),
+        (
+            "a base of a gram",
+            &[],
+            &[(
+                "<mass value='2200.0'/><inertia ixx='480.0' ixy='0.0' ixz='12.0' iyy='980.0' iyz='6.0' izz='1224.0'/>",
+                "<mass value='0.001'/><inertia ixx='0.0001' ixy='0' ixz='0' iyy='0.0001' iyz='0' izz='0.0001'/>",
+            )],
+            &["a base with mass"],
+        ),
+        (
+            "a mass without inertia",
+            &[],
+            &[(
+                "<inertia ixx='480.0' ixy='0.0' ixz='12.0' iyy='980.0' iyz='6.0' izz='1224.0'/>",
+                "",
+            )],
+            &["base_link", "an inertia for its mass"],
+        ),
+        (
+            "22 g with 1 kg m^2",
+            &[],
+            &[(
+                "<mass value='60.0'/><inertia ixx='2.15' ixy='0.0' ixz='0.0' iyy='3.675' iyz='0.0' izz='2.15'/>",
+                "<mass value='0.022'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>",
+            )],
+            &["wheel_fl", "radius of gyration of 6.74 m"],
+        ),
+        (
+            "wheels placed in mm",
+            &[],
+            &[
+                ("xyz='1.15 0.875", "xyz='1150 875"),
+                ("xyz='1.15 -0.875", "xyz='1150 -875"),
+                ("xyz='-1.15 0.875", "xyz='-1150 875"),
+                ("xyz='-1.15 -0.875", "xyz='-1150 -875"),
+            ],
+            &["wheels", "m apart", "another unit"],
+        ),
+        (
+            "an arm placed in mm",
+            &[],
+            &[("xyz='0.5 0 0.25'", "xyz='500 0 250'")],
+            &["arm_slew", "millimetres"],
+        ),
+    ];
+    machine(&[], &[]).unwrap();
+    for (name, toml, urdf, words) in cases {
+        let error = machine(toml, urdf).expect_err(name).to_string();
+        for word in words {
+            assert!(error.contains(word), "{name}: {word}: {error}");
+        }
+    }
+}
+
+#[test]
+fn unusual_machines_are_accepted() {
+    let cases: [(&str, Changes, Changes); 5] = [
+        (
+            "a tyre larger than its rim",
+            &[("radius = 0.35", "radius = 0.5")],
+            &[],
+        ),
+        (
+            "wheels without sides in their names",
+            &[("[wheels.FL]", "[wheels.a]"), ("[wheels.FR]", "[wheels.b]")],
+            &[],
+        ),
+        (
+            "a light sensor without inertia",
+            &[],
+            &[(
+                "<mass value='0.001'/><inertia ixx='0.001' ixy='0.0' ixz='0.0' iyy='0.001' iyz='0.0' izz='0.001'/>",
+                "<mass value='0.2'/>",
+            )],
+        ),
+        (
+            "a heavy base",
+            &[],
+            &[("<mass value='2200.0'/>", "<mass value='20000.0'/>")],
+        ),
+        (
+            "a placeholder inertia",
+            &[],
+            &[(
+                "<mass value='0.001'/><inertia ixx='0.001' ixy='0.0' ixz='0.0' iyy='0.001' iyz='0.0' izz='0.001'/>",
+                "<mass value='0.0001'/><inertia ixx='0.005' ixy='0' ixz='0' iyy='0.005' iyz='0' izz='0.005'/>",
+            )],
+        ),
+    ];
+    for (name, toml, urdf) in cases {
+        let machine = machine(toml, urdf);
+        assert!(machine.is_ok(), "{name}: {:?}", machine.err());
+    }
+}
+
+#[test]
+fn a_machine_that_rests_where_it_would_tip_over_is_told() {
+    let folder = TempDir::new().unwrap();
+    let urdf = std::fs::read_to_string(data("folded_arm.urdf"));
+    // the centre of mass two metres to the left of where it is
+    let urdf = urdf.unwrap();
+    let moved = urdf.replacen(
+        "<origin xyz='0.3 0.0 0.12'",
+        "<origin xyz='0.3 2.0 0.12'",
+        1,
+    );
+    assert_ne!(urdf, moved);
+    std::fs::write(folder.path().join("moved.urdf"), moved).unwrap();
+    let text = std::fs::read_to_string(data("folded_arm.toml")).unwrap();
+    let machine = folder.path().join("machine.toml");
+    std::fs::write(&machine, text.replace("folded_arm.urdf", "moved.urdf")).unwrap();
+    let analysis = analysed_with(&data("folded_arm.mcap"), &machine, Options::default());
+    let found: Vec<_> = analysis
+        .gross_inputs
+        .iter()
+        .map(|input| input.kind)
+        .collect();
+    assert_eq!(
+        found,
+        [GrossInputKind::RestsWhileTipping],
+        "{:?}",
+        analysis.gross_inputs
+    );
+    assert!(
+        analysis
+            .events
+            .iter()
+            .all(|event| !event.kind.is_stability())
+    );
+}
