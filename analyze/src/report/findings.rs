@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 
-use super::faults;
+use super::{faults, prevention};
 use crate::analysis::Analysis;
 use crate::events::{Event, EventCauses, EventKind, Finding};
 use crate::page::{list, number, percent, probability, readable};
@@ -26,8 +26,12 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let wheel_event = events.iter().any(|event| event.kind.is_stability());
     let without = (!wheel_event).then(|| scene.without_event(lowest_load(analysis), analysis));
+    let of_input = events.iter().position(|event| !event.kind.is_stability());
+    let advised_at = of_input.unwrap_or(events.len()) + usize::from(without.is_some());
     let found = events.into_iter().map(|event| scene.finding(event));
-    without.into_iter().chain(found).collect()
+    let mut found: Vec<Finding> = without.into_iter().chain(found).collect();
+    found.splice(advised_at..advised_at, prevention::finding(analysis));
+    found
 }
 
 /// Findings as a list for a page, each with its evidence.
