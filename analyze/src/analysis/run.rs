@@ -90,7 +90,13 @@ pub fn analyse(
         .sensitivities
         .then(|| sensitivity::table(machine, &rows))
         .flatten();
-    let advice = advise(machine, &rows, min_loads_n.as_deref(), &events, sensitivity.as_ref());
+    let advice = advise(
+        machine,
+        &rows,
+        min_loads_n.as_deref(),
+        &events,
+        sensitivity.as_ref(),
+    );
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
     let clock_findings = clock::text::of_signals(&loaded.signals);

@@ -34,7 +34,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     let scene = Scene::of(analysis);
     html! {
         p {
-            "Wheel " (advice.wheel.to_uppercase()) " came closest to lifting: its overturning force (OTF) was "
+            "Wheel " (display(analysis, &advice.wheel)) " came closest to lifting: its overturning force (OTF) was "
             (number(advice.worst_otf_n)) " N at t = " (format_args!("{:.2}", scene.seconds(advice.worst_ns))) " s, its limit is "
             (number(advice.limit_n)) " N. " (conclusion(advice))
         }
@@ -42,12 +42,12 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
             p {
                 "Each change was put back into the model and evaluated from t = "
                 (format_args!("{:.2} to {:.2}", scene.seconds(advice.from_ns), scene.seconds(advice.to_ns))) " s (" (advice.rows) " rows). "
-                "It is the smallest amount with which every wheel that fell below its limit stays at it, no other wheel falls "
-                "below its own limit or its least as logged, and the machine comes no nearer to an edge than it did. "
+                "It is the smallest amount with which every wheel stays at its limit in every row, and the machine comes no nearer "
+                "to an edge than it did. "
                 "A bar shows the effort: the change as a share of its reference value."
             }
             (bars(&shown.iter().map(bar).collect::<Vec<_>>()))
-            (results(&shown))
+            (results(analysis, &shown))
         }
         @if !advice.rejected.is_empty() {
             details {
@@ -65,11 +65,11 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
 /// The finding, if a wheel fell below its limit in an event.
 pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
     let advice = analysis.advice.as_ref()?;
-    let wheel = advice.wheel.to_uppercase();
+    let wheel = display(analysis, &advice.wheel);
     let headline = match &advice.changes[..] {
         [] => format!("Wheel {wheel}: {}", lower_first(&conclusion(advice))),
         [first, ..] => format!(
-            "Simulated: {} would have kept wheel {wheel} at its load limit{}",
+            "Simulated: {} would have kept wheel {wheel} and the others at their load limits{}",
             first.statement,
             under_which_split(first)
         ),
@@ -92,6 +92,13 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
     Some(Finding { headline, evidence })
 }
 
+/// A wheel's name as in the machine file.
+fn display<'a>(analysis: &'a Analysis, wheel: &'a str) -> &'a str {
+    let mut wheels = analysis.machine.wheels().iter();
+    let found = wheels.find(|spec| spec.name.to_lowercase() == wheel);
+    found.map_or(wheel, |spec| &spec.name)
+}
+
 fn without_advice(analysis: &Analysis) -> &'static str {
     let mut events = analysis.events.iter();
     if analysis.sensitivity.is_none() {
@@ -107,20 +114,23 @@ fn without_advice(analysis: &Analysis) -> &'static str {
 fn conclusion(advice: &Advice) -> String {
     match (&advice.not_simulated, advice.changes.is_empty()) {
         (Some(why), _) => format!("{why}; no change was simulated."),
-        (None, true) => "No single change within limits would have kept every wheel at its limit.".into(),
+        (None, true) => {
+            "No single change within limits would have kept every wheel at its limit.".into()
+        }
         (None, false) => {
-            "In a simulation, each of these changes alone would have kept every wheel at its limit.".into()
+            "In a simulation, each of these changes alone would have kept every wheel at its limit."
+                .into()
         }
     }
 }
 
-fn results(changes: &[&SimulatedChange]) -> Markup {
+fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
     let head = [
         "Change",
         "First order",
         "Minimum OTF [N]",
         "σ [N]",
-        "Other wheels, minimum OTF [N]",
+        "Every wheel, minimum OTF [N]",
         "ZMP margin [m]",
         "Overturning moment [N m]",
         "Holds under",
@@ -128,11 +138,18 @@ fn results(changes: &[&SimulatedChange]) -> Markup {
     let cells = changes.iter().map(|change| {
         let wheels = change.wheels.iter().map(|(wheel, margins)| {
             let (before, after) = (margins.otf_n.before, margins.otf_n.after);
-            format!("{} {} → {}", wheel.to_uppercase(), number(before), number(after))
+            format!(
+                "{} {} → {}",
+                display(analysis, wheel),
+                number(before),
+                number(after)
+            )
         });
         vec![
             change.statement.clone(),
-            (change.first_order).map_or("–".into(), |first| format!("{}{}", signed(first), unit(change))),
+            (change.first_order).map_or("–".into(), |first| {
+                format!("{}{}", signed(first), unit(change))
+            }),
             number(change.least_otf_n),
             change.otf_sigma_n.map_or("–".into(), number),
             wheels.collect::<Vec<_>>().join(", "),
@@ -155,7 +172,11 @@ fn assumptions(advice: &Advice) -> Vec<String> {
             advice.rows_left_out
         ));
     }
-    if advice.changes.iter().any(|change| !change.holds_under_any_split) {
+    if advice
+        .changes
+        .iter()
+        .any(|change| !change.holds_under_any_split)
+    {
         all.push(
             "\"The stated split\": the result holds if the load is shared between the wheels as the machine file states. \
              Another split that equilibrium allows could still lift a wheel"
@@ -174,8 +195,13 @@ fn under_which_split(change: &SimulatedChange) -> &'static str {
 
 /// The smallest OTF of the other wheels (N).
 fn others_least(advice: &Advice, change: &SimulatedChange) -> f64 {
-    let others = change.wheels.iter().filter(|(wheel, _)| **wheel != advice.wheel);
-    others.fold(f64::INFINITY, |least, (_, margins)| least.min(margins.otf_n.after))
+    let others = change
+        .wheels
+        .iter()
+        .filter(|(wheel, _)| **wheel != advice.wheel);
+    others.fold(f64::INFINITY, |least, (_, margins)| {
+        least.min(margins.otf_n.after)
+    })
 }
 
 fn sigma(change: &SimulatedChange) -> String {

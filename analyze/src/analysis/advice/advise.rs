@@ -66,7 +66,7 @@ pub(crate) fn advise(
     let by_rule = otf_by_rule(&window, &outcomes);
     window.keep_measured_split(rows, &by_rule);
     let logged = margins(&window, &outcomes);
-    let bounds = bounds(machine, rows, event, &worst, &logged, &limit);
+    let bounds = bounds(machine, &logged, &limit);
     let first_order = |parameter: Parameter| {
         let mut table = sensitivity.rows.iter();
         let row = table.find(|row| row.wheel == worst.wheel && row.parameter == parameter)?;
@@ -121,7 +121,15 @@ fn worst(
                 let share = otf[row] / scale;
                 if found.as_ref().is_none_or(|(least, _)| share < *least) {
                     let otf_n = otf[row];
-                    found = Some((share, Worst { wheel, row, otf_n, limit_n }));
+                    found = Some((
+                        share,
+                        Worst {
+                            wheel,
+                            row,
+                            otf_n,
+                            limit_n,
+                        },
+                    ));
                 }
             }
         }
@@ -140,31 +148,19 @@ fn not_simulated(rows: &Rows, window: &Window, event: [i64; 2]) -> Option<String
     })
 }
 
-/// Wheels that fell below their limit in the event must stay at it; the others must not fall below theirs, or below their
-/// smallest OTF as logged.
-fn bounds(
-    machine: &Machine,
-    rows: &Rows,
-    event: [i64; 2],
-    worst: &Worst,
-    logged: &Margins,
-    limit: &dyn Fn(usize) -> f64,
-) -> Bounds {
-    let of_event = rows.at(event[0])..=rows.at(event[1]);
-    let is_target = |wheel: &usize| {
-        let otf = rows.outcomes.column(Quantity::Otf(*wheel));
-        let mut of_event = of_event.clone();
-        *wheel == worst.wheel || of_event.any(|row| otf[row] < limit(*wheel))
-    };
+/// Every wheel must stay at its limit over the whole window. The smallest load under any split must reach the limit too,
+/// or be no less than as logged for a wheel that was not below its limit.
+fn bounds(machine: &Machine, logged: &Margins, limit: &dyn Fn(usize) -> f64) -> Bounds {
     let wheels = 0..machine.wheels().len();
+    let is_target = |wheel: &usize| logged.otf[*wheel].0 < limit(*wheel);
     let targets: Vec<usize> = wheels.clone().filter(is_target).collect();
-    let bound = |wheel: usize, logged: f64| match targets.contains(&wheel) {
+    let any_split = wheels.clone().map(|wheel| match targets.contains(&wheel) {
         true => limit(wheel),
-        false => limit(wheel).min(logged),
-    };
+        false => limit(wheel).min(logged.any_split[wheel]),
+    });
     Bounds {
-        otf: wheels.clone().map(|wheel| bound(wheel, logged.otf[wheel].0)).collect(),
-        any_split: wheels.map(|wheel| bound(wheel, logged.any_split[wheel])).collect(),
+        otf: wheels.map(limit).collect(),
+        any_split: any_split.collect(),
         zmp: logged.zmp.0,
         moment: logged.moment.0,
         weight: machine.mass() * machine.gravity(),
@@ -198,7 +194,8 @@ fn assumptions(machine: &Machine, window: &Window) -> Vec<String> {
     }
     if !machine.contact().actuated_joints.is_empty() {
         all.push(
-            "The part of the load split that measured actuator forces determine stays as logged".into(),
+            "The part of the load split that measured actuator forces determine stays as logged"
+                .into(),
         );
     }
     all
@@ -229,11 +226,14 @@ impl Told<'_> {
         let (machine, logged, found) = (self.machine, self.logged, &solution.margins);
         let (least_otf_n, place) = found.otf[self.worst.wheel];
         let row = self.window.rows[place];
-        let sigma = self.rows.outcomes.column(Quantity::OtfSigma(self.worst.wheel))[row];
+        let sigma = self
+            .rows
+            .outcomes
+            .column(Quantity::OtfSigma(self.worst.wheel))[row];
         let sign = candidate.change.sign();
         let of_wheel = |(wheel, spec): (usize, &tipwatch_mechanics::machine::Wheel)| {
             let margins = WheelMargins {
-                bound_n: self.bounds.otf[wheel],
+                limit_n: self.bounds.otf[wheel],
                 otf_n: BeforeAfter {
                     before: logged.otf[wheel].0,
                     after: found.otf[wheel].0,
@@ -292,7 +292,7 @@ impl Told<'_> {
                 format!("payload {} lighter by {} kg", payload + 1, short(amount))
             }
             Change::LessLinkMass(link) => format!(
-                "link {} with its load lighter by {} kg",
+                "link {} lighter by {} kg",
                 machine.links()[link].name,
                 short(amount)
             ),

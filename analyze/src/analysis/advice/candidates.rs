@@ -116,7 +116,9 @@ impl Seen {
                 found.joint_rate = found.joint_rate.max(motion.rate.abs());
             }
             let (base, w) = (&state.base, &state.imu.angular_velocity);
-            odometry_is_known &= (base.velocity + base.velocity_rate).iter().all(|v| v.is_finite());
+            odometry_is_known &= (base.velocity + base.velocity_rate)
+                .iter()
+                .all(|v| v.is_finite());
             found.speed = found.speed.max(base.velocity.norm());
             let forward = base.velocity_rate.x.abs();
             found.forward_acceleration = found.forward_acceleration.max(forward);
@@ -155,21 +157,26 @@ fn joint_offsets(machine: &Machine, rows: &Rows, seen: &Seen) -> Vec<Candidate> 
             continue;
         }
         // a position seen beyond a limit of the URDF is possible
-        let limits = measured.limits.map_or([f64::NEG_INFINITY, f64::INFINITY], |limits| {
-            [limits[0].min(log[joint][0]), limits[1].max(log[joint][1])]
-        });
+        let limits = measured
+            .limits
+            .map_or([f64::NEG_INFINITY, f64::INFINITY], |limits| {
+                [limits[0].min(log[joint][0]), limits[1].max(log[joint][1])]
+            });
         let up = range.min(limits[1] - seen.positions[joint][1]);
         let down = range.min(seen.positions[joint][0] - limits[0]);
         let bounds = [up, -down];
-        found.extend(bounds.into_iter().filter(|bound| bound.abs() > SMALLEST_RANGE).map(
-            |bound| Candidate {
-                change: Change::JointOffset(joint),
-                bound,
-                whole: range,
-                effort_of: "its range in this log",
-                first_order: None,
-            },
-        ));
+        found.extend(
+            bounds
+                .into_iter()
+                .filter(|bound| bound.abs() > SMALLEST_RANGE)
+                .map(|bound| Candidate {
+                    change: Change::JointOffset(joint),
+                    bound,
+                    whole: range,
+                    effort_of: "its range in this log",
+                    first_order: None,
+                }),
+        );
     }
     found
 }
@@ -184,7 +191,8 @@ fn masses(machine: &Machine, seen: &Seen) -> Vec<Candidate> {
         first_order: None,
     };
     let payloads = machine.payloads().iter().enumerate();
-    let attached = payloads.filter(|(payload, spec)| seen.attached[*payload] && spec.inertia.mass > 0.0);
+    let attached =
+        payloads.filter(|(payload, spec)| seen.attached[*payload] && spec.inertia.mass > 0.0);
     let of_payloads: Vec<Candidate> = attached
         .map(|(payload, spec)| lighter(Change::LessPayload(payload), spec.inertia.mass, 1.0))
         .collect();
@@ -195,7 +203,13 @@ fn masses(machine: &Machine, seen: &Seen) -> Vec<Candidate> {
     let links = machine.links().iter().enumerate();
     links
         .filter(|(_, link)| Some(link.body) == end && link.inertia.mass > 0.0)
-        .map(|(link, spec)| lighter(Change::LessLinkMass(link), spec.inertia.mass, MOST_LINK_SHARE))
+        .map(|(link, spec)| {
+            lighter(
+                Change::LessLinkMass(link),
+                spec.inertia.mass,
+                MOST_LINK_SHARE,
+            )
+        })
         .collect()
 }
 
@@ -205,7 +219,9 @@ fn carries_wheel(machine: &Machine, joint: usize) -> bool {
     let moves = |coupling: JointCoupling| match coupling {
         JointCoupling::Root => false,
         JointCoupling::Measured(of) | JointCoupling::Mimic { joint: of, .. } => of == joint,
-        JointCoupling::Pivot(of) | JointCoupling::Cylinder(of) | JointCoupling::Rod(of) => linkage(of),
+        JointCoupling::Pivot(of) | JointCoupling::Cylinder(of) | JointCoupling::Rod(of) => {
+            linkage(of)
+        }
     };
     let moved = machine.bodies().iter().enumerate();
     let mut moved = moved.filter(|(_, body)| moves(body.coupling));

@@ -142,3 +142,88 @@ fn turn_less(k: f64, state: &mut State<f64>) {
     imu.angular_velocity += yaw;
     imu.angular_acceleration.z *= k;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const G: f64 = 9.81;
+
+    /// A machine that brakes in a curve at time `t`, its speed v(t), with one joint that moves as q = sin(2 t).
+    fn driving(machine: &Machine, t: f64) -> State<f64> {
+        let mut state = State::zero(machine);
+        let (speed, slowing, curvature) = (5.0 - 1.5 * t, -1.5, 0.1);
+        state.base.velocity = Vector3::x() * speed;
+        state.base.velocity_rate = Vector3::x() * slowing;
+        state.imu.angular_velocity = Vector3::z() * (curvature * speed);
+        state.imu.angular_acceleration = Vector3::z() * (curvature * slowing);
+        state.imu.specific_force = Vector3::new(slowing, curvature * speed * speed, G);
+        state.joints[0].position = (2.0 * t).sin();
+        state.joints[0].rate = 2.0 * (2.0 * t).cos();
+        state.joints[0].acceleration = -4.0 * (2.0 * t).sin();
+        state
+    }
+
+    fn machine() -> Machine {
+        let text = include_str!("../../../../mechanics/tests/data/rigid.toml");
+        let spec = tipwatch_mechanics::MachineSpec::from_toml(text, "rigid.toml").unwrap();
+        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
+        spec.check(urdf, "rigid.urdf", Default::default()).unwrap()
+    }
+
+    /// Half the speed at every place: lateral acceleration v^2 / R and braking fall to a quarter, gravity stays.
+    #[test]
+    fn a_slower_manoeuvre_is_the_same_path_in_stretched_time() {
+        let mut state = driving(&machine(), 1.0);
+        Change::SlowerManoeuvre.apply(0.5, f64::NAN, &mut state);
+        let (speed, joint) = (0.5 * 3.5, state.joints[0]);
+        let expected = Vector3::new(-0.25 * 1.5, 0.1 * speed * speed, G);
+        assert!((state.imu.specific_force - expected).norm() < 1e-12);
+        assert!((state.imu.angular_velocity.z - 0.1 * speed).abs() < 1e-12);
+        // q(t / 2) differentiated at t = 2 s
+        assert!((joint.position - 2.0_f64.sin()).abs() < 1e-12);
+        assert!((joint.rate - 2.0_f64.cos()).abs() < 1e-12);
+        assert!((joint.acceleration + 2.0_f64.sin()).abs() < 1e-12);
+    }
+
+    /// Less braking leaves more speed for the curve: its lateral acceleration grows.
+    #[test]
+    fn a_machine_that_brakes_less_is_faster_in_the_curve() {
+        let mut state = driving(&machine(), 1.0);
+        Change::LessForwardAcceleration.apply(0.4, 5.0, &mut state);
+        let speed = 5.0 - 0.6 * 1.5;
+        let expected = Vector3::new(-0.6 * 1.5, 0.35 * speed, G);
+        assert!((state.base.velocity.x - speed).abs() < 1e-12);
+        assert!((state.imu.specific_force - expected).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_wider_curve_at_the_same_speed_has_less_lateral_acceleration() {
+        let mut state = driving(&machine(), 1.0);
+        Change::WiderCurve.apply(0.2, 5.0, &mut state);
+        let expected = Vector3::new(-1.5, 0.8 * 0.1 * 3.5 * 3.5, G);
+        assert!((state.imu.specific_force - expected).norm() < 1e-12);
+        assert!((state.imu.angular_velocity.z - 0.8 * 0.35).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_amount_of_zero_changes_nothing() {
+        let logged = driving(&machine(), 0.3);
+        for change in [
+            Change::JointOffset(0),
+            Change::SlowerArm,
+            Change::SlowerManoeuvre,
+            Change::LessForwardAcceleration,
+            Change::WiderCurve,
+            Change::LessToolForce,
+        ] {
+            let mut state = logged.clone();
+            change.apply(0.0, 5.0, &mut state);
+            assert_eq!(
+                state.imu.specific_force, logged.imu.specific_force,
+                "{change:?}"
+            );
+            assert_eq!(state.joints, logged.joints, "{change:?}");
+        }
+    }
+}

@@ -78,15 +78,16 @@ pub struct SimulatedChange {
     pub zmp_margin_m: BeforeAfter,
     /// Largest overturning moment (ITOM with wheels) about any edge (N m); negative while stable.
     pub overturning_moment_nm: BeforeAfter,
-    /// Whether the change also keeps every wheel at its bound under any load split that equilibrium allows.
+    /// Whether the change holds under any load split that equilibrium allows: wheels that were below their limit reach it
+    /// under each, the others come no lower than as logged.
     pub holds_under_any_split: bool,
 }
 
 /// Margins of one wheel over the window.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct WheelMargins {
-    /// OTF that the simulation must keep (N): the load limit, or the smallest OTF as logged where that is less.
-    pub bound_n: f64,
+    /// OTF that the wheel must keep over the whole window (N): its load limit.
+    pub limit_n: f64,
     /// Smallest OTF under the stated load split (N).
     pub otf_n: BeforeAfter,
     /// Smallest load under any split that equilibrium allows (N).

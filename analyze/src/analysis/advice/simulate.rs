@@ -70,7 +70,10 @@ pub(super) fn margins(window: &Window, outcomes: &OutcomeColumns) -> Margins {
         least(column.iter().map(|moment| -moment))
     });
     let nearest = moments.fold((f64::INFINITY, 0), |a, b| if b.0 < a.0 { b } else { a });
-    let (first, zmp) = (outcomes.column(Quantity::Otf(0)), outcomes.column(Quantity::ZmpMargin));
+    let (first, zmp) = (
+        outcomes.column(Quantity::Otf(0)),
+        outcomes.column(Quantity::ZmpMargin),
+    );
     Margins {
         any_split: any_split.collect(),
         zmp: least(zmp.iter().copied()),
@@ -90,7 +93,5 @@ fn least(values: impl Iterator<Item = f64>) -> (f64, usize) {
         true => (value, row),
         false => best,
     };
-    values
-        .enumerate()
-        .fold((f64::INFINITY, 0), smaller)
+    values.enumerate().fold((f64::INFINITY, 0), smaller)
 }

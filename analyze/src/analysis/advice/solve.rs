@@ -12,9 +12,9 @@ const SCANNED: usize = 8;
 /// Bisections of a bracket.
 const BISECTIONS: usize = 10;
 /// Rows on which a solution is looked for, before it is checked on all.
-const SOLVED_ROWS: usize = 256;
+const SOLVED_ROWS: usize = 96;
 /// Searches for a solution, each with the rows that the last one violated.
-const MOST_SEARCHES: usize = 4;
+const MOST_SEARCHES: usize = 6;
 /// Significant digits of a change, rounded away from zero.
 const DIGITS: i32 = 3;
 /// Rounding errors of loads and moments, relative to the machine's weight.
@@ -23,12 +23,11 @@ const ROUNDING: f64 = 1e-9;
 /// What a change must keep.
 #[derive(Debug)]
 pub(super) struct Bounds {
-    /// Wheels that fell below their limit during the event.
+    /// Wheels that fell below their limit in the window as logged.
     pub(super) targets: Vec<usize>,
-    /// Smallest OTF of each wheel (N): its limit for a target; else the limit, or the smallest as logged where that is
-    /// less.
+    /// Smallest OTF of each wheel (N): its limit.
     pub(super) otf: Vec<f64>,
-    /// Smallest load of each wheel under any split (N), in the same way.
+    /// Smallest load of each wheel under any split (N).
     pub(super) any_split: Vec<f64>,
     /// Smallest distance of the centre of pressure from an edge as logged (m).
     pub(super) zmp: f64,
@@ -44,7 +43,11 @@ pub(super) enum Violation {
     /// A state that cannot be computed, such as an open linkage.
     NotComputable { place: usize },
     /// A wheel below its bound.
-    Wheel { wheel: usize, otf_n: f64, place: usize },
+    Wheel {
+        wheel: usize,
+        otf_n: f64,
+        place: usize,
+    },
     /// Nearer to an edge than as logged.
     Zmp { margin_m: f64, place: usize },
     /// A larger overturning moment than as logged.
@@ -213,7 +216,7 @@ impl Search<'_> {
     fn smallest_share(&self) -> Result<f64, String> {
         let scanned = self.scanned();
         let holds = |found: &Margins| self.bounds.targets_hold(found);
-        let Some((below, reached)) = self.first(&scanned, 0.0, &holds) else {
+        let Some((below, reached)) = first(&scanned, 0.0, &holds) else {
             return Err(self.out_of_reach(&scanned));
         };
         let share = self.bisected(below, reached, &holds);
@@ -222,37 +225,24 @@ impl Search<'_> {
         };
         // more of the change may mend what the least amount violates
         let keeps_all = |found: &Margins| self.bounds.violated(found).is_none();
-        match self.first(&scanned, share, &keeps_all) {
+        match first(&scanned, share, &keeps_all) {
             Some((below, reached)) => Ok(self.bisected(below, reached, &keeps_all)),
             None => Err(violation.reason(&self.window.machine, self.bounds)),
         }
     }
 
-    /// Shares to try, ascending: evenly spaced, and the first-order estimate.
-    fn scanned(&self) -> Vec<f64> {
+    /// Shares to look for a bracket at, ascending, with their margins: evenly spaced, and the first-order estimate.
+    fn scanned(&self) -> Vec<(f64, Margins)> {
         let even = (1..=SCANNED).map(|k| k as f64 / SCANNED as f64);
-        let seed = self.candidate.first_order.map(|seed| seed / self.candidate.bound);
-        let seed = seed.filter(|share| (0.0..1.0).contains(share) && *share > 0.0);
-        let mut all: Vec<f64> = even.chain(seed).collect();
-        all.sort_by(f64::total_cmp);
-        all
-    }
-
-    /// The first scanned share above `above` that holds, and the one before it.
-    fn first(
-        &self,
-        scanned: &[f64],
-        above: f64,
-        holds: &dyn Fn(&Margins) -> bool,
-    ) -> Option<(f64, f64)> {
-        let mut before = above;
-        for &share in scanned.iter().filter(|share| **share > above) {
-            if holds(&self.simulate(share)) {
-                return Some((before, share));
-            }
-            before = share;
-        }
-        None
+        let seed = self.candidate.first_order;
+        let seed = seed.map(|seed| seed / self.candidate.bound);
+        let seed = seed.filter(|share| 0.0 < *share && *share < 1.0);
+        let mut shares: Vec<f64> = even.chain(seed).collect();
+        shares.sort_by(f64::total_cmp);
+        let simulated = shares
+            .into_iter()
+            .map(|share| (share, self.simulate(share)));
+        simulated.collect()
     }
 
     /// The upper end of the bracket after bisection: it holds.
@@ -268,19 +258,15 @@ impl Search<'_> {
     }
 
     /// Why no amount brings the wheels to their limits.
-    fn out_of_reach(&self, scanned: &[f64]) -> String {
-        let worst = |share: &f64| {
-            let found = self.simulate(*share);
-            let mut wheels = self.bounds.targets.iter();
-            let lowest = wheels.clone().next().map(|&wheel| (wheel, found.otf[wheel].0));
-            wheels.next();
-            wheels.fold(lowest, |lowest, &wheel| match lowest {
-                Some((_, otf)) if otf <= found.otf[wheel].0 => lowest,
-                _ => Some((wheel, found.otf[wheel].0)),
-            })
+    fn out_of_reach(&self, scanned: &[(f64, Margins)]) -> String {
+        let lowest = |(_, found): &(f64, Margins)| {
+            let computable = found.not_computable.is_none();
+            let targets = self.bounds.targets.iter().filter(|_| computable);
+            let otf = targets.map(|&wheel| (wheel, found.otf[wheel].0));
+            otf.min_by(|a, b| a.1.total_cmp(&b.1))
         };
-        let best = scanned.iter().filter_map(worst);
-        match best.filter(|b| b.1.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1)) {
+        let best = scanned.iter().filter_map(lowest);
+        match best.max_by(|a, b| a.1.total_cmp(&b.1)) {
             Some((wheel, otf_n)) => format!(
                 "within its limits the minimum of wheel {} would be {} N at best",
                 self.window.machine.wheels()[wheel].name,
@@ -289,6 +275,22 @@ impl Search<'_> {
             None => "the machine cannot take that posture".into(),
         }
     }
+}
+
+/// The first scanned share above `above` that holds, and the one before it.
+fn first(
+    scanned: &[(f64, Margins)],
+    above: f64,
+    holds: &dyn Fn(&Margins) -> bool,
+) -> Option<(f64, f64)> {
+    let mut before = above;
+    for (share, found) in scanned.iter().filter(|(share, _)| *share > above) {
+        if holds(found) {
+            return Some((before, *share));
+        }
+        before = *share;
+    }
+    None
 }
 
 #[cfg(test)]

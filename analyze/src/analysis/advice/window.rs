@@ -160,7 +160,12 @@ fn span(machine: &Machine, rows: &Rows, event: [i64; 2]) -> std::ops::Range<usiz
             .filter(|(joint, _)| joint.spins_wheel.is_none())
             .all(|(_, motion)| motion.rate.abs() < RESTING_RATE)
     };
-    let with = |margin: i64| [event[0].saturating_sub(margin), event[1].saturating_add(margin)];
+    let with = |margin: i64| {
+        [
+            event[0].saturating_sub(margin),
+            event[1].saturating_add(margin),
+        ]
+    };
     let (least, most) = (with(MARGIN_NS), with(FARTHEST_REST_NS));
     let (mut first, mut last) = (rows.at(least[0]), rows.at(least[1]));
     let near = |row: usize| (most[0]..=most[1]).contains(&rows.times_ns[row]);
@@ -192,7 +197,9 @@ struct BaseBefore {
 
 enum BaseAt {
     /// `state` holds it.
-    Known { held: bool },
+    Known {
+        held: bool,
+    },
     Unknown,
     TooLate,
 }
@@ -256,7 +263,10 @@ impl<'a> BaseOfRows<'a> {
                 angular_acceleration: motion.angular_acceleration,
             };
             // odometry is planar
-            for vector in [&mut self.state.base.velocity, &mut self.state.base.velocity_rate] {
+            for vector in [
+                &mut self.state.base.velocity,
+                &mut self.state.base.velocity_rate,
+            ] {
                 *vector = Vector3::new(vector.x, vector.y, 0.0);
             }
             self.before = Some(BaseBefore {
