@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot continue fails")]
 
 mod accuracy; // wheel loads compared with simulated ground truth
+mod advice; // every advised change holds in an independent evaluation
 mod architecture; // dependencies between files, folders and crates
 mod causal; // batch evaluation equals sample-by-sample evaluation
 mod clocks; // time offsets between topics, estimated from the physics

@@ -1,6 +1,7 @@
 //! The analysis of one log: [`run`] estimates its states, evaluates wheel loads, and studies what they
 //! depend on.
 
+pub mod advice;
 pub mod clock;
 pub mod coverage;
 mod evaluation;

@@ -4,6 +4,7 @@ use tipwatch_ingest::{Losses, StampCorrection, TopicStatistics};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::StreamCounts;
 
+use super::advice::Advice;
 use super::clock::{ClockOffsets, text::TopicsFinding};
 use super::coverage::Coverage;
 use super::model_comparison::ModelComparison;
@@ -46,6 +47,8 @@ pub struct Analysis {
     pub events: Vec<Event>,
     /// Derivatives of the loads; `None` for models without them.
     pub sensitivity: Option<SensitivityTable>,
+    /// What would have prevented the worst event; `None` without one, and for models without derivatives.
+    pub advice: Option<Advice>,
     /// Monte Carlo study of the parameters, if requested.
     pub monte_carlo: Option<MonteCarlo>,
     /// Payload masses estimated from cylinder forces.

@@ -11,6 +11,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, standing_posture};
 
+use super::advice::advise;
 use super::clock;
 use super::clock::ClockOffsets;
 use super::evaluation;
@@ -105,6 +106,13 @@ pub fn analyse(
         .sensitivities
         .then(|| sensitivity::table(machine, &rows))
         .flatten();
+    let advice = advise(
+        machine,
+        &rows,
+        min_loads_n.as_deref(),
+        &events,
+        sensitivity.as_ref(),
+    );
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
     let clock_findings = clock::text::of_signals(&loaded.signals);
@@ -150,6 +158,7 @@ pub fn analyse(
         min_loads_n,
         events,
         sensitivity,
+        advice,
         monte_carlo,
         payloads,
         comparisons,

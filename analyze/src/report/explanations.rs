@@ -1,18 +1,15 @@
-//! What explains the loads: causes of events, preventive changes, sensitivity, models, stated uncertainties.
+//! What explains the loads: causes of events, sensitivity, models, stated uncertainties.
 
 use maud::{Markup, html};
 
 use super::findings::Scene;
-use super::prevention::{Prevention, limit_of, preventions};
 use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
 use crate::analysis::sensitivity::{SensitivityRow, SensitivityTable};
-use crate::page::{Bar, bars, number, readable, short, table};
+use crate::page::{number, readable, short, table};
 
 /// Most parameters listed.
 const MOST_PARAMETERS: usize = 15;
-/// Most preventive changes listed.
-const MOST_PREVENTIONS: usize = 8;
 /// Causes with a smaller share of the lost load are not listed (%).
 const LEAST_PERCENT: f64 = 0.5;
 
@@ -63,48 +60,6 @@ fn worst_rows(found: &SensitivityTable) -> impl Iterator<Item = &SensitivityRow>
         .rows
         .iter()
         .filter(|row| row.wheel == found.worst_wheel)
-}
-
-/// The smallest changes that would have kept the worst wheel at its limit.
-pub(super) fn prevention(analysis: &Analysis) -> Markup {
-    let Some(found) = &analysis.sensitivity else {
-        return no_derivatives();
-    };
-    let Some(row) = worst_rows(found).next() else {
-        return html! {};
-    };
-    let machine = &analysis.machine;
-    let limit_n = limit_of(analysis, found.worst_wheel);
-    let changes = preventions(analysis);
-    let bar = |change: &Prevention| Bar {
-        label: change.parameter.name(machine),
-        share: change.effort,
-        text: format!(
-            "by {} {} from {} ({:.0} % of {})",
-            short(change.change),
-            change.parameter.unit(machine),
-            short(change.value),
-            100.0 * change.effort,
-            change.effort_of
-        ),
-    };
-    let listed: Vec<Bar> = changes.iter().take(MOST_PREVENTIONS).map(bar).collect();
-    html! {
-        p {
-            "Wheel " (machine.wheels()[found.worst_wheel].name) " came closest to lifting: its overturning force (OTF) was "
-            (number(row.worst_otf_n)) " N at t = " (format_args!("{:.2}", Scene::of(analysis).seconds(row.worst_ns))) " s. "
-            @if row.worst_otf_n >= limit_n {
-                "This is above its limit of " (number(limit_n)) " N; there was nothing to prevent."
-            } @else if listed.is_empty() {
-                "To first order, no single change of posture, motion or load would have kept it at its limit of "
-                (number(limit_n)) " N."
-            } @else {
-                "To first order, each of these changes alone would have kept it at its limit of " (number(limit_n)) " N. "
-                "The smallest comes first; a bar shows the change as a share of its reference value."
-            }
-        }
-        @if row.worst_otf_n < limit_n && !listed.is_empty() { (bars(&listed)) }
-    }
 }
 
 fn no_derivatives() -> Markup {

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 
-use super::faults;
+use super::{faults, prevention};
 use crate::analysis::Analysis;
 use crate::events::{Event, EventCauses, EventKind, Finding};
 use crate::inputs::GrossInput;
@@ -25,27 +25,30 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     let scene = Scene::of(analysis);
     let mut events: Vec<&Event> = analysis.events.iter().collect();
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
-    let wheel_event = events.iter().any(|event| event.kind.is_stability());
-    let is_gross = !analysis.gross_inputs.is_empty();
-    let without =
-        (!wheel_event && !is_gross).then(|| scene.without_event(lowest_load(analysis), analysis));
-    let stability = events
-        .iter()
-        .filter(|event| event.kind.is_stability())
-        .count();
-    let found = events.into_iter().map(|event| scene.finding(event));
-    let gross = analysis.gross_inputs.iter().map(gross_finding);
-    let mut findings: Vec<Finding> = gross.chain(without).chain(found).collect();
-    if wheel_event && let Some(known) = partly_known(analysis) {
-        findings.insert(
-            stability,
-            Finding {
-                headline: format!("Wheel loads are known only in {known} of the log"),
-                evidence: vec!["In the rest, wheels may have lifted unseen".into()],
-            },
-        );
+    let of_input = events.iter().position(|event| !event.kind.is_stability());
+    let (stability, of_input) = events.split_at(of_input.unwrap_or(events.len()));
+    let may_conclude = analysis.gross_inputs.is_empty();
+    let calm = (stability.is_empty() && may_conclude)
+        .then(|| scene.without_event(lowest_load(analysis), analysis));
+    let partly = (!stability.is_empty())
+        .then(|| partly_known(analysis))
+        .flatten();
+    let finding = |event: &&Event| scene.finding(event);
+    (analysis.gross_inputs.iter().map(gross_finding))
+        .chain(calm)
+        .chain(stability.iter().map(finding))
+        .chain(partly.map(|known| unknown_rest(&known)))
+        .chain(prevention::finding(analysis))
+        .chain(of_input.iter().map(finding))
+        .collect()
+}
+
+/// What the computed part of a log leaves open.
+fn unknown_rest(known: &str) -> Finding {
+    Finding {
+        headline: format!("Wheel loads are known only in {known} of the log"),
+        evidence: vec!["In the rest, wheels may have lifted unseen".into()],
     }
-    findings
 }
 
 /// What stands in the way of every conclusion.

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::findings::{finding_list, findings};
 use super::plots::{self, MOST_EVENTS};
-use super::{clocks, explanations, moment, tables};
+use super::{clocks, explanations, moment, prevention, tables};
 use crate::analysis::Analysis;
 use crate::page::{self, Document, Figure, MOST_POINTS, PlotLibrary, Plots, section};
 
@@ -24,7 +24,7 @@ pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
         (section("View from above", moment::section(analysis)))
         (section("What caused the unloading", explanations::causes(analysis)))
         (section("Time histories", time_histories(analysis, &figures)))
-        (section("What would have prevented it", explanations::prevention(analysis)))
+        (section("What would have prevented it", prevention::section(analysis)))
         (section("Sensitivity", explanations::sensitivity(analysis)))
         (section("Models and uncertainty", explanations::models(analysis)))
         (section("Inputs", tables::inputs(analysis)))

@@ -1,137 +1,233 @@
-//! What would have kept the worst wheel at its limit: the smallest changes of what an operator controls.
-//!
-//! To first order, for each change alone: with g the derivative of the wheel's OTF at its worst instant,
-//! `change = (limit - OTF) / g`. Changes are ranked by effort: the change as a share of the range in this log
-//! (positions) or of the value (velocities, accelerations, forces, masses).
+//! What would have prevented the worst event: the simulated advice as a section and as a finding.
 
-use tipwatch_mechanics::machine::{LinkGroup, Machine};
-use tipwatch_mechanics::{Parameter, State};
+use maud::{Markup, html};
 
+use super::findings::Scene;
 use crate::analysis::Analysis;
-use crate::base::rows::Rows;
+use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
+use crate::base::number::number;
+use crate::events::Finding;
+use crate::page::{Bar, bars, list, short, table};
 
-/// A joint with a range up to this did not move (rad or m).
-const SMALLEST_RANGE: f64 = 1e-3;
-/// Motions and forces up to this are negligible (in their units).
-const NEGLIGIBLE: f64 = 1e-3;
+/// Most changes shown in the chart and the table.
+const MOST_SHOWN: usize = 8;
+/// Most changes in a finding.
+const MOST_IN_FINDING: usize = 3;
 
-/// A change that would have kept the worst wheel at its limit.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Prevention {
-    /// What would change.
-    pub(crate) parameter: Parameter,
-    /// Its value at the worst instant.
-    pub(crate) value: f64,
-    /// The change, in the unit of the parameter.
-    pub(crate) change: f64,
-    /// The change as a share of `effort_of`.
-    pub(crate) effort: f64,
-    /// What the change is compared with.
-    pub(crate) effort_of: &'static str,
-}
-
-/// The changes in order of effort; empty if the worst wheel stayed above its limit or the model has no
-/// derivatives. Changes of more than 100 % are omitted, and so are those that would not reduce a motion or force.
-pub(crate) fn preventions(analysis: &Analysis) -> Vec<Prevention> {
-    let Some(table) = &analysis.sensitivity else {
-        return Vec::new();
+/// The section of the report.
+pub(super) fn section(analysis: &Analysis) -> Markup {
+    let Some(advice) = &analysis.advice else {
+        return html! { p { (without_advice(analysis)) } };
     };
-    let machine = &analysis.machine;
-    let limit_n = limit_of(analysis, table.worst_wheel);
-    let ranges = joint_ranges(machine, &analysis.rows);
-    let of_wheel = table.rows.iter().filter(|r| r.wheel == table.worst_wheel);
-    let mut found: Vec<Prevention> = of_wheel
-        .filter(|row| row.worst_otf_n < limit_n)
-        .filter_map(|row| {
-            let value = row.nominal?;
-            let change = (limit_n - row.worst_otf_n) / row.derivative;
-            let (whole, effort_of) = whole(machine, row.parameter, value, &ranges)?;
-            let effort = change.abs() / whole;
-            let is_possible = effort.is_finite()
-                && effort <= 1.0
-                && (is_position(row.parameter) || change * value < 0.0);
-            is_possible.then_some(Prevention {
-                parameter: row.parameter,
-                value,
-                change,
-                effort,
-                effort_of,
-            })
-        })
-        .collect();
-    found.sort_by(|a, b| a.effort.total_cmp(&b.effort));
-    found
-}
-
-/// The load that a wheel should keep (N).
-pub(crate) fn limit_of(analysis: &Analysis, wheel: usize) -> f64 {
-    let limits = analysis.min_loads_n.as_ref();
-    limits
-        .and_then(|limits| limits.get(wheel))
-        .copied()
-        .unwrap_or(0.0)
-}
-
-fn is_position(parameter: Parameter) -> bool {
-    matches!(parameter, Parameter::JointPosition(_))
-}
-
-/// What a change is compared with; `None` for what an operator does not control.
-fn whole(
-    machine: &Machine,
-    parameter: Parameter,
-    value: f64,
-    ranges: &[f64],
-) -> Option<(f64, &'static str)> {
-    let moved = |joint: usize| {
-        let is_wheel = machine.joints()[joint].spins_wheel.is_some();
-        Some(ranges[joint]).filter(|&range| range > SMALLEST_RANGE && !is_wheel)
+    let shown: Vec<&SimulatedChange> = advice.changes.iter().take(MOST_SHOWN).collect();
+    let bar = |change: &&SimulatedChange| Bar {
+        label: change.name.clone(),
+        share: change.effort,
+        text: format!(
+            "{}{} ({:.0} % of {})",
+            signed(change.change),
+            unit(change),
+            100.0 * change.effort,
+            change.effort_of
+        ),
     };
-    match parameter {
-        Parameter::JointPosition(joint) => Some((moved(joint)?, "its range in this log")),
-        Parameter::JointVelocity(joint) | Parameter::JointAcceleration(joint) => {
-            moved(joint)?;
-            (value.abs() > NEGLIGIBLE).then_some((value.abs(), "its value at that time"))
+    let scene = Scene::of(analysis);
+    html! {
+        p {
+            "Wheel " (display(analysis, &advice.wheel)) " came closest to lifting: its overturning force (OTF) was "
+            (number(advice.worst_otf_n)) " N at t = " (format_args!("{:.2}", scene.seconds(advice.worst_ns))) " s, its limit is "
+            (number(advice.limit_n)) " N. " (conclusion(advice))
         }
-        Parameter::BaseMotion(_) | Parameter::ToolForce(_) | Parameter::ToolMoment(_) => {
-            (value.abs() > NEGLIGIBLE).then_some((value.abs(), "its value at that time"))
+        @if !shown.is_empty() {
+            p {
+                "Each change was put back into the model and evaluated from t = "
+                (format_args!("{:.2} to {:.2}", scene.seconds(advice.from_ns), scene.seconds(advice.to_ns))) " s (" (advice.rows) " rows). "
+                "It is the smallest amount with which every wheel stays at its limit in every row, and the machine comes no nearer "
+                "to an edge than it did. "
+                "A bar shows the effort: the change as a share of its reference value."
+            }
+            (bars(&shown.iter().map(bar).collect::<Vec<_>>()))
+            (results(analysis, &shown))
         }
-        Parameter::PayloadMass(_) => Some((value, "its mass")),
-        Parameter::LinkMass(link) => {
-            let carries_load = end_of_arm(machine) == Some(machine.links()[link].body);
-            carries_load.then_some((value, "its mass"))
+        @if !advice.rejected.is_empty() {
+            details {
+                summary { "Changes that were tried and do not hold (" (advice.rejected.len()) ")" }
+                (list(advice.rejected.iter().map(|tried| format!("{}: {}", tried.name, tried.reason))))
+            }
         }
-        _ => None,
+        details {
+            summary { "Assumptions of the simulation" }
+            (list(assumptions(advice)))
+        }
     }
 }
 
-/// The body of the arm with the most joints between it and the base, the heaviest of several: its mass is
-/// mostly tool and load.
-fn end_of_arm(machine: &Machine) -> Option<usize> {
-    let depth = |body: usize| {
-        let up = |&body: &usize| Some(machine.bodies()[body].parent).filter(|_| body > 0);
-        std::iter::successors(Some(body), up).count()
+/// The finding, if a wheel fell below its limit in an event.
+pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
+    let advice = analysis.advice.as_ref()?;
+    let wheel = display(analysis, &advice.wheel);
+    let headline = match &advice.changes[..] {
+        [] => format!("Wheel {wheel}: {}", lower_first(&conclusion(advice))),
+        [first, ..] => format!(
+            "Simulated: {} would have kept wheel {wheel} and the others at their load limits{}",
+            first.statement,
+            under_which_split(first)
+        ),
     };
-    let of_arm = machine.links().iter().filter(|l| l.group == LinkGroup::Arm);
-    let mass = |body: usize| machine.bodies()[body].inertia.mass;
-    of_arm.map(|link| link.body).max_by(|&a, &b| {
-        let deeper = depth(a).cmp(&depth(b));
-        deeper.then(mass(a).total_cmp(&mass(b)))
+    let evidence = advice.changes.iter().take(MOST_IN_FINDING).map(|change| {
+        format!(
+            "With {}: minimum OTF {} N{} (limit {} N), other wheels at least {} N, ZMP margin {}",
+            change.statement,
+            number(change.least_otf_n),
+            sigma(change),
+            number(advice.limit_n),
+            number(others_least(advice, change)),
+            from_to(change.zmp_margin_m, "m")
+        )
+    });
+    let mut evidence: Vec<String> = evidence.collect();
+    evidence.push(
+        "Assumes that everything else stays as logged: ground, motion of the base, other joints, no reaction".into(),
+    );
+    Some(Finding { headline, evidence })
+}
+
+/// A wheel's name as in the machine file.
+fn display<'a>(analysis: &'a Analysis, wheel: &'a str) -> &'a str {
+    let mut wheels = analysis.machine.wheels().iter();
+    let found = wheels.find(|spec| spec.name.to_lowercase() == wheel);
+    found.map_or(wheel, |spec| &spec.name)
+}
+
+fn without_advice(analysis: &Analysis) -> &'static str {
+    let mut events = analysis.events.iter();
+    if analysis.sensitivity.is_none() {
+        "The chosen model does not simulate changes."
+    } else if events.any(|event| event.kind.is_stability()) {
+        "Nothing was simulated: no wheel was below its limit in a valid row of an event."
+    } else {
+        "No wheel fell below its limit in an event; there was nothing to prevent."
+    }
+}
+
+/// What the simulation says, in one sentence.
+fn conclusion(advice: &Advice) -> String {
+    match (&advice.not_simulated, advice.changes.is_empty()) {
+        (Some(why), _) => format!("{why}; no change was simulated."),
+        (None, true) => {
+            "No single change within limits would have kept every wheel at its limit.".into()
+        }
+        (None, false) => {
+            "In a simulation, each of these changes alone would have kept every wheel at its limit."
+                .into()
+        }
+    }
+}
+
+fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
+    let head = [
+        "Change",
+        "First order",
+        "Minimum OTF [N]",
+        "σ [N]",
+        "Every wheel, minimum OTF [N]",
+        "ZMP margin [m]",
+        "Overturning moment [N m]",
+        "Holds under",
+    ];
+    let cells = changes.iter().map(|change| {
+        let wheels = change.wheels.iter().map(|(wheel, margins)| {
+            let (before, after) = (margins.otf_n.before, margins.otf_n.after);
+            format!(
+                "{} {} → {}",
+                display(analysis, wheel),
+                number(before),
+                number(after)
+            )
+        });
+        vec![
+            change.statement.clone(),
+            (change.first_order).map_or("–".into(), |first| {
+                format!("{}{}", signed(first), unit(change))
+            }),
+            number(change.least_otf_n),
+            change.otf_sigma_n.map_or("–".into(), number),
+            wheels.collect::<Vec<_>>().join(", "),
+            from_to(change.zmp_margin_m, ""),
+            from_to(change.overturning_moment_nm, ""),
+            match change.holds_under_any_split {
+                true => "any split".into(),
+                false => "the stated split".to_string(),
+            },
+        ]
+    });
+    table(&head, &cells.collect::<Vec<_>>())
+}
+
+fn assumptions(advice: &Advice) -> Vec<String> {
+    let mut all = advice.assumptions.clone();
+    if advice.rows_left_out > 0 {
+        all.push(format!(
+            "{} rows of the window are left out because their state is unknown",
+            advice.rows_left_out
+        ));
+    }
+    if advice
+        .changes
+        .iter()
+        .any(|change| !change.holds_under_any_split)
+    {
+        all.push(
+            "\"The stated split\": the result holds if the load is shared between the wheels as the machine file states. \
+             Another split that equilibrium allows could still lift a wheel"
+                .into(),
+        );
+    }
+    all
+}
+
+fn under_which_split(change: &SimulatedChange) -> &'static str {
+    match change.holds_under_any_split {
+        true => ", under any load split",
+        false => ", under the stated load split",
+    }
+}
+
+/// The smallest OTF of the other wheels (N).
+fn others_least(advice: &Advice, change: &SimulatedChange) -> f64 {
+    let others = change
+        .wheels
+        .iter()
+        .filter(|(wheel, _)| **wheel != advice.wheel);
+    others.fold(f64::INFINITY, |least, (_, margins)| {
+        least.min(margins.otf_n.after)
     })
 }
 
-/// The range of each joint in the log (rad or m).
-fn joint_ranges(machine: &Machine, rows: &Rows) -> Vec<f64> {
-    let mut state = State::zero(machine);
-    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.joints().len()];
-    for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
-        rows.states.get(row, &mut state);
-        for (range, joint) in ranges.iter_mut().zip(&state.joints) {
-            *range = [range[0].min(joint.position), range[1].max(joint.position)];
-        }
+fn sigma(change: &SimulatedChange) -> String {
+    let sigma = change.otf_sigma_n;
+    sigma.map_or(String::new(), |sigma| format!(", σ {} N", number(sigma)))
+}
+
+fn from_to(of: BeforeAfter, unit: &str) -> String {
+    let text = format!("{} → {} {unit}", number(of.before), number(of.after));
+    text.trim_end().into()
+}
+
+/// A change with its sign; a share in per cent.
+fn signed(change: f64) -> String {
+    format!("{}{}", if change > 0.0 { "+" } else { "" }, short(change))
+}
+
+fn unit(change: &SimulatedChange) -> String {
+    match change.unit {
+        "-" => String::new(),
+        unit => format!(" {unit}"),
     }
-    ranges
-        .iter()
-        .map(|[low, high]| (high - low).max(0.0))
-        .collect()
+}
+
+fn lower_first(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|first| first.to_lowercase().to_string());
+    first.unwrap_or_default() + letters.as_str().trim_end_matches('.')
 }

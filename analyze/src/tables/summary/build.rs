@@ -69,6 +69,7 @@ impl<'a> Summary<'a> {
             losses: &analysis.losses,
             model: model_summary(analysis),
             sensitivity: sensitivity_summary(analysis),
+            advice: analysis.advice.as_ref(),
             estimated_payloads: analysis.payloads.iter().map(payload_summary).collect(),
             monte_carlo: monte_carlo_summary(analysis),
             uncertainty: uncertainty_by_key(analysis),

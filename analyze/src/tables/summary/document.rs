@@ -7,6 +7,7 @@ use serde::Serialize;
 use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
 
 use crate::analysis::Coverage;
+use crate::analysis::advice::Advice;
 use crate::analysis::clock::{ClockOffsets, text::TopicsFinding};
 use crate::analysis::model_comparison::LoadDifference;
 use crate::base::options::Options;
@@ -58,6 +59,9 @@ pub struct Summary<'a> {
     pub model: ModelSummary,
     /// Sensitivity of the smallest load; null for models without derivatives.
     pub sensitivity: Option<SensitivitySummary>,
+    /// What would have prevented the worst event, by simulation of single changes; null without a wheel below its
+    /// limit in an event, and for models without derivatives.
+    pub advice: Option<&'a Advice>,
     /// Payload masses estimated from cylinder forces.
     pub estimated_payloads: Vec<PayloadSummary<'a>>,
     /// Monte Carlo study of the parameters; null if not requested.

@@ -1,0 +1,302 @@
+//! Finds the worst event, tries every candidate, and states what was assumed.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{Parameter, Quantity};
+
+use super::super::sensitivity::SensitivityTable;
+use super::candidates::{Candidate, candidates};
+use super::change::Change;
+use super::result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};
+use super::simulate::{Margins, evaluated, margins, otf_by_rule};
+use super::solve::{Bounds, Solution, solve};
+use super::window::{FARTHEST_REST_NS, LONGEST_TIPPING_NS, MARGIN_NS, Window, event_around};
+use crate::base::number::{known, percent, short};
+use crate::base::rows::Rows;
+use crate::events::Event;
+
+/// Share of an event's rows whose state may be unknown.
+const MOST_LEFT_OUT: f64 = 0.1;
+
+/// The wheel that came closest to lifting in an event.
+struct Worst {
+    wheel: usize,
+    row: usize,
+    otf_n: f64,
+    limit_n: f64,
+}
+
+/// What would have prevented the worst event; `None` if no wheel was below its limit in a valid row of an event, or the
+/// model has no derivatives.
+pub(crate) fn advise(
+    machine: &Machine,
+    rows: &Rows,
+    min_loads_n: Option<&[f64]>,
+    events: &[Event],
+    sensitivity: Option<&SensitivityTable>,
+) -> Option<Advice> {
+    let sensitivity = sensitivity?;
+    let limit = |wheel: usize| min_loads_n.map_or(0.0, |limits| limits[wheel]);
+    let worst = worst(machine, rows, events, &limit)?;
+    let event = event_around(events, rows, worst.row)?;
+    let mut window = Window::around(machine, rows, event);
+    let mut advice = Advice {
+        wheel: machine.wheels()[worst.wheel].name.to_lowercase(),
+        limit_n: worst.limit_n,
+        worst_otf_n: worst.otf_n,
+        worst_ns: rows.times_ns[worst.row],
+        event_start_ns: event[0],
+        event_end_ns: event[1],
+        from_ns: rows.times_ns[*window.rows.first()?],
+        to_ns: rows.times_ns[*window.rows.last()?],
+        rows: window.rows.len(),
+        rows_left_out: window.left_out,
+        rows_held: window.held.iter().filter(|held| **held).count(),
+        changes: Vec::new(),
+        rejected: Vec::new(),
+        assumptions: assumptions(machine, &window),
+        not_simulated: not_simulated(rows, &window, event),
+    };
+    if advice.not_simulated.is_some() {
+        return Some(advice);
+    }
+    let outcomes = evaluated(&window, None);
+    let by_rule = otf_by_rule(&window, &outcomes);
+    window.keep_measured_split(rows, &by_rule);
+    let logged = margins(&window, &outcomes);
+    let bounds = bounds(machine, &logged, &limit);
+    let first_order = |parameter: Parameter| {
+        let mut table = sensitivity.rows.iter();
+        let row = table.find(|row| row.wheel == worst.wheel && row.parameter == parameter)?;
+        // change = (limit - OTF) / (dOTF/dparameter), at the worst row of the log
+        known((worst.limit_n - row.worst_otf_n) / row.derivative)
+    };
+    let candidates = candidates(machine, rows, &window, first_order);
+    let tried: Vec<_> = candidates
+        .par_iter()
+        .map(|candidate| solve(&window, &bounds, &logged, candidate))
+        .collect();
+    for (candidate, tried) in candidates.iter().zip(tried) {
+        match tried {
+            Ok(solution) => advice.changes.push(
+                Told {
+                    machine,
+                    rows,
+                    window: &window,
+                    bounds: &bounds,
+                    logged: &logged,
+                    worst: &worst,
+                }
+                .change(candidate, solution),
+            ),
+            Err(reason) => advice.rejected.push(RejectedChange {
+                name: directed_name(machine, candidate),
+                reason,
+            }),
+        }
+    }
+    (advice.changes).sort_by(|a, b| a.effort.total_cmp(&b.effort));
+    Some(advice)
+}
+
+/// The wheel and row with the smallest OTF relative to the static load, among valid rows of stability events in which
+/// the wheel is below its limit.
+fn worst(
+    machine: &Machine,
+    rows: &Rows,
+    events: &[Event],
+    limit: &dyn Fn(usize) -> f64,
+) -> Option<Worst> {
+    let mut found: Option<(f64, Worst)> = None;
+    for event in events.iter().filter(|event| event.kind.is_stability()) {
+        let first = rows.at(event.start_ns);
+        let last = event.end_ns.map_or(rows.len() - 1, |end| rows.at(end));
+        for wheel in 0..machine.wheels().len() {
+            let (otf, limit_n) = (rows.outcomes.column(Quantity::Otf(wheel)), limit(wheel));
+            let static_n = machine.reference().static_load[wheel];
+            let scale = if static_n > 0.0 { static_n } else { 1.0 };
+            for row in (first..=last).filter(|&row| rows.is_valid(row) && otf[row] < limit_n) {
+                let share = otf[row] / scale;
+                if found.as_ref().is_none_or(|(least, _)| share < *least) {
+                    let otf_n = otf[row];
+                    found = Some((
+                        share,
+                        Worst {
+                            wheel,
+                            row,
+                            otf_n,
+                            limit_n,
+                        },
+                    ));
+                }
+            }
+        }
+    }
+    found.map(|(_, worst)| worst)
+}
+
+fn not_simulated(rows: &Rows, window: &Window, event: [i64; 2]) -> Option<String> {
+    let of_event = rows.at(event[1]) - rows.at(event[0]) + 1;
+    let share = window.left_out_of_event as f64 / of_event as f64;
+    (share > MOST_LEFT_OUT).then(|| {
+        format!(
+            "The state of the machine is unknown in {} of the event's rows",
+            percent(share)
+        )
+    })
+}
+
+/// Every wheel must stay at its limit over the whole window. The smallest load under any split must reach the limit too,
+/// or be no less than as logged for a wheel that was not below its limit.
+fn bounds(machine: &Machine, logged: &Margins, limit: &dyn Fn(usize) -> f64) -> Bounds {
+    let wheels = 0..machine.wheels().len();
+    let is_target = |wheel: &usize| logged.otf[*wheel].0 < limit(*wheel);
+    let targets: Vec<usize> = wheels.clone().filter(is_target).collect();
+    let any_split = wheels.clone().map(|wheel| match targets.contains(&wheel) {
+        true => limit(wheel),
+        false => limit(wheel).min(logged.any_split[wheel]),
+    });
+    Bounds {
+        otf: wheels.map(limit).collect(),
+        any_split: any_split.collect(),
+        zmp: logged.zmp.0,
+        moment: logged.moment.0,
+        weight: machine.mass() * machine.gravity(),
+        targets,
+    }
+}
+
+fn assumptions(machine: &Machine, window: &Window) -> Vec<String> {
+    let seconds = |ns: i64| short(ns as f64 * 1e-9);
+    let mut all = vec![
+        format!(
+            "A change applies to the whole window: the event, {} s before and after it, and on to where every joint \
+             rests, at most {} s away",
+            seconds(MARGIN_NS),
+            seconds(FARTHEST_REST_NS)
+        ),
+        "Everything else stays as logged: the ground, the measured motion of the base including its rocking, all other \
+         joints, and the force on the tool; nobody reacts to the change"
+            .into(),
+        "A position is offset by a constant, so velocities and accelerations stay; a slower motion follows the same path \
+         with velocities times s and accelerations times s²"
+            .into(),
+        "Collisions, hydraulic limits and the work to be done are not considered".into(),
+    ];
+    if window.held.iter().any(|held| *held) {
+        all.push(format!(
+            "While the machine was tipping the base keeps its motion from just before, because the measured one is that \
+             of the fall; the joints move as logged for at most {} s",
+            seconds(LONGEST_TIPPING_NS)
+        ));
+    }
+    if !machine.contact().actuated_joints.is_empty() {
+        all.push(
+            "The part of the load split that measured actuator forces determine stays as logged"
+                .into(),
+        );
+    }
+    all
+}
+
+/// The name of what changes, with the direction of an offset.
+fn directed_name(machine: &Machine, candidate: &Candidate) -> String {
+    let name = candidate.change.name(machine);
+    match candidate.change {
+        Change::JointOffset(_) if candidate.bound < 0.0 => format!("{name} (lower)"),
+        Change::JointOffset(_) => format!("{name} (higher)"),
+        _ => name,
+    }
+}
+
+/// What the description of a change needs.
+struct Told<'a> {
+    machine: &'a Machine,
+    rows: &'a Rows,
+    window: &'a Window,
+    bounds: &'a Bounds,
+    logged: &'a Margins,
+    worst: &'a Worst,
+}
+
+impl Told<'_> {
+    fn change(&self, candidate: &Candidate, solution: Solution) -> SimulatedChange {
+        let (machine, logged, found) = (self.machine, self.logged, &solution.margins);
+        let (least_otf_n, place) = found.otf[self.worst.wheel];
+        let row = self.window.rows[place];
+        let sigma = self
+            .rows
+            .outcomes
+            .column(Quantity::OtfSigma(self.worst.wheel))[row];
+        let sign = candidate.change.sign();
+        let of_wheel = |(wheel, spec): (usize, &tipwatch_mechanics::machine::Wheel)| {
+            let margins = WheelMargins {
+                limit_n: self.bounds.otf[wheel],
+                otf_n: BeforeAfter {
+                    before: logged.otf[wheel].0,
+                    after: found.otf[wheel].0,
+                },
+                any_split_n: BeforeAfter {
+                    before: logged.any_split[wheel],
+                    after: found.any_split[wheel],
+                },
+            };
+            (spec.name.to_lowercase(), margins)
+        };
+        let wheels: BTreeMap<_, _> = machine.wheels().iter().enumerate().map(of_wheel).collect();
+        SimulatedChange {
+            of: candidate.change,
+            name: candidate.change.name(machine),
+            statement: self.statement(candidate.change, solution.amount),
+            change: sign * solution.amount,
+            unit: candidate.change.unit(machine),
+            effort: solution.amount.abs() / candidate.whole,
+            effort_of: candidate.effort_of,
+            first_order: candidate.first_order.map(|amount| sign * amount),
+            least_otf_n,
+            least_otf_ns: self.rows.times_ns[row],
+            otf_sigma_n: known(sigma),
+            residual_n: least_otf_n - self.worst.limit_n,
+            wheels,
+            zmp_margin_m: BeforeAfter {
+                before: logged.zmp.0,
+                after: found.zmp.0,
+            },
+            overturning_moment_nm: BeforeAfter {
+                before: logged.moment.0,
+                after: found.moment.0,
+            },
+            holds_under_any_split: self.bounds.hold_under_any_split(found),
+        }
+    }
+
+    /// The change in words.
+    fn statement(&self, change: Change, amount: f64) -> String {
+        let machine = self.machine;
+        let less = percent(amount);
+        match change {
+            Change::JointOffset(joint) => format!(
+                "joint {} {} {} {}",
+                machine.joints()[joint].name,
+                short(amount.abs()),
+                change.unit(machine),
+                if amount < 0.0 { "lower" } else { "higher" }
+            ),
+            Change::SlowerArm => format!("the arm {less} slower on the same path"),
+            Change::SlowerManoeuvre => format!("machine and arm {less} slower on the same path"),
+            Change::LessForwardAcceleration => format!("{less} less braking and accelerating"),
+            Change::WiderCurve => format!("a wider curve: {less} less yaw rate at the same speed"),
+            Change::LessPayload(payload) => {
+                format!("payload {} lighter by {} kg", payload + 1, short(amount))
+            }
+            Change::LessLinkMass(link) => format!(
+                "link {} lighter by {} kg",
+                machine.links()[link].name,
+                short(amount)
+            ),
+            Change::LessToolForce => format!("{less} less force on the tool"),
+        }
+    }
+}

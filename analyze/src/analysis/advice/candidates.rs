@@ -1,0 +1,264 @@
+//! The changes to try, with the largest amount of each that is within limits and the range seen in the log.
+
+use tipwatch_mechanics::machine::{JointCoupling, LinkGroup, Machine};
+use tipwatch_mechanics::{Parameter, State};
+
+use super::change::Change;
+use super::window::Window;
+use crate::base::rows::Rows;
+
+/// A joint with a range up to this did not move (rad or m).
+const SMALLEST_RANGE: f64 = 1e-3;
+/// Most by which a motion or a force may become smaller, as a share.
+const MOST_REDUCTION: f64 = 0.9;
+/// Most by which the mass of a link may become smaller: the rest is the tool itself.
+const MOST_LINK_SHARE: f64 = 0.5;
+/// Joints that move more slowly than this need not move more slowly (rad/s or m/s).
+const SMALLEST_RATE: f64 = 0.02;
+/// Accelerations of the base (m/s^2) up to this are negligible.
+const SMALLEST_ACCELERATION: f64 = 0.2;
+/// A machine that moves more slowly (m/s) stands.
+const SMALLEST_SPEED: f64 = 0.05;
+/// The base rests if it turns more slowly (rad/s) and its specific force varies less (m/s^2).
+const RESTING: [f64; 2] = [0.1, 0.5];
+/// Forces (N) and moments (N m) on the tool up to this are negligible.
+const SMALLEST_WRENCH: f64 = 1.0;
+
+/// A change to try.
+#[derive(Debug)]
+pub(super) struct Candidate {
+    /// The change.
+    pub(super) change: Change,
+    /// The largest amount, with its sign.
+    pub(super) bound: f64,
+    /// The amount of an effort of 100 %.
+    pub(super) whole: f64,
+    /// What the effort refers to.
+    pub(super) effort_of: &'static str,
+    /// The amount by the first derivative, if there is one.
+    pub(super) first_order: Option<f64>,
+}
+
+/// All changes to try. `first_order` gives the change of a parameter by the first derivative.
+pub(super) fn candidates(
+    machine: &Machine,
+    rows: &Rows,
+    window: &Window,
+    first_order: impl Fn(Parameter) -> Option<f64>,
+) -> Vec<Candidate> {
+    let seen = Seen::of(window);
+    let mut found = joint_offsets(machine, rows, &seen);
+    let mut share = |change: Change, effort_of: &'static str| {
+        found.push(Candidate {
+            change,
+            bound: MOST_REDUCTION,
+            whole: 1.0,
+            effort_of,
+            first_order: None,
+        });
+    };
+    if seen.joint_rate > SMALLEST_RATE && seen.base_rests {
+        share(Change::SlowerArm, "its speed");
+    }
+    if seen.speed > SMALLEST_SPEED && !seen.base_rests {
+        share(Change::SlowerManoeuvre, "its speed");
+    }
+    if seen.forward_acceleration > SMALLEST_ACCELERATION {
+        share(Change::LessForwardAcceleration, "its value");
+    }
+    if seen.cornering > SMALLEST_ACCELERATION {
+        share(Change::WiderCurve, "its value");
+    }
+    if machine.tool().is_some() && seen.tool_wrench > SMALLEST_WRENCH {
+        share(Change::LessToolForce, "its value");
+    }
+    found.extend(masses(machine, &seen));
+    for candidate in &mut found {
+        let change = candidate.change.parameter().and_then(&first_order);
+        candidate.first_order = change.map(|change| change * candidate.change.sign());
+    }
+    found
+}
+
+/// What the window shows.
+struct Seen {
+    /// Smallest and largest position of each joint.
+    positions: Vec<[f64; 2]>,
+    joint_rate: f64,
+    speed: f64,
+    forward_acceleration: f64,
+    cornering: f64,
+    tool_wrench: f64,
+    base_rests: bool,
+    /// Which payloads are attached at some time.
+    attached: Vec<bool>,
+}
+
+impl Seen {
+    fn of(window: &Window) -> Self {
+        let machine = &window.machine;
+        let mut found = Self {
+            positions: vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.joints().len()],
+            joint_rate: 0.0,
+            speed: 0.0,
+            forward_acceleration: 0.0,
+            cornering: 0.0,
+            tool_wrench: 0.0,
+            base_rests: true,
+            attached: vec![false; machine.payloads().len()],
+        };
+        let mut force = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        let mut odometry_is_known = true;
+        window.for_each_state(|state| {
+            widen(&mut found.positions, state);
+            let arm = machine.joints().iter().zip(&state.joints);
+            for (_, motion) in arm.filter(|(joint, _)| joint.spins_wheel.is_none()) {
+                found.joint_rate = found.joint_rate.max(motion.rate.abs());
+            }
+            let (base, w) = (&state.base, &state.imu.angular_velocity);
+            odometry_is_known &= (base.velocity + base.velocity_rate)
+                .iter()
+                .all(|v| v.is_finite());
+            found.speed = found.speed.max(base.velocity.norm());
+            let forward = base.velocity_rate.x.abs();
+            found.forward_acceleration = found.forward_acceleration.max(forward);
+            let cornering = (w.z * base.velocity.x).abs();
+            found.cornering = found.cornering.max(cornering);
+            let tool = &state.tool_wrench;
+            let wrench = tool.force.norm().max(tool.moment.norm());
+            found.tool_wrench = found.tool_wrench.max(wrench);
+            found.base_rests &= w.norm() < RESTING[0];
+            for (range, f) in force.iter_mut().zip(state.imu.specific_force.iter()) {
+                *range = [range[0].min(*f), range[1].max(*f)];
+            }
+            for (attached, share) in found.attached.iter_mut().zip(&state.payload_share) {
+                *attached |= *share > 0.0;
+            }
+        });
+        found.base_rests &= force.iter().all(|[low, high]| high - low < RESTING[1]);
+        if odometry_is_known {
+            found.base_rests &= found.speed <= SMALLEST_SPEED;
+        } else {
+            // nothing is known of the speed: no change of it can be simulated
+            (found.speed, found.forward_acceleration, found.cornering) = (0.0, 0.0, 0.0);
+        }
+        found
+    }
+}
+
+/// Offsets of the joints that moved, in both directions. Joints that carry or spin wheels are left out: the measured
+/// attitude of the base would change with them.
+fn joint_offsets(machine: &Machine, rows: &Rows, seen: &Seen) -> Vec<Candidate> {
+    let log = positions_in_log(machine, rows);
+    let mut found = Vec::new();
+    for (joint, measured) in machine.joints().iter().enumerate() {
+        let range = log[joint][1] - log[joint][0];
+        if !(range > SMALLEST_RANGE) || carries_wheel(machine, joint) {
+            continue;
+        }
+        // a position seen beyond a limit of the URDF is possible
+        let limits = measured
+            .limits
+            .map_or([f64::NEG_INFINITY, f64::INFINITY], |limits| {
+                [limits[0].min(log[joint][0]), limits[1].max(log[joint][1])]
+            });
+        let up = range.min(limits[1] - seen.positions[joint][1]);
+        let down = range.min(seen.positions[joint][0] - limits[0]);
+        let bounds = [up, -down];
+        found.extend(
+            bounds
+                .into_iter()
+                .filter(|bound| bound.abs() > SMALLEST_RANGE)
+                .map(|bound| Candidate {
+                    change: Change::JointOffset(joint),
+                    bound,
+                    whole: range,
+                    effort_of: "its range in this log",
+                    first_order: None,
+                }),
+        );
+    }
+    found
+}
+
+/// Lighter loads: the payloads, or else the end of the arm.
+fn masses(machine: &Machine, seen: &Seen) -> Vec<Candidate> {
+    let lighter = |change: Change, mass: f64, share: f64| Candidate {
+        change,
+        bound: mass * share,
+        whole: mass,
+        effort_of: "its mass",
+        first_order: None,
+    };
+    let payloads = machine.payloads().iter().enumerate();
+    let attached =
+        payloads.filter(|(payload, spec)| seen.attached[*payload] && spec.inertia.mass > 0.0);
+    let of_payloads: Vec<Candidate> = attached
+        .map(|(payload, spec)| lighter(Change::LessPayload(payload), spec.inertia.mass, 1.0))
+        .collect();
+    if !of_payloads.is_empty() {
+        return of_payloads;
+    }
+    let end = end_of_arm(machine);
+    let links = machine.links().iter().enumerate();
+    links
+        .filter(|(_, link)| Some(link.body) == end && link.inertia.mass > 0.0)
+        .map(|(link, spec)| {
+            lighter(
+                Change::LessLinkMass(link),
+                spec.inertia.mass,
+                MOST_LINK_SHARE,
+            )
+        })
+        .collect()
+}
+
+/// Whether a joint moves a wheel relative to the base.
+fn carries_wheel(machine: &Machine, joint: usize) -> bool {
+    let linkage = |linkage: usize| machine.linkages()[linkage].measured_joint == joint;
+    let moves = |coupling: JointCoupling| match coupling {
+        JointCoupling::Root => false,
+        JointCoupling::Measured(of) | JointCoupling::Mimic { joint: of, .. } => of == joint,
+        JointCoupling::Pivot(of) | JointCoupling::Cylinder(of) | JointCoupling::Rod(of) => {
+            linkage(of)
+        }
+    };
+    let moved = machine.bodies().iter().enumerate();
+    let mut moved = moved.filter(|(_, body)| moves(body.coupling));
+    moved.any(|(body, _)| {
+        let mut wheels = machine.wheels().iter();
+        wheels.any(|wheel| machine.is_carried_by(wheel.body, body))
+    })
+}
+
+/// The body of the arm with the most joints between it and the base, the heaviest of several: its mass is
+/// mostly tool and load.
+fn end_of_arm(machine: &Machine) -> Option<usize> {
+    let depth = |body: usize| {
+        let up = |&body: &usize| Some(machine.bodies()[body].parent).filter(|_| body > 0);
+        std::iter::successors(Some(body), up).count()
+    };
+    let of_arm = machine.links().iter().filter(|l| l.group == LinkGroup::Arm);
+    let mass = |body: usize| machine.bodies()[body].inertia.mass;
+    of_arm.map(|link| link.body).max_by(|&a, &b| {
+        let deeper = depth(a).cmp(&depth(b));
+        deeper.then(mass(a).total_cmp(&mass(b)))
+    })
+}
+
+/// Smallest and largest position of each joint in the valid rows of the log (rad or m).
+fn positions_in_log(machine: &Machine, rows: &Rows) -> Vec<[f64; 2]> {
+    let mut state = State::zero(machine);
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.joints().len()];
+    for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
+        rows.states.get(row, &mut state);
+        widen(&mut ranges, &state);
+    }
+    ranges
+}
+
+fn widen(ranges: &mut [[f64; 2]], state: &State<f64>) {
+    for (range, joint) in ranges.iter_mut().zip(&state.joints) {
+        *range = [range[0].min(joint.position), range[1].max(joint.position)];
+    }
+}

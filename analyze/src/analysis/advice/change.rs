@@ -1,0 +1,229 @@
+//! Single changes of what an operator controls, and what each does to the state of a row.
+//!
+//! In a state of the window the sensor frame is the base frame, so that `imu` is the motion of the base: specific
+//! force f, angular velocity w and angular acceleration alpha at the base origin, in base axes.
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{Parameter, State};
+
+/// A single change. Its amount is an offset for a joint position, a mass for a mass, and otherwise the share by which
+/// a motion or a force becomes smaller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Change {
+    /// A constant offset of a joint's position over the whole window (rad or m).
+    JointOffset(usize),
+    /// All joints move more slowly on the same path; the base moves as logged.
+    SlowerArm,
+    /// Machine and joints move more slowly on the same path.
+    SlowerManoeuvre,
+    /// Less braking and accelerating: a smaller derivative of the forward velocity, the same yaw rate.
+    LessForwardAcceleration,
+    /// A wider curve: a smaller yaw rate, the same velocity.
+    WiderCurve,
+    /// A lighter payload (kg).
+    LessPayload(usize),
+    /// A lighter link at the end of the arm (kg).
+    LessLinkMass(usize),
+    /// A smaller force and moment on the tool.
+    LessToolForce,
+}
+
+impl Change {
+    /// Changes the state of one row by `amount`. `entry_speed` is the forward velocity (m/s) in the window's first row.
+    pub(super) fn apply(self, amount: f64, entry_speed: f64, state: &mut State<f64>) {
+        let left = 1.0 - amount;
+        match self {
+            Self::JointOffset(joint) => state.joints[joint].position += amount,
+            Self::SlowerArm => slow_joints(left, state),
+            Self::SlowerManoeuvre => slow_manoeuvre(left, state),
+            Self::LessForwardAcceleration => brake_less(left, entry_speed, state),
+            Self::WiderCurve => turn_less(left, state),
+            Self::LessToolForce => {
+                state.tool_wrench.force *= left;
+                state.tool_wrench.moment *= left;
+            }
+            Self::LessPayload(_) | Self::LessLinkMass(_) => {}
+        }
+    }
+
+    /// The machine with this change; `None` if the change leaves it as it is.
+    pub(super) fn changed_machine(self, amount: f64, machine: &Machine) -> Option<Machine> {
+        let parameter = match self {
+            Self::LessPayload(payload) => Parameter::PayloadMass(payload),
+            Self::LessLinkMass(link) => Parameter::LinkMass(link),
+            _ => return None,
+        };
+        Some(machine.changed(&[(parameter, -amount)]))
+    }
+
+    /// The signal or parameter that changes by the amount itself, if there is one.
+    pub(super) fn parameter(self) -> Option<Parameter> {
+        match self {
+            Self::JointOffset(joint) => Some(Parameter::JointPosition(joint)),
+            Self::LessPayload(payload) => Some(Parameter::PayloadMass(payload)),
+            Self::LessLinkMass(link) => Some(Parameter::LinkMass(link)),
+            _ => None,
+        }
+    }
+
+    /// Sign of the reported change for a positive amount.
+    pub(super) fn sign(self) -> f64 {
+        match self {
+            Self::JointOffset(_) => 1.0,
+            _ => -1.0,
+        }
+    }
+
+    /// Stable name of what changes.
+    pub(super) fn name(self, machine: &Machine) -> String {
+        match self {
+            Self::SlowerArm => "arm.speed".into(),
+            Self::SlowerManoeuvre => "manoeuvre.speed".into(),
+            Self::LessForwardAcceleration => "base.forward_acceleration".into(),
+            Self::WiderCurve => "base.yaw_rate".into(),
+            Self::LessToolForce => "tool.wrench".into(),
+            Self::JointOffset(_) | Self::LessPayload(_) | Self::LessLinkMass(_) => self
+                .parameter()
+                .map_or_else(String::new, |parameter| parameter.name(machine)),
+        }
+    }
+
+    /// Unit of the change.
+    pub(super) fn unit(self, machine: &Machine) -> &'static str {
+        self.parameter()
+            .map_or("-", |parameter| parameter.unit(machine))
+    }
+}
+
+/// A path that is travelled `s` times as fast: velocities times s, accelerations times s^2.
+fn slow_joints(s: f64, state: &mut State<f64>) {
+    for joint in &mut state.joints {
+        joint.rate *= s;
+        joint.acceleration *= s * s;
+    }
+}
+
+/// The same for the whole machine. The inertial acceleration of the base origin is
+/// ```text
+///     a = vdot + w x v        v: velocity in base axes, vdot: derivative of its components
+/// ```
+/// and becomes s^2 a; the rest of the specific force is gravity and stays.
+fn slow_manoeuvre(s: f64, state: &mut State<f64>) {
+    slow_joints(s, state);
+    let (imu, base) = (&mut state.imu, &mut state.base);
+    let acceleration = base.velocity_rate + imu.angular_velocity.cross(&base.velocity);
+    imu.specific_force += acceleration * (s * s - 1.0);
+    imu.angular_velocity *= s;
+    imu.angular_acceleration *= s * s;
+    base.velocity *= s;
+    base.velocity_rate *= s * s;
+}
+
+/// The forward velocity changes only by the share k of its logged change since the window began:
+/// ```text
+///     v_x' = v_0 + k (v_x - v_0)      vdot_x' = k vdot_x      a' - a = (k - 1) vdot_x e_x + w x (v_x' - v_x) e_x
+/// ```
+/// A vehicle that brakes less is faster afterwards, also in a curve.
+fn brake_less(k: f64, entry_speed: f64, state: &mut State<f64>) {
+    let (imu, base) = (&mut state.imu, &mut state.base);
+    let faster = Vector3::x() * ((k - 1.0) * (base.velocity.x - entry_speed));
+    let pushed = Vector3::x() * ((k - 1.0) * base.velocity_rate.x);
+    imu.specific_force += pushed + imu.angular_velocity.cross(&faster);
+    base.velocity += faster;
+    base.velocity_rate += pushed;
+}
+
+/// The yaw rate and its derivative times k at the same velocity: a' - a = (k - 1) w_z e_z x v
+fn turn_less(k: f64, state: &mut State<f64>) {
+    let imu = &mut state.imu;
+    let yaw = Vector3::z() * ((k - 1.0) * imu.angular_velocity.z);
+    imu.specific_force += yaw.cross(&state.base.velocity);
+    imu.angular_velocity += yaw;
+    imu.angular_acceleration.z *= k;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const G: f64 = 9.81;
+
+    /// A machine that brakes in a curve at time `t`, its speed v(t), with one joint that moves as q = sin(2 t).
+    fn driving(machine: &Machine, t: f64) -> State<f64> {
+        let mut state = State::zero(machine);
+        let (speed, slowing, curvature) = (5.0 - 1.5 * t, -1.5, 0.1);
+        state.base.velocity = Vector3::x() * speed;
+        state.base.velocity_rate = Vector3::x() * slowing;
+        state.imu.angular_velocity = Vector3::z() * (curvature * speed);
+        state.imu.angular_acceleration = Vector3::z() * (curvature * slowing);
+        state.imu.specific_force = Vector3::new(slowing, curvature * speed * speed, G);
+        state.joints[0].position = (2.0 * t).sin();
+        state.joints[0].rate = 2.0 * (2.0 * t).cos();
+        state.joints[0].acceleration = -4.0 * (2.0 * t).sin();
+        state
+    }
+
+    fn machine() -> Machine {
+        let text = include_str!("../../../../mechanics/tests/data/rigid.toml");
+        let spec = tipwatch_mechanics::MachineSpec::from_toml(text, "rigid.toml").unwrap();
+        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
+        spec.check(urdf, "rigid.urdf", Default::default()).unwrap()
+    }
+
+    /// Half the speed at every place: lateral acceleration v^2 / R and braking fall to a quarter, gravity stays.
+    #[test]
+    fn a_slower_manoeuvre_is_the_same_path_in_stretched_time() {
+        let mut state = driving(&machine(), 1.0);
+        Change::SlowerManoeuvre.apply(0.5, f64::NAN, &mut state);
+        let (speed, joint) = (0.5 * 3.5, state.joints[0]);
+        let expected = Vector3::new(-0.25 * 1.5, 0.1 * speed * speed, G);
+        assert!((state.imu.specific_force - expected).norm() < 1e-12);
+        assert!((state.imu.angular_velocity.z - 0.1 * speed).abs() < 1e-12);
+        // q(t / 2) differentiated at t = 2 s
+        assert!((joint.position - 2.0_f64.sin()).abs() < 1e-12);
+        assert!((joint.rate - 2.0_f64.cos()).abs() < 1e-12);
+        assert!((joint.acceleration + 2.0_f64.sin()).abs() < 1e-12);
+    }
+
+    /// Less braking leaves more speed for the curve: its lateral acceleration grows.
+    #[test]
+    fn a_machine_that_brakes_less_is_faster_in_the_curve() {
+        let mut state = driving(&machine(), 1.0);
+        Change::LessForwardAcceleration.apply(0.4, 5.0, &mut state);
+        let speed = 5.0 - 0.6 * 1.5;
+        let expected = Vector3::new(-0.6 * 1.5, 0.35 * speed, G);
+        assert!((state.base.velocity.x - speed).abs() < 1e-12);
+        assert!((state.imu.specific_force - expected).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_wider_curve_at_the_same_speed_has_less_lateral_acceleration() {
+        let mut state = driving(&machine(), 1.0);
+        Change::WiderCurve.apply(0.2, 5.0, &mut state);
+        let expected = Vector3::new(-1.5, 0.8 * 0.1 * 3.5 * 3.5, G);
+        assert!((state.imu.specific_force - expected).norm() < 1e-12);
+        assert!((state.imu.angular_velocity.z - 0.8 * 0.35).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_amount_of_zero_changes_nothing() {
+        let logged = driving(&machine(), 0.3);
+        for change in [
+            Change::JointOffset(0),
+            Change::SlowerArm,
+            Change::SlowerManoeuvre,
+            Change::LessForwardAcceleration,
+            Change::WiderCurve,
+            Change::LessToolForce,
+        ] {
+            let mut state = logged.clone();
+            change.apply(0.0, 5.0, &mut state);
+            assert_eq!(
+                state.imu.specific_force, logged.imu.specific_force,
+                "{change:?}"
+            );
+            assert_eq!(state.joints, logged.joints, "{change:?}");
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! The rows that a change is simulated on: the event and the manoeuvre around it.
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::dynamics::kinematics::{SensorFrame, base_motion, coordinates};
+use tipwatch_mechanics::geometry::coordinate::Coordinate;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::{BaseState, ImuState, Quantity, State, StateColumns};
+
+use crate::base::rows::Rows;
+use crate::events::Event;
+
+/// Least margin before and after the event (ns).
+pub(super) const MARGIN_NS: i64 = 1_000_000_000;
+/// Beyond the margin the window goes on until every joint rests, at most this far from the event (ns).
+pub(super) const FARTHEST_REST_NS: i64 = 10_000_000_000;
+/// Joints slower than this rest (rad/s or m/s).
+const RESTING_RATE: f64 = 0.02;
+/// How long the logged motion of the joints is followed after tipping began (ns).
+pub(super) const LONGEST_TIPPING_NS: i64 = 5_000_000_000;
+
+/// Rows to simulate.
+#[derive(Debug)]
+pub(super) struct Window {
+    /// The machine with its sensor frame at the base frame.
+    pub(super) machine: Machine,
+    /// The states: `imu` is the motion of the base, forces of actuators are unknown.
+    pub(super) states: StateColumns,
+    /// The rows of the log.
+    pub(super) rows: Vec<usize>,
+    /// Part of the OTF that measured actuator forces determine, by wheel and row (N); empty without such forces.
+    pub(super) measured_split: Vec<Vec<f64>>,
+    /// Forward velocity (m/s) in the first row; NaN if unknown.
+    pub(super) entry_speed: f64,
+    /// Rows in which the machine was tipping.
+    pub(super) held: Vec<bool>,
+    /// Rows whose state is unknown.
+    pub(super) left_out: usize,
+    /// Those of the event itself.
+    pub(super) left_out_of_event: usize,
+}
+
+/// Times (ns) of the event around `row`: the stability events that contain it, and those that overlap them. `None` if
+/// no stability event contains it.
+pub(super) fn event_around(events: &[Event], rows: &Rows, row: usize) -> Option<[i64; 2]> {
+    let last_ns = *rows.times_ns.last()?;
+    let spans: Vec<[i64; 2]> = (events.iter())
+        .filter(|event| event.kind.is_stability())
+        .map(|event| [event.start_ns, event.end_ns.unwrap_or(last_ns)])
+        .collect();
+    let at = rows.times_ns[row];
+    let mut all = *spans.iter().find(|span| span[0] <= at && at <= span[1])?;
+    loop {
+        let overlapping = spans.iter().filter(|s| s[0] <= all[1] && all[0] <= s[1]);
+        let wider = overlapping.fold(all, |a, s| [a[0].min(s[0]), a[1].max(s[1])]);
+        if wider == all {
+            return Some(all);
+        }
+        all = wider;
+    }
+}
+
+impl Window {
+    /// The window around an event.
+    pub(super) fn around(machine: &Machine, rows: &Rows, event: [i64; 2]) -> Self {
+        let span = span(machine, rows, event);
+        let mut found = Self {
+            machine: machine.with_imu_at_base(),
+            states: StateColumns::unknown(machine, 0),
+            rows: Vec::new(),
+            measured_split: Vec::new(),
+            entry_speed: f64::NAN,
+            held: Vec::new(),
+            left_out: 0,
+            left_out_of_event: 0,
+        };
+        let mut base = BaseOfRows::new(machine);
+        found.states = StateColumns::unknown(machine, span.len());
+        for row in span {
+            match base.at(rows, row) {
+                BaseAt::Known { held } => {
+                    if found.rows.is_empty() {
+                        found.entry_speed = base.state.base.velocity.x;
+                    }
+                    found.states.set(found.rows.len(), &mut base.state);
+                    found.rows.push(row);
+                    found.held.push(held);
+                }
+                BaseAt::Unknown => {
+                    found.left_out += 1;
+                    let time = rows.times_ns[row];
+                    let in_event = event[0] <= time && time <= event[1];
+                    found.left_out_of_event += usize::from(in_event);
+                }
+                BaseAt::TooLate => break,
+            }
+        }
+        let known: Vec<usize> = (0..found.rows.len()).collect();
+        found.pick(&known)
+    }
+
+    /// Some of the rows.
+    pub(super) fn pick(&self, picked: &[usize]) -> Self {
+        let mut states = StateColumns::unknown(&self.machine, picked.len());
+        let mut state = State::zero(&self.machine);
+        for (to, &from) in picked.iter().enumerate() {
+            self.states.get(from, &mut state);
+            states.set(to, &mut state);
+        }
+        let split = |column: &Vec<f64>| picked.iter().map(|&row| column[row]).collect();
+        Self {
+            machine: self.machine.clone(),
+            states,
+            rows: picked.iter().map(|&row| self.rows[row]).collect(),
+            measured_split: self.measured_split.iter().map(split).collect(),
+            entry_speed: self.entry_speed,
+            held: picked.iter().map(|&row| self.held[row]).collect(),
+            left_out: self.left_out,
+            left_out_of_event: self.left_out_of_event,
+        }
+    }
+
+    /// Takes the split by measured actuator forces, as logged, over the one by the split rule, `by_rule`. While the
+    /// machine tips, the last one from before stays.
+    pub(super) fn keep_measured_split(&mut self, rows: &Rows, by_rule: &[Vec<f64>]) {
+        if self.machine.contact().actuated_joints.is_empty() {
+            return;
+        }
+        let of_wheel = |(wheel, by_rule): (usize, &Vec<f64>)| {
+            let logged = rows.outcomes.column(Quantity::Otf(wheel));
+            let mut last = 0.0;
+            let at = |(place, &row): (usize, &usize)| {
+                if !self.held[place] {
+                    last = logged[row] - by_rule[place];
+                }
+                last
+            };
+            self.rows.iter().enumerate().map(at).collect()
+        };
+        self.measured_split = by_rule.iter().enumerate().map(of_wheel).collect();
+    }
+
+    /// Calls `visit` with each state.
+    pub(super) fn for_each_state(&self, mut visit: impl FnMut(&State<f64>)) {
+        let mut state = State::zero(&self.machine);
+        for row in 0..self.rows.len() {
+            self.states.get(row, &mut state);
+            visit(&state);
+        }
+    }
+}
+
+/// Rows of the event with its margins, on to where every joint rests.
+fn span(machine: &Machine, rows: &Rows, event: [i64; 2]) -> std::ops::Range<usize> {
+    let mut state = State::zero(machine);
+    let mut rests = |row: usize| {
+        rows.states.get(row, &mut state);
+        let joints = machine.joints().iter().zip(&state.joints);
+        joints
+            .filter(|(joint, _)| joint.spins_wheel.is_none())
+            .all(|(_, motion)| motion.rate.abs() < RESTING_RATE)
+    };
+    let with = |margin: i64| {
+        [
+            event[0].saturating_sub(margin),
+            event[1].saturating_add(margin),
+        ]
+    };
+    let (least, most) = (with(MARGIN_NS), with(FARTHEST_REST_NS));
+    let (mut first, mut last) = (rows.at(least[0]), rows.at(least[1]));
+    let near = |row: usize| (most[0]..=most[1]).contains(&rows.times_ns[row]);
+    while first > 0 && near(first - 1) && !rests(first) {
+        first -= 1;
+    }
+    while last + 1 < rows.len() && near(last + 1) && !rests(last) {
+        last += 1;
+    }
+    first..last + 1
+}
+
+/// The motion of the base, row by row.
+struct BaseOfRows<'a> {
+    machine: &'a Machine,
+    state: State<f64>,
+    coordinates: Vec<Coordinate<f64>>,
+    /// Its motion in the last row in which the machine was not tipping.
+    before: Option<BaseBefore>,
+    /// Since when the machine has been tipping (ns).
+    tipping_since: Option<i64>,
+}
+
+#[derive(Clone, Copy)]
+struct BaseBefore {
+    imu: ImuState<f64>,
+    base: BaseState<f64>,
+}
+
+enum BaseAt {
+    /// `state` holds it.
+    Known {
+        held: bool,
+    },
+    Unknown,
+    TooLate,
+}
+
+impl<'a> BaseOfRows<'a> {
+    fn new(machine: &'a Machine) -> Self {
+        let at_zero = Coordinate {
+            cos: 1.0,
+            sin: 0.0,
+            displacement: 0.0,
+            rate: 0.0,
+            acceleration: 0.0,
+        };
+        Self {
+            machine,
+            state: State::zero(machine),
+            coordinates: vec![at_zero; machine.bodies().len()],
+            before: None,
+            tipping_since: None,
+        }
+    }
+
+    /// The state of a row with the motion of the base as its sensor's. Once the machine tips, the measured motion of the
+    /// base is that of the fall: the base then keeps its motion from before, and the joints move as logged.
+    fn at(&mut self, rows: &Rows, row: usize) -> BaseAt {
+        let (machine, reasons) = (self.machine, rows.reasons[row]);
+        let tips = reasons.has(Reason::Tipping) || reasons.has(Reason::NoGroundContact);
+        let may_be_used = |reason| {
+            matches!(
+                reason,
+                Reason::Tipping | Reason::NoGroundContact | Reason::NotFinite
+            )
+        };
+        rows.states.get(row, &mut self.state);
+        let joints_are_known = self.state.joints.iter().all(|j| j.position.is_finite());
+        let usable = if tips {
+            reasons.iter().all(may_be_used)
+        } else {
+            reasons.is_empty()
+        };
+        if !usable || !joints_are_known {
+            return BaseAt::Unknown;
+        }
+        if tips {
+            let since = *self.tipping_since.get_or_insert(rows.times_ns[row]);
+            if rows.times_ns[row].saturating_sub(since) > LONGEST_TIPPING_NS {
+                return BaseAt::TooLate;
+            }
+            let Some(before) = self.before else {
+                return BaseAt::Unknown;
+            };
+            (self.state.imu, self.state.base) = (before.imu, before.base);
+        } else {
+            self.tipping_since = None;
+            coordinates(machine, &self.state, &mut self.coordinates);
+            let frame = SensorFrame::of(machine, &self.coordinates);
+            let motion = base_motion(machine, &frame, &self.state.imu);
+            self.state.imu = ImuState {
+                specific_force: motion.specific_force,
+                angular_velocity: motion.angular_velocity,
+                angular_acceleration: motion.angular_acceleration,
+            };
+            // odometry is planar
+            for vector in [
+                &mut self.state.base.velocity,
+                &mut self.state.base.velocity_rate,
+            ] {
+                *vector = Vector3::new(vector.x, vector.y, 0.0);
+            }
+            self.before = Some(BaseBefore {
+                imu: self.state.imu,
+                base: self.state.base,
+            });
+        }
+        self.state.actuator_force.fill(f64::NAN);
+        BaseAt::Known { held: tips }
+    }
+}
