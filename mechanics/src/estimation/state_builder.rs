@@ -2,6 +2,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::bias::BiasEstimate;
 use super::kalman_filter::{ChannelState, Doubt, FilterModel, KalmanFilter, Matrix};
 use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
@@ -248,13 +249,14 @@ impl StateBuilder {
     }
 
     /// Fills `state` by `read`, which writes a filter's channels and returns their validity. `elapsed_s` is
-    /// the time since the first row, `effect` the effect of implausible samples on this row. Returns the
-    /// reasons why the row is invalid.
+    /// the time since the first row, `effect` the effect of implausible samples on this row, `bias` that of
+    /// the accelerometer. Returns the reasons why the row is invalid.
     pub(super) fn assemble(
         &mut self,
         machine: &Machine,
         elapsed_s: f64,
         effect: &RowEffect,
+        bias: &BiasEstimate,
         read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
         state: &mut State<f64>,
     ) -> Reasons {
@@ -317,8 +319,9 @@ impl StateBuilder {
         }
         if imu {
             let measured = triple(Followed::SpecificForce).unwrap_or_default();
-            state.imu.specific_force = measured.value;
+            state.imu.specific_force = measured.value - bias.bias;
             state.noise.specific_force = measured.covariance[0][0];
+            state.noise.specific_force_bias = bias.covariance_change;
         } else if let Some(base_velocity) = &velocity {
             // f = dv/dt + w x v + g up
             state.imu.specific_force = base_velocity.rate

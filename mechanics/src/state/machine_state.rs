@@ -60,6 +60,9 @@ pub struct SignalNoise<T> {
     pub joint: JetCovariance<T>,
     /// Of a component of the specific force (m^2/s^4).
     pub specific_force: T,
+    /// Of its systematic error, less the stated variance of the accelerometer's bias: xx, yy, zz, xy, xz, yz in IMU
+    /// axes (m^2/s^4). Zero where the bias is as uncertain as stated, negative where signals have narrowed it down.
+    pub specific_force_bias: [T; 6],
     /// Of a component of the angular velocity: its variance, its covariance with the angular acceleration,
     /// and the variance of the latter (rad^2/s^2, rad^2/s^3, rad^2/s^4).
     pub turning: [T; 3],
@@ -113,7 +116,7 @@ impl<T: Real> State<T> {
     #[must_use]
     pub fn size(machine: &Machine) -> usize {
         let (joints, actuated) = (machine.joints.len(), machine.contact.actuated_joints.len());
-        3 * joints + 9 + 6 + actuated + machine.payloads.len() + 9 + 11
+        3 * joints + 9 + 6 + actuated + machine.payloads.len() + 9 + 17
     }
 
     /// The same state in another number type.
@@ -145,6 +148,7 @@ impl<T: Real> State<T> {
                     second: convert(self.noise.joint.second),
                 },
                 specific_force: convert(self.noise.specific_force),
+                specific_force_bias: self.noise.specific_force_bias.map(&convert),
                 turning: self.noise.turning.map(&convert),
                 tool_wrench: convert(self.noise.tool_wrench),
             },
@@ -192,6 +196,19 @@ impl<T: Real> State<T> {
         })
     }
 
+    /// Standard deviation of the systematic error of a signal, or of a machine parameter: as the machine file states it, or
+    /// less where the signals have narrowed it down.
+    #[must_use]
+    pub fn sigma(&self, machine: &Machine, parameter: Parameter) -> T {
+        let stated = T::constant(parameter.sigma(machine));
+        let Parameter::SpecificForce(axis) = parameter else {
+            return stated;
+        };
+        let left = stated * stated + self.noise.specific_force_bias[axis as usize];
+        // Rounding may leave less than nothing.
+        T::select(T::zero().lt(left), left, T::zero()).sqrt()
+    }
+
     /// Visits all values in their fixed order: joints (position, velocity, acceleration each), specific force,
     /// angular velocity, angular acceleration, tool force, tool moment, actuator forces, payload shares, up,
     /// velocity and its derivative, noise.
@@ -217,6 +234,7 @@ impl<T: Real> State<T> {
         noise.joint.first.iter_mut().for_each(&mut visit);
         visit(&mut noise.joint.second);
         visit(&mut noise.specific_force);
+        noise.specific_force_bias.iter_mut().for_each(&mut visit);
         noise.turning.iter_mut().for_each(&mut visit);
         visit(&mut noise.tool_wrench);
     }
@@ -247,6 +265,7 @@ impl<T: Real> SignalNoise<T> {
                 second: zero,
             },
             specific_force: zero,
+            specific_force_bias: [zero; 6],
             turning: [zero; 3],
             tool_wrench: zero,
         }
