@@ -133,8 +133,8 @@ mod needs_shared {
         for (name, bounds) in [
             ("flat_arm_clean", [0.00315, 0.00425]),
             ("drive_brake_clean", [0.00185, 0.00275]),
-            ("flat_arm", [0.00395, 0.00665]),
-            ("drive_brake", [0.00315, 0.00635]),
+            ("flat_arm", [0.00365, 0.00645]),
+            ("drive_brake", [0.00275, 0.00615]),
         ] {
             let log = beside(&format!("sim/{name}.mcap"));
             assert_below(name, errors(&log, 0.5), bounds);

@@ -154,7 +154,7 @@ impl Case {
                     Sensor::Imu => {
                         let force = self.true_force(machine, t) + to_imu * Vector3::from(self.bias);
                         let turning = to_imu * up * self.yaw_rate();
-                        values.extend((0..3).map(|i| force[i] + 0.02 * noise(7 * k + i)));
+                        values.extend((0..3).map(|i| force[i] + 0.005 * noise(7 * k + i)));
                         values.extend((0..3).map(|i| turning[i] + 5e-4 * noise(7 * k + 3 + i)));
                         values.extend(self.quaternion(machine, t));
                     }
@@ -198,7 +198,7 @@ impl Case {
             let imu = &machine.imu().body_from_mount.rotation;
             let error = imu * (state.imu.specific_force - self.true_force(&machine, t));
             let stated = machine.uncertainty().accelerometer_bias.powi(2);
-            let [xx, yy, zz, xy, xz, yz] = state.noise.specific_force_bias;
+            let [xx, yy, zz, xy, xz, yz] = state.noise.accelerometer_bias.covariance_change;
             let change = nalgebra::Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
             let rotation = imu.to_rotation_matrix();
             let in_base = rotation.matrix() * change * rotation.matrix().transpose();
@@ -293,7 +293,7 @@ fn axes_of_the_sensor_and_heading_do_not_matter() {
         };
         let [(found, variance), _] = turned.errors();
         // The noise is along the axes of the sensor.
-        assert!((found - expected).norm() < 0.03, "{found:?} {expected:?}");
+        assert!((found - expected).norm() < 0.01, "{found:?} {expected:?}");
         assert!(
             (variance - by).norm() < 0.1 * by.norm(),
             "{variance:?} {by:?}"

@@ -2,14 +2,13 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::bias::BiasEstimate;
 use super::kalman_filter::{ChannelState, Doubt, FilterModel, KalmanFilter, Matrix};
 use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
 use crate::machine::{Machine, rotation_in_body};
 use crate::state::{
-    BaseState, JetCovariance, Reason, Reasons, Sample, SampleError, Sensor, Sensors, SignalNoise,
-    State,
+    AccelerometerBias, BaseState, JetCovariance, Reason, Reasons, Sample, SampleError, Sensor,
+    Sensors, SignalNoise, State,
 };
 
 /// A quaternion whose norm differs from one by more than this is not an orientation.
@@ -256,7 +255,7 @@ impl StateBuilder {
         machine: &Machine,
         elapsed_s: f64,
         effect: &RowEffect,
-        bias: &BiasEstimate,
+        bias: &AccelerometerBias<f64>,
         read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
         state: &mut State<f64>,
     ) -> Reasons {
@@ -319,9 +318,9 @@ impl StateBuilder {
         }
         if imu {
             let measured = triple(Followed::SpecificForce).unwrap_or_default();
-            state.imu.specific_force = measured.value - bias.bias;
+            state.imu.specific_force = measured.value - bias.removed;
             state.noise.specific_force = measured.covariance[0][0];
-            state.noise.specific_force_bias = bias.covariance_change;
+            state.noise.accelerometer_bias = *bias;
         } else if let Some(base_velocity) = &velocity {
             // f = dv/dt + w x v + g up
             state.imu.specific_force = base_velocity.rate

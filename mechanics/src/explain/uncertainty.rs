@@ -185,7 +185,7 @@ impl SignalPlaces {
                 + two * by_w * by_alpha * w_alpha;
         }
         let (x, y, z) = (rest[0], rest[1], rest[2]);
-        let [xx, yy, zz, xy, xz, yz] = noise.specific_force_bias;
+        let [xx, yy, zz, xy, xz, yz] = noise.accelerometer_bias.covariance_change;
         variance +=
             x * x * xx + y * y * yy + z * z * zz + two * (x * (y * xy + z * xz) + y * z * yz);
         if self.tool {

@@ -3,10 +3,10 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::difference_filter::DifferenceFilter;
-use super::split::{BiasEstimate, Stated};
-use crate::estimation::plausibility::Judgement;
+use super::split::{Stated, between, divided};
+use crate::estimation::plausibility::{Judgement, Treatment};
 use crate::machine::{Machine, rotation_in_body};
-use crate::state::{Sample, Sensor, Sensors};
+use crate::state::{AccelerometerBias, Sample, Sensor, Sensors};
 
 /// Shortest time between two velocities that are used (s): the errors of closer ones are not independent.
 const LEAST_STEP_S: f64 = 0.2;
@@ -39,7 +39,7 @@ pub(crate) struct BiasEstimator {
     /// Stamp at which the wheels were last seen to stand or turn.
     wheels: Option<(i64, bool)>,
     corrected_ns: Option<i64>,
-    estimate: BiasEstimate,
+    estimate: AccelerometerBias<f64>,
     history: Option<Vec<Division>>,
 }
 
@@ -120,13 +120,13 @@ impl BiasEstimator {
             odometry: None,
             wheels: None,
             corrected_ns: None,
-            estimate: BiasEstimate::AS_STATED,
+            estimate: AccelerometerBias::unknown(),
             history: keeps_history.then(Vec::new),
         }
     }
 
     /// The estimate from the samples so far.
-    pub(crate) fn estimate(&self) -> &BiasEstimate {
+    pub(crate) fn estimate(&self) -> &AccelerometerBias<f64> {
         &self.estimate
     }
 
@@ -135,18 +135,20 @@ impl BiasEstimator {
         self.setting.is_used
             && match sensor {
                 Sensor::Imu | Sensor::Odometry => true,
-                Sensor::Joints(stream) => !self.setting.wheels[stream].is_empty(),
+                Sensor::Joints(stream) => (self.setting.wheels.get(stream))
+                    .is_some_and(|wheels| !wheels.is_empty()),
                 Sensor::ToolWrench | Sensor::Actuator(_) => false,
             }
     }
 
-    /// Takes a sample whose stamp is later than that of the sensor's preceding one, as the plausibility check
-    /// judged it.
+    /// Takes a sample whose stamp is later than that of the sensor's preceding one, unless the plausibility check
+    /// doubts it.
     pub(crate) fn push(&mut self, sample: &Sample<'_>, judgement: &Judgement) {
         if !self.uses(sample.sensor) {
             return;
         }
-        let [first, second, third] = judgement.parts.map(|part| part.left_out);
+        // A bias is no more credible than the worst of its samples.
+        let [first, second, third] = judgement.parts.map(|part| part != Treatment::default());
         let (stamp_ns, values) = (sample.stamp_ns, sample.values);
         match sample.sensor {
             Sensor::Imu if !first && !second => {
@@ -287,7 +289,7 @@ impl BiasEstimator {
                 ..setting.stated
             },
         };
-        self.estimate = BiasEstimate::of(&self.filter.difference(), &division.up, &division.stated);
+        self.estimate = divided(&self.filter.difference(), &division.up, &division.stated);
         if let Some(history) = &mut self.history {
             history.push(division);
         }
@@ -306,7 +308,7 @@ impl BiasEstimator {
         BiasHistory {
             stamps_ns: divisions.iter().map(|division| division.stamp_ns).collect(),
             estimates: estimates
-                .map(|(difference, of)| BiasEstimate::of(difference, &of.up, &of.stated))
+                .map(|(difference, of)| divided(difference, &of.up, &of.stated))
                 .collect(),
         }
     }
@@ -332,12 +334,12 @@ impl Levelled {
 #[derive(Debug, Clone)]
 pub(crate) struct BiasHistory {
     stamps_ns: Vec<i64>,
-    estimates: Vec<BiasEstimate>,
+    estimates: Vec<AccelerometerBias<f64>>,
 }
 
 impl BiasHistory {
     /// The estimate at a time: linear between two stamps, constant beyond the first and the last.
-    pub(crate) fn at(&self, time_ns: i64) -> BiasEstimate {
+    pub(crate) fn at(&self, time_ns: i64) -> AccelerometerBias<f64> {
         let next = self.stamps_ns.partition_point(|&stamp| stamp <= time_ns);
         let known = |k: usize| self.estimates.get(k).copied();
         let (Some(before), Some(after)) = (next.checked_sub(1).and_then(known), known(next)) else {
@@ -346,11 +348,11 @@ impl BiasHistory {
                 0 => known(0),
                 _ => last,
             }
-            .unwrap_or(BiasEstimate::AS_STATED);
+            .unwrap_or_else(AccelerometerBias::unknown);
         };
         let (from, to) = (self.stamps_ns[next - 1], self.stamps_ns[next]);
         let share = time_ns.saturating_sub(from) as f64 / to.saturating_sub(from).max(1) as f64;
-        BiasEstimate::between(&before, &after, share)
+        between(&before, &after, share)
     }
 }
 

@@ -12,4 +12,3 @@ mod difference_filter;
 mod split;
 
 pub(crate) use bias_estimator::{BiasEstimator, BiasHistory};
-pub(crate) use split::BiasEstimate;

@@ -18,6 +18,7 @@
 use nalgebra::{Cholesky, Matrix3, Vector3};
 
 use super::difference_filter::Difference;
+use crate::state::AccelerometerBias;
 
 /// A larger difference, in standard deviations, shows that the attitude, gravity or the scale of the accelerometer is worse
 /// than stated: E is enlarged until the difference has this size.
@@ -37,72 +38,63 @@ pub(super) struct Stated {
     pub(super) gravity: f64,
 }
 
-/// Estimated bias of the accelerometer, in IMU axes.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct BiasEstimate {
-    /// The bias (m/s^2).
-    pub(crate) bias: Vector3<f64>,
-    /// Its covariance less the stated one, never positive: xx, yy, zz, xy, xz, yz (m^2/s^4).
-    pub(crate) covariance_change: [f64; 6],
+/// The bias in a difference; `up` is a unit vector.
+pub(super) fn divided(
+    difference: &Difference,
+    up: &Vector3<f64>,
+    stated: &Stated,
+) -> AccelerometerBias<f64> {
+    let Difference {
+        value: s,
+        covariance,
+    } = difference;
+    let along = s.dot(up);
+    let across = (s - up * along).norm();
+    let along_noise = up.dot(&(covariance * up));
+    let across_noise = 0.5 * (covariance.trace() - along_noise);
+    let enlarged = |size: f64, stated_error: f64, noise: f64| {
+        let own = stated_error * stated_error;
+        let expected = stated.bias * stated.bias + own + noise;
+        own + ((size / LARGEST_SIGMAS).powi(2) - expected).max(0.0)
+    };
+    let (tilt, gravity) = (
+        enlarged(across, stated.tilt, across_noise),
+        enlarged(along, stated.gravity, along_noise),
+    );
+    let b = stated.bias * stated.bias;
+    let sum =
+        covariance + Matrix3::identity() * (b + tilt) + up * up.transpose() * (gravity - tilt);
+    let Some(factor) = Cholesky::new(sum) else {
+        return AccelerometerBias::unknown();
+    };
+    let q = factor.inverse();
+    let independent = independence(
+        across * across,
+        LEVELLED * LEVELLED + across_noise,
+        b + tilt + across_noise,
+    );
+    let upwards = up * up.transpose();
+    let kept = (Matrix3::identity() - upwards) * independent.sqrt() + upwards;
+    let change = kept * q * kept * (-b * b);
+    AccelerometerBias {
+        removed: q * s * b,
+        covariance_change: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+            .map(|place| change[place]),
+    }
 }
 
-impl BiasEstimate {
-    /// Nothing is known beyond the stated standard deviation.
-    pub(crate) const AS_STATED: Self = Self {
-        bias: Vector3::new(0.0, 0.0, 0.0),
-        covariance_change: [0.0; 6],
-    };
-
-    /// Estimate from a difference; `up` is a unit vector.
-    pub(super) fn of(difference: &Difference, up: &Vector3<f64>, stated: &Stated) -> Self {
-        let Difference {
-            value: s,
-            covariance,
-        } = difference;
-        let along = s.dot(up);
-        let across = (s - up * along).norm();
-        let along_noise = up.dot(&(covariance * up));
-        let across_noise = 0.5 * (covariance.trace() - along_noise);
-        let enlarged = |size: f64, stated_error: f64, noise: f64| {
-            let own = stated_error * stated_error;
-            let expected = stated.bias * stated.bias + own + noise;
-            own + ((size / LARGEST_SIGMAS).powi(2) - expected).max(0.0)
-        };
-        let (tilt, gravity) = (
-            enlarged(across, stated.tilt, across_noise),
-            enlarged(along, stated.gravity, along_noise),
-        );
-        let b = stated.bias * stated.bias;
-        let sum =
-            covariance + Matrix3::identity() * (b + tilt) + up * up.transpose() * (gravity - tilt);
-        let Some(factor) = Cholesky::new(sum) else {
-            return Self::AS_STATED;
-        };
-        let q = factor.inverse();
-        let independent = independence(
-            across * across,
-            LEVELLED * LEVELLED + across_noise,
-            b + tilt + across_noise,
-        );
-        let upwards = up * up.transpose();
-        let kept = (Matrix3::identity() - upwards) * independent.sqrt() + upwards;
-        let change = kept * q * kept * (-b * b);
-        Self {
-            bias: q * s * b,
-            covariance_change: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
-                .map(|place| change[place]),
-        }
-    }
-
-    /// Linear interpolation.
-    pub(super) fn between(a: &Self, b: &Self, share: f64) -> Self {
-        Self {
-            bias: a.bias + (b.bias - a.bias) * share,
-            covariance_change: std::array::from_fn(|i| {
-                let (from, to) = (a.covariance_change[i], b.covariance_change[i]);
-                from + share * (to - from)
-            }),
-        }
+/// Linear interpolation.
+pub(super) fn between(
+    a: &AccelerometerBias<f64>,
+    b: &AccelerometerBias<f64>,
+    share: f64,
+) -> AccelerometerBias<f64> {
+    AccelerometerBias {
+        removed: a.removed + (b.removed - a.removed) * share,
+        covariance_change: std::array::from_fn(|i| {
+            let (from, to) = (a.covariance_change[i], b.covariance_change[i]);
+            from + share * (to - from)
+        }),
     }
 }
 
@@ -124,19 +116,19 @@ mod tests {
         gravity: 0.01,
     };
 
-    fn estimate(s: [f64; 3], noise: f64) -> BiasEstimate {
+    fn estimate(s: [f64; 3], noise: f64) -> AccelerometerBias<f64> {
         let difference = Difference {
             value: Vector3::from(s),
             covariance: Matrix3::identity() * noise * noise,
         };
-        BiasEstimate::of(&difference, &Vector3::z(), &STATED)
+        divided(&difference, &Vector3::z(), &STATED)
     }
 
     #[test]
     fn difference_is_divided_by_the_stated_variances() {
         let found = estimate([0.05, 0.0, 0.02], 0.0);
-        assert!((found.bias.x - 0.05 * 0.36).abs() < 1e-12, "{found:?}");
-        assert!((found.bias.z - 0.02 * 0.9).abs() < 1e-12, "{found:?}");
+        assert!((found.removed.x - 0.05 * 0.36).abs() < 1e-12, "{found:?}");
+        assert!((found.removed.z - 0.02 * 0.9).abs() < 1e-12, "{found:?}");
         let [xx, _, zz, ..] = found.covariance_change;
         assert!((xx + 0.0009 * 0.36).abs() < 1e-9 && (zz + 0.0009 * 0.9).abs() < 1e-12);
     }
@@ -154,18 +146,18 @@ mod tests {
     #[test]
     fn unmeasured_difference_changes_nothing() {
         let found = estimate([0.05, 0.0, 0.02], 1e3);
-        assert!(found.bias.norm() < 1e-9 && found.covariance_change[0].abs() < 1e-9);
+        assert!(found.removed.norm() < 1e-9 && found.covariance_change[0].abs() < 1e-9);
     }
 
     #[test]
     fn gross_difference_is_left_for_the_plausibility_checks() {
         // Units of g, a sensor mounted askew: no bias explains them.
         for s in [[0.0, 0.0, -8.8], [5.0, 0.0, -1.4]] {
-            assert!(estimate(s, 0.001).bias.norm() < 0.01);
+            assert!(estimate(s, 0.001).removed.norm() < 0.01);
         }
         // The correction is largest where the difference is just credible.
         let largest = (1..200)
-            .map(|k| estimate([0.01 * f64::from(k), 0.0, 0.0], 0.0).bias.x)
+            .map(|k| estimate([0.01 * f64::from(k), 0.0, 0.0], 0.0).removed.x)
             .fold(0.0, f64::max);
         assert!(largest < 2.0 * STATED.bias, "{largest}");
     }
