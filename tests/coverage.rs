@@ -18,6 +18,7 @@ const MARGIN_NS: i64 = 150_000_000;
 struct Tally {
     inside: f64,
     all: f64,
+    squares: f64,
     sigmas: Vec<f64>,
 }
 
@@ -25,11 +26,16 @@ impl Tally {
     fn count(&mut self, error: f64, sigma: f64) {
         self.inside += f64::from(u8::from(error.abs() < 2.0 * sigma));
         self.all += 1.0;
+        self.squares += error * error;
         self.sigmas.push(sigma);
     }
 
     fn share(&self) -> f64 {
         self.inside / self.all
+    }
+
+    fn root_mean_square(&self) -> f64 {
+        (self.squares / self.all).sqrt()
     }
 
     fn median_sigma(&mut self) -> f64 {
@@ -56,7 +62,9 @@ fn val_two_sigma_bands_contain_the_true_loads() {
     let (load_share, sum_share) = (loads.share(), sums.share());
     let (load_sigma, sum_sigma) = (loads.median_sigma(), sums.median_sigma());
     println!(
-        "inside: loads {load_share:.3} (median sigma {load_sigma:.0} N), axle and side sums {sum_share:.3} ({sum_sigma:.0} N)"
+        "inside: loads {load_share:.3} (median sigma {load_sigma:.0} N, errors {:.0} N), axle and side sums {sum_share:.3} ({sum_sigma:.0} N, {:.0} N)",
+        loads.root_mean_square(),
+        sums.root_mean_square(),
     );
     // a normal distribution has 95.4 %
     assert!((0.94..=0.96).contains(&load_share), "{load_share}");

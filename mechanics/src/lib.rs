@@ -57,7 +57,9 @@ pub use machine::{
     Axis, BaseMotion, InertiaElement, Machine, MachineError, MachineSpec, Parameter,
 };
 pub use number::{Dual, Gradient, Jet, Lanes, Real};
-pub use state::{BaseState, ImuState, JetCovariance, SignalNoise, State, StateColumns};
+pub use state::{
+    AccelerometerBias, BaseState, ImuState, JetCovariance, SignalNoise, State, StateColumns,
+};
 pub use studies::actuator_force::{actuator_force, carries_payload};
 pub use studies::combination_sigma::combination_sigma;
 pub use studies::payload_estimate::{

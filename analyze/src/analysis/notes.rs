@@ -1,8 +1,8 @@
 //! Notes: what a reader must know about how the results were obtained.
 
-use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Axis, Machine, Parameter};
 use tipwatch_mechanics::state::Sensor;
+use tipwatch_mechanics::{Quantity, State};
 
 use super::clock::{self, ClockOffsets, text::TopicsFinding};
 use super::payload::EstimatedPayload;
@@ -39,6 +39,7 @@ pub(crate) fn of(
     notes.extend(missing_wheel_joints(loaded));
     notes.extend(loaded.notes.iter().cloned());
     notes.extend(measured_torques(loaded, rows));
+    notes.extend(accelerometer_bias(loaded, rows));
     for signal in &loaded.signals {
         if signal.recording.without_value > 0 {
             notes.push(format!(
@@ -110,6 +111,46 @@ fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
          the split rule has no effect, and envelope and standard deviations follow from the forces.",
         100.0 * with as f64 / used.len() as f64,
         linkages.join(", ")
+    ))
+}
+
+/// The bias of the accelerometer that was subtracted, or that none could be estimated.
+fn accelerometer_bias(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
+    let machine = &loaded.machine;
+    let stated = machine.uncertainty().accelerometer_bias;
+    if !loaded.matched.sensors.imu || stated <= 0.0 {
+        return None;
+    }
+    let mut state = State::zero(machine);
+    let (mut removed, mut variance, mut known) = ([0.0; 3], [0.0; 3], 0.0);
+    for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
+        rows.states.get(row, &mut state);
+        let bias = &state.noise.accelerometer_bias;
+        if bias.covariance_change == [0.0; 6] {
+            continue;
+        }
+        known += 1.0;
+        for (i, axis) in Axis::ALL.into_iter().enumerate() {
+            removed[i] += bias.removed[i];
+            variance[i] += state.sigma(machine, Parameter::SpecificForce(axis)).powi(2);
+        }
+    }
+    if known == 0.0 {
+        return Some(format!(
+            "The bias of the accelerometer could not be estimated: there is neither an attitude with odometry nor a standstill, or \
+             the IMU is not on the base. Its stated standard deviation of {stated} m/s² remains in every band."
+        ));
+    }
+    let mean = |i: usize| {
+        let (removed, sigma) = (removed[i] / known, f64::sqrt(variance[i] / known));
+        format!("{} {removed:+.3} ± {sigma:.3}", Axis::ALL[i].name())
+    };
+    Some(format!(
+        "Bias of the accelerometer, estimated from attitude, odometry and standstill and subtracted (mean, IMU axes, ± one \
+         standard deviation): {}, {}, {} m/s².",
+        mean(0),
+        mean(1),
+        mean(2)
     ))
 }
 

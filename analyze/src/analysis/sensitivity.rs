@@ -65,7 +65,7 @@ pub(crate) fn table(machine: &Machine, rows: &Rows) -> Option<SensitivityTable> 
         for ((&parameter, &derivative), rms) in
             parameters.iter().zip(derivatives).zip(root_mean_squares)
         {
-            let sigma = parameter.sigma(machine);
+            let sigma = state.sigma(machine, parameter);
             let change = -worst_otf_n / derivative;
             table.push(SensitivityRow {
                 parameter,

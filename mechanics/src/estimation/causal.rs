@@ -1,5 +1,6 @@
 //! The causal estimator: it uses past samples only, live and to reproduce a live run offline.
 
+use super::bias::BiasEstimator;
 use super::kalman_filter::{ChannelState, seconds};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::state_builder::{FilterStatus, Filters, Followed, Reading, StateBuilder};
@@ -14,6 +15,7 @@ use crate::state::{Credible, Sample, SampleError, Sensor, Sensors, StreamCounts}
 #[derive(Debug, Clone)]
 pub struct CausalEstimator {
     filters: Filters,
+    bias: BiasEstimator,
     state_builder: StateBuilder,
     sensors: Sensors,
     plausibility: Plausibility,
@@ -34,6 +36,7 @@ impl CausalEstimator {
     pub fn new(machine: &Machine, sensors: &Sensors, clock: RowClock) -> Self {
         Self {
             filters: Filters::new(machine, sensors, false),
+            bias: BiasEstimator::new(machine, sensors, false),
             state_builder: StateBuilder::new(machine, sensors),
             sensors: sensors.clone(),
             plausibility: Plausibility::new(machine, sensors),
@@ -132,6 +135,7 @@ impl CausalEstimator {
         {
             *standing = self.plausibility.row_effect(machine);
         }
+        self.bias.push(sample, &judgement);
         self.filters.push(sample, &judgement)?;
         if self.plausibility.lacks_a_value() {
             return Err(SampleError::NotFinite);
@@ -174,6 +178,7 @@ impl CausalEstimator {
             machine,
             elapsed_s,
             &effect,
+            self.bias.estimate(),
             &mut read,
             &mut self.estimate.state,
         );

@@ -9,6 +9,7 @@
 //! No value is extrapolated over a gap longer than
 //! [`EstimatorSpec::max_gap`](crate::machine::EstimatorSpec): rows in it are marked invalid.
 
+mod bias;
 mod causal;
 mod kalman_filter;
 pub mod plausibility;

@@ -1,5 +1,6 @@
 //! The smoother: estimates each row from past and future samples of a log.
 
+use super::bias::{BiasEstimator, BiasHistory};
 use super::kalman_filter::{ChannelState, History, Matrix, seconds, step};
 use super::rows::{RowClock, regular_index, regular_row, regular_stamp};
 use super::state_builder::{FilterStatus, Filters, Followed, Reading, StateBuilder};
@@ -53,6 +54,7 @@ pub fn smooth(
         .filter_map(|&recording| Ordered::new(recording, sensors))
         .collect();
     let faults = find_faults(machine, sensors, &ordered);
+    let bias = find_bias(machine, sensors, &ordered, &faults);
     let mut filters = Filters::new(machine, sensors, true);
     let counts = (ordered.iter())
         .map(|recording| (recording.sensor(), feed(&mut filters, recording, &faults)))
@@ -72,7 +74,7 @@ pub fn smooth(
         counts,
         faults,
     };
-    fill(machine, sensors, &histories, &mut rows);
+    fill(machine, sensors, &histories, &bias, &mut rows);
     rows
 }
 
@@ -121,30 +123,63 @@ impl<'r> Ordered<'r> {
 fn find_faults(machine: &Machine, sensors: &Sensors, ordered: &[Ordered<'_>]) -> Vec<FaultSpan> {
     let mut plausibility = Plausibility::new(machine, sensors);
     let mut spans = FaultSpans::default();
-    let mut next = vec![0; ordered.len()];
+    for_each_by_stamp(&ordered.iter().collect::<Vec<_>>(), |_, sample| {
+        // A repeated or backward stamp is counted where the filter refuses it.
+        if plausibility.step(&sample).is_ok() {
+            spans.take(sample.sensor, sample.stamp_ns, plausibility.findings());
+        }
+    });
+    spans.finish()
+}
+
+/// Visits the samples of several sensors in stamp order, each with the index of its recording.
+fn for_each_by_stamp<'r>(recordings: &[&Ordered<'r>], mut visit: impl FnMut(usize, Sample<'r>)) {
+    let mut next = vec![0; recordings.len()];
     loop {
-        let heads = ordered.iter().zip(&next).enumerate();
+        let heads = recordings.iter().zip(&next).enumerate();
         let heads =
             heads.filter_map(|(which, (recording, &k))| Some((which, recording.sample(k)?)));
         let Some((which, sample)) = heads.min_by_key(|(_, sample)| sample.stamp_ns) else {
             break;
         };
         next[which] += 1;
-        // A repeated or backward stamp is counted where the filter refuses it.
-        if plausibility.step(&sample).is_ok() {
-            spans.take(sample.sensor, sample.stamp_ns, plausibility.findings());
-        }
+        visit(which, sample);
     }
-    spans.finish()
+}
+
+/// Estimates the bias of the accelerometer from all sensors together in stamp order.
+fn find_bias(
+    machine: &Machine,
+    sensors: &Sensors,
+    ordered: &[Ordered<'_>],
+    faults: &[FaultSpan],
+) -> BiasHistory {
+    let mut estimator = BiasEstimator::new(machine, sensors, true);
+    let used: Vec<&Ordered<'_>> = (ordered.iter())
+        .filter(|recording| estimator.uses(recording.sensor()))
+        .collect();
+    let mut walks: Vec<(SpanWalk<'_>, Option<i64>)> = (used.iter())
+        .map(|recording| (SpanWalk::new(faults_of(faults, recording.sensor())), None))
+        .collect();
+    for_each_by_stamp(&used, |which, sample| {
+        let (walk, last_ns) = &mut walks[which];
+        if last_ns.replace(sample.stamp_ns) != Some(sample.stamp_ns) {
+            estimator.push(&sample, &walk.judgement(sample.stamp_ns));
+        }
+    });
+    estimator.smoothed()
+}
+
+fn faults_of(faults: &[FaultSpan], sensor: Sensor) -> impl Iterator<Item = &FaultSpan> {
+    faults
+        .iter()
+        .filter(move |span| span.worst.sensor == sensor)
 }
 
 /// Feeds a sensor's samples to its filters, those within faults treated as the fault requires.
 fn feed(filters: &mut Filters, recording: &Ordered<'_>, faults: &[FaultSpan]) -> StreamCounts {
     let mut counts = StreamCounts::default();
-    let own = faults
-        .iter()
-        .filter(|span| span.worst.sensor == recording.sensor());
-    let mut walk = SpanWalk::new(own);
+    let mut walk = SpanWalk::new(faults_of(faults, recording.sensor()));
     let mut last_ns = None;
     if matches!(recording.sensor(), Sensor::Imu | Sensor::Odometry) {
         // known beforehand, unlike to the causal estimator
@@ -208,6 +243,7 @@ fn fill(
     machine: &Machine,
     sensors: &Sensors,
     histories: &[(Followed, History)],
+    bias: &BiasHistory,
     rows: &mut SmoothedRows,
 ) {
     let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
@@ -231,7 +267,14 @@ fn fill(
         };
         let effect = walk.row_effect(time_ns, machine, sensors.imu);
         let elapsed_s = seconds(time_ns.saturating_sub(first_ns));
-        let reasons = state_builder.assemble(machine, elapsed_s, &effect, &mut read, &mut state);
+        let reasons = state_builder.assemble(
+            machine,
+            elapsed_s,
+            &effect,
+            &bias.at(time_ns),
+            &mut read,
+            &mut state,
+        );
         rows.states.set(row, &mut state);
         rows.reasons.push(reasons);
     }

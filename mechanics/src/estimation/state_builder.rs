@@ -7,8 +7,8 @@ use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
 use crate::machine::{Machine, rotation_in_body};
 use crate::state::{
-    BaseState, JetCovariance, Reason, Reasons, Sample, SampleError, Sensor, Sensors, SignalNoise,
-    State, tilt_is_measured,
+    AccelerometerBias, BaseState, JetCovariance, Reason, Reasons, Sample, SampleError, Sensor,
+    Sensors, SignalNoise, State, tilt_is_measured,
 };
 
 /// A quaternion whose norm differs from one by more than this is not an orientation.
@@ -255,13 +255,14 @@ impl StateBuilder {
     }
 
     /// Fills `state` by `read`, which writes a filter's channels and returns their validity. `elapsed_s` is
-    /// the time since the first row, `effect` the effect of implausible samples on this row. Returns the
-    /// reasons why the row is invalid.
+    /// the time since the first row, `effect` the effect of implausible samples on this row, `bias` that of
+    /// the accelerometer. Returns the reasons why the row is invalid.
     pub(super) fn assemble(
         &mut self,
         machine: &Machine,
         elapsed_s: f64,
         effect: &RowEffect,
+        bias: &AccelerometerBias<f64>,
         read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
         state: &mut State<f64>,
     ) -> Reasons {
@@ -324,8 +325,9 @@ impl StateBuilder {
         }
         if imu {
             let measured = triple(Followed::SpecificForce).unwrap_or_default();
-            state.imu.specific_force = measured.value;
+            state.imu.specific_force = measured.value - bias.removed;
             state.noise.specific_force = measured.covariance[0][0];
+            state.noise.accelerometer_bias = *bias;
         } else if let Some(base_velocity) = &velocity {
             // f = dv/dt + w x v + g up
             let up = up_in_base.unwrap_or_else(|| {

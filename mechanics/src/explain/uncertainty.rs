@@ -161,7 +161,8 @@ impl SignalPlaces {
         }
     }
 
-    /// Variance due to the noise of the signals.
+    /// Variance due to the noise of the signals, and the change of that due to the accelerometer's bias where signals
+    /// have narrowed it down.
     pub(crate) fn variance<T: Real>(&self, derivatives: &[T], noise: &SignalNoise<T>) -> T {
         let two = T::constant(2.0);
         let (joints, rest) = derivatives.split_at(3 * self.joints);
@@ -183,6 +184,10 @@ impl SignalPlaces {
                 + by_alpha * by_alpha * alpha
                 + two * by_w * by_alpha * w_alpha;
         }
+        let (x, y, z) = (rest[0], rest[1], rest[2]);
+        let [xx, yy, zz, xy, xz, yz] = noise.accelerometer_bias.covariance_change;
+        variance +=
+            x * x * xx + y * y * yy + z * z * zz + two * (x * (y * xy + z * xz) + y * z * yz);
         if self.tool {
             for &by in &rest[9..15] {
                 variance += by * by * noise.tool_wrench;

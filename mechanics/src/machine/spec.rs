@@ -384,6 +384,10 @@ pub struct UncertaintySpec {
     pub accelerometer_bias: f64,
     /// Bias of the gyro, about each axis (rad/s).
     pub gyro_bias: f64,
+    /// Constant error of roll and pitch in the IMU's orientation (rad).
+    pub attitude_bias: f64,
+    /// Local gravity (m/s^2).
+    pub gravity: f64,
     /// Systematic error of the force on the tool, along each axis (N).
     pub tool_force: f64,
     /// Systematic error of the moment on the tool, about each axis (N m).
@@ -413,6 +417,8 @@ impl Default for UncertaintySpec {
             imu_rotation: 0.005,
             accelerometer_bias: 0.03,
             gyro_bias: 0.002,
+            attitude_bias: 0.001,
+            gravity: 0.01,
             tool_force: 50.0,
             tool_moment: 20.0,
             roll_moment_distribution: 0.0,
@@ -425,7 +431,7 @@ impl Default for UncertaintySpec {
 impl UncertaintySpec {
     /// Its values by key.
     #[must_use]
-    pub fn by_key(&self) -> [(&'static str, f64); 18] {
+    pub fn by_key(&self) -> [(&'static str, f64); 20] {
         [
             ("mass_share", self.mass_share),
             ("com", self.com),
@@ -440,6 +446,8 @@ impl UncertaintySpec {
             ("imu_rotation", self.imu_rotation),
             ("accelerometer_bias", self.accelerometer_bias),
             ("gyro_bias", self.gyro_bias),
+            ("attitude_bias", self.attitude_bias),
+            ("gravity", self.gravity),
             ("tool_force", self.tool_force),
             ("tool_moment", self.tool_moment),
             ("roll_moment_distribution", self.roll_moment_distribution),

@@ -60,11 +60,22 @@ pub struct SignalNoise<T> {
     pub joint: JetCovariance<T>,
     /// Of a component of the specific force (m^2/s^4).
     pub specific_force: T,
+    /// The systematic error of the specific force, as far as the signals have narrowed it down.
+    pub accelerometer_bias: AccelerometerBias<T>,
     /// Of a component of the angular velocity: its variance, its covariance with the angular acceleration,
     /// and the variance of the latter (rad^2/s^2, rad^2/s^3, rad^2/s^4).
     pub turning: [T; 3],
     /// Of a component of the tool wrench (N^2 or N^2 m^2).
     pub tool_wrench: T,
+}
+
+/// Estimate of an accelerometer's bias, in IMU axes; zero where it is as uncertain as the machine file states.
+#[derive(Debug, Clone, Copy)]
+pub struct AccelerometerBias<T> {
+    /// The bias that was subtracted from the measured specific force (m/s^2).
+    pub removed: Vector3<T>,
+    /// Covariance of the bias less the stated one, which is not positive: xx, yy, zz, xy, xz, yz (m^2/s^4).
+    pub covariance_change: [T; 6],
 }
 
 /// Measurement of an inertial measurement unit fixed to its body, in its own frame.
@@ -113,7 +124,7 @@ impl<T: Real> State<T> {
     #[must_use]
     pub fn size(machine: &Machine) -> usize {
         let (joints, actuated) = (machine.joints.len(), machine.contact.actuated_joints.len());
-        3 * joints + 9 + 6 + actuated + machine.payloads.len() + 9 + 11
+        3 * joints + 9 + 6 + actuated + machine.payloads.len() + 9 + 20
     }
 
     /// The same state in another number type.
@@ -145,6 +156,14 @@ impl<T: Real> State<T> {
                     second: convert(self.noise.joint.second),
                 },
                 specific_force: convert(self.noise.specific_force),
+                accelerometer_bias: AccelerometerBias {
+                    removed: vector(&self.noise.accelerometer_bias.removed),
+                    covariance_change: self
+                        .noise
+                        .accelerometer_bias
+                        .covariance_change
+                        .map(&convert),
+                },
                 turning: self.noise.turning.map(&convert),
                 tool_wrench: convert(self.noise.tool_wrench),
             },
@@ -192,6 +211,19 @@ impl<T: Real> State<T> {
         })
     }
 
+    /// Standard deviation of the systematic error of a signal, or of a machine parameter: as the machine file states it, or
+    /// less where the signals have narrowed it down.
+    #[must_use]
+    pub fn sigma(&self, machine: &Machine, parameter: Parameter) -> T {
+        let stated = T::constant(parameter.sigma(machine));
+        let Parameter::SpecificForce(axis) = parameter else {
+            return stated;
+        };
+        let left = stated * stated + self.noise.accelerometer_bias.covariance_change[axis as usize];
+        // Rounding may leave less than nothing.
+        T::select(T::zero().lt(left), left, T::zero()).sqrt()
+    }
+
     /// Visits all values in their fixed order: joints (position, velocity, acceleration each), specific force,
     /// angular velocity, angular acceleration, tool force, tool moment, actuator forces, payload shares, up,
     /// velocity and its derivative, noise.
@@ -217,6 +249,9 @@ impl<T: Real> State<T> {
         noise.joint.first.iter_mut().for_each(&mut visit);
         visit(&mut noise.joint.second);
         visit(&mut noise.specific_force);
+        let bias = &mut noise.accelerometer_bias;
+        bias.removed.iter_mut().for_each(&mut visit);
+        bias.covariance_change.iter_mut().for_each(&mut visit);
         noise.turning.iter_mut().for_each(&mut visit);
         visit(&mut noise.tool_wrench);
     }
@@ -235,6 +270,17 @@ impl<T: Real> BaseState<T> {
     }
 }
 
+impl<T: Real> AccelerometerBias<T> {
+    /// Nothing is known beyond what the machine file states.
+    #[must_use]
+    pub fn unknown() -> Self {
+        Self {
+            removed: Vector3::zeros(),
+            covariance_change: [T::zero(); 6],
+        }
+    }
+}
+
 impl<T: Real> SignalNoise<T> {
     /// Signals without noise.
     #[must_use]
@@ -247,6 +293,7 @@ impl<T: Real> SignalNoise<T> {
                 second: zero,
             },
             specific_force: zero,
+            accelerometer_bias: AccelerometerBias::unknown(),
             turning: [zero; 3],
             tool_wrench: zero,
         }

@@ -6,7 +6,9 @@ mod reason;
 mod sample;
 
 pub use columns::StateColumns;
-pub use machine_state::{BaseState, ImuState, JetCovariance, SignalNoise, State};
+pub use machine_state::{
+    AccelerometerBias, BaseState, ImuState, JetCovariance, SignalNoise, State,
+};
 pub use reason::{Reason, Reasons};
 pub(crate) use sample::Credible;
 pub use sample::{

@@ -62,7 +62,7 @@ pub struct Finding {
 
 impl Finding {
     /// Whether rows that depend on it must not be used: because of the policy, or because a value is not finite.
-    /// `has_imu`: whether there is an IMU, with which loads do not depend on the odometry.
+    /// `has_imu`: whether there is an IMU, with which loads do not require the odometry.
     #[must_use]
     pub fn forbids_rows(&self, has_imu: bool) -> bool {
         let is_needed = self.part.reason(self.sensor, has_imu).is_some();
@@ -153,7 +153,7 @@ impl Part {
         }
     }
 
-    /// Why a row that depends on it is invalid; `None` for parts that do not affect the loads: attitude, odometry
+    /// Why a row that depends on it is invalid; `None` for parts that the loads do not require: attitude, odometry
     /// besides an IMU, and actuator forces.
     pub(crate) fn reason(self, sensor: Sensor, has_imu: bool) -> Option<Reason> {
         match (sensor, self) {

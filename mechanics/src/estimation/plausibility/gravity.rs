@@ -5,7 +5,8 @@
 //!     m' = (a - m) / T     its mean, over the time since the start while that is less than T
 //! ```
 //! A machine that gains the speed dv has `|m| <= dv / T`; beyond a machine's maximum speed, one of the two
-//! signals is wrong. Which one is undetermined; the fault is assigned to the attitude, on which no load depends.
+//! signals is wrong. Which one is undetermined; the fault is assigned to the attitude, which serves
+//! only to estimate the accelerometer's bias, and is then not used for it.
 //! Driving in circles has no effect, because the axes do not rotate, unless the attitude lacks a heading.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
