@@ -182,7 +182,7 @@ fn offline_reproduces_a_faulty_session() {
 fn recorded_replay(world: &World, log: &Path, machine: &Path, out: &Path) -> Vec<WireVerdict> {
     let _prioritised = prioritise();
     let recorder = world.record(machine, out, &["--split", "0.001"]);
-    let monitor = world.monitor(machine, &["--quiet"]);
+    let monitor = world.monitor(machine, &["--quiet", "--allow-untimed"]);
     let reading = Reading::new(&world.join());
     let options = ["--speed", "max", "--lossless", "--readers", "2"];
     let mut replay = world.replay_log(log, machine, &[&options[..], &["--wait", "60"]].concat());

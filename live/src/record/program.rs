@@ -81,6 +81,14 @@ impl SessionHost for Host<'_> {
         self.close(before)
     }
 
+    fn refuse(&mut self, error: anyhow::Error) -> Result<()> {
+        if !self.place.options.stays {
+            return Err(error);
+        }
+        eprintln!("record: a session was not recorded: {error:#}");
+        Ok(())
+    }
+
     fn reject(&mut self, _: &mut SessionRecorder, error: &anyhow::Error) {
         eprintln!("record: a session was not recorded: {error:#}");
     }

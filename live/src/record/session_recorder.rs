@@ -19,7 +19,7 @@ use crate::guard::{Admitted, Guard};
 use crate::system::clock::{monotonic_ns, unix_ns};
 use crate::wire::command::Mode;
 use crate::wire::names::Names;
-use crate::wire::session::{Progress, Session, open_session};
+use crate::wire::session::{Progress, Session, Untimed, open_session};
 use crate::wire::topics::{
     EVENT_ROW, Wire, WireCommand, WireMachine, WireSample, WireSession, WireVerdict,
 };
@@ -74,7 +74,7 @@ impl SessionRecorder {
             urdf,
             options,
         } = place;
-        let (session, machine, sensors) = open_session(announced, file, urdf)?;
+        let (session, machine, sensors) = open_session(announced, file, urdf, Untimed::Allowed)?;
         let names = Names::try_from(&WireMachine::new(&machine, session.id)?)?;
         let begun_ns = unix_ns();
         let folder = options.folder.join(folder_name(begun_ns, session.id));

@@ -8,7 +8,7 @@ use tipwatch_live::node::{LiveNode, Receiver};
 use tipwatch_live::replay::LogSamples;
 use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::identity::new_identity;
-use tipwatch_live::wire::session::machine_hash;
+use tipwatch_live::wire::session::{StampClock, machine_hash};
 use tipwatch_live::wire::topics::{Head, Wire, WireSample, WireSession, WireVerdict};
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
@@ -86,6 +86,11 @@ impl<T: Time> Feed<T> {
         recording.session.id = source;
         recording.session.pace = 1.0;
         recording.session.wants_progress = false;
+        let start_ns = time.now_ns();
+        recording.session.clock = StampClock {
+            stamp_ns: samples[0].log_time_ns,
+            host_ns: start_ns,
+        };
         let verdicts = node.receiver().unwrap();
         let mut producer = Producer::new(node, source, hash).unwrap();
         let mut session = WireSession::try_from(&recording.session).unwrap();
@@ -100,7 +105,7 @@ impl<T: Time> Feed<T> {
             source,
             hash,
             joints: recording.session.streams.remove(0),
-            start_ns: 0,
+            start_ns,
         }
     }
 
@@ -179,9 +184,6 @@ impl<T: Time> Feed<T> {
 
     /// Waits until the next sample is due.
     pub fn wait(&mut self) {
-        if self.next == 0 {
-            self.start_ns = self.time.now_ns();
-        }
         let sample = &self.samples[self.next % self.samples.len()];
         let since_ns = sample.log_time_ns - self.samples[0].log_time_ns + self.lap_ns();
         self.time.pass_until(self.start_ns + since_ns);

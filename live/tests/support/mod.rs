@@ -32,12 +32,15 @@ pub fn data(name: &str) -> PathBuf {
 /// An isolated world in shared memory.
 pub struct World {
     pub prefix: String,
+    /// The folder for latched alarms.
+    pub state: tempfile::TempDir,
 }
 
 impl World {
     pub fn new(test: &str) -> Self {
         Self {
             prefix: format!("tw{}{test}_", std::process::id()),
+            state: tempfile::tempdir().unwrap(),
         }
     }
 
@@ -88,6 +91,7 @@ impl World {
 
     pub fn monitor(&self, machine: &Path, more: &[&str]) -> Process {
         let mut arguments = vec!["monitor", "--machine", machine.to_str().unwrap()];
+        arguments.extend(["--state", self.state.path().to_str().unwrap()]);
         arguments.extend(more);
         self.start(&arguments)
     }

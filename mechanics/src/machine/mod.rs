@@ -41,7 +41,7 @@ pub(crate) use body::rotation_in_body;
 pub use body::{
     Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, Mounting, Payload,
 };
-pub use check::LogFacts;
+pub use check::{IMU_CONFLICT, LogFacts};
 pub use checked::{Machine, Reference};
 pub use contact::Contact;
 pub use error::MachineError;

@@ -14,3 +14,4 @@ mod weighed;
 mod wheels;
 
 pub use checker::LogFacts;
+pub use imu_mount::IMU_CONFLICT;
