@@ -11,8 +11,9 @@ use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::state::Sensor;
 
 use super::encode;
+use super::folder;
 use super::pending::{Encoded, Kind, Pending};
-use super::preamble::{folder_name, preamble};
+use super::preamble::preamble;
 use super::retention::Retention;
 use super::writer::{FileWriter, Plan, RecordCounts};
 use crate::guard::{Admitted, Guard};
@@ -77,7 +78,9 @@ impl SessionRecorder {
         let (session, machine, sensors) = open_session(announced, file, urdf, Untimed::Allowed)?;
         let names = Names::try_from(&WireMachine::new(&machine, session.id)?)?;
         let begun_ns = unix_ns();
-        let folder = options.folder.join(folder_name(begun_ns, session.id));
+        let root = &options.folder;
+        let folder = folder::create(root, begun_ns, session.id)
+            .with_context(|| format!("{}: cannot record there", root.display()))?;
         let plan = Plan {
             preamble: preamble(file, urdf, &session, &machine, &sensors, &names, begun_ns),
             split: options.split,

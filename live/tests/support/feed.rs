@@ -8,7 +8,7 @@ use tipwatch_live::node::{LiveNode, Receiver};
 use tipwatch_live::replay::LogSamples;
 use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::identity::new_identity;
-use tipwatch_live::wire::session::{StampClock, machine_hash};
+use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
 use tipwatch_live::wire::topics::{Head, Wire, WireSample, WireSession, WireVerdict};
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
@@ -79,6 +79,11 @@ pub fn samples(name: &str) -> (LogSamples, Vec<WireSample>) {
 impl<T: Time> Feed<T> {
     /// Opens a session, and announces it.
     pub fn new(node: &LiveNode, name: &str, time: T) -> Self {
+        Self::with(node, name, time, |_| ())
+    }
+
+    /// The same with a changed session.
+    pub fn with(node: &LiveNode, name: &str, time: T, change: impl FnOnce(&mut Session)) -> Self {
         let (file, urdf) = machine(name);
         let (mut recording, samples) = samples(name);
         let hash = machine_hash(&file, &urdf);
@@ -91,6 +96,7 @@ impl<T: Time> Feed<T> {
             stamp_ns: samples[0].log_time_ns,
             host_ns: start_ns,
         };
+        change(&mut recording.session);
         let verdicts = node.receiver().unwrap();
         let mut producer = Producer::new(node, source, hash).unwrap();
         let mut session = WireSession::try_from(&recording.session).unwrap();

@@ -65,7 +65,7 @@ impl Steered {
             file: Box::leak(Box::new(file)),
             urdf: Box::leak(Box::new(urdf)),
             node: world.join(),
-            state: world.state.path().into(),
+            state: world.state_folder.clone(),
             monitor: None,
             control: None,
             hang: false,
