@@ -118,6 +118,7 @@ const RULES: [Rule; 6] = [
             "system",
             "wire",
             "node",
+            "alarm",
             "guard",
             "monitor",
             "control",

@@ -10,10 +10,12 @@ use tipwatch_analyze::analysis::run;
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
+use tipwatch_live::alarm::AlarmFile;
 use tipwatch_live::system::clock::monotonic_ns;
+use tipwatch_live::wire::session::machine_hash;
 use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireVerdict};
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::verdict::{InputFault, Level};
+use tipwatch_mechanics::verdict::{InputFault, Latch, Level};
 
 use crate::support::feed::Feed;
 use crate::support::killing::{Reading, Times, files, sequences};
@@ -178,6 +180,20 @@ fn offline_reproduces_a_faulty_session() {
     assert!(levels(Level::Danger) && levels(Level::Fault));
 }
 
+#[test]
+fn offline_reproduces_an_inherited_alarm() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("inherited");
+    let (file, urdf) = crate::support::feed::machine("tiny_lift");
+    let hash = machine_hash(&file, &urdf);
+    let alarm = AlarmFile::new(&world.state_folder, hash, &file.spec.name);
+    alarm.write(Latch::raised(Level::Danger)).unwrap();
+    let rows = faulty_session(&world, folder.path());
+    assert_eq!(rows[0].latched_level, Level::Danger as u32);
+    let analysis = causal(&session_in(folder.path()), &data("tiny_lift.toml"));
+    assert_reproduced(&rows, &analysis);
+}
+
 /// Replays a log to a monitor and a recorder, losing nothing: the rows that the monitor published.
 fn recorded_replay(world: &World, log: &Path, machine: &Path, out: &Path) -> Vec<WireVerdict> {
     let _prioritised = prioritise();
@@ -218,12 +234,14 @@ fn assert_same_columns(a: &Analysis, b: &Analysis) {
 #[test]
 fn recording_replays_to_the_same_verdicts() {
     let folder = tempfile::tempdir().unwrap();
-    let world = World::new("again");
+    let mut world = World::new("again");
     let (log, machine) = (data("tiny_lift.mcap"), data("tiny_lift.toml"));
     let (first, second) = (folder.path().join("1"), folder.path().join("2"));
     let first_rows = recorded_replay(&world, &log, &machine, &first);
     let recorded = session_in(&first);
     assert!(files(&first).len() > 1, "split by time");
+    // another monitor without the alarm of the first
+    world.state_folder = folder.path().join("state");
     let second_rows = recorded_replay(&world, &recorded, &machine, &second);
     assert_eq!((first_rows.len(), second_rows.len()), (400, 400));
     for (a, b) in first_rows.iter().zip(&second_rows) {

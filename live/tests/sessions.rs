@@ -36,24 +36,24 @@ fn session_that_contradicts_the_machine_file_is_refused() {
         (Refusal::Damaged, "pace", |s| s.pace = f64::NAN),
         (Refusal::SensorMissing, "no imu", |s| s.imu = false),
         (Refusal::SensorMissing, "no odometry", |s| {
-            s.odometry = false
+            s.odometry = false;
         }),
         (Refusal::SensorUnknown, "joint 3", |s| {
-            s.actuated_joints = vec![3]
+            s.actuated_joints = vec![3];
         }),
         (Refusal::Joints, "joint", |s| s.streams = Vec::new()),
         (Refusal::Joints, "slew", |s| {
             s.streams[0].retain(|joint| joint != "slew");
         }),
         (Refusal::Joints, "\"gripper\"", |s| {
-            s.streams[0].push("gripper".into())
+            s.streams[0].push("gripper".into());
         }),
         (Refusal::Joints, "twice", |s| {
-            s.streams[0].push("slew".into())
+            s.streams[0].push("slew".into());
         }),
         // a link of the URDF that is elsewhere than [imu]
         (Refusal::ImuMounting, "mounting", |s| {
-            s.imu_frame = Some("arm_slew".into())
+            s.imu_frame = Some("arm_slew".into());
         }),
     ];
     for (reason, words, change) in changes {

@@ -1,8 +1,10 @@
 //! One small file for each machine, replaced as a whole: after a power cut it holds the old alarm or the new one.
 //!
 //! ```text
-//!     tipwatch-alarm 1 MACHINE_HASH LEVEL ACKNOWLEDGED CRC32
+//!     tipwatch-alarm 1 MACHINE_HASH NAME_CRC32 LEVEL ACKNOWLEDGED CRC32
 //! ```
+//! Whoever changes the machine file gets another hash. The alarm is then taken over from the files of machines of the same
+//! name: NAME_CRC32 is the checksum of the name.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -32,16 +34,38 @@ pub fn default_folder(variable: impl Fn(&str) -> Option<OsString>) -> Option<Pat
 pub struct AlarmFile {
     folder: PathBuf,
     machine_hash: u64,
+    name_checksum: u32,
 }
 
 impl AlarmFile {
-    /// The file of the machine with this hash in this folder.
+    /// The file of the machine with this hash and name in this folder.
     #[must_use]
-    pub fn new(folder: &Path, machine_hash: u64) -> Self {
+    pub fn new(folder: &Path, machine_hash: u64, machine_name: &str) -> Self {
         Self {
             folder: folder.into(),
             machine_hash,
+            name_checksum: crc32fast::hash(machine_name.as_bytes()),
         }
+    }
+
+    /// Files with an alarm of a machine of the same name, if this machine has none yet.
+    pub(super) fn predecessors(&self) -> Vec<(Self, Latch)> {
+        if self.path().exists() {
+            return Vec::new();
+        }
+        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let hashes = entries.filter_map(|entry| {
+            let name = entry.file_name().into_string().ok()?;
+            let hash = name.strip_prefix("alarm-")?.strip_suffix(".txt")?;
+            u64::from_str_radix(hash, 16).ok()
+        });
+        let files = hashes.map(|machine_hash| Self {
+            machine_hash,
+            ..self.clone()
+        });
+        let latched = files.filter_map(|file| Some((file.read().ok()?, file)));
+        let latched = latched.filter(|(latch, _)| latch.level.is_some());
+        latched.map(|(latch, file)| (file, latch)).collect()
     }
 
     /// Its path.
@@ -103,7 +127,8 @@ impl AlarmFile {
         let level = latch.level.map_or("none", Level::name);
         let acknowledged = u8::from(latch.is_acknowledged);
         let hash = self.machine_hash;
-        let content = format!("{BEGINNING} {hash:016x} {level} {acknowledged}");
+        let name = self.name_checksum;
+        let content = format!("{BEGINNING} {hash:016x} {name:08x} {level} {acknowledged}");
         format!("{content} {:08x}\n", crc32fast::hash(content.as_bytes()))
     }
 }
@@ -115,7 +140,7 @@ mod tests {
     #[test]
     fn alarms_survive_the_disk() {
         let folder = tempfile::tempdir().unwrap();
-        let file = AlarmFile::new(&folder.path().join("new/folder"), 7);
+        let file = AlarmFile::new(&folder.path().join("new/folder"), 7, "m");
         assert_eq!(file.read().unwrap(), Latch::default());
         let mut latch = Latch::raised(Level::Danger);
         for _ in 0..2 {
@@ -130,7 +155,7 @@ mod tests {
     #[test]
     fn every_changed_byte_is_damage() {
         let folder = tempfile::tempdir().unwrap();
-        let file = AlarmFile::new(folder.path(), 7);
+        let file = AlarmFile::new(folder.path(), 7, "m");
         file.write(Latch::raised(Level::Danger)).unwrap();
         let good = fs::read(file.path()).unwrap();
         for at in 0..good.len() {
@@ -144,7 +169,7 @@ mod tests {
         // another machine's file under this machine's name
         fs::write(
             file.path(),
-            AlarmFile::new(folder.path(), 8).text(Latch::default()),
+            AlarmFile::new(folder.path(), 8, "m").text(Latch::default()),
         )
         .unwrap();
         assert!(file.read().is_err());

@@ -45,9 +45,10 @@ impl AlarmStore {
     ///
     /// # Errors
     /// No thread can be started.
-    pub fn open(folder: &Path, machine_hash: u64) -> Result<(Self, Latch)> {
-        let file = AlarmFile::new(folder, machine_hash);
-        let latch = file.read().unwrap_or_else(|error| {
+    pub fn open(folder: &Path, machine_hash: u64, machine_name: &str) -> Result<(Self, Latch)> {
+        let file = AlarmFile::new(folder, machine_hash, machine_name);
+        let predecessors = file.predecessors();
+        let mut latch = file.read().unwrap_or_else(|error| {
             eprintln!(
                 "monitor: {}: {error}; an alarm may be lost: it counts as a fault that nobody has acknowledged",
                 file.path().display()
@@ -55,6 +56,13 @@ impl AlarmStore {
             file.keep_damaged();
             Latch::raised(Level::Fault)
         });
+        for (before, latched) in &predecessors {
+            eprintln!(
+                "monitor: {}: the alarm of a machine of this name is taken over",
+                before.path().display()
+            );
+            latch = worse(latch, *latched);
+        }
         let wanted = number_of(latch);
         let shared = Arc::new(Shared {
             wanted: AtomicU32::new(wanted),
@@ -68,6 +76,12 @@ impl AlarmStore {
         };
         // the first write shows whether the folder can be written
         writer.save();
+        if !writer.shared.has_failed.load(Ordering::Acquire) {
+            for (before, _) in &predecessors {
+                // if this fails it is taken over once more
+                let _ = before.write(Latch::default());
+            }
+        }
         let thread = std::thread::Builder::new()
             .name("alarm".into())
             .spawn(move || writer.run())?;
@@ -159,6 +173,15 @@ impl Writer {
     }
 }
 
+/// Of two alarms the higher one, acknowledged if both are.
+fn worse(a: Latch, b: Latch) -> Latch {
+    let is_done = |latch: Latch| latch.level.is_none() || latch.is_acknowledged;
+    Latch {
+        level: a.level.max(b.level),
+        is_acknowledged: is_done(a) && is_done(b),
+    }
+}
+
 /// An alarm as a number.
 fn number_of(latch: Latch) -> u32 {
     latch.level.map_or(0, |level| level as u32) << 1 | u32::from(latch.is_acknowledged)
@@ -178,22 +201,28 @@ mod tests {
     #[test]
     fn alarm_outlives_its_store() {
         let folder = tempfile::tempdir().unwrap();
-        let (mut store, latch) = AlarmStore::open(folder.path(), 3).unwrap();
+        let (mut store, latch) = AlarmStore::open(folder.path(), 3, "m").unwrap();
         assert_eq!(latch, Latch::default());
         store.keep(Latch::raised(Level::Danger));
         drop(store);
-        let (store, latch) = AlarmStore::open(folder.path(), 3).unwrap();
+        let (store, latch) = AlarmStore::open(folder.path(), 3, "m").unwrap();
         assert_eq!(latch, Latch::raised(Level::Danger));
         assert!(!store.is_unsaved());
-        let (_, other) = AlarmStore::open(folder.path(), 4).unwrap();
+        let (_, other) = AlarmStore::open(folder.path(), 4, "other").unwrap();
         assert_eq!(other, Latch::default(), "another machine");
+        drop(store);
+        // a changed machine file: the alarm moves
+        let (_, latch) = AlarmStore::open(folder.path(), 5, "m").unwrap();
+        assert_eq!(latch, Latch::raised(Level::Danger));
+        let (_, latch) = AlarmStore::open(folder.path(), 3, "m").unwrap();
+        assert_eq!(latch, Latch::default());
     }
 
     #[test]
     fn damaged_file_counts_as_a_latched_fault() {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(AlarmFile::new(folder.path(), 3).path(), "").unwrap();
-        let (_, latch) = AlarmStore::open(folder.path(), 3).unwrap();
+        std::fs::write(AlarmFile::new(folder.path(), 3, "m").path(), "").unwrap();
+        let (_, latch) = AlarmStore::open(folder.path(), 3, "m").unwrap();
         assert_eq!(latch, Latch::raised(Level::Fault));
     }
 
@@ -202,7 +231,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let blocked = folder.path().join("blocked");
         std::fs::write(&blocked, "a file").unwrap();
-        let (store, latch) = AlarmStore::open(&blocked, 3).unwrap();
+        let (store, latch) = AlarmStore::open(&blocked, 3, "m").unwrap();
         assert!(store.is_unsaved());
         // nobody knows what was there
         assert_eq!(latch, Latch::raised(Level::Fault));

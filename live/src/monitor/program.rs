@@ -172,7 +172,7 @@ impl<'a> MonitorProgram<'a> {
         let source = new_identity(hash);
         // first of all: of two monitors, one may not touch the other's alarm
         let verdicts = ExpiringSender::new(node, source, hash, clock)?;
-        let (store, latch) = AlarmStore::open(options.state, hash)?;
+        let (store, latch) = AlarmStore::open(options.state, hash, &file.spec.name)?;
         Ok(Self {
             stays: options.running.stays,
             acknowledgements: node.receiver()?,

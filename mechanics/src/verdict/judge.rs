@@ -58,6 +58,8 @@ pub struct Judge {
     latch: Latch,
     /// Whether a known level below the latched one has been reached since the alarm was raised.
     is_over: bool,
+    /// Whether the alarm was taken over and no alarm was raised since.
+    is_inherited: bool,
     alarms: u64,
     verdict: Verdict,
 }
@@ -91,6 +93,7 @@ impl Judge {
             caution_ns: None,
             latch: Latch::default(),
             is_over: false,
+            is_inherited: false,
             alarms: 0,
             verdict: Verdict::default(),
         }
@@ -120,6 +123,7 @@ impl Judge {
     pub fn resume(&mut self, latch: Latch) {
         self.latch = latch;
         self.is_over = false;
+        self.is_inherited = latch.level.is_some();
         self.verdict.latched_level = latch.over(self.verdict.level);
     }
 
@@ -243,8 +247,8 @@ impl Judge {
         }
     }
 
-    /// Raises, acknowledges and releases the latched alarm. An alarm that begins again after it was over is another
-    /// alarm. An unknown level does not end an alarm.
+    /// Raises, acknowledges and releases the latched alarm. An alarm that begins again after it was over, or after it was
+    /// taken over, is another alarm. An unknown level does not end an alarm.
     fn update_latch(&mut self, level: Level, model_failed: bool, is_acknowledged: bool) {
         // of the alarm before this row: that of this row nobody has seen
         if is_acknowledged {
@@ -252,9 +256,10 @@ impl Judge {
         }
         let begins = level == Level::Danger || model_failed;
         let is_higher = self.latch.level.is_none_or(|latched| latched < level);
-        if begins && (is_higher || self.is_over) {
+        if begins && (is_higher || self.is_over || self.is_inherited) {
             self.latch = Latch::raised(self.latch.over(level));
             self.is_over = false;
+            self.is_inherited = false;
             self.alarms += 1;
         }
         let is_below = self.latch.level.is_some_and(|latched| level < latched);
@@ -444,14 +449,10 @@ mod tests {
     }
 
     #[test]
-    fn unknown_level_does_not_end_an_alarm() {
+    fn inherited_alarm_ends_at_a_known_lower_level_once_acknowledged() {
         let mut run = Run::new();
         run.judge.resume(Latch::raised(Level::Danger));
         assert_eq!(run.judge.verdict().latched_level, Level::Danger);
-        let verdict = run.acknowledge(f64::NAN);
-        assert_eq!(verdict.latched_level, Level::Fault);
-        let mut run = Run::new();
-        run.judge.resume(Latch::raised(Level::Danger));
         let verdict = run.acknowledge(0.1);
         assert_eq!(
             (verdict.level, verdict.latched_level),
@@ -459,7 +460,17 @@ mod tests {
         );
         assert!(run.judge.latch().is_acknowledged);
         run.good(0.1, 20);
-        assert_eq!(run.judge.verdict().latched_level, Level::Safe);
+        assert_eq!(run.judge.latch(), Latch::default());
+        // The first danger after a restart is another alarm than the one acknowledged before.
+        let mut run = Run::new();
+        run.judge.resume(Latch {
+            is_acknowledged: true,
+            ..Latch::raised(Level::Danger)
+        });
+        run.good(1.2, 1);
+        assert_eq!(run.judge.latch(), Latch::raised(Level::Danger));
+        run.good(0.1, 200);
+        assert_eq!(run.judge.verdict().latched_level, Level::Danger);
     }
 
     #[test]
