@@ -119,6 +119,7 @@ const RULES: [Rule; 6] = [
             "system",
             "wire",
             "node",
+            "alarm",
             "guard",
             "monitor",
             "control",

@@ -83,7 +83,15 @@ impl Record {
             command.args(["--prefix", &prefix]).stderr(Stdio::null());
             Running(command.stdout(Stdio::piped()).spawn().unwrap())
         };
-        let mut monitor = start(&["monitor", "--json"]);
+        let state = tempfile::tempdir().unwrap();
+        let monitor = [
+            "monitor",
+            "--json",
+            "--allow-untimed",
+            "--state",
+            text(state.path()),
+        ];
+        let mut monitor = start(&monitor);
         let replay = ["replay", text(log), "--speed", "max", "--lossless"];
         let mut replay = start(&[&replay[..], &["--wait", "60"]].concat());
         let mut printed = String::new();

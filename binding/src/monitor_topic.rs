@@ -10,8 +10,17 @@ pub const NAME: &str = "/tipwatch/verdict";
 /// Type of its messages.
 pub const TYPE_NAME: &str = "tipwatch_msgs/msg/Verdict";
 /// The fields that offline reads, all unsigned integers: the kind of verdict (1: on a row, whose
-/// time is the header stamp), and the faults, cautions and acknowledgement since the previous row.
-pub const FIELDS: [&str; 4] = ["event", "faults", "cautions", "acknowledged"];
+/// time is the header stamp), and the faults, cautions and acknowledgement since the previous row;
+/// then the level of the latched alarm with which the session began (0: none), and whether it had
+/// been acknowledged.
+pub const FIELDS: [&str; 6] = [
+    "event",
+    "faults",
+    "cautions",
+    "acknowledged",
+    "inherited_alarm",
+    "inherited_acknowledged",
+];
 /// Value of `event` for a verdict on a row, see [`FIELDS`].
 pub const EVENT_ROW: u32 = 1;
 /// Name of the topic on which the recorder reports what it missed.
@@ -74,7 +83,7 @@ fn has(log: &Log, name: &str, type_name: &str) -> bool {
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn verdicts(log: &Log) -> Result<Option<[FieldRecording; 4]>, Error> {
+pub fn verdicts(log: &Log) -> Result<Option<[FieldRecording; 6]>, Error> {
     columns(log, NAME, TYPE_NAME, FIELDS)
 }
 

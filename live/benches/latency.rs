@@ -33,7 +33,7 @@ use tipwatch_live::node::{Waiter, Wake};
 use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::system::realtime::RealTime;
 use tipwatch_live::wire::command::Mode;
-use tipwatch_live::wire::session::{Session, machine_hash};
+use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
 use tipwatch_live::wire::topics::{
     EVENT_ROW, Head, Kind, Wire, WireCommand, WireSample, WireSession, WireVerdict,
 };
@@ -99,8 +99,9 @@ fn report(what: &str, mut times_ns: Vec<i64>) {
     );
 }
 
-/// A machine in the middle of its work, again and again: one sample of the IMU and one of the joints.
+/// A machine in the middle of its work, again and again: one sample of each sensor.
 struct Steady {
+    odometry: WireSample,
     imu: WireSample,
     imu_means: [f64; 6],
     joints: WireSample,
@@ -117,11 +118,14 @@ impl Steady {
         let middle = &samples[samples.len() / 2..];
         let of = |kind: Kind| *middle.iter().find(|s| s.kind == kind as u32).unwrap();
         let (imu, mut joints) = (of(Kind::Imu), of(Kind::Joints));
+        let mut odometry = of(Kind::Odometry);
+        odometry.values[..6].fill(0.0);
         // it stands still: its joints do not move, and say so
         joints.values[joints.value_count as usize / 2..].fill(0.0);
         Self {
             imu_means: std::array::from_fn(|k| imu.values[k]),
             imu,
+            odometry,
             joints,
             session: Session {
                 id: source,
@@ -134,9 +138,14 @@ impl Steady {
         }
     }
 
-    /// The next samples, a millisecond of the machine's time later.
-    fn next(&mut self, published_ns: i64) -> [WireSample; 2] {
-        self.time_ns += 1_000_000;
+    /// The next samples: measured when they are published, or without real time a millisecond later.
+    fn next(&mut self, published_ns: i64) -> [WireSample; 3] {
+        let clock = self.session.clock;
+        self.time_ns = if self.session.pace == 1.0 && published_ns != 0 {
+            clock.stamp_ns + published_ns - clock.host_ns
+        } else {
+            self.time_ns + 1_000_000
+        };
         let imu = &mut self.imu;
         // noise: constant bits would count as frozen
         let noise =
@@ -144,7 +153,7 @@ impl Steady {
         for (value, mean) in imu.values[..6].iter_mut().zip(&self.imu_means) {
             *value = mean + 0.002 * (noise - 0.5);
         }
-        [self.imu, self.joints].map(|mut sample| {
+        [self.odometry, self.imu, self.joints].map(|mut sample| {
             sample.seal(Head {
                 sequence: self.sequence,
                 source: self.session.id,
@@ -171,7 +180,7 @@ fn tick(count: u64) {
         let (mut row, mut other) = (Vec::new(), Vec::new());
         let mut cache = vec![0_u8; 16 << 20];
         for _ in 0..count {
-            let [imu, joints] = steady.next(0);
+            let [odometry, imu, joints] = steady.next(0);
             if cold {
                 std::thread::sleep(Duration::from_micros(900));
                 for byte in cache.iter_mut().step_by(64) {
@@ -185,6 +194,7 @@ fn tick(count: u64) {
                 0
             };
             let start = monotonic_ns();
+            monitor.take(&odometry, 0, &mut publish);
             monitor.take(&imu, 0, &mut publish);
             let between = monotonic_ns();
             monitor.take(&joints, 0, &mut publish);
@@ -218,7 +228,7 @@ fn control_tick(count: u64) {
     verdict.seal(Head::default());
     let (mut solved, mut other, mut following) = (Vec::new(), Vec::new(), 0);
     for _ in 0..count + 1000 {
-        let [imu, joints] = steady.next(0);
+        let [odometry, imu, joints] = steady.next(0);
         let mut last = WireCommand::closed();
         let mut send = |command: &mut WireCommand| {
             command.seal(Head::default());
@@ -226,6 +236,7 @@ fn control_tick(count: u64) {
             0
         };
         control.acknowledge();
+        control.take(&odometry, 0, &mut send).unwrap();
         control.take(&imu, 0, &mut send).unwrap();
         let start = monotonic_ns();
         control.verdict(&verdict);
@@ -377,11 +388,16 @@ fn monitored(wake: &str, period_ns: i64, count: u64) {
             "--core",
             "1",
             "--lock-memory",
+            "--allow-untimed",
         ],
     );
     let mut steady = Steady::new(&machine_name(), monotonic_ns().unsigned_abs());
     // real time is checked where there is any
     steady.session.pace = if period_ns == 0 { 0.0 } else { 1.0 };
+    steady.session.clock = StampClock {
+        stamp_ns: steady.time_ns,
+        host_ns: monotonic_ns(),
+    };
     let mut producer = Producer::new(&node, steady.session.id, steady.hash).unwrap();
     producer
         .announce(&mut WireSession::try_from(&steady.session).unwrap())
@@ -395,8 +411,8 @@ fn monitored(wake: &str, period_ns: i64, count: u64) {
     for _ in 0..count + 500 {
         due_ns = (due_ns + period_ns).max(monotonic_ns());
         wait_until(due_ns);
-        let [mut imu, mut joints] = steady.next(monotonic_ns());
-        imu.time_ns = steady.time_ns;
+        let [mut odometry, mut imu, mut joints] = steady.next(monotonic_ns());
+        producer.send(&mut odometry).unwrap();
         producer.send(&mut imu).unwrap();
         let start_ns = monotonic_ns();
         producer.send(&mut joints).unwrap();

@@ -5,7 +5,8 @@
     tipwatch-live monitor --machine tests/data/tiny.toml --stay &
     python live/examples/producer.py tests/data/tiny.toml tests/data/tiny.urdf
 
-Sends joint states and an IMU a hundred times a second, of a machine that stands and slews its arm. The
+Sends joint states, an IMU and odometry a hundred times a second, of a machine that stands and slews its arm:
+every sensor that the machine file binds. The
 messages are those of live/include/tipwatch_live.h, which this program reads: there is one description of
 the wire. In C or C++ include that header and use iceoryx2's own binding in the same way.
 """
@@ -30,7 +31,7 @@ C_TYPES = {
     "int64_t": ctypes.c_int64,
     "double": ctypes.c_double,
 }
-JOINTS, IMU, END = 1, 2, 5
+JOINTS, IMU, ODOMETRY, END = 1, 2, 3, 5
 PERIOD_S = 0.01
 
 
@@ -131,7 +132,10 @@ def main():
     }
     announced = session.message
     announced.pace = 1.0
+    # stamps are Unix time: both clocks, read at one moment
+    announced.clock_stamp_ns, announced.clock_host_ns = time.time_ns(), time.monotonic_ns()
     announced.has_imu = 1
+    announced.has_odometry = 1
     announced.stream_count = 1
     announced.joint_count = len(joints)
     for place, joint in enumerate(joints):
@@ -149,6 +153,11 @@ def main():
         force = [random.gauss(mean, 0.02) for mean in (0.0, 0.0, 9.8066)]
         turning = [random.gauss(0.0, 0.001) for _ in range(3)]
         sample.values[:10] = [*force, *turning, 0.0, 0.0, 0.0, 1.0]
+        samples.send(source, machine_hash, now_ns)
+        sample.kind, sample.value_count = ODOMETRY, 10
+        # it stands: velocity, angular velocity, attitude
+        velocity = [random.gauss(0.0, 0.001) for _ in range(6)]
+        sample.values[:10] = [*velocity, 0.0, 0.0, 0.0, 1.0]
         samples.send(source, machine_hash, now_ns)
         # by sine, so that the rate is known too
         joints["slew"] = 0.8 * math.sin(0.5 * elapsed)

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
 use tipwatch_binding::MachineFile;
 
+use crate::alarm::default_folder;
 use crate::control::ControlProgram;
-use crate::monitor::MonitorProgram;
-use crate::monitor::ProgramObserver;
 use crate::monitor::output::Format;
+use crate::monitor::{MonitorOptions, MonitorProgram, ProgramObserver};
 use crate::node::Wake;
 use crate::node::{Housekeeping, LoopOptions};
 use crate::node::{LiveNode, ServiceAddress};
@@ -23,6 +23,7 @@ use crate::replay::{ReplayOptions, Speed, replay};
 use crate::system::clock::Monotonic;
 use crate::system::realtime::RealTime;
 use crate::wire::c_header::c_header;
+use crate::wire::session::Untimed;
 use crate::wire::topics::DEFAULT_SERVICE;
 
 /// Exit code: a file, the machine or the shared memory has failed.
@@ -112,6 +113,13 @@ struct MonitorArgs {
     /// Print nothing; verdicts go to shared memory only.
     #[arg(long, short)]
     quiet: bool,
+    /// Folder that keeps the latched alarm over restarts. Default: $STATE_DIRECTORY, else $XDG_STATE_HOME/tipwatch,
+    /// else ~/.local/state/tipwatch.
+    #[arg(long, value_name = "DIR")]
+    state: Option<PathBuf>,
+    /// Follow sessions whose clock is unrelated to real time: replays as fast as possible. No delay is checked in them.
+    #[arg(long)]
+    allow_untimed: bool,
     #[command(flatten)]
     running: LoopArgs,
 }
@@ -197,7 +205,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Control(args) => run_control(args),
         Command::Record(args) => run_record(args),
         Command::Watch(args) => watch(&args.service.address()).map(|()| ExitCode::SUCCESS),
-        Command::Acknowledge(args) => acknowledge(&args.address()).map(|()| ExitCode::SUCCESS),
+        Command::Acknowledge(args) => run_acknowledge(args),
         Command::Header => print_header(),
     };
     result.unwrap_or_else(|error| {
@@ -228,6 +236,12 @@ impl ServiceArgs {
             prefix: self.prefix.clone(),
         }
     }
+}
+
+fn run_acknowledge(args: &ServiceArgs) -> Result<ExitCode> {
+    let outcome = acknowledge(&args.address())?;
+    eprintln!("acknowledge: {outcome}");
+    Ok(ExitCode::SUCCESS)
 }
 
 fn print_header() -> Result<ExitCode> {
@@ -271,11 +285,27 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     let real_time = args.running.real_time()?;
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
+    let state = args
+        .state
+        .clone()
+        .or_else(|| default_folder(|name| std::env::var_os(name)));
+    let state = state.context(
+        "expected --state DIR, because none of $STATE_DIRECTORY, $XDG_STATE_HOME and $HOME is known: the latched alarm \
+         must outlive a restart",
+    )?;
     let address = args.service.address();
     let node = LiveNode::new(&address, "tipwatch-monitor")?;
-    let options = LoopOptions {
-        wake: args.running.wake,
-        stays: args.running.stay,
+    let options = MonitorOptions {
+        running: LoopOptions {
+            wake: args.running.wake,
+            stays: args.running.stay,
+        },
+        untimed: if args.allow_untimed {
+            Untimed::Allowed
+        } else {
+            Untimed::Refused
+        },
+        state: &state,
     };
     let format = if args.json {
         Format::Json
@@ -295,6 +325,12 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
         "monitor: {} rows; samples: {} lost, {} refused, {} repeated, {} sent before joining",
         counts.rows, counts.lost, counts.refused, counts.repeated, counts.before_joining
     );
+    let ignored = monitor.ignored_acknowledgements();
+    if ignored > 0 {
+        eprintln!(
+            "monitor: {ignored} acknowledgements did not count: they named no verdict with the alarm"
+        );
+    }
     if unprinted > 0 {
         eprintln!(
             "monitor: {unprinted} verdicts were not printed because stdout was read too slowly"

@@ -12,6 +12,7 @@
 //! | [`system`] | clocks, signals, real-time scheduling |
 //! | [`wire`] | message types and their conversion |
 //! | [`node`] | shared memory: the only caller of iceoryx2 |
+//! | [`alarm`] | the latched alarm on the disk, and who may acknowledge it |
 //! | [`guard`] | checks of every message, in front of the state estimator |
 //! | [`monitor`] | samples to verdicts |
 //! | [`control`] | samples and verdicts to valve commands of an active suspension |
@@ -20,6 +21,7 @@
 //! | [`operator`] | a screen, and acknowledgement of alarms |
 //! | [`cli`] | the command line |
 
+pub mod alarm;
 pub mod cli;
 pub mod control;
 pub mod guard;

@@ -19,8 +19,17 @@ pub const LOSS_WINDOW_NS: i64 = SECOND;
 /// How far ahead of this computer's clock a publication time may be. All processes share the clock, so
 /// more than a scheduling delay is wrong.
 pub const MAX_CLOCK_LEAD_NS: i64 = 5 * MS;
-/// How long a sensor's clock must stay ahead before it is believed again: a corrected clock, not a spike.
-pub const CLOCK_SETTLE_NS: i64 = SECOND;
+/// How far ahead of its publication a stamp may be, by the clock that the session declares: the producer reads two
+/// clocks one after the other. More would hide as much of a delay.
+pub const MAX_STAMP_LEAD_NS: i64 = 50 * MS;
+/// Data that were measured longer than this before their publication are late (a caution): several periods of the
+/// sensors' own buses. Beyond the estimator's longest gap they are stale (a fault).
+pub const MAX_DELAY_NS: i64 = 100 * MS;
+/// How far a sensor's smallest delay may drift from that of its first second (a caution): stamps that run at another
+/// speed. One per cent is found after 6 s, a factor of two after 2 s (as late data after 0.2 s).
+pub const MAX_DRIFT_NS: i64 = 50 * MS;
+/// The time over which the smallest delay is taken: delays of single samples vary, their minimum does not.
+pub const DRIFT_WINDOW_NS: i64 = SECOND;
 /// A sensor is late after this many of its periods (a caution) ...
 pub const LATE_PERIODS: f64 = 3.0;
 /// ... but not before this time (ns): the scheduler alone may delay a fast sensor so long.
@@ -29,6 +38,10 @@ pub const MIN_LATE_NS: f64 = 20e6;
 pub const STALE_PERIODS: f64 = 10.0;
 /// ... but not before this time (ns). The upper bound is the estimator's longest gap.
 pub const MIN_STALE_NS: f64 = 50e6;
+/// The same upper bound for odometry beside an IMU: the estimate goes on without it, with a larger uncertainty.
+pub const MAX_AUXILIARY_AGE_NS: i64 = 5 * SECOND;
+/// An untimed session without samples for this long is stale between rows.
+pub const UNTIMED_SILENCE_NS: i64 = SECOND;
 
 // Output: how long consumers may act on a message.
 
@@ -40,6 +53,10 @@ pub const VALIDITY_NS: i64 = 100 * MS;
 pub const DEADLINE_NS: i64 = 20 * MS;
 /// Consecutive late results that are a fault: cycles of the monitor, rows of the control.
 pub const PERSISTENT_LATE: u32 = 3;
+/// An alarm that has not been on the disk for this long is told (a caution): a sync of a busy disk takes less.
+pub const ALARM_SAVE_NS: i64 = SECOND;
+/// How long a monitor that does not stay tells of a session that it refuses before it ends.
+pub const REFUSAL_NOTICE_NS: i64 = SECOND / 2;
 /// How often the nodes of dead processes are removed, which is what reveals a dead producer.
 pub const DEAD_NODE_CHECK: Duration = Duration::from_millis(100);
 /// The longest wait for a notification. A lost one delays a cycle by no more.

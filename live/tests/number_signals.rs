@@ -28,7 +28,13 @@ fn rows(machine: &Path, world: &str) -> Vec<Value> {
     };
     let log = data("tiny.mcap");
     let monitor = start(
-        &["monitor", "--json"],
+        &[
+            "monitor",
+            "--json",
+            "--allow-untimed",
+            "--state",
+            folder.path().to_str().unwrap(),
+        ],
         File::create(&printed).unwrap().into(),
     );
     let replay = start(

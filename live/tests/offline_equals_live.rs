@@ -124,7 +124,7 @@ fn assert_all_rows(monitor: &Ended, name: &str) {
 #[test]
 fn live_rows_equal_offline_rows_bit_for_bit() {
     let world = World::new("bits");
-    let monitor = world.monitor(&data("tiny.toml"), &["--json"]);
+    let monitor = world.monitor(&data("tiny.toml"), &["--json", "--allow-untimed"]);
     let replay = world
         .replay("tiny", &["--speed", "max", "--lossless", "--wait", "60"])
         .end();
@@ -135,7 +135,10 @@ fn live_rows_equal_offline_rows_bit_for_bit() {
 #[test]
 fn live_verdicts_equal_offline_verdicts() {
     let world = World::new("lift");
-    let monitor = world.monitor(&data("tiny_lift.toml"), &["--json", "--wake", "poll"]);
+    let monitor = world.monitor(
+        &data("tiny_lift.toml"),
+        &["--json", "--allow-untimed", "--wake", "poll"],
+    );
     let replay = world.replay(
         "tiny_lift",
         &["--speed", "max", "--lossless", "--wait", "60"],
@@ -154,7 +157,7 @@ fn replay_may_start_before_the_monitor() {
     let world = World::new("first");
     let replay = world.replay("tiny", &["--speed", "max", "--lossless", "--wait", "60"]);
     world.wait_for_producer();
-    let monitor = world.monitor(&data("tiny.toml"), &["--json"]);
+    let monitor = world.monitor(&data("tiny.toml"), &["--json", "--allow-untimed"]);
     assert_all_rows(&monitor.end(), "tiny");
     assert!(replay.end().status.success());
 }
@@ -163,7 +166,7 @@ fn replay_may_start_before_the_monitor() {
 #[test]
 fn lossless_replay_waits_for_a_stopped_reader() {
     let world = World::new("held");
-    let monitor = world.monitor(&data("tiny.toml"), &["--json"]);
+    let monitor = world.monitor(&data("tiny.toml"), &["--json", "--allow-untimed"]);
     world.wait_for_verdict(|_| true);
     monitor.signal("-STOP");
     let mut replay = world.replay("tiny", &["--speed", "max", "--lossless", "--wait", "60"]);
@@ -229,7 +232,7 @@ fn lossy_replay_without_reader_succeeds() {
 #[test]
 fn lossless_replay_fails_if_its_reader_dies() {
     let world = World::new("reader");
-    let mut monitor = world.monitor(&data("tiny.toml"), &["--json"]);
+    let mut monitor = world.monitor(&data("tiny.toml"), &["--json", "--allow-untimed"]);
     let replay = world.replay("tiny", &["--speed", "0.1", "--lossless", "--wait", "60"]);
     world.wait_for_verdict(|verdict| verdict.event == EVENT_ROW);
     monitor.child.kill().unwrap();

@@ -19,12 +19,12 @@ use std::time::Duration;
 
 use tipwatch_live::control::Control;
 use tipwatch_live::monitor::Monitor;
-use tipwatch_live::monitor::{MonitorProgram, Observer};
+use tipwatch_live::monitor::{MonitorOptions, MonitorProgram, Observer};
 use tipwatch_live::node::LiveNode;
 use tipwatch_live::node::{LoopOptions, Wake};
 use tipwatch_live::system::clock::Monotonic;
 use tipwatch_live::wire::command::Mode;
-use tipwatch_live::wire::session::Session;
+use tipwatch_live::wire::session::{Session, Untimed};
 use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireCommand, WireSample, WireVerdict};
 use tipwatch_mechanics::verdict::Level;
 
@@ -241,15 +241,19 @@ fn control_alone() {
 fn loop_over_shared_memory() {
     let _prioritised = prioritise();
     let world = World::new("rt");
-    let place = world.address();
+    let (place, state) = (world.address(), world.state.path().to_owned());
     std::thread::spawn(move || {
         // one that polls must not come before others: it would never let them go on
         drop(prioritise());
         let (file, urdf) = machine("forwarder6");
         let node = LiveNode::new(&place, "monitor").unwrap();
-        let options = LoopOptions {
-            wake: Wake::Poll,
-            stays: true,
+        let options = MonitorOptions {
+            running: LoopOptions {
+                wake: Wake::Poll,
+                stays: true,
+            },
+            untimed: Untimed::Refused,
+            state: &state,
         };
         let mut monitor = MonitorProgram::new(&node, &file, &urdf, &Monotonic, options).unwrap();
         let mut counter = Counter {

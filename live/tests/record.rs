@@ -10,10 +10,12 @@ use tipwatch_analyze::analysis::run;
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
+use tipwatch_live::alarm::AlarmFile;
 use tipwatch_live::system::clock::monotonic_ns;
+use tipwatch_live::wire::session::machine_hash;
 use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireVerdict};
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::verdict::{InputFault, Level};
+use tipwatch_mechanics::verdict::{InputFault, Latch, Level};
 
 use crate::support::feed::Feed;
 use crate::support::killing::{Reading, Times, files, sequences};
@@ -178,11 +180,25 @@ fn offline_reproduces_a_faulty_session() {
     assert!(levels(Level::Danger) && levels(Level::Fault));
 }
 
+#[test]
+fn offline_reproduces_an_inherited_alarm() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("inherited");
+    let (file, urdf) = crate::support::feed::machine("tiny_lift");
+    let hash = machine_hash(&file, &urdf);
+    let alarm = AlarmFile::new(&world.state_folder, hash, &file.spec.name);
+    alarm.write(Latch::raised(Level::Danger)).unwrap();
+    let rows = faulty_session(&world, folder.path());
+    assert_eq!(rows[0].latched_level, Level::Danger as u32);
+    let analysis = causal(&session_in(folder.path()), &data("tiny_lift.toml"));
+    assert_reproduced(&rows, &analysis);
+}
+
 /// Replays a log to a monitor and a recorder, losing nothing: the rows that the monitor published.
 fn recorded_replay(world: &World, log: &Path, machine: &Path, out: &Path) -> Vec<WireVerdict> {
     let _prioritised = prioritise();
     let recorder = world.record(machine, out, &["--split", "0.001"]);
-    let monitor = world.monitor(machine, &["--quiet"]);
+    let monitor = world.monitor(machine, &["--quiet", "--allow-untimed"]);
     let reading = Reading::new(&world.join());
     let options = ["--speed", "max", "--lossless", "--readers", "2"];
     let mut replay = world.replay_log(log, machine, &[&options[..], &["--wait", "60"]].concat());
@@ -218,12 +234,14 @@ fn assert_same_columns(a: &Analysis, b: &Analysis) {
 #[test]
 fn recording_replays_to_the_same_verdicts() {
     let folder = tempfile::tempdir().unwrap();
-    let world = World::new("again");
+    let mut world = World::new("again");
     let (log, machine) = (data("tiny_lift.mcap"), data("tiny_lift.toml"));
     let (first, second) = (folder.path().join("1"), folder.path().join("2"));
     let first_rows = recorded_replay(&world, &log, &machine, &first);
     let recorded = session_in(&first);
     assert!(files(&first).len() > 1, "split by time");
+    // another monitor without the alarm of the first
+    world.state_folder = folder.path().join("state");
     let second_rows = recorded_replay(&world, &recorded, &machine, &second);
     assert_eq!((first_rows.len(), second_rows.len()), (400, 400));
     for (a, b) in first_rows.iter().zip(&second_rows) {
@@ -413,4 +431,134 @@ fn stopped_recorder_reports_what_it_missed() {
     let unexplained = holes as f64 - missed;
     assert!(missed > 100.0 && unexplained >= 0.0, "{missed} {holes}");
     assert!(unexplained <= refused(&recorder) as f64, "{missed} {holes}");
+}
+
+/// A recorder of a machine that goes on, once its first file has so many bytes.
+fn recording(world: &World, folder: &Path) -> (Producing, crate::support::Process) {
+    let producing = Producing::start(&world.address(), "forwarder6");
+    let recorder = world.record(&data("forwarder6.toml"), folder, &[]);
+    let is_long = |file: &std::path::PathBuf| file.metadata().is_ok_and(|m| m.len() > 60_000);
+    let start = std::time::Instant::now();
+    while !files(folder).iter().any(is_long) {
+        assert!(
+            start.elapsed() < Duration::from_secs(60),
+            "nothing recorded"
+        );
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    (producing, recorder)
+}
+
+#[test]
+fn removed_or_replaced_folder_is_made_anew_and_its_loss_counted() {
+    let _prioritised = prioritise();
+    let acts: [fn(&Path, &Path); 3] = [
+        |session, _| std::fs::remove_dir_all(session).unwrap(),
+        |session, root| {
+            std::fs::rename(session, root.with_extension("moved")).unwrap();
+            std::fs::create_dir(session).unwrap();
+        },
+        |session, _| {
+            let file = std::fs::read_dir(session).unwrap().next().unwrap();
+            std::fs::write(session.join("other"), "").unwrap();
+            std::fs::rename(session.join("other"), file.unwrap().path()).unwrap();
+        },
+    ];
+    for act in acts {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().join("out");
+        let world = World::new("gonefolder");
+        let (producing, recorder) = recording(&world, &root);
+        let session = session_in(&root);
+        let before = files(&root);
+        act(&session, &root);
+        let removed = std::time::Instant::now();
+        let is_new = |file: &std::path::PathBuf| {
+            !before.contains(file) && file.metadata().is_ok_and(|m| m.len() > 1000)
+        };
+        while !files(&root).iter().any(is_new) {
+            assert!(removed.elapsed() < Duration::from_secs(1), "not noticed");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        std::thread::sleep(Duration::from_millis(300));
+        producing.end();
+        let recorder = recorder.end();
+        assert_eq!(recorder.status.code(), Some(3), "{}", recorder.err);
+        assert!(
+            recorder.err.contains("removed or replaced"),
+            "{}",
+            recorder.err
+        );
+        let (_, lost) = recorder.err.rsplit_once("not recorded: ").unwrap();
+        let lost: f64 = lost.split(' ').next().unwrap().parse().unwrap();
+        assert!(lost > 20.0, "{}", recorder.err);
+        // the new file tells of it too
+        let new = files(&root).into_iter().find(is_new).unwrap();
+        let gap = FieldRequest::raw("/tipwatch/record_gap", "samples");
+        let (gaps, _) = record_fields(&Log::open(&new).unwrap(), &[gap], None).unwrap();
+        assert_eq!(gaps[0].values.iter().sum::<f64>(), lost);
+    }
+}
+
+/// The only file of a recorder that was killed.
+fn killed_file(folder: &Path) -> std::path::PathBuf {
+    let world = World::new("killedfile");
+    let (producing, recorder) = recording(&world, folder);
+    recorder.kill();
+    producing.end();
+    files(folder).remove(0)
+}
+
+#[test]
+fn killed_file_is_complete_for_every_reader() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = std::fs::read(killed_file(folder.path())).unwrap();
+    let messages: Result<Vec<_>, _> = mcap::MessageStream::new(&bytes).unwrap().collect();
+    assert!(messages.unwrap().len() > 30);
+}
+
+#[test]
+fn next_recorder_closes_a_file_that_was_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = killed_file(folder.path());
+    let bytes = std::fs::read(&file).unwrap();
+    std::fs::write(&file, &bytes[..bytes.len() - 77]).unwrap();
+    let world = World::new("closing");
+    let (producing, recorder) = recording(&world, folder.path());
+    producing.end();
+    let recorder = recorder.end();
+    assert!(
+        recorder.err.contains("closed after an interrupted"),
+        "{}",
+        recorder.err
+    );
+    let bytes = std::fs::read(&file).unwrap();
+    let messages: Result<Vec<_>, _> = mcap::MessageStream::new(&bytes).unwrap().collect();
+    assert!(messages.unwrap().len() > 30);
+}
+
+mod needs_python {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs Python with the package mcap; TIPWATCH_PYTHON names the interpreter"]
+    fn python_reads_a_killed_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = killed_file(folder.path());
+        let python = std::env::var("TIPWATCH_PYTHON").unwrap_or_else(|_| "python3".into());
+        let script = "import sys; from mcap.reader import make_reader\n\
+                      print(len(list(make_reader(open(sys.argv[1], 'rb')).iter_messages())))";
+        let read = Command::new(python)
+            .args(["-c", script])
+            .arg(&file)
+            .output();
+        let read = read.unwrap();
+        let count: usize = String::from_utf8_lossy(&read.stdout)
+            .trim()
+            .parse()
+            .unwrap();
+        let bytes = std::fs::read(&file).unwrap();
+        assert_eq!(count, mcap::MessageStream::new(&bytes).unwrap().count());
+        assert!(count > 30);
+    }
 }

@@ -5,15 +5,16 @@
 
 use proptest::prelude::*;
 use tipwatch_live::monitor::Monitor;
-use tipwatch_live::wire::session::{Session, machine_hash};
+use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
 use tipwatch_live::wire::topics::{EVENT_ROW, Head, Kind, Wire, WireSample, WireVerdict};
 use tipwatch_mechanics::verdict::Level;
 
 use crate::support::feed::{machine, samples};
 
 const MS: i64 = 1_000_000;
-/// The longest that anything may be old when it is called safe: the estimator's longest gap.
-const OLDEST_NS: i64 = 250 * MS;
+/// The longest that anything may be old when it is called safe: the estimator's longest gap since its publication, and
+/// the longest delay before it.
+const OLDEST_NS: i64 = 350 * MS;
 
 /// What is done with the next sample.
 #[derive(Debug, Clone)]
@@ -32,6 +33,10 @@ enum Act {
     OtherMachine,
     /// Nothing comes for so many milliseconds.
     Silence(u16),
+    /// From now on everything comes so many milliseconds later.
+    Delay(u16),
+    /// From now on the sensors' clock runs at this speed (per cent).
+    Speed(u8),
 }
 
 fn act() -> impl Strategy<Value = Act> {
@@ -47,6 +52,8 @@ fn act() -> impl Strategy<Value = Act> {
         1 => Just(Act::OtherSource),
         1 => Just(Act::OtherMachine),
         2 => (0..600_u16).prop_map(Act::Silence),
+        1 => (0..6000_u16).prop_map(Act::Delay),
+        1 => (20..200_u8).prop_map(Act::Speed),
     ]
 }
 
@@ -59,7 +66,16 @@ struct Bench {
     now_ns: i64,
     source: u64,
     hash: u64,
-    /// When the last faultless sample of each kind was sent (ns).
+    /// Begin of the log in the monitor's time (ns).
+    start_ns: i64,
+    /// How much later than it was measured everything comes (ns).
+    delay_ns: i64,
+    /// Speed of the sensors' clock, and how far it has gone wrong (ns).
+    speed: f64,
+    wrong_ns: f64,
+    /// When the last sample was measured (ns).
+    measured_ns: i64,
+    /// When the newest faultless sample of each kind was measured (ns).
     good_ns: [Option<i64>; 6],
     good_rows: u32,
     safe: u32,
@@ -70,12 +86,16 @@ impl Bench {
         let (file, urdf) = machine("forwarder6");
         let (recording, samples) = samples("forwarder6");
         let hash = machine_hash(&file, &urdf);
+        let now_ns = 1_000_000 * MS;
         let session = Session {
             id: 77,
+            clock: StampClock {
+                stamp_ns: samples[0].log_time_ns,
+                host_ns: now_ns,
+            },
             ..recording.session
         };
         let (machine, sensors) = session.machine(&file, &urdf).unwrap();
-        let now_ns = 1_000_000 * MS;
         Self {
             monitor: Monitor::new(machine, &sensors, &session, now_ns),
             samples,
@@ -84,23 +104,39 @@ impl Bench {
             now_ns,
             source: 77,
             hash,
+            start_ns: now_ns,
+            delay_ns: 0,
+            speed: 1.0,
+            wrong_ns: 0.0,
+            measured_ns: now_ns,
             good_ns: [None; 6],
             good_rows: 0,
             safe: 0,
         }
     }
 
+    /// When the next sample is due (ns).
+    fn due_ns(&self) -> i64 {
+        let at = self.next % self.samples.len();
+        let laps = (self.next / self.samples.len()) as i64;
+        let first_ns = self.samples[0].log_time_ns;
+        let lap_ns = self.samples[self.samples.len() - 1].log_time_ns - first_ns + 5 * MS;
+        self.start_ns + self.samples[at].log_time_ns - first_ns + laps * lap_ns + self.delay_ns
+    }
+
     /// The next sample and its head; the log again from its start where it ends, later.
     fn sample(&mut self) -> (WireSample, Head) {
-        let laps = (self.next / self.samples.len()) as i64;
         let mut sample = self.samples[self.next % self.samples.len()];
-        let (first, last) = (
-            self.samples[0].time_ns,
-            self.samples[self.samples.len() - 1].time_ns,
-        );
-        sample.time_ns += laps * (last - first + 5 * MS);
+        let due_ns = self.due_ns();
+        let sent_ns = self.start_ns + sample.log_time_ns - self.samples[0].log_time_ns;
+        sample.time_ns += due_ns - self.delay_ns - sent_ns;
+        // nobody told the sample how wrong the clock is
+        let passed_ns = (due_ns - self.now_ns).max(0);
+        self.wrong_ns += (self.speed - 1.0) * passed_ns as f64;
+        sample.time_ns += self.wrong_ns as i64;
         self.next += 1;
-        self.now_ns += 4 * MS;
+        self.measured_ns = due_ns - self.delay_ns;
+        self.now_ns = self.now_ns.max(due_ns);
         let head = Head {
             sequence: self.sequence,
             source: self.source,
@@ -112,12 +148,18 @@ impl Bench {
         (sample, head)
     }
 
+    /// A faultless sample was measured.
+    fn measured(&mut self, kind: u32) {
+        let kind = (kind as usize).min(5);
+        self.good_ns[kind] = Some(self.measured_ns);
+    }
+
     fn act(&mut self, act: &Act) {
         match act {
             Act::Send => {
                 let (mut sample, head) = self.sample();
                 sample.seal(head);
-                self.good_ns[sample.kind as usize] = Some(self.now_ns);
+                self.measured(sample.kind);
                 self.give(&sample);
             }
             Act::Lose(count) => {
@@ -144,7 +186,7 @@ impl Bench {
                 overwrite(&mut sample, *at, bytes);
                 sample.seal(sample.head());
                 // it may have stayed good: that is counted as if it had
-                self.good_ns[(sample.kind as usize).min(5)] = Some(self.now_ns);
+                self.measured(sample.kind);
                 self.give(&sample);
             }
             Act::NotFinite(at) => {
@@ -162,7 +204,7 @@ impl Bench {
                 let (mut sample, head) = self.sample();
                 let time_ns = head.time_ns + i64::from(*off_ms) * MS;
                 sample.seal(Head { time_ns, ..head });
-                self.good_ns[sample.kind as usize] = Some(self.now_ns);
+                self.measured(sample.kind);
                 self.give(&sample);
             }
             Act::OtherSource => {
@@ -186,7 +228,17 @@ impl Bench {
                     self.now_ns += 10 * MS;
                     self.tick();
                 }
+                // what was measured meanwhile never comes
+                while self.due_ns() < end {
+                    self.next += 1;
+                }
             }
+            // a clock that is as wrong as everything is late cannot be told from a good one
+            Act::Delay(ms) if self.wrong_ns == 0.0 => self.delay_ns = i64::from(*ms) * MS,
+            Act::Speed(per_cent) if self.delay_ns == 0 => {
+                self.speed = f64::from(*per_cent) / 100.0;
+            }
+            Act::Delay(_) | Act::Speed(_) => {}
         }
         self.tick();
     }

@@ -6,10 +6,14 @@
     reason = "tests fail by panicking, and print figures"
 )]
 
+/// Alarms outlive everything but an acknowledgement.
+mod alarms;
 /// The suspension is controlled, and its valves close on every fault.
 mod control;
 /// Killed processes.
 mod crash;
+/// Data are late whatever their stamps say.
+mod delays;
 /// Every fault of the input, injected in shared memory.
 mod faults;
 /// The C header is current.
@@ -26,5 +30,7 @@ mod record;
 mod reference;
 /// No input makes the verdict "safe" wrongly.
 mod safety;
+/// Sessions that do not give what the machine file binds.
+mod sessions;
 /// Isolated worlds in shared memory, and the programs in them.
 mod support;

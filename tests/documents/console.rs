@@ -182,6 +182,8 @@ fn shell(folder: &Path, script: &str) -> (String, bool) {
             root().join("tests/data").canonicalize().expect("data"),
         )
         .env("NO_COLOR", "1")
+        // alarms that a monitor keeps
+        .env("XDG_STATE_HOME", folder.join(".state"))
         .output()
         .expect("timeout and bash");
     let text = String::from_utf8_lossy(&output.stdout);

@@ -6,7 +6,9 @@ use anyhow::Result;
 use tipwatch_binding::monitor_topic;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::verdict::{Conditions, InputFaults, Judge, LiftOffForecast, RowFacts};
+use tipwatch_mechanics::verdict::{
+    Conditions, InputFaults, Judge, Latch, Level, LiftOffForecast, RowFacts,
+};
 use tipwatch_mechanics::{Quantity, Scope};
 
 use crate::base::rows::{Rows, Verdicts};
@@ -24,13 +26,14 @@ pub(crate) fn of(
     if !scope.sensitivities {
         return Ok(None);
     }
-    let recorded = recorded(log)?;
+    let (recorded, inherited) = recorded(log)?;
     let wheels = 0..machine.wheels().len();
     let otf_columns: Vec<&[f64]> = wheels
         .map(|wheel| rows.outcomes.column(Quantity::Otf(wheel)))
         .collect();
     let utilisation = rows.outcomes.column(Quantity::Utilisation);
     let mut judge = Judge::new(machine.limits());
+    judge.resume(inherited);
     let mut forecast = LiftOffForecast::new(machine);
     let mut otf = vec![f64::NAN; otf_columns.len()];
     let mut all = Verdicts {
@@ -68,12 +71,19 @@ pub(crate) fn of(
 
 type Recorded = BTreeMap<i64, (Conditions, bool)>;
 
-/// Input faults that a monitor recorded in the log, by time of the row.
-fn recorded(log: &Log) -> Result<Recorded> {
+/// Input faults that a monitor recorded in the log, by time of the row, and the latched alarm with which it began.
+fn recorded(log: &Log) -> Result<(Recorded, Latch)> {
     let Some(columns) = monitor_topic::verdicts(log)? else {
-        return Ok(Recorded::new());
+        return Ok((Recorded::new(), Latch::default()));
     };
-    let [event, faults, cautions, acknowledged] = &columns;
+    let [
+        event,
+        faults,
+        cautions,
+        acknowledged,
+        alarm,
+        was_acknowledged,
+    ] = &columns;
     let set = |number: f64| InputFaults::from_bits(number as u32);
     let rows = (0..event.values.len())
         .filter(|&at| event.values[at] == f64::from(monitor_topic::EVENT_ROW))
@@ -87,5 +97,11 @@ fn recorded(log: &Log) -> Result<Recorded> {
                 (conditions, acknowledged.values[at] != 0.0),
             )
         });
-    Ok(rows.collect())
+    // a monitor that was restarted resumed its own alarm: only the first tells what was there before
+    let level = alarm.values.first().filter(|level| **level != 0.0);
+    let inherited = Latch {
+        level: level.map(|level| Level::from_number(*level as u32)),
+        is_acknowledged: was_acknowledged.values.first().is_some_and(|n| *n != 0.0),
+    };
+    Ok((rows.collect(), inherited))
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use tipwatch_live::node::Producer;
 use tipwatch_live::node::Receiver;
 use tipwatch_live::system::clock::monotonic_ns;
+use tipwatch_live::wire::session::StampClock;
 use tipwatch_live::wire::topics::{EVENT_ROW, Wire, WireSession, WireVerdict};
 
 use super::support::World;
@@ -59,6 +60,10 @@ pub(crate) fn run(seconds: u64) {
             .unwrap(),
     );
     let mut steady = Steady::new(&machine_name(), monotonic_ns().unsigned_abs());
+    steady.session.clock = StampClock {
+        stamp_ns: steady.time_ns,
+        host_ns: monotonic_ns(),
+    };
     let mut producer = Producer::new(&node, steady.session.id, steady.hash).unwrap();
     producer
         .announce(&mut WireSession::try_from(&steady.session).unwrap())
@@ -76,10 +81,10 @@ pub(crate) fn run(seconds: u64) {
         if tick % 20 == 0 {
             producer.update_connections().unwrap();
         }
-        let [mut imu, mut joints] = steady.next(monotonic_ns());
-        producer.send(&mut imu).unwrap();
-        producer.send(&mut joints).unwrap();
-        sent += 2;
+        for mut sample in steady.next(monotonic_ns()) {
+            producer.send(&mut sample).unwrap();
+            sent += 1;
+        }
         while verdicts
             .receive(|verdict| rows.take(verdict))
             .unwrap()

@@ -13,7 +13,7 @@ use crate::system::clock::Clock;
 use crate::system::signals;
 use crate::wire::identity::new_identity;
 use crate::wire::sample::SampleCounts;
-use crate::wire::session::{Progress, machine_hash, open_session};
+use crate::wire::session::{Progress, Untimed, machine_hash, open_session};
 use crate::wire::topics::{WireAcknowledge, WireCommand, WireSample, WireSession, WireVerdict};
 
 /// Follows sessions and publishes valve commands.
@@ -22,6 +22,7 @@ pub struct ControlProgram<'a> {
     options: LoopOptions,
     verdicts: Receiver<WireVerdict>,
     acknowledgements: Receiver<WireAcknowledge>,
+    machine_hash: u64,
     waiter: Waiter,
     host: Host<'a>,
     /// When the last command was sent without a session (ns).
@@ -45,7 +46,9 @@ impl SessionHost for Host<'_> {
     }
 
     fn begin(&mut self, announced: &WireSession) -> Result<Control> {
-        let (session, machine, sensors) = open_session(announced, self.file, self.urdf)?;
+        // valves never follow a clock that cannot be checked
+        let (session, machine, sensors) =
+            open_session(announced, self.file, self.urdf, Untimed::Refused)?;
         Control::new(machine, &sensors, &session, self.commands.now_ns())
             .with_context(|| self.file.path.display().to_string())
     }
@@ -81,6 +84,7 @@ impl<'a> ControlProgram<'a> {
             options,
             verdicts: node.receiver()?,
             acknowledgements: node.receiver()?,
+            machine_hash: hash,
             waiter: Waiter::new::<WireSample>(node, options.wake)?,
             host: Host {
                 file,
@@ -133,8 +137,10 @@ impl<'a> ControlProgram<'a> {
             // a killed producer has not ended its session: the next one has another
             follower.look_for_session(host)?;
         }
-        while self.acknowledgements.receive(|_| ())?.is_some() {
-            follower.active.iter_mut().for_each(Control::acknowledge);
+        let hash = self.machine_hash;
+        while let Some(counts) = self.acknowledgements.receive(|by| by.is_for(hash))? {
+            let counting = follower.active.iter_mut().filter(|_| counts);
+            counting.for_each(Control::acknowledge);
         }
         let now_ns = host.commands.now_ns();
         match &mut follower.active {

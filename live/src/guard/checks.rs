@@ -6,12 +6,14 @@ use tipwatch_mechanics::machine::Policy;
 use tipwatch_mechanics::state::{Sample, SampleError, Sensors};
 use tipwatch_mechanics::verdict::{Conditions, InputFault};
 
+use super::delay::Delay;
 use super::sensor_watch::{Age, SensorWatch};
 use crate::safety_limits::{
     DEADLINE_NS, LOSS_WINDOW_NS, MAX_CLOCK_LEAD_NS, MAX_LOST_SAMPLES, PERSISTENT, START_UP_NS,
+    UNTIMED_SILENCE_NS,
 };
 use crate::wire::sample::{Message, SampleCounts};
-use crate::wire::session::Session;
+use crate::wire::session::{Session, StampClock};
 use crate::wire::topics::{Wire, WireSample};
 
 /// Checks the messages of one session.
@@ -19,11 +21,14 @@ use crate::wire::topics::{Wire, WireSample};
 pub struct Guard {
     session: u64,
     machine_hash: u64,
-    /// How many times as fast as real time the sensors' clock runs; `None` where real time is not checked.
-    pace: Option<f64>,
+    /// Where the sensors' clock stands, and how many times as fast as real time it runs; `None` where real time
+    /// is not checked.
+    clock: Option<(StampClock, f64)>,
     /// The longest gap that the estimator bridges (ns).
     max_gap_ns: i64,
     started_ns: i64,
+    /// When the last sample was received (ns).
+    received_ns: i64,
     next_sequence: Option<u64>,
     /// Start of the current loss window (ns), and the samples lost since.
     loss_window: (i64, u64),
@@ -85,21 +90,25 @@ struct Origin {
     watch: usize,
     published_ns: i64,
     received_ns: i64,
+    /// Whether it was measured too long before its publication to make its sensor fresh.
+    is_stale: bool,
 }
 
 impl Guard {
     /// A guard that has seen nothing; `started_ns` is the current time.
     #[must_use]
     pub fn new(session: &Session, machine: &Machine, sensors: &Sensors, started_ns: i64) -> Self {
+        let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
         let watches = sensors
             .iter()
-            .map(|sensor| SensorWatch::new(sensor, sensors));
+            .map(|sensor| SensorWatch::new(sensor, sensors, max_gap_ns));
         Self {
             session: session.id,
             machine_hash: session.machine_hash,
-            pace: (session.pace > 0.0).then_some(session.pace),
-            max_gap_ns: (machine.estimator().max_gap * 1e9) as i64,
+            clock: (session.pace > 0.0).then_some((session.clock, session.pace)),
+            max_gap_ns,
             started_ns,
+            received_ns: started_ns,
             next_sequence: None,
             loss_window: (started_ns, 0),
             torn: 0,
@@ -121,13 +130,18 @@ impl Guard {
     /// Whether real time is checked.
     #[must_use]
     pub fn is_timed(&self) -> bool {
-        self.pace.is_some()
+        self.clock.is_some()
     }
 
     /// Whether a result of a sample was published too late.
     #[must_use]
     pub fn is_late(&self, sample_published_ns: i64, published_ns: i64) -> bool {
         self.is_timed() && published_ns.saturating_sub(sample_published_ns) > DEADLINE_NS
+    }
+
+    /// Adds a caution that only the program can find.
+    pub fn caution(&mut self, fault: InputFault) {
+        self.found.cautions.add(fault);
     }
 
     /// Adds a fault that only the reader of the shared memory can find.
@@ -223,20 +237,38 @@ impl Guard {
         };
         let watch = &mut self.watches[index];
         let is_ahead = published_ns > now_ns.saturating_add(MAX_CLOCK_LEAD_NS);
-        let jumps = !is_time(sample.stamp_ns)
-            || is_ahead
-            || self.pace.is_some_and(|pace| {
-                watch.clock_jumps(sample.stamp_ns, published_ns, pace, self.max_gap_ns)
-            });
+        let mut delay = Delay::InTime;
+        let mut drifts = false;
+        let mut jumps = !is_time(sample.stamp_ns) || is_ahead;
+        if let Some((clock, pace)) = self.clock
+            && !jumps
+        {
+            let measured_ns = clock.measured_ns(sample.stamp_ns, pace);
+            let delay_ns = published_ns.saturating_sub(measured_ns);
+            delay = Delay::of(delay_ns, self.max_gap_ns);
+            drifts = watch.drift.take(published_ns, delay_ns);
+            jumps = delay == Delay::Ahead
+                || watch.clock_jumps(sample.stamp_ns, published_ns, pace, self.max_gap_ns);
+        }
+        match delay {
+            Delay::InTime | Delay::Ahead => {}
+            Delay::Late => self.found.cautions.add(InputFault::Stale),
+            Delay::Stale => self.found.faults.add(InputFault::Stale),
+        }
+        if drifts {
+            self.found.cautions.add(InputFault::ClockJump);
+        }
         if jumps {
             persists(&mut watch.jumped, &mut self.found, InputFault::ClockJump);
             return Err(Rejection::Bad);
         }
         watch.accept_clock(sample.stamp_ns, published_ns);
+        self.received_ns = now_ns;
         Ok(Origin {
             watch: index,
             published_ns,
             received_ns: now_ns,
+            is_stale: delay == Delay::Stale,
         })
     }
 
@@ -262,7 +294,8 @@ impl Guard {
                     self.found.faults.add_all(implausible.faults);
                     self.found.cautions.add_all(implausible.cautions);
                 }
-                if result.is_ok() && implausible.faults.is_empty() {
+                let is_good = result.is_ok() && implausible.faults.is_empty();
+                if is_good && !admitted.origin.is_stale {
                     watch.refresh(admitted.origin.published_ns);
                 }
             }
@@ -287,7 +320,7 @@ impl Guard {
         let origin = sample.0;
         self.check_freshness(origin.published_ns);
         let age_ns = origin.received_ns.saturating_sub(origin.published_ns);
-        let age = self.watches[origin.watch].age(age_ns, self.max_gap_ns);
+        let age = self.watches[origin.watch].age(age_ns);
         if self.is_timed() && age == Age::Stale {
             self.note(InputFault::Stale);
         }
@@ -297,11 +330,16 @@ impl Guard {
     }
 
     /// Everything found since the last row, late and missing sensors included. The next row reports it
-    /// again.
+    /// again, except for the silence of an untimed session: the rows of one do not depend on the time of day.
     #[must_use]
     pub fn between_rows(&mut self, now_ns: i64) -> Conditions {
         self.check_freshness(now_ns);
-        self.found
+        let mut found = self.found;
+        let silence_ns = now_ns.saturating_sub(self.received_ns);
+        if !self.is_timed() && silence_ns > UNTIMED_SILENCE_NS {
+            found.faults.add(InputFault::Stale);
+        }
+        found
     }
 
     /// Finds sensors that are late, stale or have never delivered at this time.
@@ -309,14 +347,14 @@ impl Guard {
         if !self.is_timed() {
             return;
         }
-        for watch in self.watches.iter().filter(|watch| watch.is_required) {
+        for watch in &self.watches {
             let Some(published_ns) = watch.fresh_ns else {
                 if now_ns.saturating_sub(self.started_ns) > START_UP_NS {
                     self.found.faults.add(InputFault::NeverReceived);
                 }
                 continue;
             };
-            match watch.age(now_ns.saturating_sub(published_ns), self.max_gap_ns) {
+            match watch.age(now_ns.saturating_sub(published_ns)) {
                 Age::Fresh => {}
                 Age::Late => self.found.cautions.add(InputFault::Stale),
                 Age::Stale => self.found.faults.add(InputFault::Stale),

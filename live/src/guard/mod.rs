@@ -11,6 +11,7 @@
 
 mod checked_estimator;
 mod checks;
+mod delay;
 mod sensor_watch;
 
 pub use checked_estimator::{CheckedEstimator, CompletedRow, Step};

@@ -2,8 +2,9 @@
 
 use tipwatch_mechanics::state::{Sensor, Sensors};
 
+use super::delay::DriftWatch;
 use crate::safety_limits::{
-    CLOCK_SETTLE_NS, LATE_PERIODS, MIN_LATE_NS, MIN_STALE_NS, STALE_PERIODS,
+    LATE_PERIODS, MAX_AUXILIARY_AGE_NS, MIN_LATE_NS, MIN_STALE_NS, STALE_PERIODS,
 };
 
 /// How much of a new interval goes into a sensor's mean period.
@@ -21,8 +22,10 @@ pub(super) enum Age {
 pub(super) struct SensorWatch {
     pub(super) sensor: Sensor,
     pub(super) value_count: usize,
-    /// Whether rows need this sensor.
-    pub(super) is_required: bool,
+    /// The longest age (ns) that is not stale, whatever the sensor's period.
+    max_age_ns: i64,
+    /// Delays of its samples.
+    pub(super) drift: DriftWatch,
     /// Stamp and publication time of the last admitted sample (ns): the reference for clock jumps.
     clock_ns: Option<(i64, i64)>,
     /// Publication time of the last good sample (ns).
@@ -30,7 +33,6 @@ pub(super) struct SensorWatch {
     period_ns: Option<f64>,
     /// Consecutive samples whose stamp jumped.
     pub(super) jumped: u32,
-    jumped_since_ns: Option<i64>,
     /// Consecutive samples that were not later than the one before.
     pub(super) disordered: u32,
     /// Consecutive samples with an implausible value.
@@ -38,16 +40,22 @@ pub(super) struct SensorWatch {
 }
 
 impl SensorWatch {
-    pub(super) fn new(sensor: Sensor, sensors: &Sensors) -> Self {
+    /// `max_gap_ns` is the longest gap that the estimator bridges.
+    pub(super) fn new(sensor: Sensor, sensors: &Sensors, max_gap_ns: i64) -> Self {
+        let is_auxiliary = sensor == Sensor::Odometry && sensors.imu;
         Self {
             sensor,
             value_count: sensors.value_count(sensor).unwrap_or(0),
-            is_required: sensor != Sensor::Odometry || !sensors.imu,
+            max_age_ns: if is_auxiliary {
+                MAX_AUXILIARY_AGE_NS
+            } else {
+                max_gap_ns
+            },
+            drift: DriftWatch::default(),
             clock_ns: None,
             fresh_ns: None,
             period_ns: None,
             jumped: 0,
-            jumped_since_ns: None,
             disordered: 0,
             implausible: 0,
         }
@@ -56,7 +64,6 @@ impl SensorWatch {
     /// The sensor's and this computer's clock agree: both are the reference for the next sample.
     pub(super) fn accept_clock(&mut self, stamp_ns: i64, published_ns: i64) {
         self.jumped = 0;
-        self.jumped_since_ns = None;
         self.clock_ns = Some((stamp_ns, published_ns));
     }
 
@@ -71,10 +78,9 @@ impl SensorWatch {
         self.fresh_ns = Some(published_ns);
     }
 
-    /// What an age (ns) means for a sensor of this period. No age beyond the estimator's longest gap is
-    /// fresh, whatever the period.
-    pub(super) fn age(&self, age_ns: i64, max_gap_ns: i64) -> Age {
-        let max_ns = max_gap_ns as f64;
+    /// What an age (ns) means for a sensor of this period.
+    pub(super) fn age(&self, age_ns: i64) -> Age {
+        let max_ns = self.max_age_ns as f64;
         let after = |periods: f64, min_ns: f64| {
             let known = self.period_ns.map_or(max_ns, |period| periods * period);
             known.clamp(min_ns.min(max_ns), max_ns)
@@ -86,27 +92,19 @@ impl SensorWatch {
         }
     }
 
-    /// Whether the sensor's clock and this computer's disagree on the time since the last good sample.
-    ///
-    /// A clock that stays set forward is believed after a second. One that was set back is never believed,
-    /// because the estimator cannot go back.
+    /// Whether the sensor's clock and this computer's disagree on the time since the last admitted sample.
     pub(super) fn clock_jumps(
-        &mut self,
+        &self,
         stamp_ns: i64,
         published_ns: i64,
         pace: f64,
         max_gap_ns: i64,
     ) -> bool {
-        let Some((last_stamp_ns, last_published_ns)) = self.clock_ns else {
-            return false;
-        };
-        let by_sensor = stamp_ns.saturating_sub(last_stamp_ns) as f64 / pace;
-        let by_host = published_ns.saturating_sub(last_published_ns) as f64;
-        if (by_sensor - by_host).abs() <= max_gap_ns as f64 {
-            return false;
-        }
-        let since = *self.jumped_since_ns.get_or_insert(published_ns);
-        let is_settled = published_ns.saturating_sub(since) >= CLOCK_SETTLE_NS;
-        !(is_settled && stamp_ns > last_stamp_ns)
+        self.clock_ns
+            .is_some_and(|(last_stamp_ns, last_published_ns)| {
+                let by_sensor = stamp_ns.saturating_sub(last_stamp_ns) as f64 / pace;
+                let by_host = published_ns.saturating_sub(last_published_ns) as f64;
+                (by_sensor - by_host).abs() > max_gap_ns as f64
+            })
     }
 }

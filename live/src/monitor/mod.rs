@@ -9,5 +9,5 @@ mod program;
 mod session_monitor;
 
 pub use observer::{Observer, ProgramObserver};
-pub use program::MonitorProgram;
+pub use program::{MonitorOptions, MonitorProgram};
 pub use session_monitor::{Monitor, Publish};

@@ -114,11 +114,13 @@ impl<W: Write> Printer<W> {
         let shown = verdict.verdict();
         write!(self.out, "{seconds:8.2} s  {:7}", shown.level.name())?;
         if shown.latched_level != shown.level {
-            write!(
-                self.out,
-                " ({} not acknowledged)",
-                shown.latched_level.name()
-            )?;
+            let not = if verdict.latch().is_acknowledged {
+                ""
+            } else {
+                "not "
+            };
+            let latched = shown.latched_level.name();
+            write!(self.out, " ({latched} {not}acknowledged)")?;
         }
         if verdict.utilisation.is_finite() {
             write!(self.out, "  {:3.0} %", 100.0 * verdict.utilisation)?;

@@ -1,55 +1,112 @@
 //! The monitor between the services of the shared memory.
 
-use anyhow::Result;
+use std::path::Path;
+
+use anyhow::{Result, anyhow};
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::verdict::{
-    Conditions, HeldProblems, InputFault, InputFaults, Level, Verdict,
+    Conditions, HeldProblems, InputFault, InputFaults, Latch, Level, Verdict,
 };
 
 use super::observer::Observer;
 use super::session_monitor::Monitor;
+use crate::alarm::{AlarmSeen, AlarmStore};
 use crate::node::{
     ExpiringSender, LiveNode, LoopOptions, Receiver, Sender, SessionFollower, SessionHost, Waiter,
 };
-use crate::safety_limits::{HEARTBEAT_NS, START_UP_NS};
+use crate::safety_limits::{HEARTBEAT_NS, REFUSAL_NOTICE_NS, START_UP_NS};
 use crate::system::clock::Clock;
 use crate::system::signals;
 use crate::wire::identity::new_identity;
+use crate::wire::refusal::{Refusal, SessionRefused};
 use crate::wire::sample::SampleCounts;
-use crate::wire::session::{Progress, machine_hash, open_session};
-use crate::wire::topics::{WireAcknowledge, WireMachine, WireSample, WireSession, WireVerdict};
+use crate::wire::session::{Progress, Untimed, machine_hash, open_session};
+use crate::wire::topics::{
+    WireAcknowledge, WireMachine, WireRefusal, WireSample, WireSession, WireVerdict,
+};
+
+/// How a monitor runs.
+#[derive(Debug, Clone, Copy)]
+pub struct MonitorOptions<'a> {
+    /// How it follows sessions.
+    pub running: LoopOptions,
+    /// Whether it follows sessions whose clock is unrelated to real time.
+    pub untimed: Untimed,
+    /// The folder for latched alarms.
+    pub state: &'a Path,
+}
 
 /// Follows sessions and publishes verdicts.
 #[derive(Debug)]
 pub struct MonitorProgram<'a> {
-    options: LoopOptions,
+    stays: bool,
     acknowledgements: Receiver<WireAcknowledge>,
+    ignored_acknowledgements: u64,
     waiter: Waiter,
     outputs: Outputs<'a>,
     idle: Idle,
     counts: SampleCounts,
     follower: SessionFollower<Monitor>,
+    /// The latched alarm while there is no session.
+    latch: Latch,
+    store: AlarmStore,
 }
 
 #[derive(Debug)]
 struct Outputs<'a> {
     file: &'a MachineFile,
     urdf: &'a Urdf,
+    untimed: Untimed,
     machines: Sender<WireMachine>,
+    refusals: Sender<WireRefusal>,
     verdicts: ExpiringSender<'a, WireVerdict>,
+    alarm: AlarmSeen,
+    refused: Option<Refused>,
+}
+
+/// The announced session that is refused.
+#[derive(Debug)]
+struct Refused {
+    session: u64,
+    reason: SessionRefused,
+    since_ns: i64,
 }
 
 /// One cycle's view of the program: its outputs, and who observes them.
 struct Cycle<'c, 'a> {
     outputs: &'c mut Outputs<'a>,
     observer: &'c mut dyn Observer,
+    latch: Latch,
 }
 
 impl Cycle<'_, '_> {
     fn publish(&mut self, verdict: &mut WireVerdict) -> i64 {
-        let now_ns = self.outputs.verdicts.send(verdict);
+        let outputs = &mut *self.outputs;
+        let (_, sequence) = outputs.verdicts.next();
+        outputs.alarm.publish(verdict, sequence);
+        let refused = outputs.refused.as_ref();
+        verdict.refused_session = refused.map_or(0, |refused| refused.session);
+        verdict.refusal = refused.map_or(0, |refused| refused.reason.reason as u32);
+        let now_ns = outputs.verdicts.send(verdict);
         self.observer.verdict(verdict);
         now_ns
+    }
+
+    fn open(&mut self, announced: &WireSession) -> Result<Monitor> {
+        let Outputs {
+            file,
+            urdf,
+            untimed,
+            ..
+        } = *self.outputs;
+        let (session, machine, sensors) = open_session(announced, file, urdf, untimed)?;
+        let mut message = WireMachine::new(&machine, session.id)?;
+        self.outputs.machines.send(&mut message)?;
+        let now_ns = self.outputs.verdicts.now_ns();
+        let mut monitor = Monitor::new(machine, &sensors, &session, now_ns);
+        monitor.resume(self.latch);
+        self.observer.session(&monitor, &session)?;
+        Ok(monitor)
     }
 }
 
@@ -61,23 +118,38 @@ impl SessionHost for Cycle<'_, '_> {
     }
 
     fn begin(&mut self, announced: &WireSession) -> Result<Monitor> {
-        let Outputs { file, urdf, .. } = *self.outputs;
-        let (session, machine, sensors) = open_session(announced, file, urdf)?;
-        let mut message = WireMachine::new(&machine, session.id)?;
-        self.outputs.machines.send(&mut message)?;
-        let now_ns = self.outputs.verdicts.now_ns();
-        let monitor = Monitor::new(machine, &sensors, &session, now_ns);
-        self.observer.session(&monitor, &session)?;
-        Ok(monitor)
+        let opened = self.open(announced);
+        self.outputs.refused = None;
+        if let Err(error) = &opened {
+            let refused = Refused {
+                session: announced.source,
+                reason: SessionRefused::of(error),
+                since_ns: self.outputs.verdicts.now_ns(),
+            };
+            let mut message = WireRefusal::new(refused.session, &refused.reason);
+            self.outputs.refusals.send(&mut message)?;
+            self.outputs.refused = Some(refused);
+        }
+        opened
     }
 
     fn succeed(&mut self, next: &mut Monitor, before: Monitor) -> Result<()> {
-        next.succeed(&before);
+        next.resume(before.latch());
         Ok(())
     }
 
-    fn reject(&mut self, running: &mut Monitor, _: &anyhow::Error) {
-        running.note(InputFault::WrongMachine);
+    /// Verdicts tell of it, and without `--stay` the program ends after a while.
+    fn refuse(&mut self, error: anyhow::Error) -> Result<()> {
+        eprintln!("monitor: session refused: {error:#}");
+        Ok(())
+    }
+
+    fn reject(&mut self, running: &mut Monitor, error: &anyhow::Error) {
+        eprintln!("monitor: session refused: {error:#}");
+        running.note(InputFault::SessionRefused);
+        if SessionRefused::of(error).reason == Refusal::OtherMachine {
+            running.note(InputFault::WrongMachine);
+        }
     }
 
     fn take(&mut self, monitor: &mut Monitor, sample: &WireSample) -> Result<Progress> {
@@ -87,7 +159,7 @@ impl SessionHost for Cycle<'_, '_> {
 }
 
 impl<'a> MonitorProgram<'a> {
-    /// Opens all services.
+    /// Opens all services, and the latched alarm on the disk.
     ///
     /// # Errors
     /// Another monitor has them, or another version of this program.
@@ -96,24 +168,40 @@ impl<'a> MonitorProgram<'a> {
         file: &'a MachineFile,
         urdf: &'a Urdf,
         clock: &'a dyn Clock,
-        options: LoopOptions,
+        options: MonitorOptions<'_>,
     ) -> Result<Self> {
         let hash = machine_hash(file, urdf);
         let source = new_identity(hash);
+        // first of all: of two monitors, one may not touch the other's alarm
+        let verdicts = ExpiringSender::new(node, source, hash, clock)?;
+        let (store, latch) = AlarmStore::open(options.state, hash, &file.spec.name)?;
         Ok(Self {
-            options,
+            stays: options.running.stays,
             acknowledgements: node.receiver()?,
-            waiter: Waiter::new::<WireSample>(node, options.wake)?,
+            ignored_acknowledgements: 0,
+            waiter: Waiter::new::<WireSample>(node, options.running.wake)?,
             outputs: Outputs {
                 file,
                 urdf,
+                untimed: options.untimed,
                 machines: node.sender(source, hash)?,
-                verdicts: ExpiringSender::new(node, source, hash, clock)?,
+                refusals: node.sender(source, hash)?,
+                verdicts,
+                alarm: AlarmSeen::new(source, hash),
+                refused: None,
             },
             idle: Idle::new(clock.now_ns()),
             counts: SampleCounts::default(),
             follower: SessionFollower::new(node)?,
+            latch,
+            store,
         })
+    }
+
+    /// Acknowledgements that did not count: damaged, of another machine, or of a verdict without the latched alarm.
+    #[must_use]
+    pub fn ignored_acknowledgements(&self) -> u64 {
+        self.ignored_acknowledgements
     }
 
     /// Runs until the session is over, or forever with [`LoopOptions::stays`]; until a signal in any case.
@@ -133,19 +221,28 @@ impl<'a> MonitorProgram<'a> {
     /// Handles everything that waits; returns whether more is to come.
     ///
     /// # Errors
-    /// The first session is of another machine, or the shared memory fails.
+    /// The session is refused and the monitor does not stay, or the shared memory fails.
     pub fn cycle(&mut self, observer: &mut dyn Observer) -> Result<Progress> {
         let follower = &mut self.follower;
         let mut cycle = Cycle {
             outputs: &mut self.outputs,
             observer,
+            latch: self.latch,
         };
         if follower.active.is_none() {
             follower.look_for_session(&mut cycle)?;
         }
         let progress = follower.take_samples(&mut cycle)?;
-        while self.acknowledgements.receive(|_| ())?.is_some() {
-            follower.active.iter_mut().for_each(Monitor::acknowledge);
+        while let Some(acknowledged) = self.acknowledgements.receive(|message| *message)? {
+            let (_, next) = cycle.outputs.verdicts.next();
+            if !cycle.outputs.alarm.is_acknowledged(&acknowledged, next) {
+                self.ignored_acknowledgements += 1;
+                continue;
+            }
+            match &mut follower.active {
+                Some(monitor) => monitor.acknowledge(),
+                None => self.latch.acknowledge(),
+            }
         }
         let now_ns = cycle.outputs.verdicts.now_ns();
         if progress == Progress::Running
@@ -156,30 +253,42 @@ impl<'a> MonitorProgram<'a> {
             self.counts = monitor.counts();
             follower.look_for_session(&mut cycle)?;
         }
+        let is_unsaved = self.store.is_unsaved();
         match &mut follower.active {
             Some(monitor) => {
+                if is_unsaved {
+                    monitor.caution(InputFault::AlarmUnsaved);
+                }
                 monitor.tick(now_ns, &mut |verdict| cycle.publish(verdict));
                 self.counts = monitor.counts();
+                self.latch = monitor.latch();
             }
-            None => self
-                .idle
-                .tick(now_ns, &mut |verdict| cycle.publish(verdict)),
+            None => self.idle.tick(now_ns, self.latch, is_unsaved, &mut cycle),
         }
+        self.store.keep(self.latch);
         cycle.outputs.verdicts.check()?;
         cycle.observer.cycle();
+        if let Some(refused) = &self.outputs.refused
+            && follower.active.is_none()
+            && !self.stays
+            && now_ns.saturating_sub(refused.since_ns) >= REFUSAL_NOTICE_NS
+        {
+            return Err(anyhow!("{}", refused.reason));
+        }
         if progress == Progress::Ended {
-            if !self.options.stays {
+            if !self.stays {
                 return Ok(Progress::Ended);
             }
             follower.active = None;
             self.idle = Idle::new(now_ns);
         }
         self.outputs.machines.update_connections()?;
+        self.outputs.refusals.update_connections()?;
         Ok(Progress::Running)
     }
 }
 
-/// Without a session the verdict is unknown, and after [`START_UP_NS`] a fault.
+/// Without a session the verdict is unknown, and after [`START_UP_NS`] a fault. The latched alarm stays.
 #[derive(Debug)]
 struct Idle {
     since_ns: i64,
@@ -194,19 +303,28 @@ impl Idle {
         }
     }
 
-    fn tick(&mut self, now_ns: i64, publish: &mut dyn FnMut(&mut WireVerdict) -> i64) {
+    fn tick(&mut self, now_ns: i64, latch: Latch, is_unsaved: bool, cycle: &mut Cycle<'_, '_>) {
         if now_ns.saturating_sub(self.published_ns) < HEARTBEAT_NS {
             return;
         }
         let mut conditions = Conditions::default();
         let mut level = Level::Unknown;
+        if is_unsaved {
+            conditions.cautions = InputFaults::from(InputFault::AlarmUnsaved);
+            level = Level::Warning;
+        }
         if now_ns.saturating_sub(self.since_ns) > START_UP_NS {
-            conditions.faults = InputFaults::from(InputFault::NeverReceived);
+            conditions.faults.add(InputFault::NeverReceived);
+        }
+        if cycle.outputs.refused.is_some() {
+            conditions.faults.add(InputFault::SessionRefused);
+        }
+        if !conditions.faults.is_empty() {
             level = Level::Fault;
         }
         let verdict = Verdict {
             level,
-            latched_level: level,
+            latched_level: latch.over(level),
             held: HeldProblems {
                 faults: conditions.faults,
                 ..HeldProblems::default()
@@ -214,6 +332,7 @@ impl Idle {
         };
         let mut message = WireVerdict::unknown();
         message.set_verdict(verdict, conditions, SampleCounts::default());
-        self.published_ns = publish(&mut message);
+        message.set_alarm(latch);
+        self.published_ns = cycle.publish(&mut message);
     }
 }

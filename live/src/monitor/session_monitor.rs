@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{
-    Conditions, InputFault, Judge, LiftOffForecast, RowFacts, Verdict,
+    Conditions, InputFault, Judge, Latch, LiftOffForecast, RowFacts, Verdict,
 };
 use tipwatch_mechanics::{Machine, Scope, Workspace, evaluate};
 
@@ -10,7 +10,7 @@ use crate::guard::{CheckedEstimator, CompletedRow, Step};
 use crate::safety_limits::{HEARTBEAT_NS, PERSISTENT_LATE};
 use crate::wire::sample::SampleCounts;
 use crate::wire::session::{Progress, Session};
-use crate::wire::topics::{EVENT_BETWEEN, WireSample, WireVerdict};
+use crate::wire::topics::{ALARM_BEGINS, EVENT_BETWEEN, WireSample, WireVerdict};
 
 /// Follows one session. Nothing allocates.
 #[derive(Debug)]
@@ -22,6 +22,8 @@ pub struct Monitor {
     judge: Judge,
     forecast: LiftOffForecast,
     is_acknowledged: bool,
+    /// Number of alarms raised up to the last verdict published.
+    alarms: u64,
     timeliness: Timeliness,
     /// Consecutive cycles with late verdicts.
     late_cycles: u32,
@@ -60,6 +62,7 @@ impl Monitor {
             input,
             machine,
             is_acknowledged: false,
+            alarms: 0,
             timeliness: Timeliness::NoRow,
             late_cycles: 0,
             published: Verdict::default(),
@@ -92,14 +95,31 @@ impl Monitor {
         self.published
     }
 
-    /// Takes over an unacknowledged alarm from the monitor of the session before.
-    pub fn succeed(&mut self, before: &Self) {
-        self.judge.succeed(&before.judge);
+    /// The latched alarm.
+    #[must_use]
+    pub fn latch(&self) -> Latch {
+        let mut latch = self.judge.latch();
+        if self.is_acknowledged {
+            latch.acknowledge();
+        }
+        latch
     }
 
-    /// An operator has acknowledged the alarm.
+    /// Takes over a latched alarm before the first row: from the session before, or from the disk.
+    pub fn resume(&mut self, latch: Latch) {
+        self.judge.resume(latch);
+        self.message.inherited_alarm = latch.level.map_or(0, |level| level as u32);
+        self.message.inherited_acknowledged = latch.is_acknowledged.into();
+    }
+
+    /// An operator has acknowledged the latched alarm.
     pub fn acknowledge(&mut self) {
         self.is_acknowledged = true;
+    }
+
+    /// Adds a caution that only the program can find.
+    pub fn caution(&mut self, fault: InputFault) {
+        self.input.guard.caution(fault);
     }
 
     /// Adds a fault that only the reader of the shared memory can find.
@@ -169,6 +189,10 @@ impl Monitor {
     fn publish(&mut self, verdict: Verdict, conditions: Conditions, publish: &mut Publish<'_>) {
         let counts = self.counts();
         self.message.set_verdict(verdict, conditions, counts);
+        self.message.set_alarm(self.latch());
+        if std::mem::replace(&mut self.alarms, self.judge.alarms()) != self.judge.alarms() {
+            self.message.alarm_sequence = ALARM_BEGINS;
+        }
         self.published = verdict;
         self.published_ns = publish(&mut self.message);
     }

@@ -43,6 +43,12 @@ impl<'a, T: Expiring> ExpiringSender<'a, T> {
         self.clock.now_ns()
     }
 
+    /// Source and sequence number of the next message.
+    #[must_use]
+    pub fn next(&self) -> (u64, u64) {
+        (self.sender.source(), self.sender.sequence())
+    }
+
     /// Sends a message and returns its publication time (ns). It may be called in the middle of a row, so
     /// an error waits for [`Self::check`].
     pub fn send(&mut self, message: &mut T) -> i64 {

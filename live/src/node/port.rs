@@ -91,6 +91,15 @@ impl<T: Topic> Sender<T> {
         self.send(message).map(|_| ())
     }
 
+    /// As [`Self::send`], for this machine.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn send_for(&mut self, machine_hash: u64, message: &mut T) -> Result<()> {
+        self.machine_hash = machine_hash;
+        self.send(message).map(|_| ())
+    }
+
     /// Sends a message unchanged.
     ///
     /// # Errors

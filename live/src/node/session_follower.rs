@@ -27,6 +27,14 @@ pub trait SessionHost {
     /// Ends the program.
     fn succeed(&mut self, next: &mut Self::Session, before: Self::Session) -> Result<()>;
 
+    /// A session was announced that cannot be followed, and none is running.
+    ///
+    /// # Errors
+    /// Ends the program.
+    fn refuse(&mut self, error: anyhow::Error) -> Result<()> {
+        Err(error)
+    }
+
     /// A session was announced that cannot be followed; the one before goes on.
     fn reject(&mut self, running: &mut Self::Session, error: &anyhow::Error);
 
@@ -83,7 +91,7 @@ impl<S> SessionFollower<S> {
                 }
                 self.active = Some(next);
             }
-            (Err(error), None) => return Err(error),
+            (Err(error), None) => host.refuse(error)?,
             (Err(error), Some(mut running)) => {
                 host.reject(&mut running, &error);
                 self.active = Some(running);

@@ -89,7 +89,12 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
         words.push(format!("  the monitor has been silent for {seconds:.1} s").into());
     } else if shown.latched_level > shown.level {
         let latched = Style::new().fg(color(shown.latched_level));
-        let text = format!("  {} not acknowledged (a)", shown.latched_level.name());
+        let state = if verdict.latch().is_acknowledged {
+            "acknowledged, not known to be over"
+        } else {
+            "not acknowledged (a)"
+        };
+        let text = format!("  {} {state}", shown.latched_level.name());
         words.push(Span::styled(text, latched));
     }
     let mut second = vec![];

@@ -122,11 +122,12 @@ impl Watching {
             KeyCode::Char('q') | KeyCode::Esc => return Ok(true),
             _ if is_control_c => return Ok(true),
             KeyCode::Char('a') => {
-                let sequence = self.view.verdict.map_or(0, |verdict| verdict.sequence);
-                self.acknowledge.send(&mut WireAcknowledge {
-                    verdict_sequence: sequence,
-                    ..WireAcknowledge::blank()
-                })?;
+                // the one that is on the screen
+                if let Some(verdict) = &self.view.verdict {
+                    let mut message = WireAcknowledge::of(verdict);
+                    self.acknowledge
+                        .send_for(verdict.machine_hash, &mut message)?;
+                }
             }
             _ => {}
         }

@@ -75,6 +75,10 @@ pub(super) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
         verdict.untimed,
         verdict.next_wheel,
         verdict.wheel_count,
+        verdict.alarm,
+        verdict.alarm_acknowledged,
+        verdict.inherited_alarm,
+        verdict.inherited_acknowledged,
     ] {
         cdr.u32(number);
     }

@@ -10,9 +10,11 @@
 
 mod cdr;
 mod encode;
+mod folder;
 mod pending;
 mod preamble;
 mod program;
+mod repair;
 mod retention;
 mod segment;
 mod session_recorder;

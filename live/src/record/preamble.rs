@@ -1,4 +1,4 @@
-//! The beginning of every file: topics, machine and metadata; and the name of the session's folder.
+//! The beginning of every file: topics, machine and metadata.
 
 use std::collections::BTreeMap;
 
@@ -76,10 +76,4 @@ fn actuator_topic(machine: &Machine, sensors: &Sensors, signal: usize) -> String
         (_, 0) => monitor_topic::piston_pressure(linkage),
         _ => monitor_topic::rod_pressure(linkage),
     }
-}
-
-/// Name of the session's folder: time of day and session.
-pub(super) fn folder_name(begun_ns: i64, session: u64) -> String {
-    let time = jiff::Timestamp::from_nanosecond(begun_ns.into()).unwrap_or_default();
-    format!("{}-{:08x}", time.strftime("%Y%m%dT%H%M%SZ"), session >> 32)
 }

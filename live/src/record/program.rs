@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, Urdf};
 
+use super::repair::repair_all;
 use super::session_recorder::{RecordOptions, RecordingPlace, SessionRecorder};
 use super::writer::RecordCounts;
 use crate::node::{LiveNode, Receiver, SessionFollower, SessionHost, pause};
@@ -31,6 +32,7 @@ pub fn record(
     urdf: &Urdf,
     options: &RecordOptions,
 ) -> Result<RecordCounts> {
+    repair_all(&options.folder);
     let mut recorder = Recorder {
         verdicts: node.receiver()?,
         commands: node.receiver()?,
@@ -79,6 +81,14 @@ impl SessionHost for Host<'_> {
 
     fn succeed(&mut self, _: &mut SessionRecorder, before: SessionRecorder) -> Result<()> {
         self.close(before)
+    }
+
+    fn refuse(&mut self, error: anyhow::Error) -> Result<()> {
+        if !self.place.options.stays {
+            return Err(error);
+        }
+        eprintln!("record: a session was not recorded: {error:#}");
+        Ok(())
     }
 
     fn reject(&mut self, _: &mut SessionRecorder, error: &anyhow::Error) {

@@ -25,42 +25,37 @@ impl Retention {
         self.current = path.into();
     }
 
-    /// Removes the oldest files if all together are too large.
-    pub(super) fn apply(&self) {
-        let Some(max) = self.max_bytes else { return };
+    /// Removes the oldest files if all together are too large; returns which.
+    pub(super) fn apply(&self) -> Vec<PathBuf> {
+        let mut removed = Vec::new();
+        let Some(max) = self.max_bytes else {
+            return removed;
+        };
         let files = self.files();
         let mut bytes: u64 = files.iter().map(|file| file.bytes).sum();
         for file in files {
             if bytes <= max {
-                return;
+                break;
             }
             if remove(&file.path) {
                 bytes -= file.bytes;
+                removed.push(file.path);
             }
         }
+        removed
     }
 
-    /// Removes the oldest file, if the options allow it: the disk is full.
-    pub(super) fn make_room(&self) {
-        if self.max_bytes.is_some()
-            && let Some(oldest) = self.files().first()
-        {
-            remove(&oldest.path);
-        }
+    /// Removes the oldest file, if the options allow it: the disk is full. Returns which.
+    pub(super) fn make_room(&self) -> Option<PathBuf> {
+        self.max_bytes?;
+        let oldest = self.files().into_iter().next()?;
+        remove(&oldest.path).then_some(oldest.path)
     }
 
     /// The files, oldest first.
     fn files(&self) -> Vec<Kept> {
-        let entries = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten();
-        let folders = entries(&self.folder).map(|entry| entry.path());
-        let mut files: Vec<Kept> = folders
-            .filter(|path| path.is_dir())
-            .flat_map(|folder| {
-                entries(&folder)
-                    .map(|entry| entry.path())
-                    .collect::<Vec<_>>()
-            })
-            .filter(|path| path.extension().is_some_and(|e| e == "mcap") && *path != self.current)
+        let mut files: Vec<Kept> = recorded_files(&self.folder)
+            .filter(|path| *path != self.current)
             .filter_map(|path| {
                 let metadata = path.metadata().ok()?;
                 Some(Kept {
@@ -73,6 +68,17 @@ impl Retention {
         files.sort_by_key(|file| file.changed);
         files
     }
+}
+
+/// The MCAP files of all sessions in a recorder's folder.
+pub(super) fn recorded_files(root: &Path) -> impl Iterator<Item = PathBuf> {
+    fn entries(folder: &Path) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        entries.map(|entry| entry.path()).collect()
+    }
+    let folders = entries(root).into_iter().filter(|path| path.is_dir());
+    let files = folders.flat_map(|folder| entries(&folder));
+    files.filter(|path| path.extension().is_some_and(|e| e == "mcap"))
 }
 
 struct Kept {

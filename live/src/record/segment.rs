@@ -1,12 +1,13 @@
 //! One MCAP file: short chunks with checksums, each written with one system call.
 //!
-//! A killed process leaves every chunk that was written. `tipwatch recover`, and every reader that needs no
-//! index, can read them. A power failure loses what was not synced.
+//! Every write ends with the end of a file without index, which the next one overwrites: a killed process leaves a
+//! complete file that every reader opens. A power failure loses what was not synced.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
+use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -19,6 +20,23 @@ use super::topics::Topic;
 
 /// Larger than a batch, so that a chunk ends where a batch ends.
 const CHUNK_BYTES: u64 = 1 << 20;
+
+/// First and last bytes of every MCAP file.
+pub(super) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+
+/// End of a file without index: the end of the data (opcode 15, without checksum), a footer (opcode 2) that knows of no
+/// summary, and the magic bytes.
+pub(super) const ENDING: [u8; 50] = {
+    let mut ending = [0; 50];
+    (ending[0], ending[1]) = (0x0f, 4);
+    (ending[13], ending[14]) = (0x02, 20);
+    let mut at = 0;
+    while at < MAGIC.len() {
+        ending[42 + at] = MAGIC[at];
+        at += 1;
+    }
+    ending
+};
 
 /// Beginning of every file of a session.
 #[derive(Debug, Clone)]
@@ -44,6 +62,8 @@ pub(super) struct Channels {
 pub(super) struct Segment {
     pub(super) path: PathBuf,
     file: File,
+    /// Device and number of the file: the path may come to name another.
+    identity: (u64, u64),
     /// Bytes of complete chunks in the file.
     written: u64,
     writer: Writer<Batch>,
@@ -56,6 +76,9 @@ impl Segment {
     pub(super) fn begin(path: PathBuf, preamble: &Preamble) -> Result<Self> {
         let file = File::create_new(&path)
             .with_context(|| format!("{}: cannot create it", path.display()))?;
+        // a recorder that starts beside this one leaves the file alone
+        let _ = file.try_lock();
+        let metadata = file.metadata()?;
         let batch = Batch::default();
         let mut writer = WriteOptions::new()
             .profile("ros2")
@@ -87,6 +110,7 @@ impl Segment {
         let mut segment = Self {
             path,
             file,
+            identity: (metadata.dev(), metadata.ino()),
             written: 0,
             writer,
             batch,
@@ -104,6 +128,14 @@ impl Segment {
         self.file.try_clone()
     }
 
+    /// The file itself, whatever its path names.
+    pub(super) fn place(&self) -> Place {
+        Place {
+            path: self.path.clone(),
+            identity: self.identity,
+        }
+    }
+
     pub(super) fn add(&mut self, channel: usize, message: &Encoded) -> Result<()> {
         let header = MessageHeader {
             channel_id: self.channels[channel],
@@ -117,27 +149,45 @@ impl Segment {
     /// Writes the added messages as one chunk. If that fails, nothing of it stays in the file.
     pub(super) fn flush(&mut self) -> Result<()> {
         self.writer.flush()?;
-        self.write_batch()
+        self.write_batch(&ENDING)
     }
 
     /// Finishes the file with its index.
     pub(super) fn finish(mut self) -> Result<()> {
         self.writer.finish()?;
-        self.write_batch()?;
+        self.write_batch(&[])?;
         let synced = self.file.sync_all();
         synced.with_context(|| format!("{}: cannot sync it", self.path.display()))
     }
 
-    fn write_batch(&mut self) -> Result<()> {
-        let bytes = self.batch.take();
-        if let Err(error) = self.file.write_all(&bytes) {
+    /// Writes what waits, and this end behind it, with one call.
+    fn write_batch(&mut self, ending: &[u8]) -> Result<()> {
+        let mut bytes = self.batch.take();
+        let added = bytes.len() as u64;
+        bytes.extend_from_slice(ending);
+        if let Err(error) = self.file.write_all_at(&bytes, self.written) {
             // a partial chunk is removed
             let _ = self.file.set_len(self.written);
-            let _ = self.file.seek(SeekFrom::Start(self.written));
+            let _ = self.file.write_all_at(&ENDING, self.written);
             return Err(error).with_context(|| format!("{}: cannot write it", self.path.display()));
         }
-        self.written += bytes.len() as u64;
+        self.written += added;
         Ok(())
+    }
+}
+
+/// A file and its path.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    pub(super) path: PathBuf,
+    identity: (u64, u64),
+}
+
+impl Place {
+    /// Whether the path still names the file: nobody has removed or replaced it, or a folder above it.
+    pub(super) fn holds(&self) -> bool {
+        let metadata = std::fs::metadata(&self.path);
+        metadata.is_ok_and(|found| (found.dev(), found.ino()) == self.identity)
     }
 }
 

@@ -11,15 +11,16 @@ use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::state::Sensor;
 
 use super::encode;
+use super::folder;
 use super::pending::{Encoded, Kind, Pending};
-use super::preamble::{folder_name, preamble};
+use super::preamble::preamble;
 use super::retention::Retention;
 use super::writer::{FileWriter, Plan, RecordCounts};
 use crate::guard::{Admitted, Guard};
 use crate::system::clock::{monotonic_ns, unix_ns};
 use crate::wire::command::Mode;
 use crate::wire::names::Names;
-use crate::wire::session::{Progress, Session, open_session};
+use crate::wire::session::{Progress, Session, Untimed, open_session};
 use crate::wire::topics::{
     EVENT_ROW, Wire, WireCommand, WireMachine, WireSample, WireSession, WireVerdict,
 };
@@ -74,10 +75,12 @@ impl SessionRecorder {
             urdf,
             options,
         } = place;
-        let (session, machine, sensors) = open_session(announced, file, urdf)?;
+        let (session, machine, sensors) = open_session(announced, file, urdf, Untimed::Allowed)?;
         let names = Names::try_from(&WireMachine::new(&machine, session.id)?)?;
         let begun_ns = unix_ns();
-        let folder = options.folder.join(folder_name(begun_ns, session.id));
+        let root = &options.folder;
+        let folder = folder::create(root, begun_ns, session.id)
+            .with_context(|| format!("{}: cannot record there", root.display()))?;
         let plan = Plan {
             preamble: preamble(file, urdf, &session, &machine, &sensors, &names, begun_ns),
             split: options.split,

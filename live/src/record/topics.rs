@@ -150,7 +150,7 @@ pub(super) fn verdict(names: &Names) -> Topic {
 }
 
 /// Fields of a verdict, as on the wire.
-pub(super) const VERDICT_INTEGERS: [&str; 13] = [
+pub(super) const VERDICT_INTEGERS: [&str; 17] = [
     "event",
     "level",
     "latched_level",
@@ -164,6 +164,10 @@ pub(super) const VERDICT_INTEGERS: [&str; 13] = [
     "untimed",
     "next_wheel",
     "wheel_count",
+    "alarm",
+    "alarm_acknowledged",
+    "inherited_alarm",
+    "inherited_acknowledged",
 ];
 pub(super) const VERDICT_COUNTS: [&str; 7] = [
     "sequence",

@@ -7,18 +7,20 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
 use super::encode;
 use super::pending::{Dropped, Encoded, Kind, Pending};
 use super::retention::Retention;
-use super::segment::{Preamble, Segment, sync_folder};
+use super::segment::{Place, Preamble, Segment, sync_folder};
 use super::sync::SyncThread;
 
 /// Time covered by a batch. Including polling and writing, a killed process loses no more than 20 ms.
 const BATCH_PERIOD: Duration = Duration::from_millis(8);
 /// Time before writing is retried after a failure.
 const RETRY_PERIOD: Duration = Duration::from_secs(1);
+/// How often the files are looked for where they were written: a removed folder is noticed within a second.
+const PLACE_CHECK: Duration = Duration::from_millis(250);
 
 /// What was written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -58,12 +60,20 @@ pub(super) struct Plan {
     pub(super) retention: Retention,
 }
 
+/// A file and what was written into it.
+struct Written<T> {
+    file: T,
+    counts: RecordCounts,
+}
+
 /// Writes the pending messages of a session.
 pub(super) struct FileWriter {
     plan: Plan,
     pending: Arc<Pending>,
     sync: SyncThread,
-    segment: Option<Segment>,
+    segment: Option<Written<Segment>>,
+    /// Complete files of the session, but for those that retention has removed.
+    finished: Vec<Written<Place>>,
     segments: usize,
     first_ns: Option<i64>,
     failed: Option<Instant>,
@@ -79,6 +89,7 @@ impl FileWriter {
             pending,
             sync: SyncThread::start()?,
             segment: None,
+            finished: Vec::new(),
             segments: 0,
             first_ns: None,
             failed: None,
@@ -90,8 +101,13 @@ impl FileWriter {
 
     /// Writes until `ends` is set and no message waits.
     pub(super) fn run(mut self, ends: &AtomicBool) -> Result<RecordCounts> {
+        let mut checked = Instant::now();
         loop {
             let is_last = ends.load(Ordering::Acquire);
+            if is_last || checked.elapsed() >= PLACE_CHECK {
+                checked = Instant::now();
+                self.check_places();
+            }
             self.write_pending(is_last);
             if is_last {
                 break;
@@ -106,10 +122,63 @@ impl FileWriter {
                 Kind::Verdict { .. } | Kind::Command => self.counts.verdicts_lost += 1,
             }
         }
-        if let Some(segment) = self.segment.take() {
-            segment.finish()?;
-        }
+        self.finish()?;
         Ok(self.counts)
+    }
+
+    /// Looks for all files where they were written. What is gone is counted as lost, and a new file begins.
+    fn check_places(&mut self) {
+        let is_gone = |place: &Place, counts: &RecordCounts| {
+            let is_gone = !place.holds();
+            if is_gone {
+                eprintln!(
+                    "record: {}: removed or replaced by somebody; {} samples, {} verdicts and {} commands in it are lost",
+                    place.path.display(),
+                    counts.samples,
+                    counts.verdicts,
+                    counts.commands
+                );
+            }
+            is_gone
+        };
+        let mut lost = RecordCounts::default();
+        self.finished.retain(|written| {
+            let is_gone = is_gone(&written.file, &written.counts);
+            if is_gone {
+                lost.add(&written.counts);
+            }
+            !is_gone
+        });
+        if let Some(open) = &self.segment
+            && is_gone(&open.file.place(), &open.counts)
+        {
+            lost.add(&open.counts);
+            self.segment = None;
+            if let Err(error) = self.open() {
+                eprintln!("record: {error:#}; retrying in a new file");
+                self.failed = Some(Instant::now());
+            }
+        }
+        self.counts.samples -= lost.samples;
+        self.counts.verdicts -= lost.verdicts;
+        self.counts.commands -= lost.commands;
+        // the next file tells of it, and then it is counted
+        let outputs = lost.verdicts + lost.commands;
+        self.pending.note_dropped(lost.samples, outputs);
+    }
+
+    /// Finishes the file with its index.
+    fn finish(&mut self) -> Result<()> {
+        let Some(Written { file, counts }) = self.segment.take() else {
+            return Ok(());
+        };
+        let place = file.place();
+        file.finish()?;
+        self.finished.push(Written {
+            file: place,
+            counts,
+        });
+        Ok(())
     }
 
     fn write_pending(&mut self, is_last: bool) {
@@ -133,8 +202,13 @@ impl FileWriter {
                     eprintln!("record: {error:#}; retrying in a new file");
                 }
                 // what was written stays; the rest goes into a new file
-                self.segment = None;
-                self.plan.retention.make_room();
+                if let Some(Written { file, counts }) = self.segment.take() {
+                    let file = file.place();
+                    self.finished.push(Written { file, counts });
+                }
+                let removed = self.plan.retention.make_room();
+                self.finished
+                    .retain(|written| removed.as_ref() != Some(&written.file.path));
                 self.pending.give_back(messages, dropped);
             }
         }
@@ -145,7 +219,7 @@ impl FileWriter {
         if self.segment.is_none() {
             self.open()?;
         }
-        let Some(segment) = &mut self.segment else {
+        let Some(Written { file: segment, .. }) = &mut self.segment else {
             return Ok(());
         };
         let channels = self.plan.preamble.channels;
@@ -189,21 +263,31 @@ impl FileWriter {
         if i128::from(age_ns) < self.plan.split.as_nanos().cast_signed() {
             return Ok(());
         }
-        if let Some(segment) = self.segment.take() {
-            segment.finish()?;
-            self.plan.retention.apply();
+        if self.segment.is_some() {
+            self.finish()?;
+            let removed = self.plan.retention.apply();
+            self.finished
+                .retain(|written| !removed.contains(&written.file.path));
         }
         Ok(())
     }
 
     fn open(&mut self) -> Result<()> {
-        let path = self.next_path();
-        let segment = Segment::begin(path, &self.plan.preamble)?;
+        // somebody may have removed the folder
+        std::fs::create_dir_all(&self.plan.folder)
+            .with_context(|| format!("{}: cannot create it", self.plan.folder.display()))?;
+        while self.next_path().exists() {
+            self.segments += 1;
+        }
+        let segment = Segment::begin(self.next_path(), &self.plan.preamble)?;
         self.segments += 1;
         sync_folder(&self.plan.folder);
         self.sync.follow(segment.file()?);
         self.plan.retention.keep(&segment.path);
-        self.segment = Some(segment);
+        self.segment = Some(Written {
+            file: segment,
+            counts: RecordCounts::default(),
+        });
         self.first_ns = None;
         Ok(())
     }
@@ -215,12 +299,17 @@ impl FileWriter {
     }
 
     fn count(&mut self, messages: &VecDeque<Encoded>, dropped: Dropped) {
+        let mut written = RecordCounts::default();
         for message in messages {
             match message.kind {
-                Kind::Sample(_) => self.counts.samples += 1,
-                Kind::Verdict { .. } => self.counts.verdicts += 1,
-                Kind::Command => self.counts.commands += 1,
+                Kind::Sample(_) => written.samples += 1,
+                Kind::Verdict { .. } => written.verdicts += 1,
+                Kind::Command => written.commands += 1,
             }
+        }
+        self.counts.add(&written);
+        if let Some(open) = &mut self.segment {
+            open.counts.add(&written);
         }
         self.count_lost(dropped);
     }

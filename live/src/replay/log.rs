@@ -8,7 +8,7 @@ use tipwatch_ingest::{Log, Losses, SensorRecording};
 use tipwatch_mechanics::state::{Sample, Sensor};
 
 use crate::wire::identity::new_identity;
-use crate::wire::session::{Session, machine_hash};
+use crate::wire::session::{Session, StampClock, machine_hash};
 
 /// The samples of a machine's sensors in a log.
 #[derive(Debug)]
@@ -53,6 +53,7 @@ impl LogSamples {
                 .map(|stream| matched.joint_names(machine, stream))
                 .collect(),
             pace: 1.0,
+            clock: StampClock::default(),
             wants_progress: true,
             imu: matched.sensors.imu,
             odometry: matched.sensors.odometry,
@@ -62,12 +63,30 @@ impl LogSamples {
         };
         // an error that every reader would meet is reported here
         session.machine(file, &urdf)?;
-        Ok(Self {
+        let mut log_samples = Self {
             session,
             losses,
             sensors,
             columns,
-        })
+        };
+        log_samples.session.clock = log_samples.clock();
+        Ok(log_samples)
+    }
+
+    /// Where the sensors' clock stands by that of the recorder: nobody knows the offset between them, so the
+    /// smallest delay of all samples counts as none.
+    fn clock(&self) -> StampClock {
+        let delays =
+            (self.samples()).map(|(sample, log_ns)| log_ns.saturating_sub(sample.stamp_ns));
+        let least_ns = delays.min().unwrap_or(0);
+        let first_ns = self
+            .samples()
+            .next()
+            .map_or(0, |(_, log_time_ns)| log_time_ns);
+        StampClock {
+            stamp_ns: first_ns.saturating_sub(least_ns),
+            host_ns: first_ns,
+        }
     }
 
     /// The samples and their log times (ns), in the order in which the recorder received them.

@@ -7,6 +7,7 @@ use anyhow::{Result, anyhow};
 use super::log::LogSamples;
 use crate::node::Producer;
 use crate::node::{LiveNode, pause};
+use crate::system::clock::monotonic_ns;
 use crate::system::signals::Interrupted;
 use crate::wire::topics::{SAMPLE_QUEUE, WireSample, WireSession};
 
@@ -20,6 +21,8 @@ const STALL_LIMIT: Duration = Duration::from_secs(30);
 const END_LIMIT: Duration = Duration::from_secs(2);
 /// Time between two checks of the readers' progress.
 const RETRY_PERIOD: Duration = Duration::from_micros(50);
+/// Time between the announcement and the first sample, in which readers prepare.
+const START_DELAY: Duration = Duration::from_millis(250);
 /// How far a reader may lag in a lossless replay, before its queue overwrites samples.
 const MAX_BACKLOG: u64 = SAMPLE_QUEUE as u64 / 2;
 
@@ -120,14 +123,17 @@ struct Replay<'a> {
 
 impl Replay<'_> {
     fn run(&mut self, log: &LogSamples) -> Result<(), Stop> {
-        let mut session = WireSession::try_from(&log.session)?;
-        self.producer.announce(&mut session)?;
+        // readers first: when the first sample is sent, and so what its stamp means, is announced
         self.wait_for_readers()?;
-        let mut pace = None;
+        let (start, start_ns) = (Instant::now() + START_DELAY, monotonic_ns());
+        let mut session = WireSession::try_from(&log.session)?;
+        session.clock_host_ns = start_ns.saturating_add(START_DELAY.as_nanos() as i64);
+        self.producer.announce(&mut session)?;
+        let mut first_ns = None;
         for (sample, log_time_ns) in log.samples() {
             let mut wire = WireSample::new(&sample, log_time_ns)?;
             if let Speed::Factor(factor) = self.options.speed {
-                let (start, first_ns) = *pace.get_or_insert((Instant::now(), log_time_ns));
+                let first_ns = *first_ns.get_or_insert(log_time_ns);
                 let since_s = log_time_ns.saturating_sub(first_ns) as f64 * 1e-9 / factor;
                 self.wait_until(start + Duration::try_from_secs_f64(since_s).unwrap_or_default())?;
             }

@@ -5,9 +5,10 @@ use std::fmt::Write;
 use crate::wire::topics::{
     ACKNOWLEDGE_QUEUE, ACKNOWLEDGE_SUFFIX, COMMAND_QUEUE, COMMAND_SUFFIX, DEFAULT_SERVICE, LATEST,
     LAYOUT_ATTRIBUTE, MACHINE_SUFFIX, MAGIC, MAX_BORROWED, MAX_JOINTS, MAX_NODES, MAX_PLACES,
-    MAX_READERS, MAX_VALUES, NAME_BYTES, ONE_WRITER, PROGRESS_QUEUE, PROGRESS_SUFFIX, SAMPLE_QUEUE,
-    SAMPLES_SUFFIX, SESSION_SUFFIX, VERDICT_QUEUE, VERDICT_SUFFIX, Wire, WireAcknowledge,
-    WireCommand, WireMachine, WireProgress, WireSample, WireSession, WireVerdict,
+    MAX_READERS, MAX_VALUES, NAME_BYTES, ONE_WRITER, PROGRESS_QUEUE, PROGRESS_SUFFIX,
+    REFUSAL_SUFFIX, SAMPLE_QUEUE, SAMPLES_SUFFIX, SESSION_SUFFIX, TEXT_BYTES, VERDICT_QUEUE,
+    VERDICT_SUFFIX, Wire, WireAcknowledge, WireCommand, WireMachine, WireProgress, WireRefusal,
+    WireSample, WireSession, WireVerdict,
 };
 
 const BEGINNING: &str = "\
@@ -50,6 +51,7 @@ pub fn c_header() -> String {
         ("MAX_JOINTS", MAX_JOINTS as u64),
         ("MAX_PLACES", MAX_PLACES as u64),
         ("NAME_BYTES", NAME_BYTES as u64),
+        ("TEXT_BYTES", TEXT_BYTES as u64),
     ] {
         let _ = writeln!(text, "#define TIPWATCH_{name} UINT64_C({number})");
     }
@@ -60,6 +62,7 @@ pub fn c_header() -> String {
         ("MACHINE_SUFFIX", MACHINE_SUFFIX),
         ("VERDICT_SUFFIX", VERDICT_SUFFIX),
         ("COMMAND_SUFFIX", COMMAND_SUFFIX),
+        ("REFUSAL_SUFFIX", REFUSAL_SUFFIX),
         ("ACKNOWLEDGE_SUFFIX", ACKNOWLEDGE_SUFFIX),
         ("PROGRESS_SUFFIX", PROGRESS_SUFFIX),
         ("LAYOUT_ATTRIBUTE", LAYOUT_ATTRIBUTE),
@@ -71,6 +74,7 @@ pub fn c_header() -> String {
     message::<WireMachine>(&mut text, "machine");
     message::<WireVerdict>(&mut text, "verdict");
     message::<WireCommand>(&mut text, "command");
+    message::<WireRefusal>(&mut text, "refusal");
     message::<WireAcknowledge>(&mut text, "acknowledge");
     message::<WireProgress>(&mut text, "progress");
     text.push_str("\n#endif\n");

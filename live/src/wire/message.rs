@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use iceoryx2::prelude::ZeroCopySend;
 
 /// "TIPWAT" and the version of the wire format: the first number of every message.
-pub const MAGIC: u64 = u64::from_le_bytes(*b"TIPWAT\x00\x02");
+pub const MAGIC: u64 = u64::from_le_bytes(*b"TIPWAT\x00\x03");
 
 /// A message type: its layout, head and checksum.
 pub trait Wire: ZeroCopySend + Debug + Copy + 'static {

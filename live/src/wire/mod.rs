@@ -7,6 +7,7 @@ mod hash;
 pub mod identity;
 mod message;
 pub mod names;
+pub mod refusal;
 pub mod sample;
 pub mod session;
 pub mod topics;

@@ -3,11 +3,12 @@
 use anyhow::{Context, Result, bail, ensure};
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::machine::LogFacts;
+use tipwatch_mechanics::machine::{IMU_CONFLICT, LogFacts, MachineError};
 use tipwatch_mechanics::state::{JointStream, MatchedSensors, OtherSensors, Sensors};
 
 use crate::system::clock::monotonic_ns;
 use crate::wire::hash::Fnv1a;
+use crate::wire::refusal::{Refusal, SessionRefused};
 use crate::wire::topics::{Head, MAX_JOINTS, NAME_BYTES, Wire, WireSession};
 
 /// Whether more is to come.
@@ -17,6 +18,24 @@ pub enum Progress {
     Running,
     /// The session is over.
     Ended,
+}
+
+/// Where the sensors' clock stands: one instant by both clocks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct StampClock {
+    /// By the sensors' clock (ns).
+    pub stamp_ns: i64,
+    /// By CLOCK_MONOTONIC of this computer (ns).
+    pub host_ns: i64,
+}
+
+impl StampClock {
+    /// When something with this stamp was measured (ns), by CLOCK_MONOTONIC.
+    #[must_use]
+    pub fn measured_ns(self, stamp_ns: i64, pace: f64) -> i64 {
+        let since_ns = stamp_ns.saturating_sub(self.stamp_ns) as f64 / pace;
+        self.host_ns.saturating_add(since_ns as i64)
+    }
 }
 
 /// A session.
@@ -30,6 +49,8 @@ pub struct Session {
     pub total_samples: u64,
     /// Speed of the sensors' clock relative to real time; 0 if unrelated to real time.
     pub pace: f64,
+    /// Where the sensors' clock stands. Unused if the pace is 0.
+    pub clock: StampClock,
     /// Whether readers must report their progress.
     pub wants_progress: bool,
     /// Names of the joints of each stream, in the order of its values.
@@ -47,19 +68,22 @@ pub struct Session {
 }
 
 impl Session {
-    /// The machine and its sensors, as the producer has them.
+    /// The machine and its sensors, as the producer has them. Every sensor that the machine file binds must be
+    /// there.
     ///
     /// # Errors
-    /// The session is of another machine, or the machine does not fit its sensors.
+    /// The session is of another machine, lacks a sensor or contradicts the machine file.
     pub fn machine(&self, file: &MachineFile, urdf: &Urdf) -> Result<(Machine, Sensors)> {
         let hash = machine_hash(file, urdf);
-        ensure!(
-            hash == self.machine_hash,
-            "{}: expected the machine of the session, hash {:016x}, found hash {hash:016x} with URDF {}",
-            file.path.display(),
-            self.machine_hash,
-            urdf.name
-        );
+        if hash != self.machine_hash {
+            bail!(Refusal::OtherMachine.because(format!(
+                "{}: expected the machine of the session, hash {:016x}, found hash {hash:016x} with URDF {}",
+                file.path.display(),
+                self.machine_hash,
+                urdf.name
+            )));
+        }
+        self.check_bound_signals(file)?;
         let names: Vec<String> = self.streams.concat();
         let facts = LogFacts {
             joint_names: Some(&names),
@@ -67,7 +91,11 @@ impl Session {
             imu_frame: self.imu_frame.as_deref(),
             static_transforms: &[],
         };
-        let mut machine = file.spec.check(&urdf.text, &urdf.name, facts)?;
+        let checked = file.spec.check(&urdf.text, &urdf.name, facts);
+        let mut machine = checked.map_err(|error| match error {
+            MachineError::UnmeasuredJoints { .. } => Refusal::Joints.because(error.to_string()),
+            _ => Refusal::Unsuitable.because(error.to_string()),
+        })?;
         if machine
             .payloads()
             .iter()
@@ -78,12 +106,75 @@ impl Session {
                 file.spec.file
             );
         }
+        self.check_imu_mounting(file, &machine)?;
         let sensors = self.sensors(&machine)?;
         if !sensors.tool_wrench {
             machine.leave_out_tool();
         }
         machine.set_reference_loads()?;
         Ok((machine, sensors))
+    }
+
+    /// Signals that the machine file binds are required.
+    fn check_bound_signals(&self, file: &MachineFile) -> Result<(), SessionRefused> {
+        let (spec, signals) = (&file.spec, &file.spec.signals);
+        let has_tool = spec.arm.as_ref().is_some_and(|arm| arm.tool.is_some());
+        let needed = [
+            ("imu", signals.imu.is_some() || spec.imu.is_some(), self.imu),
+            ("odometry", signals.odometry.is_some(), self.odometry),
+            (
+                "tool wrench",
+                signals.tool_wrench.is_some() && has_tool,
+                self.tool_wrench,
+            ),
+        ];
+        let mut missing: Vec<String> = (needed.into_iter())
+            .filter(|(_, is_needed, is_there)| *is_needed && !is_there)
+            .map(|(name, ..)| name.to_string())
+            .collect();
+        let is_there = |joint: &String| self.streams.iter().flatten().any(|name| name == joint);
+        let bound = signals.joints.iter();
+        let bound = bound.filter(|(joint, fields)| fields.position.is_some() && !is_there(joint));
+        missing.extend(bound.map(|(joint, _)| format!("joint \"{joint}\"")));
+        if !missing.is_empty() {
+            return Err(Refusal::SensorMissing.because(format!(
+                "session: expected every sensor that {} binds, found no {}",
+                spec.file,
+                missing.join(", no ")
+            )));
+        }
+        if self.tool_wrench && !has_tool {
+            return Err(Refusal::SensorUnknown.because(format!(
+                "session: expected no tool wrench, because {} has no arm.tool, found one",
+                spec.file
+            )));
+        }
+        Ok(())
+    }
+
+    /// Live, nothing but the machine file and the URDF tells where the IMU is.
+    fn check_imu_mounting(
+        &self,
+        file: &MachineFile,
+        machine: &Machine,
+    ) -> Result<(), SessionRefused> {
+        if !self.imu {
+            return Ok(());
+        }
+        let mut notes = machine.notes().iter();
+        if let Some(conflict) = notes.find(|note| note.starts_with(IMU_CONFLICT)) {
+            return Err(Refusal::ImuMounting.because(format!("session: {conflict}")));
+        }
+        let frame = self.imu_frame.as_deref().unwrap_or("");
+        let frame = frame.trim_start_matches('/');
+        let is_link = machine.links().iter().any(|link| link.name == frame);
+        if file.spec.imu.is_none() && !is_link {
+            return Err(Refusal::ImuMounting.because(format!(
+                "session: expected the mounting of the IMU in [imu] of {} or its frame in the URDF, found frame \"{frame}\"",
+                file.spec.file
+            )));
+        }
+        Ok(())
     }
 
     fn sensors(&self, machine: &Machine) -> Result<Sensors> {
@@ -97,54 +188,96 @@ impl Session {
             odometry: self.odometry,
             tool_wrench: self.tool_wrench,
         };
-        let mut sensors = MatchedSensors::new(machine, &streams, others)?.sensors;
+        let joints = |text: String| Refusal::Joints.because(text);
+        let matched = MatchedSensors::new(machine, &streams, others);
+        let mut sensors = matched.map_err(|error| joints(error.to_string()))?.sensors;
         // in the order of the session's values, not in the machine's
         sensors.joints.clear();
         for names in &self.streams {
-            let joints = names.iter().map(|name| joint_of(machine, name));
-            let joints: Vec<usize> = joints.collect::<Result<_>>()?;
-            let is_again = |place: usize| joints[..place].contains(&joints[place]);
-            if let Some(place) = (0..joints.len()).find(|&place| is_again(place)) {
-                bail!("session: joint \"{}\" twice in one stream", names[place]);
+            let found = names.iter().map(|name| joint_of(machine, name));
+            let found: Vec<usize> = found.collect::<Result<_, _>>()?;
+            let is_again = |place: usize| found[..place].contains(&found[place]);
+            if let Some(place) = (0..found.len()).find(|&place| is_again(place)) {
+                let joint = &names[place];
+                bail!(joints(format!(
+                    "session: joint \"{joint}\" twice in one stream"
+                )));
             }
-            sensors.joints.push(JointStream { joints });
+            sensors.joints.push(JointStream { joints: found });
         }
-        ensure!(
-            !sensors.joints.is_empty(),
-            "session: expected joint states, found none"
-        );
+        if sensors.joints.is_empty() {
+            bail!(joints(
+                "session: expected joint states, found none".to_string()
+            ));
+        }
+        self.check_actuators(machine)?;
         let is_there = |joint: usize| self.actuated_joints.contains(&(joint as u32));
         sensors.actuators = machine.contact().actuator_signals(is_there);
         Ok(sensors)
     }
+
+    /// The forces of exactly those joints are measured for which the machine file binds a force or pressures.
+    fn check_actuators(&self, machine: &Machine) -> Result<(), SessionRefused> {
+        let bound = &machine.contact().actuated_joints;
+        let mut missing = (0..bound.len()).filter(|&k| !self.actuated_joints.contains(&(k as u32)));
+        if let Some(k) = missing.next() {
+            let linkage = &machine.linkages()[bound[k].linkage].name;
+            return Err(Refusal::SensorMissing.because(format!(
+                "session: expected the bound force or pressures of linkage \"{linkage}\", found none"
+            )));
+        }
+        let mut unknown = self.actuated_joints.iter();
+        match unknown.find(|&&k| k as usize >= bound.len()) {
+            None => Ok(()),
+            Some(k) => Err(Refusal::SensorUnknown.because(format!(
+                "session: expected the forces of no more than {} actuated joints, found one of joint {k}",
+                bound.len()
+            ))),
+        }
+    }
+}
+
+/// Whether sessions whose clock is unrelated to real time are followed: no delay can be checked in them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Untimed {
+    /// They are refused.
+    #[default]
+    Refused,
+    /// They are followed: only replays are.
+    Allowed,
 }
 
 /// Reads an announced session, and checks that it is of this machine.
 ///
 /// # Errors
-/// The message is damaged, or the session is of another machine.
+/// The message is damaged, or the session is refused: see [`SessionRefused::of`].
 pub fn open_session(
     announced: &WireSession,
     file: &MachineFile,
     urdf: &Urdf,
+    untimed: Untimed,
 ) -> Result<(Session, Machine, Sensors)> {
-    let session = Session::try_from(announced)?;
+    let session = Session::try_from(announced)
+        .map_err(|error| Refusal::Damaged.because(format!("{error:#}")))?;
     let (machine, sensors) = session.machine(file, urdf)?;
+    if session.pace == 0.0 && untimed == Untimed::Refused {
+        bail!(Refusal::Untimed.because(
+            "session: expected a clock in real time, found pace 0; a monitor of a replay as fast as possible needs --allow-untimed"
+        ));
+    }
     Ok((session, machine, sensors))
 }
 
-fn joint_of(machine: &Machine, name: &str) -> Result<usize> {
+fn joint_of(machine: &Machine, name: &str) -> Result<usize, SessionRefused> {
     let joints = machine.joints();
-    joints
-        .iter()
-        .position(|joint| joint.name == name)
-        .with_context(|| {
-            let known: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
-            format!(
-                "session: expected joints of the machine ({}), found \"{name}\"",
-                known.join(", ")
-            )
-        })
+    let place = joints.iter().position(|joint| joint.name == name);
+    place.ok_or_else(|| {
+        let known: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+        Refusal::Joints.because(format!(
+            "session: expected joints of the machine ({}), found \"{name}\"",
+            known.join(", ")
+        ))
+    })
 }
 
 /// Hash of the texts of machine file and URDF: both sides compare it.
@@ -168,6 +301,8 @@ impl TryFrom<&Session> for WireSession {
         let mut wire = Self {
             total_samples: session.total_samples,
             pace: session.pace,
+            clock_stamp_ns: session.clock.stamp_ns,
+            clock_host_ns: session.clock.host_ns,
             joint_count: joint_count as u32,
             stream_count: u32::try_from(session.streams.len())?,
             has_imu: session.imu.into(),
@@ -220,6 +355,10 @@ impl TryFrom<&WireSession> for Session {
             machine_hash: wire.machine_hash,
             total_samples: wire.total_samples,
             pace: wire.pace,
+            clock: StampClock {
+                stamp_ns: wire.clock_stamp_ns,
+                host_ns: wire.clock_host_ns,
+            },
             wants_progress: wire.wants_progress != 0,
             streams: vec![Vec::new(); streams],
             imu: wire.has_imu != 0,
@@ -281,6 +420,10 @@ mod tests {
             machine_hash: 9,
             total_samples: 11,
             pace: 0.5,
+            clock: StampClock {
+                stamp_ns: 1_000,
+                host_ns: -5,
+            },
             wants_progress: true,
             streams: vec![vec!["a".into(), "b".repeat(63)], vec!["c".into()]],
             imu: true,
@@ -295,6 +438,15 @@ mod tests {
     fn sessions_survive_the_wire() {
         let wire = WireSession::try_from(&session()).unwrap();
         assert_eq!(Session::try_from(&wire).unwrap(), session());
+    }
+
+    #[test]
+    fn stamps_are_put_on_the_clock_of_the_host() {
+        let clock = session().clock;
+        assert_eq!(clock.measured_ns(1_000, 0.5), -5);
+        assert_eq!(clock.measured_ns(1_100, 0.5), 195);
+        assert_eq!(clock.measured_ns(900, 2.0), -55);
+        assert_eq!(clock.measured_ns(i64::MIN, 1e-9), i64::MIN);
     }
 
     #[test]

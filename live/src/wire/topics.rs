@@ -39,6 +39,8 @@ pub const MACHINE_SUFFIX: &str = "/machine";
 pub const VERDICT_SUFFIX: &str = "/verdict";
 /// Suffix of the service of commands.
 pub const COMMAND_SUFFIX: &str = "/command";
+/// Suffix of the service of refusals.
+pub const REFUSAL_SUFFIX: &str = "/refusal";
 /// Suffix of the service of acknowledgements.
 pub const ACKNOWLEDGE_SUFFIX: &str = "/acknowledge";
 /// Suffix of the service of progress.
@@ -73,6 +75,8 @@ pub const MAX_VALUES: usize = 128;
 pub const MAX_JOINTS: usize = MAX_VALUES / 2;
 /// Bytes of a name on the wire, including the terminating zero.
 pub const NAME_BYTES: usize = 64;
+/// Bytes of a text on the wire, including the terminating zero.
+pub const TEXT_BYTES: usize = 512;
 /// Maximum number of wheels, and of edges of the support polygon.
 pub const MAX_PLACES: usize = MAX_WHEELS;
 /// Number of load contributions in a verdict.
@@ -103,13 +107,19 @@ wire! {
 
 wire! {
     /// What a reader must know before the first sample. Its source identifies the session.
-    "tipwatch.Session.v2"
+    "tipwatch.Session.v3"
     pub struct WireSession {
         /// Samples of the session without the end message; 0 if unknown.
         pub total_samples: u64,
         /// Speed of the sensors' clock relative to real time: 1 on a machine; 0 if unrelated to real time
-        /// (a replay as fast as possible).
+        /// (a replay as fast as possible), which the monitor accepts only with --allow-untimed and the control never.
         pub pace: f64,
+        /// A time of the sensors' clock (ns), to which clock_host_ns belongs: a sample with the stamp time_ns was
+        /// measured at clock_host_ns + (time_ns - clock_stamp_ns) / pace. Unused if pace is 0.
+        pub clock_stamp_ns: i64,
+        /// The same instant by this computer's CLOCK_MONOTONIC (ns). A producer whose stamps are CLOCK_MONOTONIC sets
+        /// both fields to the same time; with stamps in Unix time it reads both clocks when it announces the session.
+        pub clock_host_ns: i64,
         /// Number of joints in all streams.
         pub joint_count: u32,
         /// Number of streams of joint states. The first is the fastest: each of its samples completes a row.
@@ -186,11 +196,17 @@ macro_rules! verdict_message {
                 pub refused: u64,
                 /// Samples that arrived again.
                 pub repeated: u64,
+                /// Sequence number of the first verdict of this source that carries the latched alarm. An
+                /// acknowledgement must name this verdict or a later one. Meaningless without an alarm.
+                pub alarm_sequence: u64,
+                /// The announced session that the monitor refuses; 0 if none.
+                pub refused_session: u64,
                 /// 1 a row; 2 between rows: the numbers are those of the last row.
                 pub event: u32,
                 /// Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault.
                 pub level: u32,
-                /// Level to act on: danger stays until it has ended and was acknowledged.
+                /// Level to act on: danger, and a failure of the model (fault), stay until they are over and were
+                /// acknowledged, over the end of a session and a restart of the monitor.
                 pub latched_level: u32,
                 /// Bits: faults of the input since the last row.
                 pub faults: u32,
@@ -204,7 +220,7 @@ macro_rules! verdict_message {
                 pub held_cautions: u32,
                 /// Bits: reasons of the rows behind a level of fault.
                 pub held_reasons: u32,
-                /// 1 if an acknowledgement arrived since the last row.
+                /// 1 if an acknowledgement of the latched alarm arrived since the last row.
                 pub acknowledged: u32,
                 /// 1 if real time was not checked: the samples are replayed as fast as possible.
                 pub untimed: u32,
@@ -214,6 +230,21 @@ macro_rules! verdict_message {
                 pub wheel_count: u32,
                 /// Number of edges of the support polygon.
                 pub edge_count: u32,
+                /// Level of the latched alarm, danger or fault; 0 without one.
+                pub alarm: u32,
+                /// 1 if the latched alarm was acknowledged: it is released when it is over.
+                pub alarm_acknowledged: u32,
+                /// The latched alarm with which the session began, as in alarm: one from an earlier session, or from
+                /// before a restart.
+                pub inherited_alarm: u32,
+                /// 1 if that one had been acknowledged.
+                pub inherited_acknowledged: u32,
+                /// Why the announced session is refused: 0 it is not; 1 damaged message, 2 another machine, 3 untimed,
+                /// 4 a sensor is missing, 5 a sensor that the machine does not have, 6 joints, 7 mounting of the IMU,
+                /// 8 the machine does not suit live use. The service of refusals has the text.
+                pub refusal: u32,
+                /// Zero.
+                pub reserved: u32,
                 $(#[doc = quantity_doc!($worst_of)] pub $worst: f64,)*
                 /// Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s.
                 pub time_to_lift_off_s: f64,
@@ -282,11 +313,29 @@ wire! {
 }
 
 wire! {
-    /// An operator has acknowledged the alarm.
-    "tipwatch.Acknowledge.v1"
+    /// An operator has acknowledged the alarm. It counts only if magic and checksum are right, machine_hash is that of
+    /// the monitor, and the named verdict carried the alarm.
+    "tipwatch.Acknowledge.v2"
     pub struct WireAcknowledge {
-        /// Sequence number of the acknowledged verdict.
+        /// Source of the acknowledged verdict: that run of the monitor.
+        pub verdict_source: u64,
+        /// Sequence number of the acknowledged verdict, not below its alarm_sequence.
         pub verdict_sequence: u64,
+    }
+}
+
+wire! {
+    /// Why the monitor refuses an announced session. Kept for late joiners.
+    "tipwatch.Refusal.v1"
+    pub struct WireRefusal {
+        /// The refused session.
+        pub session: u64,
+        /// The reason, as refusal of the verdict.
+        pub reason: u32,
+        /// Zero.
+        pub reserved: u32,
+        /// The reason as text (UTF-8), cut to fit: what was expected, and what was found.
+        pub text: [u8; TEXT_BYTES],
     }
 }
 
@@ -361,6 +410,7 @@ topic!(
     false,
     ONE_WRITER
 );
+topic!(WireRefusal, REFUSAL_SUFFIX, LATEST, true, ONE_WRITER);
 topic!(
     WireAcknowledge,
     ACKNOWLEDGE_SUFFIX,
@@ -380,6 +430,9 @@ topic!(
 pub const EVENT_ROW: u32 = tipwatch_binding::monitor_topic::EVENT_ROW;
 /// [`WireVerdict::event`]: between rows.
 pub const EVENT_BETWEEN: u32 = 2;
+
+/// [`WireVerdict::alarm_sequence`] of a verdict with a new alarm, before it is sealed.
+pub(crate) const ALARM_BEGINS: u64 = u64::MAX;
 
 /// [`WireSample::kind`] as an enumeration; the numbers are part of the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::FromRepr)]

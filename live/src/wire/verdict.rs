@@ -2,7 +2,9 @@
 
 use anyhow::Result;
 use tipwatch_mechanics::state::Reasons;
-use tipwatch_mechanics::verdict::{Conditions, HeldProblems, InputFaults, Level, LiftOff, Verdict};
+use tipwatch_mechanics::verdict::{
+    Conditions, HeldProblems, InputFaults, Latch, Level, LiftOff, Verdict,
+};
 use tipwatch_mechanics::{Contribution, Machine, Outcome, Quantity, verdict_quantities};
 
 use crate::wire::sample::SampleCounts;
@@ -56,6 +58,21 @@ impl WireVerdict {
         self.lost = counts.lost;
         self.refused = counts.refused;
         self.repeated = counts.repeated;
+    }
+
+    /// Sets the latched alarm.
+    pub fn set_alarm(&mut self, latch: Latch) {
+        self.alarm = latch.level.map_or(0, |level| level as u32);
+        self.alarm_acknowledged = latch.is_acknowledged.into();
+    }
+
+    /// The latched alarm. An unknown number is a fault.
+    #[must_use]
+    pub fn latch(&self) -> Latch {
+        Latch {
+            level: (self.alarm != 0).then(|| Level::from_number(self.alarm)),
+            is_acknowledged: self.alarm_acknowledged != 0,
+        }
     }
 
     /// The levels. An unknown number is a fault.

@@ -8,7 +8,7 @@ use tipwatch_live::node::{LiveNode, Receiver};
 use tipwatch_live::replay::LogSamples;
 use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::identity::new_identity;
-use tipwatch_live::wire::session::machine_hash;
+use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
 use tipwatch_live::wire::topics::{Head, Wire, WireSample, WireSession, WireVerdict};
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
@@ -79,6 +79,11 @@ pub fn samples(name: &str) -> (LogSamples, Vec<WireSample>) {
 impl<T: Time> Feed<T> {
     /// Opens a session, and announces it.
     pub fn new(node: &LiveNode, name: &str, time: T) -> Self {
+        Self::with(node, name, time, |_| ())
+    }
+
+    /// The same with a changed session.
+    pub fn with(node: &LiveNode, name: &str, time: T, change: impl FnOnce(&mut Session)) -> Self {
         let (file, urdf) = machine(name);
         let (mut recording, samples) = samples(name);
         let hash = machine_hash(&file, &urdf);
@@ -86,6 +91,12 @@ impl<T: Time> Feed<T> {
         recording.session.id = source;
         recording.session.pace = 1.0;
         recording.session.wants_progress = false;
+        let start_ns = time.now_ns();
+        recording.session.clock = StampClock {
+            stamp_ns: samples[0].log_time_ns,
+            host_ns: start_ns,
+        };
+        change(&mut recording.session);
         let verdicts = node.receiver().unwrap();
         let mut producer = Producer::new(node, source, hash).unwrap();
         let mut session = WireSession::try_from(&recording.session).unwrap();
@@ -100,7 +111,7 @@ impl<T: Time> Feed<T> {
             source,
             hash,
             joints: recording.session.streams.remove(0),
-            start_ns: 0,
+            start_ns,
         }
     }
 
@@ -179,9 +190,6 @@ impl<T: Time> Feed<T> {
 
     /// Waits until the next sample is due.
     pub fn wait(&mut self) {
-        if self.next == 0 {
-            self.start_ns = self.time.now_ns();
-        }
         let sample = &self.samples[self.next % self.samples.len()];
         let since_ns = sample.log_time_ns - self.samples[0].log_time_ns + self.lap_ns();
         self.time.pass_until(self.start_ns + since_ns);

@@ -32,12 +32,19 @@ pub fn data(name: &str) -> PathBuf {
 /// An isolated world in shared memory.
 pub struct World {
     pub prefix: String,
+    /// Removed with this.
+    pub state: tempfile::TempDir,
+    /// The folder for latched alarms.
+    pub state_folder: PathBuf,
 }
 
 impl World {
     pub fn new(test: &str) -> Self {
+        let state = tempfile::tempdir().unwrap();
         Self {
             prefix: format!("tw{}{test}_", std::process::id()),
+            state_folder: state.path().into(),
+            state,
         }
     }
 
@@ -88,6 +95,7 @@ impl World {
 
     pub fn monitor(&self, machine: &Path, more: &[&str]) -> Process {
         let mut arguments = vec!["monitor", "--machine", machine.to_str().unwrap()];
+        arguments.extend(["--state", self.state_folder.to_str().unwrap()]);
         arguments.extend(more);
         self.start(&arguments)
     }

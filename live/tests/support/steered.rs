@@ -2,16 +2,17 @@
 //! test. Times of detection are exact, however busy the computer is.
 
 use std::cell::Cell;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_live::control::ControlProgram;
 use tipwatch_live::monitor::Monitor;
-use tipwatch_live::monitor::{MonitorProgram, Observer};
+use tipwatch_live::monitor::{MonitorOptions, MonitorProgram, Observer};
 use tipwatch_live::node::LiveNode;
 use tipwatch_live::node::{LoopOptions, Wake};
 use tipwatch_live::system::clock::{Clock, monotonic_ns};
-use tipwatch_live::wire::session::Session;
+use tipwatch_live::wire::session::{Session, Untimed};
 use tipwatch_live::wire::topics::WireVerdict;
 
 use super::World;
@@ -42,10 +43,13 @@ pub struct Steered {
     file: &'static MachineFile,
     urdf: &'static Urdf,
     node: LiveNode,
+    state: PathBuf,
     monitor: Option<MonitorProgram<'static>>,
     control: Option<ControlProgram<'static>>,
     /// While they hang, time goes on without them.
     pub hang: bool,
+    /// Of a monitor that is started next.
+    pub untimed: Untimed,
 }
 
 impl Steered {
@@ -61,18 +65,24 @@ impl Steered {
             file: Box::leak(Box::new(file)),
             urdf: Box::leak(Box::new(urdf)),
             node: world.join(),
+            state: world.state_folder.clone(),
             monitor: None,
             control: None,
             hang: false,
+            untimed: Untimed::Refused,
         };
         steered.start_monitor();
         steered
     }
 
     pub fn start_monitor(&mut self) {
-        let options = LoopOptions {
-            wake: Wake::Poll,
-            stays: true,
+        let options = MonitorOptions {
+            running: LoopOptions {
+                wake: Wake::Poll,
+                stays: true,
+            },
+            untimed: self.untimed,
+            state: &self.state,
         };
         let started = MonitorProgram::new(&self.node, self.file, self.urdf, self.clock, options);
         self.monitor = Some(started.unwrap());

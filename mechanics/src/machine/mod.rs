@@ -42,7 +42,7 @@ pub(crate) use body::rotation_in_body;
 pub use body::{
     Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, Mounting, Payload,
 };
-pub use check::{LogFacts, UNCONFIRMED};
+pub use check::{IMU_CONFLICT, LogFacts, UNCONFIRMED};
 pub use checked::Machine;
 pub use contact::Contact;
 pub use error::MachineError;

@@ -53,6 +53,10 @@ pub enum InputFault {
     ProducerGone,
     /// The verdict is too late after its sample.
     VerdictLate,
+    /// A session was announced that the monitor refuses to follow.
+    SessionRefused,
+    /// The latched alarm is not on the disk: a power cut would lose it.
+    AlarmUnsaved,
 }
 
 impl InputFault {
@@ -89,7 +93,9 @@ impl InputFault {
             | Self::WrongSource
             | Self::WrongMachine
             | Self::ProducerGone
-            | Self::VerdictLate => false,
+            | Self::VerdictLate
+            | Self::SessionRefused
+            | Self::AlarmUnsaved => false,
         }
     }
 }

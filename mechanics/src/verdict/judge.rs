@@ -2,6 +2,7 @@
 
 use super::alarm::Alarm;
 use super::input_fault::{InputFault, InputFaults};
+use super::latch::Latch;
 use super::level::Level;
 use super::limits::{GOOD_ROWS, HOLD_NS, PERSISTENT, START_UP_NS};
 use crate::machine::LimitsSpec;
@@ -72,8 +73,12 @@ pub struct Judge {
     held: HeldProblems,
     /// Consecutive rows in danger before the failure, if there is one.
     danger_rows: u32,
-    latched: Option<Level>,
-    is_acknowledged: bool,
+    latch: Latch,
+    /// Whether a known level below the latched one has been reached since the alarm was raised.
+    is_over: bool,
+    /// Whether the alarm was taken over and no alarm was raised since.
+    is_inherited: bool,
+    alarms: u64,
     verdict: Verdict,
 }
 
@@ -106,8 +111,10 @@ impl Judge {
             caution_ns: None,
             held: HeldProblems::default(),
             danger_rows: 0,
-            latched: None,
-            is_acknowledged: false,
+            latch: Latch::default(),
+            is_over: false,
+            is_inherited: false,
+            alarms: 0,
             verdict: Verdict::default(),
         }
     }
@@ -118,11 +125,26 @@ impl Judge {
         self.verdict
     }
 
-    /// Takes over an unacknowledged alarm from the preceding judge.
-    pub fn succeed(&mut self, before: &Self) {
-        self.latched = before.latched;
-        self.is_acknowledged = before.is_acknowledged;
-        self.verdict.latched_level = before.latched.unwrap_or_default();
+    /// The latched alarm.
+    #[must_use]
+    pub fn latch(&self) -> Latch {
+        self.latch
+    }
+
+    /// Number of alarms raised so far. A larger number is another alarm: an acknowledgement of the one before does
+    /// not count for it.
+    #[must_use]
+    pub fn alarms(&self) -> u64 {
+        self.alarms
+    }
+
+    /// Takes over a latched alarm before the first row: from the session before, or from the disk. Whether it is over
+    /// is not known until a row says so.
+    pub fn resume(&mut self, latch: Latch) {
+        self.latch = latch;
+        self.is_over = false;
+        self.is_inherited = latch.level.is_some();
+        self.verdict.latched_level = latch.over(self.verdict.level);
     }
 
     /// The verdict between rows: that of the last row, or worse because of conditions found since. It is held from
@@ -185,10 +207,10 @@ impl Judge {
         }
         let level = self.level(is_ready);
         let model_failed = standing == RowAssessment::Failed && !row.reasons.leave_state_unknown();
-        self.latch(level, model_failed, row.is_acknowledged);
+        self.update_latch(level, model_failed, row.is_acknowledged);
         self.verdict = Verdict {
             level,
-            latched_level: self.latched.map_or(level, |latched| latched.max(level)),
+            latched_level: self.latch.over(level),
             held: self.held,
         };
         self.verdict
@@ -287,16 +309,26 @@ impl Judge {
         }
     }
 
-    fn latch(&mut self, level: Level, model_failed: bool, is_acknowledged: bool) {
-        let begins = level == Level::Danger || model_failed;
-        if begins && self.latched.is_none_or(|latched| latched < level) {
-            self.latched = Some(level);
-            self.is_acknowledged = false;
+    /// Raises, acknowledges and releases the latched alarm. An alarm that begins again after it was over, or after it was
+    /// taken over, is another alarm. An unknown level does not end an alarm.
+    fn update_latch(&mut self, level: Level, model_failed: bool, is_acknowledged: bool) {
+        // of the alarm before this row: that of this row nobody has seen
+        if is_acknowledged {
+            self.latch.acknowledge();
         }
-        self.is_acknowledged |= is_acknowledged && self.latched.is_some();
-        if self.is_acknowledged && self.latched.is_some_and(|latched| level < latched) {
-            self.latched = None;
-            self.is_acknowledged = false;
+        let begins = level == Level::Danger || model_failed;
+        let is_higher = self.latch.level.is_none_or(|latched| latched < level);
+        if begins && (is_higher || self.is_over || self.is_inherited) {
+            self.latch = Latch::raised(self.latch.over(level));
+            self.is_over = false;
+            self.is_inherited = false;
+            self.alarms += 1;
+        }
+        let is_below = self.latch.level.is_some_and(|latched| level < latched);
+        self.is_over |= is_below && level != Level::Unknown;
+        if self.latch.is_acknowledged && self.is_over {
+            self.latch = Latch::default();
+            self.is_over = false;
         }
     }
 }
@@ -522,6 +554,50 @@ mod tests {
         assert_eq!(run.acknowledge(1.2).latched_level, Level::Danger);
         run.good(0.1, 200);
         assert_eq!(run.judge.verdict().latched_level, Level::Safe);
+    }
+
+    #[test]
+    fn acknowledgement_of_one_alarm_does_not_clear_the_next() {
+        let mut run = Run::new();
+        run.good(0.1, 20);
+        run.good(1.2, 1);
+        run.good(0.1, 200);
+        assert_eq!(run.judge.alarms(), 1);
+        // The same level again, after the first was over: another alarm.
+        run.good(1.2, 1);
+        assert_eq!(run.judge.alarms(), 2);
+        run.acknowledge(1.2);
+        assert!(run.judge.latch().is_acknowledged);
+        run.good(0.1, 200);
+        assert_eq!(run.judge.latch(), Latch::default());
+        // An alarm that goes on is one alarm.
+        run.good(1.2, 50);
+        assert_eq!(run.judge.alarms(), 3);
+    }
+
+    #[test]
+    fn inherited_alarm_ends_at_a_known_lower_level_once_acknowledged() {
+        let mut run = Run::new();
+        run.judge.resume(Latch::raised(Level::Danger));
+        assert_eq!(run.judge.verdict().latched_level, Level::Danger);
+        let verdict = run.acknowledge(0.1);
+        assert_eq!(
+            (verdict.level, verdict.latched_level),
+            (Level::Unknown, Level::Danger)
+        );
+        assert!(run.judge.latch().is_acknowledged);
+        run.good(0.1, 20);
+        assert_eq!(run.judge.latch(), Latch::default());
+        // The first danger after a restart is another alarm than the one acknowledged before.
+        let mut run = Run::new();
+        run.judge.resume(Latch {
+            is_acknowledged: true,
+            ..Latch::raised(Level::Danger)
+        });
+        run.good(1.2, 1);
+        assert_eq!(run.judge.latch(), Latch::raised(Level::Danger));
+        run.good(0.1, 200);
+        assert_eq!(run.judge.verdict().latched_level, Level::Danger);
     }
 
     #[test]

@@ -14,11 +14,13 @@
 mod alarm;
 mod input_fault;
 mod judge;
+mod latch;
 mod level;
 mod lift_off;
 pub mod limits;
 
 pub use input_fault::{InputFault, InputFaults};
 pub use judge::{Conditions, HeldProblems, Judge, RowFacts, Verdict};
+pub use latch::Latch;
 pub use level::Level;
 pub use lift_off::{LiftOff, LiftOffForecast};

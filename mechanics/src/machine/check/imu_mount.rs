@@ -12,6 +12,9 @@ const CONFLICT_M: f64 = 1e-3;
 /// Angle between them beyond which they conflict (rad).
 const CONFLICT_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
+/// Beginning of every note on conflicting mounting poses of the IMU. Live programs refuse them.
+pub const IMU_CONFLICT: &str = "Conflicting mounting poses of the IMU";
+
 impl Checker<'_> {
     /// The mounting of the IMU, and descriptions of conflicts between its sources.
     pub(super) fn imu(&self) -> Result<(Mount, Vec<String>), MachineError> {
@@ -92,7 +95,7 @@ fn conflict(used: &Mount, other: &Mount) -> Option<String> {
         return None;
     };
     Some(format!(
-        "Conflicting mounting poses of the IMU: used {}; {} places it {how}.",
+        "{IMU_CONFLICT}: used {}; {} places it {how}.",
         used.source, other.source
     ))
 }

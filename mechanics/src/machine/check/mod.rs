@@ -20,3 +20,4 @@ mod wheels;
 
 pub use checker::LogFacts;
 pub use doubts::UNCONFIRMED;
+pub use imu_mount::IMU_CONFLICT;

@@ -1,0 +1,275 @@
+//! An alarm stays until somebody who has seen it acknowledges it: over the end of a session, a restart of the monitor and
+//! a kill, and whatever else arrives as an acknowledgement.
+
+use std::time::Duration;
+
+use tipwatch_live::alarm::AlarmFile;
+use tipwatch_live::node::{LiveNode, Sender};
+use tipwatch_live::wire::topics::{Head, Wire, WireAcknowledge, WireVerdict};
+use tipwatch_mechanics::verdict::{InputFault, Latch, Level};
+
+use crate::support::World;
+use crate::support::feed::{Feed, Time};
+use crate::support::killing::Reading;
+use crate::support::producing::Producing;
+use crate::support::steered::Steered;
+
+/// A wheel of this machine lifts at 1 s and comes down again.
+const MACHINE: &str = "tiny_lift";
+
+struct Bench {
+    feed: Feed<Steered>,
+    node: LiveNode,
+    world: World,
+}
+
+impl Bench {
+    fn new(test: &str) -> Self {
+        let world = World::new(test);
+        let node = world.join();
+        let feed = feed(&node, Steered::monitor(&world, MACHINE));
+        Self { feed, node, world }
+    }
+
+    /// The alarm is raised and over: a verdict that carries it.
+    fn raised(test: &str) -> (Self, WireVerdict) {
+        let mut bench = Self::new(test);
+        bench.feed.send(1060);
+        let verdict = bench.last();
+        assert_eq!(verdict.latched_level, Level::Danger as u32);
+        assert!(
+            verdict.level < Level::Danger as u32,
+            "{:?}",
+            verdict.verdict()
+        );
+        (bench, verdict)
+    }
+
+    /// The newest verdict.
+    fn last(&mut self) -> WireVerdict {
+        last(&mut self.feed)
+    }
+
+    fn acknowledger(&self) -> Sender<WireAcknowledge> {
+        self.node.sender(0, 0).unwrap()
+    }
+}
+
+fn feed(node: &LiveNode, time: Steered) -> Feed<Steered> {
+    let mut feed = Feed::new(node, MACHINE, time);
+    feed.wait_for_monitor();
+    feed
+}
+
+/// The newest verdict.
+fn last(feed: &mut Feed<Steered>) -> WireVerdict {
+    feed.time.pass(Duration::from_millis(1));
+    let mut last = None;
+    while last.is_none() {
+        while let Some(verdict) = feed.verdicts.receive(|v| *v).unwrap() {
+            last = Some(verdict);
+        }
+        // without samples there is one every 20 ms
+        feed.time.pass(Duration::from_millis(1));
+    }
+    last.unwrap()
+}
+
+#[test]
+fn alarm_outlives_the_end_of_its_session() {
+    let (mut bench, _) = Bench::raised("end");
+    bench.feed.end();
+    // without a session too
+    assert_eq!(bench.last().latch(), Latch::raised(Level::Danger));
+    let Feed { time, producer, .. } = bench.feed;
+    drop(producer);
+    let mut next = feed(&bench.node, time);
+    next.send(100);
+    let verdict = last(&mut next);
+    assert_eq!(verdict.latched_level, Level::Danger as u32);
+    assert_eq!(verdict.inherited_alarm, Level::Danger as u32);
+}
+
+#[test]
+fn alarm_outlives_a_restart_of_the_monitor() {
+    let (mut bench, before) = Bench::raised("restart");
+    bench.feed.time.stop_monitor();
+    bench.feed.time.start_monitor();
+    bench.feed.wait_for_monitor();
+    let verdict = bench.last();
+    assert_ne!(verdict.source, before.source);
+    assert_eq!(verdict.latch(), Latch::raised(Level::Danger));
+    assert!(verdict.latched_level >= Level::Danger as u32);
+    // an acknowledgement goes to the monitor that is there
+    let mut sender = bench.acknowledger();
+    let mut old = WireAcknowledge::of(&before);
+    sender.send_for(before.machine_hash, &mut old).unwrap();
+    bench.feed.send(5);
+    assert_eq!(bench.last().latch(), Latch::raised(Level::Danger));
+    let mut new = WireAcknowledge::of(&verdict);
+    sender.send_for(verdict.machine_hash, &mut new).unwrap();
+    bench.feed.send(5);
+    // it has not seen yet that the alarm is over, nor has the next one
+    for _ in 0..2 {
+        let latch = bench.last().latch();
+        assert_eq!(
+            (latch.level, latch.is_acknowledged),
+            (Some(Level::Danger), true)
+        );
+        bench.feed.time.stop_monitor();
+        bench.feed.time.start_monitor();
+        bench.feed.find(|_| false);
+    }
+}
+
+#[test]
+fn alarm_outlives_a_kill() {
+    let world = World::new("killed");
+    let node = world.join();
+    let machine = crate::support::data("tiny_lift.toml");
+    let producing = Producing::start(&world.address(), MACHINE);
+    let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
+    let reading = Reading::new(&node);
+    let raised = reading.wait_for("the alarm", |verdict| verdict.alarm != 0);
+    let file = AlarmFile::new(world.state.path(), raised.machine_hash, "hdmm_rigid");
+    // the time that a write to the disk takes
+    for _ in 0..500 {
+        if file.read().unwrap() != Latch::default() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    monitor.kill();
+    node.remove_dead_nodes();
+    let _monitor = world.monitor(&machine, &["--quiet", "--stay"]);
+    let first = reading.wait_for("a new monitor", |verdict| verdict.source != raised.source);
+    assert_eq!(first.alarm, Level::Danger as u32);
+    assert!(first.latched_level >= Level::Danger as u32);
+    producing.end();
+}
+
+#[test]
+fn only_an_acknowledgement_of_the_alarm_counts() {
+    let (mut bench, seen) = Bench::raised("forged");
+    let good = |change: &dyn Fn(&mut WireAcknowledge)| {
+        let mut message = WireAcknowledge::of(&seen);
+        message.seal(Head {
+            machine_hash: seen.machine_hash,
+            ..Head::default()
+        });
+        change(&mut message);
+        message
+    };
+    let again = |message: &mut WireAcknowledge| message.seal(message.head());
+    let forged: [(&str, WireAcknowledge); 7] = [
+        ("zeros", WireAcknowledge::blank()),
+        ("checksum", good(&|message| message.checksum ^= 1)),
+        ("magic", good(&|message| message.magic ^= 1)),
+        (
+            "machine",
+            good(&|message| {
+                message.machine_hash ^= 1;
+                again(message);
+            }),
+        ),
+        (
+            "another monitor",
+            good(&|message| {
+                message.verdict_source ^= 1;
+                again(message);
+            }),
+        ),
+        (
+            "before the alarm",
+            good(&|message| {
+                message.verdict_sequence = seen.alarm_sequence - 1;
+                again(message);
+            }),
+        ),
+        (
+            "not published yet",
+            good(&|message| {
+                message.verdict_sequence = u64::MAX;
+                again(message);
+            }),
+        ),
+    ];
+    let sender = bench.acknowledger();
+    for (what, message) in &forged {
+        sender.send_raw(message).unwrap();
+        bench.feed.send(3);
+        assert_eq!(bench.last().latch(), Latch::raised(Level::Danger), "{what}");
+    }
+    sender.send_raw(&good(&|_| ())).unwrap();
+    bench.feed.send(5);
+    assert_eq!(bench.last().latch(), Latch::default());
+}
+
+#[test]
+fn acknowledgement_without_a_session_is_of_the_alarm_before() {
+    let (mut bench, _) = Bench::raised("idle");
+    bench.feed.end();
+    bench.feed.find(|_| false);
+    let idle = bench.last();
+    assert_eq!(idle.session, 0);
+    let mut sender = bench.acknowledger();
+    let mut message = WireAcknowledge::of(&idle);
+    sender.send_for(idle.machine_hash, &mut message).unwrap();
+    bench.feed.time.pass(Duration::from_millis(1));
+    bench.feed.find(|_| false);
+    let acknowledged = bench.last();
+    // nobody knows whether it is over
+    assert_eq!(acknowledged.alarm, Level::Danger as u32);
+    assert_eq!(acknowledged.alarm_acknowledged, 1);
+    let Feed { time, producer, .. } = bench.feed;
+    drop(producer);
+    let mut next = feed(&bench.node, time);
+    next.send(50);
+    let inherited = last(&mut next);
+    assert_eq!(inherited.inherited_acknowledged, 1);
+    // the wheel lifts again
+    next.send(1010);
+    let raised = last(&mut next);
+    assert_eq!(raised.latch(), Latch::raised(Level::Danger));
+    assert!(raised.alarm_sequence > inherited.sequence);
+}
+
+#[test]
+fn damaged_alarm_file_counts_as_an_alarm() {
+    let bench = Bench::new("damaged");
+    let hash = bench.feed.hash;
+    let Bench { world, node, feed } = bench;
+    let Feed {
+        mut time, producer, ..
+    } = feed;
+    drop(producer);
+    time.stop_monitor();
+    let file = AlarmFile::new(world.state.path(), hash, "hdmm_rigid");
+    for damage in ["", "tipwatch-alarm 1 0000000000000000 none 0 00000000\n"] {
+        std::fs::write(file.path(), damage).unwrap();
+        time.start_monitor();
+        let mut next = self::feed(&node, time);
+        let verdict = last(&mut next);
+        assert_eq!(verdict.latch(), Latch::raised(Level::Fault), "{damage:?}");
+        assert_eq!(verdict.latched_level, Level::Fault as u32);
+        let producer;
+        Feed { time, producer, .. } = next;
+        drop(producer);
+        time.stop_monitor();
+    }
+}
+
+#[test]
+fn alarm_that_cannot_be_saved_is_a_caution() {
+    let mut world = World::new("unsaved");
+    // a folder below a file
+    let blocked = world.state.path().join("blocked");
+    std::fs::write(&blocked, "").unwrap();
+    let good = std::mem::replace(&mut world.state_folder, blocked);
+    let mut feed = feed(&world.join(), Steered::monitor(&world, MACHINE));
+    feed.send(100);
+    let verdict = last(&mut feed);
+    assert!(verdict.conditions().cautions.has(InputFault::AlarmUnsaved));
+    assert!(verdict.level >= Level::Warning as u32);
+    drop(good);
+}

@@ -1,0 +1,170 @@
+//! The machine file says what is needed: a session that lacks a bound sensor or contradicts the file is refused, and a
+//! client sees why.
+
+use std::path::Path;
+use std::time::Duration;
+
+use tipwatch_binding::{MachineFile, Urdf};
+use tipwatch_live::node::Receiver;
+use tipwatch_live::replay::LogSamples;
+use tipwatch_live::wire::refusal::{Refusal, SessionRefused};
+use tipwatch_live::wire::session::{Session, Untimed, open_session};
+use tipwatch_live::wire::topics::{WireRefusal, WireSession, WireVerdict};
+use tipwatch_mechanics::verdict::{InputFault, Level};
+
+use crate::support::feed::{Feed, Time, machine, samples};
+use crate::support::steered::Steered;
+use crate::support::{World, data};
+
+type Change = fn(&mut Session);
+
+/// Why a changed session of this machine is refused; `None` if it is not.
+fn refused(session: &Session, file: &MachineFile, urdf: &Urdf) -> Option<SessionRefused> {
+    let wire = WireSession::try_from(session).unwrap();
+    let opened = open_session(&wire, file, urdf, Untimed::Refused);
+    opened.err().map(|error| SessionRefused::of(&error))
+}
+
+#[test]
+fn session_that_contradicts_the_machine_file_is_refused() {
+    let (file, urdf) = machine("tiny_lift");
+    let (LogSamples { session, .. }, _) = samples("tiny_lift");
+    assert_eq!(refused(&session, &file, &urdf), None);
+    let changes: [(Refusal, &str, Change); 11] = [
+        (Refusal::OtherMachine, "hash", |s| s.machine_hash ^= 1),
+        (Refusal::Untimed, "pace 0", |s| s.pace = 0.0),
+        (Refusal::Damaged, "pace", |s| s.pace = f64::NAN),
+        (Refusal::SensorMissing, "no imu", |s| s.imu = false),
+        (Refusal::SensorMissing, "no odometry", |s| {
+            s.odometry = false;
+        }),
+        (Refusal::SensorUnknown, "joint 3", |s| {
+            s.actuated_joints = vec![3];
+        }),
+        (Refusal::Joints, "joint", |s| s.streams = Vec::new()),
+        (Refusal::Joints, "slew", |s| {
+            s.streams[0].retain(|joint| joint != "slew");
+        }),
+        (Refusal::Joints, "\"gripper\"", |s| {
+            s.streams[0].push("gripper".into());
+        }),
+        (Refusal::Joints, "twice", |s| {
+            s.streams[0].push("slew".into());
+        }),
+        // a link of the URDF that is elsewhere than [imu]
+        (Refusal::ImuMounting, "mounting", |s| {
+            s.imu_frame = Some("arm_slew".into());
+        }),
+    ];
+    for (reason, words, change) in changes {
+        let mut changed = session.clone();
+        change(&mut changed);
+        let found = refused(&changed, &file, &urdf).unwrap_or_else(|| panic!("{words}"));
+        assert_eq!(found.reason, reason, "{}", found.text);
+        assert!(found.text.contains(words), "{words}: {}", found.text);
+    }
+}
+
+/// A machine file of the test data with more text, and its session.
+fn extended(folder: &Path, change: impl FnOnce(String) -> String) -> (MachineFile, Urdf, Session) {
+    let path = folder.join("machine.toml");
+    let text = std::fs::read_to_string(data("tiny_lift.toml")).unwrap();
+    std::fs::write(&path, change(text)).unwrap();
+    std::fs::copy(data("tiny_lift.urdf"), folder.join("tiny_lift.urdf")).unwrap();
+    let file = MachineFile::read(&path).unwrap();
+    let urdf = file.urdf(None, None).unwrap();
+    let (LogSamples { session, .. }, _) = samples("tiny_lift");
+    let machine_hash = tipwatch_live::wire::session::machine_hash(&file, &urdf);
+    let session = Session {
+        machine_hash,
+        ..session
+    };
+    (file, urdf, session)
+}
+
+#[test]
+fn bound_tool_wrench_is_required() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, urdf, mut session) = extended(folder.path(), |text| {
+        text.replace("odometry = ", "tool_wrench = \"/tool\"\nodometry = ")
+    });
+    session.tool_wrench = true;
+    assert_eq!(refused(&session, &file, &urdf), None);
+    session.tool_wrench = false;
+    let found = refused(&session, &file, &urdf).unwrap();
+    assert_eq!(found.reason, Refusal::SensorMissing);
+    assert!(found.text.contains("no tool wrench"), "{}", found.text);
+}
+
+#[test]
+fn imu_whose_mounting_nobody_knows_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, urdf, mut session) = extended(folder.path(), |text| {
+        let (before, after) = text.split_once("[imu]").unwrap();
+        let (_, after) = after.split_once("\n[wheels.FL]").unwrap();
+        format!("{before}[wheels.FL]{after}")
+    });
+    session.imu_frame = Some("/arm_slew".into());
+    assert_eq!(refused(&session, &file, &urdf), None);
+    for frame in [None, Some("somewhere".to_string())] {
+        session.imu_frame = frame;
+        let found = refused(&session, &file, &urdf).unwrap();
+        assert_eq!(found.reason, Refusal::ImuMounting, "{}", found.text);
+    }
+}
+
+#[test]
+fn client_sees_why_a_session_is_refused() {
+    let world = World::new("refused");
+    let node = world.join();
+    let refusals: Receiver<WireRefusal> = node.receiver().unwrap();
+    let time = Steered::monitor(&world, "tiny_lift");
+    let mut feed = Feed::with(&node, "tiny_lift", time, |session| session.odometry = false);
+    let is_told = |verdict: &WireVerdict| {
+        verdict.refusal == Refusal::SensorMissing as u32
+            && verdict.conditions().faults.has(InputFault::SessionRefused)
+            && verdict.level == Level::Fault as u32
+    };
+    let told = feed.wait_for(Duration::from_millis(100), is_told).unwrap();
+    assert_eq!((told.refused_session, told.session), (feed.source, 0));
+    let refusal = refusals.receive(|message| *message).unwrap().unwrap();
+    assert_eq!(refusal.session, feed.source);
+    assert!(
+        refusal.text().contains("found no odometry"),
+        "{}",
+        refusal.text()
+    );
+    // its samples give no rows
+    feed.send(300);
+    feed.time.pass(Duration::from_millis(100));
+    while let Some(verdict) = feed.verdicts.receive(|v| *v).unwrap() {
+        assert!(is_told(&verdict));
+    }
+    // late joiners see it too
+    let late: Receiver<WireRefusal> = node.receiver().unwrap();
+    feed.time.pass(Duration::from_millis(10));
+    let kept = late.receive(|message| message.session).unwrap();
+    assert_eq!(kept, Some(feed.source));
+    // and the next session is followed
+    let Feed { time, producer, .. } = feed;
+    drop(producer);
+    let mut next = Feed::new(&node, "tiny_lift", time);
+    next.wait_for_monitor();
+    next.send(50);
+    let last = std::iter::from_fn(|| next.verdicts.receive(|v| *v).unwrap()).last();
+    let last = last.unwrap();
+    assert_eq!((last.refusal, last.refused_session), (0, 0));
+}
+
+#[test]
+fn monitor_refuses_an_untimed_session_and_says_so() {
+    let world = World::new("pace0");
+    let monitor = world.monitor(&data("tiny.toml"), &["--json"]);
+    let mut replay = world.replay("tiny", &["--speed", "max", "--wait", "60"]);
+    let monitor = monitor.end();
+    assert_eq!(monitor.status.code(), Some(1));
+    assert!(monitor.err.contains("--allow-untimed"), "{}", monitor.err);
+    assert!(monitor.out.contains("session_refused"), "{}", monitor.out);
+    assert!(!monitor.out.contains("\"event\":\"row\""));
+    let _ = replay.child.kill();
+}
