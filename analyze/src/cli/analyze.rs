@@ -7,14 +7,16 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal, Usage, exit_of};
-use super::options::{AnalysisArgs, PolicyArgs};
+use super::options::{AnalysisArgs, CaseArgs, PolicyArgs};
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
 use crate::analysis::run;
 use crate::base::options::{ColumnGroup, MoreColumns, Options};
 use crate::base::progress::Progress;
+use crate::base::provenance::FileHash;
 use crate::output;
 use crate::output::Outputs;
+use crate::output::custody::{self, Files, Origin};
 use crate::policy::facts::{LogFacts, event_facts};
 use crate::policy::{Judgement, Policy};
 use crate::report;
@@ -50,6 +52,50 @@ pub(super) struct AnalyzeArgs {
     outputs: Outputs,
     #[command(flatten)]
     policy: PolicyArgs,
+    #[command(flatten)]
+    case: CaseArgs,
+    /// The recorded analysis that is repeated.
+    #[arg(skip)]
+    repeated: Option<Repeated>,
+}
+
+/// What a repeated analysis takes from its record.
+#[derive(Debug, Clone)]
+struct Repeated {
+    origin: Origin,
+    program_sha256: Option<String>,
+}
+
+impl AnalyzeArgs {
+    /// Repeats the analysis of one log in another folder, under its recorded origin.
+    pub(super) fn repeat(
+        &mut self,
+        log: &Path,
+        out: &Path,
+        origin: Origin,
+        program: Option<&FileHash>,
+    ) {
+        self.logs = vec![log.into()];
+        self.out = out.into();
+        self.repeated = Some(Repeated {
+            origin,
+            program_sha256: program.map(|file| file.sha256.clone()),
+        });
+    }
+
+    /// Notes where an analysis comes from.
+    fn note_origin(&self, analysis: &mut Analysis) {
+        let Some(repeated) = &self.repeated else {
+            return self.case.origin().note(analysis);
+        };
+        repeated.origin.note(analysis);
+        if let (Some(program), Some(sha256)) =
+            (&mut analysis.provenance.program, &repeated.program_sha256)
+        {
+            // another build must differ in nothing else
+            program.sha256.clone_from(sha256);
+        }
+    }
 }
 
 pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
@@ -72,19 +118,11 @@ pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
     let policy = args.policy.policy()?;
     let mut exit = Exit::Done;
     for (log, out) in args.logs.iter().zip(out_folders(&args.logs, &args.out)?) {
-        let one = analyze_one(
-            log,
-            &file,
-            options,
-            &out,
-            args.outputs,
-            policy.as_ref(),
-            terminal,
-        )
-        .unwrap_or_else(|error| {
-            terminal.error(&error);
-            Exit::Failed
-        });
+        let one = analyze_one(log, &file, options, &out, args, policy.as_ref(), terminal)
+            .unwrap_or_else(|error| {
+                terminal.error(&error);
+                Exit::Failed
+            });
         exit = exit.max(one);
     }
     Ok(exit)
@@ -95,21 +133,32 @@ fn analyze_one(
     file: &MachineFile,
     options: Options,
     out: &Path,
-    outputs: Outputs,
+    args: &AnalyzeArgs,
     policy: Option<&Policy>,
     terminal: Terminal,
 ) -> Result<Exit> {
     let mut progress = Progress::new(log, terminal.quiet);
-    let analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
+    let mut analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
     progress.finish();
-    output::write(&analysis, out, outputs)?;
+    args.note_origin(&mut analysis);
+    let mut written = output::write(&analysis, out, args.outputs)?;
     let judgement =
         policy.map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis)));
     // only a policy file gets a result file; --fail-on is on the command line
     if let Some(judgement) = judgement.as_ref().filter(|j| j.policy_sha256.is_some()) {
         output::write_judgement(judgement, out)?;
+        written.push(output::JUDGEMENT);
     }
+    let files = Files {
+        log,
+        policy: args.policy.file(),
+        written: &written,
+    };
+    let record = custody::write(&analysis, files, out)?;
     report_findings(&analysis, out, terminal);
+    if terminal.verbose {
+        terminal.print(&format!("custody.json: SHA-256 {record}"));
+    }
     let violated: Vec<_> = judgement.iter().flat_map(Judgement::violated).collect();
     for rule in &violated {
         terminal.print(&format!("rule violated: {}: {}", rule.rule, rule.found));

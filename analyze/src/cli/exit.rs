@@ -11,6 +11,10 @@ const FAILED: u8 = 1;
 const LOST: u8 = 3;
 /// Exit code: a condition of `--fail-on` was met, or the policy was violated.
 const CONDITION_MET: u8 = 4;
+/// Exit code: a repeated analysis did not give the same bits.
+const DIFFERS: u8 = 6;
+/// Exit code: an analysis cannot be repeated as it was recorded.
+const NOT_VERIFIABLE: u8 = 7;
 
 /// How a command ended, from good to bad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -18,6 +22,8 @@ pub(super) enum Exit {
     Done,
     Lost,
     ConditionMet,
+    Differs,
+    NotVerifiable,
     Failed,
 }
 
@@ -27,6 +33,8 @@ impl From<Exit> for ExitCode {
             Exit::Done => Self::SUCCESS,
             Exit::Lost => Self::from(LOST),
             Exit::ConditionMet => Self::from(CONDITION_MET),
+            Exit::Differs => Self::from(DIFFERS),
+            Exit::NotVerifiable => Self::from(NOT_VERIFIABLE),
             Exit::Failed => Self::from(FAILED),
         }
     }

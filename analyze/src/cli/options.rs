@@ -1,12 +1,13 @@
 //! Shared options: how to analyse logs, and when to fail.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
 
 use crate::base::options::{ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options};
 use crate::events::EventKind;
+use crate::output::custody::Origin;
 use crate::policy::Policy;
 
 /// How to analyse logs.
@@ -42,6 +43,31 @@ impl AnalysisArgs {
     }
 }
 
+/// Whose analysis it is.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct CaseArgs {
+    /// Case number or name, for report, summary and custody.json.
+    #[arg(long, value_name = "TEXT")]
+    pub(super) case: Option<String>,
+    /// Name of the examiner, for report, summary and custody.json.
+    #[arg(long, value_name = "NAME")]
+    pub(super) examiner: Option<String>,
+}
+
+impl CaseArgs {
+    /// The command line of this process, with case and examiner.
+    pub(super) fn origin(&self) -> Origin {
+        let arguments = std::env::args_os();
+        Origin {
+            command_line: arguments
+                .map(|argument| argument.to_string_lossy().into_owned())
+                .collect(),
+            case: self.case.clone(),
+            examiner: self.examiner.clone(),
+        }
+    }
+}
+
 /// When to fail.
 #[derive(Debug, Args)]
 pub(super) struct PolicyArgs {
@@ -54,6 +80,11 @@ pub(super) struct PolicyArgs {
 }
 
 impl PolicyArgs {
+    /// The policy file.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.policy.as_deref()
+    }
+
     /// The policy; `None` if none was given.
     pub(super) fn policy(&self) -> Result<Option<Policy>> {
         match &self.policy {
