@@ -144,12 +144,33 @@ pub(super) fn limitations(analysis: &Analysis) -> Markup {
 /// Where everything comes from.
 pub(super) fn provenance(analysis: &Analysis) -> Markup {
     let from = &analysis.provenance;
-    let mut rows = vec![
-        ("Program", format!("tipwatch {}", from.tipwatch_version)),
-        ("Time of the analysis", from.analysed_at.clone()),
-        ("Log format", from.log_format.clone()),
-    ];
+    let mut rows = Vec::new();
+    rows.extend(from.case.clone().map(|case| ("Case", case)));
+    rows.extend(from.examiner.clone().map(|examiner| ("Examiner", examiner)));
+    let program = from.program.as_ref().map_or("hash unknown".into(), |file| {
+        format!("{} bytes, SHA-256 {}", file.bytes, file.sha256)
+    });
+    rows.push((
+        "Program",
+        format!("tipwatch {}, {program}", from.tipwatch_version),
+    ));
+    if !from.command_line.is_empty() {
+        rows.push(("Command line", from.command_line.join(" ")));
+        let elsewhere = "in custody.json beside this report, with the hash of this report and of every \
+            other output; `tipwatch verify` repeats the analysis and compares them";
+        rows.push(("Time of the analysis", elsewhere.into()));
+    }
+    rows.push(("Log format", from.log_format.clone()));
     rows.extend(from.log.iter().map(|file| ("Log file", hash(file))));
+    rows.extend(from.recovered_from.iter().map(|origin| {
+        let files: Vec<String> = origin.files.iter().map(hash).collect();
+        let (files, lost) = (files.join("; "), origin.bytes_lost);
+        let by = format!(
+            "by tipwatch {}; {lost} bytes were lost",
+            origin.tipwatch_version
+        );
+        ("Recovered from", format!("{files}, {by}"))
+    }));
     let limits = analysis.min_loads_n.as_ref();
     rows.extend([
         ("Machine file", hash(&from.machine_file)),
