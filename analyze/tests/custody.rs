@@ -92,12 +92,20 @@ fn custody_has_every_hash_the_command_the_case_and_the_examiner() {
 
 #[test]
 fn verify_repeats_an_analysis_bit_for_bit_and_finds_an_altered_output() {
-    let folder = analysed(&["--case", "7", "--rate", "20", "--fail-on", "tip_over"]);
+    let folder = analysed(&[
+        "--case",
+        "7",
+        "--rate",
+        "20",
+        "--fail-on",
+        "tip_over",
+        "--pdf",
+    ]);
     let (code, messages) = verify(folder.path());
     assert_eq!(code, 0, "{messages}");
     assert_eq!(
         messages.matches("reproduced bit for bit").count(),
-        6,
+        7,
         "{messages}"
     );
 

@@ -50,6 +50,9 @@ pub(super) struct AnalyzeArgs {
     /// Which files to write.
     #[arg(long, value_enum, default_value_t = Outputs::All)]
     outputs: Outputs,
+    /// Also write the report as PDF/A: `report.pdf`.
+    #[arg(long)]
+    pdf: bool,
     #[command(flatten)]
     policy: PolicyArgs,
     #[command(flatten)]
@@ -142,6 +145,10 @@ fn analyze_one(
     progress.finish();
     args.note_origin(&mut analysis);
     let mut written = output::write(&analysis, out, args.outputs)?;
+    if args.pdf {
+        output::write_pdf(&analysis, out)?;
+        written.push(output::PDF);
+    }
     let judgement =
         policy.map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis)));
     // only a policy file gets a result file; --fail-on is on the command line

@@ -22,6 +22,8 @@ const EVENTS: &str = "events.parquet";
 const SUMMARY: &str = "summary.json";
 const REPORT: &str = "report.html";
 const DERIVED: &str = "derived.mcap";
+/// The report on paper.
+pub const PDF: &str = "report.pdf";
 /// The judgement of a policy.
 pub const JUDGEMENT: &str = "policy.json";
 
@@ -108,6 +110,16 @@ fn write_report(analysis: &Analysis, folder: &Path) -> Result<String> {
     let page = report::render(analysis, PlotLibrary::Inside);
     write_text(&folder.join(REPORT), &page)?;
     Ok(page)
+}
+
+/// Writes the report as PDF/A-2b: `report.pdf`.
+///
+/// # Errors
+/// The report cannot be written as PDF/A, or the file cannot be written.
+pub fn write_pdf(analysis: &Analysis, folder: &Path) -> Result<()> {
+    let path = folder.join(PDF);
+    let bytes = report::render_pdf(analysis)?;
+    fs::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))
 }
 
 /// Writes the judgement of a policy: `policy.json`.

@@ -13,7 +13,7 @@ use crate::base::provenance::Provenance;
 use crate::events::EventCauses;
 
 /// Version of the document.
-pub const SCHEMA: u32 = 4;
+pub const SCHEMA: u32 = 5;
 
 /// The JSON schema (draft 2020-12) of the document.
 #[must_use]
