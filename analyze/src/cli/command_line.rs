@@ -79,7 +79,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Stabilise(args) => stabilise::run(args),
         Command::Recover(args) => recover::run(args, terminal),
         Command::Demo(args) => demo::run(args, terminal),
-        Command::Verify(args) => verify::run(args, terminal),
+        Command::Verify(args) => verify::run(args, terminal, recorded_analysis),
         Command::Schema => to_stdout(&summary::json_schema()).map(|()| Exit::Done),
         Command::Completions { shell } => {
             clap_complete::generate(
@@ -108,7 +108,7 @@ pub fn run(cli: &Cli) -> ExitCode {
 ///
 /// # Errors
 /// The recorded command line is none of `analyze` or `demo`.
-pub(super) fn recorded_analysis(record: &Custody) -> anyhow::Result<AnalyzeArgs> {
+fn recorded_analysis(record: &Custody) -> anyhow::Result<AnalyzeArgs> {
     let analysis_of_demo = [
         "tipwatch",
         "analyze",

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
-use super::analyze;
-use super::command_line::recorded_analysis;
+use super::analyze::{self, AnalyzeArgs};
 use super::exit::{Exit, Terminal};
 use crate::base::provenance::program;
 use crate::output::custody::{Custody, Origin, RECORD};
@@ -21,7 +20,10 @@ pub(super) struct VerifyArgs {
     other_build: bool,
 }
 
-pub(super) fn run(args: &VerifyArgs, terminal: Terminal) -> Result<Exit> {
+/// The arguments of a recorded analysis.
+type Recorded = fn(&Custody) -> Result<AnalyzeArgs>;
+
+pub(super) fn run(args: &VerifyArgs, terminal: Terminal, recorded: Recorded) -> Result<Exit> {
     let folder = std::path::absolute(&args.folder)
         .with_context(|| format!("{}: cannot be found", args.folder.display()))?;
     let record = Custody::read(&folder)?;
@@ -34,7 +36,7 @@ pub(super) fn run(args: &VerifyArgs, terminal: Terminal) -> Result<Exit> {
         terminal.print("not verified: the analysis cannot be repeated as it was recorded");
         return Ok(Exit::NotVerifiable);
     }
-    let again = repeat(&record, &base)?;
+    let again = repeat(&record, &base, recorded)?;
     let altered = record.changed_outputs(&folder);
     let mut differs = !altered.is_empty();
     for change in &altered {
@@ -100,13 +102,13 @@ fn other_program(record: &Custody, other_build: bool) -> Option<String> {
 }
 
 /// Repeats the recorded analysis in a new folder.
-fn repeat(record: &Custody, base: &Path) -> Result<tempfile::TempDir> {
+fn repeat(record: &Custody, base: &Path, recorded: Recorded) -> Result<tempfile::TempDir> {
     let out = tempfile::tempdir().context("no temporary folder can be created")?;
     if base != Path::new("") {
         std::env::set_current_dir(base)
             .with_context(|| format!("{}: cannot be entered", base.display()))?;
     }
-    let mut args = recorded_analysis(record)
+    let mut args = recorded(record)
         .with_context(|| format!("{RECORD}: the recorded command line cannot be repeated"))?;
     let origin = Origin {
         command_line: record.command_line.clone(),

@@ -12,9 +12,7 @@ use krilla::paint::{Fill, Stroke};
 use krilla::surface::Surface;
 use krilla::text::TextDirection;
 
-use super::blocks::Block;
 use super::text::Letters;
-use super::{picture, table};
 
 /// A4 (points).
 pub(super) const PAGE: [f32; 2] = [595.28, 841.89];
@@ -73,29 +71,29 @@ impl<'d> Flow<'d> {
         self.paragraph(subtitle, TEXT, false, 0.0);
     }
 
-    pub(super) fn block(&mut self, block: &Block<'_>) {
-        match block {
-            Block::Heading(2, text) => {
-                self.y += 10.0;
-                // a heading never stands alone at the foot of a page
-                self.room(64.0);
-                self.headings
-                    .push((self.letters.known(text), self.pages.len() - 1, self.y));
-                self.paragraph(text, 12.5, true, 0.0);
-            }
-            Block::Heading(_, text) => {
-                self.y += 4.0;
-                self.room(48.0);
-                self.paragraph(text, 10.0, true, 0.0);
-            }
-            Block::Paragraph(text) => self.paragraph(text, TEXT, false, 0.0),
-            Block::Item(depth, text) => self.item(*depth, text),
-            Block::Table(cells) => table::add(self, cells),
-            Block::Pictures(pictures) => picture::add(self, pictures),
-        }
+    /// A heading of a section; it never stands alone at the foot of a page.
+    pub(super) fn heading(&mut self, text: &str) {
+        self.y += 10.0;
+        self.room(64.0);
+        let text_of_outline = self.letters.known(text);
+        let page = self.pages.len() - 1;
+        self.headings.push((text_of_outline, page, self.y));
+        self.paragraph(text, 12.5, true, 0.0);
     }
 
-    fn item(&mut self, depth: usize, text: &str) {
+    /// A heading within a section.
+    pub(super) fn small_heading(&mut self, text: &str) {
+        self.y += 4.0;
+        self.room(48.0);
+        self.paragraph(text, 10.0, true, 0.0);
+    }
+
+    pub(super) fn plain(&mut self, text: &str) {
+        self.paragraph(text, TEXT, false, 0.0);
+    }
+
+    /// An entry of a list at a depth from 0.
+    pub(super) fn item(&mut self, depth: usize, text: &str) {
         let indent = 10.0 * (depth + 1) as f32;
         self.room(TEXT * LEADING);
         let at = [indent - 8.0, self.y + TEXT];

@@ -12,6 +12,7 @@ use krilla::metadata::Metadata;
 use krilla::{Document, SerializeSettings};
 use maud::Markup;
 
+use self::blocks::Block;
 use self::flow::Flow;
 
 /// The document. The same content gives the same bytes: it has no date.
@@ -39,7 +40,14 @@ pub(super) fn render(title: &str, subtitle: &str, content: &Markup) -> Result<Ve
     let mut flow = Flow::new(&mut document, title)?;
     flow.title(title, subtitle);
     for block in &blocks {
-        flow.block(block);
+        match block {
+            Block::Heading(2, text) => flow.heading(text),
+            Block::Heading(_, text) => flow.small_heading(text),
+            Block::Paragraph(text) => flow.plain(text),
+            Block::Item(depth, text) => flow.item(*depth, text),
+            Block::Table(cells) => table::add(&mut flow, cells),
+            Block::Pictures(pictures) => picture::add(&mut flow, pictures),
+        }
     }
     flow.finish();
     document
