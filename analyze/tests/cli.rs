@@ -79,7 +79,7 @@ fn analyze_writes_all_outputs_and_prints_findings() {
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.path().join("summary.json")).unwrap())
             .unwrap();
-    assert_eq!(summary["schema"], 4);
+    assert_eq!(summary["schema"], 5);
     assert_eq!(summary["model"]["others"][0]["name"], "closed-form");
     assert_eq!(summary["sensitivity"]["wheel"], "rl");
     let kinds: Vec<_> = summary["events"]

@@ -41,6 +41,7 @@ fn words(page: &str) -> String {
         rest = &rest[start + end.unwrap() + 1..];
     }
     text.push_str(rest);
+    let text = text.replace("&quot;", "\"");
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -57,9 +58,9 @@ fn the_first_five_lines_answer_what_an_expert_asks() {
     let questions = [
         "Did it tip over? No tip-over in",
         "Which wheels left the ground? Under the stated load split, but not under every one",
-        "How sure is this? Confidence in \"wheel lift RL\": ",
+        "How sure is this? Confidence in \"wheel lift RR\": ",
         "Under which assumptions? Masses and geometry as stated",
-        "When was it? wheel lift at 20",
+        "When was it? Wheel lift RR at 20",
     ];
     let places: Vec<usize> = questions
         .iter()

@@ -176,7 +176,7 @@ fn certainty(analysis: &Analysis) -> String {
             );
             sentences.push(match event.certainty {
                 Some(certainty) => format!(
-                    "Confidence in \"{what}\": {}, from the stated uncertainties, given the assumptions below.",
+                    "Confidence in \"{what}\": {}, from the stated uncertainties, under the stated load split and the assumptions below.",
                     probability(certainty)
                 ),
                 None => format!("No confidence could be computed for \"{what}\"."),
@@ -240,6 +240,7 @@ fn assumptions(analysis: &Analysis) -> String {
 }
 
 fn when(analysis: &Analysis) -> String {
+    let scene = Scene::of(analysis);
     let calendar = Calendar::of(analysis);
     let times = &analysis.rows.times_ns;
     let (Some(first), Some(last)) = (
@@ -253,11 +254,13 @@ fn when(analysis: &Analysis) -> String {
         .collect();
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let event = events.first().and_then(|event| {
-        let what = crate::page::readable(event.kind.name());
-        Some(format!("{what} at {}; ", calendar.utc(event.start_ns)?))
+        let mut what = crate::page::readable(event.kind.name());
+        what[..1].make_ascii_uppercase();
+        let start = calendar.utc(event.start_ns)?;
+        Some(format!("{what} {} at {start}. ", scene.subject(event)))
     });
     format!(
-        "{}rows from {first} to {last}, {}.",
+        "{}Rows from {first} to {last}, {}.",
         event.unwrap_or_default(),
         calendar.source()
     )

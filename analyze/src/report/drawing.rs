@@ -129,9 +129,13 @@ impl Drawing {
         let level = from[0].max(to[0]) + self.metres(beside);
         self.measure(from, to, [level, from[1]], [level, to[1]]);
         let middle = [level, (from[1] + to[1]) / 2.0];
-        self.text(middle, [4.0, 2.0], Anchor::Start, name);
-        let text = format!("{:.2} m", (to[1] - from[1]).abs());
-        self.text(middle, [4.0, 2.0 - LETTERS], Anchor::Start, &text);
+        let length = format!("{:.2} m", (to[1] - from[1]).abs());
+        // short lines: there is little room beside a picture
+        let lines = name.split_inclusive(' ').map(str::trim_end);
+        for (line, text) in lines.chain([length.as_str()]).enumerate() {
+            let down = LETTERS * (line as f64 - 1.0);
+            self.text(middle, [4.0, -down], Anchor::Start, text);
+        }
     }
 
     fn measure(&mut self, from: Point, to: Point, start: Point, end: Point) {

@@ -5,6 +5,7 @@ use maud::{Markup, html};
 
 use super::findings::{finding_list, findings};
 use super::plots::{self, MOST_EVENTS};
+use super::when::Calendar;
 use super::{basis, charts, clocks, conclusion, explanations, moment, path, pdf, tables, worst};
 use crate::analysis::Analysis;
 use crate::page::{self, Document, Figure, MOST_POINTS, PlotLibrary, Plots, section};
@@ -53,7 +54,9 @@ pub fn render_pdf(analysis: &Analysis) -> Result<Vec<u8>> {
         (closing(analysis))
     };
     let content = html! { (content) (page::glossary(&content)) };
-    pdf::render(&title(analysis), &subtitle(analysis), &content)
+    let last_ns = analysis.rows.times_ns.last().copied().unwrap_or(0);
+    let date = Calendar::of(analysis).instant(last_ns).unwrap_or_default();
+    pdf::render(&title(analysis), &subtitle(analysis), date, &content)
 }
 
 fn title(analysis: &Analysis) -> String {

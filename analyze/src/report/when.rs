@@ -53,6 +53,12 @@ impl Calendar {
         Some(time.strftime("%Y-%m-%d %H:%M:%S%.2f UTC").to_string())
     }
 
+    /// The instant on the calendar; `None` if no clock tells it.
+    pub(crate) fn instant(self, time_ns: i64) -> Option<Timestamp> {
+        let (offset_ns, _) = self.known?;
+        Timestamp::from_nanosecond(i128::from(time_ns.saturating_add(offset_ns))).ok()
+    }
+
     /// By which clock, and what that means.
     pub(crate) fn source(self) -> &'static str {
         match self.known {
