@@ -1,21 +1,269 @@
-//! The report as a browser shows it.
+//! The report: its first lines, its tables, its pictures, on a page and on paper.
+
+use std::path::Path;
+
+use tempfile::TempDir;
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::events::{Event, EventKind, InputFault};
+use tipwatch_analyze::report::{PlotLibrary, render, render_pdf};
+use tipwatch_mechanics::machine::{FaultKind, Policy};
+use tipwatch_mechanics::state::{Reason, Reasons};
+
+use crate::support::{analysed, data};
+
+fn analysis(name: &str) -> Analysis {
+    analysed(
+        &data(&format!("{name}.mcap")),
+        &data(&format!("{name}.toml")),
+    )
+}
+
+fn page(analysis: &Analysis) -> String {
+    render(analysis, PlotLibrary::Beside("plots.js"))
+}
+
+/// What a reader sees of a page: no scripts, styles and tags.
+fn words(page: &str) -> String {
+    let mut text = String::new();
+    let mut rest = page;
+    while let Some(start) = rest.find('<') {
+        text.push_str(&rest[..start]);
+        text.push(' ');
+        let skip = ["script", "style"]
+            .into_iter()
+            .find(|name| rest[start + 1..].starts_with(name));
+        let end = match skip {
+            Some(name) => rest[start..]
+                .find(&format!("</{name}>"))
+                .map(|end| end + name.len() + 2),
+            None => rest[start..].find('>'),
+        };
+        rest = &rest[start + end.unwrap() + 1..];
+    }
+    text.push_str(rest);
+    let text = text.replace("&quot;", "\"");
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn section<'a>(page: &'a str, title: &str) -> &'a str {
+    let (_, behind) = page.split_once(&format!("<h2>{title}</h2>")).unwrap();
+    behind.split("<h2>").next().unwrap()
+}
+
+#[test]
+fn the_first_five_lines_answer_what_an_expert_asks() {
+    let analysis = analysis("swing_lift");
+    let page = page(&analysis);
+    let conclusion = words(section(&page, "Conclusion"));
+    let questions = [
+        "Did it tip over? No tip-over in",
+        "Which wheels left the ground? Under the stated load split, but not under every one",
+        "How sure is this? Confidence in \"wheel lift RR\": ",
+        "Under which assumptions? Masses and geometry as stated",
+        "When was it? Wheel lift RR at 20",
+    ];
+    let places: Vec<usize> = questions
+        .iter()
+        .map(|q| {
+            conclusion
+                .find(q)
+                .unwrap_or_else(|| panic!("{q}: {conclusion}"))
+        })
+        .collect();
+    assert!(places.is_sorted() && places[0] == 0);
+    assert!(page.find("<h2>Conclusion").unwrap() < page.find("<h2>Findings").unwrap());
+    // date and time of an event, to the hundredth of a second
+    let lift = analysis
+        .events
+        .iter()
+        .find(|e| e.kind == EventKind::WheelLift)
+        .unwrap();
+    let time = jiff::Timestamp::from_nanosecond(i128::from(lift.start_ns + 5_000_000)).unwrap();
+    let time = time.strftime("%Y-%m-%d %H:%M:%S%.2f UTC").to_string();
+    assert!(
+        conclusion.contains(&time) && section(&page, "Events").contains(&time),
+        "{time}: {conclusion}"
+    );
+}
+
+#[test]
+fn a_tip_over_without_tilt_is_not_claimed_and_one_with_tilt_is() {
+    let mut analysis = analysis("tiny");
+    let rows = &analysis.rows.times_ns;
+    let event = Event {
+        kind: EventKind::TipOver,
+        start_ns: rows[rows.len() / 2],
+        end_ns: None,
+        subject: "left".into(),
+        worst: 0.05,
+        worst_ns: rows[rows.len() - 1],
+        unit: "rad",
+        lead_s: None,
+        certainty: None,
+        split_dependent: Some(false),
+        causes: None,
+        fault: None,
+    };
+    let answer = |analysis: &Analysis| words(section(&page(analysis), "Conclusion"));
+    analysis.events = vec![event.clone()];
+    assert!(
+        answer(&analysis)
+            .starts_with("Did it tip over? Not known: it was tipping about the left edge")
+    );
+    analysis.events[0].worst = 0.5;
+    assert!(answer(&analysis).starts_with("Did it tip over? Yes, about the left edge"));
+    // and nothing is concluded from nothing
+    analysis.events.clear();
+    let mut unknown = Reasons::NONE;
+    unknown.add(Reason::ImuGap);
+    analysis.rows.reasons.fill(unknown);
+    assert!(
+        answer(&analysis).starts_with("Did it tip over? Unknown"),
+        "{}",
+        answer(&analysis)
+    );
+}
+
+#[test]
+fn no_lift_is_claimed_only_under_the_splits_that_exclude_one() {
+    let answer = words(section(&page(&analysis("forwarder6_bump")), "Conclusion"));
+    assert!(
+        answer.contains("Another split that equilibrium allows would leave"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn two_hundred_input_faults_are_one_line_each_kind() {
+    let mut analysis = analysis("tiny");
+    let rows = analysis.rows.times_ns.clone();
+    analysis.events = (0..200)
+        .map(|index| Event {
+            kind: EventKind::InputFault,
+            start_ns: rows[index],
+            end_ns: Some(rows[index]),
+            subject: ["imu.specific_force", "odometry.velocity"][index % 2].into(),
+            worst: index as f64,
+            worst_ns: rows[index],
+            unit: "m/s^2",
+            lead_s: None,
+            certainty: None,
+            split_dependent: None,
+            causes: None,
+            fault: Some(InputFault {
+                kind: FaultKind::OutOfRange,
+                policy: Policy::Report,
+                limit: Some(1.0),
+                samples: 3,
+            }),
+        })
+        .collect();
+    let page = page(&analysis);
+    let events = section(&page, "Events");
+    assert_eq!(
+        events.matches("<td>100</td><td>300</td>").count(),
+        2,
+        "{events}"
+    );
+    assert!(words(events).contains("199 m/s^2"));
+    assert_eq!(
+        section(&page, "Findings").matches("<li><strong>").count(),
+        1
+    );
+}
+
+#[test]
+fn pictures_have_dimensions_and_the_envelope_is_drawn() {
+    for (name, wheels) in [("forwarder6_bump", 6), ("tiny", 4)] {
+        let page = page(&analysis(name));
+        let worst = section(&page, "Worst moment");
+        for part in [
+            "wheelbase ",
+            "track ",
+            "centre of mass",
+            "1 m",
+            "Load, any split",
+        ] {
+            assert!(worst.contains(part), "{name}: {part}");
+        }
+        assert_eq!(worst.matches("</tr>").count(), wheels + 1);
+        assert!(page.contains("moment-space") && page.contains("moment-side"));
+        let figures = page.split_once("id=\"figures\">").unwrap().1;
+        let figures: serde_json::Value =
+            serde_json::from_str(figures.split("</script>").next().unwrap()).unwrap();
+        let traces = figures
+            .as_array()
+            .unwrap()
+            .iter()
+            .flat_map(|figure| figure["data"].as_array().unwrap());
+        let envelopes: Vec<_> = traces
+            .filter(|t| t["name"].as_str().is_some_and(|n| n.ends_with(" envelope")))
+            .collect();
+        assert_eq!(envelopes.len(), wheels);
+        assert!(envelopes.iter().all(|trace| trace.get("visible").is_none()));
+    }
+}
+
+#[test]
+fn the_path_is_drawn_where_odometry_gives_one() {
+    let driven = page(&analysis("corner_brake"));
+    let path = section(&driven, "Path on the ground");
+    assert!(path.matches("<line class=\"used-").count() > 50);
+    assert!(words(path).contains("integrated from the velocity"));
+    assert!(!page(&analysis("tiny_lift")).contains("<h2>Path on the ground"));
+}
+
+#[test]
+fn methods_validation_and_limitations_are_those_of_this_analysis() {
+    let mut analysis = analysis("tiny_lift");
+    let limits = |analysis: &Analysis| words(section(&page(analysis), "Limitations"));
+    let with = limits(&analysis);
+    analysis.inputs.retain(|input| input.signal != "odometry");
+    analysis.rows.reasons[7].add(Reason::ImuGap);
+    let without = limits(&analysis);
+    assert!(!with.contains("Loads are known in") && without.contains("Loads are known in"));
+    assert!(without.contains("No odometry was recorded"), "{without}");
+    let page = page(&analysis);
+    assert!(words(section(&page, "Validation")).contains("drive, corner, brake 0.18 / 0.31 %"));
+    assert!(words(section(&page, "Methods and assumptions")).contains("Newton-Euler"));
+    for name in ["tiny", "bogie_drive", "forwarder6_bump"] {
+        let text = words(&self::page(&self::analysis(name)));
+        assert!(
+            !text
+                .split(|c: char| !c.is_alphanumeric())
+                .any(|word| word == "NaN"),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn the_report_on_paper_is_pdf_a_and_repeats_to_the_bit() {
+    let analysis = analysis("forwarder6_bump");
+    let bytes = render_pdf(&analysis).unwrap();
+    assert!(bytes.starts_with(b"%PDF-1.7") && bytes.len() < 1_000_000);
+    let text = String::from_utf8_lossy(&bytes);
+    assert!(
+        text.contains("pdfaid:part") && text.contains("OutputIntent") && text.contains("/FontFile")
+    );
+    assert!(bytes == render_pdf(&analysis).unwrap());
+}
 
 mod needs_browser {
-    use std::path::Path;
-
-    use tempfile::TempDir;
-
-    use crate::support::{data, run_python, stderr, text, tipwatch};
+    use super::*;
+    use crate::support::{run_python, stderr, text, tipwatch};
 
     #[test]
     #[ignore = "needs Chromium and Python with websocket-client"]
     fn the_report_works_in_a_browser() {
-        let out = TempDir::new().unwrap();
-        let (log, machine) = (data("swing_lift.mcap"), data("swing_lift.toml"));
-        let arguments = ["analyze", text(&log), "--machine", text(&machine)];
-        let analysed = tipwatch(&[&arguments[..], &["--out", text(out.path())]].concat());
-        assert_eq!(analysed.status.code(), Some(0), "{}", stderr(&analysed));
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/report.py");
-        run_python(&[text(&script), text(&out.path().join("report.html"))]);
+        for name in ["swing_lift", "forwarder6_bump"] {
+            let out = TempDir::new().unwrap();
+            let (log, machine) = (data(&format!("{name}.mcap")), data(&format!("{name}.toml")));
+            let arguments = ["analyze", text(&log), "--machine", text(&machine)];
+            let analysed = tipwatch(&[&arguments[..], &["--out", text(out.path())]].concat());
+            assert_eq!(analysed.status.code(), Some(0), "{}", stderr(&analysed));
+            run_python(&[text(&script), text(&out.path().join("report.html"))]);
+        }
     }
 }

@@ -7,6 +7,7 @@ mod cli; // outputs, exit codes, messages
 mod clocks; // logs with wrong clocks
 mod compare; // two results
 mod csv_export; // logs made from tables
+mod custody; // who analysed what, and the same bits again
 mod derived; // derived.mcap read back
 mod first_machine; // inspect --write-machine
 mod gates; // logs and policies that decide nothing

@@ -78,5 +78,7 @@ pub use crate::{
         bind, bind_joint_states, first_frame, first_string, joint_names_in, metadata_records,
         robot_description, static_frames, topic_of_field,
     },
-    write::{RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic, recover},
+    write::{
+        RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic, recover, recover_with,
+    },
 };

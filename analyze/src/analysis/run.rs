@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
-use tipwatch_ingest::Log;
+use tipwatch_ingest::{Log, metadata_records};
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, SensorSamples, smooth};
 use tipwatch_mechanics::machine::Machine;
@@ -30,6 +30,8 @@ use crate::base::options::{ApplyClockOffsets, Estimator, Options};
 use crate::base::provenance::Provenance;
 use crate::base::provenance::hash_file;
 use crate::base::provenance::hash_of;
+use crate::base::provenance::{FileHash, program};
+use crate::base::recovered::RecoveredFrom;
 use crate::base::rows::Rows;
 use crate::events::detect;
 use crate::inputs;
@@ -342,9 +344,14 @@ fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
 fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Provenance> {
     Ok(Provenance {
         tipwatch_version: env!("CARGO_PKG_VERSION").into(),
-        analysed_at: jiff::Timestamp::now()
-            .strftime("%Y-%m-%dT%H:%M:%SZ")
-            .to_string(),
+        program: program().map(|file| FileHash {
+            path: "tipwatch".into(),
+            ..file
+        }),
+        command_line: Vec::new(),
+        case: None,
+        examiner: None,
+        recovered_from: RecoveredFrom::all(&metadata_records(log)?),
         log: log
             .files()
             .iter()

@@ -7,5 +7,6 @@ pub(crate) mod number;
 pub mod options;
 pub(crate) mod progress;
 pub mod provenance;
+pub mod recovered;
 pub mod rows;
 pub(crate) mod stdout;

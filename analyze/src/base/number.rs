@@ -24,6 +24,7 @@ pub(crate) fn readable(name: &str) -> String {
 /// Four digits.
 pub(crate) fn short(value: f64) -> String {
     match value.abs() {
+        _ if !value.is_finite() => "not computable".into(),
         0.0 => "0".into(),
         size if (1e-3..1e5).contains(&size) => {
             let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;

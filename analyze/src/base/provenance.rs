@@ -1,22 +1,34 @@
-//! Provenance of a result: hashes of its files, program version, IMU mounting.
+//! Provenance of a result: hashes of its files and of the program, the command, IMU mounting.
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use anyhow::{Context, Result};
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-/// Provenance of a result.
+use super::recovered::RecoveredFrom;
+
+/// Provenance of a result: what it depends on. The time of the analysis is not part of it, so that the same
+/// analysis gives the same bytes; `custody.json` has it.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Provenance {
     /// Version of the program.
     pub tipwatch_version: String,
-    /// Time of the analysis (RFC 3339, UTC).
-    pub analysed_at: String,
+    /// The program's own file, without its folder; null if it could not be read.
+    pub program: Option<FileHash>,
+    /// The command line; empty if the analysis was not started by one.
+    pub command_line: Vec<String>,
+    /// The case, as given with `--case`.
+    pub case: Option<String>,
+    /// The examiner, as given with `--examiner`.
+    pub examiner: Option<String>,
     /// The log's files.
     pub log: Vec<FileHash>,
+    /// What a recovered log was recovered from, the original first; empty for a log as recorded.
+    pub recovered_from: Vec<RecoveredFrom>,
     /// Format of the log.
     pub log_format: String,
     /// The machine file.
@@ -44,7 +56,7 @@ impl Provenance {
 }
 
 /// A file and its SHA-256.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct FileHash {
     /// Path as given, or "topic /robot_description".
     pub path: String,
@@ -83,6 +95,21 @@ pub(crate) fn hash_file(path: &Path) -> Result<FileHash> {
         sha256: hex(&hasher.finalize()),
         bytes,
     })
+}
+
+/// The program's own file and its hash, computed once; `None` if it cannot be read.
+pub(crate) fn program() -> Option<FileHash> {
+    static PROGRAM: OnceLock<Option<FileHash>> = OnceLock::new();
+    PROGRAM.get_or_init(|| hash_file(&running()?).ok()).clone()
+}
+
+/// The file that runs, even if it was replaced since the start.
+fn running() -> Option<PathBuf> {
+    let linux = Path::new("/proc/self/exe");
+    if linux.exists() {
+        return Some(linux.into());
+    }
+    std::env::current_exe().ok()
 }
 
 fn hex(bytes: &[u8]) -> String {

@@ -8,15 +8,17 @@ use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::UNCONFIRMED;
 
 use super::exit::{Exit, Terminal, Usage, exit_of};
-use super::options::{AnalysisArgs, PolicyArgs, seconds};
+use super::options::{AnalysisArgs, CaseArgs, PolicyArgs, seconds};
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
 use crate::analysis::run;
 use crate::base::error_text::{error_text, without_path};
 use crate::base::options::{ColumnGroup, MoreColumns, Options};
 use crate::base::progress::Progress;
+use crate::base::provenance::FileHash;
 use crate::output;
 use crate::output::Outputs;
+use crate::output::custody::{self, Files, Origin};
 use crate::policy::facts::{LogFacts, event_facts};
 use crate::policy::{Judgement, Policy};
 use crate::report;
@@ -50,8 +52,55 @@ pub(super) struct AnalyzeArgs {
     /// Which files to write.
     #[arg(long, value_enum, default_value_t = Outputs::All)]
     outputs: Outputs,
+    /// Also write the report as PDF/A: `report.pdf`.
+    #[arg(long)]
+    pdf: bool,
     #[command(flatten)]
     policy: PolicyArgs,
+    #[command(flatten)]
+    case: CaseArgs,
+    /// The recorded analysis that is repeated.
+    #[arg(skip)]
+    repeated: Option<Repeated>,
+}
+
+/// What a repeated analysis takes from its record.
+#[derive(Debug, Clone)]
+struct Repeated {
+    origin: Origin,
+    program_sha256: Option<String>,
+}
+
+impl AnalyzeArgs {
+    /// Repeats the analysis of one log in another folder, under its recorded origin.
+    pub(super) fn repeat(
+        &mut self,
+        log: &Path,
+        out: &Path,
+        origin: Origin,
+        program: Option<&FileHash>,
+    ) {
+        self.logs = vec![log.into()];
+        self.out = out.into();
+        self.repeated = Some(Repeated {
+            origin,
+            program_sha256: program.map(|file| file.sha256.clone()),
+        });
+    }
+
+    /// Notes where an analysis comes from.
+    fn note_origin(&self, analysis: &mut Analysis) {
+        let Some(repeated) = &self.repeated else {
+            return self.case.origin().note(analysis);
+        };
+        repeated.origin.note(analysis);
+        if let (Some(program), Some(sha256)) =
+            (&mut analysis.provenance.program, &repeated.program_sha256)
+        {
+            // another build must differ in nothing else
+            program.sha256.clone_from(sha256);
+        }
+    }
 }
 
 pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
@@ -80,7 +129,7 @@ pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
             &file,
             options,
             &out,
-            args.outputs,
+            args,
             policy.as_ref(),
             min_valid,
             terminal,
@@ -131,22 +180,37 @@ fn analyze_one(
     file: &MachineFile,
     options: Options,
     out: &Path,
-    outputs: Outputs,
+    args: &AnalyzeArgs,
     policy: Option<&Policy>,
     min_valid: f64,
     terminal: Terminal,
 ) -> Result<Exit> {
     let mut progress = Progress::new(log, terminal.quiet);
-    let analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
+    let mut analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
     progress.finish();
-    output::write(&analysis, out, outputs)?;
+    args.note_origin(&mut analysis);
+    let mut written = output::write(&analysis, out, args.outputs)?;
+    if args.pdf {
+        output::write_pdf(&analysis, out)?;
+        written.push(output::PDF);
+    }
     let judgement = policy
         .map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis), min_valid));
     // only a policy file gets a result file; --fail-on is on the command line
     if let Some(judgement) = judgement.as_ref().filter(|j| j.policy_sha256.is_some()) {
         output::write_judgement(judgement, out)?;
+        written.push(output::JUDGEMENT);
     }
+    let files = Files {
+        log,
+        policy: args.policy.file(),
+        written: &written,
+    };
+    let record = custody::write(&analysis, files, out)?;
     report_findings(&analysis, out, terminal);
+    if terminal.verbose {
+        terminal.print(&format!("custody.json: SHA-256 {record}"));
+    }
     let exit = exit_of(&analysis, min_valid, terminal);
     let Some(judgement) = judgement else {
         return Ok(exit);

@@ -5,9 +5,13 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
+use super::analyze::AnalyzeArgs;
 use super::exit::{Exit, Terminal, Usage};
-use super::{analyze, check_machine, compare, demo, inspect, recover, screen, stabilise, whatif};
+use super::{
+    analyze, check_machine, compare, demo, inspect, recover, screen, stabilise, verify, whatif,
+};
 use crate::base::stdout::to_stdout;
+use crate::output::custody::Custody;
 use crate::tables::summary;
 
 /// Computes from logs how close a wheeled machine came to tipping over.
@@ -27,7 +31,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Compute wheel loads, stability and events of logs.
-    Analyze(analyze::AnalyzeArgs),
+    Analyze(AnalyzeArgs),
     /// Analyse many logs: a data set with one row per log, and a page that ranks the machines by risk.
     Screen(screen::ScreenArgs),
     /// Compare two results, two logs, or one log under two machine files or models.
@@ -46,6 +50,9 @@ enum Command {
     Recover(recover::RecoverArgs),
     /// Analyse a small log that comes with the program.
     Demo(demo::DemoArgs),
+    /// Repeat the analysis of an output folder from its custody record, and compare every output bit for
+    /// bit.
+    Verify(verify::VerifyArgs),
     /// Print the JSON schema of `summary.json`.
     Schema,
     /// Print a shell completion script.
@@ -72,6 +79,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Stabilise(args) => stabilise::run(args),
         Command::Recover(args) => recover::run(args, terminal),
         Command::Demo(args) => demo::run(args, terminal),
+        Command::Verify(args) => verify::run(args, terminal, recorded_analysis),
         Command::Schema => to_stdout(&summary::json_schema()).map(|()| Exit::DONE),
         Command::Completions { shell } => {
             clap_complete::generate(
@@ -94,4 +102,28 @@ pub fn run(cli: &Cli) -> ExitCode {
             Exit::FAILED
         })
         .into()
+}
+
+/// The arguments of a recorded analysis; the demo is an analysis with default options.
+///
+/// # Errors
+/// The recorded command line is none of `analyze` or `demo`.
+fn recorded_analysis(record: &Custody) -> anyhow::Result<AnalyzeArgs> {
+    let analysis_of_demo = [
+        "tipwatch",
+        "analyze",
+        &record.log,
+        "--machine",
+        &record.machine_file,
+        "--out",
+        ".",
+    ];
+    let command = match Cli::try_parse_from(&record.command_line)?.command {
+        Command::Demo(_) => Cli::try_parse_from(analysis_of_demo)?.command,
+        other => other,
+    };
+    match command {
+        Command::Analyze(args) => Ok(args),
+        _ => anyhow::bail!("expected the command line of \"analyze\" or \"demo\""),
+    }
 }

@@ -12,8 +12,10 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal, exit_of};
+use super::options::CaseArgs;
 use crate::analysis::{Analysis, DEFAULT_MIN_VALID, run};
 use crate::base::options::Options;
+use crate::output::custody::{self, Files};
 use crate::output::{self, Outputs};
 use crate::report;
 
@@ -32,8 +34,16 @@ pub(super) struct DemoArgs {
 
 pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
     let out = &args.out;
-    let analysis = analyse(&out.join("input"))?;
-    output::write(&analysis, out, Outputs::All)?;
+    let input = out.join("input");
+    let mut analysis = analyse(&input)?;
+    CaseArgs::default().origin().note(&mut analysis);
+    let written = output::write(&analysis, out, Outputs::All)?;
+    let files = Files {
+        log: &input.join("demo.mcap"),
+        policy: None,
+        written: &written,
+    };
+    custody::write(&analysis, files, out)?;
     print_findings(&analysis, out);
     terminal.print("the demo's log and machine file are in its folder input/");
     Ok(exit_of(&analysis, DEFAULT_MIN_VALID, terminal))

@@ -14,6 +14,11 @@ const BROKEN: u8 = 4;
 /// Nothing is decided: no row, or too little time, can be computed.
 const UNDECIDED: u8 = 8;
 
+/// A repeated analysis did not give the same bits.
+const DIFFERS: u8 = 6;
+/// An analysis cannot be repeated as it was recorded.
+const NOT_VERIFIABLE: u8 = 7;
+
 /// What is wrong at the end of a command. The codes of [`FAILED`], [`BROKEN`] and [`UNDECIDED`] add up, so
 /// that one number tells each of them from the others; [`LOST`] is returned only without them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -22,6 +27,17 @@ pub(super) struct Exit {
     pub(super) broken: bool,
     pub(super) undecided: bool,
     pub(super) lost: bool,
+    /// What `verify` found against an analysis; its code stands alone.
+    pub(super) unverified: Option<Unverified>,
+}
+
+/// Why an analysis is not verified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Unverified {
+    /// An output was altered, or repeating the analysis did not give the same bits.
+    Differs,
+    /// It cannot be repeated as it was recorded.
+    NotRepeatable,
 }
 
 impl Exit {
@@ -31,6 +47,7 @@ impl Exit {
         broken: false,
         undecided: false,
         lost: false,
+        unverified: None,
     };
     pub(super) const FAILED: Self = Self {
         failed: true,
@@ -48,10 +65,16 @@ impl Exit {
             broken: self.broken || other.broken,
             undecided: self.undecided || other.undecided,
             lost: self.lost || other.lost,
+            unverified: self.unverified.or(other.unverified),
         }
     }
 
     fn code(self) -> u8 {
+        match self.unverified {
+            Some(Unverified::Differs) => return DIFFERS,
+            Some(Unverified::NotRepeatable) => return NOT_VERIFIABLE,
+            None => {}
+        }
         let parts = [
             (self.failed, FAILED),
             (self.broken, BROKEN),
@@ -139,6 +162,7 @@ mod tests {
                 broken: bits & 2 != 0,
                 undecided: bits & 4 != 0,
                 lost: true,
+                unverified: None,
             };
             codes.push(exit.code());
         }

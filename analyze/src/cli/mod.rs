@@ -11,6 +11,7 @@ mod options;
 mod recover;
 mod screen;
 mod stabilise;
+mod verify;
 mod whatif;
 
 pub use command_line::{Cli, run};

@@ -1,6 +1,6 @@
 //! Shared options: how to analyse logs, and when to fail.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
@@ -8,6 +8,7 @@ use clap::Args;
 use crate::analysis::DEFAULT_MIN_VALID;
 use crate::base::options::{ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options};
 use crate::events::EventKind;
+use crate::output::custody::Origin;
 use crate::policy::Policy;
 
 /// How to analyse logs.
@@ -39,6 +40,31 @@ impl AnalysisArgs {
             closed_form_input: self.closed_form_input,
             apply_clock_offsets: self.apply_clock_offsets,
             ..Options::default()
+        }
+    }
+}
+
+/// Whose analysis it is.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct CaseArgs {
+    /// Case number or name, for report, summary and custody.json.
+    #[arg(long, value_name = "TEXT")]
+    pub(super) case: Option<String>,
+    /// Name of the examiner, for report, summary and custody.json.
+    #[arg(long, value_name = "NAME")]
+    pub(super) examiner: Option<String>,
+}
+
+impl CaseArgs {
+    /// The command line of this process, with case and examiner.
+    pub(super) fn origin(&self) -> Origin {
+        let arguments = std::env::args_os();
+        Origin {
+            command_line: arguments
+                .map(|argument| argument.to_string_lossy().into_owned())
+                .collect(),
+            case: self.case.clone(),
+            examiner: self.examiner.clone(),
         }
     }
 }
@@ -78,6 +104,11 @@ impl MinValidArgs {
 }
 
 impl PolicyArgs {
+    /// The policy file.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.policy.as_deref()
+    }
+
     /// The policy; `None` if none was given.
     pub(super) fn policy(&self) -> Result<Option<Policy>> {
         match &self.policy {

@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tipwatch_ingest::{Log, recover};
+use tipwatch_ingest::{Log, recover_with};
 
 use super::exit::{Exit, Terminal};
+use crate::base::provenance::hash_file;
+use crate::base::recovered::RecoveredFrom;
 
 #[derive(Debug, Args)]
 pub(super) struct RecoverArgs {
@@ -18,7 +20,11 @@ pub(super) struct RecoverArgs {
 }
 
 pub(super) fn run(args: &RecoverArgs, terminal: Terminal) -> Result<Exit> {
-    let report = recover(&Log::open(&args.log)?, &args.out)?;
+    let log = Log::open(&args.log)?;
+    let files = log.files().iter().map(|file| hash_file(file));
+    let files = files.collect::<Result<Vec<_>>>()?;
+    let origin = |losses: &_| Some(RecoveredFrom::new(files.clone(), losses).record());
+    let report = recover_with(&log, &args.out, &origin)?;
     terminal.print(&format!(
         "{} messages of {} topics written to {}",
         report.message_count(),

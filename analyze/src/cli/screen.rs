@@ -162,6 +162,7 @@ fn exit_of(found: &Screen) -> Exit {
         broken: totals.breaking_by_evidence > 0,
         undecided: totals.undecided > 0,
         lost: totals.with_losses > 0,
+        ..Exit::DONE
     }
 }
 

@@ -16,6 +16,7 @@ pub(crate) mod svg;
 pub use document::{PlotLibrary, plot_library_script};
 pub(crate) use elements::{Bar, bars, facts, list, section, table};
 pub(crate) use figure::{Figure, MOST_POINTS, colour, figures, layout, line, plain};
+pub(crate) use glossary::glossary;
 
 pub(crate) use crate::base::number::{
     number, or_dash, percent, probability, readable, short, time,

@@ -79,6 +79,19 @@ impl Chart {
         }
     }
 
+    /// The area between two curves over the same places; one that is not finite breaks it.
+    pub(crate) fn area(&mut self, points: &[(f64, f64, f64)], class: &str) {
+        let is_broken = |(x, low, high): &(f64, f64, f64)| !(x + low + high).is_finite();
+        for run in points.split(is_broken).filter(|run| !run.is_empty()) {
+            let at = |x: f64, y: f64| format!("{},{}", tenth(self.at_x(x)), tenth(self.at_y(y)));
+            let there = run.iter().map(|&(x, _, high)| at(x, high));
+            let back = run.iter().rev().map(|&(x, low, _)| at(x, low));
+            let corners: Vec<String> = there.chain(back).collect();
+            self.body
+                .push(html! { polygon class=(class) points=(corners.join(" ")) {} });
+        }
+    }
+
     /// A dashed horizontal line at a value.
     pub(crate) fn guide(&mut self, y: f64) {
         let y = self.at_y(y);

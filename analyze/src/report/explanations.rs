@@ -73,6 +73,8 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     };
     let machine = &analysis.machine;
     let mut rows: Vec<&SensitivityRow> = worst_rows(found).collect();
+    // a derivative that cannot be computed says nothing
+    rows.retain(|row| row.derivative.is_finite() && row.variance_share.is_finite());
     rows.sort_by(|a, b| b.variance_share.total_cmp(&a.variance_share));
     let Some(first) = rows.first() else {
         return html! {};

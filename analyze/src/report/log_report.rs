@@ -1,10 +1,14 @@
 //! Assembles the report on a log from its sections.
 
+use anyhow::Result;
 use maud::{Markup, html};
 
 use super::findings::{finding_list, findings};
 use super::plots::{self, MOST_EVENTS};
-use super::{clocks, explanations, moment, prevention, tables};
+use super::when::Calendar;
+use super::{
+    basis, charts, clocks, conclusion, explanations, moment, path, pdf, prevention, tables, worst,
+};
 use crate::analysis::Analysis;
 use crate::page::{self, Document, Figure, MOST_POINTS, PlotLibrary, Plots, section};
 
@@ -18,32 +22,17 @@ const MOST_FINDINGS: usize = 12;
 #[must_use]
 pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
     let figures = plots::figures(analysis);
+    let path = path::section(analysis);
     let content = html! {
-        (section("Findings", top_findings(analysis)))
-        (section("Events", tables::events(analysis)))
-        (section("View from above", moment::section(analysis)))
-        (section("What caused the unloading", explanations::causes(analysis)))
+        (opening(analysis))
+        (section("The machine over time", moment::section(analysis)))
+        @if let Some(path) = &path { (section("Path on the ground", path)) }
         (section("Time histories", time_histories(analysis, &figures)))
-        (section("What would have prevented it", prevention::section(analysis)))
-        (section("Sensitivity", explanations::sensitivity(analysis)))
-        (section("Models and uncertainty", explanations::models(analysis)))
-        (section("Inputs", tables::inputs(analysis)))
-        (section("Clocks", clocks::clocks(analysis)))
-        (section("Data limitations", tables::limitations(analysis)))
-        (section("Provenance", tables::provenance(analysis)))
+        (closing(analysis))
     };
-    let rows = &analysis.rows;
-    let duration = rows
-        .len()
-        .checked_sub(1)
-        .map_or(0.0, |last| rows.seconds(last));
-    let (machine, count) = (analysis.machine.name(), rows.len());
     Document {
-        title: &format!(
-            "Wheel loads and stability: {}",
-            analysis.provenance.log_name()
-        ),
-        subtitle: &format!("Machine {machine}; {count} rows over {duration:.2} s."),
+        title: &title(analysis),
+        subtitle: &subtitle(analysis),
         styles: &[],
         plots: Some(Plots {
             library,
@@ -54,12 +43,86 @@ pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
     .render(&content)
 }
 
+/// The same report as PDF/A-2b, with charts instead of what moves on a screen.
+///
+/// # Errors
+/// It cannot be written as PDF/A.
+pub fn render_pdf(analysis: &Analysis) -> Result<Vec<u8>> {
+    let path = path::section(analysis);
+    let content = html! {
+        (opening(analysis))
+        @if let Some(path) = &path { (section("Path on the ground", path)) }
+        (section("Time histories", charts::section(analysis)))
+        (closing(analysis))
+    };
+    let content = html! { (content) (page::glossary(&content)) };
+    let last_ns = analysis.rows.times_ns.last().copied().unwrap_or(0);
+    let date = Calendar::of(analysis).instant(last_ns).unwrap_or_default();
+    pdf::render(&title(analysis), &subtitle(analysis), date, &content)
+}
+
+fn title(analysis: &Analysis) -> String {
+    let name = analysis.provenance.log_name();
+    format!("Wheel loads and stability: {name}")
+}
+
+fn subtitle(analysis: &Analysis) -> String {
+    let rows = &analysis.rows;
+    let duration = rows
+        .len()
+        .checked_sub(1)
+        .map_or(0.0, |last| rows.seconds(last));
+    let (machine, count) = (analysis.machine.name(), rows.len());
+    let from = &analysis.provenance;
+    let case = from.case.as_ref().map(|case| format!("Case {case}. "));
+    let examiner = from.examiner.as_ref();
+    let examiner = examiner.map(|examiner| format!("Examiner {examiner}. "));
+    format!(
+        "{}{}Machine {machine}; {count} rows over {duration:.2} s.",
+        case.unwrap_or_default(),
+        examiner.unwrap_or_default()
+    )
+}
+
+/// What happened.
+fn opening(analysis: &Analysis) -> Markup {
+    html! {
+        (section("Conclusion", conclusion::section(analysis)))
+        (section("Findings", top_findings(analysis)))
+        (section("Worst moment", worst::section(analysis)))
+        (section("Events", tables::events(analysis)))
+        (section("What caused the unloading", explanations::causes(analysis)))
+    }
+}
+
+/// What it rests on.
+fn closing(analysis: &Analysis) -> Markup {
+    html! {
+        (section("What would have prevented it", prevention::section(analysis)))
+        (section("Sensitivity", explanations::sensitivity(analysis)))
+        (section("Models and uncertainty", explanations::models(analysis)))
+        (section("Inputs", tables::inputs(analysis)))
+        (section("Clocks", clocks::clocks(analysis)))
+        (section("Methods and assumptions", basis::methods(analysis)))
+        (section("Validation", basis::validation()))
+        (section("Limitations", basis::limitations(analysis)))
+        (section("Custody and provenance", tables::provenance(analysis)))
+    }
+}
+
+/// What happened to the machine; faults and gaps of inputs are grouped in the table of events.
 fn top_findings(analysis: &Analysis) -> Markup {
     let findings = findings(analysis);
+    let events = analysis.events.iter();
+    let of_inputs = events.filter(|event| !event.kind.is_stability()).count();
+    let count = findings.len().saturating_sub(of_inputs);
     html! {
-        (finding_list(&findings[..findings.len().min(MOST_FINDINGS)]))
-        @if findings.len() > MOST_FINDINGS {
-            p { (findings.len() - MOST_FINDINGS) " more are in the table of events." }
+        (finding_list(&findings[..count.min(MOST_FINDINGS)]))
+        @if count > MOST_FINDINGS {
+            p { (count - MOST_FINDINGS) " more are in the table of events." }
+        }
+        @if of_inputs > 0 {
+            p { (of_inputs) " faults and gaps of inputs are grouped in the table of input faults below the events." }
         }
     }
 }
@@ -71,7 +134,8 @@ fn time_histories(analysis: &Analysis, figures: &[Figure]) -> Markup {
             "They continue while the machine tips over, but are not accurate there. Events are shaded. "
             "OTF (overturning force) is the load a wheel would carry if every wheel were held to the ground; "
             "it is negative where the wheel would have to be pulled down. "
-            "The envelope is the range of loads that equilibrium allows, for any split of the load between the wheels."
+            "The wide, pale areas are envelopes: the range of loads that equilibrium allows, for any split of the load between the wheels. "
+            "The narrow ones are bands of two standard deviations under the stated split."
         }
         @if analysis.rows.len() > MOST_POINTS {
             p.hint {

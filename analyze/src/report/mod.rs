@@ -1,17 +1,25 @@
 //! The report: one page for people, complete in itself, that opens without a network.
 
+mod basis;
+mod charts;
 mod clocks;
+mod conclusion;
+mod drawing;
 mod explanations;
 mod faults;
 mod findings;
 mod log_report;
 mod moment;
+mod path;
+mod pdf;
 mod plots;
 mod prevention;
 mod tables;
 mod whatif;
+mod when;
+mod worst;
 
 pub use crate::page::{PlotLibrary, plot_library_script};
 pub use findings::findings;
-pub use log_report::render;
+pub use log_report::{render, render_pdf};
 pub(crate) use whatif::render_what_if;

@@ -10,22 +10,26 @@
   // One scale for all pictures, at which everything fits.
   const box = moments.instants.reduce(function (box, instant) {
     const points = instant.wheels.map(function (w) { return [w[0], w[1]]; });
-    instant.arm.forEach(function (s) { points.push([s[0], s[1]], [s[2], s[3]]); });
+    instant.arm.forEach(function (s) { points.push([s[0], s[1]], [s[3], s[4]]);
+      [s[2], s[5]].forEach(function (h) { if (h !== null) { box.high = Math.max(box.high, h); } }); });
     points.filter(known).forEach(function (p) {
       box.front = Math.max(box.front, p[0]); box.rear = Math.min(box.rear, p[0]);
       box.left = Math.max(box.left, p[1]); box.right = Math.min(box.right, p[1]);
     });
     return box;
-  }, { front: -Infinity, rear: Infinity, left: -Infinity, right: Infinity });
+  }, { front: -Infinity, rear: Infinity, left: -Infinity, right: Infinity, high: 1 });
   if (!isFinite(box.front)) { return; }
-  const margin = 1.2;
-  const widest = { width: box.left - box.right + 2 * margin, height: box.front - box.rear + 2 * margin };
-  const unit = Math.max(widest.width, widest.height) / 100;
+  // Room beside the wheels for their labels: names and loads never cover another wheel.
+  const letters = Math.max.apply(null, moments.wheels.map(function (w) { return w.name.length; })) + 1;
+  const span = Math.max(box.left - box.right, box.front - box.rear) + 2.4;
+  const unit = span / 100;
+  const margin = Math.max(1.2, 0.6 + Math.max(letters, 8) * 2.1 * unit);
+  const widest = { width: box.left - box.right + 2 * margin, height: box.front - box.rear + 2.4 };
   const atRest = moments.wheels.map(function (w) { return w.at_rest || 0; });
   // Radius of a disc (m) per square root of a load; that of the largest load at rest is 0.42 m.
   const disc = 0.42 / Math.sqrt(Math.max.apply(null, atRest.concat([1])));
   // Coordinates in the picture: right and down.
-  const at = function (x, y) { return [box.left + margin - y, box.front + margin - x]; };
+  const at = function (x, y) { return [box.left + margin - y, box.front + 1.2 - x]; };
 
   function add(parent, name, attributes, text) {
     const element = document.createElementNS(NAMESPACE, name);
@@ -61,10 +65,13 @@
 
   function label(svg, facts, value) {
     const place = at(value[0], value[1]), load = value[2];
-    const text = load === null ? facts.name + ' ?' : facts.name + ' ' + (load / 1000).toFixed(1) + ' kN';
-    const isLeft = value[1] > 0;
-    add(svg, 'text', { x: place[0] + (isLeft ? 0.5 : -0.5) * facts.radius, y: place[1] + facts.radius + unit * 4.2,
-      'font-size': unit * 3.4, 'stroke-width': unit, 'text-anchor': isLeft ? 'end' : 'start' }, text);
+    const isLeft = value[1] > (box.left + box.right) / 2;
+    const beside = Math.max(facts.radius * 0.4, disc * Math.sqrt(Math.max(load || 0, facts.at_rest || 0))) + unit;
+    const texts = [facts.name, load === null ? '?' : (load / 1000).toFixed(1) + ' kN'];
+    texts.forEach(function (text, line) {
+      add(svg, 'text', { x: place[0] + (isLeft ? -beside : beside), y: place[1] + unit * (line * 3.6 - 0.4),
+        'font-size': unit * 3.4, 'stroke-width': unit, 'text-anchor': isLeft ? 'end' : 'start' }, text);
+    });
   }
 
   function slope(svg, instant, size) {
@@ -103,7 +110,7 @@
       if (known(instant.wheels[w].slice(0, 2))) { wheel(svg, facts, instant.wheels[w]); }
     });
     instant.arm.filter(known).forEach(function (s) {
-      line(svg, 'arm', at(s[0], s[1]), at(s[2], s[3]), unit * 1.6);
+      line(svg, 'arm', at(s[0], s[1]), at(s[3], s[4]), unit * 1.6);
     });
     const trace = moments.instants.slice(0, index + 1).filter(function (other) {
       return instant.t - other.t <= TRACE_S && known(other.zmp);
@@ -127,11 +134,111 @@
     slope(svg, instant, size);
   }
 
+  // From the right: forward is to the right, heights count from the contact plane.
+  function drawSide(svg, index) {
+    const instant = moments.instants[index];
+    const size = { width: box.front - box.rear + 2.4, height: box.high + 1.6 };
+    const to = function (x, z) { return [x - box.rear + 1.2, box.high + 0.8 - z]; };
+    svg.setAttribute('viewBox', '0 0 ' + size.width + ' ' + size.height);
+    svg.replaceChildren();
+    line(svg, 'downhill', to(box.rear - 1, 0), to(box.front + 1, 0), unit * 0.4);
+    moments.wheels.forEach(function (facts, w) {
+      if (!known(instant.wheels[w].slice(0, 2))) { return; }
+      const centre = to(instant.wheels[w][0], facts.radius);
+      add(svg, 'circle', { 'class': 'tyre', cx: centre[0], cy: centre[1], r: facts.radius, 'stroke-width': unit * 0.3,
+        'fill-opacity': 0.5 });
+    });
+    instant.arm.filter(known).forEach(function (s) { line(svg, 'arm', to(s[0], s[2]), to(s[3], s[5]), unit * 1.6); });
+    if (known(instant.com)) {
+      const c = to(instant.com[0], instant.com[2]), r = unit * 1.6;
+      add(svg, 'circle', { 'class': 'com', cx: c[0], cy: c[1], r: r, 'stroke-width': unit * 0.4 });
+      line(svg, 'com', [c[0] - r, c[1]], [c[0] + r, c[1]], unit * 0.4);
+      line(svg, 'com', [c[0], c[1] - r], [c[0], c[1] + r], unit * 0.4);
+      if (known(instant.downhill) && instant.slope !== null) {
+        const down = Math.cos(instant.slope * Math.PI / 180), length = Math.hypot(instant.downhill[0], down) || 1;
+        const reach = unit * 14;
+        line(svg, 'downhill', c, [c[0] + instant.downhill[0] / length * reach, c[1] + down / length * reach], unit * 0.5);
+      }
+    }
+    if (instant.zmp[0] !== null) {
+      const z = to(instant.zmp[0], 0), r = unit * 2;
+      add(svg, 'polygon', { 'class': 'zmp', 'stroke-width': unit * 0.3,
+        points: [[0, -r], [r, 0], [0, r], [-r, 0]].map(function (d) { return [z[0] + d[0], z[1] + d[1]].join(','); }).join(' ') });
+    }
+  }
+
+  // In space: a parallel projection that a pointer turns.
+  const view = { turn: -0.9, tilt: 0.35 };
+  const middle = [(box.front + box.rear) / 2, (box.left + box.right) / 2, box.high / 2];
+  const reach = Math.hypot(box.front - box.rear + 1, box.left - box.right + 1, box.high) / 2 + 0.3;
+  function project(x, y, z) {
+    const dx = x - middle[0], dy = y - middle[1], dz = z - middle[2];
+    const across = -dx * Math.sin(view.turn) + dy * Math.cos(view.turn);
+    const away = dx * Math.cos(view.turn) + dy * Math.sin(view.turn);
+    return [-across, -dz * Math.cos(view.tilt) + away * Math.sin(view.tilt) * -1];
+  }
+
+  function drawSpace(svg, index) {
+    const instant = moments.instants[index];
+    svg.setAttribute('viewBox', [-reach, -reach, 2 * reach, 2 * reach].join(' '));
+    svg.replaceChildren();
+    const shape = function (kind, points, width) {
+      add(svg, 'polygon', { 'class': kind, 'stroke-width': width,
+        points: points.map(function (p) { return project(p[0], p[1], p[2]).join(','); }).join(' ') });
+    };
+    const there = instant.wheels.map(function (w) { return known(w.slice(0, 2)); });
+    const corners = moments.edges.filter(function (edge) { return there[edge[0]]; })
+      .map(function (edge) { return instant.wheels[edge[0]]; });
+    shape('support', corners.map(function (c) { return [c[0], c[1], 0]; }), unit * 0.4);
+    moments.wheels.forEach(function (facts, w) {
+      if (!there[w]) { return; }
+      const x = instant.wheels[w][0], y = instant.wheels[w][1], r = facts.radius, ring = [];
+      for (let k = 0; k < 20; k += 1) {
+        ring.push([x + r * Math.cos(k * Math.PI / 10), y, r + r * Math.sin(k * Math.PI / 10)]);
+      }
+      shape('tyre', ring, unit * 0.3);
+    });
+    shape('ghost', moments.edges.filter(function (edge) { return there[edge[0]]; }).map(function (edge) {
+      const wheel = instant.wheels[edge[0]];
+      return [wheel[0], wheel[1], moments.wheels[edge[0]].radius];
+    }), unit * 0.8);
+    instant.arm.filter(known).forEach(function (s) {
+      line(svg, 'arm', project(s[0], s[1], s[2]), project(s[3], s[4], s[5]), unit * 1.6);
+    });
+    // What each wheel carries: an arrow's length is its load, that at rest being 1 m for the most loaded wheel.
+    const metre = 1 / Math.max.apply(null, atRest.concat([1]));
+    moments.wheels.forEach(function (facts, w) {
+      const value = instant.wheels[w];
+      if (!there[w] || value[2] === null) { return; }
+      const foot = project(value[0], value[1], 0);
+      if (value[2] > 0) {
+        const tip = project(value[0], value[1], value[2] * metre);
+        add(svg, 'line', { 'class': 'load' + (facts.limit !== null && value[2] < facts.limit ? ' light' : ''),
+          x1: foot[0], y1: foot[1], x2: tip[0], y2: tip[1], 'stroke-width': unit * 1.2 });
+      } else {
+        add(svg, 'circle', { 'class': 'lifted', fill: 'none', cx: foot[0], cy: foot[1], r: unit * 2, 'stroke-width': unit });
+      }
+      add(svg, 'text', { x: foot[0], y: foot[1] + unit * 4, 'font-size': unit * 3.4, 'stroke-width': unit,
+        'text-anchor': 'middle' }, facts.name);
+    });
+    if (known(instant.com)) {
+      const c = project(instant.com[0], instant.com[1], instant.com[2]);
+      line(svg, 'com', c, project(instant.com[0], instant.com[1], 0), unit * 0.3);
+      add(svg, 'circle', { 'class': 'com', cx: c[0], cy: c[1], r: unit * 1.6, 'stroke-width': unit * 0.4 });
+    }
+    if (known(instant.zmp)) {
+      const z = project(instant.zmp[0], instant.zmp[1], 0);
+      add(svg, 'circle', { 'class': 'zmp', cx: z[0], cy: z[1], r: unit * 1.4, 'stroke-width': unit * 0.3 });
+    }
+  }
+
   moments.pictures.forEach(function (event, place) {
     draw(document.getElementById('picture-' + place), moments.events[event].instant);
   });
 
   const picture = document.getElementById('moment');
+  const side = document.getElementById('moment-side');
+  const space = document.getElementById('moment-space');
   const slider = document.getElementById('moment-time');
   const text = document.getElementById('moment-text');
   const table = document.getElementById('moment-loads');
@@ -150,17 +257,21 @@
     const instant = moments.instants[index];
     slider.value = index;
     draw(picture, index);
+    drawSide(side, index);
+    drawSpace(space, index);
     const mark = moments.events.filter(function (e) { return e.instant === index; })
       .map(function (e) { return e.label; }).join('; ');
     slider.setAttribute('aria-valuetext', instant.t.toFixed(2) + ' s');
     text.textContent = 't = ' + instant.t.toFixed(2) + ' s' + (mark ? ': ' + mark.replace(/, t = .*/, '') : '') +
       (instant.reasons ? ' (invalid row: ' + instant.reasons + ')' : '');
     const number = function (v) { return v === null ? 'unknown' : Math.round(v).toString(); };
-    table.replaceChildren(row(['Wheel', 'Load [N]', '± 2 σ [N]', 'At rest [N]'], 'th'));
+    table.replaceChildren(row(['Wheel', 'Load [N]', '± 2 σ [N]', 'Any split [N]', 'At rest [N]'], 'th'));
     moments.wheels.forEach(function (facts, w) {
       const value = instant.wheels[w];
       table.appendChild(row([facts.name, number(value[2]),
-        value[3] === null ? 'unknown' : number(2 * value[3]), number(facts.at_rest)], 'td'));
+        value[3] === null ? 'unknown' : number(2 * value[3]),
+        value[4] === null || value[5] === null ? 'unknown' : number(value[4]) + ' to ' + number(value[5]),
+        number(facts.at_rest)], 'td'));
     });
   }
 
@@ -172,6 +283,19 @@
     if (next !== undefined) { show(next); }
   }
 
+  let held = null;
+  space.addEventListener('pointerdown', function (event) {
+    held = [event.clientX, event.clientY];
+    space.setPointerCapture(event.pointerId);
+  });
+  space.addEventListener('pointermove', function (event) {
+    if (!held) { return; }
+    view.turn -= (event.clientX - held[0]) * 0.01;
+    view.tilt = Math.max(0, Math.min(1.5, view.tilt + (event.clientY - held[1]) * 0.01));
+    held = [event.clientX, event.clientY];
+    drawSpace(space, Number(slider.value));
+  });
+  space.addEventListener('pointerup', function () { held = null; });
   slider.addEventListener('input', function () { show(Number(slider.value)); });
   document.getElementById('moment-before').addEventListener('click', function () { step(-1); });
   document.getElementById('moment-after').addEventListener('click', function () { step(1); });

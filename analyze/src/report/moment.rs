@@ -8,8 +8,9 @@ use serde::Serialize;
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::findings::{Scene, rank};
+use super::worst;
 use crate::analysis::Analysis;
-use crate::events::{Event, EventKind};
+use crate::events::Event;
 use crate::page::{json_script, readable};
 
 /// Instants under the slider, those of events not counted.
@@ -52,17 +53,17 @@ struct Mark {
 #[derive(Debug, Serialize)]
 struct Instant {
     t: f64,
-    /// By wheel: x, y, load (N), its standard deviation (N).
-    wheels: Vec<[Option<f64>; 4]>,
+    /// By wheel: x, y, load (N), its standard deviation (N), least and largest load under any split (N).
+    wheels: Vec<[Option<f64>; 6]>,
     zmp: [Option<f64>; 2],
-    /// Below the centre of mass, along the plane's normal.
-    com: [Option<f64>; 2],
+    /// Centre of mass: x, y, height above the plane.
+    com: [Option<f64>; 3],
     /// Component of gravity along the plane: downhill direction and steepness.
     downhill: [Option<f64>; 2],
     /// Angle between gravity and the plane's normal (degrees).
     slope: Option<f64>,
-    /// By segment: x, y, x, y.
-    arm: Vec<[Option<f64>; 4]>,
+    /// By segment: x, y, height at either end.
+    arm: Vec<[Option<f64>; 6]>,
     /// Why the row is invalid; empty if it is valid.
     reasons: String,
 }
@@ -76,12 +77,14 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
         .map(|&event| &moments.events[event].label);
     html! {
         p.hint {
-            "Seen from above, forward is up. The area of a disc shows the load of a wheel; a dashed ring shows its load at rest. "
+            "From above, forward is up; from the right, forward is to the right; in space, drag to turn. The area of a disc shows the load of a wheel; a dashed ring shows its load at rest. "
             "Diamond: zero moment point (ZMP), where the resulting force of the ground acts, with its path over the last two seconds. "
             "Ring with a cross: centre of mass. Thick lines: arm. The machine tips about an edge when the ZMP reaches it."
         }
         div.moment.screen {
             svg.top-view id="moment" role="img" aria-label="The machine seen from above" {}
+            svg.top-view id="moment-side" role="img" aria-label="The machine seen from the right" {}
+            svg.top-view.turn id="moment-space" role="img" aria-label="The bodies of the machine in space; drag to turn" {}
             div.controls {
                 label {
                     "Time "
@@ -111,13 +114,14 @@ impl Moments {
     fn of(analysis: &Analysis) -> Self {
         let (machine, rows) = (&analysis.machine, &analysis.rows);
         let mut important: Vec<&Event> = (analysis.events.iter())
-            .filter(|event| event.kind != EventKind::InputGap)
+            .filter(|event| event.kind.is_stability())
             .collect();
         important.sort_by_key(|event| (rank(event.kind), event.start_ns));
         important.truncate(MOST_EVENTS);
         let step = rows.len().div_ceil(MOST_INSTANTS).max(1);
         let mut shown: Vec<usize> = (0..rows.len()).step_by(step).collect();
         shown.extend(important.iter().map(|event| rows.at(event.worst_ns)));
+        shown.extend(worst::row(analysis));
         shown.extend(rows.len().checked_sub(1));
         shown.sort_unstable();
         shown.dedup();
@@ -142,7 +146,8 @@ impl Moments {
             edges: (machine.polygon().edges().iter())
                 .map(|edge| [edge.from, edge.to])
                 .collect(),
-            first: important.first().map_or(0, |event| instant(event)),
+            first: worst::row(analysis)
+                .map_or(0, |row| shown.partition_point(|&other| other < row)),
             pictures: by_time.iter().enumerate().filter_map(pictured).collect(),
             events: events.collect(),
             instants: instants(analysis, &shown),
@@ -188,7 +193,21 @@ fn instants(analysis: &Analysis, shown: &[usize]) -> Vec<Instant> {
                 true => known(value(Quantity::LoadSigma(index)), 1.0),
                 false => None,
             };
-            [x, y, known(value(Quantity::Load(index)), 1.0), sigma]
+            let newtons = |quantity| known(value(quantity), 1.0);
+            [
+                x,
+                y,
+                newtons(Quantity::Load(index)),
+                sigma,
+                newtons(Quantity::LoadLeast(index)),
+                newtons(Quantity::LoadLargest(index)),
+            ]
+        };
+        let ground = placement.contacts.iter().map(|c| placement.normal.dot(c));
+        let ground = ground.sum::<f64>() / placement.contacts.len() as f64;
+        let in_space = |point: &Vector3<f64>| {
+            let [x, y] = place(point);
+            [x, y, known(placement.normal.dot(point) - ground, 1e3)]
         };
         let (downhill, slope) = slope(&placement, &state.base.up);
         instants.push(Instant {
@@ -198,13 +217,13 @@ fn instants(analysis: &Analysis, shown: &[usize]) -> Vec<Instant> {
                 known(value(Quantity::ZmpX), 1e3),
                 known(value(Quantity::ZmpY), 1e3),
             ],
-            com: place(&placement.centre_of_mass),
+            com: in_space(&placement.centre_of_mass),
             downhill,
             slope,
             arm: (placement.arm_segments.iter())
                 .map(|[from, to]| {
-                    let ([a, b], [c, d]) = (place(from), place(to));
-                    [a, b, c, d]
+                    let ([a, b, c], [d, e, f]) = (in_space(from), in_space(to));
+                    [a, b, c, d, e, f]
                 })
                 .collect(),
             reasons: reasons(analysis, row),

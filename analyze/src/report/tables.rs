@@ -3,25 +3,25 @@
 use maud::{Markup, html};
 use tipwatch_ingest::TopicTiming;
 
-use super::findings::{Scene, reason_counts};
+use super::findings::Scene;
+use super::when::Calendar;
 use crate::analysis::{Analysis, Input};
 use crate::base::provenance::FileHash;
 use crate::events::{Event, EventKind};
-use crate::page::{facts, list, number, or_dash, probability, readable, table};
+use crate::page::{facts, number, or_dash, probability, readable, table};
 
-/// Most events and lost ranges listed; the output tables have all.
+/// Most events listed; the output tables have all.
 const MOST_LISTED: usize = 500;
 
-/// The table of events.
+/// The table of events of the machine, and that of faults and gaps of its inputs by kind.
 pub(super) fn events(analysis: &Analysis) -> Markup {
-    if analysis.events.is_empty() {
-        return html! { p { "No events." } };
-    }
     let scene = Scene::of(analysis);
+    let calendar = Calendar::of(analysis);
     let head = [
         "Event",
-        "Wheel, edge or input",
+        "Wheel or edge",
         "Start [s]",
+        "Start, date and time",
         "End [s]",
         "Worst value",
         "At [s]",
@@ -29,12 +29,82 @@ pub(super) fn events(analysis: &Analysis) -> Markup {
         "Confidence",
         "Depends on load split",
     ];
-    let listed = analysis.events.iter().take(MOST_LISTED);
-    let rows: Vec<_> = listed.map(|event| event_row(&scene, event)).collect();
-    html! { (table(&head, &rows)) (not_listed(analysis.events.len(), "events")) }
+    let events = analysis.events.iter();
+    let (of_machine, of_inputs): (Vec<&Event>, Vec<&Event>) =
+        events.partition(|event| event.kind.is_stability());
+    let listed = of_machine.iter().take(MOST_LISTED);
+    let rows: Vec<_> = listed
+        .map(|event| event_row(&scene, calendar, event))
+        .collect();
+    html! {
+        @if rows.is_empty() { p { "No wheel or edge event." } } @else { (table(&head, &rows)) }
+        (not_listed(of_machine.len(), "events"))
+        @if !of_inputs.is_empty() {
+            h3 { "Faults and gaps of inputs" }
+            (grouped(&scene, &of_inputs))
+            p.hint { "Each of them is in events.parquet." }
+        }
+    }
 }
 
-fn event_row(scene: &Scene, event: &Event) -> Vec<String> {
+/// Faults and gaps by kind and input, in the order of their first start.
+fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
+    let mut groups: Vec<(String, Vec<&Event>)> = Vec::new();
+    for event in events {
+        let kind = event
+            .fault
+            .map_or(event.kind.name(), |fault| fault.kind.name());
+        let name = format!("{}: {}", event.subject, readable(kind));
+        match groups.iter_mut().find(|group| group.0 == name) {
+            Some(group) => group.1.push(event),
+            None => groups.push((name, vec![event])),
+        }
+    }
+    let rows = groups.iter().take(MOST_LISTED).map(|(name, events)| {
+        let length = |event: &&Event| {
+            let end_ns = event.end_ns.unwrap_or(event.worst_ns);
+            end_ns.saturating_sub(event.start_ns) as f64 * 1e-9
+        };
+        let total: f64 = events.iter().map(length).sum();
+        let worst = events.iter().filter(|event| event.worst.is_finite());
+        let worst = worst.max_by(|a, b| a.worst.abs().total_cmp(&b.worst.abs()));
+        let first = events.iter().map(|event| event.start_ns).min();
+        let last = events.iter().map(|event| event.start_ns).max();
+        let seconds = |time: Option<i64>| or_dash(time.map(|ns| scene.seconds(ns)), 2);
+        let samples: u64 = events
+            .iter()
+            .filter_map(|event| event.fault)
+            .map(|f| f.samples)
+            .sum();
+        vec![
+            name.clone(),
+            events.len().to_string(),
+            if samples > 0 {
+                samples.to_string()
+            } else {
+                "–".into()
+            },
+            format!("{total:.2}"),
+            seconds(first),
+            seconds(last),
+            worst.map_or("–".into(), |event| {
+                format!("{} {}", number(event.worst), event.unit)
+            }),
+        ]
+    });
+    let head = [
+        "Input and fault",
+        "Times",
+        "Samples",
+        "Total duration [s]",
+        "First at [s]",
+        "Last at [s]",
+        "Worst value",
+    ];
+    html! { (table(&head, &rows.collect::<Vec<_>>())) (not_listed(groups.len(), "groups")) }
+}
+
+fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> Vec<String> {
     let seconds = |time_ns: i64| format!("{:.2}", scene.seconds(time_ns));
     let worst = match event.kind {
         _ if !event.worst.is_finite() => number(event.worst),
@@ -47,6 +117,9 @@ fn event_row(scene: &Scene, event: &Event) -> Vec<String> {
         readable(event.kind.name()),
         scene.subject(event),
         seconds(event.start_ns),
+        calendar
+            .utc(event.start_ns)
+            .unwrap_or_else(|| "unknown".into()),
         end.unwrap_or_else(|| "end of the log".into()),
         worst,
         seconds(event.worst_ns),
@@ -115,45 +188,36 @@ fn input_row(input: &Input, timing: &TopicTiming) -> Vec<String> {
     ]
 }
 
-/// What a reader must know before relying on the results.
-pub(super) fn limitations(analysis: &Analysis) -> Markup {
-    let mut sentences = analysis.notes.clone();
-    let losses = &analysis.losses;
-    sentences.push(match losses.ranges.len() {
-        0 => "No damaged bytes were found in the parts of the log that were read".to_string(),
-        ranges => format!(
-            "{} bytes of the log were lost, in {ranges} ranges:",
-            losses.bytes_lost()
-        ),
-    });
-    sentences.extend(losses.lines().take(MOST_LISTED));
-    let valid = (analysis.rows.reasons.iter())
-        .filter(|reasons| reasons.is_empty())
-        .count();
-    sentences.push(format!(
-        "Wheel loads could be computed in {} of the log",
-        analysis.coverage
-    ));
-    sentences.push(format!("{valid} of {} rows are valid", analysis.rows.len()));
-    let reasons = reason_counts(analysis).into_iter();
-    sentences.extend(reasons.map(|(reason, count)| {
-        format!(
-            "{count} rows are invalid because of {}",
-            readable(reason.name())
-        )
-    }));
-    html! { (list(&sentences)) (not_listed(losses.ranges.len(), "lost ranges")) }
-}
-
 /// Where everything comes from.
 pub(super) fn provenance(analysis: &Analysis) -> Markup {
     let from = &analysis.provenance;
-    let mut rows = vec![
-        ("Program", format!("tipwatch {}", from.tipwatch_version)),
-        ("Time of the analysis", from.analysed_at.clone()),
-        ("Log format", from.log_format.clone()),
-    ];
+    let mut rows = Vec::new();
+    rows.extend(from.case.clone().map(|case| ("Case", case)));
+    rows.extend(from.examiner.clone().map(|examiner| ("Examiner", examiner)));
+    let program = from.program.as_ref().map_or("hash unknown".into(), |file| {
+        format!("{} bytes, SHA-256 {}", file.bytes, file.sha256)
+    });
+    rows.push((
+        "Program",
+        format!("tipwatch {}, {program}", from.tipwatch_version),
+    ));
+    if !from.command_line.is_empty() {
+        rows.push(("Command line", from.command_line.join(" ")));
+        let elsewhere = "in custody.json beside this report, with the hash of this report and of every \
+            other output; `tipwatch verify` repeats the analysis and compares them";
+        rows.push(("Time of the analysis", elsewhere.into()));
+    }
+    rows.push(("Log format", from.log_format.clone()));
     rows.extend(from.log.iter().map(|file| ("Log file", hash(file))));
+    rows.extend(from.recovered_from.iter().map(|origin| {
+        let files: Vec<String> = origin.files.iter().map(hash).collect();
+        let (files, lost) = (files.join("; "), origin.bytes_lost);
+        let by = format!(
+            "by tipwatch {}; {lost} bytes were lost",
+            origin.tipwatch_version
+        );
+        ("Recovered from", format!("{files}, {by}"))
+    }));
     let limits = analysis.min_loads_n.as_ref();
     rows.extend([
         ("Machine file", hash(&from.machine_file)),

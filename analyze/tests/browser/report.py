@@ -97,6 +97,16 @@ def check(browser, page):
         browser.run("document.getElementById('moment-before').click()")
         browser.run("document.getElementById('moment-after').click()")
         print("the slider moves the picture")
+        for name in ("moment", "moment-side", "moment-space"):
+            assert browser.run(f"document.getElementById('{name}').childElementCount") > 5, f"{name} is empty"
+        space = "document.getElementById('moment-space').innerHTML"
+        before = browser.run(space)
+        browser.run("(s => { const e = (t, x) => s.dispatchEvent(new PointerEvent(t, { clientX: x, clientY: 9, pointerId: 1 }));"
+                    "s.setPointerCapture = () => 0; e('pointerdown', 9); e('pointermove', 60); e('pointerup', 60) })"
+                    "(document.getElementById('moment-space'))")
+        assert browser.run(space) != before, "dragging does not turn the bodies"
+        print("dragging turns the bodies")
+    collisions(browser)
 
     for event in browser.events:
         kind, parameters = event.get("method"), event.get("params", {})
@@ -106,6 +116,18 @@ def check(browser, page):
             address = parameters["request"]["url"]
             assert address.startswith(("data:", "blob:")) or Path(address).parent.name == page.parent.name, address
     print("no errors, nothing from elsewhere")
+
+
+def collisions(browser):
+    """Labels of a picture from above or the side never cover each other."""
+    found = browser.run("""[...document.querySelectorAll('svg.top-view:not(.turn)')].flatMap(svg => {
+        const boxes = [...svg.querySelectorAll('text')].map(t => [t.textContent, t.getBoundingClientRect()]);
+        return boxes.flatMap(([name, a], i) => boxes.slice(i + 1)
+            .filter(([_, b]) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1
+                && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > a.height * 0.35)
+            .map(([other]) => (svg.id || svg.getAttribute('aria-label')) + ': ' + name + ' / ' + other)); })""")
+    assert not found, found
+    print("no labels collide")
 
 
 def pictures(browser, folder):

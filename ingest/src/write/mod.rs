@@ -4,6 +4,6 @@ mod recover;
 mod ros2_writer;
 
 pub use self::{
-    recover::{RecoverError, RecoveryReport, recover},
+    recover::{RecoverError, RecoveryReport, recover, recover_with},
     ros2_writer::{Ros2Writer, WriteError, WriterTopic},
 };

@@ -8,13 +8,17 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use mcap::{McapError, Writer, records::MessageHeader};
+use mcap::{
+    McapError, Writer,
+    records::{MessageHeader, Metadata},
+};
 use serde::Serialize;
 
 use super::ros2_writer;
 use crate::{
     log::Log,
     message::{Error, Extra, Losses, RawMessage, Topic, TopicId},
+    topics::MetadataRecord,
 };
 
 /// Why recovery failed.
@@ -71,11 +75,24 @@ impl RecoveryReport {
 /// The log cannot be read, or the new file exists already or cannot be written. An incomplete file
 /// is removed.
 pub fn recover(log: &Log, out: &Path) -> Result<RecoveryReport, RecoverError> {
+    recover_with(log, out, &|_| None)
+}
+
+/// Like [`recover`]; `record` makes a metadata record from the losses, which is written last: the origin
+/// of the new file.
+///
+/// # Errors
+/// As for [`recover`].
+pub fn recover_with(
+    log: &Log,
+    out: &Path,
+    record: &dyn Fn(&Losses) -> Option<MetadataRecord>,
+) -> Result<RecoveryReport, RecoverError> {
     let file = File::create_new(out).map_err(|source| RecoverError::Create {
         path: out.to_path_buf(),
         source,
     })?;
-    let result = write_all(log, file, out);
+    let result = write_all(log, file, out, record);
     if result.is_err() {
         // The first error is the one that matters.
         let _ = std::fs::remove_file(out);
@@ -83,7 +100,12 @@ pub fn recover(log: &Log, out: &Path) -> Result<RecoveryReport, RecoverError> {
     result
 }
 
-fn write_all(log: &Log, file: File, out: &Path) -> Result<RecoveryReport, RecoverError> {
+fn write_all(
+    log: &Log,
+    file: File,
+    out: &Path,
+    record: &dyn Fn(&Losses) -> Option<MetadataRecord>,
+) -> Result<RecoveryReport, RecoverError> {
     let failed = |source| RecoverError::Write {
         path: out.to_path_buf(),
         source,
@@ -105,6 +127,14 @@ fn write_all(log: &Log, file: File, out: &Path) -> Result<RecoveryReport, Recove
     })?;
     if let Some(source) = failure {
         return Err(failed(source));
+    }
+    if let Some(record) = record(&losses) {
+        let metadata = Metadata {
+            name: record.name,
+            metadata: record.values,
+        };
+        let origin = recovery.writer.write_metadata(&metadata);
+        origin.map_err(failed)?;
     }
     let mut report = recovery.finish(log).map_err(failed)?;
     report.losses = losses;

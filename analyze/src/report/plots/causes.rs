@@ -47,7 +47,7 @@ impl Plotter<'_> {
         // the fifth colour is black
         traces.push(self.curve(4, otf.kind().label, &self.valid(otf)));
         let title = format!("Wheel {name}: contributions to its overturning force (OTF)");
-        self.figure(&title, &axis("Contribution", otf), 340, traces, false)
+        self.figure(&title, &axis("Contribution", otf), 340, traces)
     }
 }
 

@@ -17,7 +17,7 @@ impl Plotter<'_> {
         traces.push(self.curve(0, margin.kind().label, &self.valid(margin)));
         let title =
             "Distance of the zero moment point (ZMP) from the nearest edge, positive inside";
-        self.figure(title, &axis("Margin", margin), 300, traces, false)
+        self.figure(title, &axis("Margin", margin), 300, traces)
     }
 
     /// Overturning moments and angles about each edge.
@@ -61,6 +61,6 @@ impl Plotter<'_> {
                 });
             }
         }
-        self.figure(title, &axis(what, kinds[0](0)), 320, traces, false)
+        self.figure(title, &axis(what, kinds[0](0)), 320, traces)
     }
 }

@@ -44,7 +44,7 @@ impl Plotter<'_> {
                     trace
                 });
             }
-            self.figure(title, unit, 300, traces, false)
+            self.figure(title, unit, 300, traces)
         })
         .collect()
     }

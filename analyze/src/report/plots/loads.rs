@@ -12,6 +12,10 @@ impl Plotter<'_> {
     pub(super) fn loads(&self) -> Figure {
         let mut traces = Traces::new();
         let names = self.wheel_names();
+        // below everything else
+        for (wheel, name) in names.iter().enumerate() {
+            traces.push(self.envelope(wheel, name));
+        }
         for (wheel, name) in names.iter().enumerate() {
             if let Some(band) = self.two_sigma(wheel, name) {
                 traces.push(band);
@@ -27,15 +31,11 @@ impl Plotter<'_> {
             let otf = self.curve(wheel, &label, &self.valid(otf));
             traces.push(otf.visible(Visible::LegendOnly));
         }
-        for (wheel, name) in names.iter().enumerate() {
-            traces.push(self.envelope(wheel, name));
-        }
         self.figure(
-            "Wheel loads with bands of two standard deviations (± 2 σ)",
+            "Wheel loads with bands of two standard deviations (± 2 σ) and envelopes",
             &axis("Load", Quantity::Load(0)),
             480,
             traces,
-            true,
         )
     }
 
@@ -100,7 +100,6 @@ impl Plotter<'_> {
             self.valid(Quantity::LoadLargest(wheel)),
         );
         let name = format!("{name} envelope");
-        let band = self.between(&name, &least, &largest, colour(wheel, 0.2));
-        band.visible(Visible::LegendOnly)
+        self.between(&name, &least, &largest, colour(wheel, 0.07))
     }
 }

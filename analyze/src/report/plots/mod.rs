@@ -7,6 +7,7 @@ mod inputs;
 mod loads;
 mod plotter;
 mod quality;
+mod timeline;
 mod uncertainty;
 
 pub(super) use figures::figures;

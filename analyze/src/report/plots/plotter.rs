@@ -2,21 +2,22 @@
 
 use plotly::Traces;
 use plotly::color::Rgba;
-use plotly::common::{Anchor, Fill, Font, HoverInfo, Line, Mode};
-use plotly::layout::{Annotation, Shape, ShapeLayer, ShapeLine, ShapeType};
+use plotly::common::{Fill, HoverInfo, Line, Mode};
+use plotly::layout::{Shape, ShapeLayer, ShapeLine, ShapeType};
 use tipwatch_mechanics::Quantity;
 
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
-use crate::page::{
-    ColumnScatter, Figure, MOST_POINTS, layout, line, plain, readable, rows_to_draw, scatter,
-};
+use crate::page::{ColumnScatter, Figure, MOST_POINTS, layout, line, plain, rows_to_draw, scatter};
 use crate::report::findings::{Scene, rank};
 
 /// Points of a filled shape's edge, and of a curve that is hidden at first: the page stays small.
 pub(super) const FEWER_POINTS: usize = 1000;
 /// Most events shown in a figure, the most important ones.
 pub(in crate::report) const MOST_EVENTS: usize = 100;
+
+/// Room above a plot (pixels).
+const ABOVE: usize = 32;
 
 /// Draws the curves of one analysis.
 pub(super) struct Plotter<'a> {
@@ -111,21 +112,10 @@ impl<'a> Plotter<'a> {
         wheels.map(|wheel| plain(&wheel.name)).collect()
     }
 
-    pub(super) fn figure(
-        &self,
-        title: &str,
-        unit: &str,
-        height: usize,
-        traces: Traces,
-        labels: bool,
-    ) -> Figure {
-        let top = if labels { 84 } else { 32 };
+    pub(super) fn figure(&self, title: &str, unit: &str, height: usize, traces: Traces) -> Figure {
         let events = shown(&self.analysis.events);
-        let mut layout = layout(unit, height, top, self.last_second())
+        let layout = layout(unit, height, ABOVE, self.last_second())
             .shapes(events.iter().map(|event| self.band(event)).collect());
-        if labels {
-            layout = layout.annotations(self.labels(&events));
-        }
         Figure::new(title, traces, layout)
     }
 
@@ -160,30 +150,6 @@ impl<'a> Plotter<'a> {
                     .width(1.0)
                     .color(Rgba::new(red, green, blue, 0.6)),
             )
-    }
-
-    /// Labels above the plot in four lines, so that neighbours rarely cover each other.
-    pub(super) fn labels(&self, events: &[&Event]) -> Vec<Annotation> {
-        let scene = Scene::of(self.analysis);
-        let label = |(index, event): (usize, &&Event)| {
-            let text = format!(
-                "{} {}",
-                readable(event.kind.name()),
-                plain(&scene.subject(event))
-            );
-            Annotation::new()
-                .text(text)
-                .x_ref("x")
-                .x(self.span(event).0)
-                .y_ref("paper")
-                .y(1.0)
-                .y_shift(2.0 + 15.0 * (index % 4) as f64)
-                .x_anchor(Anchor::Left)
-                .y_anchor(Anchor::Bottom)
-                .show_arrow(false)
-                .font(Font::new().size(11).color("#333"))
-        };
-        events.iter().enumerate().map(label).collect()
     }
 }
 

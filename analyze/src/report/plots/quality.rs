@@ -22,11 +22,11 @@ const IMPLAUSIBLE: usize = 1;
 const INVALID: usize = 4;
 
 /// A lane of the figure.
-struct Lane {
-    name: String,
-    colour: usize,
+pub(super) struct Lane {
+    pub(super) name: String,
+    pub(super) colour: usize,
     /// Start and end of what is drawn (s).
-    spans: Vec<(f64, f64)>,
+    pub(super) spans: Vec<(f64, f64)>,
 }
 
 impl Plotter<'_> {
@@ -36,12 +36,17 @@ impl Plotter<'_> {
         let mut lanes = self.present();
         lanes.extend(self.implausible());
         lanes.extend(self.invalid());
+        let title = "Input quality: signals present, implausible signals, invalid rows";
+        self.lanes(title, &lanes)
+    }
+
+    /// A figure of lanes, each under its name.
+    pub(super) fn lanes(&self, title: &str, lanes: &[Lane]) -> Figure {
         let mut traces = Traces::new();
         for (place, lane) in lanes.iter().enumerate() {
             traces.push(self.bar(place, lane));
         }
-        let title = "Input quality: signals present, implausible signals, invalid rows";
-        let mut figure = self.figure(title, "", 64 + LANE * lanes.len(), traces, false);
+        let mut figure = self.figure(title, "", 64 + LANE * lanes.len(), traces);
         let label = |(place, lane): (usize, &Lane)| {
             Annotation::new()
                 .text(&lane.name)

@@ -62,6 +62,6 @@ impl Plotter<'_> {
                 traces.push(self.curve(index, &name, &self.valid(band.quantity)));
             }
         }
-        self.figure(title, unit, 340, traces, false)
+        self.figure(title, unit, 340, traces)
     }
 }

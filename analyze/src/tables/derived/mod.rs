@@ -105,7 +105,6 @@ fn provenance(analysis: &Analysis) -> BTreeMap<String, String> {
             "tipwatch_version".to_string(),
             provenance.tipwatch_version.clone(),
         ),
-        ("analysed_at".to_string(), provenance.analysed_at.clone()),
         ("machine".to_string(), analysis.machine.name().to_string()),
         (
             "model".to_string(),

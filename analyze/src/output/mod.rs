@@ -1,5 +1,8 @@
 //! Writes the files of an analysis or a replay into an output folder, never beside the log.
 
+pub mod custody;
+pub mod differences;
+
 use std::fs;
 use std::path::Path;
 
@@ -14,6 +17,16 @@ use crate::tables::derived::Derived;
 use crate::tables::summary::Summary;
 use crate::tables::{parquet, table};
 
+const SAMPLES: &str = "samples.parquet";
+const EVENTS: &str = "events.parquet";
+const SUMMARY: &str = "summary.json";
+const REPORT: &str = "report.html";
+const DERIVED: &str = "derived.mcap";
+/// The report on paper.
+pub const PDF: &str = "report.pdf";
+/// The judgement of a policy.
+pub const JUDGEMENT: &str = "policy.json";
+
 /// Which files to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Outputs {
@@ -23,15 +36,15 @@ pub enum Outputs {
     Samples,
 }
 
-/// Writes the files of an analysis into `folder`, which is created if missing.
+/// Writes the files of an analysis into `folder`, which is created if missing; returns their names.
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<()> {
+pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<Vec<&'static str>> {
     fs::create_dir_all(folder)
         .with_context(|| format!("{}: cannot be created", folder.display()))?;
     if outputs == Outputs::Samples {
-        return write_samples(analysis, folder);
+        return write_samples(analysis, folder).map(|()| vec![SAMPLES]);
     }
     let (tables, documents) = rayon::join(
         || {
@@ -41,16 +54,19 @@ pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<()>
         },
         || write_documents(analysis, folder),
     );
-    tables.and(documents)
+    let further = tables?;
+    documents?;
+    let always = [SAMPLES, EVENTS, SUMMARY, REPORT, DERIVED];
+    Ok(always.into_iter().chain(further).collect())
 }
 
 fn write_samples(analysis: &Analysis, folder: &Path) -> Result<()> {
-    let path = folder.join("samples.parquet");
+    let path = folder.join(SAMPLES);
     parquet::write(&mut table::samples(analysis)?, &analysis.provenance, &path)
 }
 
 fn write_events(analysis: &Analysis, folder: &Path) -> Result<()> {
-    let path = folder.join("events.parquet");
+    let path = folder.join(EVENTS);
     parquet::write(
         &mut table::events(&analysis.events)?,
         &analysis.provenance,
@@ -58,21 +74,23 @@ fn write_events(analysis: &Analysis, folder: &Path) -> Result<()> {
     )
 }
 
-/// Writes the tables that not every analysis has.
-fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<()> {
+/// Writes the tables that not every analysis has; returns their names.
+fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<Vec<&'static str>> {
+    let mut written = Vec::new();
     for (name, table) in [
         ("sensitivity.parquet", table::sensitivity(analysis)?),
         ("monte_carlo.parquet", table::monte_carlo(analysis)?),
     ] {
         if let Some(mut table) = table {
             parquet::write(&mut table, &analysis.provenance, &folder.join(name))?;
+            written.push(name);
         }
     }
-    Ok(())
+    Ok(written)
 }
 
 fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
-    let path = folder.join("derived.mcap");
+    let path = folder.join(DERIVED);
     let (page, derived) = rayon::join(
         || write_report(analysis, folder),
         || Derived::begin(analysis, &path),
@@ -88,10 +106,20 @@ fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
 fn write_report(analysis: &Analysis, folder: &Path) -> Result<String> {
     let summary = Summary::of(analysis, report::findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
-    write_text(&folder.join("summary.json"), &text)?;
+    write_text(&folder.join(SUMMARY), &text)?;
     let page = report::render(analysis, PlotLibrary::Inside);
-    write_text(&folder.join("report.html"), &page)?;
+    write_text(&folder.join(REPORT), &page)?;
     Ok(page)
+}
+
+/// Writes the report as PDF/A-2b: `report.pdf`.
+///
+/// # Errors
+/// The report cannot be written as PDF/A, or the file cannot be written.
+pub fn write_pdf(analysis: &Analysis, folder: &Path) -> Result<()> {
+    let path = folder.join(PDF);
+    let bytes = report::render_pdf(analysis)?;
+    fs::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))
 }
 
 /// Writes the judgement of a policy: `policy.json`. A log that could not be analysed has nothing else.
@@ -102,7 +130,7 @@ pub fn write_judgement(judgement: &Judgement, folder: &Path) -> Result<()> {
     fs::create_dir_all(folder)
         .with_context(|| format!("{}: cannot be created", folder.display()))?;
     let text = serde_json::to_string_pretty(judgement)?;
-    write_text(&folder.join("policy.json"), &text)
+    write_text(&folder.join(JUDGEMENT), &text)
 }
 
 fn write_text(path: &Path, text: &str) -> Result<()> {

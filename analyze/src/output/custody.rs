@@ -1,0 +1,221 @@
+//! The custody record of an output folder, `custody.json`: what went in, what ran, what came out.
+//!
+//! The time of the analysis is here alone, so that every other output is the same bytes when the analysis is
+//! repeated.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::Analysis;
+use crate::base::files::write_atomically;
+use crate::base::provenance::{FileHash, hash_file, hash_of, program};
+use crate::base::recovered::RecoveredFrom;
+
+/// Name of the record.
+pub const RECORD: &str = "custody.json";
+/// Version of the record's keys.
+const SCHEMA: u32 = 1;
+
+/// Who asked for an analysis, and how.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Origin {
+    /// The command line as typed, the program first.
+    pub command_line: Vec<String>,
+    /// The case.
+    pub case: Option<String>,
+    /// The examiner.
+    pub examiner: Option<String>,
+}
+
+/// The record.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Custody {
+    /// Version of these keys.
+    pub schema: u32,
+    /// The case.
+    pub case: Option<String>,
+    /// The examiner.
+    pub examiner: Option<String>,
+    /// Time of the analysis (RFC 3339, UTC).
+    pub analysed_at: String,
+    /// Version of the program.
+    pub tipwatch_version: String,
+    /// The program's file.
+    pub program: Option<FileHash>,
+    /// The folder from which relative paths count.
+    pub working_directory: String,
+    /// The command line, the program first.
+    pub command_line: Vec<String>,
+    /// The log of this folder, as given.
+    pub log: String,
+    /// The machine file, as given.
+    pub machine_file: String,
+    /// Every file that was read.
+    pub inputs: Vec<Input>,
+    /// What a recovered log was recovered from, the original first.
+    pub recovered_from: Vec<RecoveredFrom>,
+    /// Every file that was written, but this one. Paths are relative to the folder of this record.
+    pub outputs: Vec<FileHash>,
+}
+
+/// An input and its role.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Input {
+    /// "log", "machine file", "urdf" or "policy".
+    pub role: String,
+    /// The file.
+    #[serde(flatten)]
+    pub file: FileHash,
+}
+
+/// The files of an analysis that its [`Analysis`] does not know.
+#[derive(Debug, Clone, Copy)]
+pub struct Files<'a> {
+    /// The log, as given.
+    pub log: &'a Path,
+    /// The policy file.
+    pub policy: Option<&'a Path>,
+    /// Names of the files that were written.
+    pub written: &'a [&'a str],
+}
+
+impl Origin {
+    /// Notes it in the provenance of an analysis.
+    pub fn note(&self, analysis: &mut Analysis) {
+        let provenance = &mut analysis.provenance;
+        provenance.command_line.clone_from(&self.command_line);
+        provenance.case.clone_from(&self.case);
+        provenance.examiner.clone_from(&self.examiner);
+    }
+}
+
+/// Writes the record of an analysis into the folder of its outputs; returns the record's own SHA-256.
+///
+/// # Errors
+/// A file cannot be read or written.
+pub fn write(analysis: &Analysis, files: Files<'_>, folder: &Path) -> Result<String> {
+    let from = &analysis.provenance;
+    let input = |role: &str, file: FileHash| Input {
+        role: role.into(),
+        file,
+    };
+    let mut inputs: Vec<Input> = from.log.iter().map(|f| input("log", f.clone())).collect();
+    let metadata = files.log.join("metadata.yaml");
+    if metadata.is_file() && !from.log.iter().any(|f| Path::new(&f.path) == metadata) {
+        inputs.push(input("log", hash_file(&metadata)?));
+    }
+    inputs.push(input("machine file", from.machine_file.clone()));
+    // a URDF in the log is part of the log
+    if Path::new(&from.urdf.path).is_file() {
+        inputs.push(input("urdf", from.urdf.clone()));
+    }
+    if let Some(policy) = files.policy {
+        inputs.push(input("policy", hash_file(policy)?));
+    }
+    let mut outputs = Vec::new();
+    for name in files.written {
+        let mut file = hash_file(&folder.join(name))?;
+        file.path = (*name).into();
+        outputs.push(file);
+    }
+    let record = Custody {
+        schema: SCHEMA,
+        case: from.case.clone(),
+        examiner: from.examiner.clone(),
+        analysed_at: jiff::Timestamp::now()
+            .strftime("%Y-%m-%dT%H:%M:%SZ")
+            .to_string(),
+        tipwatch_version: from.tipwatch_version.clone(),
+        program: program_file(),
+        working_directory: working_directory(),
+        command_line: from.command_line.clone(),
+        log: files.log.display().to_string(),
+        machine_file: from.machine_file.path.clone(),
+        inputs,
+        recovered_from: from.recovered_from.clone(),
+        outputs,
+    };
+    let text = serde_json::to_string_pretty(&record)?;
+    write_atomically(&folder.join(RECORD), text.as_bytes())?;
+    Ok(hash_of(String::new(), text.as_bytes()).sha256)
+}
+
+/// The program's own file, with its folder.
+fn program_file() -> Option<FileHash> {
+    let path = std::env::current_exe().ok();
+    let named = path.map(|path| path.display().to_string());
+    program().map(|file| FileHash {
+        path: named.unwrap_or_else(|| file.path.clone()),
+        ..file
+    })
+}
+
+fn working_directory() -> String {
+    std::env::current_dir().map_or(String::new(), |folder| folder.display().to_string())
+}
+
+impl Custody {
+    /// Reads the record of an output folder.
+    ///
+    /// # Errors
+    /// The folder has no record, or it is of another kind or version.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(RECORD);
+        let text = std::fs::read_to_string(&path)
+            .with_context(|| format!("{}: cannot be read", path.display()))?;
+        let record: Self = serde_json::from_str(&text)
+            .with_context(|| format!("{}: expected a custody record", path.display()))?;
+        if record.schema != SCHEMA {
+            let (path, found) = (path.display(), record.schema);
+            bail!("{path}: expected a custody record of version {SCHEMA}, found version {found}");
+        }
+        Ok(record)
+    }
+
+    /// The inputs under `folder` that are missing or no longer have their recorded bytes, as sentences.
+    #[must_use]
+    pub fn changed_inputs(&self, folder: &Path) -> Vec<String> {
+        let changed = |input: &Input| {
+            let what = change(&folder.join(&input.file.path), &input.file)?;
+            Some(format!("{} {}: {what}", input.role, input.file.path))
+        };
+        self.inputs.iter().filter_map(changed).collect()
+    }
+
+    /// The outputs in `folder` that are missing or no longer have their recorded bytes, as sentences.
+    #[must_use]
+    pub fn changed_outputs(&self, folder: &Path) -> Vec<String> {
+        let changed = |file: &FileHash| {
+            let what = change(&folder.join(&file.path), file)?;
+            Some(format!("{}: {what}", file.path))
+        };
+        self.outputs.iter().filter_map(changed).collect()
+    }
+
+    /// The folder from which the recorded relative paths lead to the recorded inputs: the current one, or
+    /// else the recorded one. If neither does, the second value says what is wrong there.
+    #[must_use]
+    pub fn base(&self) -> (PathBuf, Vec<String>) {
+        let here = PathBuf::new();
+        if self.changed_inputs(&here).is_empty() {
+            return (here, Vec::new());
+        }
+        let recorded = PathBuf::from(&self.working_directory);
+        let changed = self.changed_inputs(&recorded);
+        (recorded, changed)
+    }
+}
+
+/// How a file differs from its record; `None` if it does not.
+fn change(path: &Path, recorded: &FileHash) -> Option<String> {
+    match hash_file(path) {
+        Err(_) => Some("is missing or cannot be read".into()),
+        Ok(found) if found.sha256 == recorded.sha256 => None,
+        Ok(found) => Some(format!(
+            "expected SHA-256 {}, found {}",
+            recorded.sha256, found.sha256
+        )),
+    }
+}

@@ -1,0 +1,231 @@
+//! What the results rest on: methods, assumptions, validation, limitations of this analysis.
+
+use maud::{Markup, html};
+use tipwatch_mechanics::machine::{Ground, Split};
+use tipwatch_mechanics::{Quantity, State};
+
+use super::conclusion::valid_share;
+use super::findings::reason_counts;
+use crate::analysis::Analysis;
+use crate::base::options::{Estimator, ModelKind};
+use crate::page::{list, number, percent, readable, table};
+
+/// The measured accuracy stands in one place, where a test keeps it true.
+const README: &str = include_str!("../../../README.md");
+/// Lost ranges listed; `summary.json` has all.
+const MOST_LISTED: usize = 100;
+
+/// How the loads were computed.
+pub(super) fn methods(analysis: &Analysis) -> Markup {
+    let estimator = match analysis.options.estimator {
+        Estimator::Smoother => "Smoother: each row uses earlier and later samples.",
+        Estimator::Causal => {
+            "Causal estimator: each row uses earlier samples alone, as the live monitor does."
+        }
+    };
+    let model = match analysis.options.model {
+        ModelKind::WholeBody => {
+            "Forces and moments by recursive Newton-Euler dynamics over all bodies."
+        }
+        ModelKind::VariableInertia => {
+            "Analytic model with the inertia of the platform depending on its actuators."
+        }
+        ModelKind::ClosedForm => {
+            "Analytic model with a rigid platform and the suspension at mid stroke."
+        }
+    };
+    let contact = analysis.machine.contact();
+    let split = match &contact.split {
+        Split::RollMomentDistribution { share, .. } => format!(
+            "What equilibrium leaves open of the load split follows from the stated rule: the front axle carries {:.0} % of \
+             the load difference between the sides.",
+            100.0 * share
+        ),
+        Split::Springs => "What equilibrium leaves open of the load split follows from the stated rule: wheels are springs \
+            of their stiffness under a rigid frame.".into(),
+    };
+    let items = [
+        estimator.to_string(),
+        model.to_string(),
+        split,
+        "The envelope is the range of loads over all splits that equilibrium allows, without any rule.".into(),
+        "Bands of two standard deviations (± 2 σ) propagate the stated uncertainties of signals and parameters to first order; \
+         they hold under the stated split.".into(),
+        "A finding's confidence is the probability, from the standard deviation of the OTF under the stated split, that the \
+         limit was passed.".into(),
+    ];
+    html! { (list(items)) }
+}
+
+/// What was measured elsewhere: errors on logs with known loads.
+pub(super) fn validation() -> Markup {
+    let lines = validation_table();
+    let cells = |line: &&str| -> Vec<String> {
+        let cells = line.trim_matches('|').split('|');
+        cells.map(|cell| cell.trim().to_string()).collect()
+    };
+    let rows: Vec<Vec<String>> = lines.iter().map(cells).collect();
+    let (head, rows) = rows
+        .split_first()
+        .map_or((Vec::new(), Vec::new()), |(head, rows)| {
+            (head.clone(), rows.iter().skip(1).cloned().collect())
+        });
+    html! {
+        p {
+            "Root mean square error of the loads as a share of the mean load, clean / noisy sensors, against the contact forces \
+             of an independent simulator. These figures hold for those machines and manoeuvres; they are not a bound for this \
+             log. They do not hold after a machine has begun to tip. No log of a real tip-over with known loads was available."
+        }
+        (table(&head, &rows))
+    }
+}
+
+/// Lines of the table of accuracy: head, rule, rows.
+fn validation_table() -> Vec<&'static str> {
+    let section = README.split("## Accuracy").nth(1).unwrap_or_default();
+    let section = section.split("\n## ").next().unwrap_or_default();
+    section
+        .lines()
+        .filter(|line| line.starts_with('|'))
+        .collect()
+}
+
+/// What a reader must know before relying on the results: only what follows from this log and machine.
+pub(super) fn limitations(analysis: &Analysis) -> Markup {
+    let mut sentences = of_model(analysis);
+    sentences.extend(of_log(analysis));
+    let findings: Vec<_> = analysis.notes.clone();
+    let losses = &analysis.losses;
+    let lost: Vec<String> = losses.lines().take(MOST_LISTED).collect();
+    html! {
+        (list(&sentences))
+        @if !findings.is_empty() { h3 { "Notes of the analysis" } (list(&findings)) }
+        h3 { "Losses of the log" }
+        @if lost.is_empty() {
+            p { "No damaged bytes were found in the parts of the log that were read." }
+        } @else {
+            p { (losses.bytes_lost()) " bytes of the log were lost, in " (losses.ranges.len()) " ranges:" }
+            (list(&lost))
+            @if losses.ranges.len() > MOST_LISTED {
+                p { (losses.ranges.len() - MOST_LISTED) " more lost ranges are in summary.json." }
+            }
+        }
+    }
+}
+
+fn of_model(analysis: &Analysis) -> Vec<String> {
+    let machine = &analysis.machine;
+    let contact = machine.contact();
+    let mut found = Vec::new();
+    if contact.ground == Ground::Unknown && open_split(analysis) > 0.05 {
+        found.push(format!(
+            "The shape of the ground under the wheels is unknown. Equilibrium leaves open how the load is shared: the envelope \
+             of a wheel is {} of its load at rest wide in the median.",
+            percent(open_split(analysis))
+        ));
+    }
+    if !contact.tyres_deflect {
+        found.push("No tyre stiffness is stated: the tyres are rigid in this model, and their deflection is left out.".into());
+    }
+    if machine.suspension().is_none() && machine.linkages().is_empty() {
+        found.push(
+            "No suspension is described: compliance between frame and wheels is left out.".into(),
+        );
+    }
+    found.push(
+        "Flexibility of frame and arm, tyre camber and lateral tyre deflection are not modelled."
+            .into(),
+    );
+    if machine.payloads().is_empty() && machine.arm_mounting().is_some() {
+        found.push("No payload is stated: whatever the arm held beyond the masses of the URDF is missing from the loads.".into());
+    }
+    if machine.tool().is_none() && machine.arm_mounting().is_some() {
+        found.push("No force on the tool was logged: a contact of the arm with the ground or a load would be invisible.".into());
+    }
+    found
+}
+
+/// Median width of the envelopes as a share of the loads at rest.
+fn open_split(analysis: &Analysis) -> f64 {
+    let rows = &analysis.rows;
+    let mut widths = Vec::new();
+    for wheel in 0..analysis.machine.wheels().len() {
+        let at_rest = analysis.machine.reference().static_load[wheel];
+        let least = rows.outcomes.column(Quantity::LoadLeast(wheel));
+        let largest = rows.outcomes.column(Quantity::LoadLargest(wheel));
+        let valid = (0..rows.len()).filter(|&row| rows.is_valid(row));
+        widths.extend(valid.map(|row| (largest[row] - least[row]) / at_rest));
+    }
+    widths.retain(|width| width.is_finite());
+    let middle = widths.len() / 2;
+    match widths.is_empty() {
+        true => 0.0,
+        false => *widths.select_nth_unstable_by(middle, f64::total_cmp).1,
+    }
+}
+
+fn of_log(analysis: &Analysis) -> Vec<String> {
+    let has = |signal: &str| analysis.inputs.iter().any(|input| input.signal == signal);
+    let mut found = Vec::new();
+    if !has("imu") {
+        found.push("No inertial measurement unit (IMU) was recorded.".into());
+    }
+    if !has("odometry") {
+        found.push(
+            "No odometry was recorded: speed, path and cornering are unknown, and acceleration cannot be told apart from slope.".into(),
+        );
+    }
+    if !any_attitude(analysis) {
+        found.push(
+            "No attitude was recorded: the slope is unknown (the loads do not need it).".into(),
+        );
+    }
+    let share = valid_share(analysis);
+    if share < 1.0 {
+        found.push(format!(
+            "Loads are known in {} of the rows.",
+            percent(share)
+        ));
+    }
+    found.extend(reason_counts(analysis).into_iter().map(|(reason, count)| {
+        format!(
+            "{count} rows are invalid because of {}.",
+            readable(reason.name())
+        )
+    }));
+    let unused: u64 = analysis
+        .inputs
+        .iter()
+        .map(|input| input.counts.implausible)
+        .sum();
+    if unused > 0 {
+        found.push(format!(
+            "{} samples were implausible.",
+            number(unused as f64)
+        ));
+    }
+    found
+}
+
+fn any_attitude(analysis: &Analysis) -> bool {
+    let rows = &analysis.rows;
+    let mut state = State::zero(&analysis.machine);
+    let step = (rows.len() / 50).max(1);
+    (0..rows.len()).step_by(step).any(|row| {
+        rows.states.get(row, &mut state);
+        state.base.up.iter().all(|part| part.is_finite())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_validation_figures_are_those_of_the_readme() {
+        let lines = validation_table();
+        assert!(lines.len() >= 6, "{lines:?}");
+        assert!(lines[0].contains("manoeuvre") && lines[1].starts_with("|-"));
+        assert!(lines[2..].iter().all(|line| line.contains('%')));
+    }
+}

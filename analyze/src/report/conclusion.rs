@@ -1,0 +1,267 @@
+//! The first lines of the report: did it tip over, which wheels left the ground, how sure, under which
+//! assumptions, when.
+
+use maud::Markup;
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::{Ground, Split};
+
+use super::findings::{Scene, rank};
+use super::when::Calendar;
+use super::worst;
+use crate::analysis::Analysis;
+use crate::analysis::imu_check::FAULT;
+use crate::events::{Event, EventKind};
+use crate::page::{facts, number, percent, probability};
+
+/// Tilt from which a machine counts as tipped over (degrees).
+const TIPPED_DEG: f64 = 10.0;
+
+/// Question and answer, five of them, in the order of their importance.
+pub(crate) fn conclusion(analysis: &Analysis) -> [(&'static str, String); 5] {
+    [
+        ("Did it tip over?", tipped_over(analysis)),
+        ("Which wheels left the ground?", lifted(analysis)),
+        ("How sure is this?", certainty(analysis)),
+        ("Under which assumptions?", assumptions(analysis)),
+        ("When was it?", when(analysis)),
+    ]
+}
+
+pub(super) fn section(analysis: &Analysis) -> Markup {
+    facts(&conclusion(analysis))
+}
+
+/// Share of the rows with loads, 0 to 1.
+pub(super) fn valid_share(analysis: &Analysis) -> f64 {
+    let rows = analysis.rows.len();
+    let valid = (0..rows).filter(|&row| analysis.rows.is_valid(row)).count();
+    valid as f64 / (rows.max(1)) as f64
+}
+
+/// "of the log", or of the part that is known.
+fn scope(analysis: &Analysis) -> String {
+    match valid_share(analysis) {
+        share if share >= 1.0 => "in this log".into(),
+        share => format!(
+            "in the {} of the rows that can be computed; nothing is known of the others",
+            percent(share)
+        ),
+    }
+}
+
+fn of_kind(analysis: &Analysis, kind: EventKind) -> impl Iterator<Item = &Event> {
+    analysis
+        .events
+        .iter()
+        .filter(move |event| event.kind == kind)
+}
+
+fn tipped_over(analysis: &Analysis) -> String {
+    let scene = Scene::of(analysis);
+    let at = |event: &Event| format!("from t = {:.2} s", scene.seconds(event.start_ns));
+    if valid_share(analysis) <= 0.0 {
+        return "Unknown: wheel loads cannot be computed in any row.".into();
+    }
+    if let Some(event) = of_kind(analysis, EventKind::TipOver).next() {
+        let (edge, at) = (scene.subject(event), at(event));
+        return match event.worst.to_degrees() {
+            tilt if tilt >= TIPPED_DEG => {
+                format!("Yes, about the {edge} edge, {at}: its tilt grew by {tilt:.1}°.")
+            }
+            _ => format!(
+                "Not known: it was tipping about the {edge} edge {at} when the log ends, and no tilt of {TIPPED_DEG:.0}° was seen."
+            ),
+        };
+    }
+    let scope = scope(analysis);
+    match of_kind(analysis, EventKind::EdgeTipping).next() {
+        Some(event) => format!(
+            "No tip-over {scope}. But it was tipping about the {} edge {}.",
+            scene.subject(event),
+            at(event)
+        ),
+        None => format!("No tip-over {scope}."),
+    }
+}
+
+fn lifted(analysis: &Analysis) -> String {
+    if valid_share(analysis) <= 0.0 {
+        return "Unknown.".into();
+    }
+    let scene = Scene::of(analysis);
+    let mut events: Vec<&Event> = of_kind(analysis, EventKind::WheelLift).collect();
+    events.sort_by_key(|event| (event.start_ns, rank(event.kind)));
+    let mut wheels: Vec<(String, f64, usize, bool)> = Vec::new();
+    for event in events {
+        let name = scene.subject(event);
+        let depends = event.split_dependent != Some(false);
+        match wheels.iter_mut().find(|wheel| wheel.0 == name) {
+            Some(wheel) => (wheel.2, wheel.3) = (wheel.2 + 1, wheel.3 && depends),
+            None => wheels.push((name, scene.seconds(event.start_ns), 1, depends)),
+        }
+    }
+    let text = |(name, start, times, _): &(String, f64, usize, bool)| match times {
+        1 => format!("{name} (from t = {start:.2} s)"),
+        times => format!("{name} ({times} times, first from t = {start:.2} s)"),
+    };
+    let of = |depends: bool| -> Vec<String> {
+        wheels
+            .iter()
+            .filter(|wheel| wheel.3 == depends)
+            .map(text)
+            .collect()
+    };
+    let (sure, by_rule) = (of(false), of(true));
+    let mut sentences = Vec::new();
+    if !sure.is_empty() {
+        sentences.push(format!(
+            "Under any load split that equilibrium allows: {}.",
+            sure.join(", ")
+        ));
+    }
+    if !by_rule.is_empty() {
+        sentences.push(format!(
+            "Under the stated load split, but not under every one that equilibrium allows: {}.",
+            by_rule.join(", ")
+        ));
+    }
+    if wheels.is_empty() {
+        sentences.push(format!(
+            "None under the stated load split {}.",
+            scope(analysis)
+        ));
+    }
+    sentences.extend(could_have_lifted(analysis, &wheels));
+    sentences.join(" ")
+}
+
+/// Other wheels that carry no load under some split.
+fn could_have_lifted(analysis: &Analysis, lifted: &[(String, f64, usize, bool)]) -> Option<String> {
+    let rows = &analysis.rows;
+    let names: Vec<&str> = (analysis.machine.wheels().iter().enumerate())
+        .filter(|(wheel, facts)| {
+            let least = rows.outcomes.column(Quantity::LoadLeast(*wheel));
+            let unloaded = |row: usize| rows.is_valid(row) && least[row] <= 0.0;
+            !lifted.iter().any(|known| known.0 == facts.name) && (0..rows.len()).any(unloaded)
+        })
+        .map(|(_, facts)| facts.name.as_str())
+        .collect();
+    match names.is_empty() {
+        true if lifted.is_empty() => Some(
+            "No split that equilibrium allows unloads a wheel, tolerances of the inputs aside."
+                .into(),
+        ),
+        true => None,
+        false => Some(format!(
+            "Another split that equilibrium allows would leave {} without load at some time; weighing, cylinder \
+             pressures or known flat ground would decide.",
+            names.join(", ")
+        )),
+    }
+}
+
+fn certainty(analysis: &Analysis) -> String {
+    let scene = Scene::of(analysis);
+    let mut sentences = Vec::new();
+    let mut events: Vec<&Event> = (analysis.events.iter())
+        .filter(|event| event.kind.is_stability())
+        .collect();
+    events.sort_by_key(|event| (rank(event.kind), event.start_ns));
+    match events.first() {
+        Some(event) => {
+            let what = format!(
+                "{} {}",
+                crate::page::readable(event.kind.name()),
+                scene.subject(event)
+            );
+            sentences.push(match event.certainty {
+                Some(certainty) => format!(
+                    "Confidence in \"{what}\": {}, from the stated uncertainties, under the stated load split and the assumptions below.",
+                    probability(certainty)
+                ),
+                None => format!("No confidence could be computed for \"{what}\"."),
+            });
+        }
+        None => sentences
+            .extend(worst::lightest(analysis).map(|(row, wheel)| smallest(analysis, row, wheel))),
+    }
+    let share = valid_share(analysis);
+    if share < 1.0 {
+        sentences.push(format!(
+            "Loads are known in {} of the rows.",
+            percent(share)
+        ));
+    }
+    let faults = analysis.notes.iter().filter(|note| note.starts_with(FAULT));
+    let faults = faults.count();
+    if faults > 0 {
+        sentences.push(
+            "An input contradicts the machine file (see Limitations): do not rely on this.".into(),
+        );
+    }
+    sentences.join(" ")
+}
+
+/// The load of a wheel at a row, with its band.
+fn smallest(analysis: &Analysis, row: usize, wheel: usize) -> String {
+    let outcomes = &analysis.rows.outcomes;
+    let load = number(outcomes.column(Quantity::Load(wheel))[row]);
+    let name = &analysis.machine.wheels()[wheel].name;
+    let quantity = Quantity::LoadSigma(wheel);
+    let known = outcomes.quantities.contains(&quantity);
+    let sigma = known.then(|| outcomes.column(quantity)[row]);
+    let band = match sigma.filter(|sigma| sigma.is_finite()) {
+        Some(sigma) => format!("± {} N (two standard deviations)", number(2.0 * sigma)),
+        None => "N, of unknown uncertainty".into(),
+    };
+    format!(
+        "The smallest load compared with that at rest was {load} {band} on wheel {name}, given the assumptions below."
+    )
+}
+
+fn assumptions(analysis: &Analysis) -> String {
+    let contact = analysis.machine.contact();
+    let split = match &contact.split {
+        Split::RollMomentDistribution { share, .. } => format!(
+            "the front axle takes {:.0} % of the load difference between the sides",
+            100.0 * share
+        ),
+        Split::Springs => "the wheels are springs under a rigid frame".into(),
+    };
+    let ground = match contact.ground {
+        Ground::Unknown => {
+            "the wheels' points of contact lie where the model puts them (the shape of the ground is unknown)"
+        }
+        Ground::Plane => "the ground is flat, as the machine file states",
+    };
+    format!(
+        "Masses and geometry as stated in machine file and URDF; load split: {split}; {ground}; rigid frame and arm."
+    )
+}
+
+fn when(analysis: &Analysis) -> String {
+    let scene = Scene::of(analysis);
+    let calendar = Calendar::of(analysis);
+    let times = &analysis.rows.times_ns;
+    let (Some(first), Some(last)) = (
+        times.first().and_then(|&t| calendar.utc(t)),
+        times.last().and_then(|&t| calendar.utc(t)),
+    ) else {
+        return format!("Unknown: {}.", calendar.source());
+    };
+    let mut events: Vec<&Event> = (analysis.events.iter())
+        .filter(|event| event.kind.is_stability())
+        .collect();
+    events.sort_by_key(|event| (rank(event.kind), event.start_ns));
+    let event = events.first().and_then(|event| {
+        let mut what = crate::page::readable(event.kind.name());
+        what[..1].make_ascii_uppercase();
+        let start = calendar.utc(event.start_ns)?;
+        Some(format!("{what} {} at {start}. ", scene.subject(event)))
+    });
+    format!(
+        "{}Rows from {first} to {last}, {}.",
+        event.unwrap_or_default(),
+        calendar.source()
+    )
+}

@@ -1,0 +1,191 @@
+//! Pictures to scale as SVG: metres in, one scale for both axes. The style is by class.
+
+use maud::{Markup, html};
+
+/// Width of a picture, in its own units.
+const WIDTH: f64 = 360.0;
+/// Height of letters, in the same units.
+const LETTERS: f64 = 11.0;
+/// Room around what is drawn, for labels and dimensions.
+const BORDER: f64 = 58.0;
+/// Largest height of a picture, in the same units.
+const TALLEST: f64 = 420.0;
+
+/// A point (m): to the right and up in the picture.
+pub(super) type Point = [f64; 2];
+
+/// Which end of a text is at its point.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// A picture that grows element by element.
+pub(super) struct Drawing {
+    left: f64,
+    top: f64,
+    scale: f64,
+    size: Point,
+    body: Vec<Markup>,
+}
+
+impl Drawing {
+    /// A picture on which all points have room; `None` if there are none, or not all are finite.
+    pub(super) fn around(points: &[Point]) -> Option<Self> {
+        let finite = points
+            .iter()
+            .all(|point| point.iter().all(|c| c.is_finite()));
+        if points.is_empty() || !finite {
+            return None;
+        }
+        let span = |axis: usize| {
+            let along = || points.iter().map(|point| point[axis]);
+            let (low, high) = (
+                along().fold(f64::INFINITY, f64::min),
+                along().fold(f64::NEG_INFINITY, f64::max),
+            );
+            (low, (high - low).max(0.1))
+        };
+        let ((left, width), (bottom, height)) = (span(0), span(1));
+        let scale = ((WIDTH - 2.0 * BORDER) / width).min((TALLEST - 2.0 * BORDER) / height);
+        // what is less wide than the picture stands in its middle
+        let free = (WIDTH - 2.0 * BORDER) / scale - width;
+        Some(Self {
+            left: left - free / 2.0,
+            top: bottom + height,
+            scale,
+            size: [WIDTH, 2.0 * BORDER + height * scale],
+            body: Vec::new(),
+        })
+    }
+
+    fn at(&self, [x, y]: Point) -> Point {
+        [
+            BORDER + (x - self.left) * self.scale,
+            BORDER + (self.top - y) * self.scale,
+        ]
+    }
+
+    /// Metres of a length in the picture's own units.
+    pub(super) fn metres(&self, units: f64) -> f64 {
+        units / self.scale
+    }
+
+    pub(super) fn line(&mut self, class: &str, from: Point, to: Point) {
+        let ([x1, y1], [x2, y2]) = (self.at(from), self.at(to));
+        self.body.push(html! {
+            line class=(class) x1=(tenth(x1)) y1=(tenth(y1)) x2=(tenth(x2)) y2=(tenth(y2)) {}
+        });
+    }
+
+    pub(super) fn circle(&mut self, class: &str, centre: Point, radius: f64) {
+        let [x, y] = self.at(centre);
+        let radius = tenth(radius * self.scale);
+        self.body
+            .push(html! { circle class=(class) cx=(tenth(x)) cy=(tenth(y)) r=(radius) {} });
+    }
+
+    pub(super) fn polygon(&mut self, class: &str, corners: &[Point]) {
+        let points: Vec<String> = corners.iter().map(|&corner| self.pair(corner)).collect();
+        self.body
+            .push(html! { polygon class=(class) points=(points.join(" ")) {} });
+    }
+
+    fn pair(&self, point: Point) -> String {
+        let [x, y] = self.at(point);
+        format!("{},{}", tenth(x), tenth(y))
+    }
+
+    /// A text beside a point, shifted by so many of the picture's own units to the right and up.
+    pub(super) fn text(&mut self, at: Point, shift: Point, anchor: Anchor, text: &str) {
+        let [x, y] = self.at(at);
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let (x, y) = (tenth(x + shift[0]), tenth(y - shift[1]));
+        self.body.push(
+            html! { text x=(x) y=(y) font-size=(tenth(LETTERS)) text-anchor=(anchor) { (text) } },
+        );
+    }
+
+    /// A horizontal dimension, so many of the picture's own units below (negative: above) the lower point.
+    pub(super) fn width(&mut self, from: Point, to: Point, below: f64, name: &str) {
+        let level = match below >= 0.0 {
+            true => from[1].min(to[1]),
+            false => from[1].max(to[1]),
+        } - self.metres(below);
+        self.measure(from, to, [from[0], level], [to[0], level]);
+        let middle = [(from[0] + to[0]) / 2.0, level];
+        let text = format!("{name} {:.2} m", (to[0] - from[0]).abs());
+        self.text(middle, [0.0, -LETTERS - 1.0], Anchor::Middle, &text);
+    }
+
+    /// A vertical dimension, so many of the picture's own units to the right of the right point.
+    pub(super) fn height(&mut self, from: Point, to: Point, beside: f64, name: &str) {
+        let level = from[0].max(to[0]) + self.metres(beside);
+        self.measure(from, to, [level, from[1]], [level, to[1]]);
+        let middle = [level, (from[1] + to[1]) / 2.0];
+        let length = format!("{:.2} m", (to[1] - from[1]).abs());
+        // short lines: there is little room beside a picture
+        let lines = name.split_inclusive(' ').map(str::trim_end);
+        for (line, text) in lines.chain([length.as_str()]).enumerate() {
+            let down = LETTERS * (line as f64 - 1.0);
+            self.text(middle, [4.0, -down], Anchor::Start, text);
+        }
+    }
+
+    fn measure(&mut self, from: Point, to: Point, start: Point, end: Point) {
+        self.line("guide", from, start);
+        self.line("guide", to, end);
+        self.line("dimension", start, end);
+        let r = self.metres(1.6);
+        self.circle("dimension-end", start, r);
+        self.circle("dimension-end", end, r);
+    }
+
+    /// The scale as a bar of 1 m in the lower left corner.
+    pub(super) fn finish(mut self, title: &str, bar: bool) -> Markup {
+        let [width, height] = self.size;
+        if bar {
+            let length = self.scale;
+            let y = tenth(height - 8.0);
+            self.body.push(html! {
+                line class="dimension" x1="8" y1=(y) x2=(tenth(8.0 + length)) y2=(y) {}
+                text x="8" y=(tenth(height - 12.0)) font-size=(tenth(LETTERS)) text-anchor="start" { "1 m" }
+            });
+        }
+        html! {
+            figure.drawing {
+                svg.top-view viewBox=(format_args!("0 0 {} {}", tenth(width), tenth(height))) role="img" aria-label=(title) {
+                    @for part in &self.body { (part) }
+                }
+                figcaption { (title) }
+            }
+        }
+    }
+}
+
+fn tenth(value: f64) -> String {
+    format!("{:.1}", value + 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_axes_have_one_scale() {
+        let mut drawing = Drawing::around(&[[0.0, 0.0], [4.0, 1.0]]).unwrap();
+        let ([a, b], [c, d]) = (drawing.at([1.0, 0.5]), drawing.at([2.0, 0.5]));
+        let [e, f] = drawing.at([1.0, 1.5]);
+        assert!((c - a - (b - f)).abs() < 1e-9 && b == d && a == e);
+        drawing.width([0.0, 0.0], [4.0, 0.0], 10.0, "wheelbase");
+        let text = drawing.finish("side", true).into_string();
+        assert!(text.contains("wheelbase 4.00 m") && text.contains("1 m"));
+        assert!(Drawing::around(&[[f64::NAN, 0.0]]).is_none());
+    }
+}

@@ -1,0 +1,152 @@
+//! What a document is made of, read from the markup of the page.
+
+use roxmltree::Node;
+
+/// A part of the document.
+#[derive(Debug)]
+pub(super) enum Block<'a> {
+    /// A heading: its level, 2 or 3.
+    Heading(u8, String),
+    Paragraph(String),
+    /// An entry of a list: how deep, and its text.
+    Item(usize, String),
+    Table(Table),
+    /// Pictures side by side: each an SVG element and its caption.
+    Pictures(Vec<(Node<'a, 'a>, String)>),
+}
+
+/// The cells of a table.
+#[derive(Debug, Default)]
+pub(super) struct Table {
+    pub(super) head: Vec<String>,
+    pub(super) rows: Vec<Vec<String>>,
+    /// Whether the first cell of a row names it.
+    pub(super) names_rows: bool,
+}
+
+/// The parts of an element, in order. What only a screen shows is left out.
+pub(super) fn of<'a>(root: Node<'a, 'a>) -> Vec<Block<'a>> {
+    let mut blocks = Vec::new();
+    for child in root.children().filter(Node::is_element) {
+        add(child, 0, &mut blocks);
+    }
+    blocks
+}
+
+fn has_class(node: Node<'_, '_>, class: &str) -> bool {
+    let classes = node.attribute("class").unwrap_or_default();
+    classes.split_whitespace().any(|name| name == class)
+}
+
+fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
+    if has_class(node, "screen") || has_class(node, "plot") {
+        return;
+    }
+    match node.tag_name().name() {
+        "h2" => blocks.push(Block::Heading(2, text(node))),
+        "h3" => blocks.push(Block::Heading(3, text(node))),
+        "p" => blocks.push(Block::Paragraph(text(node))),
+        "ul" => {
+            for item in node.children().filter(Node::is_element) {
+                let inner = item.children().filter(|child| child.has_tag_name("ul"));
+                blocks.push(Block::Item(depth, text(item)));
+                inner.for_each(|list| add(list, depth + 1, blocks));
+            }
+        }
+        "table" => blocks.push(Block::Table(table(node))),
+        "figure" => blocks.extend(picture(node).map(|one| Block::Pictures(vec![one]))),
+        "div" if has_class(node, "pictures") || has_class(node, "grid") => {
+            let figures = node.children().filter(|child| child.has_tag_name("figure"));
+            let pictures: Vec<_> = figures.filter_map(picture).collect();
+            let mut pictures = pictures.into_iter().peekable();
+            while pictures.peek().is_some() {
+                blocks.push(Block::Pictures(pictures.by_ref().take(2).collect()));
+            }
+        }
+        "script" | "noscript" | "svg" => {}
+        _ => {
+            for child in node.children().filter(Node::is_element) {
+                add(child, depth, blocks);
+            }
+        }
+    }
+}
+
+fn picture<'a>(figure: Node<'a, 'a>) -> Option<(Node<'a, 'a>, String)> {
+    let child = |name: &'static str| {
+        figure
+            .children()
+            .find(move |child| child.has_tag_name(name))
+    };
+    // an empty element is drawn by the page's script
+    let svg = child("svg").filter(|svg| svg.has_children())?;
+    Some((svg, child("figcaption").map(text).unwrap_or_default()))
+}
+
+fn table(node: Node<'_, '_>) -> Table {
+    let mut table = Table::default();
+    for row in node.descendants().filter(|child| child.has_tag_name("tr")) {
+        let cells: Vec<Node<'_, '_>> = row.children().filter(Node::is_element).collect();
+        let texts: Vec<String> = cells.iter().map(|&cell| text(cell)).collect();
+        let is_head = cells.iter().all(|cell| cell.has_tag_name("th"));
+        match is_head && table.rows.is_empty() && table.head.is_empty() {
+            true => table.head = texts,
+            false => {
+                table.names_rows |= cells.first().is_some_and(|cell| cell.has_tag_name("th"));
+                table.rows.push(texts);
+            }
+        }
+    }
+    table
+}
+
+/// The text of an element without that of lists inside, with single spaces.
+fn text(node: Node<'_, '_>) -> String {
+    let mut whole = String::new();
+    collect(node, &mut whole);
+    whole.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn collect(node: Node<'_, '_>, whole: &mut String) {
+    for child in node.children() {
+        match child.text() {
+            Some(text) if child.is_text() => whole.push_str(text),
+            _ if child.has_tag_name("ul") => {}
+            _ => {
+                collect(child, whole);
+                if child.has_tag_name("strong") {
+                    whole.push(' ');
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn markup_becomes_blocks_without_what_only_a_screen_shows() {
+        let markup = r#"<r><section><h2>A</h2><p>one <b>two</b></p><ul><li>x<ul><li>y</li></ul></li></ul>
+            <div class="moment screen"><p>no</p></div>
+            <table><thead><tr><th>H</th></tr></thead><tbody><tr><td>1</td></tr></tbody></table></section></r>"#;
+        let tree = roxmltree::Document::parse(markup).unwrap();
+        let found = of(tree.root_element());
+        let [
+            Block::Heading(2, a),
+            Block::Paragraph(p),
+            Block::Item(0, x),
+            Block::Item(1, y),
+            Block::Table(t),
+        ] = &found[..]
+        else {
+            panic!("{found:?}");
+        };
+        assert_eq!([a, p, x, y], ["A", "one two", "x", "y"]);
+        assert_eq!(
+            (t.head.clone(), t.rows.clone()),
+            (vec!["H".to_string()], vec![vec!["1".to_string()]])
+        );
+    }
+}

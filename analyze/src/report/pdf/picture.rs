@@ -1,0 +1,221 @@
+//! Pictures: the few SVG elements that the report draws, in the style of their classes.
+
+use krilla::geom::{Path, PathBuilder};
+use roxmltree::Node;
+
+use super::flow::{Flow, LEADING, Mark, WIDTH};
+
+const CAPTION: f32 = 8.0;
+/// Room between pictures side by side (points).
+const BETWEEN: f32 = 10.0;
+/// Largest height of a picture (points).
+const TALLEST: f32 = 330.0;
+/// Control points of a quarter circle.
+const QUARTER: f32 = 0.552_284_8;
+
+/// How the elements of a class look: fill with opacity; stroke with width and dashes.
+struct Style {
+    fill: Option<([u8; 3], f32)>,
+    stroke: Option<([u8; 3], f32, bool)>,
+}
+
+fn style(class: &str) -> Style {
+    let (fill, stroke) = match class {
+        "support" => (
+            Some(([244, 244, 244], 1.0)),
+            Some(([51, 51, 51], 1.2, false)),
+        ),
+        "tyre" => (
+            Some(([217, 217, 217], 1.0)),
+            Some(([119, 119, 119], 0.8, false)),
+        ),
+        "load" => (
+            Some(([0, 114, 178], 0.55)),
+            Some(([0, 75, 118], 0.8, false)),
+        ),
+        "load light" => (
+            Some(([230, 159, 0], 0.55)),
+            Some(([138, 95, 0], 0.8, false)),
+        ),
+        "at-rest" => (None, Some(([51, 51, 51], 0.8, true))),
+        "lifted" => (None, Some(([179, 25, 10], 2.5, false))),
+        "arm" => (None, Some(([110, 110, 110], 4.0, false))),
+        "zmp" => (
+            Some(([204, 79, 0], 1.0)),
+            Some(([255, 255, 255], 0.6, false)),
+        ),
+        "com" => (None, Some(([0, 0, 0], 1.0, false))),
+        "downhill" => (None, Some(([51, 51, 51], 1.6, false))),
+        "ground" => (None, Some(([120, 90, 60], 1.6, false))),
+        "guide" => (None, Some(([150, 150, 150], 0.6, true))),
+        "dimension" | "axis" => (None, Some(([80, 80, 80], 0.8, false))),
+        "dimension-end" => (Some(([80, 80, 80], 1.0)), None),
+        "used-low" => (None, Some(([0, 114, 178], 3.0, false))),
+        "used-notice" => (None, Some(([230, 159, 0], 3.0, false))),
+        "used-warning" => (None, Some(([213, 94, 0], 3.0, false))),
+        "used-limit" => (None, Some(([150, 0, 0], 3.0, false))),
+        "used-unknown" => (None, Some(([170, 170, 170], 3.0, false))),
+        "envelope" => (Some(([150, 150, 150], 0.35)), None),
+        "band" => (Some(([0, 114, 178], 0.35)), None),
+        "limit" => (None, Some(([170, 0, 0], 0.9, true))),
+        "line-b" => (None, Some(([0, 114, 178], 1.2, true))),
+        _ => (None, Some(([26, 26, 26], 1.0, false))),
+    };
+    Style { fill, stroke }
+}
+
+/// Where a picture stands, and how large.
+#[derive(Clone, Copy)]
+struct Frame {
+    left: f32,
+    top: f32,
+    scale: f32,
+}
+
+impl Frame {
+    fn at(self, x: f32, y: f32) -> [f32; 2] {
+        [self.left + x * self.scale, self.top + y * self.scale]
+    }
+}
+
+/// Draws pictures side by side, with their captions below.
+pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)]) {
+    let places = pictures.len().max(2) as f32;
+    let room = (WIDTH - (places - 1.0) * BETWEEN) / places;
+    let sizes: Vec<(f32, f32, f32)> = pictures.iter().map(|(svg, _)| size(*svg, room)).collect();
+    let highest = sizes.iter().map(|size| size.2).fold(0.0, f32::max);
+    let captions: Vec<Vec<String>> = (pictures.iter())
+        .map(|(_, caption)| flow.letters.lines(caption, CAPTION, room))
+        .collect();
+    let lines = captions.iter().map(Vec::len).max().unwrap_or(0);
+    let below = lines as f32 * CAPTION * LEADING;
+    flow.room(highest + below + 8.0);
+    let top = flow.y;
+    for (place, ((svg, _), (scale, _, _))) in pictures.iter().zip(&sizes).enumerate() {
+        let left = place as f32 * (room + BETWEEN);
+        let frame = Frame {
+            left: Flow::left() + left,
+            top,
+            scale: *scale,
+        };
+        for element in svg.descendants().filter(Node::is_element) {
+            draw(flow, element, frame);
+        }
+        for (line, text) in captions[place].iter().enumerate() {
+            let y = top + highest + (line as f32 + 1.0) * CAPTION * LEADING;
+            flow.text([left, y], CAPTION, false, text);
+        }
+    }
+    flow.y = top + highest + below + 10.0;
+}
+
+/// Scale, width and height of a picture in so much room.
+fn size(svg: Node<'_, '_>, room: f32) -> (f32, f32, f32) {
+    let view = svg.attribute("viewBox").unwrap_or_default();
+    let numbers: Vec<f32> = view
+        .split_whitespace()
+        .filter_map(|n| n.parse().ok())
+        .collect();
+    let (width, height) = match numbers[..] {
+        [_, _, width, height] if width > 0.0 && height > 0.0 => (width, height),
+        _ => (100.0, 1.0),
+    };
+    let scale = (room / width).min(TALLEST / height);
+    (scale, width * scale, height * scale)
+}
+
+fn draw(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
+    let number = |name: &str| {
+        element
+            .attribute(name)
+            .and_then(|text| text.parse::<f32>().ok())
+    };
+    let zero = |name: &str| number(name).unwrap_or(0.0);
+    let style = style(element.attribute("class").unwrap_or_default());
+    let path = match element.tag_name().name() {
+        "line" => polygon(
+            &[
+                frame.at(zero("x1"), zero("y1")),
+                frame.at(zero("x2"), zero("y2")),
+            ],
+            false,
+        ),
+        "rect" => {
+            let (x, y, width, height) = (zero("x"), zero("y"), zero("width"), zero("height"));
+            let corners = [
+                [x, y],
+                [x + width, y],
+                [x + width, y + height],
+                [x, y + height],
+            ];
+            polygon(&corners.map(|[x, y]| frame.at(x, y)), true)
+        }
+        name @ ("polygon" | "polyline") => {
+            let points = element.attribute("points").unwrap_or_default();
+            let pair = |text: &str| {
+                let (x, y) = text.split_once(',')?;
+                Some(frame.at(x.parse().ok()?, y.parse().ok()?))
+            };
+            let points: Vec<[f32; 2]> = points.split_whitespace().filter_map(pair).collect();
+            polygon(&points, name == "polygon")
+        }
+        "circle" => circle(frame.at(zero("cx"), zero("cy")), zero("r") * frame.scale),
+        "text" => return text(flow, element, frame),
+        _ => None,
+    };
+    let Some(path) = path else {
+        return;
+    };
+    // an open line has no area
+    let is_open = matches!(element.tag_name().name(), "line" | "polyline");
+    let stroke = style
+        .stroke
+        .map(|(colour, width, dashed)| (colour, width * frame.scale.min(1.0), dashed));
+    flow.mark(Mark::Path {
+        path,
+        fill: style.fill.filter(|_| !is_open),
+        stroke,
+    });
+}
+
+fn polygon(points: &[[f32; 2]], closed: bool) -> Option<Path> {
+    let (first, rest) = points.split_first()?;
+    let mut builder = PathBuilder::new();
+    builder.move_to(first[0], first[1]);
+    rest.iter()
+        .for_each(|point| builder.line_to(point[0], point[1]));
+    if closed {
+        builder.close();
+    }
+    builder.finish()
+}
+
+fn circle([x, y]: [f32; 2], r: f32) -> Option<Path> {
+    let k = QUARTER * r;
+    let mut builder = PathBuilder::new();
+    builder.move_to(x + r, y);
+    builder.cubic_to(x + r, y + k, x + k, y + r, x, y + r);
+    builder.cubic_to(x - k, y + r, x - r, y + k, x - r, y);
+    builder.cubic_to(x - r, y - k, x - k, y - r, x, y - r);
+    builder.cubic_to(x + k, y - r, x + r, y - k, x + r, y);
+    builder.close();
+    builder.finish()
+}
+
+fn text(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
+    let number = |name: &str| {
+        element
+            .attribute(name)
+            .and_then(|text| text.parse::<f32>().ok())
+    };
+    let size = number("font-size").unwrap_or(11.0) * frame.scale;
+    let words = flow.letters.known(element.text().unwrap_or_default());
+    let width = flow.letters.width(&words, size);
+    let shift = match element.attribute("text-anchor") {
+        Some("middle") => width / 2.0,
+        Some("end") => width,
+        _ => 0.0,
+    };
+    let [x, y] = frame.at(number("x").unwrap_or(0.0), number("y").unwrap_or(0.0));
+    flow.text([x - shift - Flow::left(), y], size, false, &words);
+}

@@ -1,0 +1,50 @@
+//! The events over time: a lane for each kind of event of each wheel or edge.
+
+use super::plotter::Plotter;
+use super::quality::Lane;
+use crate::events::EventKind;
+use crate::page::{Figure, plain, readable};
+use crate::report::findings::{Scene, rank};
+
+/// Most lanes: those of inputs are in another figure.
+const MOST_LANES: usize = 24;
+
+impl Plotter<'_> {
+    /// `None` without an event of the machine.
+    pub(super) fn timeline(&self) -> Option<Figure> {
+        let scene = Scene::of(self.analysis);
+        let mut lanes: Vec<(usize, Lane)> = Vec::new();
+        let events = self.analysis.events.iter();
+        for event in events.filter(|event| event.kind.is_stability()) {
+            let subject = scene.subject(event);
+            let name = plain(&format!("{} {subject}", readable(event.kind.name())));
+            let span = self.span(event);
+            match lanes.iter_mut().find(|(_, lane)| lane.name == name) {
+                Some((_, lane)) => lane.spans.push(span),
+                None => lanes.push((
+                    rank(event.kind),
+                    Lane {
+                        name,
+                        colour: colour_of(event.kind),
+                        spans: vec![span],
+                    },
+                )),
+            }
+        }
+        // stable: of a kind, by time
+        lanes.sort_by_key(|(rank, _)| *rank);
+        lanes.truncate(MOST_LANES);
+        let lanes: Vec<Lane> = lanes.into_iter().map(|(_, lane)| lane).collect();
+        (!lanes.is_empty()).then(|| self.lanes("Events of the machine", &lanes))
+    }
+}
+
+/// Index of the colour of a kind.
+fn colour_of(kind: EventKind) -> usize {
+    match kind {
+        EventKind::TipOver | EventKind::EdgeTipping => 1,
+        EventKind::WheelLift => 3,
+        EventKind::WheelLight => 6,
+        EventKind::InputGap | EventKind::InputFault => 4,
+    }
+}

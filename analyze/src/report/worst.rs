@@ -1,0 +1,352 @@
+//! The worst moment of the log: from above and from the side, to scale, with its loads and their bands.
+
+use maud::{Markup, html};
+use nalgebra::Vector3;
+use tipwatch_mechanics::{Placement, Quantity, State};
+
+use super::drawing::{Anchor, Drawing, Point};
+use super::findings::{Scene, rank};
+use super::when::Calendar;
+use crate::analysis::Analysis;
+use crate::events::{Event, EventKind};
+use crate::page::{number, readable, table};
+
+/// Radius (m) of the disc of the largest load at rest.
+const LARGEST_DISC_M: f64 = 0.42;
+
+/// The row of the worst moment: of the gravest event, or of the smallest load compared with its load at rest.
+/// `None` if no row has loads.
+pub(super) fn row(analysis: &Analysis) -> Option<usize> {
+    gravest(analysis)
+        .map(|event| analysis.rows.at(event.worst_ns))
+        .or_else(|| lightest(analysis).map(|(row, _)| row))
+}
+
+fn gravest(analysis: &Analysis) -> Option<&Event> {
+    let events = analysis
+        .events
+        .iter()
+        .filter(|event| event.kind.is_stability());
+    events.min_by(|a, b| {
+        let by_rank = rank(a.kind).cmp(&rank(b.kind));
+        // of a kind, the least load or the largest moment or tilt
+        let worse = match a.kind {
+            EventKind::WheelLift | EventKind::WheelLight => a.worst.total_cmp(&b.worst),
+            _ => b.worst.total_cmp(&a.worst),
+        };
+        by_rank.then(worse)
+    })
+}
+
+/// Row and wheel of the smallest load compared with the load at rest; `None` if no row has loads.
+pub(super) fn lightest(analysis: &Analysis) -> Option<(usize, usize)> {
+    let rows = &analysis.rows;
+    let wheels = 0..analysis.machine.wheels().len();
+    let share = |&(row, wheel): &(usize, usize)| {
+        let load = rows.outcomes.column(Quantity::Load(wheel))[row];
+        load / analysis.machine.reference().static_load[wheel]
+    };
+    let valid = (0..rows.len()).filter(|&row| rows.is_valid(row));
+    let all = valid.flat_map(|row| wheels.clone().map(move |wheel| (row, wheel)));
+    all.filter(|place| share(place).is_finite())
+        .min_by(|a, b| share(a).total_cmp(&share(b)))
+}
+
+pub(super) fn section(analysis: &Analysis) -> Markup {
+    let Some(row) = row(analysis) else {
+        return html! { p { "Loads cannot be computed in any row." } };
+    };
+    let mut state = State::zero(&analysis.machine);
+    analysis.rows.states.get(row, &mut state);
+    let mut placement = Placement::new(&analysis.machine);
+    placement.place(&state);
+    let view = View {
+        analysis,
+        placement: &placement,
+        row,
+    };
+    html! {
+        p { (title(analysis, row)) }
+        div.pictures.two {
+            @if let Some(picture) = view.from_above() { (picture) }
+            @if let Some(picture) = view.from_the_side(&state) { (picture) }
+        }
+        (loads(analysis, row))
+        p.hint {
+            "Disc: load of a wheel by area; dashed ring: its load at rest; cross: no load. Diamond: zero moment point (ZMP). Ring with a \
+             cross: centre of mass. Grey lines: arm. Heights count from the contact plane, at right angles to it."
+        }
+    }
+}
+
+fn title(analysis: &Analysis, row: usize) -> String {
+    let scene = Scene::of(analysis);
+    let what = gravest(analysis).map_or(
+        "Smallest load compared with the load at rest".into(),
+        |event| {
+            let subject = scene.subject(event);
+            let mut what = format!("{} {subject}, its worst value", readable(event.kind.name()));
+            what[..1].make_ascii_uppercase();
+            what
+        },
+    );
+    let time = Calendar::of(analysis).utc(analysis.rows.times_ns[row]);
+    let time = time.map_or(String::new(), |utc| format!(" ({utc})"));
+    format!("{what}, at t = {:.2} s{time}.", analysis.rows.seconds(row))
+}
+
+/// The loads at a row, with their bands and the range over all splits.
+pub(super) fn loads(analysis: &Analysis, row: usize) -> Markup {
+    let (machine, outcomes) = (&analysis.machine, &analysis.rows.outcomes);
+    let value = |quantity| outcomes.column(quantity)[row];
+    let has_sigma = outcomes.quantities.contains(&Quantity::LoadSigma(0));
+    let cells = machine.wheels().iter().enumerate().map(|(wheel, facts)| {
+        let sigma = match has_sigma {
+            true => number(2.0 * value(Quantity::LoadSigma(wheel))),
+            false => "not computed".into(),
+        };
+        let (least, largest) = (
+            value(Quantity::LoadLeast(wheel)),
+            value(Quantity::LoadLargest(wheel)),
+        );
+        vec![
+            facts.name.clone(),
+            number(value(Quantity::Load(wheel))),
+            sigma,
+            match (least + largest).is_finite() {
+                true => format!("{} to {}", number(least), number(largest)),
+                false => "not computable".into(),
+            },
+            number(value(Quantity::Otf(wheel))),
+            number(machine.reference().static_load[wheel]),
+        ]
+    });
+    let head = [
+        "Wheel",
+        "Load, stated split [N]",
+        "± 2 σ [N]",
+        "Load, any split [N]",
+        "OTF [N]",
+        "At rest [N]",
+    ];
+    table(&head, &cells.collect::<Vec<_>>())
+}
+
+/// The machine at one row.
+struct View<'a> {
+    analysis: &'a Analysis,
+    placement: &'a Placement<'a>,
+    row: usize,
+}
+
+impl View<'_> {
+    /// Forward is up.
+    fn above(&self, point: &Vector3<f64>) -> Point {
+        let on_plane = self.placement.on_plane(point);
+        [-on_plane.y, on_plane.x]
+    }
+
+    /// Forward is to the right.
+    fn side(&self, point: &Vector3<f64>) -> Point {
+        let ground = self.placement.contacts.iter();
+        let ground = ground
+            .map(|contact| self.placement.normal.dot(contact))
+            .sum::<f64>();
+        let ground = ground / self.placement.contacts.len() as f64;
+        let on_plane = self.placement.on_plane(point);
+        [on_plane.x, self.placement.normal.dot(point) - ground]
+    }
+
+    fn load(&self, wheel: usize) -> f64 {
+        self.analysis.rows.outcomes.column(Quantity::Load(wheel))[self.row]
+    }
+
+    fn zmp(&self) -> Option<Point> {
+        let value = |quantity| self.analysis.rows.outcomes.column(quantity)[self.row];
+        let (x, y) = (value(Quantity::ZmpX), value(Quantity::ZmpY));
+        (x.is_finite() && y.is_finite()).then_some([-y, x])
+    }
+
+    fn from_above(&self) -> Option<Markup> {
+        let machine = &self.analysis.machine;
+        let contacts: Vec<Point> = self
+            .placement
+            .contacts
+            .iter()
+            .map(|c| self.above(c))
+            .collect();
+        let radius = machine
+            .wheels()
+            .iter()
+            .map(|wheel| wheel.radius)
+            .fold(0.0, f64::max);
+        let around = |&[x, y]: &Point| {
+            [
+                [x - 0.4 * radius, y - radius],
+                [x + 0.4 * radius, y + radius],
+            ]
+        };
+        let mut all: Vec<Point> = contacts.iter().flat_map(around).collect();
+        let arm: Vec<[Point; 2]> = self.arm(Self::above);
+        all.extend(arm.iter().flatten());
+        let mut drawing = Drawing::around(&all)?;
+        let edges = machine.polygon().edges().iter();
+        let corners: Vec<Point> = edges.map(|edge| contacts[edge.from]).collect();
+        drawing.polygon("support", &corners);
+        let at_rest = &machine.reference().static_load;
+        let largest = at_rest.iter().copied().fold(1.0, f64::max);
+        for (wheel, (facts, &[x, y])) in machine.wheels().iter().zip(&contacts).enumerate() {
+            let (half, r) = (0.35 * facts.radius, facts.radius);
+            let tyre = [
+                [x - half, y - r],
+                [x + half, y - r],
+                [x + half, y + r],
+                [x - half, y + r],
+            ];
+            drawing.polygon("tyre", &tyre);
+            let disc = |load: f64| LARGEST_DISC_M * (load / largest).sqrt();
+            if at_rest[wheel] > 0.0 {
+                drawing.circle("at-rest", [x, y], disc(at_rest[wheel]));
+            }
+            let load = self.load(wheel);
+            let limit = self
+                .analysis
+                .min_loads_n
+                .as_ref()
+                .map_or(0.0, |limits| limits[wheel]);
+            if load > 0.0 {
+                let class = if load < limit { "load light" } else { "load" };
+                drawing.circle(class, [x, y], disc(load));
+            } else if load <= 0.0 {
+                let r = 0.8 * r;
+                drawing.line("lifted", [x - r, y - r], [x + r, y + r]);
+                drawing.line("lifted", [x - r, y + r], [x + r, y - r]);
+            }
+        }
+        for [from, to] in &arm {
+            drawing.line("arm", *from, *to);
+        }
+        self.mark_centre(&mut drawing, self.above(&self.placement.centre_of_mass));
+        if let Some([x, y]) = self.zmp() {
+            let r = drawing.metres(6.0);
+            drawing.polygon("zmp", &[[x, y + r], [x + r, y], [x, y - r], [x - r, y]]);
+        }
+        for (wheel, (facts, at)) in machine.wheels().iter().zip(&contacts).enumerate() {
+            let load = self.load(wheel);
+            let is_left = at[0] < corners.iter().map(|c| c[0]).sum::<f64>() / corners.len() as f64;
+            let beside = drawing_shift(&drawing, facts.radius, is_left);
+            let anchor = if is_left { Anchor::End } else { Anchor::Start };
+            drawing.text(*at, [beside, 2.0], anchor, &facts.name);
+            let load = match load.is_finite() {
+                true => format!("{:.1} kN", load / 1e3),
+                false => "unknown".into(),
+            };
+            drawing.text(*at, [beside, -10.0], anchor, &load);
+        }
+        if let Some((left, right)) = self.widest_axle(&contacts) {
+            let rear = contacts.iter().map(|c| c[1]).fold(f64::INFINITY, f64::min) - radius;
+            drawing.width([left, rear], [right, rear], 14.0, "track");
+        }
+        Some(drawing.finish("From above, forward is up", true))
+    }
+
+    /// Sideways coordinates of the pair of wheels that stand farthest apart.
+    fn widest_axle(&self, contacts: &[Point]) -> Option<(f64, f64)> {
+        let radius = self.analysis.machine.wheels().first()?.radius;
+        let pairs = contacts
+            .iter()
+            .flat_map(|a| contacts.iter().map(move |b| (a, b)));
+        let axles = pairs.filter(|(a, b)| a[0] < b[0] && (a[1] - b[1]).abs() < radius);
+        let widest = axles.max_by(|(a, b), (c, d)| (b[0] - a[0]).total_cmp(&(d[0] - c[0])))?;
+        Some((widest.0[0], widest.1[0]))
+    }
+
+    fn from_the_side(&self, state: &State<f64>) -> Option<Markup> {
+        let machine = &self.analysis.machine;
+        let contacts: Vec<Point> = self
+            .placement
+            .contacts
+            .iter()
+            .map(|c| self.side(c))
+            .collect();
+        let wheels: Vec<(Point, f64)> = (contacts.iter().zip(machine.wheels()))
+            .map(|(at, wheel)| ([at[0], at[1] + wheel.radius], wheel.radius))
+            .collect();
+        let arm: Vec<[Point; 2]> = self.arm(Self::side);
+        let centre = self.side(&self.placement.centre_of_mass);
+        let around = |&([x, y], r): &(Point, f64)| [[x - r, y - r], [x + r, y + r]];
+        let mut all: Vec<Point> = wheels.iter().flat_map(around).collect();
+        all.extend(arm.iter().flatten());
+        all.push(centre);
+        let mut drawing = Drawing::around(&all)?;
+        let (rear, front) = (
+            contacts.iter().map(|c| c[0]).fold(f64::INFINITY, f64::min),
+            contacts
+                .iter()
+                .map(|c| c[0])
+                .fold(f64::NEG_INFINITY, f64::max),
+        );
+        let (low, high) = (
+            all.iter().map(|p| p[0]).fold(f64::INFINITY, f64::min),
+            all.iter().map(|p| p[0]).fold(f64::NEG_INFINITY, f64::max),
+        );
+        drawing.line("ground", [low, 0.0], [high, 0.0]);
+        for (centre, radius) in &wheels {
+            drawing.circle("tyre", *centre, *radius);
+        }
+        for [from, to] in &arm {
+            drawing.line("arm", *from, *to);
+        }
+        self.mark_centre(&mut drawing, centre);
+        drawing.width([rear, 0.0], [front, 0.0], 12.0, "wheelbase");
+        drawing.height(
+            [centre[0], 0.0],
+            centre,
+            drawing_room(&drawing, centre[0], high),
+            "centre of mass",
+        );
+        let up = &state.base.up;
+        if up.iter().all(|part| part.is_finite()) {
+            let down = -up;
+            let along = self.placement.on_plane(&down).x;
+            let into = self.placement.normal.dot(&down);
+            let length = along.hypot(into).max(1e-9);
+            let r = drawing.metres(30.0);
+            let tip = [
+                centre[0] + along / length * r,
+                centre[1] + into / length * r,
+            ];
+            drawing.line("downhill", centre, tip);
+        }
+        Some(drawing.finish("From the right, forward is to the right; line at the centre of mass: direction of gravity, if known", true))
+    }
+
+    fn arm(&self, project: fn(&Self, &Vector3<f64>) -> Point) -> Vec<[Point; 2]> {
+        let segments = self.placement.arm_segments.iter();
+        let segments = segments.map(|[from, to]| [project(self, from), project(self, to)]);
+        segments
+            .filter(|ends| ends.iter().flatten().all(|c| c.is_finite()))
+            .collect()
+    }
+
+    fn mark_centre(&self, drawing: &mut Drawing, at: Point) {
+        if !at.iter().all(|c| c.is_finite()) {
+            return;
+        }
+        let r = drawing.metres(5.0);
+        drawing.circle("com", at, r);
+        drawing.line("com", [at[0] - r, at[1]], [at[0] + r, at[1]]);
+        drawing.line("com", [at[0], at[1] - r], [at[0], at[1] + r]);
+    }
+}
+
+/// Where the label of a wheel begins: outside its disc, in the picture's own units.
+fn drawing_shift(drawing: &Drawing, radius: f64, is_left: bool) -> f64 {
+    let outside = (0.4 * radius).max(LARGEST_DISC_M) / drawing.metres(1.0) + 4.0;
+    if is_left { -outside } else { outside }
+}
+
+/// Distance from a point to beyond the right end, in the picture's own units.
+fn drawing_room(drawing: &Drawing, from: f64, end: f64) -> f64 {
+    (end - from) / drawing.metres(1.0) + 6.0
+}
