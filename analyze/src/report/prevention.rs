@@ -2,7 +2,6 @@
 
 use maud::{Markup, html};
 
-use super::findings::Scene;
 use crate::analysis::Analysis;
 use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
 use crate::base::number::number;
@@ -31,17 +30,17 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
             change.effort_of
         ),
     };
-    let scene = Scene::of(analysis);
+    let seconds = |time_ns: i64| time_ns.saturating_sub(analysis.rows.times_ns[0]) as f64 * 1e-9;
     html! {
         p {
             "Wheel " (display(analysis, &advice.wheel)) " came closest to lifting: its overturning force (OTF) was "
-            (number(advice.worst_otf_n)) " N at t = " (format_args!("{:.2}", scene.seconds(advice.worst_ns))) " s, its limit is "
+            (number(advice.worst_otf_n)) " N at t = " (format_args!("{:.2}", seconds(advice.worst_ns))) " s, its limit is "
             (number(advice.limit_n)) " N. " (conclusion(advice))
         }
         @if !shown.is_empty() {
             p {
                 "Each change was put back into the model and evaluated from t = "
-                (format_args!("{:.2} to {:.2}", scene.seconds(advice.from_ns), scene.seconds(advice.to_ns))) " s (" (advice.rows) " rows). "
+                (format_args!("{:.2} to {:.2}", seconds(advice.from_ns), seconds(advice.to_ns))) " s (" (advice.rows) " rows). "
                 "It is the smallest amount with which every wheel stays at its limit in every row, and the machine comes no nearer "
                 "to an edge than it did. "
                 "A bar shows the effort: the change as a share of its reference value."
@@ -87,7 +86,8 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
     });
     let mut evidence: Vec<String> = evidence.collect();
     evidence.push(
-        "Assumes that everything else stays as logged: ground, motion of the base, other joints, no reaction".into(),
+        "Assumes that everything else stays as logged (ground, motion of the base, other joints) and that nobody reacts"
+            .into(),
     );
     Some(Finding { headline, evidence })
 }

@@ -184,6 +184,7 @@ fn assumptions(machine: &Machine, window: &Window) -> Vec<String> {
          with velocities times s and accelerations times s²"
             .into(),
         "Collisions, hydraulic limits and the work to be done are not considered".into(),
+        "Amounts bring the computed load to its limit; within its standard deviation σ the true load may be below".into(),
     ];
     if window.held.iter().any(|held| *held) {
         all.push(format!(

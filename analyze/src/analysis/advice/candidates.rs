@@ -75,7 +75,9 @@ pub(super) fn candidates(
     found.extend(masses(machine, &seen));
     for candidate in &mut found {
         let change = candidate.change.parameter().and_then(&first_order);
-        candidate.first_order = change.map(|change| change * candidate.change.sign());
+        let amount = change.map(|change| change * candidate.change.sign());
+        // of the two directions of an offset it belongs to one
+        candidate.first_order = amount.filter(|amount| amount * candidate.bound > 0.0);
     }
     found
 }
