@@ -135,8 +135,9 @@ impl BiasEstimator {
         self.setting.is_used
             && match sensor {
                 Sensor::Imu | Sensor::Odometry => true,
-                Sensor::Joints(stream) => (self.setting.wheels.get(stream))
-                    .is_some_and(|wheels| !wheels.is_empty()),
+                Sensor::Joints(stream) => {
+                    (self.setting.wheels.get(stream)).is_some_and(|wheels| !wheels.is_empty())
+                }
                 Sensor::ToolWrench | Sensor::Actuator(_) => false,
             }
     }
