@@ -20,11 +20,9 @@ use nalgebra::{Cholesky, Matrix3, Vector3};
 use super::difference_filter::Difference;
 use crate::state::AccelerometerBias;
 
-/// A larger difference, in standard deviations, shows that the attitude, or the scale of the accelerometer, is worse than
-/// stated: E is enlarged until the difference has this size. Gravity itself hardly varies, so that the limit along it
-/// is higher.
-const LARGEST_SIGMAS_ACROSS: f64 = 1.75;
-const LARGEST_SIGMAS_ALONG: f64 = 2.5;
+/// A larger difference, in standard deviations, shows that the attitude, gravity or the scale of the accelerometer is worse
+/// than stated: E is enlarged until the difference has this size.
+const LARGEST_SIGMAS: f64 = 1.75;
 /// How far an attitude that is levelled by the same accelerometer deviates from it (m/s^2). Such an attitude has the
 /// accelerometer's bias itself, so a small difference does not show that the bias is small.
 const LEVELLED: f64 = 0.003;
@@ -54,14 +52,14 @@ pub(super) fn divided(
     let across = (s - up * along).norm();
     let along_noise = up.dot(&(covariance * up));
     let across_noise = 0.5 * (covariance.trace() - along_noise);
-    let enlarged = |size: f64, largest: f64, stated_error: f64, noise: f64| {
+    let enlarged = |size: f64, stated_error: f64, noise: f64| {
         let own = stated_error * stated_error;
         let expected = stated.bias * stated.bias + own + noise;
-        own + ((size / largest).powi(2) - expected).max(0.0)
+        own + ((size / LARGEST_SIGMAS).powi(2) - expected).max(0.0)
     };
     let (tilt, gravity) = (
-        enlarged(across, LARGEST_SIGMAS_ACROSS, stated.tilt, across_noise),
-        enlarged(along, LARGEST_SIGMAS_ALONG, stated.gravity, along_noise),
+        enlarged(across, stated.tilt, across_noise),
+        enlarged(along, stated.gravity, along_noise),
     );
     let b = stated.bias * stated.bias;
     let sum =
