@@ -14,6 +14,9 @@ pub fn numbered_machine(folder: &Path) -> PathBuf {
         let numbers = ["x", "y", "z"].map(|axis| number(topic, &format!("{field}.{axis}")));
         format!("[{}]", numbers.join(", "))
     };
+    let orientation = ["x", "y", "z", "w"]
+        .map(|part| number("/imu/data", &format!("orientation.{part}")))
+        .join(", ");
     let joints = JOINTS.map(|joint| {
         let list = |field: &str| {
             format!("{{ topic = \"/joint_states\", field = \"{field}\", joint = \"{joint}\" }}")
@@ -27,7 +30,7 @@ pub fn numbered_machine(folder: &Path) -> PathBuf {
     let text = std::fs::read_to_string(data("tiny.toml")).unwrap();
     let kept = text.split("[signals]").next().unwrap();
     let text = format!(
-        "{kept}{}[signals.imu]\nspecific_force = {}\nangular_velocity = {}\n[signals.odometry]\nvelocity = {}\n",
+        "{kept}{}[signals.imu]\nspecific_force = {}\nangular_velocity = {}\norientation = [{orientation}]\n[signals.odometry]\nvelocity = {}\n",
         joints.concat(),
         triple("/imu/data", "linear_acceleration"),
         triple("/imu/data", "angular_velocity"),

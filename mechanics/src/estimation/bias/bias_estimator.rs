@@ -215,9 +215,9 @@ impl BiasEstimator {
 
     fn take_wheels(&mut self, stamp_ns: i64, stream: usize, values: &[f64]) {
         let rates = &values[values.len() / 2..];
-        let speeds = (self.setting.wheels[stream].iter()).map(|&(i, radius)| rates[i] * radius);
+        let mut speeds = (self.setting.wheels[stream].iter()).map(|&(i, radius)| rates[i] * radius);
         // NaN is no standstill.
-        let stand = speeds.fold(true, |stand, speed| stand && speed.abs() < STANDING);
+        let stand = speeds.all(|speed| speed.abs() < STANDING);
         self.wheels = Some((stamp_ns, stand));
         let odometry_is_known = self
             .odometry
