@@ -10,17 +10,11 @@ pub const NAME: &str = "/tipwatch/verdict";
 /// Type of its messages.
 pub const TYPE_NAME: &str = "tipwatch_msgs/msg/Verdict";
 /// The fields that offline reads, all unsigned integers: the kind of verdict (1: on a row, whose
-/// time is the header stamp), and the faults, cautions and acknowledgement since the previous row;
-/// then the level of the latched alarm with which the session began (0: none), and whether it had
-/// been acknowledged.
-pub const FIELDS: [&str; 6] = [
-    "event",
-    "faults",
-    "cautions",
-    "acknowledged",
-    "inherited_alarm",
-    "inherited_acknowledged",
-];
+/// time is the header stamp), and the faults, cautions and acknowledgement since the previous row.
+pub const FIELDS: [&str; 4] = ["event", "faults", "cautions", "acknowledged"];
+/// The fields that tell of the latched alarm with which the session began: its level (0: none), and
+/// whether it had been acknowledged. Earlier recordings lack them.
+pub const INHERITED_FIELDS: [&str; 2] = ["inherited_alarm", "inherited_acknowledged"];
 /// Value of `event` for a verdict on a row, see [`FIELDS`].
 pub const EVENT_ROW: u32 = 1;
 /// Name of the topic on which the recorder reports what it missed.
@@ -83,8 +77,27 @@ fn has(log: &Log, name: &str, type_name: &str) -> bool {
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn verdicts(log: &Log) -> Result<Option<[FieldRecording; 6]>, Error> {
+pub fn verdicts(log: &Log) -> Result<Option<[FieldRecording; 4]>, Error> {
     columns(log, NAME, TYPE_NAME, FIELDS)
+}
+
+/// [`INHERITED_FIELDS`] of all recorded verdicts; `None` if the log is not from the monitor's
+/// recorder, or from an earlier version of it.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn inherited_alarms(log: &Log) -> Result<Option<[FieldRecording; 2]>, Error> {
+    let mut topics = log.topics().iter().filter(|topic| topic.name == NAME);
+    let has_fields = topics.any(|topic| {
+        let definition = topic.definition.as_deref().unwrap_or_default();
+        INHERITED_FIELDS
+            .iter()
+            .all(|field| definition.contains(field))
+    });
+    if !has_fields {
+        return Ok(None);
+    }
+    columns(log, NAME, TYPE_NAME, INHERITED_FIELDS)
 }
 
 /// [`GAPS_FIELDS`] of all gaps in the recording; `None` if the log is not from the monitor's

@@ -168,3 +168,15 @@ fn monitor_refuses_an_untimed_session_and_says_so() {
     assert!(!monitor.out.contains("\"event\":\"row\""));
     let _ = replay.child.kill();
 }
+
+#[test]
+fn control_refuses_an_untimed_session() {
+    let world = World::new("pace0control");
+    let control = world.control(&data("second_paper.toml"), &["--stay"]);
+    let options = ["--speed", "max", "--wait", "60"];
+    let mut replay = world.replay("second_paper", &options);
+    let control = control.end();
+    assert_eq!(control.status.code(), Some(1));
+    assert!(control.err.contains("pace 0"), "{}", control.err);
+    let _ = replay.child.kill();
+}

@@ -26,14 +26,14 @@ pub(crate) fn of(
     if !scope.sensitivities {
         return Ok(None);
     }
-    let (recorded, inherited) = recorded(log)?;
+    let recorded = recorded(log)?;
     let wheels = 0..machine.wheels().len();
     let otf_columns: Vec<&[f64]> = wheels
         .map(|wheel| rows.outcomes.column(Quantity::Otf(wheel)))
         .collect();
     let utilisation = rows.outcomes.column(Quantity::Utilisation);
     let mut judge = Judge::new(machine.limits());
-    judge.resume(inherited);
+    judge.resume(inherited_alarm(log)?);
     let mut forecast = LiftOffForecast::new(machine);
     let mut otf = vec![f64::NAN; otf_columns.len()];
     let mut all = Verdicts {
@@ -71,19 +71,12 @@ pub(crate) fn of(
 
 type Recorded = BTreeMap<i64, (Conditions, bool)>;
 
-/// Input faults that a monitor recorded in the log, by time of the row, and the latched alarm with which it began.
-fn recorded(log: &Log) -> Result<(Recorded, Latch)> {
+/// Input faults that a monitor recorded in the log, by time of the row.
+fn recorded(log: &Log) -> Result<Recorded> {
     let Some(columns) = monitor_topic::verdicts(log)? else {
-        return Ok((Recorded::new(), Latch::default()));
+        return Ok(Recorded::new());
     };
-    let [
-        event,
-        faults,
-        cautions,
-        acknowledged,
-        alarm,
-        was_acknowledged,
-    ] = &columns;
+    let [event, faults, cautions, acknowledged] = &columns;
     let set = |number: f64| InputFaults::from_bits(number as u32);
     let rows = (0..event.values.len())
         .filter(|&at| event.values[at] == f64::from(monitor_topic::EVENT_ROW))
@@ -97,11 +90,18 @@ fn recorded(log: &Log) -> Result<(Recorded, Latch)> {
                 (conditions, acknowledged.values[at] != 0.0),
             )
         });
-    // a monitor that was restarted resumed its own alarm: only the first tells what was there before
-    let level = alarm.values.first().filter(|level| **level != 0.0);
-    let inherited = Latch {
-        level: level.map(|level| Level::from_number(*level as u32)),
-        is_acknowledged: was_acknowledged.values.first().is_some_and(|n| *n != 0.0),
+    Ok(rows.collect())
+}
+
+/// The latched alarm with which the recorded session began. A monitor that was restarted meanwhile resumed its own alarm:
+/// only the first verdict tells what was there before.
+fn inherited_alarm(log: &Log) -> Result<Latch> {
+    let Some([level, is_acknowledged]) = monitor_topic::inherited_alarms(log)? else {
+        return Ok(Latch::default());
     };
-    Ok((rows.collect(), inherited))
+    let level = level.values.first().filter(|level| **level != 0.0);
+    Ok(Latch {
+        level: level.map(|level| Level::from_number(*level as u32)),
+        is_acknowledged: is_acknowledged.values.first().is_some_and(|n| *n != 0.0),
+    })
 }

@@ -2,7 +2,7 @@
 //! recorder starts in the same folder.
 
 use std::fs::File;
-use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 
@@ -10,6 +10,7 @@ use super::retention::recorded_files;
 use super::segment::{ENDING, MAGIC};
 
 /// Opcodes of MCAP records.
+const HEADER: u8 = 0x01;
 const CHUNK: u8 = 0x06;
 const DATA_END: u8 = 0x0f;
 /// Opcode and length of a record.
@@ -43,10 +44,7 @@ fn repair(path: &Path) -> io::Result<Option<u64>> {
     }
     let good = complete_bytes(&mut file, bytes)?;
     if good == 0 {
-        return Err(io::Error::new(
-            ErrorKind::InvalidData,
-            "expected an MCAP file",
-        ));
+        return Ok(None);
     }
     file.set_len(good)?;
     file.write_all_at(&ENDING, good)?;
@@ -64,7 +62,8 @@ fn has_end(file: &mut File, bytes: u64) -> io::Result<bool> {
     Ok(end == MAGIC)
 }
 
-/// Where the last complete record before the end of the data ends; 0 if this is no MCAP file.
+/// Where the last complete record before the end of the data ends; 0 if this is no MCAP file of a recorder like this one.
+/// Files of other programs may still be being written.
 fn complete_bytes(file: &mut File, bytes: u64) -> io::Result<u64> {
     file.seek(SeekFrom::Start(0))?;
     let mut reader = BufReader::new(file);
@@ -88,12 +87,28 @@ fn complete_bytes(file: &mut File, bytes: u64) -> io::Result<u64> {
         }
         content.resize(length as usize, 0);
         reader.read_exact(&mut content)?;
+        let is_first = good == MAGIC.len() as u64;
+        if is_first && !(opcode == HEADER && is_of_tipwatch(&content)) {
+            return Ok(0);
+        }
         if opcode == 0 || opcode == CHUNK && !is_whole_chunk(&content) {
             break;
         }
         good += HEAD_BYTES + length;
     }
     Ok(good)
+}
+
+/// Whether a header names this recorder: its profile and its library are texts after their lengths (4 bytes).
+fn is_of_tipwatch(content: &[u8]) -> bool {
+    let text = |bytes: &[u8]| {
+        let (length, rest) = bytes.split_at_checked(4)?;
+        let length = u32::from_le_bytes(length.try_into().ok()?) as usize;
+        let (text, rest) = rest.split_at_checked(length)?;
+        Some((text.to_vec(), rest.to_vec()))
+    };
+    let library = text(content).and_then(|(_, rest)| text(&rest));
+    library.is_some_and(|(library, _)| library.starts_with(b"tipwatch "))
 }
 
 /// Whether the checksum of an uncompressed chunk is right.
@@ -179,7 +194,10 @@ mod tests {
             std::fs::write(&path, &good[..cut as usize]).unwrap();
             assert!(repair(&path).unwrap().is_some(), "{cut}");
             let whole = lengths.iter().filter(|&&n| n - ENDING.len() as u64 <= cut);
-            assert_eq!(messages(&path), Some(3 * (whole.count() - 1)), "{cut}");
+            let whole = 3 * (whole.count() - 1);
+            // a chunk may be whole whose index is cut
+            let found = messages(&path).unwrap();
+            assert!([whole, whole + 3].contains(&found), "{cut}: {found}");
         }
         // a power failure may leave zeros where data were
         let mut zeros = good.clone();
@@ -188,7 +206,15 @@ mod tests {
         std::fs::write(&path, &zeros).unwrap();
         repair(&path).unwrap();
         assert_eq!(messages(&path), Some(24));
-        std::fs::write(&path, "no MCAP").unwrap();
-        assert!(repair(&path).is_err());
+        // files of other programs are left alone
+        let mut foreign = good.clone();
+        let at = good.windows(9).position(|w| w == b"tipwatch ").unwrap();
+        foreign[at] = b'T';
+        foreign.truncate(foreign.len() - 20);
+        for bytes in [b"no MCAP".to_vec(), foreign] {
+            std::fs::write(&path, &bytes).unwrap();
+            assert_eq!(repair(&path).unwrap(), None);
+            assert_eq!(std::fs::read(&path).unwrap(), bytes);
+        }
     }
 }
