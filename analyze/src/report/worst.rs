@@ -234,7 +234,9 @@ impl View<'_> {
         for (wheel, (facts, at)) in machine.wheels().iter().zip(&contacts).enumerate() {
             let load = self.load(wheel);
             let is_left = at[0] < corners.iter().map(|c| c[0]).sum::<f64>() / corners.len() as f64;
-            let beside = drawing_shift(&drawing, facts.radius, is_left);
+            let disc = LARGEST_DISC_M * (load.max(at_rest[wheel]) / largest).sqrt();
+            let outside = disc.max(0.8 * facts.radius);
+            let beside = drawing_shift(&drawing, outside, is_left);
             let anchor = if is_left { Anchor::End } else { Anchor::Start };
             drawing.text(*at, [beside, 2.0], anchor, &facts.name);
             let load = match load.is_finite() {
@@ -340,9 +342,9 @@ impl View<'_> {
     }
 }
 
-/// Where the label of a wheel begins: outside its disc, in the picture's own units.
-fn drawing_shift(drawing: &Drawing, radius: f64, is_left: bool) -> f64 {
-    let outside = (0.4 * radius).max(LARGEST_DISC_M) / drawing.metres(1.0) + 4.0;
+/// Where the label of a wheel begins: beyond its disc, in the picture's own units.
+fn drawing_shift(drawing: &Drawing, outside_m: f64, is_left: bool) -> f64 {
+    let outside = outside_m / drawing.metres(1.0) + 4.0;
     if is_left { -outside } else { outside }
 }
 
