@@ -1,4 +1,10 @@
-use tipwatch_ingest::{StampSource, TopicStatistics};
+use tipwatch_ingest::{Log, StampSource, TopicStatistics};
+
+use crate::{
+    bags::bag,
+    rosbag2::{JOINTS, database, joint_messages, rows},
+    support::{FIRST_NS, PERIOD_NS, Style, TempLog, joint_log},
+};
 
 const MS: i64 = 1_000_000;
 const DAY_NS: i64 = 1_700_000_000_000_000_000;
@@ -87,4 +93,27 @@ fn next_clock_is_used_without_usable_header_stamps() {
     assert_eq!(never_sent.decide().source, StampSource::Log);
     assert_eq!(never_sent.timing().zero_stamps, 9);
     assert_eq!(TopicStatistics::default().timing().rate_hz, None);
+}
+
+/// With an index and without, and of messages that no reader asks for.
+#[test]
+fn a_log_spans_the_messages_of_all_topics() {
+    let last_ns = FIRST_NS + 89 * PERIOD_NS;
+    let messages = joint_messages(0, 90);
+    let whole = joint_log(&Style::chunked(None), 90);
+    let logs = [
+        (TempLog::new("log.mcap", &whole), 5),
+        (TempLog::new("log.bag", &bag("none", true, 90)), 5),
+        (TempLog::new("log.bag", &bag("none", false, 90)), 5),
+        (database(&[JOINTS], &rows(&messages), true), 0),
+    ];
+    for (file, offset_ns) in logs {
+        let span_ns = Log::open(&file.path).unwrap().span_ns();
+        let expected = (FIRST_NS + offset_ns, last_ns + offset_ns);
+        assert_eq!(span_ns, Some(expected), "{}", file.path.display());
+    }
+    let cut = TempLog::new("cut.mcap", &whole[..whole.len() / 2]);
+    let (first, last) = Log::open(&cut.path).unwrap().span_ns().unwrap();
+    assert_eq!(first, FIRST_NS + 5);
+    assert!((first + 10 * PERIOD_NS..last_ns).contains(&last));
 }
