@@ -5,9 +5,11 @@ use std::process::Command;
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::inputs::GrossInputKind;
 use tipwatch_analyze::report::findings;
+use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::{LogFacts, Machine};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
@@ -353,6 +355,83 @@ fn good_and_unusual_logs_have_no_gross_input() {
     }
 }
 
+/// An analysis with a changed machine file.
+fn with_machine_text(log: &str, change: impl Fn(String) -> String) -> Analysis {
+    let path = data(&format!("{log}.toml"));
+    let text = change(std::fs::read_to_string(&path).unwrap());
+    let file = MachineFile::from_text(&path, &text).unwrap();
+    let log = data(&format!("{log}.mcap"));
+    analyse(&log, &file, Options::default(), &mut |_| {}).unwrap()
+}
+
+fn kinds(analysis: &Analysis) -> Vec<GrossInputKind> {
+    analysis
+        .gross_inputs
+        .iter()
+        .map(|input| input.kind)
+        .collect()
+}
+
+#[test]
+fn pressures_in_another_unit_are_told_for_each_cylinder() {
+    let with_pressures = |scale: &str| {
+        with_machine_text("second_paper", |mut text| {
+            for side in ["right", "left"] {
+                let at = |chamber: &str| {
+                    format!(
+                        "{{ topic = \"/suspension/{side}/{chamber}_pressure\", field = \"fluid_pressure\", scale = {scale} }}"
+                    )
+                };
+                let name = format!("name = \"suspension_{side}\"\n");
+                let bound = format!(
+                    "{name}pressure = {{ piston = {}, rod = {}, piston_area = 78.540e-4, rod_area = 53.910e-4 }}\n",
+                    at("piston"),
+                    at("rod")
+                );
+                text = text.replacen(&name, &bound, 1);
+            }
+            text
+        })
+    };
+    assert_eq!(with_pressures("1.0").gross_inputs, []);
+    let in_bar = with_pressures("1e-5");
+    assert_eq!(kinds(&in_bar), [GrossInputKind::ActuatorScale; 2]);
+    assert!(in_bar.gross_inputs[0].fix.contains("100000 for bar"));
+}
+
+#[test]
+fn angles_beyond_a_full_circle_are_told() {
+    let with_angles = |scale: f64| {
+        with_machine_text("tiny", |text| {
+            let field = |field: &str, scale: f64| {
+                format!("{{ topic = \"/imu/data\", field = \"{field}\", scale = {scale:?} }}")
+            };
+            let triple = |list: &str| {
+                let of = |axis: &str| field(&format!("{list}.{axis}"), 1.0);
+                format!("[{}, {}, {}]", of("x"), of("y"), of("z"))
+            };
+            // for small angles twice the vector of the quaternion
+            let angles =
+                ["x", "y", "z"].map(|axis| field(&format!("orientation.{axis}"), 2.0 * scale));
+            let imu = format!(
+                "imu = {{ specific_force = {}, angular_velocity = {}, roll_pitch_yaw = [{}] }}",
+                triple("linear_acceleration"),
+                triple("angular_velocity"),
+                angles.join(", ")
+            );
+            text.replace("imu = \"/imu/data\"", &imu)
+        })
+    };
+    assert_eq!(with_angles(1.0).gross_inputs, []);
+    let gross = with_angles(180.0 * RAD_TO_DEG).gross_inputs;
+    let angles = gross
+        .iter()
+        .find(|input| input.headline.contains("roll_pitch_yaw"));
+    let angles = angles.unwrap_or_else(|| panic!("{gross:?}"));
+    assert_eq!(angles.kind, GrossInputKind::Attitude);
+    assert!(angles.fix.contains("0.0174533"), "{}", angles.fix);
+}
+
 fn planar(topic: &str, values: &mut Values<'_>) {
     if topic == "/imu/data" || topic == "/odom" {
         let [z, w] = ["z", "w"].map(|part| values.get(&format!("attitude.{part}")));
@@ -517,7 +596,7 @@ fn impossible_machines_are_refused_with_the_likely_correction() {
         ),
         (
             "overlapping wheels",
-            &[("radius = 0.35", "radius = 1.4")],
+            &[("radius = 0.35", "radius = 1.6")],
             &[(
                 "<cylinder radius='0.35' length='0.24'/>",
                 "<box size='1 1 1'/>",
