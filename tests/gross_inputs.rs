@@ -5,9 +5,9 @@ use std::process::Command;
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::inputs::GrossInputKind;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
-use tipwatch_analyze::inputs::GrossInputKind;
 use tipwatch_analyze::report::findings;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::{LogFacts, Machine};
@@ -274,7 +274,7 @@ fn nothing_is_concluded_from_signals_in_other_units() {
         let folder = TempDir::new().unwrap();
         let analysis = edited(&folder, case.log, case.edit);
         let gross = &analysis.gross_inputs;
-        let fits = |input: &&tipwatch_analyze::inputs::GrossInput| {
+        let fits = |input: &&tipwatch_analyze::analysis::inputs::GrossInput| {
             input.kind == case.kind
                 && (input.headline.contains(case.says) || input.fix.contains(case.says))
         };
@@ -737,11 +737,11 @@ fn unusual_machines_are_accepted() {
 fn a_machine_that_rests_where_it_would_tip_over_is_told() {
     let folder = TempDir::new().unwrap();
     let urdf = std::fs::read_to_string(data("folded_arm.urdf"));
-    // the centre of mass two metres to the left of where it is
+    // the chassis' centre of mass three metres to the left of where it is
     let urdf = urdf.unwrap();
     let moved = urdf.replacen(
         "<origin xyz='0.3 0.0 0.12'",
-        "<origin xyz='0.3 2.0 0.12'",
+        "<origin xyz='0.3 3.0 0.12'",
         1,
     );
     assert_ne!(urdf, moved);

@@ -1,7 +1,7 @@
 //! Analysis of whole logs: a log and a machine file in; tables, a summary and a report out.
 //!
-//! [`load`] reads machine and samples, [`inputs`] looks for what is grossly wrong with them.
-//! [`analysis::run::analyse`] computes an [`Analysis`](analysis::Analysis). [`output::write`] writes its files: [`tables`] for programs, the
+//! [`load`] reads machine and samples. [`analysis::run::analyse`] computes an
+//! [`Analysis`](analysis::Analysis). [`output::write`] writes its files: [`tables`] for programs, the
 //! [`report`] for people. [`setup`] helps to describe a machine before its first analysis.
 //!
 //! A [`policy`] judges the key figures of an analysis, a [`screen`] collects those of many logs,
@@ -14,7 +14,6 @@ pub mod base;
 pub mod cli;
 pub mod compare;
 pub mod events;
-pub mod inputs;
 pub mod load;
 pub mod output;
 mod page;

@@ -4,6 +4,7 @@
 pub mod clock;
 mod evaluation;
 pub mod imu_check;
+pub mod inputs;
 pub mod model_comparison;
 pub mod monte_carlo;
 mod notes;
