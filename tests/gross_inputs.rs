@@ -364,41 +364,6 @@ fn with_machine_text(log: &str, change: impl Fn(String) -> String) -> Analysis {
     analyse(&log, &file, Options::default(), &mut |_| {}).unwrap()
 }
 
-fn kinds(analysis: &Analysis) -> Vec<GrossInputKind> {
-    analysis
-        .gross_inputs
-        .iter()
-        .map(|input| input.kind)
-        .collect()
-}
-
-#[test]
-fn pressures_in_another_unit_are_told_for_each_cylinder() {
-    let with_pressures = |scale: &str| {
-        with_machine_text("second_paper", |mut text| {
-            for side in ["right", "left"] {
-                let at = |chamber: &str| {
-                    format!(
-                        "{{ topic = \"/suspension/{side}/{chamber}_pressure\", field = \"fluid_pressure\", scale = {scale} }}"
-                    )
-                };
-                let name = format!("name = \"suspension_{side}\"\n");
-                let bound = format!(
-                    "{name}pressure = {{ piston = {}, rod = {}, piston_area = 78.540e-4, rod_area = 53.910e-4 }}\n",
-                    at("piston"),
-                    at("rod")
-                );
-                text = text.replacen(&name, &bound, 1);
-            }
-            text
-        })
-    };
-    assert_eq!(with_pressures("1.0").gross_inputs, []);
-    let in_bar = with_pressures("1e-5");
-    assert_eq!(kinds(&in_bar), [GrossInputKind::ActuatorScale; 2]);
-    assert!(in_bar.gross_inputs[0].fix.contains("100000 for bar"));
-}
-
 #[test]
 fn angles_beyond_a_full_circle_are_told() {
     let with_angles = |scale: f64| {
