@@ -91,7 +91,6 @@ const RULES: [Rule; 6] = [
         floors: &[
             "base",
             "load",
-            "inputs",
             "events",
             "analysis",
             "policy",

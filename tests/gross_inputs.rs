@@ -5,9 +5,11 @@ use std::process::Command;
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::inputs::GrossInputKind;
+use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
-use tipwatch_analyze::inputs::GrossInputKind;
 use tipwatch_analyze::report::findings;
+use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::{LogFacts, Machine};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
@@ -272,7 +274,7 @@ fn nothing_is_concluded_from_signals_in_other_units() {
         let folder = TempDir::new().unwrap();
         let analysis = edited(&folder, case.log, case.edit);
         let gross = &analysis.gross_inputs;
-        let fits = |input: &&tipwatch_analyze::inputs::GrossInput| {
+        let fits = |input: &&tipwatch_analyze::analysis::inputs::GrossInput| {
             input.kind == case.kind
                 && (input.headline.contains(case.says) || input.fix.contains(case.says))
         };
@@ -351,6 +353,48 @@ fn good_and_unusual_logs_have_no_gross_input() {
         let analysis = edited(&TempDir::new().unwrap(), "tiny", edit);
         assert_eq!(analysis.gross_inputs, [], "{name}");
     }
+}
+
+/// An analysis with a changed machine file.
+fn with_machine_text(log: &str, change: impl Fn(String) -> String) -> Analysis {
+    let path = data(&format!("{log}.toml"));
+    let text = change(std::fs::read_to_string(&path).unwrap());
+    let file = MachineFile::from_text(&path, &text).unwrap();
+    let log = data(&format!("{log}.mcap"));
+    analyse(&log, &file, Options::default(), &mut |_| {}).unwrap()
+}
+
+#[test]
+fn angles_beyond_a_full_circle_are_told() {
+    let with_angles = |scale: f64| {
+        with_machine_text("tiny", |text| {
+            let field = |field: &str, scale: f64| {
+                format!("{{ topic = \"/imu/data\", field = \"{field}\", scale = {scale:?} }}")
+            };
+            let triple = |list: &str| {
+                let of = |axis: &str| field(&format!("{list}.{axis}"), 1.0);
+                format!("[{}, {}, {}]", of("x"), of("y"), of("z"))
+            };
+            // for small angles twice the vector of the quaternion
+            let angles =
+                ["x", "y", "z"].map(|axis| field(&format!("orientation.{axis}"), 2.0 * scale));
+            let imu = format!(
+                "imu = {{ specific_force = {}, angular_velocity = {}, roll_pitch_yaw = [{}] }}",
+                triple("linear_acceleration"),
+                triple("angular_velocity"),
+                angles.join(", ")
+            );
+            text.replace("imu = \"/imu/data\"", &imu)
+        })
+    };
+    assert_eq!(with_angles(1.0).gross_inputs, []);
+    let gross = with_angles(180.0 * RAD_TO_DEG).gross_inputs;
+    let angles = gross
+        .iter()
+        .find(|input| input.headline.contains("roll_pitch_yaw"));
+    let angles = angles.unwrap_or_else(|| panic!("{gross:?}"));
+    assert_eq!(angles.kind, GrossInputKind::Attitude);
+    assert!(angles.fix.contains("0.0174533"), "{}", angles.fix);
 }
 
 fn planar(topic: &str, values: &mut Values<'_>) {
@@ -517,7 +561,7 @@ fn impossible_machines_are_refused_with_the_likely_correction() {
         ),
         (
             "overlapping wheels",
-            &[("radius = 0.35", "radius = 1.4")],
+            &[("radius = 0.35", "radius = 1.6")],
             &[(
                 "<cylinder radius='0.35' length='0.24'/>",
                 "<box size='1 1 1'/>",
@@ -658,11 +702,11 @@ fn unusual_machines_are_accepted() {
 fn a_machine_that_rests_where_it_would_tip_over_is_told() {
     let folder = TempDir::new().unwrap();
     let urdf = std::fs::read_to_string(data("folded_arm.urdf"));
-    // the centre of mass two metres to the left of where it is
+    // the chassis' centre of mass three metres to the left of where it is
     let urdf = urdf.unwrap();
     let moved = urdf.replacen(
         "<origin xyz='0.3 0.0 0.12'",
-        "<origin xyz='0.3 2.0 0.12'",
+        "<origin xyz='0.3 3.0 0.12'",
         1,
     );
     assert_ne!(urdf, moved);

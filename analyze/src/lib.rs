@@ -14,7 +14,6 @@ pub mod base;
 pub mod cli;
 pub mod compare;
 pub mod events;
-pub mod inputs;
 pub mod load;
 pub mod output;
 mod page;

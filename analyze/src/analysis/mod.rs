@@ -6,6 +6,7 @@ pub mod clock;
 pub mod coverage;
 mod evaluation;
 pub mod imu_check;
+pub mod inputs;
 pub mod model_comparison;
 pub mod monte_carlo;
 mod notes;

@@ -12,11 +12,11 @@ use super::monte_carlo::MonteCarlo;
 use super::payload::EstimatedPayload;
 use super::sensitivity::SensitivityTable;
 use super::undecided::Undecided;
+use crate::analysis::inputs::GrossInput;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::base::rows::Rows;
 use crate::events::Event;
-use crate::inputs::GrossInput;
 
 /// The analysis of one log.
 #[derive(Debug)]

@@ -8,8 +8,8 @@ use tipwatch_mechanics::state::Reason;
 
 use super::{faults, prevention};
 use crate::analysis::Analysis;
+use crate::analysis::inputs::GrossInput;
 use crate::events::{Event, EventCauses, EventKind, Finding};
-use crate::inputs::GrossInput;
 use crate::page::{list, number, percent, probability, readable};
 
 /// Causes with a smaller share of the lost load are not named (%).

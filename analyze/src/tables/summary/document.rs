@@ -9,11 +9,11 @@ use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
 use crate::analysis::Coverage;
 use crate::analysis::advice::Advice;
 use crate::analysis::clock::{ClockOffsets, text::TopicsFinding};
+use crate::analysis::inputs::GrossInput;
 use crate::analysis::model_comparison::LoadDifference;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::events::EventCauses;
-use crate::inputs::GrossInput;
 
 /// Version of the document.
 pub const SCHEMA: u32 = 5;

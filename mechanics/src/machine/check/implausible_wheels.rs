@@ -16,8 +16,8 @@ const CONTRADICTING_RADIUS: f64 = 1.6;
 const CONTRADICTING_RADIUS_WITH_MESH: f64 = 4.0;
 /// Distance up to which two wheels are at one place (m).
 const ONE_PLACE_M: f64 = 1e-4;
-/// Overlap of two wheels in line, as a fraction of the distance of their centres, that rounding may cause.
-const OVERLAP: f64 = 0.05;
+/// Overlap of two wheels in line, as a fraction of the distance of their centres, that a rough model may have.
+const OVERLAP: f64 = 0.3;
 /// Lateral distance, as a fraction of the radius, up to which two wheels run in one line.
 const IN_LINE: f64 = 0.5;
 /// Largest and smallest distance between wheels (m).

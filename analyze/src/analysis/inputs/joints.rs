@@ -3,7 +3,7 @@
 use tipwatch_mechanics::machine::{Machine, MeasuredJoint};
 use tipwatch_mechanics::state::Sensor;
 
-use super::proportion::{Proportion, scale_hint, unit_by_factor};
+use super::proportion::{Proportion, Unit, scale_hint, unit_by_factor};
 use super::windows::{median, quantile};
 use super::{GrossInput, GrossInputKind};
 use crate::base::number::{percent, short};
@@ -51,7 +51,8 @@ const VELOCITIES: [(&str, f64); 5] = [
 
 /// The joints of a signal that look alike.
 struct Suspects {
-    factor: Option<f64>,
+    /// Factor from SI, and the unit that it means, of the first of them.
+    first: Option<(f64, Option<Unit>)>,
     names: Vec<String>,
     evidence: Vec<String>,
 }
@@ -72,29 +73,23 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
             let it = &loaded.machine.joints()[joint];
             let by_velocity = values.velocity_proportion(slides, it.spins_wheel.is_some());
             let by_limits = beyond_limits(&loaded.machine, it, slides, &values);
+            let units: &[Unit] = if slides { &LENGTHS } else { &ANGLES };
             if let Some((factor, evidence)) = by_limits {
-                positions.add(it, factor, evidence);
+                positions.add(it, factor, units, evidence);
             } else if let Some((factor, evidence)) = by_velocity {
                 // positions in degrees and velocities in rad/s look like velocities 57 times too small
-                let units: &[_] = if slides { &LENGTHS } else { &ANGLES };
                 match unit_by_factor(1.0 / factor, units) {
-                    Some(_) => positions.add(it, 1.0 / factor, evidence),
-                    None => velocities.add(it, factor, evidence),
+                    Some(_) => positions.add(it, 1.0 / factor, units, evidence),
+                    None => velocities.add(it, factor, &VELOCITIES, evidence),
                 }
             }
         }
-        found.extend(positions.finding(
-            signal,
+        let [of_positions, of_velocities] = [
             GrossInputKind::JointPositionScale,
-            "Positions",
-            &[&ANGLES[..], &LENGTHS[..]].concat(),
-        ));
-        found.extend(velocities.finding(
-            signal,
             GrossInputKind::JointVelocityScale,
-            "Velocities",
-            &VELOCITIES,
-        ));
+        ];
+        found.extend(positions.finding(signal, of_positions, "Positions"));
+        found.extend(velocities.finding(signal, of_velocities, "Velocities"));
     }
     found
 }
@@ -243,27 +238,21 @@ fn is_limited(joint: &MeasuredJoint) -> bool {
 impl Suspects {
     fn none() -> Self {
         Self {
-            factor: None,
+            first: None,
             names: Vec::new(),
             evidence: Vec::new(),
         }
     }
 
-    fn add(&mut self, joint: &MeasuredJoint, factor: f64, evidence: String) {
-        self.factor.get_or_insert(factor);
+    fn add(&mut self, joint: &MeasuredJoint, factor: f64, units: &[Unit], evidence: String) {
+        self.first
+            .get_or_insert_with(|| (factor, unit_by_factor(factor, units)));
         self.names.push(joint.name.clone());
         self.evidence.push(format!("{}: {evidence}", joint.name));
     }
 
-    fn finding(
-        self,
-        signal: &Signal,
-        kind: GrossInputKind,
-        what: &str,
-        units: &[(&'static str, f64)],
-    ) -> Option<GrossInput> {
-        let factor = self.factor?;
-        let unit = unit_by_factor(factor, units);
+    fn finding(self, signal: &Signal, kind: GrossInputKind, what: &str) -> Option<GrossInput> {
+        let (factor, unit) = self.first?;
         let looks_like = match unit {
             Some((name, _)) => format!("they look like {name}"),
             None if factor < 0.0 => "they have the opposite sign".to_owned(),

@@ -38,7 +38,7 @@ pub(super) fn slope_unknown(loaded: &LoadedLog) -> Option<GrossInput> {
     }
     let signal = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Odometry)?;
     let samples = signal.recording.stamps_ns.len();
-    if samples == 0 || quaternions(signal).any(|xyzw| tilt_is_measured(xyzw)) {
+    if samples == 0 || quaternions(signal).any(tilt_is_measured) {
         return None;
     }
     let given = quaternions(signal).filter(|xyzw| xyzw.iter().all(|v| v.is_finite()));
@@ -64,7 +64,7 @@ pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
     let signal = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Imu)?;
     let given = || quaternions(signal).filter(|xyzw| xyzw.iter().all(|v| v.is_finite()));
     let count = given().count();
-    if count == 0 || given().any(|xyzw| tilt_is_measured(xyzw)) {
+    if count == 0 || given().any(tilt_is_measured) {
         return None;
     }
     Some(format!(

@@ -28,7 +28,10 @@ const UNITS: [Unit; 8] = [
     ("millimetres per second", 1000.0),
     ("wheel velocities in degrees per second", 1.0 / 57.295_78),
     ("wheel velocities in revolutions per minute", 1.0 / 9.549_3),
-    ("wheel velocities in revolutions per second", 6.283_185),
+    (
+        "wheel velocities in revolutions per second",
+        std::f64::consts::TAU,
+    ),
     ("a diameter given as the radius of the wheels", 0.5),
 ];
 
@@ -79,7 +82,7 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
         ),
         evidence,
         fix: match unit {
-            Some((_, factor)) if factor < 1.0 || factor == 6.283_185 => {
+            Some((name, factor)) if name.starts_with("wheel") || factor < 1.0 => {
                 "correct the radius of the wheels, or the scale of their velocities in [signals.joints]".into()
             }
             _ => format!(
