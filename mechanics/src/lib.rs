@@ -65,4 +65,6 @@ pub use studies::payload_estimate::{
 };
 pub use studies::placement::Placement;
 pub use studies::standing::{MassShare, RestingMachine};
-pub use studies::static_posture::{reference_posture, resting_state, static_outcome};
+pub use studies::static_posture::{
+    reference_posture, resting_state, static_contributions, static_outcome,
+};

@@ -1,11 +1,15 @@
 //! Finds the events of a log: light and lifting wheels, tipping edges, input gaps and faults.
 
+mod causes;
 pub(crate) mod detect;
 mod episodes;
 mod event;
 mod evidence;
 mod finding;
 mod inputs;
+mod onset;
+pub(crate) mod split_rule;
+mod tipping;
 
 pub use event::*;
 pub use finding::Finding;

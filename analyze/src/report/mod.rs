@@ -6,6 +6,7 @@ mod faults;
 mod findings;
 mod log_report;
 mod moment;
+mod open_split;
 mod plots;
 mod prevention;
 mod tables;

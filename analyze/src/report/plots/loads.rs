@@ -100,7 +100,6 @@ impl Plotter<'_> {
             self.valid(Quantity::LoadLargest(wheel)),
         );
         let name = format!("{name} envelope");
-        let band = self.between(&name, &least, &largest, colour(wheel, 0.2));
-        band.visible(Visible::LegendOnly)
+        self.between(&name, &least, &largest, colour(wheel, 0.08))
     }
 }
