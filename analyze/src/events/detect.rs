@@ -16,8 +16,6 @@ use crate::load::LoadedLog;
 
 /// Rotation about an edge (rad) that turns edge tipping into a tip-over.
 const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
-/// Time around the start of a lift that the passage through zero is fitted to (s).
-const PASSAGE_S: f64 = 0.5;
 /// Time before a rotation about an edge at which the wheel that lifts last is told from the others (s).
 const BEFORE_S: f64 = 0.1;
 
@@ -187,8 +185,9 @@ impl Finder<'_> {
         let error = self.evidence.known_error(wheel, row);
         let sigma_n = self.evidence.sigma_of(wheel, row) * error.variance_share.sqrt();
         let near_s = self.rows.seconds(row);
+        let longest_s = onset::PASSAGES_S[onset::PASSAGES_S.len() - 1];
         let mut curve = Curve::default();
-        let near = |row: &usize| (self.rows.seconds(*row) - near_s).abs() <= PASSAGE_S;
+        let near = |row: &usize| (self.rows.seconds(*row) - near_s).abs() <= longest_s;
         let before = (0..row).rev().take_while(near).last().unwrap_or(row);
         for row in (before..self.rows.len()).take_while(near) {
             if self.meaningful[row] {

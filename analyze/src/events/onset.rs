@@ -6,8 +6,9 @@
 
 use nalgebra::{SMatrix, SVector};
 
-/// Times on either side of a passage through zero that it is fitted to (s).
-const PASSAGE_S: f64 = 0.25;
+/// Times on either side of a passage through zero that it is fitted to, the shortest that shows the fall
+/// clearly (s).
+pub(super) const PASSAGES_S: [f64; 3] = [0.25, 0.5, 1.0];
 /// Times before the corner that the fall is fitted to, the shortest that shows the fall clearly (s).
 const FALLS_S: [f64; 4] = [0.3, 0.45, 0.7, 1.0];
 /// A fall is clear if it is this many times the noise.
@@ -18,8 +19,9 @@ const LEVEL_S: f64 = 0.35;
 const STEPS_S: [f64; 2] = [0.02, 0.004];
 /// Range of the fine search on either side of the coarse result (s).
 const FINE_S: f64 = 0.2;
-/// The smoother rounds a corner over about this time (s), one standard deviation.
-const ROUNDING_S: f64 = 0.015;
+/// The smoother rounds a corner, and a tyre springs back before it leaves the ground: their effect on the onset (s),
+/// one standard deviation.
+const ROUNDING_S: f64 = 0.03;
 /// Fewest values of a fit.
 const FEWEST: usize = 8;
 
@@ -67,17 +69,29 @@ impl Curve {
 /// ```
 /// with `sigma_n` the standard deviation of the load's error, which is constant over the fit.
 pub(super) fn passage(curve: &Curve, near_s: f64, sigma_n: f64) -> Option<Onset> {
-    let near = curve.between(near_s - PASSAGE_S, near_s + PASSAGE_S);
     let shape = |t: f64| SVector::from([1.0, t, t * t]);
-    let rows = near.map(|(t, load)| (shape(t - near_s), load));
-    let fit = Fit::of(rows, 0.0)?;
+    let fitted = |half_s: f64| {
+        let near = curve.between(near_s - half_s, near_s + half_s);
+        Fit::<3>::of(near.map(|(t, load)| (shape(t - near_s), load)), 0.0)
+    };
+    let is_clear = |half_s: f64, fit: &Fit<3>| {
+        -fit.coefficients[1] * half_s > CLEAR_FALL * fit.residual_n2.sqrt()
+    };
+    let fits = PASSAGES_S
+        .into_iter()
+        .filter_map(|half_s| Some((half_s, fitted(half_s)?)));
+    let fits: Vec<(f64, Fit<3>)> = fits.collect();
+    let clear = fits.iter().find(|(half_s, fit)| is_clear(*half_s, fit));
+    let (half_s, fit) = clear.or(fits.last())?;
     let [c0, c1, c2] = fit.coefficients.into();
     let slope = |t: f64| c1 + 2.0 * c2 * t;
     let mut t = 0.0;
     for _ in 0..20 {
         t -= (c0 + t * (c1 + t * c2)) / slope(t);
     }
-    if !(t.abs() <= PASSAGE_S && slope(t) < 0.0) {
+    // A load that is below zero from the first row on fell before the rows begin.
+    let is_inside = t.abs() <= *half_s && near_s + t > *curve.times_s.first()?;
+    if !(is_inside && slope(t) < 0.0) {
         return None;
     }
     let variance_n2 = fit.noise_n2 / fit.count as f64 + sigma_n.powi(2);
@@ -95,9 +109,14 @@ pub(super) fn passage(curve: &Curve, near_s: f64, sigma_n: f64) -> Option<Onset>
 /// ```text
 ///     load = b + a (t0 - t) + c (t0 - t)^2   before t0, a >= 0,        load = b   from t0 on
 /// ```
-/// with b, the error of a load that is zero in truth, normally distributed with `sigma_n`. The residuals give
-/// noise and its correlation, and with them the probability of each candidate: the onset is their mean.
-pub(super) fn corner(curve: &Curve, sigma_n: f64) -> Option<Onset> {
+/// with b, the error of a load that is zero in truth, normally distributed with `sigma_n`, and the rate of
+/// rotation about the edge by
+/// ```text
+///     rate = w + v t before t0,        rate = w + v t + u (t - t0)^2 from t0 on
+/// ```
+/// for the moment that turns the machine grows from zero. The residuals give noise and its correlation, and with
+/// them the probability of each candidate: the onset is their mean.
+pub(super) fn corner(curve: &Curve, rates: &Curve, sigma_n: f64) -> Option<Onset> {
     let (first, last) = (*curve.times_s.first()?, *curve.times_s.last()?);
     let all = curve.between(first, last);
     let coarse = candidates(first, last, STEPS_S[0]).filter_map(|t0| {
@@ -118,22 +137,39 @@ pub(super) fn corner(curve: &Curve, sigma_n: f64) -> Option<Onset> {
     let prior = coarse.noise_n2 / (sigma_n * sigma_n);
     let prior = if prior.is_finite() { prior } else { 0.0 };
     let range = (coarse_s - FINE_S).max(from_s)..(coarse_s + FINE_S).min(last);
-    let fine: Vec<(f64, Fit<3>)> = candidates(range.start, range.end, STEPS_S[1])
+    let turning = rates.between(from_s, coarse_s + LEVEL_S);
+    let fine: Vec<Candidate> = candidates(range.start, range.end, STEPS_S[1])
         .filter_map(|t0| {
             let shape = |t: f64| {
                 let s = (t0 - t).max(0.0);
                 SVector::from([1.0, s, s * s])
             };
-            let fit = Fit::of(window.clone().map(|(t, load)| (shape(t), load)), prior)?;
-            (fit.coefficients[1] > 0.0).then_some((t0, fit))
+            let load = Fit::of(window.clone().map(|(t, load)| (shape(t), load)), prior)?;
+            let shape = |t: f64| SVector::from([1.0, t - coarse_s, (t - t0).max(0.0).powi(2)]);
+            let rate = Fit::of(turning.clone().map(|(t, rate)| (shape(t), rate)), 0.0);
+            (load.coefficients[1] > 0.0).then_some(Candidate { t0, load, rate })
         })
         .collect();
-    let best = fine.iter().min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))?;
-    let weight = |fit: &Fit<3>| (-0.5 * (fit.cost - best.1.cost) / best.1.noise_n2).exp();
+    let best_load = fine
+        .iter()
+        .map(|c| &c.load)
+        .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let rates = fine.iter().filter_map(|c| c.rate.as_ref());
+    let best_rate = rates.min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let exponent = |c: &Candidate| {
+        let of_load = (c.load.cost - best_load.cost) / best_load.noise_n2;
+        let of_rate = match (&c.rate, best_rate) {
+            (Some(rate), Some(best)) => (rate.cost - best.cost) / best.noise_n2,
+            _ => 0.0,
+        };
+        -0.5 * (of_load + of_rate)
+    };
+    let largest = fine.iter().map(exponent).fold(f64::NEG_INFINITY, f64::max);
     let sum = |of: &dyn Fn(f64, &Fit<3>) -> f64| -> f64 {
-        fine.iter()
-            .map(|(t0, fit)| weight(fit) * of(*t0, fit))
-            .sum()
+        let weighed = fine
+            .iter()
+            .map(|c| (exponent(c) - largest).exp() * of(c.t0, &c.load));
+        weighed.sum()
     };
     let total = sum(&|_, _| 1.0);
     let at_s = sum(&|t0, _| t0) / total;
@@ -144,6 +180,13 @@ pub(super) fn corner(curve: &Curve, sigma_n: f64) -> Option<Onset> {
         level_n: Some(sum(&|_, fit| fit.coefficients[0]) / total),
     })
     .filter(|onset| onset.sigma_s.is_finite())
+}
+
+/// A candidate of the fine search.
+struct Candidate {
+    t0: f64,
+    load: Fit<3>,
+    rate: Option<Fit<3>>,
 }
 
 /// Candidates between two times, ends excluded.
@@ -224,11 +267,35 @@ mod tests {
     #[test]
     fn a_corner_is_found_whatever_the_zero() {
         for rate in [600.0, 1500.0, 8000.0] {
-            let onset = corner(&falling(rate), 150.0).unwrap();
+            let onset = corner(&falling(rate), &Curve::default(), 150.0).unwrap();
             assert!((onset.at_s - 2.0).abs() < 0.05, "{rate}: {onset:?}");
             assert!(onset.sigma_s < 0.1, "{rate}: {onset:?}");
             assert!((onset.level_n.unwrap() - 90.0).abs() < 20.0, "{onset:?}");
         }
+    }
+
+    #[test]
+    fn the_rotation_sharpens_a_slow_corner() {
+        let mut rates = Curve::default();
+        for k in 0..300 {
+            let t = f64::from(k) * 0.01;
+            rates.push(
+                t,
+                0.1 * (t - 2.0).max(0.0).powi(2) + 2e-5 * (91.0 * t).sin(),
+            );
+        }
+        let by_load = corner(&falling(250.0), &Curve::default(), 150.0).unwrap();
+        let both = corner(&falling(250.0), &rates, 150.0).unwrap();
+        assert!(both.sigma_s < by_load.sigma_s, "{both:?} {by_load:?}");
+        assert!((both.at_s - 2.0).abs() < 0.03, "{both:?}");
+    }
+
+    #[test]
+    fn a_lift_older_than_the_rows_has_no_onset() {
+        let mut lifted = Curve::default();
+        (0..200)
+            .for_each(|k| lifted.push(f64::from(k) * 0.01, -100.0 - 500.0 * f64::from(k) * 0.01));
+        assert_eq!(passage(&lifted, 0.0, 10.0), None);
     }
 
     #[test]
@@ -246,6 +313,6 @@ mod tests {
         let mut rising = Curve::default();
         (0..200).for_each(|k| rising.push(f64::from(k) * 0.01, f64::from(k)));
         assert_eq!(passage(&rising, 1.0, 10.0), None);
-        assert_eq!(corner(&Curve::default(), 10.0), None);
+        assert_eq!(corner(&Curve::default(), &Curve::default(), 10.0), None);
     }
 }

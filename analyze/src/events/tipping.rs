@@ -235,7 +235,9 @@ impl OfEdge<'_, '_> {
         }
         // The onset lies between the fall and the row by which the platform has rotated for certain.
         let rotated = first + rotation.iter().position(|&r| r >= ROTATES_RAD)?;
-        let onset = onset::corner(&self.curve(first, rotated, load), blank.sigma_n);
+        let curve = self.curve(first, rotated, load);
+        let rates = self.rates(&axis, &curve);
+        let onset = onset::corner(&curve, &rates, blank.sigma_n);
         let begins = onset.map_or(first, |onset| self.row_from(onset.at_s).min(last));
         let until = rotation.len() - 1 + first;
         let since_onset = self.rotations(&axis, begins, until);
@@ -308,8 +310,20 @@ impl OfEdge<'_, '_> {
         curve
     }
 
+    /// Rate of rotation about an axis of the base (rad/s) at the times of a curve.
+    fn rates(&mut self, axis: &Vector3<f64>, of: &Curve) -> Curve {
+        let mut state = State::zero(self.machine);
+        let mut rates = Curve::default();
+        for &time_s in &of.times_s {
+            self.rows.states.get(self.row_from(time_s), &mut state);
+            self.placement.place(&state);
+            rates.push(time_s, axis.dot(&self.placement.angular_velocity));
+        }
+        rates
+    }
+
     fn row_from(&self, at_s: f64) -> usize {
-        let start_ns = self.rows.times_ns[0] + (at_s * 1e9) as i64;
+        let start_ns = self.rows.times_ns[0] + (at_s * 1e9).round() as i64;
         self.rows.at(start_ns)
     }
 
