@@ -17,4 +17,6 @@ mod payload; // payload mass from cylinder forces
 mod plausibility; // implausible signals
 mod real_logs; // logs of real robots
 mod second_paper; // results of the second paper, and the gain from cylinder pressures
+mod split; // what is said about wheels whose load equilibrium leaves open
+mod tipping; // onset, certainty and causes of lifts and tip-overs
 mod whatif; // replays with a different suspension motion

@@ -6,7 +6,7 @@ use tipwatch_mechanics::{Quantity, Scope};
 
 use super::causes::Causes;
 use super::episodes::{Episode, MERGED_NS, episodes, least, most};
-use super::event::{Event, EventKind};
+use super::event::{Event, EventKind, TIP_OVER_RAD};
 use super::evidence::Evidence;
 use super::inputs;
 use super::onset::{self, Curve, Onset};
@@ -14,8 +14,6 @@ use super::tipping::{self, Tipping};
 use crate::base::rows::Rows;
 use crate::load::LoadedLog;
 
-/// Rotation about an edge (rad) that turns edge tipping into a tip-over.
-const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Time before a rotation about an edge at which the wheel that lifts last is told from the others (s).
 const BEFORE_S: f64 = 0.1;
 
@@ -147,6 +145,9 @@ impl Finder<'_> {
             let overlaps =
                 |t: &&Tipping| t.episode.first <= episode.last && episode.first <= t.episode.last;
             let rotation = self.rotations_off(wheel).find(overlaps);
+            if rotation.is_some() {
+                event.split_dependent = Some(false);
+            }
             let own = self.passage(wheel, episode);
             match rotation.filter(|tipping| self.lifts_last(wheel, tipping, own)) {
                 Some(tipping) => {

@@ -5,6 +5,9 @@ use serde::Serialize;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
 
+/// Rotation about an edge (rad) that turns edge tipping into a tip-over.
+pub(crate) const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
+
 /// A finding with a duration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {

@@ -11,5 +11,6 @@ mod onset;
 pub(crate) mod split_rule;
 mod tipping;
 
+pub(crate) use event::TIP_OVER_RAD;
 pub use event::*;
 pub use finding::Finding;

@@ -30,8 +30,8 @@ pub(crate) fn split_rule(machine: &Machine) -> String {
 pub(crate) fn deciding_measurements(machine: &Machine) -> String {
     let contact = machine.contact();
     let mut ways = vec!["weighing the wheels where the machine stood".to_string()];
-    if !contact.actuated_joints.is_empty() {
-        ways.push("force or pressures of the cylinders that carry the wheels".into());
+    if machine.suspension().is_some() || !contact.actuated_joints.is_empty() {
+        ways.push("logging the pressures of the cylinders that carry the wheels".into());
     }
     if contact.mean_stiffness.is_none() {
         ways.push("ground = \"plane\" with tyre_stiffness, if the ground was flat".into());

@@ -10,7 +10,7 @@ use super::faults;
 use super::open_split::{self, OpenWheel};
 use crate::analysis::Analysis;
 use crate::events::split_rule::{deciding_measurements, is_open, split_rule};
-use crate::events::{Event, EventCauses, EventKind, Finding};
+use crate::events::{Event, EventCauses, EventKind, Finding, TIP_OVER_RAD};
 use crate::page::{list, number, percent, probability, readable};
 
 /// Causes with a smaller share of the lost load are summed up as others (%).
@@ -138,11 +138,14 @@ impl Scene {
             format!(" ± {:.2}", sigma_s.max(0.01))
         });
         let [under, any] = self.split_clauses(event);
+        let duration = match is_undecided(event) {
+            true => "on".to_string(),
+            false => duration(event),
+        };
         Finding {
             headline: format!(
-                "{} from t = {start:.2}{sigma} s {}{under}{confidence}{any}",
+                "{} from t = {start:.2}{sigma} s {duration}{under}{confidence}{any}",
                 self.statement(event),
-                duration(event)
             ),
             evidence: self.evidence(event),
         }
@@ -170,7 +173,7 @@ impl Scene {
         let subject = self.subject(event);
         match event.kind {
             EventKind::TipOver => format!("The machine tipped over about the {subject} edge"),
-            EventKind::EdgeTipping if event.end_ns.is_none() => {
+            EventKind::EdgeTipping if is_undecided(event) => {
                 format!("The machine was tipping about the {subject} edge when the log ended,")
             }
             EventKind::EdgeTipping => format!("The machine was tipping about the {subject} edge"),
@@ -189,9 +192,13 @@ impl Scene {
         if event.kind == EventKind::EdgeTipping
             && let Some(rotation) = event.rotation_rad
         {
+            let least = match is_undecided(event) {
+                true => "; a tip-over needs 10° or more",
+                false => "",
+            };
+            let degrees = rotation.to_degrees();
             evidence.push(format!(
-                "Rotation about the edge: {:.1}° outwards; 10° or more is a tip-over",
-                rotation.to_degrees()
+                "Rotation about the edge: {degrees:.1}° outwards{least}"
             ));
         }
         if let Some(lead_s) = event.lead_s {
@@ -453,6 +460,12 @@ fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
     })
 }
 
+/// Whether the log ends while the machine tips about an edge, before it has tipped over.
+fn is_undecided(event: &Event) -> bool {
+    let rotation = event.rotation_rad.unwrap_or(0.0);
+    event.kind == EventKind::EdgeTipping && event.end_ns.is_none() && rotation < TIP_OVER_RAD
+}
+
 fn duration(event: &Event) -> String {
     match event.end_ns {
         Some(end_ns) => format!(
@@ -559,7 +572,7 @@ mod tests {
             "{text}"
         );
         assert!(
-            text.contains("4.0° outwards; 10° or more is a tip-over"),
+            text.contains("4.0° outwards; a tip-over needs 10° or more"),
             "{text}"
         );
     }
