@@ -16,18 +16,24 @@ use tipwatch_mechanics::{
     Placement, Quantity, Scope, State, Workspace, combination_sigma, evaluate,
 };
 
-use super::episodes::{Episode, MERGED_NS, episodes};
+use super::episodes::{Episode, MERGED_NS, episodes, episodes_within};
 use super::onset::{self, Curve, Onset};
 use crate::base::rows::Rows;
 
 /// Loads off an edge below this share of the weight are looked at.
 const SMALL_SHARE: f64 = 0.15;
-/// A load is near zero if it is below this many standard deviations.
+/// A load is near zero if it is below this many standard deviations, and below this share of the weight.
 const NEAR_SIGMAS: f64 = 2.0;
-/// Rotation about the edge (rad) that tyres and ground do not account for once the load is near zero.
-const ROTATES_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
-/// Standard deviation of such a rotation of a machine whose wheels stay on the ground (rad).
-const ROTATION_SIGMA_RAD: f64 = 0.6 * std::f64::consts::PI / 180.0;
+const NEAR_SHARE: f64 = 0.03;
+/// Standard deviation of the rotation about an edge (rad) of a machine whose wheels stay on the ground: standing,
+/// by its tyres, and driving, by the ground.
+const STANDING_SIGMA_RAD: f64 = 0.6 * DEGREE;
+const DRIVING_SIGMA_RAD: f64 = 2.0 * DEGREE;
+/// The platform rotates for certain from this many standard deviations on.
+const ROTATES_SIGMAS: f64 = 3.3;
+/// Faster than this a machine drives (m/s).
+const DRIVES_M_PER_S: f64 = 0.1;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Largest rotation considered (rad).
 const LARGEST_RAD: f64 = std::f64::consts::FRAC_PI_2;
 /// Longest time before the load is near zero that the onset is searched with (s).
@@ -148,11 +154,11 @@ impl OfEdge<'_, '_> {
             let sigma_n = self.sigma(candidate, &factors);
             let load = |row: usize| -moment[row] / reach;
             let limit_n = NEAR_SIGMAS * sigma_n.max(0.0);
-            let inside = |row: usize| (candidate.first..=candidate.last).contains(&row);
             let near = |row: usize| {
-                inside(row) && (unloaded(row) || (self.meaningful[row] && load(row) <= limit_n))
+                let limit_n = limit_n.min(NEAR_SHARE * weight[row]);
+                unloaded(row) || (self.meaningful[row] && load(row) <= limit_n)
             };
-            for episode in episodes(times, near) {
+            for episode in episodes_within(times, candidate, near) {
                 let blank = Tipping {
                     edge: self.edge,
                     episode,
@@ -166,10 +172,7 @@ impl OfEdge<'_, '_> {
                 match self.rotating(&blank, &load) {
                     Some(tipping) => found.push(tipping),
                     None => {
-                        let within = |row: usize| {
-                            (episode.first..=episode.last).contains(&row) && unloaded(row)
-                        };
-                        let brief = episodes(times, within).into_iter();
+                        let brief = episodes_within(times, episode, unloaded).into_iter();
                         found.extend(brief.map(|episode| self.unloaded(&blank, episode, &load)));
                     }
                 }
@@ -230,11 +233,16 @@ impl OfEdge<'_, '_> {
         let axis = self.axis(first)?;
         let rotation = self.rotations(&axis, first, last);
         let largest = largest(&rotation, first);
-        if !(largest.0 >= ROTATES_RAD) {
+        let sigma_rad = match self.drives(first) {
+            true => DRIVING_SIGMA_RAD,
+            false => STANDING_SIGMA_RAD,
+        };
+        if !(largest.0 >= ROTATES_SIGMAS * sigma_rad) {
             return None;
         }
-        // The onset lies between the fall and the row by which the platform has rotated for certain.
-        let rotated = first + rotation.iter().position(|&r| r >= ROTATES_RAD)?;
+        // The onset lies between the fall and the row by which the platform has rotated more than tyres allow.
+        let by_tyres = ROTATES_SIGMAS * STANDING_SIGMA_RAD;
+        let rotated = first + rotation.iter().position(|&r| r >= by_tyres)?;
         let curve = self.curve(first, rotated, load);
         let rates = self.rates(&axis, &curve);
         let onset = onset::corner(&curve, &rates, blank.sigma_n);
@@ -250,7 +258,8 @@ impl OfEdge<'_, '_> {
                     .map(load)
                     .fold(0.0, f64::max);
                 let range_n = SMALL_SHARE * self.rows.outcomes.column(Quantity::NormalForce)[first];
-                probability(level_n, blank.sigma_n, rotation.0, range_n.max(before_n))
+                let level = (level_n, blank.sigma_n);
+                probability(level, (rotation.0, sigma_rad), range_n.max(before_n))
             })
             .filter(|p| p.is_finite());
         Some(Tipping {
@@ -308,6 +317,21 @@ impl OfEdge<'_, '_> {
             curve.push(self.rows.seconds(row), load(row));
         }
         curve
+    }
+
+    /// Whether the machine drives at a row, or may.
+    fn drives(&self, row: usize) -> bool {
+        let mut state = State::zero(self.machine);
+        self.rows.states.get(row, &mut state);
+        let joints = self.machine.joints().iter().zip(&state.joints);
+        let by_wheels = joints.filter_map(|(joint, motion)| {
+            let radius = self.machine.wheels()[joint.spins_wheel?].radius;
+            Some((motion.rate * radius).abs())
+        });
+        let by_wheels = by_wheels.filter(|v| v.is_finite()).reduce(f64::max);
+        let by_odometry = Some(state.base.velocity.norm()).filter(|v| v.is_finite());
+        let speed = by_wheels.into_iter().chain(by_odometry).reduce(f64::max);
+        speed.is_none_or(|speed| speed > DRIVES_M_PER_S)
     }
 
     /// Rate of rotation about an axis of the base (rad/s) at the times of a curve.
@@ -375,14 +399,18 @@ fn largest(rotations: &[f64], first: usize) -> (f64, usize) {
 ///     lifted:        level ~ N(0, sigma^2),                             rotation anywhere from 0 to 90 degrees
 ///     on the ground: level ~ N(load, sigma^2), load from 0 to range,    rotation ~ N(0, rotation sigma^2)
 /// ```
-fn probability(level_n: f64, sigma_n: f64, rotation_rad: f64, range_n: f64) -> f64 {
+fn probability(
+    (level_n, sigma_n): (f64, f64),
+    (rotation_rad, rotation_sigma_rad): (f64, f64),
+    range_n: f64,
+) -> f64 {
     let density = |x: f64, sigma: f64| {
         (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
     };
     let cumulative = super::evidence::normal_distribution;
     let lifted = density(level_n, sigma_n) / LARGEST_RAD;
     let loaded = cumulative(level_n / sigma_n) - cumulative((level_n - range_n) / sigma_n);
-    let on_ground = loaded / range_n * density(rotation_rad, ROTATION_SIGMA_RAD);
+    let on_ground = loaded / range_n * density(rotation_rad, rotation_sigma_rad);
     lifted / (lifted + on_ground)
 }
 
@@ -390,11 +418,12 @@ fn probability(level_n: f64, sigma_n: f64, rotation_rad: f64, range_n: f64) -> f
 mod tests {
     use super::*;
 
-    const DEGREE: f64 = std::f64::consts::PI / 180.0;
-
     #[test]
     fn rotation_decides_where_the_load_cannot() {
-        let at = |level_n: f64, degrees: f64| probability(level_n, 180.0, degrees * DEGREE, 4000.0);
+        let rotation = |degrees: f64| (degrees * DEGREE, STANDING_SIGMA_RAD);
+        let at = |level_n: f64, degrees: f64| {
+            probability((level_n, 180.0), rotation(degrees), 4000.0)
+        };
         assert!(at(80.0, 4.0) > 0.999);
         assert!(at(80.0, 0.0) < 0.5);
         assert!(at(1500.0, 0.5) < 1e-6);

@@ -322,7 +322,8 @@ impl Scene {
                 self.split_rule,
                 self.names(open)
             ),
-            (true, true) => " under any split of the load".to_string(),
+            (true, true) if open_split::is_known(analysis) => " under any split of the load".into(),
+            (true, true) => format!(" under the {}", self.split_rule),
             (true, false) => String::new(),
         };
         let limit = match wheel.limit_n {

@@ -46,3 +46,12 @@ pub(super) fn wheels(analysis: &Analysis) -> Vec<OpenWheel> {
         .filter_map(of_wheel)
         .collect()
 }
+
+/// Whether the range of every wheel's load is known in every valid row.
+pub(super) fn is_known(analysis: &Analysis) -> bool {
+    let rows = &analysis.rows;
+    (0..analysis.machine.wheels().len()).all(|wheel| {
+        let least = rows.outcomes.column(Quantity::LoadLeast(wheel));
+        (0..rows.len()).all(|row| !rows.is_valid(row) || least[row].is_finite())
+    })
+}
