@@ -94,7 +94,7 @@ pub(super) fn sigma_near(
 ) -> Option<f64> {
     let mut state = State::zero(machine);
     let mut workspace = Workspace::with_scope(machine, Scope::ALL);
-    let last_known = (least_row.min(row)..=row)
+    (least_row.min(row)..=row)
         .rev()
         .take(MOST_ROWS_BACK)
         .find_map(|row| {
@@ -102,8 +102,7 @@ pub(super) fn sigma_near(
             evaluate(machine, &state, &mut workspace);
             let sigma = combination_sigma(machine, &state, &workspace, factors);
             (sigma.is_finite() && sigma > 0.0).then_some(sigma)
-        });
-    last_known
+        })
 }
 
 /// Distance of each wheel's contact point from an edge in a placed state (m); zero for wheels on the edge.
@@ -421,9 +420,8 @@ mod tests {
     #[test]
     fn rotation_decides_where_the_load_cannot() {
         let rotation = |degrees: f64| (degrees * DEGREE, STANDING_SIGMA_RAD);
-        let at = |level_n: f64, degrees: f64| {
-            probability((level_n, 180.0), rotation(degrees), 4000.0)
-        };
+        let at =
+            |level_n: f64, degrees: f64| probability((level_n, 180.0), rotation(degrees), 4000.0);
         assert!(at(80.0, 4.0) > 0.999);
         assert!(at(80.0, 0.0) < 0.5);
         assert!(at(1500.0, 0.5) < 1e-6);

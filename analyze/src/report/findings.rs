@@ -153,6 +153,14 @@ impl Scene {
 
     /// The assumption about the split that a finding rests on, and what holds without it.
     fn split_clauses(&self, event: &Event) -> [String; 2] {
+        let under = format!(" under the {}", self.split_rule);
+        if let Some(any_split_ns) = event.any_split_ns {
+            let since_s = self.seconds(any_split_ns);
+            return [
+                under,
+                format!("; under any split of the load from t = {since_s:.2} s on"),
+            ];
+        }
         if event.split_dependent != Some(true) {
             return [String::new(), String::new()];
         }
@@ -164,7 +172,7 @@ impl Scene {
             format!(" ({} to {} N)", number(least_n), number(largest_n))
         });
         [
-            format!(" under the {}", self.split_rule),
+            under,
             format!("; under any split of the load: {any}{range}"),
         ]
     }
@@ -210,11 +218,10 @@ impl Scene {
             evidence.push(self.split_evidence(event));
             evidence.push(self.deciding.clone());
         }
-        if let Some(any_split_ns) = event.any_split_ns {
+        if event.any_split_ns.is_some() {
             evidence.push(format!(
-                "The start holds under the {}; under any split of the load the wheel was off the ground from t = {:.2} s",
-                self.split_rule,
-                self.seconds(any_split_ns)
+                "Before that, equilibrium leaves the split of the load between the wheels open. {}",
+                self.deciding
             ));
         }
         if let Some(causes) = &event.causes {
