@@ -7,6 +7,7 @@ mod event;
 mod evidence;
 mod finding;
 mod inputs;
+mod normal;
 mod onset;
 pub(crate) mod split_rule;
 mod tipping;

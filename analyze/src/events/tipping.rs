@@ -17,6 +17,7 @@ use tipwatch_mechanics::{
 };
 
 use super::episodes::{Episode, MERGED_NS, episodes, episodes_within};
+use super::normal::normal_distribution;
 use super::onset::{self, Curve, Onset};
 use crate::base::rows::Rows;
 
@@ -293,7 +294,7 @@ impl OfEdge<'_, '_> {
         let least_n = (episode.first..=episode.last)
             .map(load)
             .fold(f64::INFINITY, f64::min);
-        let certainty = super::evidence::normal_distribution(-least_n / blank.sigma_n);
+        let certainty = normal_distribution(-least_n / blank.sigma_n);
         Tipping {
             episode,
             onset: onset::passage(&curve, near_s, blank.sigma_n),
@@ -406,9 +407,9 @@ fn probability(
     let density = |x: f64, sigma: f64| {
         (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
     };
-    let cumulative = super::evidence::normal_distribution;
     let lifted = density(level_n, sigma_n) / LARGEST_RAD;
-    let loaded = cumulative(level_n / sigma_n) - cumulative((level_n - range_n) / sigma_n);
+    let loaded =
+        normal_distribution(level_n / sigma_n) - normal_distribution((level_n - range_n) / sigma_n);
     let on_ground = loaded / range_n * density(rotation_rad, rotation_sigma_rad);
     lifted / (lifted + on_ground)
 }
