@@ -20,4 +20,6 @@ mod plausibility; // implausible signals
 mod real_logs; // logs of real robots
 mod reference_posture; // utilisation does not depend on when a recording begins
 mod second_paper; // results of the second paper, and the gain from cylinder pressures
+mod split; // what is said about wheels whose load equilibrium leaves open
+mod tipping; // onset, certainty and causes of lifts and tip-overs
 mod whatif; // replays with a different suspension motion

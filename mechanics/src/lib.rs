@@ -68,5 +68,5 @@ pub use studies::payload_estimate::{
 pub use studies::placement::Placement;
 pub use studies::standing::{MassShare, RestingMachine};
 pub use studies::static_posture::{
-    ReferenceLoadError, resting_state, standing_posture, static_outcome,
+    ReferenceLoadError, resting_state, standing_posture, static_contributions, static_outcome,
 };

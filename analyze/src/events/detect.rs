@@ -1,19 +1,21 @@
 //! Detects events in the rows; [`EventKind`] defines them.
 
-use nalgebra::Vector3;
 use tipwatch_mechanics::estimation::plausibility::FaultSpan;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Quantity, Scope, State};
+use tipwatch_mechanics::{Quantity, Scope};
 
+use super::causes::Causes;
 use super::episodes::{Episode, MERGED_NS, episodes, least, most};
-use super::event::{Event, EventKind};
+use super::event::{Event, EventKind, TIP_OVER_RAD};
 use super::evidence::Evidence;
 use super::inputs;
+use super::onset::{self, Curve, Onset};
+use super::tipping::{self, Tipping};
 use crate::base::rows::Rows;
 use crate::load::LoadedLog;
 
-/// Growth of the tilt (rad) that turns edge tipping into a tip-over.
-const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
+/// Time before a rotation about an edge at which the wheel that lifts last is told from the others (s).
+const BEFORE_S: f64 = 0.1;
 
 /// Detects all events, sorted by start.
 pub(crate) fn events(
@@ -23,23 +25,30 @@ pub(crate) fn events(
     min_loads_n: Option<&[f64]>,
     scope: Scope,
 ) -> Vec<Event> {
-    let finder = Finder::new(&loaded.machine, rows);
+    let machine = &loaded.machine;
+    let meaningful: Vec<bool> = (rows.reasons.iter())
+        .map(|reasons| reasons.leave_loads())
+        .collect();
+    let tippings = tipping::all(machine, rows, &meaningful, scope);
+    let finder = Finder {
+        machine,
+        rows,
+        meaningful: &meaningful,
+        tippings: &tippings,
+        evidence: Evidence::new(machine, rows, scope, &tippings),
+        causes: scope.contributions.then(|| Causes::new(machine, rows)),
+    };
     let mut events = Vec::new();
-    for wheel in 0..loaded.machine.wheels().len() {
+    for wheel in 0..machine.wheels().len() {
         if let Some(min_loads_n) = min_loads_n {
             events.extend(finder.wheel_light(wheel, min_loads_n[wheel]));
         }
         events.extend(finder.wheel_lift(wheel));
     }
-    for edge in 0..loaded.machine.polygon().edges().len() {
-        for tipping in finder.edge_tipping(edge) {
-            events.extend(finder.tip_over(&tipping));
-            events.push(tipping);
-        }
-    }
-    let evidence = Evidence::new(&loaded.machine, rows, scope);
-    for event in &mut events {
-        evidence.add(event, min_loads_n);
+    for tipping in &tippings {
+        let event = finder.edge_tipping(tipping);
+        events.extend(finder.tip_over(tipping, &event));
+        events.push(event);
     }
     add_leads(&mut events);
     events.extend(inputs::gaps(loaded, rows));
@@ -57,22 +66,13 @@ struct Finder<'a> {
     machine: &'a Machine,
     rows: &'a Rows,
     /// Rows with meaningful loads: no gap, no warm-up, wheels on the ground.
-    meaningful: Vec<bool>,
+    meaningful: &'a [bool],
+    tippings: &'a [Tipping],
+    evidence: Evidence<'a>,
+    causes: Option<Causes<'a>>,
 }
 
-impl<'a> Finder<'a> {
-    fn new(machine: &'a Machine, rows: &'a Rows) -> Self {
-        Self {
-            machine,
-            rows,
-            meaningful: rows
-                .reasons
-                .iter()
-                .map(|reasons| reasons.leave_loads())
-                .collect(),
-        }
-    }
-
+impl Finder<'_> {
     fn column(&self, quantity: Quantity) -> &[f64] {
         self.rows.outcomes.column(quantity)
     }
@@ -93,34 +93,38 @@ impl<'a> Finder<'a> {
     ) -> Event {
         let times = &self.rows.times_ns;
         Event {
-            kind,
-            start_ns: times[episode.first],
             end_ns: (episode.last + 1 < times.len()).then(|| times[episode.last]),
-            subject: subject.to_lowercase(),
             worst: worst.1,
             worst_ns: times[worst.0],
             unit,
-            lead_s: None,
-            certainty: None,
-            split_dependent: None,
-            causes: None,
-            fault: None,
+            ..Event::blank(kind, times[episode.first], subject.to_lowercase())
         }
+    }
+
+    /// The times in which the machine rotated about an edge that does not carry a wheel.
+    fn rotations_off(&self, wheel: usize) -> impl Iterator<Item = &Tipping> {
+        let rotations = self.tippings.iter().filter(|tipping| tipping.rotates);
+        rotations.filter(move |tipping| tipping.factors[wheel] > 0.0)
+    }
+
+    fn is_rotated_off(&self, wheel: usize, row: usize) -> bool {
+        let mut rows = (self.rotations_off(wheel)).map(|t| t.episode.first..=t.episode.last);
+        rows.any(|rows| rows.contains(&row))
     }
 
     fn wheel_light(&self, wheel: usize, min_load_n: f64) -> Vec<Event> {
         let load = self.column(Quantity::Load(wheel));
         let largest = self.column(Quantity::LoadLargest(wheel));
         let name = &self.machine.wheels()[wheel].name;
-        let found = self
-            .episodes(|row| load[row] < min_load_n)
-            .into_iter()
-            .map(|episode| {
-                let worst = least(load, episode);
-                let mut event = self.event(EventKind::WheelLight, name, episode, worst, "N");
-                event.split_dependent = Some(largest[worst.0] >= min_load_n);
-                event
-            });
+        let found = self.episodes(|row| load[row] < min_load_n || self.is_rotated_off(wheel, row));
+        let found = found.into_iter().map(|episode| {
+            let worst = least(load, episode);
+            let mut event = self.event(EventKind::WheelLight, name, episode, worst, "N");
+            event.split_dependent = Some(largest[worst.0] >= min_load_n);
+            self.add_confidence(&mut event, wheel, min_load_n, episode);
+            event.causes = self.causes(event.start_ns, &self.only(wheel));
+            event
+        });
         found.collect()
     }
 
@@ -132,83 +136,127 @@ impl<'a> Finder<'a> {
         let largest = self.column(Quantity::LoadLargest(wheel));
         let weight = self.column(Quantity::NormalForce);
         let name = &self.machine.wheels()[wheel].name;
-        let found = self
-            .episodes(|row| load[row] <= 0.0)
-            .into_iter()
-            .map(|episode| {
-                let worst = least(otf, episode);
-                let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
-                event.split_dependent = Some(largest[worst.0] > 1e-6 * weight[worst.0]);
-                event
-            });
+        let found = self.episodes(|row| load[row] <= 0.0 || self.is_rotated_off(wheel, row));
+        let found = found.into_iter().map(|episode| {
+            let worst = least(otf, episode);
+            let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
+            event.split_dependent = Some(largest[worst.0] > 1e-6 * weight[worst.0]);
+            self.add_confidence(&mut event, wheel, 0.0, episode);
+            let overlaps =
+                |t: &&Tipping| t.episode.first <= episode.last && episode.first <= t.episode.last;
+            let rotation = self.rotations_off(wheel).find(overlaps);
+            if rotation.is_some() {
+                event.split_dependent = Some(false);
+            }
+            let own = self.passage(wheel, episode);
+            match rotation.filter(|tipping| self.lifts_last(wheel, tipping, own)) {
+                Some(tipping) => {
+                    self.start(&mut event, tipping.episode, tipping.onset);
+                    event.causes = self.causes(event.start_ns, &tipping.factors);
+                }
+                None => {
+                    self.start(&mut event, episode, own);
+                    event.any_split_ns = rotation.map(|t| self.start_of(t.episode, t.onset));
+                    event.causes = self.causes(event.start_ns, &self.only(wheel));
+                }
+            }
+            event
+        });
         found.collect()
+    }
+
+    /// Whether a wheel lifts only when the machine begins to rotate about an edge, not before.
+    fn lifts_last(&self, wheel: usize, tipping: &Tipping, own: Option<Onset>) -> bool {
+        let onset_s = match tipping.onset {
+            Some(onset) => onset.at_s,
+            None => self.rows.seconds(tipping.episode.first),
+        };
+        let own_is_later = own.is_none_or(|own| own.at_s >= onset_s);
+        let row = (self.rows.times_ns)
+            .partition_point(|&t| ((t - self.rows.times_ns[0]) as f64) * 1e-9 < onset_s - BEFORE_S);
+        let load = |wheel: usize| self.column(Quantity::Load(wheel))[row.min(self.rows.len() - 1)];
+        let off = (0..self.machine.wheels().len()).filter(|&other| tipping.factors[other] > 0.0);
+        let heaviest = off.max_by(|&a, &b| load(a).total_cmp(&load(b)));
+        own_is_later || heaviest == Some(wheel)
+    }
+
+    /// When the load of a wheel passes through zero around the start of an episode.
+    fn passage(&self, wheel: usize, episode: Episode) -> Option<Onset> {
+        let row = episode.first;
+        let error = self.evidence.known_error(wheel, row);
+        let sigma_n = self.evidence.sigma_of(wheel, row) * error.variance_share.sqrt();
+        let near_s = self.rows.seconds(row);
+        let longest_s = onset::PASSAGES_S[onset::PASSAGES_S.len() - 1];
+        let mut curve = Curve::default();
+        let near = |row: &usize| (self.rows.seconds(*row) - near_s).abs() <= longest_s;
+        let before = (0..row).rev().take_while(near).last().unwrap_or(row);
+        for row in (before..self.rows.len()).take_while(near) {
+            if self.meaningful[row] {
+                let load_n = self.evidence.held_load(wheel, row) - error.mean_n;
+                curve.push(self.rows.seconds(row), load_n);
+            }
+        }
+        onset::passage(&curve, near_s, sigma_n)
+    }
+
+    fn start_of(&self, episode: Episode, onset: Option<Onset>) -> i64 {
+        match onset {
+            Some(onset) => self.rows.times_ns[0] + (onset.at_s * 1e9).round() as i64,
+            None => self.rows.times_ns[episode.first],
+        }
+    }
+
+    fn start(&self, event: &mut Event, episode: Episode, onset: Option<Onset>) {
+        event.start_ns = self.start_of(episode, onset);
+        event.start_sigma_s = onset.map(|onset| onset.sigma_s);
+    }
+
+    fn add_confidence(&self, event: &mut Event, wheel: usize, limit_n: f64, episode: Episode) {
+        let confidence = self.evidence.below(wheel, limit_n, episode);
+        let row = confidence.row;
+        let range_n = [Quantity::LoadLeast(wheel), Quantity::LoadLargest(wheel)];
+        let range_n = range_n.map(|quantity| self.column(quantity)[row]);
+        event.certainty = confidence.stated;
+        event.certainty_any_split = confidence.any_split;
+        event.judged_ns = Some(self.rows.times_ns[row]);
+        event.load_range_n = (range_n.iter().all(|n| n.is_finite())).then_some(range_n);
+    }
+
+    fn only(&self, wheel: usize) -> Vec<f64> {
+        let wheels = 0..self.machine.wheels().len();
+        wheels.map(|w| f64::from(u8::from(w == wheel))).collect()
+    }
+
+    fn causes(&self, start_ns: i64, factors: &[f64]) -> Option<super::event::EventCauses> {
+        self.causes.as_ref()?.of(start_ns, factors)
     }
 
     /// Edge tipping: every wheel off the edge is unloaded. Their sum does not depend on the load split.
-    fn edge_tipping(&self, edge: usize) -> Vec<Event> {
-        let spec = &self.machine.polygon().edges()[edge];
-        let unloaded: Vec<&[f64]> = (0..self.machine.wheels().len())
-            .filter(|&wheel| !spec.carries[wheel])
-            .map(|wheel| self.column(Quantity::Load(wheel)))
-            .collect();
-        let moment = self.column(Quantity::ItomFull(edge));
-        let found = self
-            .episodes(|row| unloaded.iter().all(|load| load[row] <= 0.0))
-            .into_iter()
-            .map(|episode| {
-                let worst = most(moment, episode);
-                let mut event =
-                    self.event(EventKind::EdgeTipping, &spec.name, episode, worst, "N m");
-                event.split_dependent = Some(false);
-                event
-            });
-        found.collect()
+    fn edge_tipping(&self, tipping: &Tipping) -> Event {
+        let name = &self.machine.polygon().edges()[tipping.edge].name;
+        let moment = self.column(Quantity::ItomFull(tipping.edge));
+        let worst = most(moment, tipping.episode);
+        let mut event = self.event(EventKind::EdgeTipping, name, tipping.episode, worst, "N m");
+        self.start(&mut event, tipping.episode, tipping.onset);
+        event.split_dependent = Some(false);
+        event.certainty = tipping.certainty;
+        event.certainty_any_split = tipping.certainty;
+        event.judged_ns = Some(self.rows.times_ns[tipping.episode.first]);
+        event.rotation_rad = Some(tipping.rotation.0).filter(|rotation| rotation.is_finite());
+        event.causes = self.causes(event.start_ns, &tipping.factors);
+        event
     }
 
     /// The tip-over that an edge tipping turned into, if it did.
-    fn tip_over(&self, tipping: &Event) -> Option<Event> {
-        let row_of = |time: i64| self.rows.times_ns.partition_point(|&t| t < time);
-        let first = row_of(tipping.start_ns);
-        let last = tipping.end_ns.map_or(self.rows.len() - 1, row_of);
-        let (worst_row, growth) = self.tilt_growth(first, last);
-        if tipping.end_ns.is_some() && growth <= TIP_OVER_RAD {
-            return None;
-        }
-        let worst_ns = self.rows.times_ns[worst_row];
-        Some(Event {
+    fn tip_over(&self, tipping: &Tipping, event: &Event) -> Option<Event> {
+        let (rotation, row) = tipping.rotation;
+        (rotation >= TIP_OVER_RAD).then(|| Event {
             kind: EventKind::TipOver,
-            worst: growth,
-            worst_ns,
+            worst: rotation,
+            worst_ns: self.rows.times_ns[row],
             unit: "rad",
-            ..tipping.clone()
+            ..event.clone()
         })
-    }
-
-    /// The row with the largest tilt relative to `first`, and that tilt (rad): from the attitude if the
-    /// log has it, else from the integrated angular velocity.
-    fn tilt_growth(&self, first: usize, last: usize) -> (usize, f64) {
-        let mut worst = (first, 0.0);
-        let mut state = State::zero(self.machine);
-        let mut turned = Vector3::zeros();
-        let before = self.rows.up_in_base(self.machine, first);
-        for row in first..=last {
-            let growth = match (before, self.rows.up_in_base(self.machine, row)) {
-                (Some(before), Some(now)) => before.cross(&now).norm().atan2(before.dot(&now)),
-                _ => {
-                    self.rows.states.get(row, &mut state);
-                    let step_s = (self.rows.times_ns[row]
-                        - self.rows.times_ns[row.max(first + 1) - 1])
-                        as f64
-                        * 1e-9;
-                    turned += state.imu.angular_velocity * step_s;
-                    turned.xy().norm()
-                }
-            };
-            if growth > worst.1 {
-                worst = (row, growth);
-            }
-        }
-        worst
     }
 }
 

@@ -61,6 +61,23 @@ pub(super) fn episodes(times_ns: &[i64], holds: impl Fn(usize) -> bool) -> Vec<E
         .collect()
 }
 
+/// The same within a run of rows.
+pub(super) fn episodes_within(
+    times_ns: &[i64],
+    within: Episode,
+    holds: impl Fn(usize) -> bool,
+) -> Vec<Episode> {
+    let Episode { first, last } = within;
+    // A row lasts until the next one, so that belongs to the times of a run too.
+    let times = &times_ns[first..(last + 2).min(times_ns.len())];
+    let found = episodes(times, |row| first + row <= last && holds(first + row));
+    let found = found.into_iter().map(|episode| Episode {
+        first: first + episode.first,
+        last: first + episode.last,
+    });
+    found.collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,6 +98,20 @@ mod tests {
         assert_eq!(found(&[(10, 14)]), [(10, 14)]);
         assert_eq!(found(&[(10, 13)]), []);
         assert_eq!(found(&[]), []);
+    }
+
+    #[test]
+    fn episodes_within_a_run_keep_their_rows() {
+        let times: Vec<i64> = (0..200).map(|k| k * PERIOD_NS).collect();
+        let run = Episode {
+            first: 50,
+            last: 99,
+        };
+        let found = episodes_within(&times, run, |row| (20..=60).contains(&row) || row >= 95);
+        let [a, b] = &found[..] else {
+            panic!("{found:?}");
+        };
+        assert_eq!((a.first, a.last, b.first, b.last), (50, 60, 95, 99));
     }
 
     #[test]

@@ -5,13 +5,18 @@ use serde::Serialize;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
 
+/// Rotation about an edge (rad) that turns edge tipping into a tip-over.
+pub(crate) const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
+
 /// A finding with a duration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
     /// Its kind.
     pub kind: EventKind,
-    /// First row (ns).
+    /// Start (ns): the onset found from loads and motion where there is one, else the first row.
     pub start_ns: i64,
+    /// Standard deviation of the start (s); `None` where no onset was found or without uncertainties.
+    pub start_sigma_s: Option<f64>,
     /// Last row (ns); `None` if the event is still active when the log ends.
     pub end_ns: Option<i64>,
     /// The wheel, edge or signal, in lower case.
@@ -24,11 +29,21 @@ pub struct Event {
     pub unit: &'static str,
     /// Time (s) from the onset of the `wheel_light` that preceded this event; `None` without one.
     pub lead_s: Option<f64>,
-    /// Confidence, 0 to 1: probability that the finding is true, from the standard deviation of the OTF
-    /// (overturning force) under the stated split rule; `None` without uncertainties.
+    /// Confidence, 0 to 1: probability that the finding is true if the stated split rule is; `None` without
+    /// uncertainties.
     pub certainty: Option<f64>,
+    /// Probability that the finding is true whatever the split: at most `certainty`, equal to it for edges.
+    pub certainty_any_split: Option<f64>,
     /// Whether the finding would disappear under another statically admissible load split.
     pub split_dependent: Option<bool>,
+    /// For a wheel, the smallest and the largest load (N) that equilibrium allows at `judged_ns`.
+    pub load_range_n: Option<[f64; 2]>,
+    /// Time of the row on which the confidence rests (ns).
+    pub judged_ns: Option<i64>,
+    /// For an edge, the rotation about it since the start, outwards positive: the largest (rad).
+    pub rotation_rad: Option<f64>,
+    /// For a wheel, when it was off the ground under any split: the onset of a rotation about an edge (ns).
+    pub any_split_ns: Option<i64>,
     /// Causes of the load loss; `None` for events without a load and models without causes.
     pub causes: Option<EventCauses>,
     /// The input fault; `None` for other kinds of events.
@@ -48,20 +63,23 @@ pub struct InputFault {
     pub samples: u64,
 }
 
-/// Causes of the load loss (OTF) of an event's wheels since the machine was last steady.
+/// Causes of the load loss (OTF) of an event's wheels up to its onset. What follows the onset, such as the
+/// rotation of a machine that tips over, is a consequence and is left out.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EventCauses {
-    /// Start of the comparison (ns).
-    pub since_ns: i64,
-    /// Whether the machine was steady then; otherwise the start is the first valid row.
+    /// Start of the comparison (ns): the end of the last half second without acceleration and joint motion;
+    /// null if there is none, then the comparison is with the static posture.
+    pub since_ns: Option<i64>,
+    /// Whether the machine was steady then; otherwise the comparison is with the machine at rest on level
+    /// ground in its reference posture.
     pub since_is_steady: bool,
-    /// End of the comparison: the row with the smallest load (ns).
+    /// End of the comparison: the last row up to the onset (ns).
     pub at_ns: i64,
     /// OTF of the wheels at the start (N).
     pub otf_before_n: f64,
     /// OTF of the wheels at the end (N).
     pub otf_n: f64,
-    /// Shares of the causes, the largest first.
+    /// Shares of the causes, the largest first; negative where a cause added load. They add up to 100 %.
     pub shares: Vec<CauseShare>,
 }
 
@@ -97,16 +115,44 @@ pub enum EventKind {
     WheelLight,
     /// A wheel carries no load; `worst` is the lowest OTF (N).
     WheelLift,
-    /// All wheels off an edge carry no load; `worst` is the largest overturning moment (N m).
+    /// All wheels off an edge carry no load, shown by the loads alone or by a rotation about the edge while
+    /// they are within their error of zero; `worst` is the largest overturning moment (N m).
     EdgeTipping,
-    /// Edge tipping during which the tilt grows by more than 10 degrees, or which lasts until the log
-    /// ends; `worst` is the growth of the tilt (rad).
+    /// Edge tipping in which the platform rotates outwards about the edge by 10 degrees or more; `worst` is
+    /// the rotation (rad).
     TipOver,
     /// A signal is missing for longer than the estimator bridges; `worst` is the duration (s).
     InputGap,
     /// A signal is implausible; the kind of fault defines `worst`. Unlike the others it is listed
     /// however short it is.
     InputFault,
+}
+
+impl Event {
+    /// An event of which only kind, start and subject are known.
+    #[must_use]
+    pub fn blank(kind: EventKind, start_ns: i64, subject: String) -> Self {
+        Self {
+            kind,
+            start_ns,
+            start_sigma_s: None,
+            end_ns: None,
+            subject,
+            worst: f64::NAN,
+            worst_ns: start_ns,
+            unit: "-",
+            lead_s: None,
+            certainty: None,
+            certainty_any_split: None,
+            split_dependent: None,
+            load_range_n: None,
+            judged_ns: None,
+            rotation_rad: None,
+            any_split_ns: None,
+            causes: None,
+            fault: None,
+        }
+    }
 }
 
 impl EventKind {

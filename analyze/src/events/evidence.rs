@@ -1,211 +1,225 @@
-//! The evidence for an event: its confidence, and the causes of the load loss.
-
-use std::cell::OnceCell;
+//! The confidence of an event: under the stated split of the load, and under any split.
+//!
+//! The largest load that equilibrium allows a wheel is set by an edge that does not carry it: with every other
+//! wheel off that edge unloaded, the wheel alone balances the moment about it,
+//! ```text
+//!     largest load of w = min over edges of sum over wheels (d_i / d_w) OTF_i,   d_i distance from the edge
+//! ```
+//! a sum of overturning forces that no split changes, with the standard deviation of that sum.
 
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{
-    Contribution, Quantity, Scope, State, Workspace, combination_sigma, evaluate,
-};
+use tipwatch_mechanics::{Placement, Quantity, Scope, State};
 
-use super::event::{CauseShare, Event, EventCauses, EventKind};
+use super::episodes::Episode;
+use super::normal::normal_distribution;
+use super::tipping::{Tipping, distances, sigma_near};
 use crate::base::rows::Rows;
 
-/// Joint velocities (rad/s or m/s) and angular velocities (rad/s) of a machine at rest are below this.
-const STEADY_RATE: f64 = 0.02;
-/// The acceleration (m/s^2) of a machine at rest is below this, noise included.
-const STEADY_ACCELERATION: f64 = 0.2;
+/// Time within which the error of a computed load counts as constant (ns).
+const CONSTANT_ERROR_NS: u64 = 30_000_000_000;
+/// How far a sum of OTF may differ from the envelope to count as its end, as a share of the weight.
+const SAME_SHARE: f64 = 1e-3;
 
-/// Finds the evidence for the events of a log.
-pub(crate) struct Evidence<'a> {
+/// Finds the confidence of the events of a log.
+pub(super) struct Evidence<'a> {
     machine: &'a Machine,
     rows: &'a Rows,
     scope: Scope,
-    /// For each row, the last valid row before it in which the machine was steady; computed on first use,
-    /// once for all events.
-    steady_before: OnceCell<Vec<Option<usize>>>,
+    tippings: &'a [Tipping],
 }
 
-/// What an event claims: a sum of OTF is below a limit.
-struct Claim {
-    /// Weight of the OTF of each wheel in the sum.
-    factors: Vec<f64>,
-    /// The claim holds while the sum is below this (N).
-    limit_n: f64,
+/// The error of a wheel's computed OTF, as far as a later rotation about an edge shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct KnownError {
+    /// The expected error (N).
+    pub(super) mean_n: f64,
+    /// The share of the variance of the OTF that remains.
+    pub(super) variance_share: f64,
+}
+
+impl KnownError {
+    const NONE: Self = Self {
+        mean_n: 0.0,
+        variance_share: 1.0,
+    };
+}
+
+/// How certain it is that a load was below a limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Confidence {
+    /// Under the stated split.
+    pub(super) stated: Option<f64>,
+    /// Under any split.
+    pub(super) any_split: Option<f64>,
+    /// The row.
+    pub(super) row: usize,
 }
 
 impl<'a> Evidence<'a> {
-    pub(crate) fn new(machine: &'a Machine, rows: &'a Rows, scope: Scope) -> Self {
+    pub(super) fn new(
+        machine: &'a Machine,
+        rows: &'a Rows,
+        scope: Scope,
+        tippings: &'a [Tipping],
+    ) -> Self {
         Self {
             machine,
             rows,
             scope,
-            steady_before: OnceCell::new(),
+            tippings,
         }
     }
 
-    /// Adds confidence and causes to an event, as far as the scope of the evaluation includes them.
-    pub(crate) fn add(&self, event: &mut Event, min_loads_n: Option<&[f64]>) {
-        let Some(claim) = self.claim(event, min_loads_n) else {
-            return;
-        };
-        let row = self.most_unloaded(event, &claim);
-        if self.scope.sensitivities {
-            event.certainty = self.certainty(row, &claim);
+    fn at(&self, quantity: Quantity, row: usize) -> f64 {
+        self.rows.outcomes.column(quantity)[row]
+    }
+
+    /// The load of a wheel as if it alone were held to the ground: its load, or its OTF where that is negative.
+    /// Unknown where other wheels are off the ground too, for then the OTF is not what holding it takes.
+    pub(super) fn held_load(&self, wheel: usize, row: usize) -> f64 {
+        let load = self.at(Quantity::Load(wheel), row);
+        if load > 0.0 || load.is_nan() {
+            return load;
         }
-        if self.scope.contributions {
-            event.causes = self.causes(event, row, &claim);
+        let mut others = (0..self.machine.wheels().len()).filter(|&other| other != wheel);
+        match others.all(|other| self.at(Quantity::Load(other), row) > 0.0) {
+            true => self.at(Quantity::Otf(wheel), row),
+            false => f64::NAN,
         }
     }
 
-    fn claim(&self, event: &Event, min_loads_n: Option<&[f64]>) -> Option<Claim> {
-        let wheels = self.machine.wheels();
-        let wheel = wheels
+    /// The error of the OTF of a wheel around `row` from the level that the load off an edge kept while the
+    /// machine rotated about it, when it was zero in truth:
+    /// ```text
+    ///     E[error of w | level] = cov(w, edge) / var(edge) level,
+    ///     var(w | level) = var(w) - cov(w, edge)^2 / var(edge)
+    /// ```
+    pub(super) fn known_error(&self, wheel: usize, row: usize) -> KnownError {
+        if !self.scope.sensitivities {
+            return KnownError::NONE;
+        }
+        let time_ns = self.rows.times_ns[row];
+        let distance =
+            |tipping: &&Tipping| self.rows.times_ns[tipping.episode.first].abs_diff(time_ns);
+        let shown = self
+            .tippings
             .iter()
-            .position(|w| w.name.to_lowercase() == event.subject);
-        let only = |wheel: usize| (0..wheels.len()).map(move |w| f64::from(u8::from(w == wheel)));
-        match event.kind {
-            EventKind::WheelLight => wheel.map(|wheel| Claim {
-                factors: only(wheel).collect(),
-                limit_n: min_loads_n.map_or(f64::NAN, |loads| loads[wheel]),
-            }),
-            EventKind::WheelLift => wheel.map(|wheel| Claim {
-                factors: only(wheel).collect(),
-                limit_n: 0.0,
-            }),
-            EventKind::EdgeTipping | EventKind::TipOver => {
-                let mut edges = self.machine.polygon().edges().iter();
-                let edge = edges.find(|edge| edge.name == event.subject)?;
-                let factors = edge.carries.iter().map(|&on| if on { 0.0 } else { 1.0 });
-                Some(Claim {
-                    factors: factors.collect(),
-                    limit_n: 0.0,
-                })
-            }
-            EventKind::InputGap | EventKind::InputFault => None,
+            .filter(|t| t.rotates && t.factors[wheel] > 0.0);
+        let nearest = shown
+            .filter(|t| distance(t) <= CONSTANT_ERROR_NS)
+            .min_by_key(distance);
+        let found = nearest.and_then(|tipping| {
+            let level_n = tipping.onset?.level_n?;
+            let sigma = |own: f64, edge: f64| {
+                let factors = tipping.factors.iter().enumerate();
+                let factors: Vec<f64> = factors
+                    .map(|(w, f)| edge * f + if w == wheel { own } else { 0.0 })
+                    .collect();
+                sigma_near(self.machine, self.rows, row, &factors, 0)
+            };
+            let (plus, minus) = (sigma(1.0, 1.0)?, sigma(1.0, -1.0)?);
+            let (own, edge) = (sigma(1.0, 0.0)?, sigma(0.0, 1.0)?);
+            let covariance = 0.25 * (plus * plus - minus * minus);
+            Some(KnownError {
+                mean_n: covariance / (edge * edge) * level_n,
+                variance_share: (1.0 - (covariance / (own * edge)).powi(2)).max(0.0),
+            })
+        });
+        found.unwrap_or(KnownError::NONE)
+    }
+
+    /// Standard deviation of the OTF of a wheel at a row, or shortly before it (N).
+    pub(super) fn sigma_of(&self, wheel: usize, row: usize) -> f64 {
+        let wheels = 0..self.machine.wheels().len();
+        let factors: Vec<f64> = wheels.map(|w| f64::from(u8::from(w == wheel))).collect();
+        let known = self.scope.sensitivities;
+        let sigma = known.then(|| sigma_near(self.machine, self.rows, row, &factors, 0));
+        sigma.flatten().unwrap_or(f64::NAN)
+    }
+
+    /// How certain it is that the load of a wheel was below `limit_n` in an episode, from the row that shows it
+    /// best. Rows in which the machine rotates about an edge count through the certainty of that.
+    pub(super) fn below(&self, wheel: usize, limit_n: f64, episode: Episode) -> Confidence {
+        let rotating: Vec<&Tipping> = (self.tippings.iter())
+            .filter(|tipping| tipping.rotates && tipping.factors[wheel] > 0.0)
+            .collect();
+        let falls = |row: usize| {
+            let mut covers = rotating.iter().map(|t| t.episode.first..=t.episode.last);
+            covers.any(|rows| rows.contains(&row))
+        };
+        let rows = || (episode.first..=episode.last).filter(|&row| !falls(row));
+        let lowest = |of: &dyn Fn(usize) -> f64| {
+            let known = rows()
+                .map(|row| (row, of(row)))
+                .filter(|(_, n)| n.is_finite());
+            known.min_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let stated = lowest(&|row| self.held_load(wheel, row))
+            .or_else(|| lowest(&|row| self.at(Quantity::Otf(wheel), row)));
+        let largest = lowest(&|row| self.at(Quantity::LoadLargest(wheel), row));
+        let touching = rotating.iter().filter(|tipping| {
+            tipping.episode.first <= episode.last && episode.first <= tipping.episode.last
+        });
+        let by_rotation = touching.filter_map(|t| t.certainty).reduce(f64::max);
+        let by_load = stated.and_then(|(row, load_n)| {
+            let error = self.known_error(wheel, row);
+            let sigma_n = self.load_sigma(wheel, row) * error.variance_share.sqrt();
+            probability((limit_n - (load_n - error.mean_n)) / sigma_n)
+        });
+        let any_split = largest.and_then(|(row, load_n)| {
+            probability((limit_n - load_n) / self.largest_sigma(wheel, row, load_n))
+        });
+        let best = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);
+        let stated_certainty = best(by_load, by_rotation);
+        // What holds under any split holds under the stated one.
+        let any_split = best(any_split, by_rotation)
+            .map(|any| stated_certainty.map_or(any, |stated| any.min(stated)));
+        Confidence {
+            stated: stated_certainty,
+            any_split,
+            row: stated.map_or(episode.first, |(row, _)| row),
         }
     }
 
-    /// The row of the event in which the sum is smallest.
-    fn most_unloaded(&self, event: &Event, claim: &Claim) -> usize {
-        let first = self.rows.at(event.start_ns);
-        let last = event
-            .end_ns
-            .map_or(self.rows.len() - 1, |end| self.rows.at(end));
-        let least =
-            (first..=last).min_by(|&a, &b| self.otf(a, claim).total_cmp(&self.otf(b, claim)));
-        least.unwrap_or(first)
+    /// Standard deviation of a wheel's load at a row, or of its OTF shortly before.
+    fn load_sigma(&self, wheel: usize, row: usize) -> f64 {
+        if !self.scope.sensitivities {
+            return f64::NAN;
+        }
+        let sigma = self.at(Quantity::LoadSigma(wheel), row);
+        if sigma.is_finite() {
+            sigma
+        } else {
+            self.sigma_of(wheel, row)
+        }
     }
 
-    /// The sum of OTF (N).
-    fn otf(&self, row: usize, claim: &Claim) -> f64 {
-        let columns = claim.factors.iter().enumerate();
-        columns
-            .filter(|(_, factor)| **factor != 0.0)
-            .map(|(wheel, factor)| factor * self.rows.outcomes.column(Quantity::Otf(wheel))[row])
-            .sum()
-    }
-
-    /// Probability that the sum is below the limit, if it is normally distributed with the computed standard
-    /// deviation.
-    fn certainty(&self, row: usize, claim: &Claim) -> Option<f64> {
+    /// Standard deviation of the largest load that equilibrium allows a wheel. Where equations of bogies make it
+    /// smaller than the edges do, that of the wheel's own load stands in.
+    fn largest_sigma(&self, wheel: usize, row: usize, largest_n: f64) -> f64 {
+        if !self.scope.sensitivities {
+            return f64::NAN;
+        }
+        let mut placement = Placement::new(self.machine);
         let mut state = State::zero(self.machine);
         self.rows.states.get(row, &mut state);
-        let mut workspace = Workspace::with_scope(self.machine, Scope::ALL);
-        evaluate(self.machine, &state, &mut workspace);
-        let sigma = combination_sigma(self.machine, &state, &workspace, &claim.factors);
-        let probability = normal_distribution((claim.limit_n - self.otf(row, claim)) / sigma);
-        Some(probability).filter(|p| p.is_finite())
-    }
-
-    /// Load loss by cause since the machine was last steady, or since the first valid row.
-    fn causes(&self, event: &Event, row: usize, claim: &Claim) -> Option<EventCauses> {
-        let start = self.rows.at(event.start_ns);
-        let steady = self.steady_before(start);
-        let first_valid = || (0..start).find(|&row| self.rows.is_valid(row));
-        let from = steady.or_else(first_valid)?;
-        let lost_n = self.otf(from, claim) - self.otf(row, claim);
-        let by_cause = |cause: Contribution, row: usize| -> f64 {
-            let wheels = claim.factors.iter().enumerate().filter(|(_, f)| **f != 0.0);
-            wheels
-                .map(|(wheel, factor)| {
-                    factor
-                        * self
-                            .rows
-                            .outcomes
-                            .column(Quantity::Contribution(cause, wheel))[row]
-                })
-                .sum()
-        };
-        let mut shares: Vec<CauseShare> = Contribution::ALL
-            .into_iter()
-            .filter(|&cause| cause != Contribution::LiftOff)
-            .map(|cause| (cause, by_cause(cause, from) - by_cause(cause, row)))
-            .filter(|(_, taken_n)| taken_n.is_finite())
-            .map(|(cause, taken_n)| CauseShare {
-                cause: cause.name(),
-                taken_n,
-                percent: 100.0 * taken_n / lost_n,
-            })
-            .collect();
-        shares.sort_by(|a, b| b.taken_n.total_cmp(&a.taken_n));
-        Some(EventCauses {
-            since_ns: self.rows.times_ns[from],
-            since_is_steady: steady.is_some(),
-            at_ns: self.rows.times_ns[row],
-            otf_before_n: self.otf(from, claim),
-            otf_n: self.otf(row, claim),
-            shares,
-        })
-    }
-
-    /// The last valid row before `row` in which the machine was steady.
-    fn steady_before(&self, row: usize) -> Option<usize> {
-        let all = self.steady_before.get_or_init(|| {
-            let mut state = State::zero(self.machine);
-            let mut last = None;
-            let before = |row: usize| {
-                let known = last;
-                self.rows.states.get(row, &mut state);
-                if self.rows.is_valid(row) && is_steady(self.machine, &state) {
-                    last = Some(row);
-                }
-                known
-            };
-            (0..self.rows.len()).map(before).collect()
+        placement.place(&state);
+        let tolerance_n = SAME_SHARE * self.at(Quantity::NormalForce, row);
+        let edges = 0..self.machine.polygon().edges().len();
+        let factors = edges.filter_map(|edge| {
+            let distances = distances(self.machine, &placement, edge);
+            let own = distances[wheel];
+            let sum_n = -self.at(Quantity::ItomFull(edge), row) / own;
+            let is_end = own > 0.0 && (sum_n - largest_n).abs() <= tolerance_n;
+            is_end.then(|| distances.iter().map(|d| d / own).collect::<Vec<f64>>())
         });
-        all[row]
+        let sigma = factors
+            .filter_map(|factors| sigma_near(self.machine, self.rows, row, &factors, 0))
+            .reduce(f64::max);
+        sigma.unwrap_or_else(|| self.load_sigma(wheel, row))
     }
 }
 
-/// Whether nothing moves, except perhaps the wheels at constant speed.
-fn is_steady(machine: &Machine, state: &State<f64>) -> bool {
-    let joints = machine.joints().iter().zip(&state.joints);
-    let still = joints
-        .filter(|(joint, _)| joint.spins_wheel.is_none())
-        .all(|(_, motion)| motion.rate.abs() < STEADY_RATE);
-    let push = state.imu.specific_force.norm() - machine.gravity();
-    still && state.imu.angular_velocity.norm() < STEADY_RATE && push.abs() < STEADY_ACCELERATION
-}
-
-/// Cumulative distribution function of the standard normal distribution.
-fn normal_distribution(z: f64) -> f64 {
-    0.5 * libm::erfc(-z / std::f64::consts::SQRT_2)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::normal_distribution;
-
-    #[test]
-    fn normal_distribution_matches_tabulated_values() {
-        for (z, p) in [
-            (0.0, 0.5),
-            (1.0, 0.841_344_746_068_543),
-            (-2.0, 0.022_750_131_948_179),
-            (6.0, 1.0 - 9.865_876e-10),
-        ] {
-            assert!((normal_distribution(z) - p).abs() < 1e-15, "{z}");
-        }
-        assert!(normal_distribution(f64::NAN).is_nan());
-    }
+fn probability(sigmas: f64) -> Option<f64> {
+    Some(normal_distribution(sigmas)).filter(|p| p.is_finite())
 }

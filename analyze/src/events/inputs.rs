@@ -28,7 +28,7 @@ pub(crate) fn gaps(loaded: &LoadedLog, rows: &Rows) -> Vec<Event> {
                 worst: (pair[1] - pair[0]) as f64 * 1e-9,
                 worst_ns: pair[0],
                 unit: "s",
-                ..blank(EventKind::InputGap, pair[0], signal.name.into())
+                ..Event::blank(EventKind::InputGap, pair[0], signal.name.into())
             });
         }
     }
@@ -76,27 +76,10 @@ pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Rows) -> Ve
                 limit: Some(finding.limit).filter(|limit| limit.is_finite()),
                 samples: span.samples,
             }),
-            ..blank(EventKind::InputFault, span.start_ns, subject)
+            ..Event::blank(EventKind::InputFault, span.start_ns, subject)
         }
     };
     joined.iter().map(event).collect()
-}
-
-fn blank(kind: EventKind, start_ns: i64, subject: String) -> Event {
-    Event {
-        kind,
-        start_ns,
-        end_ns: None,
-        subject,
-        worst: f64::NAN,
-        worst_ns: start_ns,
-        unit: "-",
-        lead_s: None,
-        certainty: None,
-        split_dependent: None,
-        causes: None,
-        fault: None,
-    }
 }
 
 fn ends(rows: &Rows) -> (i64, i64) {

@@ -98,8 +98,14 @@ pub struct EventFacts {
     pub worst_ns: i64,
     /// Time from the onset of the first `wheel_light` (s).
     pub lead_s: Option<f64>,
-    /// Confidence: probability that the finding is true.
+    /// Confidence: probability that the finding is true under the stated split.
     pub certainty: Option<f64>,
+    /// Probability that it is true under any split.
+    #[serde(default)]
+    pub certainty_any_split: Option<f64>,
+    /// Standard deviation of the start (s).
+    #[serde(default)]
+    pub start_sigma_s: Option<f64>,
     /// Whether another admissible load split would undo it.
     pub split_dependent: Option<bool>,
     /// The cause with the largest share of the load loss.
@@ -203,6 +209,8 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
             worst_ns: event.worst_ns,
             lead_s: event.lead_s,
             certainty: event.certainty,
+            certainty_any_split: event.certainty_any_split,
+            start_sigma_s: event.start_sigma_s,
             split_dependent: event.split_dependent,
             main_cause: cause.map(|share| share.cause.into()),
             main_cause_percent: cause.and_then(|share| known(share.percent)),

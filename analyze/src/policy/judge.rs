@@ -217,6 +217,8 @@ mod tests {
             worst_ns: 0,
             lead_s: None,
             certainty,
+            certainty_any_split: certainty,
+            start_sigma_s: None,
             split_dependent: Some(split_dependent),
             main_cause: None,
             main_cause_percent: None,

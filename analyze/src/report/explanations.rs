@@ -28,7 +28,9 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
                 .map(|share| {
                     vec![
                         format!("{} {}", readable(event.kind.name()), scene.subject(event)),
-                        format!("{:.2}", scene.seconds(causes.since_ns)),
+                        (causes.since_ns).map_or("at rest, level".into(), |since_ns| {
+                            format!("{:.2}", scene.seconds(since_ns))
+                        }),
                         format!("{:.2}", scene.seconds(causes.at_ns)),
                         readable(share.cause),
                         number(share.taken_n),

@@ -6,16 +6,20 @@ use maud::{Markup, html};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 
+use super::open_split::{self, OpenWheel};
 use super::{faults, prevention};
 use crate::analysis::Analysis;
 use crate::analysis::inputs::GrossInput;
-use crate::events::{Event, EventCauses, EventKind, Finding};
+use crate::events::split_rule::{deciding_measurements, is_open, split_rule};
+use crate::events::{Event, EventCauses, EventKind, Finding, TIP_OVER_RAD};
 use crate::page::{list, number, percent, probability, readable};
 
-/// Causes with a smaller share of the lost load are not named (%).
+/// Causes with a smaller share of the lost load are summed up as others (%).
 const LEAST_PERCENT: f64 = 2.0;
 /// Most causes that a finding names.
-const MOST_CAUSES: usize = 3;
+const MOST_CAUSES: usize = 4;
+/// A finding below this confidence under any split is called not certain.
+const LEAST_CONFIDENCE: f64 = 0.5;
 
 /// The findings, the most important first. Times are seconds from the first row.
 ///
@@ -27,17 +31,19 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let of_input = events.iter().position(|event| !event.kind.is_stability());
     let (stability, of_input) = events.split_at(of_input.unwrap_or(events.len()));
+    let open = open_split::wheels(analysis);
     let may_conclude = analysis.gross_inputs.is_empty();
     let calm = (stability.is_empty() && may_conclude)
-        .then(|| scene.without_event(lowest_load(analysis), analysis));
-    let partly = (!stability.is_empty())
-        .then(|| partly_known(analysis))
-        .flatten();
+        .then(|| scene.without_event(lowest_load(analysis), &open, analysis));
+    let has_event = !stability.is_empty();
+    let others = has_event.then(|| scene.other_wheels(stability, &open));
+    let partly = has_event.then(|| partly_known(analysis));
     let finding = |event: &&Event| scene.finding(event);
     (analysis.gross_inputs.iter().map(gross_finding))
         .chain(calm)
         .chain(stability.iter().map(finding))
-        .chain(partly.map(|known| unknown_rest(&known)))
+        .chain(others.flatten())
+        .chain(partly.flatten().map(|known| unknown_rest(&known)))
         .chain(prevention::finding(analysis))
         .chain(of_input.iter().map(finding))
         .collect()
@@ -87,6 +93,8 @@ pub(super) fn rank(kind: EventKind) -> usize {
 pub(super) struct Scene {
     start_ns: i64,
     wheels: Vec<WheelFacts>,
+    split_rule: String,
+    deciding: String,
 }
 
 struct WheelFacts {
@@ -100,6 +108,8 @@ struct LowestLoad {
     load_n: f64,
     time_ns: i64,
     valid_rows: usize,
+    /// Whether equilibrium leaves the load of a wheel open.
+    is_split_open: bool,
 }
 
 impl Scene {
@@ -115,6 +125,8 @@ impl Scene {
         Self {
             start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0),
             wheels: wheels.collect(),
+            split_rule: split_rule(machine),
+            deciding: deciding_measurements(machine),
         }
     }
 
@@ -144,20 +156,56 @@ impl Scene {
             format!(" (confidence {})", probability(certainty))
         });
         let start = self.seconds(event.start_ns);
+        let sigma = event.start_sigma_s.map_or(String::new(), |sigma_s| {
+            format!(" ± {:.2}", sigma_s.max(0.01))
+        });
+        let [under, any] = self.split_clauses(event);
+        let duration = match is_undecided(event) {
+            true => "on".to_string(),
+            false => duration(event),
+        };
         Finding {
             headline: format!(
-                "{} from t = {start:.2} s {}{confidence}",
+                "{} from t = {start:.2}{sigma} s {duration}{under}{confidence}{any}",
                 self.statement(event),
-                duration(event)
             ),
             evidence: self.evidence(event),
         }
+    }
+
+    /// The assumption about the split that a finding rests on, and what holds without it.
+    fn split_clauses(&self, event: &Event) -> [String; 2] {
+        let under = format!(" under the {}", self.split_rule);
+        if let Some(any_split_ns) = event.any_split_ns {
+            let since_s = self.seconds(any_split_ns);
+            return [
+                under,
+                format!("; under any split of the load from t = {since_s:.2} s on"),
+            ];
+        }
+        if event.split_dependent != Some(true) {
+            return [String::new(), String::new()];
+        }
+        let certain = event.certainty_any_split.filter(|&p| p >= LEAST_CONFIDENCE);
+        let any = certain.map_or("not certain".to_string(), |certainty| {
+            format!("confidence {}", probability(certainty))
+        });
+        let range = (event.load_range_n).map_or(String::new(), |[least_n, largest_n]| {
+            format!(" ({} to {} N)", number(least_n), number(largest_n))
+        });
+        [
+            under,
+            format!("; under any split of the load: {any}{range}"),
+        ]
     }
 
     fn statement(&self, event: &Event) -> String {
         let subject = self.subject(event);
         match event.kind {
             EventKind::TipOver => format!("The machine tipped over about the {subject} edge"),
+            EventKind::EdgeTipping if is_undecided(event) => {
+                format!("The machine was tipping about the {subject} edge when the log ended,")
+            }
             EventKind::EdgeTipping => format!("The machine was tipping about the {subject} edge"),
             EventKind::WheelLift => format!("Wheel {subject} was off the ground"),
             EventKind::WheelLight => format!("Wheel {subject} was below its load limit"),
@@ -171,18 +219,50 @@ impl Scene {
             return faults::evidence(event, fault);
         }
         let mut evidence = vec![self.worst(event)];
+        if event.kind == EventKind::EdgeTipping
+            && let Some(rotation) = event.rotation_rad
+        {
+            let least = match is_undecided(event) {
+                true => "; a tip-over needs 10° or more",
+                false => "",
+            };
+            let degrees = rotation.to_degrees();
+            evidence.push(format!(
+                "Rotation about the edge: {degrees:.1}° outwards{least}"
+            ));
+        }
         if let Some(lead_s) = event.lead_s {
             evidence.push(format!(
                 "Lead time: {lead_s:.2} s after the first wheel fell below its load limit"
             ));
         }
         if event.split_dependent == Some(true) {
-            evidence.push("Depends on how the load is split between the wheels".into());
+            evidence.push(self.split_evidence(event));
+            evidence.push(self.deciding.clone());
+        }
+        if event.any_split_ns.is_some() {
+            evidence.push(format!(
+                "Before that, equilibrium leaves the split of the load between the wheels open. {}",
+                self.deciding
+            ));
         }
         if let Some(causes) = &event.causes {
             evidence.extend(self.causes(causes));
         }
         evidence
+    }
+
+    fn split_evidence(&self, event: &Event) -> String {
+        let open = "Equilibrium leaves the split of the load between the wheels open";
+        match (event.load_range_n, event.judged_ns) {
+            (Some([least_n, largest_n]), Some(judged_ns)) => format!(
+                "{open}: {} to {} N on this wheel, at t = {:.2} s",
+                number(least_n),
+                number(largest_n),
+                self.seconds(judged_ns)
+            ),
+            _ => open.to_string(),
+        }
     }
 
     fn worst(&self, event: &Event) -> String {
@@ -193,9 +273,12 @@ impl Scene {
         let at = format!("at t = {:.2} s", self.seconds(event.worst_ns));
         match event.kind {
             EventKind::TipOver if event.worst.is_finite() => {
-                format!("Tilt increased by {:.1}°, {at}", event.worst.to_degrees())
+                format!(
+                    "Rotation about the edge: {:.1}° outwards, {at}",
+                    event.worst.to_degrees()
+                )
             }
-            EventKind::TipOver => format!("Increase of the tilt: {worst}, {at}"),
+            EventKind::TipOver => format!("Rotation about the edge: {worst}, {at}"),
             EventKind::EdgeTipping => format!("Maximum overturning moment: {worst}, {at}"),
             EventKind::WheelLift => format!("Minimum overturning force (OTF): {worst}, {at}"),
             EventKind::WheelLight => {
@@ -216,26 +299,23 @@ impl Scene {
         if !(lost_n > 0.0) {
             return Vec::new();
         }
-        let since = match causes.since_is_steady {
-            true => "the machine was last steady",
-            false => "the first valid row",
+        let since = match causes.since_ns {
+            Some(since_ns) => format!(
+                "since the machine was last steady, at t = {:.2} s",
+                self.seconds(since_ns)
+            ),
+            None => "from the machine at rest on level ground".to_string(),
         };
         let fall = format!(
-            "Overturning force (OTF) down by {} N to {} N since {since}, at t = {:.2} s",
+            "Overturning force (OTF) down by {} N to {} N {since}, up to t = {:.2} s",
             number(lost_n),
             number(causes.otf_n),
-            self.seconds(causes.since_ns),
+            self.seconds(causes.at_ns),
         );
-        let named: Vec<String> = (causes.shares.iter())
-            .filter(|share| share.percent >= LEAST_PERCENT)
-            .take(MOST_CAUSES)
-            .map(|share| format!("{} {:.0} %", readable(share.cause), share.percent))
-            .collect();
-        let causes = format!("Computed causes: {}", named.join(", "));
-        [Some(fall), (!named.is_empty()).then_some(causes)]
-            .into_iter()
-            .flatten()
-            .collect()
+        vec![
+            fall,
+            format!("Computed causes: {}", shares_in_words(causes)),
+        ]
     }
 
     fn shares(&self, event: &Event) -> String {
@@ -248,7 +328,12 @@ impl Scene {
         format!(" ({}{limit})", share(event.worst, wheel.static_n))
     }
 
-    fn without_event(&self, lowest: Option<LowestLoad>, analysis: &Analysis) -> Finding {
+    fn without_event(
+        &self,
+        lowest: Option<LowestLoad>,
+        open: &[OpenWheel],
+        analysis: &Analysis,
+    ) -> Finding {
         let Some(lowest) = lowest else {
             return Finding {
                 headline: "Wheel loads cannot be computed in any row".into(),
@@ -264,6 +349,16 @@ impl Scene {
             Some(known) => format!("In the {known} of the log with known wheel loads, n{claim}"),
             None => format!("N{claim}"),
         };
+        let split = match (open.is_empty(), lowest.is_split_open) {
+            (false, _) => format!(
+                " under the {}; another split that equilibrium allows could have unloaded {}",
+                self.split_rule,
+                self.names(open)
+            ),
+            (true, true) if open_split::is_known(analysis) => " under any split of the load".into(),
+            (true, true) => format!(" under the {}", self.split_rule),
+            (true, false) => String::new(),
+        };
         let limit = match wheel.limit_n {
             Some(limit_n) => format!("Load limit of wheel {}: {} N", wheel.name, number(limit_n)),
             None => "No load limit is set".into(),
@@ -271,17 +366,88 @@ impl Scene {
         let (rows, valid) = (analysis.rows.len(), lowest.valid_rows);
         let scope = (valid < rows)
             .then(|| format!("Based on the {valid} valid rows of {rows}; the others are unknown"));
+        let ranges = self.ranges(open);
         Finding {
             headline: format!(
-                "{claim}; the minimum load was {} N ({}) on wheel {} at t = {:.2} s",
+                "{claim}{split}; the minimum load was {} N ({}) on wheel {} at t = {:.2} s",
                 number(lowest.load_n),
                 share(lowest.load_n, wheel.static_n),
                 wheel.name,
                 self.seconds(lowest.time_ns)
             ),
-            evidence: [limit].into_iter().chain(scope).collect(),
+            evidence: [limit].into_iter().chain(ranges).chain(scope).collect(),
         }
     }
+
+    /// The wheels without an event of their own that another split could have unloaded.
+    fn other_wheels(&self, events: &[&Event], open: &[OpenWheel]) -> Option<Finding> {
+        let has_event = |open: &OpenWheel| {
+            let name = self.wheels[open.wheel].name.to_lowercase();
+            events.iter().any(|event| event.subject == name)
+        };
+        let others: Vec<OpenWheel> = open.iter().filter(|w| !has_event(w)).copied().collect();
+        (!others.is_empty()).then(|| Finding {
+            headline: format!(
+                "Another split that equilibrium allows could also have unloaded {}",
+                self.names(&others)
+            ),
+            evidence: self.ranges(&others),
+        })
+    }
+
+    fn names(&self, open: &[OpenWheel]) -> String {
+        let names: Vec<&str> = (open.iter())
+            .map(|open| self.wheels[open.wheel].name.as_str())
+            .collect();
+        format!(
+            "wheel{} {}",
+            if names.len() == 1 { "" } else { "s" },
+            names.join(", ")
+        )
+    }
+
+    /// What equilibrium allows each of these wheels, and what would decide it.
+    fn ranges(&self, open: &[OpenWheel]) -> Vec<String> {
+        let range = |open: &OpenWheel| {
+            format!(
+                "Wheel {}: {} N under the {}, {} to {} N under any split, at t = {:.2} s",
+                self.wheels[open.wheel].name,
+                number(open.load_n),
+                self.split_rule,
+                number(open.least_n),
+                number(open.largest_n),
+                self.seconds(open.time_ns)
+            )
+        };
+        let deciding = (!open.is_empty()).then(|| self.deciding.clone());
+        open.iter().map(range).chain(deciding).collect()
+    }
+}
+
+/// Shares of the causes as text: the largest by amount, added load negative, the rest as others, in whole per
+/// cent that add up to 100.
+fn shares_in_words(causes: &EventCauses) -> String {
+    let mut named: Vec<(&str, f64)> = (causes.shares.iter())
+        .filter(|share| share.percent.abs() >= LEAST_PERCENT)
+        .map(|share| (share.cause, share.percent))
+        .collect();
+    named.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    named.truncate(MOST_CAUSES);
+    named.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let others = 100.0
+        - named
+            .iter()
+            .map(|(_, percent)| percent.round())
+            .sum::<f64>();
+    let named = named
+        .into_iter()
+        .map(|(cause, percent)| (readable(cause), percent));
+    let others = (others != 0.0).then(|| ("others".to_string(), others));
+    let all = named.chain(others);
+    let all: Vec<String> = all
+        .map(|(cause, percent)| format!("{cause} {percent:.0} %"))
+        .collect();
+    all.join(", ")
 }
 
 /// The time with known loads, of a log of which more than a hundredth is unknown.
@@ -334,7 +500,14 @@ fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
         load_n,
         time_ns: rows.times_ns[row],
         valid_rows: valid().count(),
+        is_split_open: is_open(rows, wheel, row),
     })
+}
+
+/// Whether the log ends while the machine tips about an edge, before it has tipped over.
+fn is_undecided(event: &Event) -> bool {
+    let rotation = event.rotation_rad.unwrap_or(0.0);
+    event.kind == EventKind::EdgeTipping && event.end_ns.is_none() && rotation < TIP_OVER_RAD
 }
 
 fn duration(event: &Event) -> String {
@@ -358,6 +531,7 @@ fn share(load_n: f64, static_n: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::events::CauseShare;
 
     fn scene() -> Scene {
         let wheel = |name: &str| WheelFacts {
@@ -368,23 +542,18 @@ mod tests {
         Scene {
             start_ns: 1_000_000_000_000,
             wheels: vec![wheel("FL"), wheel("RL")],
+            split_rule: "equal-stiffness split".into(),
+            deciding: "To decide it: weighing".into(),
         }
     }
 
     fn event(kind: EventKind, subject: &str, worst: f64, unit: &'static str) -> Event {
         Event {
-            kind,
-            subject: subject.into(),
             worst,
             unit,
-            start_ns: 1_002_500_000_000,
             end_ns: Some(1_003_000_000_000),
             worst_ns: 1_002_750_000_000,
-            lead_s: None,
-            certainty: None,
-            split_dependent: None,
-            causes: None,
-            fault: None,
+            ..Event::blank(kind, 1_002_500_000_000, subject.into())
         }
     }
 
@@ -406,16 +575,80 @@ mod tests {
     fn lead_time_and_doubt_are_evidence() {
         let doubtful = Event {
             lead_s: Some(0.4),
+            certainty: Some(0.98),
+            certainty_any_split: Some(0.0),
+            load_range_n: Some([0.0, 5300.0]),
+            judged_ns: Some(1_002_750_000_000),
             split_dependent: Some(true),
+            start_sigma_s: Some(0.04),
             ..event(EventKind::WheelLift, "rl", -80.0, "N")
         };
+        let finding = scene().finding(&doubtful);
         assert_eq!(
-            scene().finding(&doubtful).evidence,
+            finding.headline,
+            "Wheel RL was off the ground from t = 2.50 ± 0.04 s for 0.50 s under the equal-stiffness split \
+             (confidence 98 %); under any split of the load: not certain (0 to 5300 N)"
+        );
+        assert_eq!(
+            finding.evidence,
             [
                 "Minimum overturning force (OTF): -80.0 N, at t = 2.75 s",
                 "Lead time: 0.40 s after the first wheel fell below its load limit",
-                "Depends on how the load is split between the wheels"
+                "Equilibrium leaves the split of the load between the wheels open: 0 to 5300 N on this wheel, \
+                 at t = 2.75 s",
+                "To decide it: weighing"
             ]
+        );
+    }
+
+    #[test]
+    fn an_edge_tipping_that_lasts_is_no_tip_over() {
+        let open = Event {
+            end_ns: None,
+            rotation_rad: Some(0.07),
+            ..event(EventKind::EdgeTipping, "left", 900.0, "N m")
+        };
+        let text = scene().finding(&open).to_string();
+        assert!(
+            text.starts_with(
+                "The machine was tipping about the left edge when the log ended, from"
+            ),
+            "{text}"
+        );
+        assert!(
+            text.contains("4.0° outwards; a tip-over needs 10° or more"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn shares_are_signed_and_add_up_to_100() {
+        let share = |cause, percent| CauseShare {
+            cause,
+            taken_n: percent,
+            percent,
+        };
+        let causes = EventCauses {
+            since_ns: None,
+            since_is_steady: false,
+            at_ns: 0,
+            otf_before_n: 100.0,
+            otf_n: 0.0,
+            shares: vec![
+                share("arm_weight", 96.6),
+                share("slope", 12.6),
+                share("warp", 1.2),
+                share("arm_motion", -10.4),
+            ],
+        };
+        assert_eq!(
+            shares_in_words(&causes),
+            "arm weight 97 %, slope 13 %, arm motion -10 %"
+        );
+        let evidence = scene().causes(&causes);
+        assert!(
+            evidence[0].contains("from the machine at rest on level ground"),
+            "{evidence:?}"
         );
     }
 

@@ -10,6 +10,7 @@ mod faults;
 mod findings;
 mod log_report;
 mod moment;
+mod open_split;
 mod path;
 mod pdf;
 mod plots;

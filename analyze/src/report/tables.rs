@@ -112,7 +112,14 @@ fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> Vec<String> {
         _ => format!("{} {}", number(event.worst), event.unit),
     };
     let end = event.end_ns.map(seconds);
-    let split = (event.split_dependent).map_or("–", |depends| if depends { "yes" } else { "no" });
+    let split = match (event.split_dependent, event.load_range_n) {
+        (Some(true), Some([least_n, largest_n])) => {
+            format!("yes: {} to {} N", number(least_n), number(largest_n))
+        }
+        (Some(true), None) => "yes".to_string(),
+        (Some(false), _) => "no".to_string(),
+        (None, _) => "–".to_string(),
+    };
     vec![
         readable(event.kind.name()),
         scene.subject(event),
@@ -125,7 +132,7 @@ fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> Vec<String> {
         seconds(event.worst_ns),
         or_dash(event.lead_s, 2),
         (event.certainty).map_or("not computed".into(), probability),
-        split.into(),
+        split,
     ]
 }
 

@@ -351,6 +351,14 @@ fn events(rows: &[&LogRow]) -> Result<Table> {
         column("main_cause_percent", all().map(|e| e.main_cause_percent)),
         Some("%"),
     );
+    columns.add(
+        column("certainty_any_split", all().map(|e| e.certainty_any_split)),
+        Some("-"),
+    );
+    columns.add(
+        column("start_sigma_s", all().map(|e| e.start_sigma_s)),
+        Some("s"),
+    );
     let height = all().count();
     columns.finish(height)
 }

@@ -139,6 +139,22 @@ pub fn events(events: &[Event]) -> PolarsResult<Table> {
             column("certainty", events.iter().map(|e| e.certainty)),
             column("split_dependent", events.iter().map(|e| e.split_dependent)),
             column(
+                "certainty_any_split",
+                events.iter().map(|e| e.certainty_any_split),
+            ),
+            column("start_sigma_s", events.iter().map(|e| e.start_sigma_s)),
+            column(
+                "load_min",
+                events.iter().map(|e| e.load_range_n.map(|n| n[0])),
+            ),
+            column(
+                "load_max",
+                events.iter().map(|e| e.load_range_n.map(|n| n[1])),
+            ),
+            column("judged_ns", events.iter().map(|e| e.judged_ns)),
+            column("any_split_ns", events.iter().map(|e| e.any_split_ns)),
+            column("rotation", events.iter().map(|e| e.rotation_rad)),
+            column(
                 "fault",
                 events.iter().map(|e| e.fault.map(|f| f.kind.name())),
             ),
@@ -160,6 +176,13 @@ pub fn events(events: &[Event]) -> PolarsResult<Table> {
         ("worst_ns", "ns"),
         ("lead_s", "s"),
         ("certainty", "-"),
+        ("certainty_any_split", "-"),
+        ("start_sigma_s", "s"),
+        ("load_min", "N"),
+        ("load_max", "N"),
+        ("judged_ns", "ns"),
+        ("any_split_ns", "ns"),
+        ("rotation", "rad"),
         ("limit", "column unit"),
         ("samples", "-"),
     ];

@@ -27,6 +27,8 @@ pub struct Placement<'a> {
     pub arm_segments: Vec<[Vector3<f64>; 2]>,
     /// Centre of mass of the machine, payloads without a time limit included (m).
     pub centre_of_mass: Vector3<f64>,
+    /// Angular velocity of the base, in base axes (rad/s).
+    pub angular_velocity: Vector3<f64>,
 }
 
 /// A point fixed to a body.
@@ -51,6 +53,7 @@ impl<'a> Placement<'a> {
             arm_segments: vec![[unknown; 2]; arm.len()],
             arm,
             centre_of_mass: unknown,
+            angular_velocity: unknown,
             machine,
         }
     }
@@ -90,6 +93,7 @@ impl<'a> Placement<'a> {
                 }
             });
         self.centre_of_mass = first / mass;
+        self.angular_velocity = workspace.motions[0].angular_velocity;
     }
 
     /// Coordinates of a point of the base frame along the axes of `zmp_x` and `zmp_y`: forward and left in

@@ -22,6 +22,32 @@ pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64
         .outcome
 }
 
+/// The same with the contributions to the loads. With `knows_attitude`, slope and platform acceleration are
+/// apart; otherwise only their sum is known, as in a log without attitude.
+#[must_use]
+pub fn static_contributions(
+    machine: &Machine,
+    joint_positions: &[f64],
+    knows_attitude: bool,
+) -> Outcome<f64> {
+    let AtRest {
+        machine,
+        mut state,
+        workspace,
+    } = at_rest(machine, joint_positions, Scope::LOADS);
+    if knows_attitude {
+        state.base.up = workspace.outcome.contact_normal;
+        state.base.velocity = Vector3::zeros();
+    }
+    let scope = Scope {
+        contributions: true,
+        ..Scope::LOADS
+    };
+    let mut workspace = Workspace::with_scope(&machine, scope);
+    evaluate(&machine, &state, &mut workspace);
+    workspace.outcome
+}
+
 /// Evaluation of a machine at rest on level ground.
 #[derive(Debug)]
 pub(crate) struct AtRest {

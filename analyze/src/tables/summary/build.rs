@@ -11,6 +11,7 @@ use crate::analysis::payload::EstimatedPayload;
 use crate::analysis::{Analysis, Input};
 use crate::base::number::known;
 use crate::events::Finding;
+use crate::events::split_rule::split_rule;
 
 impl<'a> Summary<'a> {
     /// Builds the document.
@@ -27,12 +28,18 @@ impl<'a> Summary<'a> {
             start_ns: event.start_ns,
             end_ns: event.end_ns,
             start_s: (event.start_ns - first_ns) as f64 * 1e-9,
+            start_sigma_s: event.start_sigma_s,
             worst: event.worst,
             unit: event.unit,
             worst_ns: event.worst_ns,
             lead_s: event.lead_s,
             certainty: event.certainty,
+            certainty_any_split: event.certainty_any_split,
             split_dependent: event.split_dependent,
+            load_range_n: event.load_range_n,
+            judged_ns: event.judged_ns,
+            any_split_ns: event.any_split_ns,
+            rotation_rad: event.rotation_rad,
             causes: event.causes.as_ref(),
             fault: event.fault.map(|fault| FaultSummary {
                 kind: fault.kind.name(),
@@ -142,6 +149,7 @@ fn model_summary(analysis: &Analysis) -> ModelSummary {
     });
     ModelSummary {
         name: analysis.options.model.name(),
+        split_rule: split_rule(&analysis.machine),
         others: others.collect(),
         other_notes: (analysis.comparisons.iter())
             .filter_map(|comparison| comparison.as_ref().err().cloned())

@@ -82,12 +82,25 @@ pub struct EventSummary<'a> {
     pub(super) start_ns: i64,
     pub(super) end_ns: Option<i64>,
     pub(super) start_s: f64,
+    /// Standard deviation of the start; null where no onset was found.
+    pub(super) start_sigma_s: Option<f64>,
     pub(super) worst: f64,
     pub(super) unit: &'static str,
     pub(super) worst_ns: i64,
     pub(super) lead_s: Option<f64>,
+    /// Probability that the event is true if the stated split rule is.
     pub(super) certainty: Option<f64>,
+    /// Probability that it is true whatever the split of the load.
+    pub(super) certainty_any_split: Option<f64>,
     pub(super) split_dependent: Option<bool>,
+    /// Smallest and largest load that equilibrium allows the wheel at `judged_ns`; null for edges and inputs.
+    pub(super) load_range_n: Option<[f64; 2]>,
+    /// Time of the row on which the certainty rests.
+    pub(super) judged_ns: Option<i64>,
+    /// For a wheel lift, when the wheel was off the ground under any split; null if that is not shown.
+    pub(super) any_split_ns: Option<i64>,
+    /// Largest outward rotation about the edge since the start.
+    pub(super) rotation_rad: Option<f64>,
     pub(super) causes: Option<&'a EventCauses>,
     /// The input fault; null for other kinds of events.
     pub(super) fault: Option<FaultSummary>,
@@ -107,6 +120,8 @@ pub struct FaultSummary {
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct ModelSummary {
     pub(super) name: &'static str,
+    /// The assumption by which loads are split where equilibrium leaves it open.
+    pub(super) split_rule: String,
     /// The other models over the same rows.
     pub(super) others: Vec<OtherModelSummary>,
     /// Why other models cannot be computed.

@@ -1,0 +1,158 @@
+//! The causes of a load loss: what took the load away up to the onset of an event.
+
+use std::cell::OnceCell;
+
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{Contribution, Outcome, Quantity, State, static_contributions};
+
+use super::event::{CauseShare, EventCauses};
+use crate::base::rows::Rows;
+
+/// Joint velocities (rad/s or m/s) and angular velocities (rad/s) of a steady machine are below this.
+const STEADY_RATE: f64 = 0.02;
+/// The load that acceleration adds to or takes from a wheel of a steady machine is below this share of the mean
+/// load.
+const STEADY_LOAD_SHARE: f64 = 0.02;
+/// A machine is steady after it has been so for this long (ns).
+const STEADY_NS: i64 = 500_000_000;
+/// What acceleration and motion contribute to a load.
+const OF_MOTION: [Contribution; 3] = [
+    Contribution::ArmMotion,
+    Contribution::PlatformAcceleration,
+    Contribution::Cornering,
+];
+
+/// Finds the causes of the events of a log.
+pub(super) struct Causes<'a> {
+    machine: &'a Machine,
+    rows: &'a Rows,
+    /// For each row, the last row up to it at which the machine was steady; computed on first use, once for all
+    /// events.
+    steady: OnceCell<Vec<Option<usize>>>,
+}
+
+impl<'a> Causes<'a> {
+    pub(super) fn new(machine: &'a Machine, rows: &'a Rows) -> Self {
+        Self {
+            machine,
+            rows,
+            steady: OnceCell::new(),
+        }
+    }
+
+    /// Load loss by cause of a weighted sum of OTF between a steady moment, or else the static posture, and the
+    /// onset: the last row up to `start_ns`. `None` where either is unknown.
+    pub(super) fn of(&self, start_ns: i64, factors: &[f64]) -> Option<EventCauses> {
+        let upto = self.rows.times_ns.partition_point(|&t| t <= start_ns);
+        let row = (0..upto).rev().find(|&row| self.rows.is_valid(row))?;
+        let at = |quantity: &dyn Fn(usize) -> Quantity, row: usize| -> f64 {
+            let wheels = factors.iter().enumerate().filter(|(_, f)| **f != 0.0);
+            wheels
+                .map(|(wheel, f)| f * self.rows.outcomes.column(quantity(wheel))[row])
+                .sum()
+        };
+        let otf_n = at(&Quantity::Otf, row);
+        let by_cause = |cause| at(&|wheel| Quantity::Contribution(cause, wheel), row);
+        let since = self.steady_rows()[row];
+        let (otf_before_n, before): (f64, Vec<f64>) = match since {
+            Some(from) => {
+                let of =
+                    |&cause: &Contribution| at(&|wheel| Quantity::Contribution(cause, wheel), from);
+                (
+                    at(&Quantity::Otf, from),
+                    Contribution::ALL.iter().map(of).collect(),
+                )
+            }
+            None => {
+                let outcome = self.at_rest(row);
+                let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
+                    let wheels = factors.iter().enumerate().filter(|(_, f)| **f != 0.0);
+                    wheels.map(|(wheel, f)| f * of(wheel)).sum()
+                };
+                let of = |&cause: &Contribution| {
+                    sum(&|wheel| outcome.contributions[wheel][cause as usize])
+                };
+                (
+                    sum(&|wheel| outcome.otf[wheel]),
+                    Contribution::ALL.iter().map(of).collect(),
+                )
+            }
+        };
+        let lost_n = otf_before_n - otf_n;
+        if !lost_n.is_finite() {
+            return None;
+        }
+        // Load transferred from lifted wheels follows from the lift, it does not cause it.
+        let causes = Contribution::ALL.into_iter().zip(before);
+        let mut shares: Vec<CauseShare> = causes
+            .filter(|(cause, _)| *cause != Contribution::LiftOff)
+            .map(|(cause, before)| (cause, before - by_cause(cause)))
+            .filter(|(_, taken_n)| taken_n.is_finite())
+            .map(|(cause, taken_n)| CauseShare {
+                cause: cause.name(),
+                taken_n,
+                percent: 100.0 * taken_n / lost_n,
+            })
+            .collect();
+        shares.sort_by(|a, b| b.taken_n.total_cmp(&a.taken_n));
+        Some(EventCauses {
+            since_ns: since.map(|row| self.rows.times_ns[row]),
+            since_is_steady: since.is_some(),
+            at_ns: self.rows.times_ns[row],
+            otf_before_n,
+            otf_n,
+            shares,
+        })
+    }
+
+    /// The machine at rest on level ground in its reference posture.
+    fn at_rest(&self, row: usize) -> Outcome<f64> {
+        let posture = &self.machine.reference().posture.positions;
+        let knows_attitude = self.rows.up_in_base(self.machine, row).is_some();
+        static_contributions(self.machine, posture, knows_attitude)
+    }
+
+    fn steady_rows(&self) -> &[Option<usize>] {
+        self.steady.get_or_init(|| {
+            let mut state = State::zero(self.machine);
+            let times = &self.rows.times_ns;
+            let (mut since, mut last) = (None, None);
+            let of_row = |row: usize| {
+                self.rows.states.get(row, &mut state);
+                let is_steady = self.rows.is_valid(row) && self.is_steady(row, &state);
+                since = match since {
+                    Some(since) if is_steady => Some(since),
+                    _ => is_steady.then_some(times[row]),
+                };
+                if since.is_some_and(|since: i64| times[row] - since >= STEADY_NS) {
+                    last = Some(row);
+                }
+                last
+            };
+            (0..self.rows.len()).map(of_row).collect()
+        })
+    }
+
+    /// Whether nothing moves or accelerates, except perhaps the wheels at constant speed. Without an attitude,
+    /// acceleration and slope cannot be told apart, so the wheels must stand still too.
+    fn is_steady(&self, row: usize, state: &State<f64>) -> bool {
+        let knows_attitude = state.base.up.iter().all(|c| c.is_finite());
+        let joints = self.machine.joints().iter().zip(&state.joints);
+        let still = joints
+            .filter(|(joint, _)| joint.spins_wheel.is_none() || !knows_attitude)
+            .all(|(_, motion)| motion.rate.abs() < STEADY_RATE);
+        let wheels = 0..self.machine.wheels().len();
+        let mean_n = self.rows.outcomes.column(Quantity::NormalForce)[row] / wheels.len() as f64;
+        let mut moved = wheels.map(|wheel| -> f64 {
+            let known = OF_MOTION.iter().map(|&cause| {
+                self.rows
+                    .outcomes
+                    .column(Quantity::Contribution(cause, wheel))[row]
+            });
+            known.filter(|n| n.is_finite()).sum()
+        });
+        still
+            && state.imu.angular_velocity.norm() < STEADY_RATE
+            && moved.all(|n| n.abs() < STEADY_LOAD_SHARE * mean_n)
+    }
+}

@@ -1,0 +1,436 @@
+//! Tipping about an edge of the support polygon.
+//!
+//! The load off an edge E is the moment about it over the distance of the farthest wheel, a sum of overturning
+//! forces that no split of the load changes:
+//! ```text
+//!     L_E = sum over wheels (d_i / d_max) OTF_i,    d_i distance of wheel i from the edge
+//! ```
+//! Wheels off the ground cannot pull, so its true value is never below zero: the computed one stays near zero,
+//! within its own error, for as long as the machine rotates about the edge. A threshold at zero would see that
+//! at random. Two hypotheses are compared instead, over the time in which L_E is within its error of zero: the
+//! wheels carry load and the platform does not rotate about the edge, or they carry nothing and it does.
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{
+    Placement, Quantity, Scope, State, Workspace, combination_sigma, evaluate,
+};
+
+use super::episodes::{Episode, MERGED_NS, episodes, episodes_within};
+use super::normal::normal_distribution;
+use super::onset::{self, Curve, Onset};
+use crate::base::rows::Rows;
+
+/// Loads off an edge below this share of the weight are looked at.
+const SMALL_SHARE: f64 = 0.15;
+/// A load is near zero if it is below this many standard deviations, and below this share of the weight.
+const NEAR_SIGMAS: f64 = 2.0;
+const NEAR_SHARE: f64 = 0.03;
+/// Standard deviation of the rotation about an edge (rad) of a machine whose wheels stay on the ground: standing,
+/// by its tyres, and driving, by the ground.
+const STANDING_SIGMA_RAD: f64 = 0.6 * DEGREE;
+const DRIVING_SIGMA_RAD: f64 = 2.0 * DEGREE;
+/// The platform rotates for certain from this many standard deviations on.
+const ROTATES_SIGMAS: f64 = 3.3;
+/// Faster than this a machine drives (m/s).
+const DRIVES_M_PER_S: f64 = 0.1;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Largest rotation considered (rad).
+const LARGEST_RAD: f64 = std::f64::consts::FRAC_PI_2;
+/// Longest time before the load is near zero that the onset is searched with (s).
+const BEFORE_S: f64 = 1.5;
+/// Rows before a row without derivatives in which the standard deviation is looked for.
+const MOST_ROWS_BACK: usize = 400;
+
+/// A time in which the machine tipped about an edge.
+#[derive(Debug, Clone)]
+pub(super) struct Tipping {
+    pub(super) edge: usize,
+    /// The rows.
+    pub(super) episode: Episode,
+    /// Weight of the OTF of each wheel in the load off the edge.
+    pub(super) factors: Vec<f64>,
+    /// When the load off the edge reached zero, if the rows show it.
+    pub(super) onset: Option<Onset>,
+    /// Standard deviation of the load off the edge at its start (N); NaN without derivatives.
+    pub(super) sigma_n: f64,
+    /// Rotation about the edge since the onset, outwards positive: the largest (rad), and its row.
+    pub(super) rotation: (f64, usize),
+    /// Whether that rotation shows that the wheels were off the ground.
+    pub(super) rotates: bool,
+    /// Probability that they were; `None` if it cannot be computed.
+    pub(super) certainty: Option<f64>,
+}
+
+/// Finds the times of tipping about all edges.
+pub(super) fn all(
+    machine: &Machine,
+    rows: &Rows,
+    meaningful: &[bool],
+    scope: Scope,
+) -> Vec<Tipping> {
+    let mut placement = Placement::new(machine);
+    let edges = 0..machine.polygon().edges().len();
+    let found = edges.flat_map(|edge| {
+        let mut of_edge = OfEdge {
+            machine,
+            rows,
+            meaningful,
+            scope,
+            edge,
+            placement: &mut placement,
+        };
+        of_edge.find()
+    });
+    found.collect()
+}
+
+/// Standard deviation of a weighted sum of OTF at a row, or at the nearest row before it that has derivatives.
+pub(super) fn sigma_near(
+    machine: &Machine,
+    rows: &Rows,
+    row: usize,
+    factors: &[f64],
+    least_row: usize,
+) -> Option<f64> {
+    let mut state = State::zero(machine);
+    let mut workspace = Workspace::with_scope(machine, Scope::ALL);
+    (least_row.min(row)..=row)
+        .rev()
+        .take(MOST_ROWS_BACK)
+        .find_map(|row| {
+            rows.states.get(row, &mut state);
+            evaluate(machine, &state, &mut workspace);
+            let sigma = combination_sigma(machine, &state, &workspace, factors);
+            (sigma.is_finite() && sigma > 0.0).then_some(sigma)
+        })
+}
+
+/// Distance of each wheel's contact point from an edge in a placed state (m); zero for wheels on the edge.
+pub(super) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usize) -> Vec<f64> {
+    let spec = &machine.polygon().edges()[edge];
+    let (contacts, normal) = (&placement.contacts, placement.normal);
+    let along = (contacts[spec.to] - contacts[spec.from]).normalize();
+    let inwards = normal.cross(&along);
+    let distances = contacts
+        .iter()
+        .zip(&spec.carries)
+        .map(|(contact, &on_edge)| {
+            let distance = inwards.dot(&(contact - contacts[spec.from]));
+            if on_edge { 0.0 } else { distance }
+        });
+    distances.collect()
+}
+
+struct OfEdge<'a, 'm> {
+    machine: &'m Machine,
+    rows: &'a Rows,
+    meaningful: &'a [bool],
+    scope: Scope,
+    edge: usize,
+    placement: &'a mut Placement<'m>,
+}
+
+impl OfEdge<'_, '_> {
+    fn find(&mut self) -> Vec<Tipping> {
+        let times = &self.rows.times_ns;
+        let moment = self.rows.outcomes.column(Quantity::ItomFull(self.edge));
+        let weight = self.rows.outcomes.column(Quantity::NormalForce);
+        let spec = &self.machine.polygon().edges()[self.edge];
+        let off: Vec<&[f64]> = (0..self.machine.wheels().len())
+            .filter(|&wheel| !spec.carries[wheel])
+            .map(|wheel| self.rows.outcomes.column(Quantity::Load(wheel)))
+            .collect();
+        let unloaded = |row: usize| self.meaningful[row] && off.iter().all(|load| load[row] <= 0.0);
+        let size = self.size();
+        let small =
+            |row: usize| self.meaningful[row] && -moment[row] <= SMALL_SHARE * size * weight[row];
+        let candidates = episodes(times, small);
+        let mut found = Vec::new();
+        for candidate in candidates {
+            let Some((factors, reach)) = self.factors(candidate) else {
+                continue;
+            };
+            let sigma_n = self.sigma(candidate, &factors);
+            let load = |row: usize| -moment[row] / reach;
+            let limit_n = NEAR_SIGMAS * sigma_n.max(0.0);
+            let near = |row: usize| {
+                let limit_n = limit_n.min(NEAR_SHARE * weight[row]);
+                unloaded(row) || (self.meaningful[row] && load(row) <= limit_n)
+            };
+            for episode in episodes_within(times, candidate, near) {
+                let blank = Tipping {
+                    edge: self.edge,
+                    episode,
+                    factors: factors.clone(),
+                    onset: None,
+                    sigma_n,
+                    rotation: (0.0, episode.first),
+                    rotates: false,
+                    certainty: None,
+                };
+                match self.rotating(&blank, &load) {
+                    Some(tipping) => found.push(tipping),
+                    None => {
+                        let brief = episodes_within(times, episode, unloaded).into_iter();
+                        found.extend(brief.map(|episode| self.unloaded(&blank, episode, &load)));
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    /// Distance of the farthest wheel from the edge with all joints at zero (m).
+    fn size(&self) -> f64 {
+        let spec = &self.machine.polygon().edges()[self.edge];
+        let place = |wheel: usize| self.machine.wheels()[wheel].centre_at_zero.xy();
+        let along = (place(spec.to) - place(spec.from)).normalize();
+        let wheels = 0..self.machine.wheels().len();
+        wheels
+            .map(|wheel| along.perp(&(place(wheel) - place(spec.from))))
+            .fold(0.0, f64::max)
+    }
+
+    /// Weights of the wheels in the load off the edge, and the distance of the farthest wheel (m).
+    fn factors(&mut self, candidate: Episode) -> Option<(Vec<f64>, f64)> {
+        self.axis(candidate.first)?;
+        let distances = distances(self.machine, self.placement, self.edge);
+        let reach = distances.iter().copied().fold(0.0, f64::max);
+        (reach > 0.0).then(|| (distances.iter().map(|d| d / reach).collect(), reach))
+    }
+
+    /// Unit vector along the edge at a row, in base axes: a positive rotation about it lifts the interior.
+    fn axis(&mut self, row: usize) -> Option<Vector3<f64>> {
+        let spec = &self.machine.polygon().edges()[self.edge];
+        let mut state = State::zero(self.machine);
+        self.rows.states.get(row, &mut state);
+        self.placement.place(&state);
+        let contacts = &self.placement.contacts;
+        let axis = (contacts[spec.to] - contacts[spec.from]).normalize();
+        axis.iter().all(|c| c.is_finite()).then_some(axis)
+    }
+
+    fn sigma(&self, candidate: Episode, factors: &[f64]) -> f64 {
+        if !self.scope.sensitivities {
+            return f64::NAN;
+        }
+        // Derivatives are unknown while the machine tips, so they are taken where it does not yet.
+        let first = candidate.first;
+        let forward = (first..=candidate.last).take(MOST_ROWS_BACK);
+        let before = sigma_near(self.machine, self.rows, first, factors, 0);
+        before
+            .or_else(|| {
+                let last = forward.last()?;
+                sigma_near(self.machine, self.rows, last, factors, first)
+            })
+            .unwrap_or(f64::NAN)
+    }
+
+    /// The tipping of an episode in which the platform rotates about the edge.
+    fn rotating(&mut self, blank: &Tipping, load: &dyn Fn(usize) -> f64) -> Option<Tipping> {
+        let Episode { first, last } = blank.episode;
+        let axis = self.axis(first)?;
+        let rotation = self.rotations(&axis, first, last);
+        let largest = largest(&rotation, first);
+        let sigma_rad = match self.drives(first) {
+            true => DRIVING_SIGMA_RAD,
+            false => STANDING_SIGMA_RAD,
+        };
+        if !(largest.0 >= ROTATES_SIGMAS * sigma_rad) {
+            return None;
+        }
+        // The onset lies between the fall and the row by which the platform has rotated more than tyres allow.
+        let by_tyres = ROTATES_SIGMAS * STANDING_SIGMA_RAD;
+        let rotated = first + rotation.iter().position(|&r| r >= by_tyres)?;
+        let curve = self.curve(first, rotated, load);
+        let rates = self.rates(&axis, &curve);
+        let onset = onset::corner(&curve, &rates, blank.sigma_n);
+        let begins = onset.map_or(first, |onset| self.row_from(onset.at_s).min(last));
+        let until = rotation.len() - 1 + first;
+        let since_onset = self.rotations(&axis, begins, until);
+        let rotation = self::largest(&since_onset, begins);
+        let level_n = onset.and_then(|onset| onset.level_n);
+        let certainty = level_n
+            .filter(|_| blank.sigma_n.is_finite())
+            .map(|level_n| {
+                let before_n = (begins.saturating_sub(1)..=begins)
+                    .map(load)
+                    .fold(0.0, f64::max);
+                let range_n = SMALL_SHARE * self.rows.outcomes.column(Quantity::NormalForce)[first];
+                let level = (level_n, blank.sigma_n);
+                probability(level, (rotation.0, sigma_rad), range_n.max(before_n))
+            })
+            .filter(|p| p.is_finite());
+        Some(Tipping {
+            episode: Episode {
+                first: begins,
+                last,
+            },
+            onset,
+            rotation,
+            rotates: true,
+            certainty,
+            ..blank.clone()
+        })
+    }
+
+    /// The tipping of an episode that only the loads show.
+    fn unloaded(
+        &mut self,
+        blank: &Tipping,
+        episode: Episode,
+        load: &dyn Fn(usize) -> f64,
+    ) -> Tipping {
+        let near_s = self.rows.seconds(episode.first);
+        let curve = self.curve(episode.first, episode.last, load);
+        let rotation = match self.axis(episode.first) {
+            Some(axis) => {
+                let rotation = self.rotations(&axis, episode.first, episode.last);
+                largest(&rotation, episode.first)
+            }
+            None => (f64::NAN, episode.first),
+        };
+        let least_n = (episode.first..=episode.last)
+            .map(load)
+            .fold(f64::INFINITY, f64::min);
+        let certainty = normal_distribution(-least_n / blank.sigma_n);
+        Tipping {
+            episode,
+            onset: onset::passage(&curve, near_s, blank.sigma_n),
+            rotation,
+            certainty: Some(certainty).filter(|p| p.is_finite()),
+            ..blank.clone()
+        }
+    }
+
+    /// The load off the edge around an onset: from some time before `first` to `last`, gaps left out.
+    fn curve(&self, first: usize, last: usize, load: &dyn Fn(usize) -> f64) -> Curve {
+        let from_s = self.rows.seconds(first) - BEFORE_S;
+        let mut curve = Curve::default();
+        let from = (0..first)
+            .rev()
+            .take_while(|&row| self.meaningful[row] && self.rows.seconds(row) >= from_s)
+            .last()
+            .unwrap_or(first);
+        for row in (from..=last).filter(|&row| self.meaningful[row]) {
+            curve.push(self.rows.seconds(row), load(row));
+        }
+        curve
+    }
+
+    /// Whether the machine drives at a row, or may.
+    fn drives(&self, row: usize) -> bool {
+        let mut state = State::zero(self.machine);
+        self.rows.states.get(row, &mut state);
+        let joints = self.machine.joints().iter().zip(&state.joints);
+        let by_wheels = joints.filter_map(|(joint, motion)| {
+            let radius = self.machine.wheels()[joint.spins_wheel?].radius;
+            Some((motion.rate * radius).abs())
+        });
+        let by_wheels = by_wheels.filter(|v| v.is_finite()).reduce(f64::max);
+        let by_odometry = Some(state.base.velocity.norm()).filter(|v| v.is_finite());
+        let speed = by_wheels.into_iter().chain(by_odometry).reduce(f64::max);
+        speed.is_none_or(|speed| speed > DRIVES_M_PER_S)
+    }
+
+    /// Rate of rotation about an axis of the base (rad/s) at the times of a curve.
+    fn rates(&mut self, axis: &Vector3<f64>, of: &Curve) -> Curve {
+        let mut state = State::zero(self.machine);
+        let mut rates = Curve::default();
+        for &time_s in &of.times_s {
+            self.rows.states.get(self.row_from(time_s), &mut state);
+            self.placement.place(&state);
+            rates.push(time_s, axis.dot(&self.placement.angular_velocity));
+        }
+        rates
+    }
+
+    fn row_from(&self, at_s: f64) -> usize {
+        let start_ns = self.rows.times_ns[0] + (at_s * 1e9).round() as i64;
+        self.rows.at(start_ns)
+    }
+
+    /// Rotation about an axis of the base since row `first`, outwards positive (rad), row by row: from the
+    /// attitude if the log has it, else the integral of the angular velocity.
+    fn rotations(&mut self, axis: &Vector3<f64>, first: usize, last: usize) -> Vec<f64> {
+        let mut state = State::zero(self.machine);
+        let before = self.rows.up_in_base(self.machine, first);
+        let (mut turned, mut last_ns) = (0.0, self.rows.times_ns[first]);
+        let rotation = (first..=last).map(|row| {
+            let now = self.rows.up_in_base(self.machine, row);
+            if let (Some(before), Some(now)) = (before, now) {
+                // Base axes rotate under a fixed direction, which therefore turns the other way in them.
+                let across = |up: &Vector3<f64>| up - axis * axis.dot(up);
+                let (a, b) = (across(&before), across(&now));
+                return -axis.dot(&a.cross(&b)).atan2(a.dot(&b));
+            }
+            self.rows.states.get(row, &mut state);
+            self.placement.place(&state);
+            let time_ns = self.rows.times_ns[row];
+            let step_s = (time_ns - last_ns) as f64 * 1e-9;
+            last_ns = time_ns;
+            let rate = axis.dot(&self.placement.angular_velocity);
+            // A row in a gap has no rate: what was turned in it stays unknown and is left out.
+            if rate.is_finite() && step_s * 1e9 <= MERGED_NS as f64 {
+                turned += rate * step_s;
+            }
+            turned
+        });
+        rotation.collect()
+    }
+}
+
+/// The largest rotation and its row.
+fn largest(rotations: &[f64], first: usize) -> (f64, usize) {
+    let rows = rotations.iter().enumerate();
+    rows.fold((0.0, first), |best, (row, &rotation)| {
+        if rotation > best.0 {
+            (rotation, first + row)
+        } else {
+            best
+        }
+    })
+}
+
+/// Probability that the wheels off the edge carried nothing, both hypotheses equally likely beforehand.
+///
+/// ```text
+///     lifted:        level ~ N(0, sigma^2),                             rotation anywhere from 0 to 90 degrees
+///     on the ground: level ~ N(load, sigma^2), load from 0 to range,    rotation ~ N(0, rotation sigma^2)
+/// ```
+fn probability(
+    (level_n, sigma_n): (f64, f64),
+    (rotation_rad, rotation_sigma_rad): (f64, f64),
+    range_n: f64,
+) -> f64 {
+    let density = |x: f64, sigma: f64| {
+        (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
+    };
+    let lifted = density(level_n, sigma_n) / LARGEST_RAD;
+    let loaded =
+        normal_distribution(level_n / sigma_n) - normal_distribution((level_n - range_n) / sigma_n);
+    let on_ground = loaded / range_n * density(rotation_rad, rotation_sigma_rad);
+    lifted / (lifted + on_ground)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rotation_decides_where_the_load_cannot() {
+        let rotation = |degrees: f64| (degrees * DEGREE, STANDING_SIGMA_RAD);
+        let at =
+            |level_n: f64, degrees: f64| probability((level_n, 180.0), rotation(degrees), 4000.0);
+        assert!(at(80.0, 4.0) > 0.999);
+        assert!(at(80.0, 0.0) < 0.5);
+        assert!(at(1500.0, 0.5) < 1e-6);
+    }
+
+    #[test]
+    fn the_largest_rotation_is_outwards() {
+        assert_eq!(largest(&[0.0, -0.3, 0.1, 0.05], 7), (0.1, 9));
+        assert_eq!(largest(&[0.0, -0.3], 7), (0.0, 7));
+    }
+}

@@ -1,0 +1,137 @@
+//! Onset, certainty and causes of lifts and tip-overs, compared with the contact forces of the simulation.
+
+use std::collections::BTreeMap;
+
+use polars::prelude::{ParquetReader, SerReader};
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::events::{Event, EventKind};
+use tipwatch_analyze::report::findings;
+use tipwatch_tests::{analysed, data};
+
+/// A wheel with less than this is off the ground in truth (N).
+const OFF_GROUND_N: f32 = 1.0;
+
+/// When each wheel of the simulated tip-over lifted for good (ns).
+fn true_onsets() -> BTreeMap<String, i64> {
+    let file = std::fs::File::open(data("tip_over.truth.parquet")).unwrap();
+    let table = ParquetReader::new(file).finish().unwrap();
+    let times = table.column("t_ns").unwrap().i64().unwrap();
+    let times: Vec<i64> = times.into_no_null_iter().collect();
+    let onset = |wheel: &str| {
+        let loads = table.column(&format!("load_{wheel}")).unwrap();
+        let loads: Vec<f32> = loads.f32().unwrap().into_no_null_iter().collect();
+        let last_down = loads.iter().rposition(|&load| load >= OFF_GROUND_N)?;
+        (last_down + 1 < loads.len()).then(|| (wheel.to_string(), times[last_down + 1]))
+    };
+    ["fl", "fr", "rl", "rr"]
+        .into_iter()
+        .filter_map(onset)
+        .collect()
+}
+
+fn find<'a>(analysis: &'a Analysis, kind: EventKind, subject: &str) -> Option<&'a Event> {
+    let mut events = analysis.events.iter();
+    events.find(|event| event.kind == kind && event.subject == subject)
+}
+
+#[test]
+fn val_onsets_of_a_tip_over_are_found_within_a_tenth_of_a_second() {
+    let analysis = analysed(&data("tip_over.mcap"), Options::default());
+    let truth = true_onsets();
+    assert_eq!(truth.keys().collect::<Vec<_>>(), ["fr", "rr"]);
+    for (wheel, true_ns) in &truth {
+        let lift = find(&analysis, EventKind::WheelLift, wheel).unwrap();
+        let error_s = (lift.start_ns - true_ns) as f64 * 1e-9;
+        let sigma_s = lift.start_sigma_s.unwrap();
+        assert!(error_s.abs() < 0.10, "{wheel}: {error_s} s");
+        assert!(
+            sigma_s < 0.12 && error_s.abs() < 3.0 * sigma_s,
+            "{wheel}: {error_s} +- {sigma_s} s"
+        );
+        assert!(lift.certainty.unwrap() > 0.99, "{lift:?}");
+    }
+    // Both wheels off the left edge: no split could keep them down.
+    let over = find(&analysis, EventKind::TipOver, "left").unwrap();
+    assert!(over.worst > 0.5 && over.end_ns.is_none(), "{over:?}");
+    assert!(over.certainty_any_split.unwrap() > 0.99, "{over:?}");
+    let last = find(&analysis, EventKind::WheelLift, "fr").unwrap();
+    assert_eq!(over.start_ns, last.start_ns);
+    let first = find(&analysis, EventKind::WheelLift, "rr").unwrap();
+    assert_eq!(first.any_split_ns, Some(over.start_ns));
+    let lifted: Vec<&str> = (analysis.events.iter())
+        .filter(|event| event.kind == EventKind::WheelLift)
+        .map(|event| event.subject.as_str())
+        .collect();
+    assert_eq!(lifted, ["rr", "fr"]);
+}
+
+#[test]
+fn a_log_that_ends_while_the_machine_tips_is_no_tip_over() {
+    let options = Options {
+        to_s: Some(5.45),
+        ..Options::default()
+    };
+    let analysis = analysed(&data("tip_over.mcap"), options);
+    let tipping = find(&analysis, EventKind::EdgeTipping, "left").unwrap();
+    let rotation_rad = tipping.rotation_rad.unwrap();
+    assert!(
+        tipping.end_ns.is_none() && rotation_rad < 0.17,
+        "{rotation_rad}"
+    );
+    assert!(find(&analysis, EventKind::TipOver, "left").is_none());
+    let headline = &findings(&analysis)[0].headline;
+    let expected = "The machine was tipping about the left edge when the log ended, from t = ";
+    assert!(headline.starts_with(expected), "{headline}");
+}
+
+#[test]
+fn causes_end_at_the_onset_and_add_up() {
+    let analysis = analysed(&data("tip_over.mcap"), Options::default());
+    let over = find(&analysis, EventKind::TipOver, "left").unwrap();
+    let causes = over.causes.as_ref().unwrap();
+    assert!(causes.at_ns <= over.start_ns && over.start_ns - causes.at_ns < 50_000_000);
+    // The arm begins to move at 1 s; nothing moves before that.
+    let since_s = (causes.since_ns.unwrap() - analysis.rows.times_ns[0]) as f64 * 1e-9;
+    assert!(
+        causes.since_is_steady && (0.4..2.0).contains(&since_s),
+        "{since_s}"
+    );
+    assert_eq!(causes.shares[0].cause, "arm_weight");
+    let share = |name: &str| {
+        let found = causes.shares.iter().find(|share| share.cause == name);
+        found.map(|share| share.percent)
+    };
+    // The rotation follows the onset: it takes nothing away before.
+    assert!(
+        share("platform_acceleration").unwrap().abs() < 5.0,
+        "{causes:?}"
+    );
+    assert!(share("cornering").unwrap().abs() < 1.0, "{causes:?}");
+    assert_eq!(share("lift_off"), None);
+    let sum: f64 = causes.shares.iter().map(|share| share.percent).sum();
+    assert!((sum - 100.0).abs() < 1e-6, "{sum}");
+}
+
+#[test]
+fn without_a_steady_moment_causes_are_counted_from_the_static_posture() {
+    // The arm of this log moves from the first sample on.
+    let analysis = analysed(&data("tiny_lift.mcap"), Options::default());
+    let lift = find(&analysis, EventKind::WheelLift, "rl").unwrap();
+    let causes = lift.causes.as_ref().unwrap();
+    assert!(
+        !causes.since_is_steady && causes.since_ns.is_none(),
+        "{causes:?}"
+    );
+    let static_n = analysis.machine.reference().static_load[2];
+    assert!(
+        (causes.otf_before_n - static_n).abs() < 1e-6 * static_n,
+        "{causes:?}"
+    );
+    assert!(
+        causes
+            .shares
+            .iter()
+            .any(|share| share.cause == "slope" && share.percent > 10.0)
+    );
+}
