@@ -17,6 +17,8 @@ pub(super) fn add(flow: &mut Flow<'_>, table: &Table) {
     let (size, widths) = widths(flow, &table, columns);
     let head = (!table.head.is_empty()).then_some(&table.head);
     if let Some(head) = head {
+        // a head never stands alone at the foot of a page
+        flow.room(64.0);
         row(flow, head, &widths, size, true, true);
     }
     for cells in &table.rows {
