@@ -91,18 +91,11 @@ fn a_tip_over_without_tilt_is_not_claimed_and_one_with_tilt_is() {
     let mut analysis = analysis("tiny");
     let rows = &analysis.rows.times_ns;
     let event = Event {
-        kind: EventKind::TipOver,
-        start_ns: rows[rows.len() / 2],
-        end_ns: None,
-        subject: "left".into(),
-        worst: 0.05,
+        worst: 900.0,
         worst_ns: rows[rows.len() - 1],
-        unit: "rad",
-        lead_s: None,
-        certainty: None,
+        unit: "N m",
         split_dependent: Some(false),
-        causes: None,
-        fault: None,
+        ..Event::blank(EventKind::EdgeTipping, rows[rows.len() / 2], "left".into())
     };
     let answer = |analysis: &Analysis| words(section(&page(analysis), "Conclusion"));
     analysis.events = vec![event.clone()];
@@ -110,7 +103,11 @@ fn a_tip_over_without_tilt_is_not_claimed_and_one_with_tilt_is() {
         answer(&analysis)
             .starts_with("Did it tip over? Not known: it was tipping about the left edge")
     );
-    analysis.events[0].worst = 0.5;
+    analysis.events = vec![Event {
+        kind: EventKind::TipOver,
+        worst: 0.5,
+        ..event
+    }];
     assert!(answer(&analysis).starts_with("Did it tip over? Yes, about the left edge"));
     // and nothing is concluded from nothing
     analysis.events.clear();
@@ -139,23 +136,20 @@ fn two_hundred_input_faults_are_one_line_each_kind() {
     let rows = analysis.rows.times_ns.clone();
     analysis.events = (0..200)
         .map(|index| Event {
-            kind: EventKind::InputFault,
-            start_ns: rows[index],
             end_ns: Some(rows[index]),
-            subject: ["imu.specific_force", "odometry.velocity"][index % 2].into(),
             worst: index as f64,
-            worst_ns: rows[index],
             unit: "m/s^2",
-            lead_s: None,
-            certainty: None,
-            split_dependent: None,
-            causes: None,
             fault: Some(InputFault {
                 kind: FaultKind::OutOfRange,
                 policy: Policy::Report,
                 limit: Some(1.0),
                 samples: 3,
             }),
+            ..Event::blank(
+                EventKind::InputFault,
+                rows[index],
+                ["imu.specific_force", "odometry.velocity"][index % 2].into(),
+            )
         })
         .collect();
     let page = page(&analysis);

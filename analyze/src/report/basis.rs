@@ -4,7 +4,6 @@ use maud::{Markup, html};
 use tipwatch_mechanics::machine::{Ground, Split};
 use tipwatch_mechanics::{Quantity, State};
 
-use super::conclusion::valid_share;
 use super::findings::reason_counts;
 use crate::analysis::Analysis;
 use crate::base::options::{Estimator, ModelKind};
@@ -180,13 +179,10 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
             "No attitude was recorded: the slope is unknown (the loads do not need it).".into(),
         );
     }
-    let share = valid_share(analysis);
-    if share < 1.0 {
-        found.push(format!(
-            "Loads are known in {} of the rows.",
-            percent(share)
-        ));
-    }
+    found.push(format!(
+        "Wheel loads are known in {} of the log.",
+        analysis.coverage
+    ));
     found.extend(reason_counts(analysis).into_iter().map(|(reason, count)| {
         format!(
             "{count} rows are invalid because of {}.",

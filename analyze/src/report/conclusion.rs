@@ -10,11 +10,11 @@ use super::when::Calendar;
 use super::worst;
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
-use crate::events::{Event, EventKind};
+use crate::events::{Event, EventKind, TIP_OVER_RAD};
 use crate::page::{facts, number, percent, probability};
 
-/// Tilt from which a machine counts as tipped over (degrees).
-const TIPPED_DEG: f64 = 10.0;
+/// From this share of the time on, the whole log counts as known: the estimator needs a moment at each end.
+const WHOLE: f64 = 0.99;
 
 /// Question and answer, five of them, in the order of their importance.
 pub(crate) fn conclusion(analysis: &Analysis) -> [(&'static str, String); 5] {
@@ -31,20 +31,22 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     facts(&conclusion(analysis))
 }
 
-/// Share of the rows with loads, 0 to 1.
-pub(super) fn valid_share(analysis: &Analysis) -> f64 {
-    let rows = analysis.rows.len();
-    let valid = (0..rows).filter(|&row| analysis.rows.is_valid(row)).count();
-    valid as f64 / (rows.max(1)) as f64
+/// Why nothing is known of the machine's stability; `None` if something is.
+fn nothing_known(analysis: &Analysis) -> Option<String> {
+    if let Some(gross) = analysis.gross_inputs.first() {
+        return Some(format!("Unknown: {}", gross.headline));
+    }
+    let is_nothing = !(0..analysis.rows.len()).any(|row| analysis.rows.reasons[row].leave_loads());
+    is_nothing.then(|| "Unknown: wheel loads cannot be computed in any row.".into())
 }
 
-/// "of the log", or of the part that is known.
+/// "in this log", or in the part of its time that is known.
 fn scope(analysis: &Analysis) -> String {
-    match valid_share(analysis) {
-        share if share >= 1.0 => "in this log".into(),
-        share => format!(
-            "in the {} of the rows that can be computed; nothing is known of the others",
-            percent(share)
+    let coverage = &analysis.coverage;
+    match coverage.valid_share {
+        Some(share) if share >= WHOLE => "in this log".into(),
+        _ => format!(
+            "in the {coverage} of the log with known wheel loads; nothing is known of the rest"
         ),
     }
 }
@@ -59,22 +61,24 @@ fn of_kind(analysis: &Analysis, kind: EventKind) -> impl Iterator<Item = &Event>
 fn tipped_over(analysis: &Analysis) -> String {
     let scene = Scene::of(analysis);
     let at = |event: &Event| format!("from t = {:.2} s", scene.seconds(event.start_ns));
-    if valid_share(analysis) <= 0.0 {
-        return "Unknown: wheel loads cannot be computed in any row.".into();
+    if let Some(unknown) = nothing_known(analysis) {
+        return unknown;
     }
     if let Some(event) = of_kind(analysis, EventKind::TipOver).next() {
         let (edge, at) = (scene.subject(event), at(event));
-        return match event.worst.to_degrees() {
-            tilt if tilt >= TIPPED_DEG => {
-                format!("Yes, about the {edge} edge, {at}: its tilt grew by {tilt:.1}°.")
-            }
-            _ => format!(
-                "Not known: it was tipping about the {edge} edge {at} when the log ends, and no tilt of {TIPPED_DEG:.0}° was seen."
-            ),
-        };
+        let tilt = event.worst.to_degrees();
+        return format!("Yes, about the {edge} edge, {at}: its tilt grew by {tilt:.1}°.");
     }
     let scope = scope(analysis);
-    match of_kind(analysis, EventKind::EdgeTipping).next() {
+    let mut tipping: Vec<&Event> = of_kind(analysis, EventKind::EdgeTipping).collect();
+    tipping.sort_by_key(|event| event.end_ns.is_some());
+    match tipping.first() {
+        Some(event) if event.end_ns.is_none() => format!(
+            "Not known: it was tipping about the {} edge {} when the log ends, and no tilt of {:.0}° about that edge was seen.",
+            scene.subject(event),
+            at(event),
+            TIP_OVER_RAD.to_degrees()
+        ),
         Some(event) => format!(
             "No tip-over {scope}. But it was tipping about the {} edge {}.",
             scene.subject(event),
@@ -85,7 +89,7 @@ fn tipped_over(analysis: &Analysis) -> String {
 }
 
 fn lifted(analysis: &Analysis) -> String {
-    if valid_share(analysis) <= 0.0 {
+    if nothing_known(analysis).is_some() {
         return "Unknown.".into();
     }
     let scene = Scene::of(analysis);
@@ -176,8 +180,9 @@ fn certainty(analysis: &Analysis) -> String {
             );
             sentences.push(match event.certainty {
                 Some(certainty) => format!(
-                    "Confidence in \"{what}\": {}, from the stated uncertainties, under the stated load split and the assumptions below.",
-                    probability(certainty)
+                    "Confidence in \"{what}\": {}, from the stated uncertainties, under the stated load split and the assumptions below; under any split: {}.",
+                    probability(certainty),
+                    (event.certainty_any_split).map_or("not known".into(), probability)
                 ),
                 None => format!("No confidence could be computed for \"{what}\"."),
             });
@@ -185,11 +190,14 @@ fn certainty(analysis: &Analysis) -> String {
         None => sentences
             .extend(worst::lightest(analysis).map(|(row, wheel)| smallest(analysis, row, wheel))),
     }
-    let share = valid_share(analysis);
-    if share < 1.0 {
+    if analysis
+        .coverage
+        .valid_share
+        .is_none_or(|share| share < WHOLE)
+    {
         sentences.push(format!(
-            "Loads are known in {} of the rows.",
-            percent(share)
+            "Wheel loads are known in {} of the log.",
+            analysis.coverage
         ));
     }
     let faults = analysis.notes.iter().filter(|note| note.starts_with(FAULT));
