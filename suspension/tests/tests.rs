@@ -4,11 +4,14 @@
 
 #[path = "../benches/problems/mod.rs"]
 mod problems;
+mod manoeuvres;
 mod support;
 
 // No panic, no command outside the limits and bounded work, whatever the state.
 mod any_state;
 // Oil, valve and cylinder: conservation, limits, accuracy of the integration.
 mod hydraulics;
+// Never worse than locked.
+mod never_worse;
 // The critical step T* against Pinocchio.
 mod val_critical_step;

@@ -169,7 +169,11 @@ impl Simulation {
             running.due_s += self.controller.step_length();
         }
         running.due_s -= seconds;
-        self.controller.follow(&positions[..actuators], seconds);
+        let forces: [f64; MAX_ACTUATORS] =
+            std::array::from_fn(|k| self.actuator.force(&running.cylinders[k]));
+        let forces = &forces[..actuators];
+        self.controller
+            .follow_loaded(&positions[..actuators], forces, seconds);
         let (mut forces, mut mass) = ([0.0; MAX_ACTUATORS], 0.0);
         for acceleration in [0.0, 1.0] {
             let rods = running.rods.map(|rod| Motion {
