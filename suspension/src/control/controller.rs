@@ -130,8 +130,9 @@ impl Controller {
         self.watches = [RodWatch::NEW; MAX_ACTUATORS];
     }
 
-    /// Whether measured strokes are numbers within the stroke of the machine file.
-    fn is_plausible(&self, measured: &[f64]) -> bool {
+    /// Whether measured strokes are within the stroke of the machine file, up to 5 % of it.
+    #[must_use]
+    pub fn is_plausible(&self, measured: &[f64]) -> bool {
         let tolerance = STROKE_TOLERANCE * (self.stroke[1] - self.stroke[0]);
         let range = self.stroke[0] - tolerance..=self.stroke[1] + tolerance;
         measured.iter().all(|x| range.contains(x))
@@ -183,7 +184,8 @@ impl Controller {
         command
     }
 
-    fn hold(&mut self) {
+    /// Holds until the next [`Self::tick`]: [`Self::follow`] closes the valves.
+    pub fn hold(&mut self) {
         self.plan = None;
         if let Some(reference) = &mut self.reference {
             reference.hold = true;

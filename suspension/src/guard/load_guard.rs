@@ -27,11 +27,16 @@ const DEFAULT_LIMIT_SHARE: f64 = 0.05;
 /// k_x and T_x (s) of S(14): rods need about so long to return.
 const POSITION_SHARE: f64 = 0.2;
 const POSITION_AHEAD_S: f64 = 1.0;
+/// The same for angles, whose loss is no danger in itself.
+const ANGLE_SHARE: f64 = 0.5;
+const ANGLE_AHEAD_S: f64 = 0.5;
 /// k_a and T_a (s): a commanded acceleration ends within this time.
 const MOTION_SHARE: f64 = 0.5;
 const MOTION_AHEAD_S: f64 = 0.3;
 /// e, as a share of the mean load: what a wheel that is light anyway may lose for a moment.
 const TOLERANCE_SHARE: f64 = 0.002;
+/// What the spread of the loads may grow by for a moment, as a share of the weight.
+const SPREAD_SHARE: f64 = 0.02;
 /// c: overshoot of the rods' acceleration in the hydraulics.
 const OVERSHOOT: f64 = 1.3;
 /// A stability angle from which on less is no loss (rad).
@@ -87,6 +92,8 @@ pub(crate) struct LoadGuard {
     home: Option<[f64; MAX_ACTUATORS]>,
     /// The smallest stability angle that locking has given since then (rad).
     least_locked_angle: f64,
+    /// The largest load spread that locking has given since then (N).
+    most_locked_spread: f64,
     /// The last acceleration (m/s^2).
     last: [f64; MAX_ACTUATORS],
 }
@@ -112,6 +119,7 @@ impl LoadGuard {
             min_angle,
             home: None,
             least_locked_angle: f64::INFINITY,
+            most_locked_spread: 0.0,
             last: [0.0; MAX_ACTUATORS],
         }
     }
@@ -120,6 +128,7 @@ impl LoadGuard {
     pub(crate) fn reset(&mut self) {
         self.home = None;
         self.least_locked_angle = f64::INFINITY;
+        self.most_locked_spread = 0.0;
         self.last = [0.0; MAX_ACTUATORS];
     }
 
@@ -150,6 +159,8 @@ impl LoadGuard {
         let angles = &response.locked_angle[..response.edges];
         let least_angle = angles.iter().copied().fold(f64::INFINITY, f64::min);
         self.least_locked_angle = self.least_locked_angle.min(least_angle);
+        let locked_spread = spread(&response.locked[..response.wheels]);
+        self.most_locked_spread = self.most_locked_spread.max(locked_spread);
         let check = Check::of(self, &response, rods);
         let braking = check.braking(&rods[1]);
         let wanted = match wanted {
@@ -228,7 +239,18 @@ struct Check<'a> {
     in_motion: ByWheel,
     /// What each stability angle may lose at a stroke (rad).
     angle_at_rest: ByWheel,
+    /// The largest spread allowed (N).
+    max_spread: f64,
     horizon: f64,
+}
+
+/// Sum of the load differences over all pairs of wheels (N).
+fn spread(loads: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    for (i, a) in loads.iter().enumerate() {
+        sum += loads[..i].iter().map(|b| (a - b).abs()).sum::<f64>();
+    }
+    sum
 }
 
 impl<'a> Check<'a> {
@@ -244,6 +266,10 @@ impl<'a> Check<'a> {
             at_rest: [0.0; MAX_WHEELS],
             in_motion: [0.0; MAX_WHEELS],
             angle_at_rest: [0.0; MAX_WHEELS],
+            max_spread: guard.most_locked_spread.max(
+                spread(&response.locked[..response.wheels])
+                    + SPREAD_SHARE * guard.mean_load * response.wheels as f64,
+            ),
             horizon: 0.0,
         };
         for wheel in 0..response.wheels {
@@ -253,8 +279,8 @@ impl<'a> Check<'a> {
         }
         let ample = AMPLE_ANGLE.min(guard.least_locked_angle).max(guard.min_angle);
         for edge in 0..response.edges {
-            let spare = response.least_locked_angle(edge, POSITION_AHEAD_S) - ample;
-            check.angle_at_rest[edge] = POSITION_SHARE * spare.max(0.0);
+            let spare = response.least_locked_angle(edge, ANGLE_AHEAD_S) - ample;
+            check.angle_at_rest[edge] = ANGLE_SHARE * spare.max(0.0);
         }
         check.horizon = (HORIZON_FACTOR * check.critical_time())
             .max(guard.look_ahead)
@@ -384,15 +410,17 @@ impl<'a> Check<'a> {
         may_lose: &ByWheel,
     ) -> f64 {
         let response = self.response;
-        let mut least = f64::INFINITY;
-        for wheel in 0..response.wheels {
-            let mut gained = response.load[wheel] - response.locked[wheel];
+        let (mut least, mut load) = (f64::INFINITY, response.load);
+        for (wheel, load) in load[..response.wheels].iter_mut().enumerate() {
             for k in 0..self.guard.actuators {
-                gained += response.by_position[k][wheel] * (x[k] - self.rods[0][k])
+                *load += response.by_position[k][wheel] * (x[k] - self.rods[0][k])
                     + OVERSHOOT * response.by_acceleration[k][wheel] * a[k];
             }
-            least = least.min(gained + may_lose[wheel]);
+            least = least.min(*load - response.locked[wheel] + may_lose[wheel]);
         }
-        least
+        let wheels = response.wheels;
+        let spare = self.max_spread - spread(&load[..wheels]);
+        // a load moved from one wheel to another changes its difference to all others
+        least.min(spare / (2 * wheels.max(2) - 2) as f64)
     }
 }
