@@ -23,7 +23,7 @@ mod solve;
 
 pub use condensed::MAX_ACTUATORS;
 pub use control::{
-    Command, Controller, MOVING_OPENING, RodFault, RodWatch, STILL_ROD_M, STILL_ROD_S, Status,
+    Command, Controller, MOVING_OPENING, RodFault, RodForce, RodWatch, STILL_ROD_M, STILL_ROD_S, Status,
     SuspensionOptimiser, TRIAL_OPENING,
 };
 pub use error::SuspensionError;

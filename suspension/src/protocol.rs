@@ -9,9 +9,8 @@
 //!           "acceleration": [...], "opening": [...], "cost": 1.2}
 //! ```
 //! Joints have position, velocity and acceleration (rad or m, s); rods have strokes (m). The remaining keys are the
-//! IMU measurements in the sensor frame and the upward unit vector in base axes. `"force": [...]` may state the piston
-//! forces from measured pressures, positive to extend (N). `null` is an unknown number. A line is a step of `step_s`
-//! after the one before.
+//! IMU measurements in the sensor frame and the upward unit vector in base axes. `null` is an unknown number. A
+//! line is a step of `step_s` after the one before.
 //!
 //! The input is checked like samples are onboard. On any doubt the answer holds, with the reasons, and the valves close;
 //! so it does for a line that is not a state, which is answered by `{"error": "...", "hold": true}`.
@@ -124,16 +123,6 @@ struct Request {
     angular_velocity: [Number; 3],
     angular_acceleration: [Number; 3],
     up: [Number; 3],
-    #[serde(default)]
-    force: Option<Vec<Number>>,
-}
-
-/// What a line states beside the state.
-struct Rods {
-    /// Strokes (m).
-    strokes: Vec<f64>,
-    /// Piston forces (N).
-    forces: Vec<f64>,
 }
 
 /// Reasons to hold, named as onboard.
@@ -252,8 +241,8 @@ impl<'a> LineControl<'a> {
         self.controller.follow(&unknown[..self.actuators], step)
     }
 
-    /// Reads a line into the state and returns what it states of the rods.
-    fn read(&mut self, line: &str) -> Result<Rods, ProtocolError> {
+    /// Reads a line into the state and returns the rod strokes.
+    fn read(&mut self, line: &str) -> Result<Vec<f64>, ProtocolError> {
         let request: Request = serde_json::from_str(line)?;
         let known = |number: Number| number.unwrap_or(f64::NAN);
         for (motion, joint) in self.state.joints.iter_mut().zip(self.machine.joints()) {
@@ -269,24 +258,18 @@ impl<'a> LineControl<'a> {
                 acceleration,
             };
         }
-        let forces = request.force.unwrap_or(vec![None; self.actuators]);
-        for numbers in [&request.rods, &forces] {
-            if numbers.len() != self.actuators {
-                return Err(ProtocolError::Rods {
-                    expected: self.actuators,
-                    found: numbers.len(),
-                });
-            }
+        if request.rods.len() != self.actuators {
+            return Err(ProtocolError::Rods {
+                expected: self.actuators,
+                found: request.rods.len(),
+            });
         }
         let vector = |of: [Number; 3]| Vector3::from(of.map(known));
         self.state.imu.specific_force = vector(request.specific_force);
         self.state.imu.angular_velocity = vector(request.angular_velocity);
         self.state.imu.angular_acceleration = vector(request.angular_acceleration);
         self.state.base.up = vector(request.up);
-        Ok(Rods {
-            strokes: request.rods.into_iter().map(known).collect(),
-            forces: forces.into_iter().map(known).collect(),
-        })
+        Ok(request.rods.into_iter().map(known).collect())
     }
 
     /// Why the valves must not follow this state.
@@ -327,7 +310,7 @@ impl<'a> LineControl<'a> {
                 values,
             };
             is_bad |= self.checks.step(&sample).is_err();
-            let findings = self.checks.findings().iter();
+            let mut findings = self.checks.findings().iter();
             is_bad |= findings.any(|finding| finding.forbids_rows(true));
         }
         let vectors = [imu.angular_acceleration, self.state.base.up];
@@ -346,8 +329,8 @@ impl<'a> LineControl<'a> {
         (self.state.base.up.norm() - 1.0).abs() <= UNIT_TOLERANCE && agree
     }
 
-    fn command(&mut self, rods: &Rods) -> Answer {
-        let doubts = self.doubts(&rods.strokes);
+    fn command(&mut self, rods: &[f64]) -> Answer {
+        let doubts = self.doubts(rods);
         if !doubts.is_empty() {
             let opening = self.close();
             let status = match doubts.last() {
@@ -356,16 +339,14 @@ impl<'a> LineControl<'a> {
                 _ => Status::NoSolution,
             };
             let mut command = Command::blank(self.actuators, status);
-            for (place, &stroke) in command.position.iter_mut().zip(&rods.strokes) {
+            for (place, &stroke) in command.position.iter_mut().zip(rods) {
                 *place = stroke;
             }
             return Self::told(&command, doubts, opening);
         }
         let step = self.controller.step_length();
-        let command = self.controller.tick(&self.state, &rods.strokes);
-        let opening = self
-            .controller
-            .follow_loaded(&rods.strokes, &rods.forces, step);
+        let command = self.controller.tick(&self.state, rods);
+        let opening = self.controller.follow(rods, step);
         let mut reasons = Vec::new();
         if command.hold || command.status == Status::NoSolution {
             reasons.push(match self.controller.rod_fault() {

@@ -4,7 +4,9 @@ use crate::problems::Draws;
 use nalgebra::Vector3;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{Machine, Motion, State, StateColumns};
-use tipwatch_suspension::replay::{Comparison, RecordedRows, SuspensionMotion, Track};
+use tipwatch_mechanics::machine::SuspensionControl;
+use tipwatch_suspension::replay::{Comparison, RecordedRows, Replay, SuspensionMotion, Track};
+use tipwatch_suspension::{Controller, Status};
 
 /// Rows per second.
 pub(crate) const RATE: usize = 50;
@@ -59,7 +61,7 @@ impl Manoeuvre {
         let between = |draws: &mut Draws, a: f64, b: f64| 0.5 * (a + b) + 0.5 * (b - a) * draws.signed();
         let middle = [between(draws, -1.5, 1.5), between(draws, -1.5, -1.1), between(draws, -1.9, -1.3), between(draws, 0.1, 0.6)];
         let arm = [
-            (joint("slew"), Sine::draw(draws, middle[0], 1.4, 0.8, 0.8)),
+            (joint("slew"), Sine::draw(draws, middle[0], 1.4, 1.2, 1.2)),
             (joint("lift"), Sine::draw(draws, middle[1], 0.15, 0.15, 0.2)),
             (joint("tilt"), Sine::draw(draws, middle[2], 0.2, 0.2, 0.3)),
             (joint("extension"), Sine::draw(draws, middle[3], 0.15, 0.2, 0.3)),
@@ -103,6 +105,65 @@ impl Manoeuvre {
     pub(crate) fn compared(&self, machine: &Machine, motion: &SuspensionMotion) -> Comparison {
         let rows = RecordedRows { times_ns: &self.times_ns, reasons: &self.reasons, states: &self.states };
         Comparison::of(machine, rows, motion).unwrap()
+    }
+}
+
+/// Loads of rods that follow their reference at once, beside those of locked rods.
+pub(crate) struct Ideal {
+    /// Least signed load by row: locked, controlled (N).
+    pub(crate) least: Vec<[f64; 2]>,
+    /// Load spread by row: locked, controlled (N).
+    pub(crate) spread: Vec<[f64; 2]>,
+    /// Status by row.
+    pub(crate) status: Vec<Status>,
+}
+
+impl Manoeuvre {
+    /// Controls rods that follow their reference at once.
+    pub(crate) fn ideal(&self, machine: &Machine, control: &SuspensionControl) -> Ideal {
+        let mut state = State::zero(machine);
+        self.states.get(0, &mut state);
+        let posture: Vec<f64> = state.joints.iter().map(|joint| joint.position).collect();
+        let mut controller = Controller::new(machine, control, &posture).unwrap();
+        let mut replay = Replay::new(machine).unwrap();
+        let home = replay.rods(&state);
+        let mut rods = home;
+        let (mut least, mut spread, mut status) = (Vec::new(), Vec::new(), Vec::new());
+        let of = |replay: &Replay| {
+            let outcome = replay.outcome();
+            let least = outcome.otf.iter().copied().fold(f64::INFINITY, f64::min);
+            (least, outcome.indicators.spread)
+        };
+        for row in 0..self.times_ns.len() {
+            self.states.get(row, &mut state);
+            replay.moved(&state, &home);
+            let locked = of(&replay);
+            let expected = replay.moved(&state, &rods);
+            let positions = rods.map(|rod| rod.position);
+            let command = controller.tick(expected, &positions);
+            for (rod, acceleration) in rods.iter_mut().zip(command.acceleration) {
+                rod.acceleration = acceleration;
+            }
+            replay.moved(&state, &rods);
+            let moved = of(&replay);
+            least.push([locked.0, moved.0]);
+            spread.push([locked.1, moved.1]);
+            status.push(command.status);
+            controller.follow(&positions, 1.0 / RATE as f64);
+            let (position, velocity) = controller.reference().unwrap();
+            for k in 0..rods.len() {
+                rods[k] = Motion {
+                    position: position[k],
+                    rate: velocity[k],
+                    acceleration: 0.0,
+                };
+            }
+        }
+        Ideal {
+            least,
+            spread,
+            status,
+        }
     }
 }
 

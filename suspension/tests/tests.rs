@@ -4,6 +4,7 @@
 
 #[path = "../benches/problems/mod.rs"]
 mod problems;
+// Random manoeuvres.
 mod manoeuvres;
 mod support;
 
@@ -13,5 +14,7 @@ mod any_state;
 mod hydraulics;
 // Never worse than locked.
 mod never_worse;
+// Rods must obey their valves and stay within their stroke; the oil is damped.
+mod obedience;
 // The critical step T* against Pinocchio.
 mod val_critical_step;

@@ -42,6 +42,23 @@ pub struct Controller {
     watches: [RodWatch; MAX_ACTUATORS],
 }
 
+/// Forces on a rod, positive to extend (N); NaN if unknown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RodForce {
+    /// Of the piston, from measured pressures.
+    pub piston: f64,
+    /// What the rod carries without acceleration of the rods, from the model.
+    pub load: f64,
+}
+
+impl RodForce {
+    /// Neither is known.
+    pub const UNKNOWN: Self = Self {
+        piston: f64::NAN,
+        load: f64::NAN,
+    };
+}
+
 /// Reference position and motion of the rods.
 #[derive(Debug, Clone, Copy)]
 struct Reference {
@@ -261,18 +278,17 @@ impl Controller {
     /// Advances the reference by `seconds` and updates the valves without measured pressures: see
     /// [`Self::follow_loaded`].
     pub fn follow(&mut self, measured: &[f64], seconds: f64) -> [f64; MAX_ACTUATORS] {
-        self.follow_loaded(measured, &[f64::NAN; MAX_ACTUATORS], seconds)
+        self.follow_loaded(measured, &[RodForce::UNKNOWN; MAX_ACTUATORS], seconds)
     }
 
-    /// Advances the reference by `seconds` and updates the valves: H(6). `forces` are those of the pistons from
-    /// measured pressures, positive to extend (N), NaN if unknown. Returns the valve commands, -1 to 1, positive to
-    /// extend the rod. The valves close where a position is unknown, where a rod does not obey, and where the command
+    /// Advances the reference by `seconds` and updates the valves: H(6). Returns the valve commands, -1 to 1, positive
+    /// to extend the rod. The valves close where a position is unknown, where a rod does not obey, and where the command
     /// is to hold. Until a rod has proven its direction, its valve opens no further than
     /// [`TRIAL_OPENING`](crate::TRIAL_OPENING).
     pub fn follow_loaded(
         &mut self,
         measured: &[f64],
-        forces: &[f64],
+        forces: &[RodForce],
         seconds: f64,
     ) -> [f64; MAX_ACTUATORS] {
         let seconds = seconds.max(0.0);
@@ -287,6 +303,7 @@ impl Controller {
         let mut openings = [0.0; MAX_ACTUATORS];
         for (k, valve) in self.valves.iter_mut().enumerate() {
             let found = at(measured, k);
+            let force = forces.get(k).copied().unwrap_or(RodForce::UNKNOWN);
             let (wanted, velocity) = match &self.reference {
                 Some(reference) if !reference.hold && may_move => {
                     (reference.position[k], reference.velocity[k])
@@ -298,7 +315,8 @@ impl Controller {
                 velocity,
                 found,
                 extension: found - self.stroke[0],
-                force: at(forces, k),
+                force: force.piston,
+                load: force.load,
                 max_opening: self.watches[k].max_opening(),
             };
             *valve = valve.steer(&self.hydraulics, &input, seconds);

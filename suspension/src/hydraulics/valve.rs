@@ -2,11 +2,9 @@
 
 use tipwatch_mechanics::machine::HydraulicParameters;
 
-/// Rate at which the valve relieves the pressure of an oscillation, if the valve follows without delay (1/s). A rod
-/// on its oil oscillates at some 50 rad/s: this damps it to nearly half of the critical damping.
-const RELIEF_RATE: f64 = 40.0;
-/// Time constant of the mean force, below which changes are no oscillation (s).
-const MEAN_FORCE_S: f64 = 0.1;
+/// Rate at which the valve relieves the pressure of an oscillation (1/s). A platform on its oil oscillates at some 20 to
+/// 50 rad/s: this damps it to a quarter or more of the critical damping, and still does with a delay of 20 ms.
+const RELIEF_RATE: f64 = 25.0;
 /// The feed-forward counts on at least this share of the force that supply pressure gives.
 const LEAST_PUSH_SHARE: f64 = 0.1;
 
@@ -14,8 +12,6 @@ const LEAST_PUSH_SHARE: f64 = 0.1;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Valve {
     opening: f64,
-    /// Mean of the measured force on the rod (N); `None` if it is not measured.
-    mean_force: Option<f64>,
 }
 
 /// What a valve needs to know.
@@ -31,6 +27,8 @@ pub struct ValveInput {
     pub extension: f64,
     /// f = A_a p_a - A_b p_b from measured pressures (N); NaN if they are not measured.
     pub force: f64,
+    /// F: the part of f that carries the machine, without acceleration of the rods (N); NaN if it is not known.
+    pub load: f64,
     /// Largest opening allowed, 0 to 1.
     pub max_opening: f64,
 }
@@ -39,10 +37,7 @@ impl Valve {
     /// A closed valve.
     #[must_use]
     pub fn closed() -> Self {
-        Self {
-            opening: 0.0,
-            mean_force: None,
-        }
+        Self { opening: 0.0 }
     }
 
     /// u: positive fills the piston's side.
@@ -67,13 +62,14 @@ impl Valve {
             found,
             extension: 0.0,
             force: f64::NAN,
+            load: f64::NAN,
             max_opening: 1.0,
         };
         self.steer(parameters, &input, seconds)
     }
 
-    /// H(6): moves for `seconds` towards u = k_p (x_r - x) + xd_r / V - k_f (f - mean f), within saturation and
-    /// slew rate. Closes if a position is unknown; without pressures the last term is zero.
+    /// H(6): moves for `seconds` towards u = k_p (x_r - x) + xd_r / V - k_f (f - F), within saturation and slew rate.
+    /// Closes if a position is unknown; without measured pressures and a known load the last term is zero.
     #[must_use]
     pub fn steer(
         self,
@@ -83,13 +79,12 @@ impl Valve {
     ) -> Self {
         let seconds = seconds.max(0.0);
         let error = input.wanted - input.found;
-        let before = self.mean_force.unwrap_or(input.force);
-        let mean_force = before + (input.force - before) * (seconds / (MEAN_FORCE_S + seconds));
-        let mean_force = mean_force.is_finite().then_some(mean_force);
         let target = if error.is_finite() && input.velocity.is_finite() {
-            let force = mean_force.unwrap_or(0.0);
-            let full = full_velocity(parameters, force, input.velocity);
-            let oscillation = mean_force.map_or(0.0, |mean| input.force - mean);
+            let [carried, oscillation] = match (input.force - input.load).is_finite() {
+                true => [input.load, input.force - input.load],
+                false => [0.0; 2],
+            };
+            let full = full_velocity(parameters, carried, input.velocity);
             let relief = RELIEF_RATE / (oil_stiffness(parameters, input.extension) * full);
             let most = input.max_opening.clamp(0.0, 1.0);
             (parameters.gain * error + input.velocity / full - relief * oscillation)
@@ -100,7 +95,6 @@ impl Valve {
         let reach = parameters.valve_rate * seconds;
         Self {
             opening: target.clamp(self.opening - reach, self.opening + reach),
-            mean_force,
         }
     }
 }
