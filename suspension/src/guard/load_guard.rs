@@ -36,7 +36,9 @@ const MOTION_AHEAD_S: f64 = 0.3;
 /// e, as a share of the mean load: what a wheel that is light anyway may lose for a moment.
 const TOLERANCE_SHARE: f64 = 0.002;
 /// What the spread of the loads may grow by for a moment, as a share of the weight.
-const SPREAD_SHARE: f64 = 0.02;
+const SPREAD_SHARE: f64 = 0.01;
+/// A load below its bound counts for more than any spread or angle (in units of the mean load).
+const PRIORITY: f64 = 1e3;
 /// c: overshoot of the rods' acceleration in the hydraulics.
 const OVERSHOOT: f64 = 1.3;
 /// A stability angle from which on less is no loss (rad).
@@ -321,6 +323,7 @@ impl<'a> Check<'a> {
         let most = BRAKING_SHARE * limits.max_acceleration;
         let hardest = v.map(|v| -most * v / fastest);
         let mut share = 1.0_f64;
+        let mut braked = response.load;
         for wheel in 0..response.wheels {
             let (mut taken, mut spare) = (0.0, self.in_motion[wheel]);
             spare += response.load[wheel] - response.locked[wheel];
@@ -330,6 +333,12 @@ impl<'a> Check<'a> {
             if taken > 0.0 {
                 share = share.min(spare / taken);
             }
+            braked[wheel] -= taken;
+        }
+        let [now, braked] = [response.load, braked].map(|loads| spread(&loads[..response.wheels]));
+        if braked > now {
+            // the spread is convex
+            share = share.min((self.max_spread - now) / (braked - now));
         }
         let share = share.max(LEAST_BRAKING_SHARE);
         // no further than to rest within the step
@@ -417,6 +426,9 @@ impl<'a> Check<'a> {
                     + OVERSHOOT * response.by_acceleration[k][wheel] * a[k];
             }
             least = least.min(*load - response.locked[wheel] + may_lose[wheel]);
+        }
+        if least < 0.0 {
+            return least - PRIORITY * self.guard.mean_load;
         }
         let wheels = response.wheels;
         let spare = self.max_spread - spread(&load[..wheels]);
