@@ -329,10 +329,16 @@ fn reversed_valves_close_at_a_small_opening() {
     let mut largest = 0.0_f64;
     let start = bench.rods;
     bench.until("a rod that runs the wrong way", |command, _| {
-        largest = command.opening.iter().fold(largest, |most, u| most.max(u.abs()));
+        largest = command
+            .opening
+            .iter()
+            .fold(largest, |most, u| most.max(u.abs()));
         command.reasons().has(HoldReason::WrongWay)
     });
-    println!("largest opening {largest:.3}, rods {start:?} -> {:?}", bench.rods);
+    println!(
+        "largest opening {largest:.3}, rods {start:?} -> {:?}",
+        bench.rods
+    );
     assert!(largest <= TRIAL_OPENING + 1e-9, "{largest}");
     for (rod, from) in bench.rods.iter().zip(start) {
         assert!((rod - from).abs() < 0.006, "{:?}", bench.rods);

@@ -23,8 +23,8 @@ mod solve;
 
 pub use condensed::MAX_ACTUATORS;
 pub use control::{
-    Command, Controller, MOVING_OPENING, RodFault, RodForce, RodWatch, STILL_ROD_M, STILL_ROD_S, Status,
-    SuspensionOptimiser, TRIAL_OPENING,
+    Command, Controller, MOVING_OPENING, RodFault, RodForce, RodWatch, STILL_ROD_M, STILL_ROD_S,
+    Status, SuspensionOptimiser, TRIAL_OPENING,
 };
 pub use error::SuspensionError;
 pub use problem::CriticalStep;

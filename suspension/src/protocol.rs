@@ -24,8 +24,8 @@ use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{Machine, SuspensionControl};
 use tipwatch_mechanics::state::{JointStream, Sample, Sensor, Sensors, State};
 
-use crate::control::{Command, Controller, RodFault, Status};
 use crate::condensed::MAX_ACTUATORS;
+use crate::control::{Command, Controller, RodFault, Status};
 use crate::error::SuspensionError;
 
 /// The first line: the measured joints of the machine and their positions (rad or m).
@@ -323,7 +323,9 @@ impl<'a> LineControl<'a> {
         let mut pairs = linkages.unwrap_or_default().iter().zip(rods);
         let agree = pairs.all(|(&linkage, &stroke)| {
             let linkage = &self.machine.linkages()[linkage];
-            let rod = linkage.solve(&self.state.joints[linkage.measured_joint]).rod;
+            let rod = linkage
+                .solve(&self.state.joints[linkage.measured_joint])
+                .rod;
             (rod.displacement - stroke).abs() <= ROD_TOLERANCE_M
         });
         (self.state.base.up.norm() - 1.0).abs() <= UNIT_TOLERANCE && agree

@@ -2,9 +2,9 @@
 
 use crate::problems::Draws;
 use nalgebra::Vector3;
+use tipwatch_mechanics::machine::SuspensionControl;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{Machine, Motion, State, StateColumns};
-use tipwatch_mechanics::machine::SuspensionControl;
 use tipwatch_suspension::replay::{Comparison, RecordedRows, Replay, SuspensionMotion, Track};
 use tipwatch_suspension::{Controller, Status};
 
@@ -33,9 +33,16 @@ impl Sine {
     fn draw(draws: &mut Draws, middle: f64, amplitude: f64, rate: f64, acceleration: f64) -> Self {
         let mut share = || 0.5 + 0.5 * draws.signed();
         let w = 0.2 + 1.2 * share();
-        let amplitude = (amplitude * share()).min(rate / w).min(acceleration / (w * w));
+        let amplitude = (amplitude * share())
+            .min(rate / w)
+            .min(acceleration / (w * w));
         let phase = std::f64::consts::TAU * share();
-        Self { middle, amplitude, w, phase }
+        Self {
+            middle,
+            amplitude,
+            w,
+            phase,
+        }
     }
 
     fn at(&self, t: f64) -> Motion<f64> {
@@ -57,28 +64,49 @@ fn pulse(t: f64, start: f64, length: f64) -> f64 {
 impl Manoeuvre {
     /// The arm swings about a random posture, the machine accelerates, brakes and turns on a slope.
     pub(crate) fn draw(draws: &mut Draws, machine: &Machine) -> Self {
-        let joint = |name: &str| machine.joints().iter().position(|j| j.name == name).unwrap();
-        let between = |draws: &mut Draws, a: f64, b: f64| 0.5 * (a + b) + 0.5 * (b - a) * draws.signed();
-        let middle = [between(draws, -1.5, 1.5), between(draws, -1.5, -1.1), between(draws, -1.9, -1.3), between(draws, 0.1, 0.6)];
+        let joint = |name: &str| {
+            machine
+                .joints()
+                .iter()
+                .position(|j| j.name == name)
+                .unwrap()
+        };
+        let between =
+            |draws: &mut Draws, a: f64, b: f64| 0.5 * (a + b) + 0.5 * (b - a) * draws.signed();
+        let middle = [
+            between(draws, -1.5, 1.5),
+            between(draws, -1.5, -1.1),
+            between(draws, -1.9, -1.3),
+            between(draws, 0.1, 0.6),
+        ];
         let arm = [
             (joint("slew"), Sine::draw(draws, middle[0], 1.4, 1.2, 1.2)),
             (joint("lift"), Sine::draw(draws, middle[1], 0.15, 0.15, 0.2)),
             (joint("tilt"), Sine::draw(draws, middle[2], 0.2, 0.2, 0.3)),
-            (joint("extension"), Sine::draw(draws, middle[3], 0.15, 0.2, 0.3)),
+            (
+                joint("extension"),
+                Sine::draw(draws, middle[3], 0.15, 0.2, 0.3),
+            ),
         ];
         let rods = ["suspension_right", "suspension_left"].map(joint);
         let rod = between(draws, -0.17, -0.03);
-        let up = (Vector3::z() + Vector3::new(0.06 * draws.signed(), 0.06 * draws.signed(), 0.0)).normalize();
+        let up = (Vector3::z() + Vector3::new(0.06 * draws.signed(), 0.06 * draws.signed(), 0.0))
+            .normalize();
         let pulses: Vec<(f64, f64, f64)> = (0..4)
             .map(|k| {
                 let start = f64::from(k) * 3.0 + between(draws, 0.0, 2.0);
                 (start, between(draws, 0.6, 2.0), 1.5 * draws.signed())
             })
             .collect();
-        let (yaw, speed) = (Sine::draw(draws, 0.0, 0.2, 1.0, 0.3), between(draws, 0.0, 1.2));
+        let (yaw, speed) = (
+            Sine::draw(draws, 0.0, 0.2, 1.0, 0.3),
+            between(draws, 0.0, 1.2),
+        );
         let rows = RATE * SECONDS;
         let mut manoeuvre = Self {
-            times_ns: (0..rows).map(|row| (row * (1_000_000_000 / RATE)) as i64).collect(),
+            times_ns: (0..rows)
+                .map(|row| (row * (1_000_000_000 / RATE)) as i64)
+                .collect(),
             reasons: vec![Reasons::default(); rows],
             states: StateColumns::unknown(machine, rows),
         };
@@ -89,12 +117,19 @@ impl Manoeuvre {
                 state.joints[joint] = sine.at(t);
             }
             for rod_joint in rods {
-                state.joints[rod_joint] = Motion { position: rod, ..Motion::zero() };
+                state.joints[rod_joint] = Motion {
+                    position: rod,
+                    ..Motion::zero()
+                };
             }
             let turn = yaw.at(t);
-            let forward: f64 = pulses.iter().map(|&(start, length, height)| height * pulse(t, start, length)).sum();
+            let forward: f64 = pulses
+                .iter()
+                .map(|&(start, length, height)| height * pulse(t, start, length))
+                .sum();
             state.base.up = up;
-            state.imu.specific_force = up * machine.gravity() + Vector3::new(forward, speed * turn.rate, 0.0);
+            state.imu.specific_force =
+                up * machine.gravity() + Vector3::new(forward, speed * turn.rate, 0.0);
             state.imu.angular_velocity = Vector3::new(0.0, 0.0, turn.rate);
             state.imu.angular_acceleration = Vector3::new(0.0, 0.0, turn.acceleration);
             manoeuvre.states.set(row, &mut state);
@@ -103,7 +138,11 @@ impl Manoeuvre {
     }
 
     pub(crate) fn compared(&self, machine: &Machine, motion: &SuspensionMotion) -> Comparison {
-        let rows = RecordedRows { times_ns: &self.times_ns, reasons: &self.reasons, states: &self.states };
+        let rows = RecordedRows {
+            times_ns: &self.times_ns,
+            reasons: &self.reasons,
+            states: &self.states,
+        };
         Comparison::of(machine, rows, motion).unwrap()
     }
 }
@@ -169,5 +208,9 @@ impl Manoeuvre {
 
 /// Least signed load of a row (N).
 pub(crate) fn least_load(track: &Track, row: usize) -> f64 {
-    track.otf.iter().map(|otf| otf[row]).fold(f64::INFINITY, f64::min)
+    track
+        .otf
+        .iter()
+        .map(|otf| otf[row])
+        .fold(f64::INFINITY, f64::min)
 }

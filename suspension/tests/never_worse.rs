@@ -57,7 +57,13 @@ fn rods_that_follow_at_once_never_cost_a_wheel_its_load() {
             for status in found.status {
                 *statuses.entry(status).or_default() += 1;
             }
-            let most = |i: usize| found.spread.iter().map(|spread| spread[i]).fold(0.0, f64::max);
+            let most = |i: usize| {
+                found
+                    .spread
+                    .iter()
+                    .map(|spread| spread[i])
+                    .fold(0.0, f64::max)
+            };
             assert!(
                 most(1) <= MOST_SPREAD * most(0),
                 "{mode:?} {independent} manoeuvre {k}: {:.0} N, locked {:.0} N",
@@ -101,7 +107,9 @@ fn hydraulic_rods_never_cost_a_wheel_its_load() {
                 [&found.fixed, &found.moved].map(|of| least(&of.stability_angle)),
             ];
             let rods = found.moved.rods.iter();
-            let fastest = rods.map(|rod| largest(&rod.acceleration)).fold(0.0, f64::max);
+            let fastest = rods
+                .map(|rod| largest(&rod.acceleration))
+                .fold(0.0, f64::max);
             println!(
                 "{mode:?} {independent} {k}: worst {worst:.0} N, largest spread {spread:.0?}, smallest angle {angle:.3?}, {fastest:.2} m/s2"
             );

@@ -87,10 +87,7 @@ fn reversed_valves_are_found_at_a_small_opening() {
 #[test]
 fn rod_that_stands_still_is_found() {
     let (controller, _, _) = driven(0.0);
-    assert!(matches!(
-        controller.rod_fault(),
-        Some((_, RodFault::Still))
-    ));
+    assert!(matches!(controller.rod_fault(), Some((_, RodFault::Still))));
 }
 
 #[test]

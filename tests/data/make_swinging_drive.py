@@ -6,8 +6,8 @@ LAB is the folder of the simulation laboratory, OUT receives swinging_drive.mcap
 swinging_drive.toml, swinging_drive.urdf and swinging_drive.truth.parquet (wheel loads at 50 Hz, smoothed). The rods stay locked at mid-stroke.
 With seeds, random manoeuvres of the same kind are made instead, each in files of its own (swinging_drive_SEED), for trials beyond the fixture.
 
-No wheel lifts in this log. The manoeuvre is one on which a control of the suspension can do harm: the lightest wheel changes sides with the arm, and
-the machine brakes when the rods would have to reverse.
+Wheels lift for moments, and others come near it. The manoeuvre is one on which a control of the suspension can do harm: the lightest wheel changes
+sides with the arm, and the machine brakes when the rods would have to reverse.
 """
 import math
 import random
@@ -16,7 +16,7 @@ from fixture_tools import arm_pose, lab_arguments, run, smooth, write_fixture
 
 SECONDS = 14.0
 #        lift, tilt (degrees), extension (m), slew amplitude (degrees) and rate (rad/s), speed (m/s), brake time (s), yaw rate (rad/s)
-FIXTURE = (42.0, -70.0, 0.35, 65.0, 1.1, 0.8, 0.9, 0.15)
+FIXTURE = (41.0, -76.0, 0.25, 60.0, 1.0, 0.36, 0.61, 0.17)
 
 
 def drawn(seed):

@@ -68,7 +68,10 @@ impl RodWatch {
 
     /// Takes the measured stroke of a rod (m) whose valve had this opening for the last `seconds`.
     pub fn see(&mut self, seconds: f64, opening: f64, rod: f64) {
-        let fault = [self.still(seconds, opening, rod), self.wrong_way(seconds, opening, rod)];
+        let fault = [
+            self.still(seconds, opening, rod),
+            self.wrong_way(seconds, opening, rod),
+        ];
         self.fault = self.fault.or(fault[1]).or(fault[0]);
     }
 

@@ -279,7 +279,9 @@ impl<'a> Check<'a> {
             let moving = MOTION_SHARE * spare(wheel, MOTION_AHEAD_S);
             check.in_motion[wheel] = moving.max(tolerance);
         }
-        let ample = AMPLE_ANGLE.min(guard.least_locked_angle).max(guard.min_angle);
+        let ample = AMPLE_ANGLE
+            .min(guard.least_locked_angle)
+            .max(guard.min_angle);
         for edge in 0..response.edges {
             let spare = response.least_locked_angle(edge, ANGLE_AHEAD_S) - ample;
             check.angle_at_rest[edge] = ANGLE_SHARE * spare.max(0.0);

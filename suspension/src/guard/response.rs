@@ -124,7 +124,13 @@ impl ResponseFinder {
         );
         let mut found = Response {
             wheels: self.suspended.machine.wheels().len().min(MAX_WHEELS),
-            edges: self.suspended.machine.polygon().edges().len().min(MAX_WHEELS),
+            edges: self
+                .suspended
+                .machine
+                .polygon()
+                .edges()
+                .len()
+                .min(MAX_WHEELS),
             load: [0.0; MAX_WHEELS],
             by_position: [[0.0; MAX_WHEELS]; MAX_ACTUATORS],
             by_acceleration: [[0.0; MAX_WHEELS]; MAX_ACTUATORS],

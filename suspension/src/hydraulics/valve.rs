@@ -71,12 +71,7 @@ impl Valve {
     /// H(6): moves for `seconds` towards u = k_p (x_r - x) + xd_r / V - k_f (f - F), within saturation and slew rate.
     /// Closes if a position is unknown; without measured pressures and a known load the last term is zero.
     #[must_use]
-    pub fn steer(
-        self,
-        parameters: &HydraulicParameters,
-        input: &ValveInput,
-        seconds: f64,
-    ) -> Self {
+    pub fn steer(self, parameters: &HydraulicParameters, input: &ValveInput, seconds: f64) -> Self {
         let seconds = seconds.max(0.0);
         let error = input.wanted - input.found;
         let target = if error.is_finite() && input.velocity.is_finite() {
