@@ -119,7 +119,7 @@ fn limits_hold(what_if: &WhatIf) {
 }
 
 /// The machine drives, turns and brakes while its arm swings. In no mode does the control lift a wheel that locked rods hold
-/// down, and neither the smallest load nor the largest spread nor the smallest stability angle gets worse.
+/// down, and neither the smallest load nor the largest spread gets worse, nor a stability angle below 0.25 rad.
 #[test]
 fn control_is_never_worse_than_locked_rods_on_a_swinging_drive() {
     let text = std::fs::read_to_string(data("swinging_drive.toml")).unwrap();
@@ -171,7 +171,10 @@ fn control_is_never_worse_than_locked_rods_on_a_swinging_drive() {
         assert_eq!(lifted, 0, "{options:?}");
         assert!(worst > -0.02 * mean, "{options:?}: {worst}");
         assert!(spread[1] <= 1.01 * spread[0], "{options:?}: {spread:?}");
-        assert!(angle[1] >= angle[0] - 0.01, "{options:?}: {angle:?}");
+        assert!(
+            angle[1] >= angle[0].min(0.25) - 0.01,
+            "{options:?}: {angle:?}"
+        );
         assert!(sums[1] < sums[0], "{options:?}: {sums:?}");
     }
 }

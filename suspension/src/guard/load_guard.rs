@@ -41,8 +41,8 @@ const SPREAD_SHARE: f64 = 0.01;
 const PRIORITY: f64 = 1e3;
 /// c: overshoot of the rods' acceleration in the hydraulics.
 const OVERSHOOT: f64 = 1.3;
-/// A stability angle from which on less is no loss (rad).
-const AMPLE_ANGLE: f64 = 0.5;
+/// A stability angle above which the loads come first (rad): to keep more would cost wheels that can be held down.
+const AMPLE_ANGLE: f64 = 0.25;
 /// Weight of a radian in units of the mean load.
 const ANGLE_UNIT: f64 = 2.0;
 /// H over T*: a start then takes from a wheel at most what the whole move gives it.
