@@ -140,7 +140,7 @@ impl Bench {
 
     fn runs_in(&mut self) {
         self.until("follows, valves open", |command, _| {
-            command.mode() == Mode::Follow && command.opening.iter().all(|u| u.abs() > 0.03)
+            command.mode() == Mode::Follow && command.opening.iter().all(|u| u.abs() > 0.01)
         });
     }
 

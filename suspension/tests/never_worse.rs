@@ -22,9 +22,9 @@ const MODES: [(ControlMode, bool); 4] = [
 const LIMIT: f64 = 500.0;
 /// What the load may be below the smaller of the limit and that of locked rods, as a share of the mean load: the
 /// guard's own tolerance, and what changes within a step of the control ...
-const IDEAL_TOLERANCE: f64 = 0.01;
+const IDEAL_TOLERANCE: f64 = 0.02;
 /// ... and what the oil adds.
-const HYDRAULIC_TOLERANCE: f64 = 0.02;
+const HYDRAULIC_TOLERANCE: f64 = 0.03;
 
 /// What the largest spread of a manoeuvre may be, relative to that of locked rods.
 const MOST_SPREAD: f64 = 1.06;
