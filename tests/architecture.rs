@@ -52,6 +52,7 @@ const RULES: [Rule; 6] = [
             "cost",
             "solve",
             "problem",
+            "guard",
             "hydraulics",
             "control",
             "protocol",

@@ -118,6 +118,67 @@ fn limits_hold(what_if: &WhatIf) {
     }
 }
 
+/// The machine drives, turns and brakes while its arm swings. In no mode does the control lift a wheel that locked rods hold
+/// down, and neither the smallest load nor the largest spread gets worse, nor a stability angle below 0.25 rad.
+#[test]
+fn control_is_never_worse_than_locked_rods_on_a_swinging_drive() {
+    let text = std::fs::read_to_string(data("swinging_drive.toml")).unwrap();
+    let independent = format!("{text}\n[suspension.control]\nindependent = true\n");
+    let literal = WhatIfOptions {
+        suspension: SuspensionMode::Literal,
+        step_s: Some(2.5),
+    };
+    for (options, text) in [
+        (options(SuspensionMode::LookAhead), &text),
+        (options(SuspensionMode::LookAhead), &independent),
+        (literal, &text),
+    ] {
+        let what_if = replayed("swinging_drive.mcap", Some(text), options).unwrap();
+        let comparison = &what_if.comparison;
+        let (fixed, moved) = (&comparison.fixed, &comparison.moved);
+        let mean = what_if.analysis.machine.mass() * what_if.analysis.machine.gravity() / 4.0;
+        let (mut worst, mut lifted, mut sums) = (f64::INFINITY, 0, [0.0; 2]);
+        for row in 0..fixed.spread.len() {
+            let otf = |wheel: usize| [fixed.otf[wheel][row], moved.otf[wheel][row]];
+            if (0..4).any(|wheel| otf(wheel).iter().any(|load| !load.is_finite())) {
+                continue;
+            }
+            let holds = |wheel: usize| otf(wheel)[0] > 0.01 * mean;
+            lifted += usize::from((0..4).any(|wheel| holds(wheel) && otf(wheel)[1] <= 0.0));
+            let least = |i: usize| {
+                (0..4)
+                    .map(|wheel| otf(wheel)[i])
+                    .fold(f64::INFINITY, f64::min)
+            };
+            worst = worst.min(least(1) - least(0).min(500.0));
+            sums[0] += fixed.spread[row];
+            sums[1] += moved.spread[row];
+        }
+        let known = |values: &[f64]| -> Vec<f64> {
+            values.iter().copied().filter(|v| v.is_finite()).collect()
+        };
+        let largest = |values: &[f64]| known(values).into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let smallest = |values: &[f64]| known(values).into_iter().fold(f64::INFINITY, f64::min);
+        let spread = [largest(&fixed.spread), largest(&moved.spread)];
+        let angle = [
+            smallest(&fixed.stability_angle),
+            smallest(&moved.stability_angle),
+        ];
+        println!(
+            "{options:?}: worst {worst:.0} N, {lifted} rows lifted, mean spread {:.3}, largest {spread:.0?}, angle {angle:.4?}",
+            sums[1] / sums[0]
+        );
+        assert_eq!(lifted, 0, "{options:?}");
+        assert!(worst > -0.02 * mean, "{options:?}: {worst}");
+        assert!(spread[1] <= 1.01 * spread[0], "{options:?}: {spread:?}");
+        assert!(
+            angle[1] >= angle[0].min(0.25) - 0.01,
+            "{options:?}: {angle:?}"
+        );
+        assert!(sums[1] < sums[0], "{options:?}: {sums:?}");
+    }
+}
+
 #[test]
 fn the_one_step_problem_needs_a_long_step() {
     let refused = replayed("folded_arm.mcap", None, options(SuspensionMode::Literal)).unwrap_err();

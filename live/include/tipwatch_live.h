@@ -308,7 +308,8 @@ struct tipwatch_command {
     /* Bits: why they do not follow. */
     uint32_t reasons;
     /* Status of the optimiser's last solution: 0 not asked, 1 optimal, 2 work limit, 3 margin lost,
-     * 4 step too short, 5 outside limits, 6 no solution, 7 position unknown. */
+     * 4 step too short, 5 outside limits, 6 no solution, 7 position unknown, 8 restrained, 9 position
+     * implausible, 10 not following. */
     uint32_t status;
     /* Level of the last verdict received. */
     uint32_t level;

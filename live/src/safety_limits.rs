@@ -72,9 +72,4 @@ pub const MAX_ROW_AGE_NS: i64 = 50 * MS;
 pub const CLOSING_RATE: f64 = 4.0;
 /// A command is sent at least this often while valves close, so that they close smoothly.
 pub const CLOSING_PERIOD_NS: i64 = 2 * MS;
-/// A valve opened this far (share of full opening) moves its rod.
-pub const MOVING_OPENING: f64 = 0.1;
-/// A rod that moved less than this (m) stands still: above the noise of a stroke sensor.
-pub const STILL_ROD_M: f64 = 1e-3;
-/// How long, in total, a valve may be open while its rod stands still (s).
-pub const STILL_ROD_S: f64 = 1.0;
+pub use tipwatch_suspension::{MOVING_OPENING, STILL_ROD_M, STILL_ROD_S, TRIAL_OPENING};

@@ -9,9 +9,9 @@ use std::time::Duration;
 
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
 use tipwatch_live::node::Receiver;
-use tipwatch_live::safety_limits::CLOSING_RATE;
+use tipwatch_live::safety_limits::{CLOSING_RATE, TRIAL_OPENING};
 use tipwatch_live::wire::command::{HoldReason, Mode};
-use tipwatch_live::wire::topics::{EVENT_ROW, Kind, Wire, WireCommand, WireSample};
+use tipwatch_live::wire::topics::{EVENT_ROW, Kind, Wire, WireCommand, WireSample, WireVerdict};
 
 use crate::support::feed::{Feed, Time};
 use crate::support::killing::{files, wait_for_command};
@@ -32,8 +32,8 @@ struct Bench {
     commands: Receiver<WireCommand>,
     last: WireCommand,
     rods: [f64; 2],
-    /// Whether the rods obey.
-    rods_move: bool,
+    /// Velocity of the rods over what their valves ask for: 1 if they obey, 0 if they are stuck.
+    obedience: f64,
     places: [usize; 2],
     before_ns: Option<i64>,
     world: World,
@@ -55,7 +55,7 @@ impl Bench {
             commands,
             last: WireCommand::closed(),
             rods: [-0.18, -0.18],
-            rods_move: true,
+            obedience: 1.0,
             places,
             before_ns: None,
             world,
@@ -83,11 +83,7 @@ impl Bench {
             self.before_ns = Some(sample.time_ns);
             let joints = sample.value_count as usize / 2;
             for (k, place) in self.places.into_iter().enumerate() {
-                let rate = if self.rods_move {
-                    FASTEST * self.last.opening[k]
-                } else {
-                    0.0
-                };
+                let rate = FASTEST * self.obedience * self.last.opening[k];
                 self.rods[k] += rate * seconds;
                 sample.values[place] = self.rods[k];
                 sample.values[joints + place] = rate;
@@ -144,7 +140,7 @@ impl Bench {
 
     fn runs_in(&mut self) {
         self.until("follows, valves open", |command, _| {
-            command.mode() == Mode::Follow && command.opening.iter().all(|u| u.abs() > 0.15)
+            command.mode() == Mode::Follow && command.opening.iter().all(|u| u.abs() > 0.01)
         });
     }
 
@@ -306,10 +302,10 @@ fn unknown_rod_position_closes_the_valves() {
 fn stuck_rod_closes_valves_until_acknowledged() {
     let mut bench = Bench::new("stuck");
     bench.runs_in();
-    bench.rods_move = false;
+    bench.obedience = 0.0;
     let from_ns = bench.now_ns();
     bench.closes(HoldReason::NotFollowing, from_ns, 3000.0, true);
-    bench.rods_move = true;
+    bench.obedience = 1.0;
     for _ in 0..300 {
         bench.send(|_| ());
     }
@@ -323,6 +319,90 @@ fn stuck_rod_closes_valves_until_acknowledged() {
     }
     assert!(acknowledging.end().status.success());
     bench.runs_in();
+}
+
+/// Valves that are connected the other way round are found at a small opening, before a rod has gone anywhere.
+#[test]
+fn reversed_valves_close_at_a_small_opening() {
+    let mut bench = Bench::new("reversed");
+    bench.obedience = -1.0;
+    let mut largest = 0.0_f64;
+    let start = bench.rods;
+    bench.until("a rod that runs the wrong way", |command, _| {
+        largest = command
+            .opening
+            .iter()
+            .fold(largest, |most, u| most.max(u.abs()));
+        command.reasons().has(HoldReason::WrongWay)
+    });
+    println!(
+        "largest opening {largest:.3}, rods {start:?} -> {:?}",
+        bench.rods
+    );
+    assert!(largest <= TRIAL_OPENING + 1e-9, "{largest}");
+    for (rod, from) in bench.rods.iter().zip(start) {
+        assert!((rod - from).abs() < 0.006, "{:?}", bench.rods);
+    }
+    bench.obedience = 1.0;
+    for _ in 0..300 {
+        bench.send(|_| ());
+    }
+    bench.take(&mut |_, _| false);
+    assert!(bench.last.reasons().has(HoldReason::WrongWay));
+    assert_eq!(bench.last.opening, [0.0; 2]);
+}
+
+#[test]
+fn rod_outside_its_stroke_closes_the_valves() {
+    let mut bench = Bench::new("outside");
+    bench.runs_in();
+    let place = bench.places[0];
+    let (mut is_seen, mut follows) = (false, false);
+    for _ in 0..200 {
+        bench.send(|sample| {
+            if sample.kind == Kind::Joints as u32 {
+                sample.values[place] = 0.4;
+            }
+        });
+        bench.take(&mut |command, _| {
+            is_seen |= command.reasons().has(HoldReason::OutsideStroke);
+            follows = command.mode() == Mode::Follow;
+            false
+        });
+    }
+    assert!(is_seen && !follows, "{:?}", bench.last);
+    assert_eq!(bench.last.opening, [0.0; 2]);
+}
+
+/// A verdict counts only with the hash of the control's own machine, whatever session it names.
+#[test]
+fn verdicts_of_another_machine_are_refused() {
+    let mut bench = Bench::new("other");
+    let node = bench.world.join();
+    let verdicts: Receiver<WireVerdict> = node.receiver().unwrap();
+    bench.runs_in();
+    let mut known = None;
+    while let Some(verdict) = verdicts.receive(|verdict| *verdict).unwrap() {
+        known = Some(verdict);
+    }
+    let mut forged = known.unwrap();
+    bench.feed.time.stop_monitor();
+    let own = forged.machine_hash;
+    for (hash, follows) in [(own ^ 1, false), (own, true)] {
+        let mut sender = node.sender::<WireVerdict>(11, hash).unwrap();
+        let mut has_followed = false;
+        for _ in 0..300 {
+            let now_ns = bench.now_ns();
+            forged.valid_until_ns = now_ns + 100_000_000;
+            sender.send_at(&mut forged, now_ns).unwrap();
+            bench.send(|_| ());
+            bench.take(&mut |command, _| {
+                has_followed = command.mode() == Mode::Follow;
+                false
+            });
+        }
+        assert_eq!(has_followed, follows, "{:?}", bench.last);
+    }
 }
 
 #[test]
@@ -380,7 +460,7 @@ fn commands_are_recorded() {
         std::thread::sleep(Duration::from_millis(1));
     }
     bench.runs_in();
-    bench.rods_move = false;
+    bench.obedience = 0.0;
     let from_ns = bench.now_ns();
     bench.closes(HoldReason::NotFollowing, from_ns, 3000.0, true);
     bench.feed.end();

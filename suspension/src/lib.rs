@@ -13,6 +13,7 @@ mod condensed;
 mod control;
 mod cost;
 mod error;
+mod guard;
 pub mod hydraulics;
 mod prediction;
 mod problem;
@@ -21,7 +22,10 @@ pub mod replay;
 mod solve;
 
 pub use condensed::MAX_ACTUATORS;
-pub use control::{Command, Controller, Status, SuspensionOptimiser};
+pub use control::{
+    Command, Controller, MOVING_OPENING, RodFault, RodForce, RodWatch, STILL_ROD_M, STILL_ROD_S,
+    Status, SuspensionOptimiser, TRIAL_OPENING,
+};
 pub use error::SuspensionError;
 pub use problem::CriticalStep;
 pub use replay::Replay;

@@ -5,22 +5,27 @@
 //!     out  {"rods": ["suspension_right", ...], "step_s": 0.02, "stroke_m": [-0.2, 0.0]}
 //!     in   {"joints": {"slew": [0.1, 0.0, 0.0], ...}, "rods": [-0.1, -0.1], "specific_force": [0, 0, 9.8],
 //!           "angular_velocity": [0, 0, 0], "angular_acceleration": [0, 0, 0], "up": [0, 0, 1]}         each step
-//!     out  {"status": "optimal", "hold": false, "position": [...], "velocity": [...], "acceleration": [...],
-//!           "opening": [...], "cost": 1.2}
+//!     out  {"status": "optimal", "hold": false, "reasons": [], "position": [...], "velocity": [...],
+//!           "acceleration": [...], "opening": [...], "cost": 1.2}
 //! ```
 //! Joints have position, velocity and acceleration (rad or m, s); rods have strokes (m). The remaining keys are the
-//! IMU measurements in the sensor frame and the upward unit vector in base axes. `null` is an unknown number. An
-//! invalid line is answered by `{"error": "..."}` and has no other effect.
+//! IMU measurements in the sensor frame and the upward unit vector in base axes. `null` is an unknown number. A
+//! line is a step of `step_s` after the one before.
+//!
+//! The input is checked like samples are onboard. On any doubt the answer holds, with the reasons, and the valves close;
+//! so it does for a line that is not a state, which is answered by `{"error": "...", "hold": true}`.
 
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use tipwatch_mechanics::estimation::plausibility::Plausibility;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{Machine, SuspensionControl};
-use tipwatch_mechanics::state::State;
+use tipwatch_mechanics::state::{JointStream, Sample, Sensor, Sensors, State};
 
-use crate::control::Controller;
+use crate::condensed::MAX_ACTUATORS;
+use crate::control::{Command, Controller, RodFault, Status};
 use crate::error::SuspensionError;
 
 /// The first line: the measured joints of the machine and their positions (rad or m).
@@ -48,6 +53,8 @@ pub enum Answer {
         status: &'static str,
         /// Whether the valves close.
         hold: bool,
+        /// Why they close; empty while they follow.
+        reasons: Vec<&'static str>,
         /// Stroke at the end of the step, by rod (m).
         position: Vec<f64>,
         /// Velocity at the end of the step (m/s).
@@ -63,6 +70,8 @@ pub enum Answer {
     Invalid {
         /// What was expected, and what was found.
         error: String,
+        /// True: the valves close.
+        hold: bool,
     },
 }
 
@@ -116,6 +125,14 @@ struct Request {
     up: [Number; 3],
 }
 
+/// Reasons to hold, named as onboard.
+const ROW_INVALID: &str = "row_invalid";
+const OUTSIDE_STROKE: &str = "outside_stroke";
+/// How far the length of an upward unit vector may be from 1.
+const UNIT_TOLERANCE: f64 = 0.01;
+/// How far the position of a rod's joint may be from the rod's stroke (m).
+const ROD_TOLERANCE_M: f64 = 5e-3;
+
 /// Answers the lines of one client.
 #[derive(Debug)]
 pub struct LineControl<'a> {
@@ -123,6 +140,12 @@ pub struct LineControl<'a> {
     actuators: usize,
     controller: Controller,
     state: State<f64>,
+    checks: Plausibility,
+    /// Lines so far: their stamps.
+    lines: i64,
+    /// Positions and velocities of the joints, and the values of the IMU, as samples.
+    joints: Vec<f64>,
+    imu: [f64; 10],
 }
 
 impl Opening {
@@ -176,18 +199,46 @@ impl<'a> LineControl<'a> {
             actuators: suspension.linkages.len(),
             controller,
             state: State::zero(machine),
+            checks: Plausibility::new(
+                machine,
+                &Sensors {
+                    joints: vec![JointStream {
+                        joints: (0..machine.joints().len()).collect(),
+                    }],
+                    imu: true,
+                    odometry: false,
+                    tool_wrench: false,
+                    actuators: Vec::new(),
+                },
+            ),
+            lines: 0,
+            joints: Vec::new(),
+            imu: [f64::NAN; 10],
         };
         Ok((line_control, ready))
     }
 
     /// Computes the command for a line with a state.
     pub fn answer(&mut self, line: &str) -> Answer {
+        self.lines = self.lines.saturating_add(1);
         match self.read(line) {
             Ok(rods) => self.command(&rods),
-            Err(error) => Answer::Invalid {
-                error: error.to_string(),
-            },
+            Err(error) => {
+                self.close();
+                Answer::Invalid {
+                    error: error.to_string(),
+                    hold: true,
+                }
+            }
         }
+    }
+
+    /// Closes the valves as fast as they go, and returns their openings.
+    fn close(&mut self) -> [f64; MAX_ACTUATORS] {
+        self.controller.hold();
+        let unknown = [f64::NAN; MAX_ACTUATORS];
+        let step = self.controller.step_length();
+        self.controller.follow(&unknown[..self.actuators], step)
     }
 
     /// Reads a line into the state and returns the rod strokes.
@@ -221,17 +272,108 @@ impl<'a> LineControl<'a> {
         Ok(request.rods.into_iter().map(known).collect())
     }
 
+    /// Why the valves must not follow this state.
+    fn doubts(&mut self, rods: &[f64]) -> Vec<&'static str> {
+        let mut doubts = Vec::new();
+        if self.has_input_fault() || !self.is_consistent(rods) {
+            doubts.push("input");
+        }
+        if rods.iter().any(|x| !x.is_finite()) {
+            doubts.push(ROW_INVALID);
+        } else if !self.controller.is_plausible(rods) {
+            doubts.push(OUTSIDE_STROKE);
+        }
+        doubts
+    }
+
+    /// Checks the joints and the IMU as samples.
+    fn has_input_fault(&mut self) -> bool {
+        let stamp_ns = (self.controller.step_length() * 1e9) as i64 * self.lines;
+        let joints = &self.state.joints;
+        let positions = joints.iter().map(|joint| joint.position);
+        let rates = joints.iter().map(|joint| joint.rate);
+        self.joints.clear();
+        self.joints.extend(positions.chain(rates));
+        let imu = &self.state.imu;
+        let measured = imu.specific_force.iter().chain(&imu.angular_velocity);
+        for (place, &value) in self.imu.iter_mut().zip(measured) {
+            *place = value;
+        }
+        let mut is_bad = false;
+        for (sensor, values) in [
+            (Sensor::Joints(0), &self.joints[..]),
+            (Sensor::Imu, &self.imu[..]),
+        ] {
+            let sample = Sample {
+                sensor,
+                stamp_ns,
+                values,
+            };
+            is_bad |= self.checks.step(&sample).is_err();
+            let mut findings = self.checks.findings().iter();
+            is_bad |= findings.any(|finding| finding.forbids_rows(true));
+        }
+        let vectors = [imu.angular_acceleration, self.state.base.up];
+        is_bad || vectors.iter().flatten().any(|x| !x.is_finite())
+    }
+
+    /// Whether up is a unit vector, and rods are where their joints are.
+    fn is_consistent(&self, rods: &[f64]) -> bool {
+        let linkages = self.machine.suspension().map(|s| s.linkages.as_slice());
+        let mut pairs = linkages.unwrap_or_default().iter().zip(rods);
+        let agree = pairs.all(|(&linkage, &stroke)| {
+            let linkage = &self.machine.linkages()[linkage];
+            let rod = linkage
+                .solve(&self.state.joints[linkage.measured_joint])
+                .rod;
+            (rod.displacement - stroke).abs() <= ROD_TOLERANCE_M
+        });
+        (self.state.base.up.norm() - 1.0).abs() <= UNIT_TOLERANCE && agree
+    }
+
     fn command(&mut self, rods: &[f64]) -> Answer {
+        let doubts = self.doubts(rods);
+        if !doubts.is_empty() {
+            let opening = self.close();
+            let status = match doubts.last() {
+                Some(&ROW_INVALID) => Status::PositionUnknown,
+                Some(&OUTSIDE_STROKE) => Status::PositionImplausible,
+                _ => Status::NoSolution,
+            };
+            let mut command = Command::blank(self.actuators, status);
+            for (place, &stroke) in command.position.iter_mut().zip(rods) {
+                *place = stroke;
+            }
+            return Self::told(&command, doubts, opening);
+        }
+        let step = self.controller.step_length();
         let command = self.controller.tick(&self.state, rods);
-        let openings = self.controller.follow(rods, self.controller.step_length());
+        let opening = self.controller.follow(rods, step);
+        let mut reasons = Vec::new();
+        if command.hold || command.status == Status::NoSolution {
+            reasons.push(match self.controller.rod_fault() {
+                Some((_, RodFault::Still)) => "not_following",
+                Some((_, RodFault::WrongWay)) => "wrong_way",
+                None => "no_solution",
+            });
+        }
+        Self::told(&command, reasons, opening)
+    }
+
+    fn told(
+        command: &Command,
+        reasons: Vec<&'static str>,
+        opening: [f64; MAX_ACTUATORS],
+    ) -> Answer {
         let n = command.actuators;
         Answer::Command {
             status: command.status.name(),
-            hold: command.hold,
+            hold: !reasons.is_empty(),
+            reasons,
             position: command.position[..n].to_vec(),
             velocity: command.velocity[..n].to_vec(),
             acceleration: command.acceleration[..n].to_vec(),
-            opening: openings[..n].to_vec(),
+            opening: opening[..n].to_vec(),
             cost: command.cost,
         }
     }

@@ -11,7 +11,7 @@ use super::worst;
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
 use crate::events::{Event, EventKind, TIP_OVER_RAD};
-use crate::page::{facts, number, percent, probability};
+use crate::page::{facts, number, probability};
 
 /// From this share of the time on, the whole log counts as known: the estimator needs a moment at each end.
 const WHOLE: f64 = 0.99;

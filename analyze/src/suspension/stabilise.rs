@@ -141,11 +141,13 @@ mod tests {
         assert_eq!(answers[0]["rods"][0], "suspension_right");
         assert_eq!(answers[1]["status"], "optimal");
         // the arm is in front: the platform moves backwards
-        assert!(answers[1]["acceleration"][0].as_f64().unwrap().abs() > 0.01);
+        assert!(answers[1]["acceleration"][0].as_f64().unwrap().abs() > 0.001);
         assert!(answers[2]["error"].is_string());
+        assert_eq!(answers[2]["hold"], true);
         assert_eq!(answers[3]["status"], "position_unknown");
         assert_eq!(answers[3]["hold"], true);
         assert_eq!(answers[4]["status"], "no_solution");
+        assert_eq!(answers[4]["hold"], true);
         assert_eq!(answers.len(), 5);
     }
 
@@ -155,6 +157,49 @@ mod tests {
         let endless = std::io::BufReader::new(std::io::repeat(b'x'));
         let refused = serve(&file, None, None, endless, Vec::new());
         assert!(refused.unwrap_err().to_string().contains("1048576 bytes"));
+    }
+
+    #[test]
+    fn implausible_states_are_answered_by_hold_with_the_reason() {
+        let rods = [Some(-0.1), Some(-0.1)];
+        let good = request(rods, 9.8066);
+        let edited = |from: &str, to: &str| {
+            assert!(good.contains(from), "{from}");
+            good.replace(from, to)
+        };
+        let cases = [
+            (request([Some(0.4), Some(-0.1)], 9.8066), "outside_stroke"),
+            (request([Some(-0.1), None], 9.8066), "row_invalid"),
+            // the rod's joint says otherwise
+            (request([Some(-0.13), Some(-0.1)], 9.8066), "input"),
+            (request(rods, 500.0), "input"),
+            (edited("\"up\":[0,0,1]", "\"up\":[0,0,2]"), "input"),
+            (edited("\"up\":[0,0,1]", "\"up\":[0,0,null]"), "input"),
+            (
+                edited(
+                    "\"angular_velocity\":[0,0,0]",
+                    "\"angular_velocity\":[0,90,0]",
+                ),
+                "input",
+            ),
+            (
+                edited(
+                    "\"extension\":[0.3,0.0,0.0]",
+                    "\"extension\":[30.0,0.0,0.0]",
+                ),
+                "input",
+            ),
+        ];
+        for (line, reason) in cases {
+            let answers = talk(&[first(), good.clone(), line.clone(), good.clone()]).unwrap();
+            assert_eq!(answers[1]["hold"], false, "{}", answers[1]);
+            assert_eq!(answers[1]["reasons"].as_array().unwrap().len(), 0);
+            let held = &answers[2];
+            assert_eq!(held["hold"], true, "{line}: {held}");
+            let reasons = held["reasons"].as_array().unwrap();
+            assert!(reasons.iter().any(|r| r == reason), "{line}: {held}");
+            assert_eq!(held["velocity"][0], 0.0);
+        }
     }
 
     #[test]

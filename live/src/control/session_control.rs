@@ -14,9 +14,9 @@ use anyhow::Result;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{Conditions, Level};
 use tipwatch_mechanics::{Machine, standing_posture};
-use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay};
+use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay, RodFault, Status};
 
-use super::valve_command::{RodWatch, Solution, ValveCommand};
+use super::valve_command::{Solution, ValveCommand};
 use crate::guard::{CheckedEstimator, CompletedRow, Step};
 use crate::safety_limits::{
     CLOSING_PERIOD_NS, GOOD_ROWS, HEARTBEAT_NS, MAX_ROW_AGE_NS, PERSISTENT_LATE,
@@ -30,6 +30,7 @@ use crate::wire::topics::{EVENT_BETWEEN, EVENT_ROW, Wire, WireCommand, WireSampl
 #[derive(Debug)]
 pub struct Control {
     session: u64,
+    machine_hash: u64,
     machine: Machine,
     input: CheckedEstimator,
     rods: Replay,
@@ -44,8 +45,9 @@ pub struct Control {
     /// Consecutive rows with late commands.
     late_rows: u32,
     solver_holds: bool,
-    watches: [RodWatch; MAX_ACTUATORS],
-    is_stuck: bool,
+    is_outside_stroke: bool,
+    /// A rod that does not obey its valve, until somebody acknowledges.
+    rod_fault: Option<RodFault>,
     is_over: bool,
     valves: ValveCommand,
     published_ns: i64,
@@ -80,6 +82,7 @@ impl Control {
         message.actuator_count = rods.actuators() as u32;
         Ok(Self {
             session: session.id,
+            machine_hash: session.machine_hash,
             input: CheckedEstimator::new(session, &machine, sensors, now_ns),
             machine,
             rods,
@@ -91,8 +94,8 @@ impl Control {
             good_rows: 0,
             late_rows: 0,
             solver_holds: false,
-            watches: [RodWatch::NEW; MAX_ACTUATORS],
-            is_stuck: false,
+            is_outside_stroke: false,
+            rod_fault: None,
             is_over: false,
             valves: ValveCommand::closed(now_ns),
             published_ns: i64::MIN,
@@ -112,17 +115,17 @@ impl Control {
         self.session
     }
 
-    /// An operator has acknowledged that a rod does not follow.
+    /// An operator has acknowledged that a rod does not follow. Each must prove its direction again.
     pub fn acknowledge(&mut self) {
-        self.is_stuck = false;
-        self.watches = [RodWatch::NEW; MAX_ACTUATORS];
+        self.rod_fault = None;
+        self.controller.iter_mut().for_each(Controller::trust_rods);
     }
 
     /// Takes over from the control of the session before: valves go on from where they are.
     pub fn succeed(&mut self, before: &Self) {
         self.valves.opening = before.valves.opening;
         self.valves.moved_ns = before.valves.moved_ns;
-        self.is_stuck = before.is_stuck;
+        self.rod_fault = before.rod_fault;
     }
 
     /// No more samples come: the valves close.
@@ -136,9 +139,10 @@ impl Control {
         self.is_over && self.valves.is_closed()
     }
 
-    /// Takes a verdict. A damaged one, or one of another session, is ignored.
+    /// Takes a verdict. A damaged one, or one of another session or machine, is ignored.
     pub fn verdict(&mut self, wire: &WireVerdict) {
-        if !wire.is_whole() || wire.session != self.session {
+        let is_ours = wire.session == self.session && wire.machine_hash == self.machine_hash;
+        if !wire.is_whole() || !is_ours {
             return;
         }
         let verdict = wire.verdict();
@@ -182,6 +186,9 @@ impl Control {
             self.controller = Some(controller);
         }
         let measured = self.rods.rods(&estimate.state).map(|rod| rod.position);
+        let actuators = self.rods.actuators();
+        let is_outside = |controller: &Controller| !controller.is_plausible(&measured[..actuators]);
+        self.is_outside_stroke = self.controller.as_ref().is_some_and(is_outside);
         let before_ns = self.row_ns.map_or(time_ns, |(before, _)| before);
         self.row_ns = Some((time_ns, now_ns));
         let mut reasons = self.hold_reasons(row.conditions, now_ns);
@@ -231,7 +238,8 @@ impl Control {
             let command = controller.tick(&self.input.estimate().state, measured);
             let step_ns = (controller.step_length() * 1e9) as i64;
             self.due_ns = self.due_ns.saturating_add(step_ns).max(time_ns - step_ns);
-            self.solver_holds = command.hold;
+            let is_rod = command.status == Status::NotFollowing;
+            self.solver_holds = command.hold && !is_rod;
             valves.solution = Solution {
                 status: Some(command.status),
                 cost: command.cost,
@@ -248,13 +256,8 @@ impl Control {
         }
         valves.mode = Mode::Follow;
         valves.reasons = HoldReasons::default();
-        for (watch, (&opening, &rod)) in self
-            .watches
-            .iter_mut()
-            .zip(valves.opening.iter().zip(measured))
-        {
-            self.is_stuck |= watch.is_stuck(seconds, opening, rod);
-        }
+        let fault = controller.rod_fault().map(|(_, fault)| fault);
+        self.rod_fault = self.rod_fault.or(fault);
     }
 
     fn close(&mut self, reasons: HoldReasons, now_ns: i64) {
@@ -282,7 +285,10 @@ impl Control {
         );
         reasons.note(HoldReason::Input, !conditions.faults.is_empty());
         reasons.note(HoldReason::NoSolution, self.solver_holds);
-        reasons.note(HoldReason::NotFollowing, self.is_stuck);
+        let has = |fault: RodFault| self.rod_fault == Some(fault);
+        reasons.note(HoldReason::NotFollowing, has(RodFault::Still));
+        reasons.note(HoldReason::WrongWay, has(RodFault::WrongWay));
+        reasons.note(HoldReason::OutsideStroke, self.is_outside_stroke);
         reasons.note(HoldReason::Late, self.late_rows >= PERSISTENT_LATE);
         reasons
     }

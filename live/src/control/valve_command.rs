@@ -1,8 +1,8 @@
-//! The command to the valves as the control keeps it, and the check that rods follow it.
+//! The command to the valves as the control keeps it.
 
 use tipwatch_suspension::{MAX_ACTUATORS, Status};
 
-use crate::safety_limits::{CLOSING_RATE, HEARTBEAT_NS, MOVING_OPENING, STILL_ROD_M, STILL_ROD_S};
+use crate::safety_limits::{CLOSING_RATE, HEARTBEAT_NS};
 use crate::wire::command::{HoldReason, HoldReasons, Mode, status_number};
 use crate::wire::topics::WireCommand;
 
@@ -93,35 +93,5 @@ impl ValveCommand {
         message.target = self.solution.target;
         message.iterations = self.solution.iterations as u32;
         message.evaluations = self.solution.evaluations as u32;
-    }
-}
-
-/// Notices a rod that does not move though its valve is open.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct RodWatch {
-    /// Where the rod last moved to (m).
-    from: f64,
-    /// How long its valve has been open since, in total (s).
-    open_s: f64,
-}
-
-impl RodWatch {
-    pub(super) const NEW: Self = Self {
-        from: f64::NAN,
-        open_s: 0.0,
-    };
-
-    /// Takes a row; returns whether the rod should have moved and has not.
-    pub(super) fn is_stuck(&mut self, seconds: f64, opening: f64, rod: f64) -> bool {
-        if !((rod - self.from).abs() < STILL_ROD_M) {
-            *self = Self {
-                from: rod,
-                open_s: 0.0,
-            };
-        }
-        if opening.abs() >= MOVING_OPENING {
-            self.open_s += seconds;
-        }
-        self.open_s > STILL_ROD_S
     }
 }

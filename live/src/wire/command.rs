@@ -67,6 +67,10 @@ pub enum HoldReason {
     Late,
     /// Everything is good, but not for long enough.
     Starting,
+    /// A rod has moved against its valve: valves or sensors are exchanged or reversed. Needs an acknowledgement.
+    WrongWay,
+    /// A measured rod is outside the stroke of the machine file.
+    OutsideStroke,
 }
 
 impl HoldReason {
@@ -121,7 +125,7 @@ impl HoldReasons {
 }
 
 /// All statuses of the optimiser, in the order of their numbers on the wire, which start at 1.
-const STATUSES: [Status; 7] = [
+const STATUSES: [Status; 10] = [
     Status::Optimal,
     Status::WorkLimit,
     Status::MarginLost,
@@ -129,6 +133,9 @@ const STATUSES: [Status; 7] = [
     Status::OutsideLimits,
     Status::NoSolution,
     Status::PositionUnknown,
+    Status::Restrained,
+    Status::PositionImplausible,
+    Status::NotFollowing,
 ];
 
 /// The number of a status on the wire; 0 if the optimiser was not asked.

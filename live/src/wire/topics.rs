@@ -287,7 +287,8 @@ wire! {
         /// Bits: why they do not follow.
         pub reasons: u32,
         /// Status of the optimiser's last solution: 0 not asked, 1 optimal, 2 work limit, 3 margin lost,
-        /// 4 step too short, 5 outside limits, 6 no solution, 7 position unknown.
+        /// 4 step too short, 5 outside limits, 6 no solution, 7 position unknown, 8 restrained, 9 position
+        /// implausible, 10 not following.
         pub status: u32,
         /// Level of the last verdict received.
         pub level: u32,

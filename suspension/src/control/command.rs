@@ -37,6 +37,9 @@ pub enum Status {
     Optimal,
     /// The best point found within the bounded number of evaluations; all margins are met.
     WorkLimit,
+    /// The motion was restrained to what every wheel can afford: it, or the braking that ends it, would have taken
+    /// load from a wheel that has none to spare.
+    Restrained,
     /// No motion within the limits meets all load and angle margins: the smallest margin is maximised. Raises an
     /// alarm.
     MarginLost,
@@ -49,6 +52,10 @@ pub enum Status {
     NoSolution,
     /// A position or velocity of a rod is not finite: hold. Raises an alarm.
     PositionUnknown,
+    /// A measured rod is outside the stroke of the machine file: hold. Raises an alarm.
+    PositionImplausible,
+    /// A rod does not obey its valve: hold. Raises an alarm.
+    NotFollowing,
 }
 
 impl Status {

@@ -1,28 +1,62 @@
-//! The onboard controller: suspension optimiser and valve law combined.
+//! The onboard controller: suspension optimiser, load guard and valve law combined.
 //!
-//! The optimiser moves a reference that the valves follow, (36). The reference is a state of its own, not the
-//! measured rod position, because a proportional law needs a position error to move. It starts at the measured
+//! The optimiser chooses where the rods should be, the guard how they may get there, and the valves follow that
+//! reference, (36). The reference is a state of its own, not the measured rod position: it starts at the measured
 //! rods and is reset to them when they fall too far behind.
 
 use super::command::{Command, Status};
 use super::optimiser::SuspensionOptimiser;
-use crate::condensed::MAX_ACTUATORS;
+use super::rod_watch::{RodFault, RodWatch};
+use crate::condensed::{MAX_ACTUATORS, SuspendedMachine};
 use crate::error::SuspensionError;
-use crate::hydraulics::Valve;
-use tipwatch_mechanics::machine::{HydraulicParameters, Machine, SuspensionControl};
+use crate::guard::{LoadGuard, Move};
+use crate::hydraulics::{Valve, ValveInput};
+use crate::problem::{RodLimits, clamp};
+use tipwatch_mechanics::machine::{ControlMode, HydraulicParameters, Machine, SuspensionControl};
 use tipwatch_mechanics::state::State;
 
 /// Position error, as a fraction of the stroke, beyond which the reference is reset.
 const LOST_SHARE: f64 = 0.25;
+/// A measured rod this far outside its stroke, as a fraction of the stroke, is not where it is said to be.
+const STROKE_TOLERANCE: f64 = 0.05;
+/// The longest period of the guard (s).
+const MAX_TICK_S: f64 = 0.02;
 
 /// Controls the suspension tick by tick. A tick does not allocate and its work is bounded.
 #[derive(Debug)]
 pub struct Controller {
     optimiser: SuspensionOptimiser,
+    guard: LoadGuard,
+    limits: RodLimits,
+    mode: ControlMode,
     hydraulics: HydraulicParameters,
     stroke: [f64; 2],
+    actuators: usize,
     reference: Option<Reference>,
+    /// The optimiser's last command, and the time until the next one (s).
+    plan: Option<Command>,
+    due_s: f64,
+    /// Consecutive ticks without a solution.
+    unsolved: u32,
     valves: [Valve; MAX_ACTUATORS],
+    watches: [RodWatch; MAX_ACTUATORS],
+}
+
+/// Forces on a rod, positive to extend (N); NaN if unknown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RodForce {
+    /// Of the piston, from measured pressures.
+    pub piston: f64,
+    /// What the rod carries without acceleration of the rods, from the model.
+    pub load: f64,
+}
+
+impl RodForce {
+    /// Neither is known.
+    pub const UNKNOWN: Self = Self {
+        piston: f64::NAN,
+        load: f64::NAN,
+    };
 }
 
 /// Reference position and motion of the rods.
@@ -30,7 +64,9 @@ pub struct Controller {
 struct Reference {
     position: [f64; MAX_ACTUATORS],
     velocity: [f64; MAX_ACTUATORS],
-    end: [f64; MAX_ACTUATORS],
+    acceleration: [f64; MAX_ACTUATORS],
+    /// Time for which the acceleration applies (s).
+    left_s: f64,
     hold: bool,
 }
 
@@ -44,22 +80,34 @@ impl Controller {
         control: &SuspensionControl,
         joint_positions: &[f64],
     ) -> Result<Self, SuspensionError> {
-        let Some(suspension) = machine.suspension() else {
-            return Err(SuspensionError::NoSuspension);
+        let optimiser = SuspensionOptimiser::new(machine, control, joint_positions)?;
+        let (suspended, suspension) = SuspendedMachine::of(machine)?;
+        let limits = RodLimits {
+            step: optimiser.step_length().min(MAX_TICK_S),
+            ..optimiser.limits()
         };
+        let (look_ahead, min_angle) = (control.look_ahead, control.min_stability_angle);
         Ok(Self {
-            optimiser: SuspensionOptimiser::new(machine, control, joint_positions)?,
+            guard: LoadGuard::new(&suspended, limits, look_ahead, min_angle),
+            optimiser,
+            limits,
+            mode: control.mode,
             hydraulics: suspension.hydraulics,
             stroke: suspension.stroke,
+            actuators: suspension.linkages.len(),
             reference: None,
+            plan: None,
+            due_s: 0.0,
+            unsolved: 0,
             valves: [Valve::closed(); MAX_ACTUATORS],
+            watches: [RodWatch::NEW; MAX_ACTUATORS],
         })
     }
 
-    /// Period of [`Self::tick`] (s).
+    /// Period of [`Self::tick`] (s): that of the optimiser, at most 20 ms.
     #[must_use]
     pub fn step_length(&self) -> f64 {
-        self.optimiser.step_length()
+        self.limits.step
     }
 
     /// The suspension optimiser.
@@ -68,10 +116,14 @@ impl Controller {
         &self.optimiser
     }
 
-    /// Discards the history and closes the valves.
+    /// Discards the history and closes the valves. What is known of the rods' obedience is kept.
     pub fn reset(&mut self) {
         self.optimiser.reset();
+        self.guard.reset();
         self.reference = None;
+        self.plan = None;
+        self.due_s = 0.0;
+        self.unsolved = 0;
         self.valves = [Valve::closed(); MAX_ACTUATORS];
     }
 
@@ -81,18 +133,46 @@ impl Controller {
         self.reference.map(|r| (r.position, r.velocity))
     }
 
+    /// The first rod that does not obey its valve, and how; it stays until [`Self::trust_rods`].
+    #[must_use]
+    pub fn rod_fault(&self) -> Option<(usize, RodFault)> {
+        let watches = self.watches.iter().enumerate();
+        watches
+            .filter_map(|(rod, watch)| Some((rod, watch.fault()?)))
+            .next()
+    }
+
+    /// Clears the faults of the rods. Each must prove its direction again.
+    pub fn trust_rods(&mut self) {
+        self.watches = [RodWatch::NEW; MAX_ACTUATORS];
+    }
+
+    /// Whether measured strokes are within the stroke of the machine file, up to 5 % of it.
+    #[must_use]
+    pub fn is_plausible(&self, measured: &[f64]) -> bool {
+        let tolerance = STROKE_TOLERANCE * (self.stroke[1] - self.stroke[0]);
+        let range = self.stroke[0] - tolerance..=self.stroke[1] + tolerance;
+        measured.iter().all(|x| range.contains(x))
+    }
+
     /// Computes the next command from the machine's state and the measured strokes (m), in the order of the
-    /// suspension's linkages; to be called once per step. For any input the command is within the limits, and its
-    /// [`Status`] says how it was found.
+    /// suspension's linkages; to be called once per [`Self::step_length`]. For any input the command is within the
+    /// limits, and its [`Status`] says how it was found.
     pub fn tick(&mut self, state: &State<f64>, measured: &[f64]) -> Command {
-        let known = measured.len() <= MAX_ACTUATORS && measured.iter().all(|x| x.is_finite());
-        if !known {
-            let command = self
-                .optimiser
-                .step(state, &[f64::NAN; MAX_ACTUATORS], measured);
-            if let Some(reference) = &mut self.reference {
-                reference.hold = true;
+        let unknown = [f64::NAN; MAX_ACTUATORS];
+        let known = measured.len() == self.actuators && measured.iter().all(|x| x.is_finite());
+        if !known || !self.is_plausible(measured) {
+            let mut command = self.optimiser.step(state, &unknown, measured);
+            if known {
+                command.status = Status::PositionImplausible;
             }
+            self.hold();
+            return command;
+        }
+        if self.rod_fault().is_some() {
+            let mut command = self.optimiser.step(state, &unknown, measured);
+            command.status = Status::NotFollowing;
+            self.hold();
             return command;
         }
         let mut position = [0.0; MAX_ACTUATORS];
@@ -108,34 +188,138 @@ impl Controller {
                 (position, velocity) = (before.position, before.velocity);
             }
         }
-        let n = measured.len();
-        let command = self.optimiser.step(state, &position[..n], &velocity[..n]);
+        let n = self.actuators;
+        let plan = self.plan(state, &position[..n], &velocity[..n]);
+        let command = self.guarded(state, plan, &position, &velocity);
         self.reference = Some(Reference {
             position,
-            velocity: command.velocity,
-            end: command.position,
-            hold: command.hold || command.status == Status::PositionUnknown,
+            velocity,
+            acceleration: command.acceleration,
+            left_s: self.limits.step,
+            hold: command.hold,
         });
         command
     }
 
-    /// Advances the reference by `seconds` and updates the valves: H(6). Returns the valve commands, -1 to 1,
-    /// positive to extend the rod. The valves close where a position is unknown and where the command is to hold.
+    /// Holds until the next [`Self::tick`]: [`Self::follow`] closes the valves.
+    pub fn hold(&mut self) {
+        self.plan = None;
+        if let Some(reference) = &mut self.reference {
+            reference.hold = true;
+        }
+    }
+
+    /// The optimiser's command, a new one if it is due.
+    fn plan(&mut self, state: &State<f64>, x: &[f64], v: &[f64]) -> Command {
+        let tick = self.limits.step;
+        let plan = match self.plan {
+            Some(plan) if self.due_s > 0.5 * tick => plan,
+            _ => {
+                let period = self.optimiser.step_length();
+                self.due_s = (self.due_s + period).clamp(0.0, period);
+                self.optimiser.step(state, x, v)
+            }
+        };
+        self.due_s -= tick;
+        self.plan = Some(plan);
+        plan
+    }
+
+    /// The plan as far as every wheel can afford it.
+    fn guarded(
+        &mut self,
+        state: &State<f64>,
+        plan: Command,
+        position: &[f64; MAX_ACTUATORS],
+        velocity: &[f64; MAX_ACTUATORS],
+    ) -> Command {
+        let n = self.actuators;
+        let wanted = match plan.status {
+            Status::NoSolution | Status::OutsideLimits => None,
+            Status::StepTooShort => Some(Move::Stop),
+            _ if self.mode == ControlMode::LookAhead => Some(Move::To(plan.target)),
+            _ => Some(Move::To(plan.position)),
+        };
+        let (x, v) = (&position[..n], &velocity[..n]);
+        let guarded = wanted.and_then(|wanted| self.guard.restrain(state, x, v, wanted));
+        let mut command = plan;
+        match guarded {
+            Some(guarded) => {
+                self.unsolved = 0;
+                command.acceleration = guarded.acceleration;
+                if guarded.is_restrained && command.status < Status::Restrained {
+                    command.status = Status::Restrained;
+                }
+            }
+            None => {
+                for k in 0..n {
+                    let allowed = self.limits.allowed(x[k], v[k]);
+                    command.acceleration[k] = clamp(-v[k] / self.limits.step, allowed.range);
+                }
+                self.guard.overruled(command.acceleration);
+                if command.status != Status::OutsideLimits {
+                    command.status = Status::NoSolution;
+                    self.unsolved = self.unsolved.saturating_add(1);
+                    command.hold = self.unsolved > 1;
+                    // ask again at once
+                    self.plan = None;
+                }
+            }
+        }
+        let (step, most) = (self.limits.step, self.limits.max_velocity);
+        for k in 0..n {
+            let end = (v[k] + step * command.acceleration[k]).clamp(-most, most);
+            command.velocity[k] = end;
+            command.position[k] = clamp(x[k] + 0.5 * step * (v[k] + end), self.stroke);
+        }
+        command
+    }
+
+    /// Advances the reference by `seconds` and updates the valves without measured pressures: see
+    /// [`Self::follow_loaded`].
     pub fn follow(&mut self, measured: &[f64], seconds: f64) -> [f64; MAX_ACTUATORS] {
+        self.follow_loaded(measured, &[RodForce::UNKNOWN; MAX_ACTUATORS], seconds)
+    }
+
+    /// Advances the reference by `seconds` and updates the valves: H(6). Returns the valve commands, -1 to 1, positive
+    /// to extend the rod. The valves close where a position is unknown, where a rod does not obey, and where the command
+    /// is to hold. Until a rod has proven its direction, its valve opens no further than
+    /// [`TRIAL_OPENING`](crate::TRIAL_OPENING).
+    pub fn follow_loaded(
+        &mut self,
+        measured: &[f64],
+        forces: &[RodForce],
+        seconds: f64,
+    ) -> [f64; MAX_ACTUATORS] {
+        let seconds = seconds.max(0.0);
+        let at = |values: &[f64], k: usize| values.get(k).copied().unwrap_or(f64::NAN);
+        for k in 0..self.actuators {
+            self.watches[k].see(seconds, self.valves[k].opening(), at(measured, k));
+        }
+        let may_move = self.rod_fault().is_none() && self.is_plausible(measured);
+        if let Some(reference) = &mut self.reference {
+            reference.advance(&self.limits, seconds);
+        }
         let mut openings = [0.0; MAX_ACTUATORS];
         for (k, valve) in self.valves.iter_mut().enumerate() {
-            let found = measured.get(k).copied().unwrap_or(f64::NAN);
-            let wanted = match &mut self.reference {
-                Some(reference) if !reference.hold => {
-                    let [from, end] = [reference.position[k], reference.end[k]];
-                    let step = reference.velocity[k] * seconds.max(0.0);
-                    let reached = (end - from) * step <= 0.0 || step.abs() >= (end - from).abs();
-                    reference.position[k] = if reached { end } else { from + step };
-                    reference.position[k]
+            let found = at(measured, k);
+            let force = forces.get(k).copied().unwrap_or(RodForce::UNKNOWN);
+            let (wanted, velocity) = match &self.reference {
+                Some(reference) if !reference.hold && may_move => {
+                    (reference.position[k], reference.velocity[k])
                 }
-                _ => f64::NAN,
+                _ => (f64::NAN, 0.0),
             };
-            *valve = valve.follow(&self.hydraulics, wanted, found, seconds);
+            let input = ValveInput {
+                wanted,
+                velocity,
+                found,
+                extension: found - self.stroke[0],
+                force: force.piston,
+                load: force.load,
+                max_opening: self.watches[k].max_opening(),
+            };
+            *valve = valve.steer(&self.hydraulics, &input, seconds);
             openings[k] = valve.opening();
         }
         openings
@@ -145,5 +329,25 @@ impl Controller {
     #[must_use]
     pub fn valve(&self, actuator: usize) -> Valve {
         self.valves[actuator]
+    }
+}
+
+impl Reference {
+    /// Moves on; without a new command in time it brakes.
+    fn advance(&mut self, limits: &RodLimits, seconds: f64) {
+        let during = seconds.min(self.left_s);
+        self.left_s -= during;
+        let late = seconds - during;
+        for k in 0..MAX_ACTUATORS {
+            let most = limits.max_velocity;
+            let v = self.velocity[k];
+            let end = (v + during * self.acceleration[k]).clamp(-most, most);
+            let mut x = self.position[k] + 0.5 * during * (v + end);
+            let braking = limits.max_acceleration * late;
+            let rest = end - end.clamp(-braking, braking);
+            x += 0.5 * late * (end + rest);
+            self.position[k] = clamp(x, limits.stroke);
+            self.velocity[k] = rest;
+        }
     }
 }

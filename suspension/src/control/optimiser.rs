@@ -108,6 +108,11 @@ impl SuspensionOptimiser {
         self.settings.limits.step
     }
 
+    /// Limits of the rods' motion.
+    pub(crate) fn limits(&self) -> RodLimits {
+        self.settings.limits
+    }
+
     /// Width of the zone in front of a stop in which the velocity limit shrinks: eps (m).
     #[must_use]
     pub fn approach_zone(&self) -> f64 {

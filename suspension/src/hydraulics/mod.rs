@@ -9,7 +9,7 @@
 //!     H(3)  dp_a/dt = beta/(V_a + A_a x) (Q_a - A_a dx/dt)                              (27)
 //!     H(4)  dp_b/dt = beta/(V_b + A_b (s - x)) (Q_b + A_b dx/dt)                        (28)
 //!     H(5)  f = A_a p_a - A_b p_b                                                       (29)
-//!     H(6)  u = k_p (x_r - x), within -1 .. 1, slew rate limited by the valve        (36)
+//!     H(6)  u = k_p (x_r - x) + xd_r / V - k_f (f - F), within -1 .. 1, no faster than the valve   (36)
 //!     H(7)  m d2x/dt2 = f - F - d dx/dt - stops
 //! ```
 //! S(u) is 1 for u > 0, else 0; v(p) = sign(p) sqrt|p|. u > 0 fills a and extends the rod, u < 0 fills b. Check
@@ -26,4 +26,4 @@ mod valve;
 pub use actuator::{Actuator, ActuatorInput, ActuatorState};
 pub use chambers::{Flows, Pressures, flows, piston_force, pressure_rates};
 pub use rosenbrock::StepError;
-pub use valve::Valve;
+pub use valve::{Valve, ValveInput};

@@ -36,7 +36,7 @@ pub(crate) struct RodLimits {
     /// A (m/s^2).
     pub(crate) max_acceleration: f64,
     /// rho.
-    at_stop: f64,
+    pub(crate) at_stop: f64,
     /// eps (m).
     pub(crate) zone: f64,
     /// dt (s).

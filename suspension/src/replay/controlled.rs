@@ -8,7 +8,7 @@ use super::moved_state::{Replay, Rods, at_rest};
 use super::recorded::RecordedRows;
 use super::track::{ActuatorRow, Track};
 use crate::condensed::MAX_ACTUATORS;
-use crate::control::{Command, Controller};
+use crate::control::{Command, Controller, RodForce};
 use crate::error::SuspensionError;
 use crate::hydraulics::{Actuator, ActuatorInput, ActuatorState};
 
@@ -169,7 +169,6 @@ impl Simulation {
             running.due_s += self.controller.step_length();
         }
         running.due_s -= seconds;
-        self.controller.follow(&positions[..actuators], seconds);
         let (mut forces, mut mass) = ([0.0; MAX_ACTUATORS], 0.0);
         for acceleration in [0.0, 1.0] {
             let rods = running.rods.map(|rod| Motion {
@@ -186,6 +185,12 @@ impl Simulation {
                 }
             }
         }
+        let known: [RodForce; MAX_ACTUATORS] = std::array::from_fn(|k| RodForce {
+            piston: self.actuator.force(&running.cylinders[k]),
+            load: forces[k],
+        });
+        self.controller
+            .follow_loaded(&positions[..actuators], &known[..actuators], seconds);
         for k in 0..actuators {
             let input = ActuatorInput::Load {
                 force: forces[k],

@@ -1,0 +1,216 @@
+//! Random manoeuvres: an arm that works while the machine drives, turns and brakes, as states row by row.
+
+use crate::problems::Draws;
+use nalgebra::Vector3;
+use tipwatch_mechanics::machine::SuspensionControl;
+use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::{Machine, Motion, State, StateColumns};
+use tipwatch_suspension::replay::{Comparison, RecordedRows, Replay, SuspensionMotion, Track};
+use tipwatch_suspension::{Controller, Status};
+
+/// Rows per second.
+pub(crate) const RATE: usize = 50;
+const SECONDS: usize = 8;
+
+/// States of a manoeuvre.
+pub(crate) struct Manoeuvre {
+    times_ns: Vec<i64>,
+    reasons: Vec<Reasons>,
+    states: StateColumns,
+}
+
+/// A motion with its rate and acceleration: middle + amplitude sin(w t + phase).
+#[derive(Clone, Copy)]
+struct Sine {
+    middle: f64,
+    amplitude: f64,
+    w: f64,
+    phase: f64,
+}
+
+impl Sine {
+    /// With at most this rate and acceleration.
+    fn draw(draws: &mut Draws, middle: f64, amplitude: f64, rate: f64, acceleration: f64) -> Self {
+        let mut share = || 0.5 + 0.5 * draws.signed();
+        let w = 0.2 + 1.2 * share();
+        let amplitude = (amplitude * share())
+            .min(rate / w)
+            .min(acceleration / (w * w));
+        let phase = std::f64::consts::TAU * share();
+        Self {
+            middle,
+            amplitude,
+            w,
+            phase,
+        }
+    }
+
+    fn at(&self, t: f64) -> Motion<f64> {
+        let (sin, cos) = (self.w * t + self.phase).sin_cos();
+        Motion {
+            position: self.middle + self.amplitude * sin,
+            rate: self.amplitude * self.w * cos,
+            acceleration: -self.amplitude * self.w * self.w * sin,
+        }
+    }
+}
+
+/// Smooth pulse of height 1 between two times, with continuous slope.
+fn pulse(t: f64, start: f64, length: f64) -> f64 {
+    let s = ((t - start) / length).clamp(0.0, 1.0);
+    (std::f64::consts::PI * s).sin().powi(2)
+}
+
+impl Manoeuvre {
+    /// The arm swings about a random posture, the machine accelerates, brakes and turns on a slope.
+    pub(crate) fn draw(draws: &mut Draws, machine: &Machine) -> Self {
+        let joint = |name: &str| {
+            machine
+                .joints()
+                .iter()
+                .position(|j| j.name == name)
+                .unwrap()
+        };
+        let between =
+            |draws: &mut Draws, a: f64, b: f64| 0.5 * (a + b) + 0.5 * (b - a) * draws.signed();
+        let middle = [
+            between(draws, -1.5, 1.5),
+            between(draws, -1.5, -1.1),
+            between(draws, -1.9, -1.3),
+            between(draws, 0.1, 0.6),
+        ];
+        let arm = [
+            (joint("slew"), Sine::draw(draws, middle[0], 1.4, 1.2, 1.2)),
+            (joint("lift"), Sine::draw(draws, middle[1], 0.15, 0.15, 0.2)),
+            (joint("tilt"), Sine::draw(draws, middle[2], 0.2, 0.2, 0.3)),
+            (
+                joint("extension"),
+                Sine::draw(draws, middle[3], 0.15, 0.2, 0.3),
+            ),
+        ];
+        let rods = ["suspension_right", "suspension_left"].map(joint);
+        let rod = between(draws, -0.17, -0.03);
+        let up = (Vector3::z() + Vector3::new(0.06 * draws.signed(), 0.06 * draws.signed(), 0.0))
+            .normalize();
+        let pulses: Vec<(f64, f64, f64)> = (0..4)
+            .map(|k| {
+                let start = f64::from(k) * 3.0 + between(draws, 0.0, 2.0);
+                (start, between(draws, 0.6, 2.0), 1.5 * draws.signed())
+            })
+            .collect();
+        let (yaw, speed) = (
+            Sine::draw(draws, 0.0, 0.2, 1.0, 0.3),
+            between(draws, 0.0, 1.2),
+        );
+        let rows = RATE * SECONDS;
+        let mut manoeuvre = Self {
+            times_ns: (0..rows)
+                .map(|row| (row * (1_000_000_000 / RATE)) as i64)
+                .collect(),
+            reasons: vec![Reasons::default(); rows],
+            states: StateColumns::unknown(machine, rows),
+        };
+        let mut state = State::zero(machine);
+        for row in 0..rows {
+            let t = row as f64 / RATE as f64;
+            for (joint, sine) in arm {
+                state.joints[joint] = sine.at(t);
+            }
+            for rod_joint in rods {
+                state.joints[rod_joint] = Motion {
+                    position: rod,
+                    ..Motion::zero()
+                };
+            }
+            let turn = yaw.at(t);
+            let forward: f64 = pulses
+                .iter()
+                .map(|&(start, length, height)| height * pulse(t, start, length))
+                .sum();
+            state.base.up = up;
+            state.imu.specific_force =
+                up * machine.gravity() + Vector3::new(forward, speed * turn.rate, 0.0);
+            state.imu.angular_velocity = Vector3::new(0.0, 0.0, turn.rate);
+            state.imu.angular_acceleration = Vector3::new(0.0, 0.0, turn.acceleration);
+            manoeuvre.states.set(row, &mut state);
+        }
+        manoeuvre
+    }
+
+    pub(crate) fn compared(&self, machine: &Machine, motion: &SuspensionMotion) -> Comparison {
+        let rows = RecordedRows {
+            times_ns: &self.times_ns,
+            reasons: &self.reasons,
+            states: &self.states,
+        };
+        Comparison::of(machine, rows, motion).unwrap()
+    }
+}
+
+/// Loads of rods that follow their reference at once, beside those of locked rods.
+pub(crate) struct Ideal {
+    /// Least signed load by row: locked, controlled (N).
+    pub(crate) least: Vec<[f64; 2]>,
+    /// Load spread by row: locked, controlled (N).
+    pub(crate) spread: Vec<[f64; 2]>,
+    /// Status by row.
+    pub(crate) status: Vec<Status>,
+}
+
+impl Manoeuvre {
+    /// Controls rods that follow their reference at once.
+    pub(crate) fn ideal(&self, machine: &Machine, control: &SuspensionControl) -> Ideal {
+        let mut state = State::zero(machine);
+        self.states.get(0, &mut state);
+        let posture: Vec<f64> = state.joints.iter().map(|joint| joint.position).collect();
+        let mut controller = Controller::new(machine, control, &posture).unwrap();
+        let mut replay = Replay::new(machine).unwrap();
+        let home = replay.rods(&state);
+        let mut rods = home;
+        let (mut least, mut spread, mut status) = (Vec::new(), Vec::new(), Vec::new());
+        let of = |replay: &Replay| {
+            let outcome = replay.outcome();
+            let least = outcome.otf.iter().copied().fold(f64::INFINITY, f64::min);
+            (least, outcome.indicators.spread)
+        };
+        for row in 0..self.times_ns.len() {
+            self.states.get(row, &mut state);
+            replay.moved(&state, &home);
+            let locked = of(&replay);
+            let expected = replay.moved(&state, &rods);
+            let positions = rods.map(|rod| rod.position);
+            let command = controller.tick(expected, &positions);
+            for (rod, acceleration) in rods.iter_mut().zip(command.acceleration) {
+                rod.acceleration = acceleration;
+            }
+            replay.moved(&state, &rods);
+            let moved = of(&replay);
+            least.push([locked.0, moved.0]);
+            spread.push([locked.1, moved.1]);
+            status.push(command.status);
+            controller.follow(&positions, 1.0 / RATE as f64);
+            let (position, velocity) = controller.reference().unwrap();
+            for k in 0..rods.len() {
+                rods[k] = Motion {
+                    position: position[k],
+                    rate: velocity[k],
+                    acceleration: 0.0,
+                };
+            }
+        }
+        Ideal {
+            least,
+            spread,
+            status,
+        }
+    }
+}
+
+/// Least signed load of a row (N).
+pub(crate) fn least_load(track: &Track, row: usize) -> f64 {
+    track
+        .otf
+        .iter()
+        .map(|otf| otf[row])
+        .fold(f64::INFINITY, f64::min)
+}
