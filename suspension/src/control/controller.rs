@@ -19,6 +19,8 @@ use tipwatch_mechanics::state::State;
 const LOST_SHARE: f64 = 0.25;
 /// A measured rod this far outside its stroke, as a fraction of the stroke, is not where it is said to be.
 const STROKE_TOLERANCE: f64 = 0.05;
+/// How long the reference goes on without a new command before it brakes (s).
+const MAX_COAST_S: f64 = 0.1;
 /// The longest period of the guard (s).
 const MAX_TICK_S: f64 = 0.02;
 
@@ -67,6 +69,8 @@ struct Reference {
     acceleration: [f64; MAX_ACTUATORS],
     /// Time for which the acceleration applies (s).
     left_s: f64,
+    /// Time for which the velocity stays after that (s): rows may be slower than the guard.
+    coast_s: f64,
     hold: bool,
 }
 
@@ -196,6 +200,7 @@ impl Controller {
             velocity,
             acceleration: command.acceleration,
             left_s: self.limits.step,
+            coast_s: MAX_COAST_S,
             hold: command.hold,
         });
         command
@@ -337,12 +342,14 @@ impl Reference {
     fn advance(&mut self, limits: &RodLimits, seconds: f64) {
         let during = seconds.min(self.left_s);
         self.left_s -= during;
-        let late = seconds - during;
+        let coasting = (seconds - during).min(self.coast_s);
+        self.coast_s -= coasting;
+        let late = seconds - during - coasting;
         for k in 0..MAX_ACTUATORS {
             let most = limits.max_velocity;
             let v = self.velocity[k];
             let end = (v + during * self.acceleration[k]).clamp(-most, most);
-            let mut x = self.position[k] + 0.5 * during * (v + end);
+            let mut x = self.position[k] + 0.5 * during * (v + end) + coasting * end;
             let braking = limits.max_acceleration * late;
             let rest = end - end.clamp(-braking, braking);
             x += 0.5 * late * (end + rest);
