@@ -426,7 +426,10 @@ fn exactly_planar_attitude_leaves_the_slope_unknown() {
         Options::default(),
     );
     let load = |analysis: &Analysis| analysis.rows.outcomes.column(Quantity::Load(0)).to_vec();
-    assert_eq!(load(&analysis), load(&whole));
+    // but for the bias of the accelerometer, which an attitude helps to find
+    for (without, with) in load(&analysis).iter().zip(load(&whole)) {
+        assert!((without - with).abs() < 2e-3 * with, "{without} {with}");
+    }
     assert!(
         analysis
             .events

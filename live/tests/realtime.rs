@@ -223,7 +223,10 @@ fn control_alone() {
     for (at, sample) in samples.iter().enumerate() {
         let now_ns = sample.published_ns;
         verdict.valid_until_ns = now_ns + 1;
-        verdict.seal(Head::default());
+        verdict.seal(Head {
+            machine_hash: session.machine_hash,
+            ..Head::default()
+        });
         IS_COUNTED.set(at > 50);
         let mut send = |command: &mut WireCommand| {
             steered += u64::from(command.mode() == Mode::Follow && command.event == EVENT_ROW);

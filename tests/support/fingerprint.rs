@@ -46,6 +46,8 @@ const LEFT_OUT_TOPICS: [&str; 1] = ["/diagnostics"];
 /// Folders of a screen: its records, with times of the run and hashes of the program, and reports of single logs,
 /// which are those of `analyze`.
 const LEFT_OUT_FOLDERS: [&str; 2] = ["state", "reports"];
+/// The record of custody: hashes and sizes of files, the program's own among them, and times of the run.
+const LEFT_OUT_FILES: [&str; 1] = ["custody.json"];
 
 /// Fowler-Noll-Vo, 64 bits: not cryptographic, but short, fast and the same everywhere.
 #[derive(Debug, Clone, Copy)]
@@ -98,6 +100,7 @@ fn list(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
         match path.is_dir() {
             true if LEFT_OUT_FOLDERS.iter().any(|name| path.ends_with(name)) => {}
             true => list(&path, files)?,
+            false if LEFT_OUT_FILES.iter().any(|name| path.ends_with(name)) => {}
             false => files.push(path),
         }
     }

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tipwatch_ingest::{Losses, MetadataRecord};
 
-use super::provenance::FileHash;
+use super::file_hash::FileHash;
 
 /// Name of the metadata record.
 const RECORD: &str = "tipwatch_recovered_from";

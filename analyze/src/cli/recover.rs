@@ -7,7 +7,7 @@ use clap::Args;
 use tipwatch_ingest::{Log, recover_with};
 
 use super::exit::{Exit, Terminal};
-use crate::base::provenance::hash_file;
+use crate::base::file_hash::hash_file;
 use crate::base::recovered::RecoveredFrom;
 
 #[derive(Debug, Args)]

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::analyze::{self, AnalyzeArgs};
 use super::exit::{Exit, Terminal, Unverified};
-use crate::base::provenance::program;
+use crate::base::file_hash::program;
 use crate::output::custody::{Custody, Origin, RECORD};
 use crate::output::differences;
 
@@ -95,7 +95,7 @@ fn other_program(record: &Custody, other_build: bool) -> Option<String> {
     let sha256 = |file: Option<&_>| -> String {
         file.map_or(
             "unknown".into(),
-            |file: &crate::base::provenance::FileHash| file.sha256.clone(),
+            |file: &crate::base::file_hash::FileHash| file.sha256.clone(),
         )
     };
     let (recorded, ours) = (sha256(record.program.as_ref()), sha256(program().as_ref()));

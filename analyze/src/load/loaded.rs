@@ -8,7 +8,7 @@ use tipwatch_ingest::{Log, Losses, SensorRecording};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
 
-use crate::base::provenance::{FileHash, hash_of};
+use crate::base::file_hash::{FileHash, hash_of};
 
 /// A machine and the samples of its sensors in a log.
 #[derive(Debug)]

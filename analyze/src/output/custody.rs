@@ -9,8 +9,8 @@ use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::Analysis;
+use crate::base::file_hash::{FileHash, hash_file, hash_of, program};
 use crate::base::files::write_atomically;
-use crate::base::provenance::{FileHash, hash_file, hash_of, program};
 use crate::base::recovered::RecoveredFrom;
 
 /// Name of the record.

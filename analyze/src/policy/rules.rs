@@ -31,8 +31,8 @@ use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use tipwatch_binding::read_text;
 
-use crate::base::provenance::FileHash;
-use crate::base::provenance::hash_of;
+use crate::base::file_hash::FileHash;
+use crate::base::file_hash::hash_of;
 use crate::events::EventKind;
 
 /// Rules that a log must satisfy.

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 use tipwatch_mechanics::machine::{Ground, Split};
 use tipwatch_mechanics::{Quantity, State};
 
+use super::conclusion::WHOLE;
 use super::findings::reason_counts;
 use crate::analysis::Analysis;
 use crate::base::options::{Estimator, ModelKind};
@@ -179,10 +180,16 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
             "No attitude was recorded: the slope is unknown (the loads do not need it).".into(),
         );
     }
-    found.push(format!(
-        "Wheel loads are known in {} of the log.",
-        analysis.coverage
-    ));
+    if analysis
+        .coverage
+        .valid_share
+        .is_none_or(|share| share < WHOLE)
+    {
+        found.push(format!(
+            "Wheel loads are known in {} of the log.",
+            analysis.coverage
+        ));
+    }
     found.extend(reason_counts(analysis).into_iter().map(|(reason, count)| {
         format!(
             "{count} rows are invalid because of {}.",

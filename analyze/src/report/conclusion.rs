@@ -14,7 +14,7 @@ use crate::events::{Event, EventKind, TIP_OVER_RAD};
 use crate::page::{facts, number, probability};
 
 /// From this share of the time on, the whole log counts as known: the estimator needs a moment at each end.
-const WHOLE: f64 = 0.99;
+pub(super) const WHOLE: f64 = 0.99;
 
 /// Question and answer, five of them, in the order of their importance.
 pub(crate) fn conclusion(analysis: &Analysis) -> [(&'static str, String); 5] {

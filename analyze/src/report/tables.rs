@@ -6,7 +6,7 @@ use tipwatch_ingest::TopicTiming;
 use super::findings::Scene;
 use super::when::Calendar;
 use crate::analysis::{Analysis, Input};
-use crate::base::provenance::FileHash;
+use crate::base::file_hash::FileHash;
 use crate::events::{Event, EventKind};
 use crate::page::{facts, number, or_dash, probability, readable, table};
 

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use tipwatch_ingest::Log;
 
-use crate::base::provenance::hash_file;
-use crate::base::provenance::hash_of;
+use crate::base::file_hash::hash_file;
+use crate::base::file_hash::hash_of;
 
 /// Hashes of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -9,8 +9,8 @@ use anyhow::{Context, Result};
 
 use super::record::{RECORD_SCHEMA, Record};
 use crate::base::error_text::error_text;
+use crate::base::file_hash::hash_of;
 use crate::base::files::{remove_unfinished, write_atomically};
-use crate::base::provenance::hash_of;
 
 /// The folder of records.
 #[derive(Debug)]

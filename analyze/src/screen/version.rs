@@ -7,9 +7,9 @@ use serde::Serialize;
 use tipwatch_binding::MachineFile;
 
 use super::record::RECORD_SCHEMA;
+use crate::base::file_hash::hash_file;
+use crate::base::file_hash::hash_of;
 use crate::base::options::Options;
-use crate::base::provenance::hash_file;
-use crate::base::provenance::hash_of;
 use crate::tables::summary;
 
 /// The inputs of a result, in the order in which they are hashed.

@@ -139,7 +139,8 @@ mod tests {
         ])
         .unwrap();
         assert_eq!(answers[0]["rods"][0], "suspension_right");
-        assert_eq!(answers[1]["status"], "optimal");
+        let status = answers[1]["status"].as_str().unwrap();
+        assert!(["optimal", "restrained"].contains(&status), "{status}");
         // the arm is in front: the platform moves backwards
         assert!(answers[1]["acceleration"][0].as_f64().unwrap().abs() > 0.001);
         assert!(answers[2]["error"].is_string());

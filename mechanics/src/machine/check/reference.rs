@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::checker::Checker;
 use super::driving::Driving;
 use crate::machine::linkage::LinkageInput;
-use crate::machine::{MachineError, MachineSpec, MeasuredJoint, Reference, ReferencePosture};
+use crate::machine::{Linkage, MachineError, MachineSpec, Reference, ReferencePosture};
 
 impl MachineSpec {
     /// Rejects positions of joints that the machine does not measure.
@@ -13,16 +13,15 @@ impl MachineSpec {
         &self,
         place: &str,
         posture: &BTreeMap<String, f64>,
-        joints: &[MeasuredJoint],
+        joints: &[&str],
     ) -> Result<(), MachineError> {
         for (joint, position) in posture {
             let place = format!("{place}.{joint}");
             let fault = |expected: &str, found: String| {
                 Err(MachineError::value(&self.file, place, expected, found))
             };
-            if !joints.iter().any(|measured| measured.name == *joint) {
-                let names: Vec<&str> = joints.iter().map(|j| j.name.as_str()).collect();
-                let expected = format!("a measured joint ({})", names.join(", "));
+            if !joints.contains(&joint.as_str()) {
+                let expected = format!("a measured joint ({})", joints.join(", "));
                 return fault(&expected, format!("\"{joint}\""));
             }
             if !position.is_finite() {
@@ -38,10 +37,14 @@ impl Checker<'_> {
     pub(super) fn reference(&self, driving: &Driving) -> Result<Reference, MachineError> {
         let limits = &self.spec.limits;
         let stated = &limits.reference_posture;
+        let names: Vec<&str> = (driving.joints.iter().map(|joint| joint.name.as_str()))
+            .chain(driving.linkages.iter().flat_map(|l| self.ends_of(l)))
+            .collect();
         self.spec
-            .check_posture("limits.reference_posture", stated, &driving.joints)?;
+            .check_posture("limits.reference_posture", stated, &names)?;
         let positions = driving.joints.iter().enumerate().map(|(index, joint)| {
             (stated.get(&joint.name).copied())
+                .or_else(|| self.by_other_end(index, stated, driving))
                 .or(joint.constant)
                 .unwrap_or_else(|| self.nearest_to_zero(index, driving))
         });
@@ -60,6 +63,31 @@ impl Checker<'_> {
         })
     }
 
+    /// Names of the pivot and the rod of a linkage.
+    fn ends_of(&self, linkage: &Linkage) -> [&str; 2] {
+        [linkage.bodies.pivot, linkage.bodies.rod].map(|body| {
+            let joint = self.tree.bodies[body].joint.as_ref();
+            joint.map_or("", |joint| joint.name.as_str())
+        })
+    }
+
+    /// The position of a measured joint whose linkage is stated by its other end: the rod instead of the pivot, or
+    /// the reverse. A machine file then suits logs that measure either.
+    fn by_other_end(
+        &self,
+        joint: usize,
+        stated: &BTreeMap<String, f64>,
+        driving: &Driving,
+    ) -> Option<f64> {
+        let mut linkages = driving.linkages.iter();
+        let linkage = linkages.find(|linkage| linkage.measured_joint == joint)?;
+        let [pivot, rod] = self.ends_of(linkage).map(|name| stated.get(name).copied());
+        match linkage.input {
+            LinkageInput::PivotAngle => rod.map(|rod| linkage.pivot_at_rod(rod)),
+            LinkageInput::RodLength => pivot.map(|pivot| linkage.rod_at_pivot(pivot)),
+        }
+    }
+
     /// The position of a measured joint that is nearest to zero within its limits (rad or m). For a measured rod it
     /// is the one at which the pivot is: a log that measures the pivot then has the same reference.
     fn nearest_to_zero(&self, joint: usize, driving: &Driving) -> f64 {
@@ -68,7 +96,7 @@ impl Checker<'_> {
                 position.clamp(least, greatest)
             })
         };
-        let by_rod = |linkage: &&crate::machine::Linkage| {
+        let by_rod = |linkage: &&Linkage| {
             linkage.measured_joint == joint && linkage.input == LinkageInput::RodLength
         };
         let position = driving.linkages.iter().find(by_rod).map_or(0.0, |linkage| {

@@ -40,6 +40,7 @@ impl MachineSpec {
                 }
             }
         }
-        self.check_posture("weighed.posture", &weighed.posture, joints)
+        let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+        self.check_posture("weighed.posture", &weighed.posture, &names)
     }
 }
