@@ -219,7 +219,7 @@ fn methods_validation_and_limitations_are_those_of_this_analysis() {
     assert!(!with.contains("loads are known in") && without.contains("loads are known in"));
     assert!(without.contains("No odometry was recorded"), "{without}");
     let page = page(&analysis);
-    assert!(words(section(&page, "Validation")).contains("drive, corner, brake 0.18 / 0.31 %"));
+    assert!(words(section(&page, "Validation")).contains("drive, corner, brake 0.18 / 0.27 %"));
     assert!(words(section(&page, "Methods and assumptions")).contains("Newton-Euler"));
     for name in ["tiny", "bogie_drive", "forwarder6_bump"] {
         let text = words(&self::page(&self::analysis(name)));

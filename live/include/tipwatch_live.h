@@ -15,7 +15,7 @@
 #define TIPWATCH_STATIC_ASSERT _Static_assert
 #endif
 
-#define TIPWATCH_MAGIC UINT64_C(144207827690342740)
+#define TIPWATCH_MAGIC UINT64_C(216265421728270676)
 #define TIPWATCH_SAMPLE_QUEUE UINT64_C(2048)
 #define TIPWATCH_VERDICT_QUEUE UINT64_C(2048)
 #define TIPWATCH_COMMAND_QUEUE UINT64_C(2048)
@@ -30,19 +30,21 @@
 #define TIPWATCH_MAX_JOINTS UINT64_C(64)
 #define TIPWATCH_MAX_PLACES UINT64_C(12)
 #define TIPWATCH_NAME_BYTES UINT64_C(64)
+#define TIPWATCH_TEXT_BYTES UINT64_C(512)
 #define TIPWATCH_DEFAULT_SERVICE "tipwatch"
 #define TIPWATCH_SESSION_SUFFIX "/session"
 #define TIPWATCH_SAMPLES_SUFFIX "/samples"
 #define TIPWATCH_MACHINE_SUFFIX "/machine"
 #define TIPWATCH_VERDICT_SUFFIX "/verdict"
 #define TIPWATCH_COMMAND_SUFFIX "/command"
+#define TIPWATCH_REFUSAL_SUFFIX "/refusal"
 #define TIPWATCH_ACKNOWLEDGE_SUFFIX "/acknowledge"
 #define TIPWATCH_PROGRESS_SUFFIX "/progress"
 #define TIPWATCH_LAYOUT_ATTRIBUTE "layout"
 
 /* What a reader must know before the first sample. Its source identifies the session. */
-#define TIPWATCH_SESSION_TYPE "tipwatch.Session.v2"
-#define TIPWATCH_SESSION_LAYOUT "a383b7ad3727650b"
+#define TIPWATCH_SESSION_TYPE "tipwatch.Session.v3"
+#define TIPWATCH_SESSION_LAYOUT "29674dff2aa302b3"
 struct tipwatch_session {
     /* MAGIC */
     uint64_t magic;
@@ -59,8 +61,14 @@ struct tipwatch_session {
     /* Samples of the session without the end message; 0 if unknown. */
     uint64_t total_samples;
     /* Speed of the sensors' clock relative to real time: 1 on a machine; 0 if unrelated to real time
-     * (a replay as fast as possible). */
+     * (a replay as fast as possible), which the monitor accepts only with --allow-untimed and the control never. */
     double pace;
+    /* A time of the sensors' clock (ns), to which clock_host_ns belongs: a sample with the stamp time_ns was
+     * measured at clock_host_ns + (time_ns - clock_stamp_ns) / pace. Unused if pace is 0. */
+    int64_t clock_stamp_ns;
+    /* The same instant by this computer's CLOCK_MONOTONIC (ns). A producer whose stamps are CLOCK_MONOTONIC sets
+     * both fields to the same time; with stamps in Unix time it reads both clocks when it announces the session. */
+    int64_t clock_host_ns;
     /* Number of joints in all streams. */
     uint32_t joint_count;
     /* Number of streams of joint states. The first is the fastest: each of its samples completes a row. */
@@ -86,7 +94,7 @@ struct tipwatch_session {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_session) == 4520, "tipwatch_session");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_session) == 4536, "tipwatch_session");
 
 /* One message of one sensor. */
 #define TIPWATCH_SAMPLE_TYPE "tipwatch.Sample.v2"
@@ -163,7 +171,7 @@ TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 1696, "tipwatch_machin
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */
 #define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v2"
-#define TIPWATCH_VERDICT_LAYOUT "1afbee77a4556d3f"
+#define TIPWATCH_VERDICT_LAYOUT "08afa0be1a38ac2f"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -193,11 +201,17 @@ struct tipwatch_verdict {
     uint64_t refused;
     /* Samples that arrived again. */
     uint64_t repeated;
+    /* Sequence number of the first verdict of this source that carries the latched alarm. An
+     * acknowledgement must name this verdict or a later one. Meaningless without an alarm. */
+    uint64_t alarm_sequence;
+    /* The announced session that the monitor refuses; 0 if none. */
+    uint64_t refused_session;
     /* 1 a row; 2 between rows: the numbers are those of the last row. */
     uint32_t event;
     /* Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault. */
     uint32_t level;
-    /* Level to act on: danger stays until it has ended and was acknowledged. */
+    /* Level to act on: danger, and a failure of the model (fault), stay until they are over and were
+     * acknowledged, over the end of a session and a restart of the monitor. */
     uint32_t latched_level;
     /* Bits: faults of the input since the last row. */
     uint32_t faults;
@@ -211,7 +225,7 @@ struct tipwatch_verdict {
     uint32_t held_cautions;
     /* Bits: reasons of the rows behind a level of fault. */
     uint32_t held_reasons;
-    /* 1 if an acknowledgement arrived since the last row. */
+    /* 1 if an acknowledgement of the latched alarm arrived since the last row. */
     uint32_t acknowledged;
     /* 1 if real time was not checked: the samples are replayed as fast as possible. */
     uint32_t untimed;
@@ -221,6 +235,21 @@ struct tipwatch_verdict {
     uint32_t wheel_count;
     /* Number of edges of the support polygon. */
     uint32_t edge_count;
+    /* Level of the latched alarm, danger or fault; 0 without one. */
+    uint32_t alarm;
+    /* 1 if the latched alarm was acknowledged: it is released when it is over. */
+    uint32_t alarm_acknowledged;
+    /* The latched alarm with which the session began, as in alarm: one from an earlier session, or from
+     * before a restart. */
+    uint32_t inherited_alarm;
+    /* 1 if that one had been acknowledged. */
+    uint32_t inherited_acknowledged;
+    /* Why the announced session is refused: 0 it is not; 1 damaged message, 2 another machine, 3 untimed,
+     * 4 a sensor is missing, 5 a sensor that the machine does not have, 6 joints, 7 mounting of the IMU,
+     * 8 the machine does not suit live use. The service of refusals has the text. */
+    uint32_t refusal;
+    /* Zero. */
+    uint32_t reserved;
     /* 1 - (OTF - 2 sigma) / static load of the worst wheel (-) */
     double utilisation;
     /* Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s. */
@@ -270,7 +299,7 @@ struct tipwatch_verdict {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2456, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2496, "tipwatch_verdict");
 
 /* Command to the valves of the suspension. The valve driver must close them when it is past
  * valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file. */
@@ -336,9 +365,39 @@ struct tipwatch_command {
 };
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_command) == 224, "tipwatch_command");
 
-/* An operator has acknowledged the alarm. */
-#define TIPWATCH_ACKNOWLEDGE_TYPE "tipwatch.Acknowledge.v1"
-#define TIPWATCH_ACKNOWLEDGE_LAYOUT "cd20c9dad28ba0ad"
+/* Why the monitor refuses an announced session. Kept for late joiners. */
+#define TIPWATCH_REFUSAL_TYPE "tipwatch.Refusal.v1"
+#define TIPWATCH_REFUSAL_LAYOUT "90687d64547f4ee2"
+struct tipwatch_refusal {
+    /* MAGIC */
+    uint64_t magic;
+    /* Sequence number, from zero for each source: a jump means lost messages. */
+    uint64_t sequence;
+    /* Identifies the source. */
+    uint64_t source;
+    /* Hash of machine file and URDF. */
+    uint64_t machine_hash;
+    /* Time to which the content applies (ns), by the sensors' clock. */
+    int64_t time_ns;
+    /* Publication time (ns), by this computer's CLOCK_MONOTONIC. */
+    int64_t published_ns;
+    /* The refused session. */
+    uint64_t session;
+    /* The reason, as refusal of the verdict. */
+    uint32_t reason;
+    /* Zero. */
+    uint32_t reserved;
+    /* The reason as text (UTF-8), cut to fit: what was expected, and what was found. */
+    uint8_t text[512];
+    /* CRC-32 (as in zlib) of all bytes before this field. */
+    uint64_t checksum;
+};
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_refusal) == 584, "tipwatch_refusal");
+
+/* An operator has acknowledged the alarm. It counts only if magic and checksum are right, machine_hash is that of
+ * the monitor, and the named verdict carried the alarm. */
+#define TIPWATCH_ACKNOWLEDGE_TYPE "tipwatch.Acknowledge.v2"
+#define TIPWATCH_ACKNOWLEDGE_LAYOUT "a69888bed1142670"
 struct tipwatch_acknowledge {
     /* MAGIC */
     uint64_t magic;
@@ -352,12 +411,14 @@ struct tipwatch_acknowledge {
     int64_t time_ns;
     /* Publication time (ns), by this computer's CLOCK_MONOTONIC. */
     int64_t published_ns;
-    /* Sequence number of the acknowledged verdict. */
+    /* Source of the acknowledged verdict: that run of the monitor. */
+    uint64_t verdict_source;
+    /* Sequence number of the acknowledged verdict, not below its alarm_sequence. */
     uint64_t verdict_sequence;
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_acknowledge) == 64, "tipwatch_acknowledge");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_acknowledge) == 72, "tipwatch_acknowledge");
 
 /* Progress of a reader of samples. Its source is the session that it reads. */
 #define TIPWATCH_PROGRESS_TYPE "tipwatch.Progress.v1"

@@ -237,7 +237,8 @@ fn control_alone() {
         control.tick(now_ns, &mut send);
         IS_COUNTED.set(false);
     }
-    assert!(steered > 100, "{steered} rows steered");
+    // the rods of a recording do not obey: the control follows until it has found that out
+    assert!(steered >= 10, "{steered} rows steered");
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), 0);
 }
 

@@ -67,7 +67,7 @@
     const place = at(value[0], value[1]), load = value[2];
     const isLeft = value[1] > (box.left + box.right) / 2;
     const beside = Math.max(facts.radius * 0.4, disc * Math.sqrt(Math.max(load || 0, facts.at_rest || 0))) + unit;
-    const texts = [facts.name, load === null ? '?' : (load / 1000).toFixed(1) + ' kN'];
+    const texts = [facts.name, load === null ? '?' : (Math.round(load / 100) / 10 + 0).toFixed(1) + ' kN'];
     texts.forEach(function (text, line) {
       add(svg, 'text', { x: place[0] + (isLeft ? -beside : beside), y: place[1] + unit * (line * 3.6 - 0.4),
         'font-size': unit * 3.4, 'stroke-width': unit, 'text-anchor': isLeft ? 'end' : 'start' }, text);

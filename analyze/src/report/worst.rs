@@ -240,7 +240,8 @@ impl View<'_> {
             let anchor = if is_left { Anchor::End } else { Anchor::Start };
             drawing.text(*at, [beside, 2.0], anchor, &facts.name);
             let load = match load.is_finite() {
-                true => format!("{:.1} kN", load / 1e3),
+                // plus zero: no sign before zero
+                true => format!("{:.1} kN", (load / 100.0).round() / 10.0 + 0.0),
                 false => "unknown".into(),
             };
             drawing.text(*at, [beside, -10.0], anchor, &load);
