@@ -3,6 +3,7 @@
 
 pub mod c_header;
 pub mod command;
+pub mod contract;
 mod hash;
 pub mod identity;
 mod message;
