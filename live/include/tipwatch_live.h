@@ -143,7 +143,8 @@ enum tipwatch_level {
     TIPWATCH_LEVEL_FAULT = 5,
 };
 
-/* Bits of a set. A bit that is not listed belongs to a newer program, and means a fault: faults, cautions, held_faults, held_cautions of the verdict. */
+/* Bits: faults, cautions, held_faults, held_cautions of the verdict.
+ * A bit that is not listed is of a newer program: treat it like a listed one. */
 enum tipwatch_fault {
     /* A sensor has never delivered a usable sample. */
     TIPWATCH_FAULT_NEVER_RECEIVED = 1 << 0,
@@ -185,7 +186,8 @@ enum tipwatch_fault {
     TIPWATCH_FAULT_ALARM_UNSAVED = 1 << 18,
 };
 
-/* Bits of a set. A bit that is not listed belongs to a newer program, and means a fault: reasons, held_reasons of the verdict. */
+/* Bits: reasons, held_reasons of the verdict.
+ * A bit that is not listed is of a newer program: treat it like a listed one. */
 enum tipwatch_reason {
     /* No joint states close enough in time. */
     TIPWATCH_REASON_JOINTS_GAP = 1 << 0,
@@ -297,7 +299,8 @@ enum tipwatch_mode {
     TIPWATCH_MODE_FOLLOW = 2,
 };
 
-/* Bits of a set. A bit that is not listed belongs to a newer program, and means a fault: reasons of the command. */
+/* Bits: reasons of the command.
+ * A bit that is not listed is of a newer program: treat it like a listed one. */
 enum tipwatch_hold_reason {
     /* No row has been received, or none for too long. */
     TIPWATCH_HOLD_REASON_NO_ROW = 1 << 0,
