@@ -17,7 +17,7 @@ mod needs_python_iceoryx2 {
     fn client_that_knows_only_the_header_is_not_fooled() {
         let ran = super::python()
             .args([CLIENT, env!("CARGO_BIN_EXE_tipwatch-live")])
-            .arg(data("swing_lift.mcap"))
+            .args([data("swing_lift.mcap"), data("tiny_lift.mcap")])
             .arg("--short")
             .output()
             .unwrap();

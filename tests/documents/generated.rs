@@ -5,6 +5,9 @@ use std::fs;
 use std::path::Path;
 
 use tipwatch_live::wire::contract::{Coding, enumerations, services};
+use tipwatch_live::wire::topics::{
+    LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, SAFE_OVERFLOW,
+};
 use tipwatch_mechanics::{Quantity, RowColumn, When};
 
 use super::page::{Page, is_blessing, root};
@@ -92,15 +95,22 @@ fn settings() -> String {
     );
     for service in services() {
         text += &format!(
-            "| `{}` | `struct tipwatch_{}` | {} | {} | {} | {} |\n",
+            "| `{}` | `struct tipwatch_{}` | {} | {} | {} |{}|\n",
             service.suffix,
             service.message,
             service.writers,
             service.buffer,
             service.history,
-            if service.has_events { "yes" } else { "" }
+            if service.has_events { " yes " } else { " " }
         );
     }
+    text += "\n| settings of all services | publish-subscribe | events |\n|---|---|---|\n";
+    text += &format!("| enable_safe_overflow | {SAFE_OVERFLOW} | |\n");
+    text += &format!("| subscriber_max_borrowed_samples | {MAX_BORROWED} | |\n");
+    text += &format!("| max_subscribers | {MAX_READERS} | |\n");
+    text += &format!("| max_listeners, max_notifiers | | {MAX_READERS} |\n");
+    text += &format!("| max_nodes | {MAX_NODES} | {MAX_NODES} |\n");
+    text += &format!("| attribute | `{LAYOUT_ATTRIBUTE}` | |\n");
     text
 }
 

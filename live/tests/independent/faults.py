@@ -6,16 +6,26 @@ from session import HEADER, KINDS
 
 
 class Fault:
-    """What is done to each sample from a moment on, and the longest time to a verdict that is not Safe or Notice."""
+    """What is done to each sample from a moment on, and the longest time to a verdict that is neither Safe nor Notice for
+    one of these reasons."""
 
-    def __init__(self, name, limit_s, act):
-        self.name, self.limit_s, self.act = name, limit_s, act
+    def __init__(self, name, limit_s, act, *reasons):
+        self.name, self.limit_s, self.act, self.reasons = name, limit_s, act, set(reasons)
+
+    def is_found(self, verdict):
+        return not self.reasons.isdisjoint(reasons(verdict))
 
     def from_on(self, start_s):
         def change(session, sample, seconds):
             return None if seconds < start_s else self.act(session, sample, seconds - start_s)
 
         return change
+
+
+def reasons(verdict):
+    """Faults, cautions and reasons of a verdict, now and behind its level."""
+    bits = verdict.faults | verdict.cautions | verdict.held_faults | verdict.held_cautions
+    return HEADER.names("fault", bits) + HEADER.names("reason", verdict.reasons | verdict.held_reasons)
 
 
 def value(kind, place, change):
@@ -95,24 +105,44 @@ def stamped(change):
 # what the monitor promises (book/src/reference/live-programs.md), and 0.15 s for a busy computer
 SLACK_S = 0.15
 FAULTS = [
-    Fault("no sample any more", 0.25, lambda *_: []),
-    Fault("no IMU any more", 0.25, silent("imu")),
-    Fault("no joint states any more", 0.25, silent("joints")),
-    Fault("joint position NaN", 0.1, value("joints", 0, lambda _: math.nan)),
-    Fault("specific force 1e6 m/s2", 0.1, value("imu", 2, lambda _: 1e6)),
-    Fault("attitude not of unit norm", 0.1, value("imu", 9, lambda w: 1.2 * w)),
-    Fault("IMU frozen", 1.0, frozen()),
-    Fault("a bit of each sample wrong", 0.1, damaged),
-    Fault("all zeros", 0.1, zeros),
-    Fault("every other sample lost", 0.3, lost),
-    Fault("samples repeated", 0.25, repeated),
-    Fault("samples of another session", 0.25, of_another("source")),
-    Fault("samples of another machine", 0.25, of_another("machine_hash")),
-    Fault("stamps 1 s ahead", 0.25, stamped(lambda ns, _: ns + 10**9)),
-    Fault("stamps 5 s behind", 0.25, stamped(lambda ns, _: ns - 5 * 10**9)),
-    Fault("stamps at half speed", 2.0, stamped(lambda ns, s: ns - int(s * 5e8))),
+    Fault("no sample any more", 0.25, lambda *_: [], "stale", "joints_gap"),
+    Fault("no IMU any more", 0.25, silent("imu"), "stale", "imu_gap"),
+    Fault("no joint states any more", 0.25, silent("joints"), "stale", "joints_gap"),
+    Fault("joint position NaN", 0.1, value("joints", 0, lambda _: math.nan), "not_finite"),
+    Fault("specific force 1e6 m/s2", 0.1, value("imu", 2, lambda _: 1e6), "out_of_range"),
+    Fault("attitude not of unit norm", 0.1, value("imu", 9, lambda w: 1.2 * w), "not_unit"),
+    Fault("IMU frozen", 1.0, frozen(), "frozen"),
+    Fault("a bit of each sample wrong", 0.1, damaged, "torn"),
+    Fault("all zeros", 0.1, zeros, "torn"),
+    Fault("every other sample lost", 0.3, lost, "lost"),
+    Fault("samples repeated", 0.25, repeated, "disordered"),
+    Fault("samples of another session", 0.25, of_another("source"), "wrong_source"),
+    Fault("samples of another machine", 0.25, of_another("machine_hash"), "wrong_machine"),
+    Fault("stamps 1 s ahead", 0.25, stamped(lambda ns, _: ns + 10**9), "clock_jump"),
+    Fault("stamps 5 s behind", 0.25, stamped(lambda ns, _: ns - 5 * 10**9), "clock_jump", "stale", "disordered"),
+    Fault("stamps at half speed", 2.0, stamped(lambda ns, s: ns - int(s * 5e8)), "clock_jump", "stale"),
+]
+
+
+def without_imu(session):
+    session.has_imu = 0
+
+
+def untimed(session):
+    session.pace = 0.0
+
+
+def with_an_unknown_joint(session):
+    session.joint_names[0][0] = ord("?")
+
+
+# announcements that the monitor must refuse, and its reason
+SESSIONS = [
+    ("without the IMU", without_imu, "sensor_missing"),
+    ("whose clock is unrelated to real time", untimed, "untimed"),
+    ("with a joint that the URDF has not", with_an_unknown_joint, "joints"),
 ]
 # those that the short form runs
 SHORT = {"no sample any more", "joint position NaN", "a bit of each sample wrong", "samples of another machine"}
 
-__all__ = ["FAULTS", "HEADER", "SHORT", "SLACK_S"]
+__all__ = ["FAULTS", "SESSIONS", "SHORT", "SLACK_S", "reasons"]

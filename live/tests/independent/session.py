@@ -26,6 +26,8 @@ class World:
         self.state = tempfile.TemporaryDirectory()
         self.hash = HEADER.hash([machine.read_bytes(), urdf.read_bytes()])
         self.node = Node(HEADER, "independent", prefix=self.prefix)
+        # every service, with the settings of the header: the monitor refuses others
+        self.opened = [(self.node.messages(kind), self.node.events(kind)) for kind in HEADER.messages]
         self.monitor = None
 
     def start(self, *arguments):
