@@ -38,11 +38,11 @@ const BEGINNING: &str = "\
  *     bytes of the machine file, their number (8 bytes, least significant first), bytes of the URDF, their number.
  * Of the texts \"tip\" and \"watch\" it is TIPWATCH_HASH_EXAMPLE.
  *
- * FRAMES. Base: x forward, y to the left, z up, at the root link of the URDF. The IMU measures in its own frame: frame_id, or
+ * FRAMES. Base: x forward, y to the left, z up, of the link base_link, or of the root link of the URDF. The IMU measures in its own frame: frame_id, or
  * [imu] of the machine file, tells where that is; the monitor turns it into the base. Specific force at rest points up
  * (+9.81 m/s2). An attitude is a unit quaternion x y z w that turns vectors from the frame of the sensor (IMU: its own;
  * odometry: the base) into an upright frame, z up, whose heading is arbitrary but fixed: v_upright = q v_sensor q*. All four
- * NaN if it is unknown. Velocity and angular velocity of odometry are in the base frame. The wrench acts from the
+ * NaN if it is unknown; a sensor whose x and y are always 0 (below 1e-12) gives a heading without tilt. Velocity and angular velocity of odometry are in the base frame. The wrench acts from the
  * surroundings on the tool, in the tool's frame, moment about its origin.
  *
  * NUMBERING. joint_names lists the joints of stream 0, then of stream 1, and so on; a sample of kind joints with this stream has
