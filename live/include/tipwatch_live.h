@@ -6,7 +6,7 @@
  * event service of the same name. The other settings are those of all services, below. Every end opens or creates a service
  * with all of them. Its payload is the struct of the message; the type name is TIPWATCH_<MESSAGE>_TYPE, and the service
  * attribute TIPWATCH_LAYOUT_ATTRIBUTE has the value TIPWATCH_<MESSAGE>_LAYOUT. No user header. A writer notifies the event
- * service after each message; without that a reader notices the message up to TIPWATCH_LONGEST_WAIT_NS later. A writer of a
+ * service after each message; without that a reader notices the message some milliseconds later. A writer of a
  * service with a history calls update_connections now and then, so that late joiners receive the last message.
  *
  * MESSAGES. Numbers have the computer's byte order. checksum is CRC-32 (as in zlib: polynomial 0xedb88320 reflected, start and
@@ -70,7 +70,6 @@
 #define TIPWATCH_EVENT_LISTENERS UINT64_C(8)
 #define TIPWATCH_EVENT_NOTIFIERS UINT64_C(8)
 #define TIPWATCH_EVENT_NODES UINT64_C(24)
-#define TIPWATCH_LONGEST_WAIT_NS UINT64_C(1000000)
 #define TIPWATCH_VALIDITY_NS UINT64_C(100000000)
 #define TIPWATCH_HEARTBEAT_NS UINT64_C(20000000)
 #define TIPWATCH_HASH_START UINT64_C(14695981039346656037)

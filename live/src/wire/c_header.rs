@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::safety_limits::{HEARTBEAT_NS, MAX_WAIT, VALIDITY_NS};
+use crate::safety_limits::{HEARTBEAT_NS, VALIDITY_NS};
 use crate::wire::contract::{Coding, Enumeration, ServiceSettings, enumerations, services};
 use crate::wire::hash::{HASH_PRIME, HASH_START};
 use crate::wire::session::hash_of_texts;
@@ -24,7 +24,7 @@ const BEGINNING: &str = "\
  * event service of the same name. The other settings are those of all services, below. Every end opens or creates a service
  * with all of them. Its payload is the struct of the message; the type name is TIPWATCH_<MESSAGE>_TYPE, and the service
  * attribute TIPWATCH_LAYOUT_ATTRIBUTE has the value TIPWATCH_<MESSAGE>_LAYOUT. No user header. A writer notifies the event
- * service after each message; without that a reader notices the message up to TIPWATCH_LONGEST_WAIT_NS later. A writer of a
+ * service after each message; without that a reader notices the message some milliseconds later. A writer of a
  * service with a history calls update_connections now and then, so that late joiners receive the last message.
  *
  * MESSAGES. Numbers have the computer's byte order. checksum is CRC-32 (as in zlib: polynomial 0xedb88320 reflected, start and
@@ -95,7 +95,6 @@ pub fn c_header() -> String {
         ("EVENT_LISTENERS", MAX_READERS as u64),
         ("EVENT_NOTIFIERS", MAX_READERS as u64),
         ("EVENT_NODES", MAX_NODES as u64),
-        ("LONGEST_WAIT_NS", MAX_WAIT.as_nanos() as u64),
         ("VALIDITY_NS", VALIDITY_NS as u64),
         ("HEARTBEAT_NS", HEARTBEAT_NS as u64),
         ("HASH_START", HASH_START),
