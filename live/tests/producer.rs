@@ -1,10 +1,22 @@
-//! The example of a producer in Python.
+//! The examples in Python: a producer, and a subscriber beside it.
 
-use std::process::Command;
+use std::time::{Duration, Instant};
 
-use crate::support::{World, data};
+use tipwatch_live::wire::topics::{WireSample, WireVerdict};
 
-const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/producer.py");
+use crate::support::{Process, World, data};
+
+const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
+
+/// An example, for the machine "tiny".
+fn start(world: &World, example: &str, seconds: &str) -> Process {
+    let mut command = super::independent::python();
+    command.arg(format!("{EXAMPLES}/{example}"));
+    let (machine, urdf) = (data("tiny.toml"), data("tiny.urdf"));
+    let arguments = [machine.to_str().unwrap(), urdf.to_str().unwrap()];
+    let arguments = [&arguments[..], &["--seconds", seconds]].concat();
+    world.start_by(command, &arguments)
+}
 
 mod needs_python_iceoryx2 {
     use super::*;
@@ -12,14 +24,10 @@ mod needs_python_iceoryx2 {
     #[test]
     #[ignore = "needs Python with the package iceoryx2; TIPWATCH_PYTHON names the interpreter"]
     fn monitor_understands_a_python_producer() {
-        let python = std::env::var("TIPWATCH_PYTHON").unwrap_or_else(|_| "python3".into());
         let world = World::new("py");
         let monitor = world.monitor(&data("tiny.toml"), &["--json"]);
-        let mut command = Command::new(python);
-        command.arg(EXAMPLE);
-        let (machine, urdf) = (data("tiny.toml"), data("tiny.urdf"));
-        let arguments = [machine.to_str().unwrap(), urdf.to_str().unwrap()];
-        let producer = world.start_by(command, &[&arguments[..], &["--seconds", "4"]].concat());
+        let producer = start(&world, "producer.py", "4");
+        let subscriber = start(&world, "subscriber.py", "4");
         let producer = producer.end();
         assert!(producer.status.success(), "{}", producer.err);
         let monitor = monitor.end();
@@ -36,5 +44,38 @@ mod needs_python_iceoryx2 {
             "{}",
             monitor.err
         );
+        let subscriber = subscriber.end();
+        assert!(subscriber.status.success(), "{}", subscriber.err);
+        let said: Vec<&str> = subscriber.out.lines().collect();
+        assert!(said.contains(&"safe"), "{said:?}");
+        let last = said.last().unwrap();
+        assert!(last.contains(" verdicts, 0 lost, "), "{last}");
+        assert!(!last.starts_with("0 "), "{last}");
+    }
+
+    #[test]
+    #[ignore = "needs Python with the package iceoryx2; TIPWATCH_PYTHON names the interpreter"]
+    fn python_producer_rings_the_event() {
+        let world = World::new("pyevent");
+        let node = world.join();
+        let listener = node.event_listener::<WireSample>().unwrap();
+        let _producer = start(&world, "producer.py", "60");
+        world.wait_for_producer();
+        for _ in 0..10 {
+            let start = Instant::now();
+            listener.wait(Duration::from_secs(5));
+            assert!(start.elapsed() < Duration::from_secs(3));
+        }
+    }
+
+    #[test]
+    #[ignore = "needs Python with the package iceoryx2; TIPWATCH_PYTHON names the interpreter"]
+    fn subscriber_calls_silence_a_fault() {
+        let world = World::new("pysilent");
+        let ended = start(&world, "subscriber.py", "1").end();
+        assert_eq!(ended.out.lines().next(), Some("fault no valid verdict"));
+        assert!(ended.out.contains("0 verdicts"), "{}", ended.out);
+        // the settings of the service are those of the program
+        drop(world.join().receiver::<WireVerdict>().unwrap());
     }
 }

@@ -16,13 +16,15 @@ mod crash;
 mod delays;
 /// Every fault of the input, injected in shared memory.
 mod faults;
-/// The C header is current.
+/// The C header is current, and the client in C works.
 mod header;
+/// A client that knows only the C header.
+mod independent;
 /// Signals from single-number topics.
 mod number_signals;
 /// Offline analysis gives the same bits.
 mod offline_equals_live;
-/// The producer in Python.
+/// The producer and the subscriber in Python.
 mod producer;
 /// Recordings, and their reproduction offline.
 mod record;

@@ -1,8 +1,13 @@
-//! Parts of the documents that follow from the code: the columns, the map of the tree.
+//! Parts of the documents that follow from the code: the columns, the services, the numbers on the wire, the map of
+//! the tree.
 
 use std::fs;
 use std::path::Path;
 
+use tipwatch_live::wire::contract::{Coding, enumerations, services};
+use tipwatch_live::wire::topics::{
+    LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, SAFE_OVERFLOW,
+};
 use tipwatch_mechanics::{Quantity, RowColumn, When};
 
 use super::page::{Page, is_blessing, root};
@@ -11,6 +16,18 @@ use super::page::{Page, is_blessing, root};
 #[test]
 fn the_reference_of_the_columns_is_current() {
     assert_current("book/src/reference/columns.md", "columns", &columns());
+}
+
+/// The settings of the services are those with which they are opened.
+#[test]
+fn the_settings_of_the_services_are_current() {
+    assert_current("book/src/reference/services.md", "settings", &settings());
+}
+
+/// The numbers on the wire are those of the enumerations.
+#[test]
+fn the_numbers_on_the_wire_are_current() {
+    assert_current("book/src/reference/c-header.md", "numbers", &numbers());
 }
 
 /// The map of the tree is made of the first sentence of every folder.
@@ -70,6 +87,50 @@ fn columns() -> String {
         add(column.name, column.unit, column.meaning);
     }
     text
+}
+
+fn settings() -> String {
+    let mut text = String::from(
+        "| service | message | max_publishers | subscriber_max_buffer_size | history_size | events |\n|---|---|---|---|---|---|\n",
+    );
+    for service in services() {
+        text += &format!(
+            "| `{}` | `struct tipwatch_{}` | {} | {} | {} |{}|\n",
+            service.suffix,
+            service.message,
+            service.writers,
+            service.buffer,
+            service.history,
+            if service.has_events { " yes " } else { " " }
+        );
+    }
+    text += "\n| settings of all services | publish-subscribe | events |\n|---|---|---|\n";
+    text += &format!("| enable_safe_overflow | {SAFE_OVERFLOW} | |\n");
+    text += &format!("| subscriber_max_borrowed_samples | {MAX_BORROWED} | |\n");
+    text += &format!("| max_subscribers | {MAX_READERS} | |\n");
+    text += &format!("| max_listeners, max_notifiers | | {MAX_READERS} |\n");
+    text += &format!("| max_nodes | {MAX_NODES} | {MAX_NODES} |\n");
+    text += &format!("| attribute | `{LAYOUT_ATTRIBUTE}` | |\n");
+    text
+}
+
+fn numbers() -> String {
+    let mut text = String::new();
+    for list in enumerations() {
+        let head = match list.coding {
+            Coding::Number => "number",
+            Coding::Bit => "bit",
+            Coding::Index => "index",
+        };
+        text += &format!(
+            "\n`enum tipwatch_{}`: {}\n\n| {head} | name | meaning |\n|---|---|---|\n",
+            list.name, list.fields
+        );
+        for entry in &list.entries {
+            text += &format!("| {} | `{}` | {} |\n", entry.number, entry.name, entry.doc);
+        }
+    }
+    text + "\n"
 }
 
 fn tree() -> String {

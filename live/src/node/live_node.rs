@@ -10,7 +10,9 @@ use super::event::{EventListener, EventNotifier};
 use super::iceoryx::{Service, cause};
 use super::port::{Receiver, Sender};
 use crate::system::signals::{self, Interrupted};
-use crate::wire::topics::{LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, Topic};
+use crate::wire::topics::{
+    LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, SAFE_OVERFLOW, Topic,
+};
 
 /// How long a writer waits for the slot of one that has died.
 const DEAD_WRITER_LIMIT: Duration = Duration::from_secs(1);
@@ -97,6 +99,7 @@ impl LiveNode {
     /// # Errors
     /// There are too many notifiers.
     pub fn event_notifier<T: Topic>(&self) -> Result<EventNotifier> {
+        const { assert!(T::HAS_EVENTS) };
         EventNotifier::new(&self.node, &self.service_name::<T>())
     }
 
@@ -105,6 +108,7 @@ impl LiveNode {
     /// # Errors
     /// There are too many listeners.
     pub fn event_listener<T: Topic>(&self) -> Result<EventListener> {
+        const { assert!(T::HAS_EVENTS) };
         EventListener::new(&self.node, &self.service_name::<T>())
     }
 
@@ -112,8 +116,7 @@ impl LiveNode {
         format!("{}{}", self.address.service, T::SUFFIX)
     }
 
-    /// Opens or creates a service with all its settings. A full queue overwrites its oldest message: a writer
-    /// never waits for a reader.
+    /// Opens or creates a service with all its settings.
     fn service<T: Topic>(&self) -> Result<Service<T>> {
         let name = self.service_name::<T>();
         let service = ServiceName::new(&name)
@@ -126,8 +129,8 @@ impl LiveNode {
         self.node
             .service_builder(&service)
             .publish_subscribe::<T>()
-            .enable_safe_overflow(true)
-            .history_size(usize::from(T::IS_KEPT))
+            .enable_safe_overflow(SAFE_OVERFLOW)
+            .history_size(T::HISTORY)
             .subscriber_max_buffer_size(T::QUEUE)
             .subscriber_max_borrowed_samples(MAX_BORROWED)
             .max_publishers(T::WRITERS)

@@ -15,8 +15,10 @@ use crate::wire::topics::WireCommand;
     PartialOrd,
     Ord,
     Default,
+    strum::EnumMessage,
     strum::FromRepr,
     strum::IntoStaticStr,
+    strum::VariantArray,
 )]
 #[strum(serialize_all = "snake_case")]
 #[repr(u32)]
@@ -45,7 +47,9 @@ impl Mode {
 }
 
 /// Why the valves do not follow the optimiser.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, strum::EnumMessage, strum::IntoStaticStr, strum::VariantArray,
+)]
 #[strum(serialize_all = "snake_case")]
 #[repr(u8)]
 pub enum HoldReason {
@@ -124,24 +128,10 @@ impl HoldReasons {
     }
 }
 
-/// All statuses of the optimiser, in the order of their numbers on the wire, which start at 1.
-const STATUSES: [Status; 10] = [
-    Status::Optimal,
-    Status::WorkLimit,
-    Status::MarginLost,
-    Status::StepTooShort,
-    Status::OutsideLimits,
-    Status::NoSolution,
-    Status::PositionUnknown,
-    Status::Restrained,
-    Status::PositionImplausible,
-    Status::NotFollowing,
-];
-
 /// The number of a status on the wire; 0 if the optimiser was not asked.
 #[must_use]
 pub fn status_number(status: Option<Status>) -> u32 {
-    let place = STATUSES.iter().position(|&s| Some(s) == status);
+    let place = Status::VARIANTS.iter().position(|&s| Some(s) == status);
     place.map_or(0, |place| place as u32 + 1)
 }
 
@@ -162,7 +152,7 @@ impl WireCommand {
     #[must_use]
     pub fn status(&self) -> Option<Status> {
         let place = self.status.checked_sub(1)?;
-        STATUSES.get(place as usize).copied()
+        Status::VARIANTS.get(place as usize).copied()
     }
 
     /// Name of the status.
@@ -196,7 +186,7 @@ mod tests {
 
     #[test]
     fn statuses_survive_the_wire() {
-        for status in STATUSES {
+        for &status in Status::VARIANTS {
             let wire = WireCommand {
                 status: status_number(Some(status)),
                 ..WireCommand::closed()

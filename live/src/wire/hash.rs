@@ -1,5 +1,10 @@
 //! FNV-1a, 64 bits: distinguishes layouts, machines and sessions. Not a protection against manipulation.
 
+/// The hash of no data.
+pub(super) const HASH_START: u64 = 0xcbf2_9ce4_8422_2325;
+/// The factor at every byte.
+pub(super) const HASH_PRIME: u64 = 0x100_0000_01b3;
+
 /// A hash in progress.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fnv1a(u64);
@@ -14,7 +19,7 @@ impl Fnv1a {
     /// The hash of no data.
     #[must_use]
     pub(super) const fn new() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
+        Self(HASH_START)
     }
 
     /// Adds bytes and their number, so that "ab", "c" differs from "a", "bc".
@@ -22,7 +27,7 @@ impl Fnv1a {
     pub(super) const fn bytes(mut self, bytes: &[u8]) -> Self {
         let mut i = 0;
         while i < bytes.len() {
-            self.0 = (self.0 ^ bytes[i] as u64).wrapping_mul(0x100_0000_01b3);
+            self.0 = (self.0 ^ bytes[i] as u64).wrapping_mul(HASH_PRIME);
             i += 1;
         }
         self.number(bytes.len() as u64)
@@ -34,7 +39,7 @@ impl Fnv1a {
         let bytes = number.to_le_bytes();
         let mut i = 0;
         while i < bytes.len() {
-            self.0 = (self.0 ^ bytes[i] as u64).wrapping_mul(0x100_0000_01b3);
+            self.0 = (self.0 ^ bytes[i] as u64).wrapping_mul(HASH_PRIME);
             i += 1;
         }
         self

@@ -1,8 +1,9 @@
 //! What is on the wire: message types, their names and hashes, and their conversion from and to the
-//! types of mechanics. [`c_header`] generates the same for C.
+//! types of mechanics. [`contract`] lists services and enumerations; [`c_header`] generates the same for C.
 
 pub mod c_header;
 pub mod command;
+pub mod contract;
 mod hash;
 pub mod identity;
 mod message;

@@ -5,7 +5,18 @@ use std::fmt;
 use crate::wire::topics::{TEXT_BYTES, Wire, WireRefusal};
 
 /// Kind of reason; the numbers are part of the wire.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::FromRepr, strum::VariantArray)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    strum::EnumMessage,
+    strum::FromRepr,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 #[repr(u32)]
 pub enum Refusal {
     /// The announcement is damaged, of another version, or contradicts itself.

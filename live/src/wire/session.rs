@@ -283,9 +283,15 @@ fn joint_of(machine: &Machine, name: &str) -> Result<usize, SessionRefused> {
 /// Hash of the texts of machine file and URDF: both sides compare it.
 #[must_use]
 pub fn machine_hash(file: &MachineFile, urdf: &Urdf) -> u64 {
+    hash_of_texts(&file.text, &urdf.text)
+}
+
+/// The same of the texts themselves.
+#[must_use]
+pub fn hash_of_texts(machine: &str, urdf: &str) -> u64 {
     Fnv1a::new()
-        .bytes(file.text.as_bytes())
-        .bytes(urdf.text.as_bytes())
+        .bytes(machine.as_bytes())
+        .bytes(urdf.as_bytes())
         .finish()
 }
 

@@ -66,6 +66,8 @@ pub const MAX_READERS: usize = 8;
 pub const MAX_BORROWED: usize = 2;
 /// Nodes that may have a service open.
 pub const MAX_NODES: usize = 24;
+/// Whether a full buffer overwrites its oldest message: a writer never waits for a reader.
+pub const SAFE_OVERFLOW: bool = true;
 /// Name of the attribute with the hash of the layout.
 pub const LAYOUT_ATTRIBUTE: &str = "layout";
 
@@ -359,10 +361,12 @@ pub trait Topic: Wire {
     const SUFFIX: &'static str;
     /// Unread messages of each reader.
     const QUEUE: usize;
-    /// Whether late joiners receive the last message.
-    const IS_KEPT: bool;
+    /// Messages that late joiners receive.
+    const HISTORY: usize;
     /// Maximum number of writers.
     const WRITERS: usize;
+    /// Whether each message notifies the listeners of the event service of the same name.
+    const HAS_EVENTS: bool;
 }
 
 /// A message that consumers may act on for a limited time.
@@ -384,47 +388,80 @@ impl Expiring for WireCommand {
 }
 
 macro_rules! topic {
-    ($type:ty, $suffix:expr, $queue:expr, $is_kept:expr, $writers:expr) => {
+    ($type:ty, $suffix:expr, $queue:expr, $history:expr, $writers:expr, $has_events:expr) => {
         impl Topic for $type {
             const SUFFIX: &'static str = $suffix;
             const QUEUE: usize = $queue;
-            const IS_KEPT: bool = $is_kept;
+            const HISTORY: usize = $history;
             const WRITERS: usize = $writers;
+            const HAS_EVENTS: bool = $has_events;
         }
     };
 }
 
-topic!(WireSession, SESSION_SUFFIX, LATEST, true, ONE_WRITER);
-topic!(WireSample, SAMPLES_SUFFIX, SAMPLE_QUEUE, false, ONE_WRITER);
-topic!(WireMachine, MACHINE_SUFFIX, LATEST, true, ONE_WRITER);
+topic!(
+    WireSession,
+    SESSION_SUFFIX,
+    LATEST,
+    LATEST,
+    ONE_WRITER,
+    false
+);
+topic!(
+    WireSample,
+    SAMPLES_SUFFIX,
+    SAMPLE_QUEUE,
+    0,
+    ONE_WRITER,
+    true
+);
+topic!(
+    WireMachine,
+    MACHINE_SUFFIX,
+    LATEST,
+    LATEST,
+    ONE_WRITER,
+    false
+);
 topic!(
     WireVerdict,
     VERDICT_SUFFIX,
     VERDICT_QUEUE,
-    false,
-    ONE_WRITER
+    0,
+    ONE_WRITER,
+    true
 );
 topic!(
     WireCommand,
     COMMAND_SUFFIX,
     COMMAND_QUEUE,
-    false,
-    ONE_WRITER
+    0,
+    ONE_WRITER,
+    true
 );
-topic!(WireRefusal, REFUSAL_SUFFIX, LATEST, true, ONE_WRITER);
+topic!(
+    WireRefusal,
+    REFUSAL_SUFFIX,
+    LATEST,
+    LATEST,
+    ONE_WRITER,
+    false
+);
 topic!(
     WireAcknowledge,
     ACKNOWLEDGE_SUFFIX,
     ACKNOWLEDGE_QUEUE,
-    false,
-    MAX_READERS
+    0,
+    MAX_READERS,
+    false
 );
 topic!(
     WireProgress,
     PROGRESS_SUFFIX,
     PROGRESS_QUEUE,
-    false,
-    MAX_READERS
+    0,
+    MAX_READERS,
+    false
 );
 
 /// [`WireVerdict::event`]: a row.
@@ -436,7 +473,18 @@ pub const EVENT_BETWEEN: u32 = 2;
 pub(crate) const ALARM_BEGINS: u64 = u64::MAX;
 
 /// [`WireSample::kind`] as an enumeration; the numbers are part of the wire.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::FromRepr)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    strum::EnumMessage,
+    strum::FromRepr,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 #[repr(u32)]
 pub enum Kind {
     /// Joint states.

@@ -41,6 +41,7 @@ use crate::wheel_loads::LoadAdjoint;
     PartialOrd,
     Ord,
     strum::EnumCount,
+    strum::EnumMessage,
     strum::IntoStaticStr,
     strum::VariantArray,
 )]

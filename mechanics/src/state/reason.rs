@@ -11,6 +11,7 @@
     PartialOrd,
     Ord,
     strum::EnumCount,
+    strum::EnumMessage,
     strum::IntoStaticStr,
     strum::VariantArray,
 )]

@@ -13,6 +13,7 @@ use crate::machine::FaultKind;
     PartialOrd,
     Ord,
     strum::EnumCount,
+    strum::EnumMessage,
     strum::IntoStaticStr,
     strum::VariantArray,
 )]

@@ -12,6 +12,7 @@
     Hash,
     Default,
     strum::EnumCount,
+    strum::EnumMessage,
     strum::IntoStaticStr,
     strum::VariantArray,
 )]

@@ -30,16 +30,25 @@ pub struct Command {
 }
 
 /// Outcome of the optimisation, from best to worst.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, strum::IntoStaticStr)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    strum::EnumMessage,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
 #[strum(serialize_all = "snake_case")]
 pub enum Status {
     /// The optimum was found.
     Optimal,
     /// The best point found within the bounded number of evaluations; all margins are met.
     WorkLimit,
-    /// The motion was restrained to what every wheel can afford: it, or the braking that ends it, would have taken
-    /// load from a wheel that has none to spare.
-    Restrained,
     /// No motion within the limits meets all load and angle margins: the smallest margin is maximised. Raises an
     /// alarm.
     MarginLost,
@@ -52,6 +61,9 @@ pub enum Status {
     NoSolution,
     /// A position or velocity of a rod is not finite: hold. Raises an alarm.
     PositionUnknown,
+    /// The motion was restrained to what every wheel can afford: it, or the braking that ends it, would have taken
+    /// load from a wheel that has none to spare.
+    Restrained,
     /// A measured rod is outside the stroke of the machine file: hold. Raises an alarm.
     PositionImplausible,
     /// A rod does not obey its valve: hold. Raises an alarm.
@@ -62,7 +74,7 @@ impl Status {
     /// Whether the operator must be alerted.
     #[must_use]
     pub fn is_alarm(self) -> bool {
-        self >= Self::MarginLost
+        self >= Self::MarginLost && self != Self::Restrained
     }
 
     /// Name in logs.

@@ -1,0 +1,246 @@
+//! What both ends of a service agree on beside the layout of the messages: settings of the services, and the meaning of
+//! numbers and bits. The C header and the reference are made of it.
+
+use strum::{EnumMessage, VariantArray};
+use tipwatch_mechanics::Contribution;
+use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::verdict::{InputFault, Level};
+use tipwatch_suspension::Status;
+
+use crate::wire::command::{HoldReason, Mode, status_number};
+use crate::wire::refusal::Refusal;
+use crate::wire::topics::{
+    EVENT_BETWEEN, EVENT_ROW, Kind, Topic, WireAcknowledge, WireCommand, WireMachine, WireProgress,
+    WireRefusal, WireSample, WireSession, WireVerdict,
+};
+
+/// How the number of an enumeration stands on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coding {
+    /// As itself.
+    Number,
+    /// As a bit of a set; the number is that of the bit.
+    Bit,
+    /// As the first index of an array.
+    Index,
+}
+
+/// A number of an enumeration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Entry {
+    /// Name, in lower case with underscores.
+    pub name: &'static str,
+    /// Its number; of a set, that of its bit.
+    pub number: u32,
+    /// Meaning.
+    pub doc: String,
+}
+
+/// An enumeration on the wire.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Enumeration {
+    /// Name in C, without "tipwatch_".
+    pub name: &'static str,
+    /// Fields that carry it.
+    pub fields: &'static str,
+    /// How its numbers stand in them.
+    pub coding: Coding,
+    /// The numbers, ascending.
+    pub entries: Vec<Entry>,
+}
+
+/// All enumerations.
+#[must_use]
+pub fn enumerations() -> Vec<Enumeration> {
+    let list = |name, fields, coding, entries| Enumeration {
+        name,
+        fields,
+        coding,
+        entries,
+    };
+    let mut statuses = entries(|status: Status| status_number(Some(status)));
+    statuses.insert(
+        0,
+        entry(
+            "not_asked",
+            status_number(None),
+            "The optimiser was not asked.",
+        ),
+    );
+    let events = vec![
+        entry("row", EVENT_ROW, "A row."),
+        entry(
+            "between",
+            EVENT_BETWEEN,
+            "Between rows: the numbers are those of the last row.",
+        ),
+    ];
+    use Coding::{Bit, Index, Number};
+    vec![
+        list(
+            "level",
+            "level, latched_level, alarm, inherited_alarm of the verdict; level of the command",
+            Number,
+            entries(|level: Level| level as u32),
+        ),
+        list(
+            "fault",
+            "faults, cautions, held_faults, held_cautions of the verdict",
+            Bit,
+            entries(|fault: InputFault| fault as u32),
+        ),
+        list(
+            "reason",
+            "reasons, held_reasons of the verdict",
+            Bit,
+            entries(|reason: Reason| reason as u32),
+        ),
+        list(
+            "event",
+            "event of the verdict and of the command",
+            Number,
+            events,
+        ),
+        list(
+            "cause",
+            "causes of the verdict",
+            Index,
+            entries(|cause: Contribution| cause as u32),
+        ),
+        list(
+            "refusal_reason",
+            "refusal of the verdict; reason of the refusal",
+            Number,
+            entries(|reason: Refusal| reason as u32),
+        ),
+        list(
+            "kind",
+            "kind of the sample",
+            Number,
+            entries(|kind: Kind| kind as u32),
+        ),
+        list(
+            "mode",
+            "mode of the command",
+            Number,
+            entries(|mode: Mode| mode as u32),
+        ),
+        list(
+            "hold_reason",
+            "reasons of the command",
+            Bit,
+            entries(|reason: HoldReason| reason as u32),
+        ),
+        list("status", "status of the command", Number, statuses),
+    ]
+}
+
+fn entry(name: &'static str, number: u32, doc: &str) -> Entry {
+    Entry {
+        name,
+        number,
+        doc: doc.replace('\n', " ").replace(['[', ']', '`'], ""),
+    }
+}
+
+fn entries<T>(number: impl Fn(T) -> u32) -> Vec<Entry>
+where
+    T: VariantArray + EnumMessage + Copy + Into<&'static str>,
+{
+    let one = |&variant: &T| {
+        let doc = variant.get_documentation().unwrap_or_default();
+        entry(variant.into(), number(variant), doc)
+    };
+    T::VARIANTS.iter().map(one).collect()
+}
+
+/// A service and its settings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ServiceSettings {
+    /// Name of the message in C, without "tipwatch_".
+    pub message: &'static str,
+    /// Suffix of the service name.
+    pub suffix: &'static str,
+    /// Buffer of each subscriber (messages).
+    pub buffer: usize,
+    /// History (messages).
+    pub history: usize,
+    /// Maximum number of publishers.
+    pub writers: usize,
+    /// Whether there is an event service of the same name.
+    pub has_events: bool,
+}
+
+/// All services.
+#[must_use]
+pub fn services() -> [ServiceSettings; 8] {
+    [
+        settings::<WireSession>("session"),
+        settings::<WireSample>("sample"),
+        settings::<WireMachine>("machine"),
+        settings::<WireVerdict>("verdict"),
+        settings::<WireCommand>("command"),
+        settings::<WireRefusal>("refusal"),
+        settings::<WireAcknowledge>("acknowledge"),
+        settings::<WireProgress>("progress"),
+    ]
+}
+
+fn settings<T: Topic>(message: &'static str) -> ServiceSettings {
+    ServiceSettings {
+        message,
+        suffix: T::SUFFIX,
+        buffer: T::QUEUE,
+        history: T::HISTORY,
+        writers: T::WRITERS,
+        has_events: T::HAS_EVENTS,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_distinct_and_documented() {
+        for Enumeration {
+            name,
+            coding,
+            entries,
+            ..
+        } in enumerations()
+        {
+            for pair in entries.windows(2) {
+                assert!(pair[0].number < pair[1].number, "{name}: {pair:?}");
+            }
+            for entry in &entries {
+                assert!(!entry.doc.is_empty(), "{name}: {entry:?}");
+                // a C enumeration is an int
+                assert!(
+                    coding != Coding::Bit || entry.number < 31,
+                    "{name}: {entry:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn names_are_those_of_tables_and_screens() {
+        let lists = enumerations();
+        let of = |name: &str| {
+            let list = lists.iter().find(|list| list.name == name).unwrap();
+            list.entries.iter().map(|e| e.name).collect::<Vec<_>>()
+        };
+        assert_eq!(of("level"), Level::ALL.map(Level::name));
+        assert_eq!(of("fault"), InputFault::ALL.map(InputFault::name));
+        assert_eq!(of("reason"), Reason::ALL.map(Reason::name));
+        assert_eq!(of("cause"), Contribution::ALL.map(Contribution::name));
+        assert_eq!(
+            of("status")[1..],
+            Status::VARIANTS
+                .iter()
+                .map(|s| s.name())
+                .collect::<Vec<_>>()
+        );
+    }
+}
