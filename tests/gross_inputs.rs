@@ -16,6 +16,9 @@ use tipwatch_mechanics::verdict::Level;
 use tipwatch_mechanics::{MachineError, MachineSpec, Quantity};
 use tipwatch_tests::{Values, analysed_with, data, write_edited, write_edited_without};
 
+/// What changes a message of this topic.
+type Edit = fn(&str, &mut Values<'_>);
+
 const RAD_TO_DEG: f64 = 57.295_779_513;
 const ARM: [&str; 3] = ["slew", "lift", "tilt"];
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -315,7 +318,7 @@ fn good_and_unusual_logs_have_no_gross_input() {
         let analysis = edited(&TempDir::new().unwrap(), log, |_, _| ());
         assert_eq!(analysis.gross_inputs, [], "{log}");
     }
-    let unusual: [(&str, fn(&str, &mut Values<'_>)); 4] = [
+    let unusual: [(&str, Edit); 4] = [
         ("encoders with a wrong zero", |topic, values| {
             if topic == "/joint_states" {
                 let steer = values.get("position.steer_fl");
@@ -456,7 +459,7 @@ fn planar_odometry_in_place_of_an_imu_is_not_level_ground() {
         (|_: &str, _: &mut Values<'_>| (), vec![]),
     ] {
         write_edited_without(&data("tiny_lift.mcap"), &path, "/imu/data", &mut |t, v| {
-            edit(t, v)
+            edit(t, v);
         });
         let analysis = analysed_with(&path, &machine, Options::default());
         let found: Vec<_> = analysis

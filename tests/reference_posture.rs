@@ -19,7 +19,7 @@ fn start_with_a_wheel_in_the_air_is_danger_with_the_same_utilisation() {
             estimator,
             ..Options::default()
         };
-        let whole = analysed(&data("tiny_lift.mcap"), options.clone());
+        let whole = analysed(&data("tiny_lift.mcap"), options);
         let late = analysed(
             &data("tiny_lift.mcap"),
             Options {

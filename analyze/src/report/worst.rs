@@ -68,8 +68,8 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     html! {
         p { (title(analysis, row)) }
         div.pictures.two {
-            @if let Some(picture) = view.from_above() { (picture) }
-            @if let Some(picture) = view.from_the_side(&state) { (picture) }
+            @if let Some(picture) = view.view_from_above() { (picture) }
+            @if let Some(picture) = view.view_from_the_side(&state) { (picture) }
         }
         (loads(analysis, row))
         p.hint {
@@ -167,7 +167,7 @@ impl View<'_> {
         (x.is_finite() && y.is_finite()).then_some([-y, x])
     }
 
-    fn from_above(&self) -> Option<Markup> {
+    fn view_from_above(&self) -> Option<Markup> {
         let machine = &self.analysis.machine;
         let contacts: Vec<Point> = self
             .placement
@@ -264,7 +264,7 @@ impl View<'_> {
         Some((widest.0[0], widest.1[0]))
     }
 
-    fn from_the_side(&self, state: &State<f64>) -> Option<Markup> {
+    fn view_from_the_side(&self, state: &State<f64>) -> Option<Markup> {
         let machine = &self.analysis.machine;
         let contacts: Vec<Point> = self
             .placement

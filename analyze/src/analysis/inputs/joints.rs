@@ -225,7 +225,7 @@ fn beyond_limits(
     };
     // a slewing joint may count its turns: then its limits, if any, allow that
     let may_turn = !slides && !is_limited(joint);
-    (typical > largest && !may_turn).then(|| (unit.1, range))
+    (typical > largest && !may_turn).then_some((unit.1, range))
 }
 
 /// Whether the URDF states limits that a position of several turns would exceed.

@@ -79,7 +79,7 @@ fn picture<'a>(figure: Node<'a, 'a>) -> Option<(Node<'a, 'a>, String)> {
             .find(move |child| child.has_tag_name(name))
     };
     // an empty element is drawn by the page's script
-    let svg = child("svg").filter(|svg| svg.has_children())?;
+    let svg = child("svg").filter(Node::has_children)?;
     Some((svg, child("figcaption").map(text).unwrap_or_default()))
 }
 

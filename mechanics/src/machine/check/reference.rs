@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::checker::Checker;
 use super::driving::Driving;
 use crate::machine::linkage::LinkageInput;
+use crate::machine::tree::TreeJoint;
 use crate::machine::{Linkage, MachineError, MachineSpec, Reference, ReferencePosture};
 
 impl MachineSpec {
@@ -101,7 +102,7 @@ impl Checker<'_> {
         };
         let position = driving.linkages.iter().find(by_rod).map_or(0.0, |linkage| {
             let pivot = self.tree.bodies[linkage.bodies.pivot].joint.as_ref();
-            let limits = pivot.and_then(|joint| joint.stated_limits());
+            let limits = pivot.and_then(TreeJoint::stated_limits);
             linkage.rod_at_pivot(within(0.0, limits))
         });
         within(position, driving.joints[joint].limits)
