@@ -1,5 +1,5 @@
-/* A client of tipwatch-live in C (C11) and C++ (C++11): a producer of samples, a consumer of verdicts, acknowledgements, and
- * the checks of every message. Header only; no memory is allocated, and nothing waits but `wait`.
+/* A client of tipwatch-live in C (C11) and C++ (C++11): a producer of samples, a consumer of verdicts, a valve driver,
+ * acknowledgements, and the checks of every message. Header only; no memory is allocated, and nothing waits but `wait`.
  *
  * The transport is the caller's: fill in struct tipwatch_transport with functions over iceoryx2's C or C++ binding, which
  * has no package of its own. tipwatch_live.h states the services and all their settings. Every message passes through here
@@ -257,6 +257,21 @@ static inline enum tipwatch_level tipwatch_level_now(const struct tipwatch_subsc
         return TIPWATCH_LEVEL_FAULT;
     }
     return (enum tipwatch_level)verdict->latched_level;
+}
+
+/* The opening of a valve (-1 to 1) that a received command allows now: 0, closed, unless the command is undamaged, of this
+ * machine, still valid, not held, and has such an actuator with an opening within its range. */
+static inline double tipwatch_opening_now(const struct tipwatch_command *command, uint32_t actuator, uint64_t machine_hash,
+                                          int64_t now_ns)
+{
+    const uint32_t most = sizeof command->opening / sizeof command->opening[0];
+    if (tipwatch_check_message(command, sizeof *command, machine_hash) != TIPWATCH_CHECK_GOOD ||
+        now_ns > command->valid_until_ns || actuator >= command->actuator_count || actuator >= most ||
+        (command->mode != (uint32_t)TIPWATCH_MODE_RAMP && command->mode != (uint32_t)TIPWATCH_MODE_FOLLOW) ||
+        !(command->opening[actuator] >= -1.0 && command->opening[actuator] <= 1.0)) {
+        return 0.0;
+    }
+    return command->opening[actuator];
 }
 
 /* Acknowledges the alarm of a verdict that somebody has seen. `source` and `sequence` number the acknowledgements of this

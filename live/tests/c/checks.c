@@ -1,4 +1,5 @@
 /* The checks of tipwatch_client.h, over a transport in memory. Exits with the line of the first check that fails. */
+#include <math.h>
 #include <stdio.h>
 
 #include "tipwatch_client.h"
@@ -76,6 +77,23 @@ static int arrive(struct tipwatch_subscriber *subscriber, uint64_t source, uint6
     return tipwatch_poll(subscriber);
 }
 
+/* What a valve driver does at time 2000 with such a command. */
+static double valve(uint32_t mode, double opening, int64_t valid_until_ns, uint32_t actuator)
+{
+    struct tipwatch_head head = {0, 0, 6, 77, 0, 0};
+    struct tipwatch_command command;
+    memset(&command, 0, sizeof command);
+    command.mode = mode;
+    command.actuator_count = 2;
+    command.opening[0] = command.opening[1] = opening;
+    command.valid_until_ns = valid_until_ns;
+    tipwatch_seal(&command, sizeof command, &head);
+    if (tipwatch_opening_now(&command, actuator, 78, 2000) != 0.0) {
+        return 99.0;
+    }
+    return tipwatch_opening_now(&command, actuator, 77, 2000);
+}
+
 int main(void)
 {
     struct tipwatch_transport transport = {&memory, keep, notify, receive, wait, now_ns};
@@ -137,6 +155,11 @@ int main(void)
     memory.has_waiting = 1;
     EXPECT(tipwatch_poll(&subscriber) == 0 && subscriber.refused == 1);
     EXPECT(tipwatch_level_now(&subscriber) == TIPWATCH_LEVEL_FAULT);
+
+    EXPECT(valve(TIPWATCH_MODE_FOLLOW, 0.5, 2000, 0) == 0.5 && valve(TIPWATCH_MODE_RAMP, -1.0, 2000, 1) == -1.0);
+    EXPECT(valve(TIPWATCH_MODE_HOLD, 0.5, 2000, 0) == 0.0 && valve(77, 0.5, 2000, 0) == 0.0);
+    EXPECT(valve(TIPWATCH_MODE_FOLLOW, 0.5, 1999, 0) == 0.0 && valve(TIPWATCH_MODE_FOLLOW, 0.5, 2000, 2) == 0.0);
+    EXPECT(valve(TIPWATCH_MODE_FOLLOW, 1.5, 2000, 0) == 0.0 && valve(TIPWATCH_MODE_FOLLOW, NAN, 2000, 0) == 0.0);
 
     EXPECT(tipwatch_send_acknowledge(&transport, 8, &acknowledged, &subscriber.verdict) < 0);
     subscriber.verdict.alarm = TIPWATCH_LEVEL_DANGER;
