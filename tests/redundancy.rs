@@ -9,6 +9,7 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::EventKind;
 use tipwatch_mechanics::machine::FaultKind;
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
 use tipwatch_tests::{Values, analysed, analysed_with, data, write_edited};
 
@@ -144,7 +145,7 @@ const WRONG: [Wrong; 9] = [
         name: "IMU turned by 10 degrees",
         edit: |topic, values, _, _| {
             if topic == "/imu/data" {
-                let angle = 10_f64.to_radians();
+                let angle = -10_f64.to_radians();
                 turn_imu(values, UnitQuaternion::from_euler_angles(angle, 0.0, 0.0));
             }
         },
@@ -216,7 +217,8 @@ fn judged(scene: &Scene, wrong: &Wrong, policy: &str) -> Found {
     });
     let airborne: Vec<usize> = airborne.collect();
     let is_safe = |row: &&usize| matches!(verdicts[**row].level, Level::Safe | Level::Notice);
-    let faulty = (0..analysis.rows.len()).find(|&row| verdicts[row].level == Level::Fault);
+    let faulty =
+        (0..analysis.rows.len()).find(|&row| analysis.rows.reasons[row].has(Reason::ImuFault));
     Found {
         called_safe: airborne.iter().filter(is_safe).count(),
         airborne: airborne.len(),

@@ -13,6 +13,14 @@
 //! causes: noise of the gyro, and the ground while the machine travels and shortly afterwards. S is the logarithm of a
 //! likelihood ratio since the evidence began. A wrong sign of a joint or of the IMU gives b = -a, a gyro that measures
 //! nothing b = 0. Without motion of the arm a is zero, and so is d.
+//!
+//! Conversely, a platform that leans without the arm shows a joint that moves unmeasured, or a force that nothing
+//! measures:
+//! ```text
+//!     d = (b^2 - 4 a b) / (2 u^2),    u^2 = u0^2 + s0^2 + (b^2 + (a'^2 + b'^2) / 4) / 2
+//! ```
+//! Here d is less than 1, so that a single push or a load picked up is not enough, and nothing is gained while the
+//! machine travels.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -35,7 +43,9 @@ const CLEARED: f64 = 2.0;
 const LARGEST: f64 = 24.0;
 /// Lean of a standing platform that has other causes (rad).
 const UNEXPLAINED: f64 = 2e-4;
-/// The same while it travels (rad), from this speed on (m/s), and how long it lasts afterwards (s).
+/// Lean that no joint need explain (rad): people and wind move a machine too.
+const UNMEASURED: f64 = 4e-4;
+/// The same as [`UNEXPLAINED`] while it travels (rad), from this speed on (m/s), and how long it lasts afterwards (s).
 const UNEVEN: f64 = 2e-3;
 const TRAVELLING: f64 = 0.2;
 const ROCKING_S: f64 = 0.7;
@@ -60,7 +70,10 @@ pub(in super::super) struct LeanWatch {
     last_ns: Option<i64>,
     /// How much the ground may rock the platform, 0 to 1.
     rocking: f64,
+    /// That the platform does not follow the arm, about each axis.
     evidence: [Evidence; 2],
+    /// That it leans without the arm, about each axis.
+    unmeasured: [Evidence; 2],
 }
 
 /// Two high-pass filters.
@@ -103,6 +116,7 @@ impl LeanWatch {
             last_ns: None,
             rocking: 1.0,
             evidence: [Evidence::default(); 2],
+            unmeasured: [Evidence::default(); 2],
         })
     }
 
@@ -159,9 +173,10 @@ impl LeanWatch {
             let noise = other * other + self.gyro.angle_variance(step_s);
             self.weigh(stamp_ns, step_s, &expected, &measured, noise);
         }
-        let [x, y] = &mut self.evidence;
-        let standing = [x.stands(), y.stands()];
-        let strongest = (standing.into_iter().flatten()).max_by(|a, b| a.value.total_cmp(&b.value));
+        let all = self.evidence.iter_mut().chain(&mut self.unmeasured);
+        let strongest = all
+            .filter_map(Evidence::stands)
+            .max_by(|a, b| a.value.total_cmp(&b.value));
         if let Some(evidence) = strongest {
             found(Notice {
                 kind: FaultKind::Contradiction,
@@ -188,6 +203,9 @@ impl LeanWatch {
             let (a, b) = (expected[axis], measured[axis]);
             let gained = (a * a - 4.0 * a * b) / (2.0 * variance);
             self.evidence[axis].add(stamp_ns, gained * step_s / ALIKE_S);
+            let own = noise + UNMEASURED.powi(2) + (b * b + 0.25 * size(1 - axis)) / 2.0;
+            let gained = (b * b - 4.0 * a * b) / (2.0 * own) * (1.0 - self.rocking);
+            self.unmeasured[axis].add(stamp_ns, gained * step_s / ALIKE_S);
         }
     }
 }
