@@ -216,13 +216,16 @@ impl Plausibility {
                 .any(JointWatch::moves)
         };
         (motion.joints, motion.wheels) = (moving(false), moving(true));
-        redundancy.take_joints(
-            stream,
-            sample.stamp_ns,
-            &sensors.joints[stream].joints,
-            sample.values,
-            limits,
-        );
+        // A position beyond a limit of the URDF is often right; the model goes on.
+        let is_faulty = |finding: &Finding| finding.kind != FaultKind::JointLimit;
+        if note.findings.iter().any(is_faulty) {
+            if let Some(lean) = &mut redundancy.lean {
+                lean.distrust_joints(sample.stamp_ns);
+            }
+        } else {
+            let joints = &sensors.joints[stream].joints;
+            redundancy.take_joints(stream, sample, joints, limits);
+        }
     }
 
     fn check_imu(&mut self, sample: &Sample<'_>) {
@@ -362,12 +365,12 @@ impl Redundancy {
     fn take_joints(
         &mut self,
         stream: usize,
-        stamp_ns: i64,
+        sample: &Sample<'_>,
         joints: &[usize],
-        values: &[f64],
         limits: &Limits,
     ) {
-        let (positions, rates) = values.split_at(values.len() / 2);
+        let stamp_ns = sample.stamp_ns;
+        let (positions, rates) = sample.values.split_at(sample.values.len() / 2);
         let speeds = self.radii[stream].iter().zip(rates);
         let speeds = speeds.map(|(radius, rate)| (radius * rate).abs());
         if let Some(fastest) = speeds.filter(|speed| speed.is_finite()).reduce(f64::max) {

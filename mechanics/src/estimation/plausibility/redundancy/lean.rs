@@ -20,12 +20,14 @@
 //!     d = (b^2 - 4 a b) / (2 u^2),    u^2 = u0^2 + s0^2 + (b^2 + (a'^2 + b'^2) / 4) / 2
 //! ```
 //! Here d is less than 1, so that a single push or a load picked up is not enough, and nothing is gained while the
-//! machine travels.
+//! machine travels. Where an encoder of the arm repeats itself bit for bit, that it has stopped is likely beforehand:
+//! then u grows with half of the lean only.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::super::fault::{Amount, Component};
 use super::super::notice::{Found, Limits, Notice};
+use super::encoders::Encoders;
 use super::lean_model::{LeanModel, SMOOTHED_S};
 use super::low_pass::LowPass;
 use super::travel::Travel;
@@ -49,6 +51,8 @@ const UNMEASURED: f64 = 4e-4;
 const UNEVEN: f64 = 2e-3;
 const TRAVELLING: f64 = 0.2;
 const ROCKING_S: f64 = 0.7;
+/// Time after a gap or a faulty sample in which the filters still remember it (s).
+const FORGOTTEN_S: f64 = 3.0;
 /// Time before the filters have settled (s).
 const WARM_UP_S: f64 = 0.5;
 /// Time over which the bias of the gyro is averaged at the start (s).
@@ -66,6 +70,9 @@ pub(in super::super) struct LeanWatch {
     /// Predicted lean in the band (rad), and its stamp.
     expected: Option<(i64, Vector2<f64>)>,
     joints_ns: Option<i64>,
+    encoders: Encoders,
+    /// No evidence is taken before this stamp.
+    silent_until_ns: i64,
     gyro: Gyro,
     last_ns: Option<i64>,
     /// How much the ground may rock the platform, 0 to 1.
@@ -112,12 +119,31 @@ impl LeanWatch {
             predicted: Band::new(),
             expected: None,
             joints_ns: None,
+            encoders: Encoders::new(machine),
+            silent_until_ns: i64::MIN,
             gyro: Gyro::new(),
             last_ns: None,
             rocking: 1.0,
             evidence: [Evidence::default(); 2],
             unmeasured: [Evidence::default(); 2],
         })
+    }
+
+    /// A sample of the joints is faulty: what it would predict proves nothing, and neither does the evidence that has
+    /// just begun.
+    pub(in super::super) fn distrust_joints(&mut self, stamp_ns: i64) {
+        self.model.reset();
+        self.predicted = Band::new();
+        self.expected = None;
+        self.joints_ns = None;
+        self.forget(stamp_ns);
+    }
+
+    fn forget(&mut self, stamp_ns: i64) {
+        self.silent_until_ns = stamp_ns.saturating_add((FORGOTTEN_S * 1e9) as i64);
+        let all = self.evidence.iter_mut().chain(&mut self.unmeasured);
+        all.filter(|evidence| !evidence.stands)
+            .for_each(|evidence| *evidence = Evidence::default());
     }
 
     /// Takes the joints of one sample: index, position and velocity of each.
@@ -131,12 +157,14 @@ impl LeanWatch {
             // Some loggers give no velocities: then the arm's momentum is unknown, and taken as constant.
             let rate = if rate.is_finite() { rate } else { 0.0 };
             self.model.set(joint, position, rate);
+            self.encoders.take(stamp_ns, joint, position);
         }
         let step_s = (self.joints_ns.replace(stamp_ns))
             .map_or(0.0, |last_ns| limits.elapsed_s(last_ns, stamp_ns));
         if step_s > limits.max_gap_s {
             self.model.reset();
             self.predicted = Band::new();
+            self.forget(stamp_ns);
         }
         let lean = self.model.lean(step_s, &self.up);
         let filtered = lean.map(|lean| self.predicted.step(step_s, &lean));
@@ -157,6 +185,7 @@ impl LeanWatch {
             .map_or(0.0, |last_ns| limits.elapsed_s(last_ns, stamp_ns));
         if step_s > limits.max_gap_s {
             self.gyro = Gyro::new();
+            self.forget(stamp_ns);
             return;
         }
         self.up = self.model.level(step_s, &(self.base_from_imu * force));
@@ -168,7 +197,9 @@ impl LeanWatch {
         let expected = self
             .expected
             .filter(|(at, _)| limits.elapsed_s(*at, stamp_ns).abs() <= limits.max_gap_s);
-        if let (Some((_, expected)), Some(measured)) = (expected, measured) {
+        if let (Some((_, expected)), Some(measured)) = (expected, measured)
+            && stamp_ns >= self.silent_until_ns
+        {
             let other = UNEXPLAINED + UNEVEN * self.rocking;
             let noise = other * other + self.gyro.angle_variance(step_s);
             self.weigh(stamp_ns, step_s, &expected, &measured, noise);
@@ -197,13 +228,15 @@ impl LeanWatch {
         measured: &Vector2<f64>,
         noise: f64,
     ) {
+        let may_stand = self.encoders.one_may_have_stopped(stamp_ns);
+        let divisor = if may_stand { 4.0 } else { 2.0 };
         for axis in 0..2 {
             let size = |axis: usize| expected[axis].powi(2) + measured[axis].powi(2);
             let variance = noise + (size(axis) + 0.25 * size(1 - axis)) / 4.0;
             let (a, b) = (expected[axis], measured[axis]);
             let gained = (a * a - 4.0 * a * b) / (2.0 * variance);
             self.evidence[axis].add(stamp_ns, gained * step_s / ALIKE_S);
-            let own = noise + UNMEASURED.powi(2) + (b * b + 0.25 * size(1 - axis)) / 2.0;
+            let own = noise + UNMEASURED.powi(2) + (b * b + 0.25 * size(1 - axis)) / divisor;
             let gained = (b * b - 4.0 * a * b) / (2.0 * own) * (1.0 - self.rocking);
             self.unmeasured[axis].add(stamp_ns, gained * step_s / ALIKE_S);
         }

@@ -4,6 +4,7 @@
 //! compares a pair of sensors and cannot tell which of the two is wrong. A check says nothing while the motion
 //! shows nothing.
 
+mod encoders;
 mod lean;
 mod lean_model;
 mod low_pass;
