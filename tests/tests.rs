@@ -18,6 +18,7 @@ mod number_signals; // any field of any message as a signal
 mod payload; // payload mass from cylinder forces
 mod plausibility; // implausible signals
 mod real_logs; // logs of real robots
+mod redundancy; // wrong sensors found by comparison with each other
 mod reference_posture; // utilisation does not depend on when a recording begins
 mod second_paper; // results of the second paper, and the gain from cylinder pressures
 mod split; // what is said about wheels whose load equilibrium leaves open

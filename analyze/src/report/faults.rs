@@ -26,6 +26,9 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
         FaultKind::Disagreement if is_of_gravity => {
             format!("Attitude and specific force disagree on the direction of gravity: {worst}")
         }
+        FaultKind::Contradiction => {
+            format!("The signals contradict each other; which one is wrong is unknown: {worst}")
+        }
         FaultKind::Disagreement => {
             format!("Velocity differs from the derivative of the position: {worst}")
         }

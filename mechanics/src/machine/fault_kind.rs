@@ -31,6 +31,8 @@ pub enum FaultKind {
     /// Two measurements of the same quantity disagree: a joint's velocity with its position, or an IMU's
     /// attitude with the measured gravity.
     Disagreement,
+    /// Two sensors that measure different quantities contradict each other by the mechanics of the machine.
+    Contradiction,
 }
 
 impl FaultKind {

@@ -47,6 +47,8 @@ pub struct PlausibilitySpec {
     /// Policy for joint velocities that contradict the derivative of the position, and for attitudes that
     /// contradict the specific force.
     pub disagreement: Option<Policy>,
+    /// Policy for sensors that contradict each other by the mechanics of the machine.
+    pub contradiction: Option<Policy>,
     /// Largest specific force (m/s^2).
     pub specific_force_max: f64,
     /// Largest angular velocity (rad/s).
@@ -90,6 +92,11 @@ pub struct PlausibilitySpec {
     /// Tolerance between gravity according to the IMU's attitude and the mean specific force of ten seconds
     /// (m/s^2).
     pub gravity_tolerance: f64,
+    /// Tolerance between the mean specific force of a second and that by attitude, angular velocity and odometry
+    /// (m/s^2).
+    pub specific_force_tolerance: f64,
+    /// Tolerance between the inclinations by the attitudes of IMU and odometry (rad).
+    pub tilt_tolerance: f64,
 }
 
 impl Default for PlausibilitySpec {
@@ -103,6 +110,7 @@ impl Default for PlausibilitySpec {
             frozen: None,
             quaternion: None,
             disagreement: None,
+            contradiction: None,
             specific_force_max: 39.2,
             angular_velocity_max: 10.0,
             angular_acceleration_max: 200.0,
@@ -123,6 +131,8 @@ impl Default for PlausibilitySpec {
             rate_tolerance_linear: 0.05,
             rate_tolerance_share: 0.2,
             gravity_tolerance: 3.0,
+            specific_force_tolerance: 0.8,
+            tilt_tolerance: 0.07,
         }
     }
 }
@@ -142,12 +152,13 @@ impl PlausibilitySpec {
             FaultKind::Frozen => (self.frozen, Policy::Invalid),
             FaultKind::NotUnit => (self.quaternion, Policy::Invalid),
             FaultKind::Disagreement => (self.disagreement, Policy::Widen),
+            FaultKind::Contradiction => (self.contradiction, Policy::Invalid),
         };
         own.or(self.policy).unwrap_or(default)
     }
 
     /// Limits by key, if stated or with a default.
-    pub(super) fn limits_by_key(&self) -> [(&'static str, Option<f64>); 19] {
+    pub(super) fn limits_by_key(&self) -> [(&'static str, Option<f64>); 21] {
         [
             ("specific_force_max", Some(self.specific_force_max)),
             ("angular_velocity_max", Some(self.angular_velocity_max)),
@@ -171,6 +182,11 @@ impl PlausibilitySpec {
             ("rate_tolerance_linear", Some(self.rate_tolerance_linear)),
             ("rate_tolerance_share", Some(self.rate_tolerance_share)),
             ("gravity_tolerance", Some(self.gravity_tolerance)),
+            (
+                "specific_force_tolerance",
+                Some(self.specific_force_tolerance),
+            ),
+            ("tilt_tolerance", Some(self.tilt_tolerance)),
         ]
     }
 }

@@ -110,7 +110,7 @@ impl From<FaultKind> for InputFault {
             FaultKind::ImpossibleRate => Self::ImpossibleRate,
             FaultKind::Frozen => Self::Frozen,
             FaultKind::NotUnit => Self::NotUnit,
-            FaultKind::Disagreement => Self::Disagreement,
+            FaultKind::Disagreement | FaultKind::Contradiction => Self::Disagreement,
         }
     }
 }

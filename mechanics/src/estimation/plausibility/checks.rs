@@ -1,13 +1,16 @@
 //! The checks of every sensor, sample by sample.
 
+use nalgebra::{Matrix3, Vector3};
+
 use super::attitude::AttitudeWatch;
 use super::fault::{Finding, Part};
 use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
 use super::notice::{Limits, Notice};
+use super::redundancy::{LeanWatch, SpecificForceWatch, TiltWatch, Travel, up_direction};
 use super::treatment::{Judgement, RowEffect};
 use super::vector::{Slew, VectorWatch};
-use crate::machine::{FaultKind, Machine, Policy};
+use crate::machine::{FaultKind, Machine, Policy, rotation_in_body};
 use crate::state::{Sample, SampleError, Sensor, Sensors, tilt_is_measured};
 
 /// Allowance for noise and stamp jitter in the change of an angular velocity (rad/s) and of a velocity (m/s).
@@ -44,7 +47,21 @@ pub struct Plausibility {
     /// By signal.
     actuators: Vec<VectorWatch>,
     motion: Motion,
+    redundancy: Redundancy,
     findings: Vec<Finding>,
+}
+
+/// Comparison of sensors with each other.
+#[derive(Debug, Clone)]
+struct Redundancy {
+    travel: Travel,
+    lean: Option<LeanWatch>,
+    /// Of an IMU on the base.
+    specific_force: Option<SpecificForceWatch>,
+    tilt: TiltWatch,
+    base_from_imu: Matrix3<f64>,
+    /// By stream: radius of each wheel's joint; NaN for other joints.
+    radii: Vec<Vec<f64>>,
 }
 
 /// Motion detected in the last samples.
@@ -116,6 +133,7 @@ impl Plausibility {
                 })
                 .collect(),
             motion: Motion::default(),
+            redundancy: Redundancy::new(machine, sensors),
             findings: Vec::with_capacity(most_findings),
             sensors: sensors.clone(),
         }
@@ -179,6 +197,7 @@ impl Plausibility {
             sensors,
             limits,
             motion,
+            redundancy,
             ..
         } = self;
         let mut note = Note::new(&mut self.findings, &self.policies, sample);
@@ -197,6 +216,16 @@ impl Plausibility {
                 .any(JointWatch::moves)
         };
         (motion.joints, motion.wheels) = (moving(false), moving(true));
+        // A position beyond a limit of the URDF is often right; the model goes on.
+        let is_faulty = |finding: &Finding| finding.kind != FaultKind::JointLimit;
+        if note.findings.iter().any(is_faulty) {
+            if let Some(lean) = &mut redundancy.lean {
+                lean.distrust_joints(sample.stamp_ns);
+            }
+        } else {
+            let joints = &sensors.joints[stream].joints;
+            redundancy.take_joints(stream, sample, joints, limits);
+        }
     }
 
     fn check_imu(&mut self, sample: &Sample<'_>) {
@@ -210,7 +239,8 @@ impl Plausibility {
             .force
             .check(stamp_ns, force, moves, limits, &mut note.of(part));
         let part = Part::AngularVelocity;
-        self.turning
+        let has_turning = self
+            .turning
             .check(stamp_ns, turning, moves, limits, &mut note.of(part));
         let turns = is_faster(turning, TURNING);
         let part = Part::Attitude;
@@ -222,6 +252,37 @@ impl Plausibility {
                 .check(stamp_ns, force, attitude, limits, &mut note.of(part));
         }
         self.motion.turning = turns;
+        let redundancy = &mut self.redundancy;
+        let vectors = [force, turning].map(Vector3::from_column_slice);
+        if let Some(lean) = redundancy
+            .lean
+            .as_mut()
+            .filter(|_| has_force && has_turning)
+        {
+            let [force, turning] = &vectors;
+            let found = &mut note.of(Part::Lean);
+            lean.check(
+                stamp_ns,
+                [force, turning],
+                &redundancy.travel,
+                limits,
+                found,
+            );
+        }
+        let up = has_attitude && tilt_is_measured(attitude);
+        if let Some(watch) = &mut redundancy.specific_force
+            && let Some(up) = up.then(|| up_direction(attitude)).flatten()
+        {
+            let in_base = redundancy.base_from_imu * up;
+            let tilt = &mut redundancy.tilt;
+            tilt.check(stamp_ns, &in_base, limits, &mut note.of(Part::Tilt));
+            if has_force && has_turning {
+                let [force, turning] = &vectors;
+                let found = &mut note.of(Part::Acceleration);
+                let vectors = [force, turning, &up];
+                watch.check(stamp_ns, vectors, &redundancy.travel, limits, found);
+            }
+        }
     }
 
     fn check_odometry(&mut self, sample: &Sample<'_>) {
@@ -231,8 +292,9 @@ impl Plausibility {
         let (velocity, turning, attitude) = (&values[..3], &values[3..6], &values[6..]);
         let moves = seen.wheels || is_faster(velocity, TRAVELLING);
         let part = Part::Velocity;
-        self.velocity
-            .check(stamp_ns, velocity, moves, limits, &mut note.of(part));
+        let has_velocity =
+            self.velocity
+                .check(stamp_ns, velocity, moves, limits, &mut note.of(part));
         let turns = seen.turning || is_faster(turning, TURNING);
         let part = Part::AngularVelocity;
         // With an IMU, the odometry may be bound without angular velocity.
@@ -244,8 +306,16 @@ impl Plausibility {
                 .check(stamp_ns, turning, turns, limits, &mut note.of(part));
         }
         let part = Part::Attitude;
-        self.odometry_attitude
-            .check(stamp_ns, attitude, turns, limits, &mut note.of(part));
+        let has_attitude =
+            self.odometry_attitude
+                .check(stamp_ns, attitude, turns, limits, &mut note.of(part));
+        if has_velocity {
+            let velocity = Vector3::from_column_slice(velocity);
+            self.redundancy.travel.take_odometry(stamp_ns, velocity);
+        }
+        if has_attitude && tilt_is_measured(attitude) {
+            self.redundancy.tilt.take_odometry(stamp_ns, attitude);
+        }
         self.motion.travelling = is_faster(velocity, TRAVELLING);
     }
 
@@ -269,6 +339,48 @@ impl Plausibility {
         let (stamp_ns, limits) = (sample.stamp_ns, &self.limits);
         // The same as for the tool: a constant force is legitimate.
         self.actuators[signal].check(stamp_ns, &along, false, limits, &mut note.of(part));
+    }
+}
+
+impl Redundancy {
+    fn new(machine: &Machine, sensors: &Sensors) -> Self {
+        let imu_on_base = sensors.imu && machine.imu().body == 0;
+        let radius = |&joint: &usize| {
+            let wheel = machine.joints()[joint].spins_wheel;
+            wheel.map_or(f64::NAN, |wheel| machine.wheels()[wheel].radius)
+        };
+        let radii = sensors.joints.iter();
+        Self {
+            travel: Travel::default(),
+            lean: imu_on_base.then(|| LeanWatch::new(machine)).flatten(),
+            specific_force: imu_on_base.then(|| SpecificForceWatch::new(machine)),
+            tilt: TiltWatch::new(machine.plausibility().tilt_tolerance),
+            base_from_imu: rotation_in_body(machine.imu()),
+            radii: radii
+                .map(|stream| stream.joints.iter().map(radius).collect())
+                .collect(),
+        }
+    }
+
+    fn take_joints(
+        &mut self,
+        stream: usize,
+        sample: &Sample<'_>,
+        joints: &[usize],
+        limits: &Limits,
+    ) {
+        let stamp_ns = sample.stamp_ns;
+        let (positions, rates) = sample.values.split_at(sample.values.len() / 2);
+        let speeds = self.radii[stream].iter().zip(rates);
+        let speeds = speeds.map(|(radius, rate)| (radius * rate).abs());
+        if let Some(fastest) = speeds.filter(|speed| speed.is_finite()).reduce(f64::max) {
+            self.travel.take_wheels(stamp_ns, fastest);
+        }
+        if let Some(lean) = &mut self.lean {
+            let motions = joints.iter().zip(positions.iter().zip(rates));
+            let motions = motions.map(|(&joint, (&position, &rate))| (joint, position, rate));
+            lean.take_joints(stamp_ns, motions, limits);
+        }
     }
 }
 

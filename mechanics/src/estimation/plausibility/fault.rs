@@ -16,6 +16,12 @@ pub enum Part {
     Attitude,
     /// Velocity of the odometry.
     Velocity,
+    /// Motion of the arm with the lean of the platform.
+    Lean,
+    /// Specific force with attitude, angular velocity and odometry.
+    Acceleration,
+    /// Inclinations by IMU and odometry.
+    Tilt,
     /// Force on the tool.
     ToolForce,
     /// Moment on the tool.
@@ -51,7 +57,8 @@ pub struct Finding {
     /// Stamp of this sample (ns).
     pub stamp_ns: i64,
     /// Magnitude of the fault, in the unit of its kind: the value out of range, the rate, the time for which the
-    /// signal has been frozen, the norm of the quaternion, the difference of velocity or gravity; 1 for a value
+    /// signal has been frozen, the norm of the quaternion, the difference of velocity or gravity, the logarithm of the
+    /// likelihood ratio of a lean that contradicts the arm; 1 for a value
     /// that is not finite.
     pub measure: f64,
     /// Limit for `measure`, in the same unit; NaN if there is none.
@@ -101,6 +108,11 @@ impl Part {
             Self::AngularVelocity => "angular_velocity",
             Self::Attitude => "attitude",
             Self::Velocity => "velocity",
+            Self::Lean => return "imu.angular_velocity against joint_states".into(),
+            Self::Acceleration => {
+                return "imu.specific_force against imu.attitude and odometry.velocity".into();
+            }
+            Self::Tilt => return "imu.attitude against odometry.attitude".into(),
             Self::ToolForce => "force",
             Self::ToolMoment => "moment",
             Self::Actuator(joint) => {
@@ -126,7 +138,9 @@ impl Part {
             Self::Joint(_) => ["rad", "rad/s"],
             Self::SpecificForce => ["m/s^2", "m/s^3"],
             Self::AngularVelocity => ["rad/s", "rad/s^2"],
-            Self::Attitude => ["-", "-"],
+            Self::Attitude | Self::Lean => ["-", "-"],
+            Self::Acceleration => ["m/s^2", "m/s^3"],
+            Self::Tilt => ["rad", "rad/s"],
             Self::Velocity => ["m/s", "m/s^2"],
             Self::ToolForce => ["N", "N/s"],
             Self::ToolMoment => ["N m", "N m/s"],
@@ -145,7 +159,7 @@ impl Part {
         let [value, rate] = self.units(machine);
         match kind {
             FaultKind::NotFinite => "samples",
-            FaultKind::OutOfRange | FaultKind::JointLimit => value,
+            FaultKind::OutOfRange | FaultKind::JointLimit | FaultKind::Contradiction => value,
             FaultKind::Disagreement if self == Self::Attitude => "m/s^2",
             FaultKind::ImpossibleRate | FaultKind::Disagreement => rate,
             FaultKind::Frozen => "s",
@@ -172,6 +186,9 @@ impl Part {
         match self {
             Self::Joint(_)
             | Self::SpecificForce
+            | Self::Lean
+            | Self::Acceleration
+            | Self::Tilt
             | Self::Velocity
             | Self::ToolForce
             | Self::ToolMoment

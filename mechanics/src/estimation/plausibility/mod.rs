@@ -15,6 +15,9 @@
 //! | `not_unit` | attitudes | non-unit quaternion |
 //! | `disagreement` | joints | the change of position differs from the integral of the velocity |
 //! | `disagreement` | attitude of the IMU | gravity according to the attitude differs from the specific force |
+//! | `contradiction` | arm and gyro | the platform does not lean on its tyres as the motion of the arm requires |
+//! | `contradiction` | specific force | differs from that by attitude, angular velocity and odometry |
+//! | `contradiction` | attitudes | IMU and odometry measure different inclinations |
 
 mod attitude;
 mod checks;
@@ -23,6 +26,7 @@ mod freeze;
 mod gravity;
 mod joint;
 mod notice;
+mod redundancy;
 mod spans;
 mod treatment;
 mod vector;

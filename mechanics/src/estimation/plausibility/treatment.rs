@@ -41,6 +41,11 @@ impl Judgement {
         if finding.policy == Policy::Report && !is_unusable {
             return;
         }
+        // Which of the sensors is wrong is unknown. The filters follow all of them, so that rows are valid again as soon
+        // as the contradiction ends.
+        if finding.kind == FaultKind::Contradiction {
+            return;
+        }
         // Its rows are invalid; the filter still follows the position, which is continuous across the limit, so
         // that the estimate before and after stays good.
         if finding.kind == FaultKind::JointLimit && finding.policy == Policy::Invalid {
@@ -104,7 +109,7 @@ impl RowEffect {
             Part::Attitude if finding.sensor == Sensor::Odometry => {
                 self.specific_force += (doubt.sqrt().min(2.0) * machine.gravity()).powi(2);
             }
-            Part::Attitude => {}
+            Part::Attitude | Part::Lean | Part::Acceleration | Part::Tilt => {}
             Part::ToolForce | Part::ToolMoment => self.tool_wrench += doubt,
             // The accuracy of a force is stated in its linkage.
             Part::Actuator(_) => {}

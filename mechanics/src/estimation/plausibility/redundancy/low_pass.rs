@@ -1,0 +1,35 @@
+//! First-order low-pass filter of a vector at irregular steps.
+
+use nalgebra::SVector;
+
+/// Low-pass filter; it begins at its first input.
+#[derive(Debug, Clone)]
+pub(super) struct LowPass<const N: usize> {
+    time_constant_s: f64,
+    value: Option<SVector<f64, N>>,
+}
+
+impl<const N: usize> LowPass<N> {
+    pub(super) fn new(time_constant_s: f64) -> Self {
+        Self {
+            time_constant_s,
+            value: None,
+        }
+    }
+
+    /// The output after an input that has lasted for `dt` seconds.
+    ///
+    /// ```text
+    ///     y <- y + (1 - exp(-dt / T)) (x - y)
+    /// ```
+    pub(super) fn step(&mut self, dt: f64, input: &SVector<f64, N>) -> SVector<f64, N> {
+        let before = self.value.unwrap_or(*input);
+        let next = before + (input - before) * (1.0 - (-dt / self.time_constant_s).exp());
+        self.value = Some(next);
+        next
+    }
+
+    pub(super) fn reset(&mut self) {
+        self.value = None;
+    }
+}

@@ -1,0 +1,18 @@
+//! Redundancy: what one sensor measures, compared with what the mechanics of the machine make of the others.
+//!
+//! Such checks find sensors that are wrong but plausible by themselves: a sign, an axis, a mounting, a drift. Each
+//! compares a pair of sensors and cannot tell which of the two is wrong. A check says nothing while the motion
+//! shows nothing.
+
+mod encoders;
+mod lean;
+mod lean_model;
+mod low_pass;
+mod specific_force;
+mod tilt;
+mod travel;
+
+pub(super) use lean::LeanWatch;
+pub(super) use specific_force::SpecificForceWatch;
+pub(super) use tilt::{TiltWatch, up_direction};
+pub(super) use travel::Travel;

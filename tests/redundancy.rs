@@ -1,0 +1,355 @@
+//! Sensors that are wrong but plausible by themselves, found by comparison with each other: each fault is injected
+//! into logs in which a wheel is in the air.
+
+use std::path::Path;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use tempfile::TempDir;
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::events::EventKind;
+use tipwatch_mechanics::machine::FaultKind;
+use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::verdict::Level;
+use tipwatch_tests::{Values, analysed, analysed_with, data, write_edited};
+
+/// A log, and the time in which a wheel is in the air (s after its first row).
+struct Scene {
+    log: &'static str,
+    airborne_s: [f64; 2],
+}
+
+const DEMO: Scene = Scene {
+    log: "../../analyze/demo/demo.mcap",
+    airborne_s: [6.10, 7.65],
+};
+const SWING: Scene = Scene {
+    log: "swing_lift.mcap",
+    airborne_s: [1.83, 2.51],
+};
+
+/// Share of the rows with a wheel in the air that may be called Safe or Notice, where the motion excites the fault.
+const MOST_SAFE: f64 = 0.02;
+
+/// A wrong sensor: topic, numbers of the message, seconds since the first message, memory of the first message.
+struct Wrong {
+    name: &'static str,
+    edit: fn(&str, &mut Values<'_>, f64, &mut Memory),
+}
+
+/// What an injected fault remembers.
+#[derive(Default)]
+struct Memory {
+    first: std::collections::BTreeMap<&'static str, f64>,
+    messages: u32,
+}
+
+impl Memory {
+    fn first(&mut self, values: &Values<'_>, name: &'static str) -> f64 {
+        *self.first.entry(name).or_insert_with(|| values.get(name))
+    }
+
+    /// Noise between -1 and 1.
+    fn noise(&mut self) -> f64 {
+        self.messages += 1;
+        2.0 * (f64::from(self.messages) * 12.9898)
+            .sin()
+            .mul_add(43_758.545_3, 0.0)
+            .rem_euclid(1.0)
+            - 1.0
+    }
+}
+
+const AXES: [[&str; 3]; 2] = [
+    ["force.x", "force.y", "force.z"],
+    ["turning.x", "turning.y", "turning.z"],
+];
+const ATTITUDE: [&str; 4] = ["attitude.x", "attitude.y", "attitude.z", "attitude.w"];
+
+/// Turns the housing of the IMU: everything that it measures.
+fn turn_imu(values: &mut Values<'_>, by: UnitQuaternion<f64>) {
+    for names in AXES {
+        let turned = by.inverse() * Vector3::from(names.map(|name| values.get(name)));
+        for (name, value) in names.into_iter().zip(turned.iter()) {
+            values.set(name, *value);
+        }
+    }
+    let [x, y, z, w] = ATTITUDE.map(|name| values.get(name));
+    let attitude = Quaternion::new(w, x, y, z) * by.into_inner();
+    for (name, value) in ATTITUDE.into_iter().zip(attitude.coords.iter()) {
+        values.set(name, *value);
+    }
+}
+
+fn swap(values: &mut Values<'_>, topic: &str, [a, b]: [&str; 2]) {
+    if topic != "/joint_states" {
+        return;
+    }
+    for list in ["position", "velocity"] {
+        let [a, b] = [a, b].map(|joint| format!("{list}.{joint}"));
+        let (of_a, of_b) = (values.get(&a), values.get(&b));
+        values.set(&a, of_b);
+        values.set(&b, of_a);
+    }
+}
+
+const WRONG: [Wrong; 9] = [
+    Wrong {
+        name: "IMU turned by 180 degrees",
+        edit: |topic, values, _, _| {
+            if topic == "/imu/data" {
+                let half_turn = std::f64::consts::PI;
+                turn_imu(
+                    values,
+                    UnitQuaternion::from_euler_angles(0.0, 0.0, half_turn),
+                );
+            }
+        },
+    },
+    Wrong {
+        name: "sign of the slew",
+        edit: |topic, values, _, _| {
+            if topic == "/joint_states" {
+                for name in ["position.slew", "velocity.slew"] {
+                    values.set(name, -values.get(name));
+                }
+            }
+        },
+    },
+    Wrong {
+        name: "IMU stuck, with noise",
+        edit: |topic, values, _, memory| {
+            if topic == "/imu/data" {
+                for (names, noise) in AXES.into_iter().zip([0.03, 0.001]) {
+                    for name in names {
+                        let first = memory.first(values, name);
+                        values.set(name, first + noise * 1.7 * memory.noise());
+                    }
+                }
+                for name in ATTITUDE {
+                    let first = memory.first(values, name);
+                    values.set(name, first + 1e-4 * memory.noise());
+                }
+            }
+        },
+    },
+    Wrong {
+        name: "specific force drifts to 2.9 m/s2",
+        edit: |topic, values, time_s, _| {
+            if topic == "/imu/data" {
+                values.set("force.y", values.get("force.y") - 2.9 * time_s / 12.0);
+            }
+        },
+    },
+    Wrong {
+        name: "IMU turned by 10 degrees",
+        edit: |topic, values, _, _| {
+            if topic == "/imu/data" {
+                let angle = -10_f64.to_radians();
+                turn_imu(values, UnitQuaternion::from_euler_angles(angle, 0.0, 0.0));
+            }
+        },
+    },
+    Wrong {
+        name: "slew and lift swapped",
+        edit: |topic, values, _, _| swap(values, topic, ["slew", "lift"]),
+    },
+    Wrong {
+        name: "lift and tilt swapped",
+        edit: |topic, values, _, _| swap(values, topic, ["lift", "tilt"]),
+    },
+    Wrong {
+        name: "slew and tilt swapped",
+        edit: |topic, values, _, _| swap(values, topic, ["slew", "tilt"]),
+    },
+    Wrong {
+        name: "slew encoder stands still",
+        edit: |topic, values, _, memory| {
+            if topic == "/joint_states" {
+                let first = memory.first(values, "position.slew");
+                values.set("position.slew", first);
+                values.set("velocity.slew", 0.0);
+            }
+        },
+    },
+];
+
+/// What came of a wrong sensor.
+struct Found {
+    /// Rows with a wheel in the air, and those of them called Safe or Notice.
+    airborne: usize,
+    called_safe: usize,
+    /// Time of the first contradiction (s after the first row).
+    at_s: Option<f64>,
+}
+
+impl Found {
+    fn share(&self) -> f64 {
+        self.called_safe as f64 / self.airborne as f64
+    }
+}
+
+fn judged(scene: &Scene, wrong: &Wrong, policy: &str) -> Found {
+    let dir = TempDir::new().unwrap();
+    let source = data(scene.log);
+    let copy = |extension: &str| {
+        dir.path()
+            .join(source.file_name().unwrap())
+            .with_extension(extension)
+    };
+    std::fs::copy(source.with_extension("urdf"), copy("urdf")).unwrap();
+    let machine = std::fs::read_to_string(source.with_extension("toml")).unwrap();
+    let machine = format!("{machine}\n[plausibility]\ncontradiction = \"{policy}\"\n");
+    std::fs::write(copy("toml"), machine).unwrap();
+    let (mut memory, mut start_ns) = (Memory::default(), None);
+    write_edited(&source, &copy("mcap"), &mut |topic, values| {
+        let start_ns = *start_ns.get_or_insert(values.stamp_ns);
+        let time_s = (values.stamp_ns - start_ns) as f64 * 1e-9;
+        (wrong.edit)(topic, values, time_s, &mut memory);
+    });
+    // The verdicts of the causal estimator are those of a monitor.
+    let analysis = analysed(&copy("mcap"), causal());
+    let verdicts = &analysis.rows.verdicts.as_ref().unwrap().verdicts;
+    let [from_s, to_s] = scene.airborne_s;
+    let airborne = (0..analysis.rows.len()).filter(|&row| {
+        let time_s = analysis.rows.seconds(row);
+        from_s <= time_s && time_s <= to_s
+    });
+    let airborne: Vec<usize> = airborne.collect();
+    let is_safe = |row: &&usize| matches!(verdicts[**row].level, Level::Safe | Level::Notice);
+    let faulty =
+        (0..analysis.rows.len()).find(|&row| analysis.rows.reasons[row].has(Reason::ImuFault));
+    Found {
+        called_safe: airborne.iter().filter(is_safe).count(),
+        airborne: airborne.len(),
+        at_s: faulty.map(|row| analysis.rows.seconds(row)),
+    }
+}
+
+fn causal() -> Options {
+    Options {
+        estimator: Estimator::Causal,
+        ..Options::default()
+    }
+}
+
+/// Contradictions found in a log.
+fn contradictions(analysis: &Analysis) -> Vec<String> {
+    let is_contradiction = |kind: FaultKind| kind == FaultKind::Contradiction;
+    (analysis.events.iter())
+        .filter(|event| event.kind == EventKind::InputFault)
+        .filter(|event| {
+            event
+                .fault
+                .is_some_and(|fault| is_contradiction(fault.kind))
+        })
+        .map(|event| format!("{} {} {}", event.subject, event.worst, event.unit))
+        .collect()
+}
+
+fn table(scene: &Scene) -> Vec<(&'static str, Found, Found)> {
+    let rows = WRONG.iter().map(|wrong| {
+        let (without, with) = (
+            judged(scene, wrong, "report"),
+            judged(scene, wrong, "invalid"),
+        );
+        println!(
+            "{:16} {:36} of {:3} rows in the air safe: {:3} without, {:3} with; fault from {:?} s",
+            Path::new(scene.log).file_stem().unwrap().display(),
+            wrong.name,
+            with.airborne,
+            without.called_safe,
+            with.called_safe,
+            with.at_s
+        );
+        (wrong.name, without, with)
+    });
+    rows.collect()
+}
+
+#[test]
+fn wrong_sensors_are_found_before_a_wheel_lifts() {
+    let excited = [
+        "IMU turned by 180 degrees",
+        "sign of the slew",
+        "specific force drifts to 2.9 m/s2",
+        "IMU turned by 10 degrees",
+        "slew and lift swapped",
+    ];
+    for (name, without, with) in table(&DEMO) {
+        if excited.contains(&name) {
+            assert!(without.share() > MOST_SAFE, "{name} misleads no one");
+            assert!(with.share() <= MOST_SAFE, "{name}: {}", with.called_safe);
+        }
+        assert!(with.called_safe <= without.called_safe, "{name}");
+    }
+}
+
+#[test]
+fn wrong_sensors_are_found_in_a_short_log() {
+    for (name, _, with) in table(&SWING) {
+        if [
+            "IMU turned by 180 degrees",
+            "sign of the slew",
+            "IMU stuck, with noise",
+        ]
+        .contains(&name)
+        {
+            assert!(
+                with.at_s.is_some_and(|s| s < 3.0),
+                "{name}: {:?}",
+                with.at_s
+            );
+        }
+    }
+}
+
+#[test]
+fn good_logs_contradict_nothing() {
+    let folder = std::fs::read_dir(data("")).unwrap();
+    let logs = folder.map(|entry| entry.unwrap().path());
+    let mut logs: Vec<_> = logs
+        .filter(|path| path.extension().is_some_and(|e| e == "mcap"))
+        .collect();
+    logs.push(data(DEMO.log));
+    logs.sort();
+    assert!(logs.len() > 35);
+    for log in logs {
+        let own = log.with_extension("toml");
+        let machine = if own.exists() {
+            own
+        } else {
+            data("coverage.toml")
+        };
+        let found = contradictions(&analysed_with(&log, &machine, Options::default()));
+        assert!(found.is_empty(), "{}: {found:?}", log.display());
+    }
+}
+
+mod needs_shared {
+    use super::*;
+    use tipwatch_tests::beside;
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn simulated_and_real_logs_contradict_nothing() {
+        for name in [
+            "drive_brake",
+            "drive_brake_clean",
+            "flat_arm",
+            "flat_arm_clean",
+        ] {
+            let log = beside(&format!("sim/{name}.mcap"));
+            let found = contradictions(&analysed(&log, Options::default()));
+            assert!(found.is_empty(), "{name}: {found:?}");
+        }
+        for (log, machine) in [
+            ("real/abitobot", "abitobot.toml"),
+            ("real/turtlebot3", "turtlebot3.toml"),
+        ] {
+            let analysis = analysed_with(&beside(log), &data(machine), Options::default());
+            let found = contradictions(&analysis);
+            assert!(found.is_empty(), "{log}: {found:?}");
+        }
+    }
+}
