@@ -52,11 +52,8 @@ impl Memory {
     /// Noise between -1 and 1.
     fn noise(&mut self) -> f64 {
         self.messages += 1;
-        2.0 * (f64::from(self.messages) * 12.9898)
-            .sin()
-            .mul_add(43_758.545_3, 0.0)
-            .rem_euclid(1.0)
-            - 1.0
+        let wave = (f64::from(self.messages) * 12.9898).sin() * 43_758.545_3;
+        2.0 * wave.rem_euclid(1.0) - 1.0
     }
 }
 
@@ -247,6 +244,11 @@ fn contradictions(analysis: &Analysis) -> Vec<String> {
         .collect()
 }
 
+/// Injects every fault; also prints what comes of it, for `--nocapture`.
+#[expect(
+    clippy::print_stdout,
+    reason = "the table is what one runs this test for"
+)]
 fn table(scene: &Scene) -> Vec<(&'static str, Found, Found)> {
     let rows = WRONG.iter().map(|wrong| {
         let (without, with) = (
