@@ -14,14 +14,15 @@
 //! likelihood ratio since the evidence began. A wrong sign of a joint or of the IMU gives b = -a, a gyro that measures
 //! nothing b = 0. Without motion of the arm a is zero, and so is d.
 //!
-//! Conversely, a platform that leans without the arm shows a joint that moves unmeasured, or a force that nothing
-//! measures:
+//! Conversely, where an encoder of the arm repeats itself bit for bit while another one does not, a platform that leans
+//! without the arm shows that it has stopped:
 //! ```text
-//!     d = (b^2 - 4 a b) / (2 u^2),    u^2 = u0^2 + s0^2 + (b^2 + (a'^2 + b'^2) / 4) / 2
+//!     d = (b^2 - 4 a b) / (2 u^2),    u^2 = u0^2 + s0^2 + (b^2 + (a'^2 + b'^2) / 4) / 4
 //! ```
-//! Here d is less than 1, so that the lean must change for at least 2.5 s in all, and nothing is gained while the
-//! machine travels. Where an encoder of the arm repeats itself bit for bit, that it has stopped is likely beforehand:
-//! then u grows with half of the lean only, and 1.25 s may be enough. A load picked up meanwhile is not told apart.
+//! Nothing is gained while the machine travels. A load picked up meanwhile is not told apart.
+//!
+//! A platform that turns farther than the tyres can give way tips over, or stands on ground that moves. Then no
+//! evidence is taken: a fall must not be called a fault of the sensors.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -80,7 +81,7 @@ pub(in super::super) struct LeanWatch {
     rocking: f64,
     /// That the platform does not follow the arm, about each axis.
     evidence: [Evidence; 2],
-    /// That it leans without the arm, about each axis.
+    /// That it leans without the arm while an encoder repeats itself, about each axis.
     unmeasured: [Evidence; 2],
 }
 
@@ -221,6 +222,8 @@ impl LeanWatch {
         }
     }
 
+    /// Adds what this sample shows about each axis. A platform that turns farther than its tyres give way tips over,
+    /// or the ground turns it: that is no evidence about sensors.
     fn weigh(
         &mut self,
         stamp_ns: i64,
@@ -229,15 +232,24 @@ impl LeanWatch {
         measured: &Vector2<f64>,
         noise: f64,
     ) {
+        if measured.norm() > self.model.largest {
+            self.evidence = [Evidence::default(); 2];
+            self.unmeasured = [Evidence::default(); 2];
+            self.silent_until_ns = stamp_ns.saturating_add((FORGOTTEN_S * 1e9) as i64);
+            return;
+        }
         let may_stand = self.encoders.one_may_have_stopped(stamp_ns);
-        let divisor = if may_stand { 4.0 } else { 2.0 };
         for axis in 0..2 {
             let size = |axis: usize| expected[axis].powi(2) + measured[axis].powi(2);
             let variance = noise + (size(axis) + 0.25 * size(1 - axis)) / 4.0;
             let (a, b) = (expected[axis], measured[axis]);
             let gained = (a * a - 4.0 * a * b) / (2.0 * variance);
             self.evidence[axis].add(stamp_ns, gained * step_s / ALIKE_S);
-            let own = noise + UNMEASURED.powi(2) + (b * b + 0.25 * size(1 - axis)) / divisor;
+            if !may_stand {
+                self.unmeasured[axis] = Evidence::default();
+                continue;
+            }
+            let own = noise + UNMEASURED.powi(2) + (b * b + 0.25 * size(1 - axis)) / 4.0;
             let gained = (b * b - 4.0 * a * b) / (2.0 * own) * (1.0 - self.rocking);
             self.unmeasured[axis].add(stamp_ns, gained * step_s / ALIKE_S);
         }

@@ -34,6 +34,8 @@ pub(super) struct LeanModel {
     is_known: Vec<bool>,
     /// Lean per moment N (rad/(N m)).
     compliance: Matrix2<f64>,
+    /// Largest lean while wheels carry the machine (rad): the whole weight on the farthest wheel.
+    pub(super) largest: f64,
     /// Height of the ground in the base frame (m).
     ground: f64,
     up: LowPass<3>,
@@ -63,6 +65,9 @@ impl LeanModel {
             inverse[(1, 2)],
             -inverse[(1, 1)],
         );
+        let centres = machine.wheels().iter().map(|wheel| wheel.centre_at_zero);
+        let reach = centres.map(|centre| centre.xy().norm()).fold(0.0, f64::max);
+        let largest = compliance.norm() * machine.mass() * machine.gravity() * reach;
         let spins_wheel = |joint: usize| machine.joints()[joint].spins_wheel.is_some();
         let spins = (machine.bodies.iter())
             .map(|body| matches!(body.coupling, JointCoupling::Measured(j) if spins_wheel(j)));
@@ -75,6 +80,7 @@ impl LeanModel {
             spins: spins.collect(),
             is_known: vec![false; machine.joints().len()],
             compliance,
+            largest,
             ground,
             up: LowPass::new(LEVELLED_S),
             weight: smoothed(),
