@@ -215,7 +215,7 @@ fn judged(scene: &Scene, wrong: &Wrong, policy: &str) -> Found {
     let airborne: Vec<usize> = airborne.collect();
     let is_safe = |row: &&usize| matches!(verdicts[**row].level, Level::Safe | Level::Notice);
     let faulty =
-        (0..analysis.rows.len()).find(|&row| analysis.rows.reasons[row].has(Reason::ImuFault));
+        (0..analysis.rows.len()).find(|&row| analysis.rows.reasons[row].has(Reason::Contradiction));
     Found {
         called_safe: airborne.iter().filter(is_safe).count(),
         airborne: airborne.len(),

@@ -216,6 +216,8 @@ enum tipwatch_reason {
     TIPWATCH_REASON_NOT_FINITE = 1 << 12,
     /* An input of the whole log is grossly wrong, such as one in another unit: nothing can be concluded. */
     TIPWATCH_REASON_GROSS_INPUT = 1 << 13,
+    /* Signals contradict each other, and which one is wrong is unknown. */
+    TIPWATCH_REASON_CONTRADICTION = 1 << 14,
 };
 
 /* Numbers: event of the verdict and of the command. */
@@ -319,6 +321,10 @@ enum tipwatch_hold_reason {
     TIPWATCH_HOLD_REASON_LATE = 1 << 7,
     /* Everything is good, but not for long enough. */
     TIPWATCH_HOLD_REASON_STARTING = 1 << 8,
+    /* A rod has moved against its valve: valves or sensors are exchanged or reversed. Needs an acknowledgement. */
+    TIPWATCH_HOLD_REASON_WRONG_WAY = 1 << 9,
+    /* A measured rod is outside the stroke of the machine file. */
+    TIPWATCH_HOLD_REASON_OUTSIDE_STROKE = 1 << 10,
 };
 
 /* Numbers: status of the command. */
@@ -339,6 +345,12 @@ enum tipwatch_status {
     TIPWATCH_STATUS_NO_SOLUTION = 6,
     /* A position or velocity of a rod is not finite: hold. Raises an alarm. */
     TIPWATCH_STATUS_POSITION_UNKNOWN = 7,
+    /* The motion was restrained to what every wheel can afford: it, or the braking that ends it, would have taken load from a wheel that has none to spare.  */
+    TIPWATCH_STATUS_RESTRAINED = 8,
+    /* A measured rod is outside the stroke of the machine file: hold. Raises an alarm. */
+    TIPWATCH_STATUS_POSITION_IMPLAUSIBLE = 9,
+    /* A rod does not obey its valve: hold. Raises an alarm. */
+    TIPWATCH_STATUS_NOT_FOLLOWING = 10,
 };
 
 /* What a reader must know before the first sample. Its source identifies the session. */
@@ -636,7 +648,8 @@ struct tipwatch_command {
     /* Bits: why they do not follow. */
     uint32_t reasons;
     /* Status of the optimiser's last solution: 0 not asked, 1 optimal, 2 work limit, 3 margin lost,
-     * 4 step too short, 5 outside limits, 6 no solution, 7 position unknown. */
+     * 4 step too short, 5 outside limits, 6 no solution, 7 position unknown, 8 restrained, 9 position
+     * implausible, 10 not following. */
     uint32_t status;
     /* Level of the last verdict received. */
     uint32_t level;

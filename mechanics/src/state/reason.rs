@@ -46,6 +46,8 @@ pub enum Reason {
     NotFinite,
     /// An input of the whole log is grossly wrong, such as one in another unit: nothing can be concluded.
     GrossInput,
+    /// Signals contradict each other, and which one is wrong is unknown.
+    Contradiction,
 }
 
 impl Reason {
@@ -102,7 +104,7 @@ impl Reasons {
     /// Whether a gap or an implausible signal makes the state unknown.
     #[must_use]
     pub fn leave_state_unknown(self) -> bool {
-        self.have_gap() || self.have_implausible_signal()
+        self.have_gap() || self.have_signal_fault()
     }
 
     /// Whether a signal is missing.
@@ -114,9 +116,13 @@ impl Reasons {
             || self.has(Reason::ToolWrenchGap)
     }
 
-    /// Whether a signal that the row depends on is implausible.
+    /// Whether a signal that the row depends on is implausible, by itself or beside another.
     #[must_use]
     pub fn have_implausible_signal(self) -> bool {
+        self.have_signal_fault() || self.has(Reason::Contradiction)
+    }
+
+    fn have_signal_fault(self) -> bool {
         self.has(Reason::JointsFault)
             || self.has(Reason::ImuFault)
             || self.has(Reason::OdometryFault)

@@ -206,7 +206,8 @@ impl Judge {
             };
         }
         let level = self.level(is_ready);
-        let model_failed = standing == RowAssessment::Failed && !row.reasons.leave_state_unknown();
+        let is_of_inputs = row.reasons.have_gap() || row.reasons.have_implausible_signal();
+        let model_failed = standing == RowAssessment::Failed && !is_of_inputs;
         self.update_latch(level, model_failed, row.is_acknowledged);
         self.verdict = Verdict {
             level,

@@ -4,7 +4,7 @@ use super::fault::{Component, Finding, Part};
 use crate::machine::FaultKind;
 use crate::machine::{Machine, Policy};
 use crate::state::SignalNoise;
-use crate::state::{Reasons, Sensor};
+use crate::state::{Reason, Reasons, Sensor};
 
 /// A larger disagreement is no measure of uncertainty; the sample is not used.
 const LARGEST_DOUBT: f64 = 1e6;
@@ -82,6 +82,11 @@ pub(crate) struct RowEffect {
 impl RowEffect {
     pub(crate) fn add(&mut self, finding: &Finding, machine: &Machine, has_imu: bool) {
         let reason = finding.part.reason(finding.sensor, has_imu);
+        // The state is kept: it shows what contradicts what.
+        let reason = reason.map(|reason| match finding.kind {
+            FaultKind::Contradiction => Reason::Contradiction,
+            _ => reason,
+        });
         match finding.policy {
             Policy::Invalid => {
                 if let Some(reason) = reason {
