@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::inputs::GrossInputKind;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::{ClosedFormInput, Estimator, ModelKind, Options};
 use tipwatch_binding::MachineFile;
@@ -177,4 +178,17 @@ fn without_pressures_the_split_rule_applies_and_is_noted() {
         };
         assert_eq!(load(&analysis), load(&unbound));
     }
+}
+
+#[test]
+fn pressures_in_another_unit_are_a_gross_input() {
+    let log = data("bogie_bump.mcap");
+    let in_bar = with_pressures(&log).replace(
+        "field = \"fluid_pressure\"",
+        "field = \"fluid_pressure\", scale = 1e-5",
+    );
+    let analysis = analysed(&log, &in_bar, Options::default());
+    let found = analysis.gross_inputs.first().expect("a gross input");
+    assert_eq!(found.kind, GrossInputKind::ActuatorScale);
+    assert!(found.fix.contains("100000 for bar"), "{}", found.fix);
 }
