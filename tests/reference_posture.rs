@@ -2,7 +2,9 @@
 
 use std::fs;
 
+use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
@@ -159,4 +161,33 @@ fn a_stated_posture_is_used() {
         right(&turned) > right(&at_zero) + 1000.0,
         "{at_zero:?} {turned:?}"
     );
+}
+
+/// Live refuses such a machine; offline the loads are still of use, but nothing is safe.
+#[test]
+fn without_a_usable_posture_loads_are_known_and_utilisation_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy(data("tiny.urdf"), folder.path().join("tiny.urdf")).unwrap();
+    let analysed_as = |name: &str, limit: &str, extra: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, machine_text(limit, extra)).unwrap();
+        let file = MachineFile::read(&path).unwrap();
+        analyse(&data("tiny.mcap"), &file, Options::default(), &mut |_| {})
+    };
+    // an arm that cannot stand at zero: its payload counts always
+    let always = "\n[[payload]]\nlink = \"tool\"\nmass = 8000.0\n";
+    let analysis = analysed_as("assumed.toml", "", always).unwrap();
+    let is_noted = |note: &String| note.starts_with("Utilisation is unknown: static load of wheel");
+    assert!(analysis.notes.iter().any(is_noted), "{:?}", analysis.notes);
+    let used = analysis.rows.outcomes.column(Quantity::Utilisation);
+    assert!(used.iter().all(|used| used.is_nan()));
+    let verdicts = &analysis.rows.verdicts.as_ref().unwrap().verdicts;
+    let is_calm = |level: Level| matches!(level, Level::Safe | Level::Notice);
+    assert!(!verdicts.iter().any(|verdict| is_calm(verdict.level)));
+    // a stated posture that cannot serve is an error
+    let stated = "reference_posture = { slew = 0.1 }";
+    let error = analysed_as("stated.toml", stated, always)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("limits.reference_posture"), "{error}");
 }

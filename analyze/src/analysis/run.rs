@@ -79,10 +79,16 @@ pub fn analyse(
         );
     }
     let payloads = payload::estimate_all(file, &mut loaded.machine, &forces, &rows)?;
-    match loaded.machine.set_reference_loads() {
+    if let Err(error) = loaded.machine.set_reference_loads() {
+        let is_stated = loaded.machine.reference().posture.is_stated;
         // a gross input explains more than its consequence, and forbids every conclusion already
-        Err(error) if gross_inputs.is_empty() => return Err(error.into()),
-        _ => {}
+        if is_stated && gross_inputs.is_empty() {
+            return Err(error.into());
+        }
+        // The loads do not need the reference. Without it utilisation is unknown, and no row is safe.
+        loaded
+            .notes
+            .push(format!("Utilisation is unknown: {error}."));
     }
     let posture = first_posture(&loaded.machine, &rows);
     let machine = &loaded.machine;
