@@ -11,27 +11,18 @@ messages are those of live/include/tipwatch_live.h, which wire.py reads: there i
 the wire. Every sample rings the event, so that the monitor takes it at once.
 """
 
-import argparse
 import math
-import pathlib
 import random
 import secrets
 import time
 
-from wire import Header, Node, Writer
+from wire import Header, Node, Writer, example_arguments
 
 PERIOD_S = 0.01
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("machine", type=pathlib.Path)
-    arguments.add_argument("urdf", type=pathlib.Path)
-    arguments.add_argument("--service", default=None)
-    arguments.add_argument("--prefix", default=None)
-    arguments.add_argument("--seconds", type=float, default=10.0)
-    arguments = arguments.parse_args()
-
+    arguments = example_arguments(__doc__)
     header = Header()
     node = Node(header, "producer", arguments.service, arguments.prefix)
     session, samples = Writer(node, "session"), Writer(node, "sample")

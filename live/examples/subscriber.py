@@ -8,24 +8,15 @@ A verdict counts only if it is undamaged, of this machine and still valid. Every
 missing is not a safe machine. Prints how old verdicts were when they arrived.
 """
 
-import argparse
-import pathlib
 import time
 
-from wire import Header, Node, Reader
+from wire import Header, Node, Reader, example_arguments
 
 LONGEST_WAIT_S = 0.02
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("machine", type=pathlib.Path)
-    arguments.add_argument("urdf", type=pathlib.Path)
-    arguments.add_argument("--service", default=None)
-    arguments.add_argument("--prefix", default=None)
-    arguments.add_argument("--seconds", type=float, default=10.0)
-    arguments = arguments.parse_args()
-
+    arguments = example_arguments(__doc__)
     header = Header()
     node = Node(header, "subscriber", arguments.service, arguments.prefix)
     verdicts = Reader(node, "verdict", listens=True)

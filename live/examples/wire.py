@@ -4,6 +4,7 @@ Structures, services and the numbers of enumerations are read from the header, s
 Needs the package iceoryx2 0.10.
 """
 
+import argparse
 import ctypes
 import pathlib
 import re
@@ -189,3 +190,14 @@ class Reader:
             self.listener.timed_wait(iox2.Duration.from_nanos(int(seconds * 1e9)))
         else:
             time.sleep(min(seconds, 0.001))
+
+
+def example_arguments(documentation):
+    """The command line of an example: the machine, its service, and how long the example runs."""
+    arguments = argparse.ArgumentParser(description=documentation.splitlines()[0])
+    arguments.add_argument("machine", type=pathlib.Path)
+    arguments.add_argument("urdf", type=pathlib.Path)
+    arguments.add_argument("--service", default=None)
+    arguments.add_argument("--prefix", default=None)
+    arguments.add_argument("--seconds", type=float, default=10.0)
+    return arguments.parse_args()

@@ -20,6 +20,9 @@ use crate::load::LoadedLog;
 /// log time is wrong (ns).
 const FARTHEST_NS: i64 = 86_400_000_000_000;
 
+/// Share of the time from which on the whole log counts as known.
+const WHOLE: f64 = 0.99;
+
 /// How much of a log's time could be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Coverage {
@@ -51,6 +54,12 @@ impl Coverage {
             valid_share: (covered_s > 0.0).then(|| computable_s / covered_s),
             computable_rows: computable.count() as u64,
         }
+    }
+
+    /// Whether the whole log counts as known: all of its time but the moment that the estimator needs at each end.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.valid_share.is_some_and(|share| share >= WHOLE)
     }
 }
 

@@ -4,7 +4,6 @@ use maud::{Markup, html};
 use tipwatch_mechanics::machine::{Ground, Split};
 use tipwatch_mechanics::{Quantity, State};
 
-use super::conclusion::WHOLE;
 use super::findings::reason_counts;
 use crate::analysis::Analysis;
 use crate::base::options::{Estimator, ModelKind};
@@ -180,11 +179,7 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
             "No attitude was recorded: the slope is unknown (the loads do not need it).".into(),
         );
     }
-    if analysis
-        .coverage
-        .valid_share
-        .is_none_or(|share| share < WHOLE)
-    {
+    if !analysis.coverage.is_whole() {
         found.push(format!(
             "Wheel loads are known in {} of the log.",
             analysis.coverage

@@ -13,9 +13,6 @@ use crate::analysis::imu_check::FAULT;
 use crate::events::{Event, EventKind, TIP_OVER_RAD};
 use crate::page::{facts, number, probability};
 
-/// From this share of the time on, the whole log counts as known: the estimator needs a moment at each end.
-pub(super) const WHOLE: f64 = 0.99;
-
 /// Question and answer, five of them, in the order of their importance.
 pub(crate) fn conclusion(analysis: &Analysis) -> [(&'static str, String); 5] {
     [
@@ -43,9 +40,9 @@ fn nothing_known(analysis: &Analysis) -> Option<String> {
 /// "in this log", or in the part of its time that is known.
 fn scope(analysis: &Analysis) -> String {
     let coverage = &analysis.coverage;
-    match coverage.valid_share {
-        Some(share) if share >= WHOLE => "in this log".into(),
-        _ => format!(
+    match coverage.is_whole() {
+        true => "in this log".into(),
+        false => format!(
             "in the {coverage} of the log with known wheel loads; nothing is known of the rest"
         ),
     }
@@ -190,11 +187,7 @@ fn certainty(analysis: &Analysis) -> String {
         None => sentences
             .extend(worst::lightest(analysis).map(|(row, wheel)| smallest(analysis, row, wheel))),
     }
-    if analysis
-        .coverage
-        .valid_share
-        .is_none_or(|share| share < WHOLE)
-    {
+    if !analysis.coverage.is_whole() {
         sentences.push(format!(
             "Wheel loads are known in {} of the log.",
             analysis.coverage

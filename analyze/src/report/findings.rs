@@ -342,12 +342,12 @@ impl Scene {
         };
         let wheel = &self.wheels[lowest.wheel];
         let claim = match wheel.limit_n {
-            Some(_) => "o wheel fell below its load limit",
-            None => "o wheel left the ground",
+            Some(_) => "wheel fell below its load limit",
+            None => "wheel left the ground",
         };
         let claim = match partly_known(analysis) {
-            Some(known) => format!("In the {known} of the log with known wheel loads, n{claim}"),
-            None => format!("N{claim}"),
+            Some(known) => format!("In the {known} of the log with known wheel loads, no {claim}"),
+            None => format!("No {claim}"),
         };
         let split = match (open.is_empty(), lowest.is_split_open) {
             (false, _) => format!(
@@ -452,12 +452,8 @@ fn shares_in_words(causes: &EventCauses) -> String {
 
 /// The time with known loads, of a log of which more than a hundredth is unknown.
 fn partly_known(analysis: &Analysis) -> Option<String> {
-    const WHOLE: f64 = 0.99;
-    let is_whole = analysis
-        .coverage
-        .valid_share
-        .is_some_and(|share| share >= WHOLE);
-    (!is_whole).then(|| analysis.coverage.to_string())
+    let coverage = &analysis.coverage;
+    (!coverage.is_whole()).then(|| coverage.to_string())
 }
 
 /// How often each reason makes a row invalid.

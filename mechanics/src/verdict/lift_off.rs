@@ -37,7 +37,7 @@ pub struct LiftOff {
 pub struct LiftOffForecast {
     filter: KalmanFilter,
     shares: Vec<f64>,
-    /// Mean square of the deviations of the shares from the filter, of the worst wheel; at least the stated noise.
+    /// Mean square of the deviations of the shares from the filter, by wheel.
     mean_squares: Vec<f64>,
     before_ns: Option<i64>,
 }

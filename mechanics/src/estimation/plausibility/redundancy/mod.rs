@@ -5,6 +5,7 @@
 //! shows nothing.
 
 mod encoders;
+mod lasting;
 mod lean;
 mod lean_model;
 mod low_pass;

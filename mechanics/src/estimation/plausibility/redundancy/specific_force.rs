@@ -13,11 +13,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::super::fault::{Amount, Component};
-use super::super::notice::{Found, Limits, Notice};
+use super::super::notice::{Found, Limits};
+use super::lasting::LastingDifference;
 use super::low_pass::LowPass;
 use super::travel::Travel;
-use crate::machine::{FaultKind, Machine, rotation_in_body};
+use crate::machine::{Machine, rotation_in_body};
 
 /// Averaging time T (s).
 const AVERAGED_S: f64 = 1.0;
@@ -28,14 +28,13 @@ const LASTING_S: f64 = 1.5;
 #[derive(Debug, Clone)]
 pub(in super::super) struct SpecificForceWatch {
     gravity: f64,
-    tolerance: f64,
     imu_from_base: Matrix3<f64>,
     /// Position of the IMU in the base (m, IMU axes).
     position: Vector3<f64>,
     error: LowPass<3>,
     velocity: LowPass<3>,
     last_ns: Option<i64>,
-    apart_since_ns: Option<i64>,
+    apart: LastingDifference,
 }
 
 impl SpecificForceWatch {
@@ -44,13 +43,15 @@ impl SpecificForceWatch {
         let imu_from_base = rotation_in_body(imu).transpose();
         Self {
             gravity: machine.gravity(),
-            tolerance: machine.plausibility().specific_force_tolerance,
             position: imu_from_base * imu.body_from_mount.translation.vector,
             imu_from_base,
             error: LowPass::new(AVERAGED_S),
             velocity: LowPass::new(AVERAGED_S),
             last_ns: None,
-            apart_since_ns: None,
+            apart: LastingDifference::new(
+                machine.plausibility().specific_force_tolerance,
+                LASTING_S,
+            ),
         }
     }
 
@@ -70,7 +71,7 @@ impl SpecificForceWatch {
         let Some(base) = base.filter(|_| step_s <= limits.max_gap_s) else {
             self.error.reset();
             self.velocity.reset();
-            self.apart_since_ns = None;
+            self.apart.reset();
             return;
         };
         let velocity = self.imu_from_base * base + turning.cross(&self.position);
@@ -78,21 +79,6 @@ impl SpecificForceWatch {
         let mean = self.error.step(step_s, &acceleration);
         let gained = velocity - self.velocity.step(step_s, &velocity);
         let apart = (mean - gained / AVERAGED_S).norm();
-        // Written so that NaN is no difference.
-        if !(apart > self.tolerance) {
-            self.apart_since_ns = None;
-            return;
-        }
-        let since_ns = *self.apart_since_ns.get_or_insert(stamp_ns);
-        if limits.elapsed_s(since_ns, stamp_ns) >= LASTING_S {
-            found(Notice {
-                kind: FaultKind::Contradiction,
-                component: Component::Value,
-                since_ns,
-                measure: apart,
-                limit: self.tolerance,
-                amount: Amount::default(),
-            });
-        }
+        self.apart.check(stamp_ns, apart, limits, found);
     }
 }

@@ -8,10 +8,9 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::super::fault::{Amount, Component};
-use super::super::notice::{Found, Limits, Notice};
+use super::super::notice::{Found, Limits};
+use super::lasting::LastingDifference;
 use super::low_pass::LowPass;
-use crate::machine::FaultKind;
 
 /// Averaging time (s).
 const AVERAGED_S: f64 = 1.0;
@@ -21,25 +20,23 @@ const LASTING_S: f64 = 1.0;
 /// State of the check.
 #[derive(Debug, Clone)]
 pub(in super::super) struct TiltWatch {
-    tolerance: f64,
     /// Up direction by the odometry (base axes), and its stamp.
     odometry: Option<(i64, Vector3<f64>)>,
     imu: LowPass<3>,
     smoothed_odometry: LowPass<3>,
     last_ns: Option<i64>,
-    apart_since_ns: Option<i64>,
+    apart: LastingDifference,
 }
 
 impl TiltWatch {
     /// Tolerance in radians.
     pub(in super::super) fn new(tolerance: f64) -> Self {
         Self {
-            tolerance,
             odometry: None,
             imu: LowPass::new(AVERAGED_S),
             smoothed_odometry: LowPass::new(AVERAGED_S),
             last_ns: None,
-            apart_since_ns: None,
+            apart: LastingDifference::new(tolerance, LASTING_S),
         }
     }
 
@@ -64,28 +61,13 @@ impl TiltWatch {
         let Some((_, other)) = fresh.filter(|_| step_s <= limits.max_gap_s) else {
             self.imu.reset();
             self.smoothed_odometry.reset();
-            self.apart_since_ns = None;
+            self.apart.reset();
             return;
         };
         let up = self.imu.step(step_s, up);
         let other = self.smoothed_odometry.step(step_s, &other);
         let apart = up.cross(&other).norm().atan2(up.dot(&other));
-        // Written so that NaN is no difference.
-        if !(apart > self.tolerance) {
-            self.apart_since_ns = None;
-            return;
-        }
-        let since_ns = *self.apart_since_ns.get_or_insert(stamp_ns);
-        if limits.elapsed_s(since_ns, stamp_ns) >= LASTING_S {
-            found(Notice {
-                kind: FaultKind::Contradiction,
-                component: Component::Value,
-                since_ns,
-                measure: apart,
-                limit: self.tolerance,
-                amount: Amount::default(),
-            });
-        }
+        self.apart.check(stamp_ns, apart, limits, found);
     }
 }
 
