@@ -9,19 +9,20 @@ use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, SensorSamples, smooth};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
-use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, standing_posture};
+use tipwatch_mechanics::{State, StateColumns, standing_posture};
 
 use super::advice::advise;
 use super::clock;
 use super::clock::ClockOffsets;
 use super::evaluation;
+use super::evaluation::OtherModels;
+use super::folds::gather;
+pub use super::folds::{Prepared, RowSink};
 use super::imu_check;
 use super::inputs;
 use super::inputs::GrossInput;
-use super::monte_carlo;
 use super::notes;
 use super::payload;
-use super::sensitivity;
 use super::size;
 use super::verdicts;
 use crate::analysis::Analysis;
@@ -35,7 +36,9 @@ use crate::base::options::{ApplyClockOffsets, Estimator, Options};
 use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
 use crate::base::rows::Rows;
-use crate::events::detect;
+use crate::base::table::{EstimatedRows, Table};
+use crate::base::verdicts::MonitorRecord;
+use crate::events;
 use crate::load::LoadedLog;
 use crate::load::linkage_force;
 use crate::load::linkage_force::LinkageForce;
@@ -45,7 +48,7 @@ use crate::load::recorder_gaps;
 /// Default limit of a light wheel, as a share of its static load.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
 
-/// Analyses one log; `progress` receives the number of bytes read so far.
+/// Analyses one log and keeps the whole table; `progress` receives the number of bytes read so far.
 ///
 /// # Errors
 /// The log cannot be read, the machine does not fit it, or no row remains.
@@ -55,6 +58,24 @@ pub fn analyse(
     options: Options,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Analysis> {
+    let (analysis, whole) = analyse_into(path, file, options, progress, |_| Ok(Whole::default()))?;
+    if let Some(rows) = whole.rows {
+        analysis.rows.keep(rows);
+    }
+    Ok(analysis)
+}
+
+/// Analyses one log without keeping its table. The sink that `begin` makes receives the rows block by block.
+///
+/// # Errors
+/// The log cannot be read, the machine does not fit it, no row remains, or the sink fails.
+pub fn analyse_into<S: RowSink>(
+    path: &Path,
+    file: &MachineFile,
+    options: Options,
+    progress: &mut dyn FnMut(u64),
+    begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
+) -> Result<(Analysis, S)> {
     let log = Log::open(path)?;
     let mut loaded = load(&log, file, progress)?;
     loaded.notes.extend(recorder_gaps::note(&log)?);
@@ -95,39 +116,38 @@ pub fn analyse(
     let has_odometry = loaded.matched.sensors.odometry;
     let model = evaluation::model(machine, options.model, &posture, has_odometry, &options)?;
     let scope = evaluation::scope(&options);
-    rows.outcomes = evaluation::evaluate_all(machine, &rows.states, scope, &model);
-    for row in 0..rows.len() {
-        rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
-    }
-    let coverage = Coverage::of(&loaded, &rows, &options, log.span_ns());
-    rows.verdicts = verdicts::of(&log, machine, &rows, scope)?;
-    let comparisons = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
+    let record = match scope.sensitivities {
+        true => verdicts::monitor_record(&log)?,
+        false => MonitorRecord::default(),
+    };
+    let mut table = Table::new(machine, rows, scope, model, record);
     let min_loads_n = min_loads(machine);
-    let events = detect::events(
-        &loaded,
-        &quality.faults,
-        &rows,
-        min_loads_n.as_deref(),
-        scope,
-    );
-    let sensitivity = scope
-        .sensitivities
-        .then(|| sensitivity::table(machine, &rows))
-        .flatten();
+    let prepared = Prepared {
+        machine,
+        table: &table,
+        options: &options,
+    };
+    let mut sink = begin(&prepared)?;
+    let others = OtherModels::new(machine, &posture, has_odometry, &options);
+    let gathered = gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink)?;
+    table.reasons = gathered.found.reasons;
+    let coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
+    let events = events::sorted(gathered.found.events, &loaded, &quality.faults, &table);
+    let sensitivity = (gathered.sensitivity).and_then(|found| found.table(machine, &table));
     let advice = advise(
         machine,
-        &rows,
+        &table,
         min_loads_n.as_deref(),
         &events,
+        gathered.found.lowest.as_ref(),
         sensitivity.as_ref(),
+        &gathered.seen.positions,
     );
-    let draws = options.monte_carlo;
-    let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
     let clock_findings = clock::text::of_signals(&loaded.signals);
-    let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &rows);
+    let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &gathered.seen);
     notes.splice(0..0, note_on_slope);
     if loaded.matched.sensors.imu {
-        notes.splice(0..0, imu_check::note(machine, &rows));
+        notes.splice(0..0, imu_check::note(machine, &gathered.seen.mounting));
     }
     let provenance = provenance(&log, file, &loaded)?;
     let sources = Sources {
@@ -152,7 +172,7 @@ pub fn analyse(
         correction: signal.recording.correction,
         undecodable: signal.recording.undecodable,
     });
-    Ok(Analysis {
+    let analysis = Analysis {
         sources,
         inputs: signals.collect(),
         machine: loaded.machine,
@@ -161,18 +181,37 @@ pub fn analyse(
         notes,
         losses: loaded.losses,
         gross_inputs,
-        rows,
+        rows: table,
+        digest: gathered.digest,
         coverage,
         min_loads_n,
         events,
         sensitivity,
         advice,
-        monte_carlo,
+        monte_carlo: gathered.monte_carlo,
         payloads,
-        comparisons,
+        comparisons: gathered.comparisons,
         clock,
         clock_findings,
-    })
+    };
+    Ok((analysis, sink))
+}
+
+/// Collects all rows.
+#[derive(Default)]
+struct Whole {
+    rows: Option<Rows>,
+}
+
+impl RowSink for Whole {
+    fn take(&mut self, rows: &Rows) -> Result<()> {
+        let next = rows.clone();
+        match &mut self.rows {
+            Some(rows) => rows.append(next),
+            None => self.rows = Some(next),
+        }
+        Ok(())
+    }
 }
 
 /// Quality of the signals behind the rows.
@@ -211,7 +250,7 @@ fn estimate_on_one_clock(
     loaded: &mut LoadedLog,
     forces: &mut [LinkageForce],
     options: &Options,
-) -> (Rows, SignalQuality, ClockOffsets) {
+) -> (EstimatedRows, SignalQuality, ClockOffsets) {
     let (rows, quality) = estimate(loaded, options);
     // the causal estimator lags behind its signals, and a time range may leave few rows
     let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
@@ -231,7 +270,7 @@ fn estimate_on_one_clock(
 }
 
 /// States of all rows in the requested time range.
-fn estimate(loaded: &LoadedLog, options: &Options) -> (Rows, SignalQuality) {
+fn estimate(loaded: &LoadedLog, options: &Options) -> (EstimatedRows, SignalQuality) {
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
@@ -242,7 +281,7 @@ fn estimate(loaded: &LoadedLog, options: &Options) -> (Rows, SignalQuality) {
     (within(rows, &loaded.machine, options), quality)
 }
 
-fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
+fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (EstimatedRows, SignalQuality) {
     let samples: Vec<SensorSamples<'_>> = (loaded.signals.iter())
         .map(|signal| SensorSamples {
             sensor: signal.sensor,
@@ -251,12 +290,10 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
         })
         .collect();
     let smoothed = smooth(&loaded.machine, &loaded.matched.sensors, &samples, clock);
-    let rows = Rows {
+    let rows = EstimatedRows {
         times_ns: smoothed.times_ns,
         reasons: smoothed.reasons,
         states: smoothed.states,
-        outcomes: OutcomeColumns::empty(&loaded.machine, Scope::LOADS),
-        verdicts: None,
     };
     let quality = SignalQuality {
         counts: smoothed.counts,
@@ -266,7 +303,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
 }
 
 /// Same as live: sample by sample, in the order in which the recorder received them.
-fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
+fn causal(loaded: &LoadedLog, clock: RowClock) -> (EstimatedRows, SignalQuality) {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let mut estimates: Vec<Estimate> = Vec::new();
@@ -282,12 +319,10 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
     for (row, estimate) in estimates.iter_mut().enumerate() {
         states.set(row, &mut estimate.state);
     }
-    let rows = Rows {
+    let rows = EstimatedRows {
         times_ns: estimates.iter().map(|e| e.time_ns).collect(),
         reasons: estimates.iter().map(|e| e.reasons).collect(),
         states,
-        outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
-        verdicts: None,
     };
     let quality = SignalQuality {
         counts: estimator.counts().to_vec(),
@@ -297,7 +332,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
 }
 
 /// Keeps the rows between `from_s` and `to_s`.
-fn within(rows: Rows, machine: &Machine, options: &Options) -> Rows {
+fn within(rows: EstimatedRows, machine: &Machine, options: &Options) -> EstimatedRows {
     let (from, to) = (
         options.from_s.unwrap_or(f64::NEG_INFINITY),
         options.to_s.unwrap_or(f64::INFINITY),
@@ -314,17 +349,15 @@ fn within(rows: Rows, machine: &Machine, options: &Options) -> Rows {
         rows.states.get(from, &mut state);
         states.set(to, &mut state);
     }
-    Rows {
+    EstimatedRows {
         times_ns: kept.iter().map(|&row| rows.times_ns[row]).collect(),
         reasons: kept.iter().map(|&row| rows.reasons[row]).collect(),
-        outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
-        verdicts: None,
         states,
     }
 }
 
 /// The first posture in which the machine can stand: joint positions; NaN if there is none.
-fn first_posture(machine: &Machine, rows: &Rows) -> Vec<f64> {
+fn first_posture(machine: &Machine, rows: &EstimatedRows) -> Vec<f64> {
     let mut state = State::zero(machine);
     let mut postures = (0..rows.len()).filter_map(|row| {
         rows.states.get(row, &mut state);

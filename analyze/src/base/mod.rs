@@ -1,4 +1,4 @@
-//! What every other folder uses: options, rows, provenance, files, errors, numbers, terminal output.
+//! What every other folder uses: options, rows and their table, provenance, files, errors, numbers, terminal output.
 
 pub(crate) mod error_text;
 pub mod file_hash;
@@ -11,3 +11,5 @@ pub mod provenance;
 pub mod recovered;
 pub mod rows;
 pub(crate) mod stdout;
+pub mod table;
+pub mod verdicts;

@@ -6,7 +6,7 @@ use tipwatch_mechanics::state::Sensor;
 
 use super::channel::Channel;
 use super::grid::{Stretch, at_steps, stretches};
-use crate::base::rows::Rows;
+use crate::base::table::EstimatedRows;
 use crate::load::{LoadedLog, Signal};
 
 /// Largest speed of a machine at standstill (m/s).
@@ -30,7 +30,7 @@ pub(super) struct RowFacts {
 /// The log under comparison, with helpers that bring its signals to the grid.
 pub(super) struct Scene<'a> {
     pub(super) loaded: &'a LoadedLog,
-    pub(super) rows: &'a Rows,
+    pub(super) rows: &'a EstimatedRows,
     pub(super) facts: Vec<RowFacts>,
     /// Rotation from IMU axes to base axes; `None` if it is not mounted on the base.
     base_from_imu: Option<Matrix3<f64>>,
@@ -40,7 +40,7 @@ pub(super) struct Scene<'a> {
 pub(super) type Channels = Vec<Vec<Option<Channel>>>;
 
 impl<'a> Scene<'a> {
-    pub(super) fn of(loaded: &'a LoadedLog, rows: &'a Rows) -> Self {
+    pub(super) fn of(loaded: &'a LoadedLog, rows: &'a EstimatedRows) -> Self {
         let machine = &loaded.machine;
         let mut state = State::zero(machine);
         let facts = (0..rows.len()).map(|row| {

@@ -10,7 +10,7 @@ use tipwatch_mechanics::{State, Workspace, evaluate};
 use super::windows::windows;
 use super::{GrossInput, GrossInputKind};
 use crate::base::number::short;
-use crate::base::rows::Rows;
+use crate::base::table::EstimatedRows;
 
 /// Largest angular velocity of a quiet row (rad/s).
 const QUIET_RAD_S: f64 = 0.03;
@@ -29,7 +29,7 @@ const MOST_EARLIER: usize = 500;
 const TIPPING_SHARE: f64 = 0.05;
 
 /// A specific force that never points away from the ground.
-pub(super) fn direction(machine: &Machine, rows: &Rows) -> Option<GrossInput> {
+pub(super) fn direction(machine: &Machine, rows: &EstimatedRows) -> Option<GrossInput> {
     let windows = windows(&rows.times_ns);
     let mut scratch = Scratch::new(machine);
     let step = windows.len().div_ceil(MOST_WINDOWS).max(1);
@@ -75,7 +75,7 @@ pub(super) fn direction(machine: &Machine, rows: &Rows) -> Option<GrossInput> {
 }
 
 /// A machine that rests where it would tip over.
-pub(super) fn rests_while_tipping(machine: &Machine, rows: &Rows) -> Option<GrossInput> {
+pub(super) fn rests_while_tipping(machine: &Machine, rows: &EstimatedRows) -> Option<GrossInput> {
     let window = quiet_windows(machine, rows).into_iter().next()?;
     let mut scratch = Scratch::new(machine);
     let earlier = 0..window.start;
@@ -155,7 +155,7 @@ impl Scratch {
 }
 
 /// Windows of a second in which the base does not turn, the arm moves slowly at most, and the signals determine the state.
-fn quiet_windows(machine: &Machine, rows: &Rows) -> Vec<Range<usize>> {
+fn quiet_windows(machine: &Machine, rows: &EstimatedRows) -> Vec<Range<usize>> {
     let mut state = State::zero(machine);
     let mut is_quiet = |row: usize| {
         if rows.reasons[row].leave_state_unknown() {
