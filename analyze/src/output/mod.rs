@@ -15,7 +15,7 @@ use crate::report::PlotLibrary;
 use crate::suspension::{self, Summary as WhatIfSummary, WhatIf};
 use crate::tables::derived::Derived;
 use crate::tables::summary::Summary;
-use crate::tables::{parquet, table};
+use crate::tables::{events, parquet, samples, studies};
 
 const SAMPLES: &str = "samples.parquet";
 const EVENTS: &str = "events.parquet";
@@ -62,27 +62,25 @@ pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<Vec
 
 fn write_samples(analysis: &Analysis, folder: &Path) -> Result<()> {
     let path = folder.join(SAMPLES);
-    parquet::write(&mut table::samples(analysis)?, &analysis.provenance, &path)
+    let table = samples::samples(&analysis.machine, &analysis.rows);
+    parquet::write(&table, &analysis.provenance, &path)
 }
 
 fn write_events(analysis: &Analysis, folder: &Path) -> Result<()> {
     let path = folder.join(EVENTS);
-    parquet::write(
-        &mut table::events(&analysis.events)?,
-        &analysis.provenance,
-        &path,
-    )
+    let table = events::events(&analysis.events);
+    parquet::write(&table, &analysis.provenance, &path)
 }
 
 /// Writes the tables that not every analysis has; returns their names.
 fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<Vec<&'static str>> {
     let mut written = Vec::new();
     for (name, table) in [
-        ("sensitivity.parquet", table::sensitivity(analysis)?),
-        ("monte_carlo.parquet", table::monte_carlo(analysis)?),
+        ("sensitivity.parquet", studies::sensitivity(analysis)),
+        ("monte_carlo.parquet", studies::monte_carlo(analysis)),
     ] {
-        if let Some(mut table) = table {
-            parquet::write(&mut table, &analysis.provenance, &folder.join(name))?;
+        if let Some(table) = table {
+            parquet::write(&table, &analysis.provenance, &folder.join(name))?;
             written.push(name);
         }
     }
@@ -145,9 +143,9 @@ impl WhatIf {
     pub fn write(&self, folder: &Path) -> Result<()> {
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot be created", folder.display()))?;
-        let mut table = suspension::table::table(self)?;
+        let table = suspension::table::table(self);
         let path = folder.join("whatif.parquet");
-        parquet::write(&mut table, &self.analysis.provenance, &path)?;
+        parquet::write(&table, &self.analysis.provenance, &path)?;
         let summary = serde_json::to_string_pretty(&WhatIfSummary::of(self))?;
         for (name, text) in [
             ("summary.json", summary),
