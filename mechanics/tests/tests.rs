@@ -6,6 +6,8 @@ mod support;
 
 // The bias of the accelerometer from attitude, odometry and standstill.
 mod accelerometer_bias;
+// The smoother, block by block.
+mod block_smoother;
 // Motion of platform and wheels over the ground.
 mod closed_form_motion;
 // The analytic model, whatever platform and motion.

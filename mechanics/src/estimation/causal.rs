@@ -1,9 +1,9 @@
 //! The causal estimator: it uses past samples only, live and to reproduce a live run offline.
 
 use super::bias::BiasEstimator;
-use super::kalman_filter::{ChannelState, seconds};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::state_builder::{FilterStatus, Filters, Followed, Reading, StateBuilder};
+use super::white_jerk::{ChannelState, seconds};
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect};
 use crate::machine::Machine;
 use crate::state::{Credible, Sample, SampleError, Sensor, Sensors, StreamCounts};

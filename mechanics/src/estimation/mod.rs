@@ -4,20 +4,25 @@
 //! sensor measures together share one Kalman filter with a constant-acceleration model driven by white
 //! jerk. Run forwards, sample by sample, it is the causal estimator ([`CausalEstimator`]), identical
 //! offline and live. With a backward pass over the stored steps it is the Rauch-Tung-Striebel smoother
-//! of the same model ([`smooth`]), which uses later samples too.
+//! of the same model ([`smooth`], [`BlockSmoother`]), which uses later samples too.
 //!
 //! No value is extrapolated over a gap longer than
 //! [`EstimatorSpec::max_gap`](crate::machine::EstimatorSpec): rows in it are marked invalid.
 
 mod bias;
 mod causal;
+mod history;
 mod kalman_filter;
 pub mod plausibility;
 mod rows;
 mod smoother;
 mod state_builder;
+mod white_jerk;
 
 pub use causal::CausalEstimator;
 pub(crate) use kalman_filter::{Doubt, FilterModel, KalmanFilter};
 pub use rows::{Estimate, RowClock};
-pub use smoother::{SensorSamples, SmoothedRows, smooth};
+pub use smoother::{
+    BlockSmoother, BlockWorker, Pass, ROWS_PER_BLOCK, SampleSource, SensorSamples, SmoothedBlock,
+    SmoothedRows, smooth,
+};

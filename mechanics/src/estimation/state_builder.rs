@@ -2,7 +2,8 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::kalman_filter::{ChannelState, Doubt, FilterModel, KalmanFilter, Matrix};
+use super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
+use super::white_jerk::{ChannelState, Matrix};
 use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
 use crate::machine::{Machine, rotation_in_body};
@@ -27,6 +28,18 @@ pub(super) enum Followed {
 }
 
 impl Followed {
+    /// Whether samples of this sensor update its filter; `imu`: whether there is an IMU.
+    pub(super) fn is_fed_by(self, sensor: Sensor, imu: bool) -> bool {
+        match self {
+            Self::Joints(stream) => sensor == Sensor::Joints(stream),
+            Self::SpecificForce => sensor == Sensor::Imu,
+            Self::AngularVelocity | Self::Up if imu => sensor == Sensor::Imu,
+            Self::AngularVelocity | Self::Up | Self::Velocity => sensor == Sensor::Odometry,
+            Self::ToolWrench => sensor == Sensor::ToolWrench,
+            Self::Actuator(signal) => sensor == Sensor::Actuator(signal),
+        }
+    }
+
     /// Why a row is invalid during a gap of this filter; `None` where rows are valid without it.
     pub(super) fn gap(self, imu: bool) -> Option<Reason> {
         match self {
@@ -130,6 +143,16 @@ impl Filters {
             .iter()
             .find(|(f, _)| *f == followed)
             .map(|(_, filter)| filter)
+    }
+
+    /// The filters that samples of a sensor update, in a fixed order.
+    pub(super) fn fed_by(
+        &mut self,
+        sensor: Sensor,
+    ) -> impl Iterator<Item = &mut (Followed, KalmanFilter)> {
+        let imu = self.sensors.imu;
+        let all = self.list.iter_mut();
+        all.filter(move |(followed, _)| followed.is_fed_by(sensor, imu))
     }
 
     fn push_to(

@@ -23,6 +23,32 @@ impl StateColumns {
         }
     }
 
+    /// No rows, with memory for `rows`.
+    #[must_use]
+    pub fn with_capacity(machine: &Machine, rows: usize) -> Self {
+        let columns = 0..State::<f64>::size(machine);
+        Self {
+            columns: columns.map(|_| Vec::with_capacity(rows)).collect(),
+            rows: 0,
+        }
+    }
+
+    /// Removes rows from the end, or adds unknown ones. Keeps the memory.
+    pub fn resize(&mut self, rows: usize) {
+        for column in &mut self.columns {
+            column.resize(rows, f64::NAN);
+        }
+        self.rows = rows;
+    }
+
+    /// Appends the rows of the same machine's states.
+    pub fn append(&mut self, other: &Self) {
+        for (column, other) in self.columns.iter_mut().zip(&other.columns) {
+            column.extend_from_slice(other);
+        }
+        self.rows += other.rows;
+    }
+
     /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {

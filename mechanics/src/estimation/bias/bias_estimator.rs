@@ -304,13 +304,15 @@ impl BiasEstimator {
     /// The estimates of a whole log.
     pub(crate) fn smoothed(self) -> BiasHistory {
         let divisions = self.history.unwrap_or_default();
-        let differences = self.filter.smoothed();
-        let estimates = differences.iter().zip(&divisions);
+        let mut of = divisions.iter().rev();
+        let mut estimates = Vec::with_capacity(divisions.len());
+        self.filter.for_each_smoothed_backwards(|difference| {
+            estimates.extend(of.next().map(|of| divided(&difference, &of.up, &of.stated)));
+        });
+        estimates.reverse();
         BiasHistory {
             stamps_ns: divisions.iter().map(|division| division.stamp_ns).collect(),
-            estimates: estimates
-                .map(|(difference, of)| divided(difference, &of.up, &of.stated))
-                .collect(),
+            estimates,
         }
     }
 }

@@ -6,7 +6,7 @@
 //! ```
 //! with the measured acceleration a and angular velocity w. The model is linear in v and s.
 
-use nalgebra::{Cholesky, Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
+use nalgebra::{Cholesky, Matrix3, Matrix3x6, Matrix6, Matrix6x3, Vector3, Vector6};
 
 /// Standard deviation of an unknown velocity (m/s).
 const VELOCITY_SPREAD: f64 = 10.0;
@@ -17,25 +17,54 @@ const DRIFT: f64 = 2e-4;
 /// A velocity further from the predicted one than this many standard deviations counts less.
 const OUTLIER_SIGMAS: f64 = 4.0;
 
-/// The filter, and the earlier steps where a smoother needs them.
+/// Measured velocities between two states that a smoother keeps: it needs ten times the memory of what was measured,
+/// and repeats the filter's steps from there.
+const KEPT_EVERY: usize = 256;
+
+/// The filter, and what it was given where a smoother needs it.
 #[derive(Debug, Clone)]
 pub(super) struct DifferenceFilter {
     state: Vector6<f64>,
     covariance: Matrix6<f64>,
     ahead: Prediction,
-    history: Option<Vec<Stage>>,
+    history: Option<History>,
+}
+
+/// The measured velocities that were used, in batches that can be repeated one by one.
+#[derive(Debug, Clone, Default)]
+struct History {
+    batches: Vec<Batch>,
+    /// Whether the last velocity was refused.
+    is_cut: bool,
+}
+
+/// Consecutive measured velocities, and the filter before the first.
+#[derive(Debug, Clone)]
+struct Batch {
+    state: Vector6<f64>,
+    covariance: Matrix6<f64>,
+    measured: Vec<Measured>,
+}
+
+/// A measured velocity, its variance on each axis, and the motion since the last one.
+#[derive(Debug, Clone)]
+struct Measured {
+    velocity: Vector3<f64>,
+    variance: f64,
+    motion: Prediction,
 }
 
 /// The motion since the last measured velocity.
 #[derive(Debug, Clone)]
 struct Prediction {
-    transition: Matrix6<f64>,
+    /// Of the velocity; the difference stays.
+    transition: Matrix3x6<f64>,
     velocity: Vector3<f64>,
     velocity_variance: f64,
     difference_variance: f64,
 }
 
-/// A measured velocity in the history.
+/// The filter at a measured velocity.
 #[derive(Debug, Clone)]
 struct Stage {
     transition: Matrix6<f64>,
@@ -55,7 +84,7 @@ pub(super) struct Difference {
 impl Prediction {
     fn none() -> Self {
         Self {
-            transition: Matrix6::identity(),
+            transition: Matrix3x6::identity(),
             velocity: Vector3::zeros(),
             velocity_variance: 0.0,
             difference_variance: 0.0,
@@ -70,13 +99,13 @@ impl DifferenceFilter {
             state: Vector6::zeros(),
             covariance: Matrix6::from_diagonal(&Vector6::from_fn(|i, _| variances[i / 3])),
             ahead: Prediction::none(),
-            history: keeps_history.then(Vec::new),
+            history: keeps_history.then(History::default),
         }
     }
 
     /// After a gap the velocity is unknown; the difference stays.
     pub(super) fn forget_velocity(&mut self) {
-        self.ahead.transition.fixed_view_mut::<3, 6>(0, 0).fill(0.0);
+        self.ahead.transition.fill(0.0);
         self.ahead.velocity = Vector3::zeros();
         self.ahead.velocity_variance = VELOCITY_SPREAD * VELOCITY_SPREAD;
     }
@@ -112,7 +141,7 @@ impl DifferenceFilter {
     /// The velocity predicted so far.
     #[cfg(test)]
     pub(super) fn velocity(&self) -> Vector3<f64> {
-        self.ahead.transition.fixed_view::<3, 6>(0, 0) * self.state + self.ahead.velocity
+        self.ahead.transition * self.state + self.ahead.velocity
     }
 
     /// The difference as estimated so far.
@@ -122,14 +151,40 @@ impl DifferenceFilter {
 
     /// Updates the state with a measured velocity (m/s) of this variance on each axis; returns whether it was used.
     pub(super) fn correct(&mut self, measured: &Vector3<f64>, variance: f64) -> bool {
-        let ahead = std::mem::replace(&mut self.ahead, Prediction::none());
-        let mut predicted = ahead.transition * self.state;
-        let mut predicted_covariance =
-            ahead.transition * self.covariance * ahead.transition.transpose();
+        let motion = std::mem::replace(&mut self.ahead, Prediction::none());
+        let before = self
+            .history
+            .is_some()
+            .then(|| (self.state, self.covariance));
+        let stage = self.follow(&motion, measured, variance);
+        if let (Some(history), Some(before)) = (&mut self.history, before) {
+            let measured = Measured {
+                velocity: *measured,
+                variance,
+                motion,
+            };
+            history.push(stage.is_some().then_some(measured), before);
+        }
+        stage.is_some()
+    }
+
+    /// The same for a given motion since the last velocity; `None` where the velocity was not used.
+    fn follow(
+        &mut self,
+        motion: &Prediction,
+        measured: &Vector3<f64>,
+        variance: f64,
+    ) -> Option<Stage> {
+        let mut transition = Matrix6::identity();
+        transition
+            .fixed_view_mut::<3, 6>(0, 0)
+            .copy_from(&motion.transition);
+        let mut predicted = transition * self.state;
+        let mut predicted_covariance = transition * self.covariance * transition.transpose();
         for axis in 0..3 {
-            predicted[axis] += ahead.velocity[axis];
-            predicted_covariance[(axis, axis)] += ahead.velocity_variance;
-            predicted_covariance[(axis + 3, axis + 3)] += ahead.difference_variance;
+            predicted[axis] += motion.velocity[axis];
+            predicted_covariance[(axis, axis)] += motion.velocity_variance;
+            predicted_covariance[(axis + 3, axis + 3)] += motion.difference_variance;
         }
         let innovation = measured - predicted.fixed_rows::<3>(0);
         let velocity_covariance: Matrix3<f64> =
@@ -140,9 +195,7 @@ impl DifferenceFilter {
         };
         (self.state, self.covariance) = (predicted, predicted_covariance);
         // Fails only where a number is not finite.
-        let Some(mut inverse) = innovation_inverse(variance) else {
-            return false;
-        };
+        let mut inverse = innovation_inverse(variance)?;
         let surprise = innovation.dot(&(inverse * innovation)) / OUTLIER_SIGMAS.powi(2);
         if surprise > 1.0
             && let Some(wider) = innovation_inverse(variance * surprise)
@@ -155,37 +208,68 @@ impl DifferenceFilter {
         self.state += gain * innovation;
         self.covariance -= gain * by_velocity.transpose();
         self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
-        if let Some(history) = &mut self.history {
-            history.push(Stage {
-                transition: ahead.transition,
-                predicted,
-                predicted_covariance,
-                state: self.state,
-                covariance: self.covariance,
-            });
-        }
-        true
+        Some(Stage {
+            transition,
+            predicted,
+            predicted_covariance,
+            state: self.state,
+            covariance: self.covariance,
+        })
     }
 
-    /// The difference at every measured velocity, from all of them (Rauch-Tung-Striebel):
+    /// Visits the difference at every measured velocity, the last one first, from all of them (Rauch-Tung-Striebel):
     /// `x_k += C (x_(k+1) - x_(k+1|k))`, `P_k += C (P_(k+1) - P_(k+1|k)) C'`, `C = P_k F' inv(P_(k+1|k))`.
-    pub(super) fn smoothed(self) -> Vec<Difference> {
-        let mut stages = self.history.unwrap_or_default();
-        for k in (0..stages.len().saturating_sub(1)).rev() {
-            let (before, after) = stages.split_at_mut(k + 1);
-            let (own, next) = (&mut before[k], &after[0]);
-            let Some(factor) = Cholesky::new(next.predicted_covariance) else {
-                continue;
-            };
-            let gain = own.covariance * next.transition.transpose() * factor.inverse();
-            own.state += gain * (next.state - next.predicted);
-            own.covariance +=
-                gain * (next.covariance - next.predicted_covariance) * gain.transpose();
+    pub(super) fn for_each_smoothed_backwards(mut self, mut visit: impl FnMut(Difference)) {
+        let mut later: Option<Stage> = None;
+        let mut stages = Vec::new();
+        let mut batches = self.history.take().unwrap_or_default().batches;
+        while let Some(batch) = batches.pop() {
+            (self.state, self.covariance) = (batch.state, batch.covariance);
+            stages.clear();
+            stages.extend(batch.measured.iter().filter_map(|measured| {
+                self.follow(&measured.motion, &measured.velocity, measured.variance)
+            }));
+            while let Some(mut stage) = stages.pop() {
+                if let Some(next) = &later {
+                    stage.smooth(next);
+                }
+                visit(difference(&stage.state, &stage.covariance));
+                later = Some(stage);
+            }
         }
-        stages
-            .iter()
-            .map(|stage| difference(&stage.state, &stage.covariance))
-            .collect()
+    }
+}
+
+impl History {
+    /// Takes a measured velocity, `None` for one that the filter refused, and the filter before it.
+    fn push(&mut self, measured: Option<Measured>, before: (Vector6<f64>, Matrix6<f64>)) {
+        let Some(measured) = measured else {
+            // What a refused velocity leaves is not repeated: the next one starts a batch.
+            self.is_cut = true;
+            return;
+        };
+        let is_cut = std::mem::take(&mut self.is_cut);
+        match self.batches.last_mut() {
+            Some(batch) if !is_cut && batch.measured.len() < KEPT_EVERY => {
+                batch.measured.push(measured);
+            }
+            _ => self.batches.push(Batch {
+                state: before.0,
+                covariance: before.1,
+                measured: vec![measured],
+            }),
+        }
+    }
+}
+
+impl Stage {
+    fn smooth(&mut self, next: &Self) {
+        let Some(factor) = Cholesky::new(next.predicted_covariance) else {
+            return;
+        };
+        let gain = self.covariance * next.transition.transpose() * factor.inverse();
+        self.state += gain * (next.state - next.predicted);
+        self.covariance += gain * (next.covariance - next.predicted_covariance) * gain.transpose();
     }
 }
 
@@ -236,7 +320,8 @@ mod tests {
         let truth = Vector3::new(0.03, -0.02, 0.05);
         let filter = driven(true, 10.0, truth);
         let last = filter.difference();
-        let smoothed = filter.smoothed();
+        let mut smoothed = Vec::new();
+        filter.for_each_smoothed_backwards(|difference| smoothed.insert(0, difference));
         assert_eq!(smoothed.len(), 50);
         assert_eq!(smoothed[49].value, last.value);
         assert!((smoothed[0].value - truth).norm() < 1e-3);

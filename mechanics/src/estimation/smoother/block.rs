@@ -1,0 +1,262 @@
+//! The smoother, block by block.
+
+use std::ops::Range;
+
+use super::forward::{Pass, Track, find_faults, follow};
+use super::history_reader::HistoryReader;
+use super::row_times::row_times;
+use super::sorted_samples::{Chunk, SortedSamples};
+use super::source::SampleSource;
+use crate::estimation::bias::BiasHistory;
+use crate::estimation::kalman_filter::KalmanFilter;
+use crate::estimation::plausibility::{FaultSpan, SpanWalk};
+use crate::estimation::rows::RowClock;
+use crate::estimation::state_builder::{Filters, Followed, Reading, StateBuilder};
+use crate::estimation::white_jerk::{ChannelState, seconds};
+use crate::machine::Machine;
+use crate::state::{Reasons, Sensor, Sensors, State, StateColumns, StreamCounts};
+
+/// A usual number of rows in a block.
+pub const ROWS_PER_BLOCK: usize = 2048;
+
+/// Smooths a recording block by block, the same as [`smooth`](super::smooth) does the whole of it. Samples of a sensor
+/// are sorted by stamp; of equal stamps only one is used, and of several sources of one sensor the first.
+///
+/// Rows are at the samples of the first stream of joint states, or at a regular rate. Blocks are independent of each
+/// other: threads smooth them with a [`BlockWorker`] each, in any order.
+#[derive(Debug)]
+pub struct BlockSmoother<S> {
+    sensors: Sensors,
+    samples: Vec<SortedSamples<S>>,
+    /// In the order of `samples`.
+    tracks: Vec<Track>,
+    bias: BiasHistory,
+    faults: Vec<FaultSpan>,
+    times_ns: Vec<i64>,
+    rows_per_block: usize,
+    max_gap_ns: i64,
+}
+
+/// Estimates of consecutive rows.
+#[derive(Debug, Clone)]
+pub struct SmoothedBlock {
+    /// Row times (ns).
+    pub times_ns: Vec<i64>,
+    /// The states; NaN where a gap leaves them unknown.
+    pub states: StateColumns,
+    /// Why rows are invalid, as far as the signals show.
+    pub reasons: Vec<Reasons>,
+}
+
+impl SmoothedBlock {
+    /// A block without rows.
+    #[must_use]
+    pub fn empty(machine: &Machine) -> Self {
+        Self {
+            times_ns: Vec::new(),
+            states: StateColumns::unknown(machine, 0),
+            reasons: Vec::new(),
+        }
+    }
+}
+
+impl<S: SampleSource> BlockSmoother<S> {
+    /// Reads all samples: finds implausible spans and the bias of the accelerometer, and where each block starts. `run`
+    /// runs the passes that it is given, which are independent of each other, on one thread or on several.
+    ///
+    /// # Errors
+    /// Samples cannot be read.
+    pub fn new(
+        machine: &Machine,
+        sensors: &Sensors,
+        sources: Vec<S>,
+        clock: RowClock,
+        rows_per_block: usize,
+        run: &dyn Fn(Vec<Pass<'_>>),
+    ) -> Result<Self, S::Error> {
+        let mut samples: Vec<SortedSamples<S>> = Vec::with_capacity(sources.len());
+        for source in sources {
+            let is_known = (samples.iter()).any(|known| known.sensor() == source.sensor());
+            samples.extend(SortedSamples::new(source, sensors).filter(|_| !is_known));
+        }
+        let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
+        let joints = samples.iter().find(|s| s.sensor() == Sensor::Joints(0));
+        let times_ns = joints.map_or(Vec::new(), |joints| {
+            row_times(joints.distinct_stamps_ns(), clock, max_gap_ns)
+        });
+        let rows_per_block = rows_per_block.max(1);
+        let starts_ns: Vec<i64> = times_ns.iter().step_by(rows_per_block).copied().collect();
+        let faults = find_faults(machine, sensors, &samples)?;
+        let (bias, tracks) = follow(machine, sensors, &samples, &faults, &starts_ns, run)?;
+        Ok(Self {
+            sensors: sensors.clone(),
+            samples,
+            tracks,
+            bias,
+            faults,
+            times_ns,
+            rows_per_block,
+            max_gap_ns,
+        })
+    }
+
+    /// Times of all rows (ns).
+    #[must_use]
+    pub fn row_times_ns(&self) -> &[i64] {
+        &self.times_ns
+    }
+
+    /// Number of blocks.
+    #[must_use]
+    pub fn blocks(&self) -> usize {
+        self.times_ns.len().div_ceil(self.rows_per_block)
+    }
+
+    /// The rows of a block.
+    #[must_use]
+    pub fn rows(&self, block: usize) -> Range<usize> {
+        let rows = self.times_ns.len();
+        let at = |block: usize| block.saturating_mul(self.rows_per_block).min(rows);
+        at(block)..at(block.saturating_add(1))
+    }
+
+    /// Number of samples used and not used, by sensor.
+    pub fn counts(&self) -> impl Iterator<Item = (Sensor, StreamCounts)> {
+        let sensors = self.samples.iter().zip(&self.tracks);
+        sensors.map(|(samples, track)| (samples.sensor(), track.counts))
+    }
+
+    /// Implausible spans of the signals, sorted by start.
+    #[must_use]
+    pub fn faults(&self) -> &[FaultSpan] {
+        &self.faults
+    }
+
+    /// A worker for one thread. `machine` must differ from that of [`BlockSmoother::new`] by its masses at most.
+    #[must_use]
+    pub fn worker<'b>(&'b self, machine: &'b Machine) -> BlockWorker<'b, S> {
+        BlockWorker {
+            smoother: self,
+            machine,
+            filters: Filters::new(machine, &self.sensors, true),
+            chunks: vec![Chunk::default(); self.samples.len()],
+            state_builder: StateBuilder::new(machine, &self.sensors),
+            state: State::zero(machine),
+        }
+    }
+}
+
+/// Smooths blocks, one at a time; keeps its memory for the next.
+#[derive(Debug)]
+pub struct BlockWorker<'b, S> {
+    smoother: &'b BlockSmoother<S>,
+    machine: &'b Machine,
+    filters: Filters,
+    /// By sensor.
+    chunks: Vec<Chunk>,
+    state_builder: StateBuilder,
+    state: State<f64>,
+}
+
+impl<S: SampleSource> BlockWorker<'_, S> {
+    /// Replaces the rows of `into` by those of a block; none where there is no such block.
+    ///
+    /// # Errors
+    /// Samples cannot be read.
+    pub fn smooth(&mut self, block: usize, into: &mut SmoothedBlock) -> Result<(), S::Error> {
+        let times_ns = &self.smoother.times_ns[self.smoother.rows(block)];
+        into.times_ns.clear();
+        into.times_ns.extend_from_slice(times_ns);
+        into.states.resize(times_ns.len());
+        into.reasons.clear();
+        let &[start_ns, ..] = times_ns else {
+            return Ok(());
+        };
+        let end_ns = times_ns.last().copied().unwrap_or(start_ns);
+        for sensor in 0..self.smoother.samples.len() {
+            self.filter(sensor, block, end_ns)?;
+        }
+        for (_, filter) in &mut self.filters.list {
+            filter.smooth();
+        }
+        self.fill(start_ns, into);
+        Ok(())
+    }
+
+    /// Runs a sensor's filters from the start of a block until samples no longer matter to its rows, the last of them
+    /// at `end_ns`.
+    fn filter(&mut self, sensor: usize, block: usize, end_ns: i64) -> Result<(), S::Error> {
+        let (samples, track, chunk) = (
+            &self.smoother.samples[sensor],
+            &self.smoother.tracks[sensor],
+            &mut self.chunks[sensor],
+        );
+        let sensor = samples.sensor();
+        let start = &track.starts[block];
+        let filters = self.filters.fed_by(sensor).zip(&start.filters);
+        for ((_, filter), state) in filters {
+            filter.restart(state, end_ns);
+        }
+        self.filters.has_tilt = track.measures_tilt;
+        let Some(first_ns) = samples.stamp_ns(start.sample) else {
+            return Ok(());
+        };
+        let mut walk = track.faults_from(first_ns);
+        let mut last_ns = None;
+        for k in start.sample..samples.len() {
+            let Some(sample) = samples.sample(k, chunk)? else {
+                break;
+            };
+            let stamp_ns = sample.stamp_ns;
+            let is_past = |(_, filter): &mut (Followed, KalmanFilter)| filter.is_past(stamp_ns);
+            if stamp_ns > end_ns && self.filters.fed_by(sensor).all(is_past) {
+                break;
+            }
+            if last_ns.replace(stamp_ns) != Some(stamp_ns) {
+                // Counted in the forward pass.
+                let _ = self.filters.push(&sample, &walk.judgement(stamp_ns));
+            }
+        }
+        Ok(())
+    }
+
+    fn fill(&mut self, start_ns: i64, into: &mut SmoothedBlock) {
+        let Self {
+            smoother, machine, ..
+        } = *self;
+        let mut readers: Vec<(Followed, HistoryReader<'_>)> = (self.filters.list.iter())
+            .filter_map(|(followed, filter)| {
+                let last_ns = filter.last_ns();
+                let mut tracks = smoother.tracks.iter();
+                let goes_on = tracks.any(|track| track.goes_on(*followed, last_ns));
+                let reader = HistoryReader::new(filter.history()?, smoother.max_gap_ns, goes_on);
+                Some((*followed, reader))
+            })
+            .collect();
+        let faults = smoother.faults.iter();
+        let is_later = |until_ns: Option<i64>| until_ns.is_none_or(|until| until > start_ns);
+        let mut walk = SpanWalk::new(faults.filter(|span| is_later(span.until_ns)));
+        let first_ns = smoother.times_ns.first().copied().unwrap_or(start_ns);
+        for (row, &time_ns) in into.times_ns.iter().enumerate() {
+            let mut read = |followed: Followed, jets: &mut [ChannelState]| {
+                let mut readers = readers.iter_mut();
+                match readers.find(|(f, _)| *f == followed) {
+                    Some((_, reader)) => reader.read(time_ns, jets),
+                    None => Reading::NOTHING,
+                }
+            };
+            let effect = walk.row_effect(time_ns, machine, smoother.sensors.imu);
+            let elapsed_s = seconds(time_ns.saturating_sub(first_ns));
+            let reasons = self.state_builder.assemble(
+                machine,
+                elapsed_s,
+                &effect,
+                &smoother.bias.at(time_ns),
+                &mut read,
+                &mut self.state,
+            );
+            into.states.set(row, &mut self.state);
+            into.reasons.push(reasons);
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! Reads the smoothed estimates of a filter between its samples.
+
+use super::quintic::Quintic;
+use crate::estimation::history::History;
+use crate::estimation::state_builder::{FilterStatus, Reading};
+use crate::estimation::white_jerk::{ChannelState, Matrix, seconds, step};
+
+/// Reads a smoothed history at increasing times.
+pub(super) struct HistoryReader<'a> {
+    history: &'a History,
+    max_gap_ns: i64,
+    /// Whether the filter has samples after the history, across a gap.
+    goes_on: bool,
+    /// Index of the first sample after the last time read.
+    next: usize,
+}
+
+impl<'a> HistoryReader<'a> {
+    pub(super) fn new(history: &'a History, max_gap_ns: i64, goes_on: bool) -> Self {
+        Self {
+            history,
+            max_gap_ns,
+            goes_on,
+            next: 0,
+        }
+    }
+
+    /// Between two samples of one segment, the expected state is the quintic through both; beyond either end,
+    /// for up to half the longest gap, the Taylor series at that end.
+    pub(super) fn read(&mut self, time_ns: i64, jets: &mut [ChannelState]) -> Reading {
+        let stamps = self.history.stamps_ns();
+        while self.next < stamps.len() && stamps[self.next] <= time_ns {
+            self.next += 1;
+        }
+        let at = |k: usize| self.history.jets(k);
+        let covariance_at = |k: usize| *self.history.covariance(k);
+        let before = self.next.checked_sub(1);
+        let after = Some(self.next).filter(|&k| k < stamps.len());
+        let near = |k: usize| stamps[k].abs_diff(time_ns) <= self.max_gap_ns.unsigned_abs() / 2;
+        let covariance = match (before, after) {
+            (Some(a), _) if stamps[a] == time_ns => {
+                jets.copy_from_slice(at(a));
+                covariance_at(a)
+            }
+            (Some(a), Some(b)) if stamps[b].saturating_sub(stamps[a]) <= self.max_gap_ns => {
+                let weights =
+                    Quintic::new(seconds(time_ns - stamps[a]), seconds(stamps[b] - stamps[a]));
+                for (jet, (from, to)) in jets.iter_mut().zip(at(a).iter().zip(at(b))) {
+                    *jet = weights.blend(from, to);
+                }
+                between(&covariance_at(a), &covariance_at(b), weights.share())
+            }
+            (Some(a), None) if near(a) && !self.goes_on => {
+                extrapolate(jets, at(a), seconds(time_ns - stamps[a]));
+                covariance_at(a)
+            }
+            (None, Some(b)) if near(b) => {
+                extrapolate(jets, at(b), seconds(time_ns - stamps[b]));
+                covariance_at(b)
+            }
+            _ => return Reading::NOTHING,
+        };
+        Reading {
+            standing: FilterStatus::Known,
+            covariance,
+        }
+    }
+}
+
+/// Linear interpolation of the covariance between two samples.
+fn between(a: &Matrix, b: &Matrix, share: f64) -> Matrix {
+    std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + share * (b[i][j] - a[i][j])))
+}
+
+fn extrapolate(jets: &mut [ChannelState], from: &[ChannelState], dt: f64) {
+    for (jet, from) in jets.iter_mut().zip(from) {
+        *jet = step(from, dt);
+    }
+}

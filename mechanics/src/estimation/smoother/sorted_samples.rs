@@ -1,0 +1,130 @@
+//! The samples of a source in stamp order.
+
+use super::source::SampleSource;
+use crate::state::{Sample, Sensor, Sensors};
+
+/// Number of samples read at a time.
+const CHUNK: usize = 256;
+
+/// A source whose samples are visited in stamp order.
+#[derive(Debug)]
+pub(super) struct SortedSamples<S> {
+    source: S,
+    /// Number of values in a sample.
+    width: usize,
+    /// Index of each sample by time; `None` where they are in order.
+    order: Option<Vec<usize>>,
+}
+
+/// Consecutive samples read from a source.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Chunk {
+    values: Vec<f64>,
+    first: usize,
+    count: usize,
+}
+
+impl<S: SampleSource> SortedSamples<S> {
+    /// `None` where there is no such sensor.
+    pub(super) fn new(source: S, sensors: &Sensors) -> Option<Self> {
+        let stamps_ns = source.stamps_ns();
+        let order = (!stamps_ns.is_sorted()).then(|| {
+            let mut order: Vec<usize> = (0..stamps_ns.len()).collect();
+            order.sort_by_key(|&i| stamps_ns[i]);
+            order
+        });
+        Some(Self {
+            width: sensors.value_count(source.sensor())?,
+            source,
+            order,
+        })
+    }
+
+    pub(super) fn sensor(&self) -> Sensor {
+        self.source.sensor()
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.source.stamps_ns().len()
+    }
+
+    /// Stamp of the k-th sample by time.
+    pub(super) fn stamp_ns(&self, k: usize) -> Option<i64> {
+        let stamps_ns = self.source.stamps_ns();
+        match &self.order {
+            Some(order) => order.get(k).map(|&i| stamps_ns[i]),
+            None => stamps_ns.get(k).copied(),
+        }
+    }
+
+    /// The stamps by time, each once.
+    pub(super) fn distinct_stamps_ns(&self) -> impl Iterator<Item = i64> {
+        let mut last = None;
+        (0..self.len())
+            .map_while(|k| self.stamp_ns(k))
+            .filter(move |&stamp| last.replace(stamp) != Some(stamp))
+    }
+
+    /// The k-th sample by time, from `chunk`, which is read anew where it does not hold the sample; `None` past the end.
+    pub(super) fn sample<'c>(
+        &self,
+        k: usize,
+        chunk: &'c mut Chunk,
+    ) -> Result<Option<Sample<'c>>, S::Error> {
+        let Some(stamp_ns) = self.stamp_ns(k) else {
+            return Ok(None);
+        };
+        if !(chunk.first..chunk.first + chunk.count).contains(&k) {
+            self.read(k, chunk)?;
+        }
+        let from = (k - chunk.first) * self.width;
+        Ok(Some(Sample {
+            sensor: self.sensor(),
+            stamp_ns,
+            values: &chunk.values[from..from + self.width],
+        }))
+    }
+
+    fn read(&self, first: usize, chunk: &mut Chunk) -> Result<(), S::Error> {
+        let count = CHUNK.min(self.len() - first);
+        chunk.count = 0;
+        chunk.values.resize(count * self.width, f64::NAN);
+        match &self.order {
+            None => self.source.read(first..first + count, &mut chunk.values)?,
+            Some(order) => {
+                let order = &order[first..first + count];
+                let mut done = 0;
+                for run in order.chunk_by(|a, b| a + 1 == *b) {
+                    let end = done + run.len();
+                    let values = &mut chunk.values[done * self.width..end * self.width];
+                    self.source.read(run[0]..run[0] + run.len(), values)?;
+                    done = end;
+                }
+            }
+        }
+        (chunk.first, chunk.count) = (first, count);
+        Ok(())
+    }
+}
+
+/// Visits the samples of several sensors in stamp order, each with its index in `sensors`.
+pub(super) fn for_each_by_stamp<S: SampleSource>(
+    sensors: &[&SortedSamples<S>],
+    mut visit: impl FnMut(usize, &Sample<'_>),
+) -> Result<(), S::Error> {
+    let mut chunks = vec![Chunk::default(); sensors.len()];
+    let mut next = vec![0; sensors.len()];
+    let mut heads: Vec<Option<i64>> = sensors.iter().map(|sensor| sensor.stamp_ns(0)).collect();
+    loop {
+        let stamps = heads.iter().enumerate();
+        let stamps = stamps.filter_map(|(which, &stamp)| Some((which, stamp?)));
+        let Some((which, _)) = stamps.min_by_key(|(_, stamp)| *stamp) else {
+            return Ok(());
+        };
+        if let Some(sample) = sensors[which].sample(next[which], &mut chunks[which])? {
+            visit(which, &sample);
+        }
+        next[which] += 1;
+        heads[which] = sensors[which].stamp_ns(next[which]);
+    }
+}
