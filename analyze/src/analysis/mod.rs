@@ -19,6 +19,7 @@ pub mod run;
 pub mod sensitivity;
 mod size;
 mod spread_values;
+mod states;
 pub mod undecided;
 mod verdicts;
 

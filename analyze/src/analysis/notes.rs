@@ -105,7 +105,7 @@ pub(crate) fn of(
     notes.extend(loaded.notes.iter().cloned());
     notes.extend(measured_torques(loaded, seen));
     notes.extend(accelerometer_bias(loaded, seen));
-    for signal in &loaded.signals {
+    for signal in loaded.signals.iter() {
         if signal.recording.without_value > 0 {
             notes.push(format!(
                 "{}: skipped {} messages without any of the fields bound to {}.",

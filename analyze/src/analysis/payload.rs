@@ -8,7 +8,7 @@ use tipwatch_mechanics::{
 };
 
 use crate::base::error_text::error_text;
-use crate::base::table::EstimatedRows;
+use crate::base::estimated::EstimatedRows;
 use crate::load::linkage_force::{LinkageForce, Series, at};
 
 /// Most rows used for an estimate; more are thinned out evenly.
@@ -93,7 +93,7 @@ fn samples(machine: &Machine, rows: &EstimatedRows, force: &Series) -> Vec<Measu
         .filter_map(|row| {
             let force = at(force, rows.times_ns[row])?;
             let mut state = State::zero(machine);
-            rows.states.get(row, &mut state);
+            rows.state(row, &mut state);
             Some(MeasuredForce { state, force })
         })
         .collect()

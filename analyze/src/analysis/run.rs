@@ -1,12 +1,15 @@
 //! The analysis of one log: load, estimate, evaluate, detect.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{Log, metadata_records};
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
-use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, SensorSamples, smooth};
+use tipwatch_mechanics::estimation::{
+    BlockSmoother, CausalEstimator, Estimate, Pass, ROWS_PER_BLOCK, RowClock,
+};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
@@ -24,11 +27,13 @@ use super::inputs::GrossInput;
 use super::notes;
 use super::payload;
 use super::size;
+use super::states::{KeptStates, SharedSamples, SmoothedStates};
 use super::verdicts;
 use crate::analysis::Analysis;
 use crate::analysis::Coverage;
 use crate::analysis::Input;
 use crate::analysis::Sources;
+use crate::base::estimated::{EstimatedRows, StateSource};
 use crate::base::file_hash::hash_file;
 use crate::base::file_hash::hash_of;
 use crate::base::file_hash::{FileHash, program};
@@ -36,7 +41,7 @@ use crate::base::options::{ApplyClockOffsets, Estimator, Options};
 use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
 use crate::base::rows::Rows;
-use crate::base::table::{EstimatedRows, Table};
+use crate::base::table::Table;
 use crate::base::verdicts::MonitorRecord;
 use crate::events;
 use crate::load::LoadedLog;
@@ -84,10 +89,6 @@ pub fn analyse_into<S: RowSink>(
     let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let note_on_slope = inputs::notes_on_slope(&loaded);
-    for signal in &mut loaded.signals {
-        // the steps below need only the states
-        signal.recording.values = Vec::new();
-    }
     if !gross_inputs.is_empty() {
         for reasons in &mut rows.reasons {
             reasons.add(Reason::GrossInput);
@@ -130,6 +131,7 @@ pub fn analyse_into<S: RowSink>(
     let mut sink = begin(&prepared)?;
     let others = OtherModels::new(machine, &posture, has_odometry, &options);
     let gathered = gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink)?;
+    table.check()?;
     table.reasons = gathered.found.reasons;
     let coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
     let events = events::sorted(gathered.found.events, &loaded, &quality.faults, &table);
@@ -154,7 +156,7 @@ pub fn analyse_into<S: RowSink>(
         machine_file: file.text.clone(),
         urdf: loaded.urdf_text,
     };
-    let signals = loaded.signals.into_iter().map(|signal| Input {
+    let signals = loaded.signals.iter().map(|signal| Input {
         signal: signal.name,
         clock: format!(
             "{}: {}",
@@ -165,11 +167,11 @@ pub fn analyse_into<S: RowSink>(
             .iter()
             .find(|(sensor, _)| *sensor == signal.sensor)
             .map_or(StreamCounts::default(), |(_, c)| *c),
-        topic: signal.topic,
-        type_name: signal.type_name,
-        why: signal.why,
-        statistics: signal.recording.statistics,
-        correction: signal.recording.correction,
+        topic: signal.topic.clone(),
+        type_name: signal.type_name.clone(),
+        why: signal.why.clone(),
+        statistics: signal.recording.statistics.clone(),
+        correction: signal.recording.correction.clone(),
         undecodable: signal.recording.undecodable,
     });
     let analysis = Analysis {
@@ -260,12 +262,15 @@ fn estimate_on_one_clock(
         let (smoothed, _) = smoothed(loaded, RowClock::JointStates);
         clock::estimate(loaded, forces, &smoothed)
     };
-    let (rows, quality) = match options.apply_clock_offsets {
-        ApplyClockOffsets::Estimated if clock.apply(&mut loaded.signals, forces) => {
-            estimate(loaded, options)
-        }
-        _ => (rows, quality),
-    };
+    if options.apply_clock_offsets == ApplyClockOffsets::Stated {
+        return (rows, quality, clock);
+    }
+    // the rows share the samples, whose stamps change
+    drop(rows);
+    if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
+        clock.apply(signals, forces);
+    }
+    let (rows, quality) = estimate(loaded, options);
     (rows, quality, clock)
 }
 
@@ -278,28 +283,43 @@ fn estimate(loaded: &LoadedLog, options: &Options) -> (EstimatedRows, SignalQual
         Estimator::Smoother => smoothed(loaded, clock),
         Estimator::Causal => causal(loaded, clock),
     };
-    (within(rows, &loaded.machine, options), quality)
+    (within(rows, options), quality)
 }
 
 fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (EstimatedRows, SignalQuality) {
-    let samples: Vec<SensorSamples<'_>> = (loaded.signals.iter())
-        .map(|signal| SensorSamples {
-            sensor: signal.sensor,
-            stamps_ns: &signal.recording.stamps_ns,
-            values: &signal.recording.values,
-        })
-        .collect();
-    let smoothed = smooth(&loaded.machine, &loaded.matched.sensors, &samples, clock);
-    let rows = EstimatedRows {
-        times_ns: smoothed.times_ns,
-        reasons: smoothed.reasons,
-        states: smoothed.states,
+    let samples = (0..loaded.signals.len()).map(|index| SharedSamples {
+        signals: Arc::clone(&loaded.signals),
+        index,
+    });
+    let machine = &loaded.machine;
+    let run = |passes: Vec<Pass<'_>>| {
+        rayon::scope(|scope| {
+            passes.into_iter().for_each(|pass| scope.spawn(|_| pass()));
+        });
     };
+    let Ok(smoother) = BlockSmoother::new(
+        machine,
+        &loaded.matched.sensors,
+        samples.collect(),
+        clock,
+        ROWS_PER_BLOCK,
+        &run,
+    );
     let quality = SignalQuality {
-        counts: smoothed.counts,
-        faults: smoothed.faults,
+        counts: smoother.counts().collect(),
+        faults: smoother.faults().to_vec(),
     };
-    (rows, quality)
+    let times_ns = smoother.row_times_ns().to_vec();
+    let states = Arc::new(SmoothedStates::new(machine, smoother));
+    (estimated(machine, times_ns, states), quality)
+}
+
+/// The rows with what is asked of all their states before outcomes are computed.
+fn estimated(machine: &Machine, times_ns: Vec<i64>, states: Arc<dyn StateSource>) -> EstimatedRows {
+    let kept = inputs::looked_at(&times_ns);
+    EstimatedRows::new(machine, times_ns, states, &kept, |machine, state| {
+        clock::activity(machine, state, inputs::is_quiet(machine, state))
+    })
 }
 
 /// Same as live: sample by sample, in the order in which the recorder received them.
@@ -319,48 +339,41 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (EstimatedRows, SignalQuality)
     for (row, estimate) in estimates.iter_mut().enumerate() {
         states.set(row, &mut estimate.state);
     }
-    let rows = EstimatedRows {
-        times_ns: estimates.iter().map(|e| e.time_ns).collect(),
-        reasons: estimates.iter().map(|e| e.reasons).collect(),
+    let times_ns = estimates.iter().map(|e| e.time_ns).collect();
+    let states = Arc::new(KeptStates {
         states,
-    };
+        reasons: estimates.iter().map(|e| e.reasons).collect(),
+    });
     let quality = SignalQuality {
         counts: estimator.counts().to_vec(),
         faults: faults.finish(),
     };
-    (rows, quality)
+    (estimated(machine, times_ns, states), quality)
 }
 
 /// Keeps the rows between `from_s` and `to_s`.
-fn within(rows: EstimatedRows, machine: &Machine, options: &Options) -> EstimatedRows {
+fn within(rows: EstimatedRows, options: &Options) -> EstimatedRows {
     let (from, to) = (
         options.from_s.unwrap_or(f64::NEG_INFINITY),
         options.to_s.unwrap_or(f64::INFINITY),
     );
-    let kept: Vec<usize> = (0..rows.len())
-        .filter(|&row| (from..=to).contains(&rows.seconds(row)))
+    // times rise from row to row
+    let kept: Vec<bool> = (0..rows.len())
+        .map(|row| (from..=to).contains(&rows.seconds(row)))
         .collect();
-    if kept.len() == rows.len() {
-        return rows;
-    }
-    let mut states = StateColumns::unknown(machine, kept.len());
-    let mut state = State::zero(machine);
-    for (to, &from) in kept.iter().enumerate() {
-        rows.states.get(from, &mut state);
-        states.set(to, &mut state);
-    }
-    EstimatedRows {
-        times_ns: kept.iter().map(|&row| rows.times_ns[row]).collect(),
-        reasons: kept.iter().map(|&row| rows.reasons[row]).collect(),
-        states,
-    }
+    let first = kept.iter().position(|&kept| kept).unwrap_or(0);
+    let last = kept
+        .iter()
+        .rposition(|&kept| kept)
+        .map_or(first, |last| last + 1);
+    rows.cut(first..last)
 }
 
 /// The first posture in which the machine can stand: joint positions; NaN if there is none.
 fn first_posture(machine: &Machine, rows: &EstimatedRows) -> Vec<f64> {
     let mut state = State::zero(machine);
     let mut postures = (0..rows.len()).filter_map(|row| {
-        rows.states.get(row, &mut state);
+        rows.state(row, &mut state);
         standing_posture(machine, &state, rows.reasons[row])
     });
     let first = postures.next();

@@ -3,9 +3,11 @@
 //! The table holds times and reasons of all rows. Loads, indicators and sensitivities are computed block by block
 //! ([`Table::blocks`]) or for a window of rows ([`Table::window`]), with the same bits, and are not kept.
 
+use std::convert::Infallible;
 use std::ops::{Deref, Range};
 use std::sync::{Arc, OnceLock};
 
+use anyhow::{Result, bail};
 use rayon::prelude::*;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
@@ -13,13 +15,12 @@ use tipwatch_mechanics::{
     Model, OutcomeColumns, Quantity, Scope, State, StateColumns, evaluate_rows,
 };
 
+use super::estimated::{EstimatedRows, StateSource};
 use super::rows::Rows;
 use super::verdicts::{MonitorRecord, RowJudge};
 
 /// Rows of a block that is computed at once.
 pub const BLOCK_ROWS: usize = 1024;
-/// Blocks for each thread that are computed while those before are taken.
-const BLOCKS_PER_THREAD: usize = 2;
 
 /// The rows of a log. Reading [`Rows::outcomes`], [`Rows::states`] or [`Rows::verdicts`] through it computes and keeps
 /// the whole table, if it was not kept before.
@@ -32,7 +33,9 @@ pub struct Table {
     /// The quantities of each row.
     pub quantities: Vec<Quantity>,
     machine: Machine,
-    states: StateColumns,
+    states: Arc<dyn StateSource>,
+    /// The first row among those of `states`.
+    first: usize,
     scope: Scope,
     model: Arc<Model>,
     record: MonitorRecord,
@@ -54,6 +57,7 @@ impl Table {
             quantities: Quantity::all(machine, scope),
             machine: machine.clone(),
             states: estimated.states,
+            first: estimated.first,
             scope,
             model,
             record,
@@ -106,13 +110,34 @@ impl Table {
 
     /// Reads the state of a row.
     pub fn state(&self, row: usize, state: &mut State<f64>) {
-        self.states.get(row, state);
+        self.states.state(self.first + row, state);
+    }
+
+    /// Checks that all states could be read so far. Rows without are unknown.
+    ///
+    /// # Errors
+    /// They could not.
+    pub(crate) fn check(&self) -> Result<()> {
+        match self.states.failure() {
+            Some(failure) => {
+                bail!("expected the samples of the log, found that they cannot be read: {failure}")
+            }
+            None => Ok(()),
+        }
     }
 
     /// Computes a window of rows, without verdicts: these depend on all rows before.
     #[must_use]
     pub fn window(&self, rows: Range<usize>) -> Rows {
-        let states = self.states.block(rows.clone());
+        let states = self.states.read(self.at_source(&rows)).states;
+        self.evaluated(rows, states)
+    }
+
+    fn at_source(&self, rows: &Range<usize>) -> Range<usize> {
+        self.first + rows.start..self.first + rows.end
+    }
+
+    fn evaluated(&self, rows: Range<usize>, states: StateColumns) -> Rows {
         let outcomes = evaluate_rows(
             &self.machine,
             &states,
@@ -143,24 +168,42 @@ impl Table {
         with: impl Fn(&Rows) -> W + Sync,
         mut take: impl FnMut(Vec<(Rows, W)>) -> Result<(), E> + Send,
     ) -> Result<(), E> {
-        let compute = |wave: Range<usize>| -> Vec<(Rows, W)> {
-            let firsts: Vec<usize> = wave.clone().step_by(BLOCK_ROWS).collect();
-            let blocks = firsts.into_par_iter().map(|first| {
-                let rows = self.window(first..(first + BLOCK_ROWS).min(wave.end));
+        // the rows whose states are estimated together, split into blocks
+        let unit = self.states.rows_at_once();
+        let compute_unit = |unit: Range<usize>| -> Vec<(Rows, W)> {
+            let states = self.states.read(self.at_source(&unit)).states;
+            let firsts = (0..unit.len()).step_by(BLOCK_ROWS);
+            let blocks = firsts.map(|first| {
+                let rows = first..(first + BLOCK_ROWS).min(unit.len());
+                let states = states.block(rows.clone());
+                let rows = self.evaluated(unit.start + rows.start..unit.start + rows.end, states);
                 let more = with(&rows);
                 (rows, more)
             });
             blocks.collect()
         };
-        let wave_rows = rayon::current_num_threads() * BLOCKS_PER_THREAD * BLOCK_ROWS;
-        let wave_at = |first: usize| first..(first + wave_rows).min(self.len());
+        let units = (self.first + self.len()).div_ceil(unit);
+        let unit_at = |place: usize| {
+            let start = (place * unit).saturating_sub(self.first);
+            start
+                ..((place + 1) * unit)
+                    .saturating_sub(self.first)
+                    .min(self.len())
+        };
+        let compute = |wave: Range<usize>| -> Vec<(Rows, W)> {
+            wave.into_par_iter()
+                .flat_map_iter(|place| compute_unit(unit_at(place)))
+                .collect()
+        };
+        let per_wave = rayon::current_num_threads();
+        let wave_at = |first: usize| first..(first + per_wave).min(units);
         let mut judge =
             (self.scope.sensitivities).then(|| RowJudge::new(&self.machine, &self.record));
-        let mut next = compute(wave_at(0));
-        let mut first = 0;
+        let mut first = self.first / unit;
+        let mut next = compute(wave_at(first));
         while !next.is_empty() {
             let mut blocks = std::mem::take(&mut next);
-            first = (first + wave_rows).min(self.len());
+            first = (first + per_wave).min(units);
             let (computed, taken) = rayon::join(
                 || compute(wave_at(first)),
                 || {
@@ -216,7 +259,7 @@ impl Table {
 
     fn compute_whole(&self) -> Rows {
         let mut whole = self.no_rows();
-        let taken: Result<(), std::convert::Infallible> = self.blocks(
+        let taken: Result<(), Infallible> = self.blocks(
             |_| (),
             |blocks| {
                 blocks.into_iter().for_each(|(rows, ())| whole.append(rows));
@@ -234,42 +277,5 @@ impl Deref for Table {
 
     fn deref(&self) -> &Rows {
         self.whole.get_or_init(|| self.compute_whole())
-    }
-}
-
-/// The rows of a log before their outcomes are computed.
-#[derive(Debug)]
-pub struct EstimatedRows {
-    /// Times (ns) on the clock of the stamps.
-    pub times_ns: Vec<i64>,
-    /// Reasons why a row is not valid, as far as the signals show.
-    pub reasons: Vec<Reasons>,
-    /// The states.
-    pub states: StateColumns,
-}
-
-impl EstimatedRows {
-    /// Number of rows.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.times_ns.len()
-    }
-
-    /// Whether there are no rows.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.times_ns.is_empty()
-    }
-
-    /// Whether the signals leave a row valid.
-    #[must_use]
-    pub fn is_valid(&self, row: usize) -> bool {
-        self.reasons[row].is_empty()
-    }
-
-    /// Time of a row (s) after the first one.
-    #[must_use]
-    pub fn seconds(&self, row: usize) -> f64 {
-        (self.times_ns[row] - self.times_ns[0]) as f64 * 1e-9
     }
 }

@@ -13,7 +13,7 @@ pub(crate) fn gaps(loaded: &LoadedLog, rows: &Table) -> Vec<Event> {
     let max_gap_ns = (loaded.machine.estimator().max_gap * 1e9) as i64;
     let (first, last) = ends(rows);
     let mut gaps = Vec::new();
-    for signal in &loaded.signals {
+    for signal in loaded.signals.iter() {
         let mut stamps = signal.recording.stamps_ns.clone();
         stamps.retain(|stamp| (first..=last).contains(stamp));
         stamps.push(first);

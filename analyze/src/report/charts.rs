@@ -28,7 +28,7 @@ pub(super) fn section(analysis: &Analysis, sketch: &Sketch) -> Markup {
 fn highest(points: &[Point]) -> f64 {
     let all = points
         .iter()
-        .flat_map(|point| [point.values[0], point.values[3]]);
+        .flat_map(|point| [point.values()[0], point.values()[3]]);
     all.filter(|value| value.is_finite()).fold(0.0, f64::max)
 }
 
@@ -40,15 +40,15 @@ fn chart(analysis: &Analysis, wheel: usize, sketch: &Sketch, end: f64) -> Markup
     let name = &analysis.machine.wheels()[wheel].name;
     let mut chart = Chart::new(&format!("Wheel {name}: load [N]"), (0.0, last), (0.0, end));
     let envelope = points.iter().map(|point| {
-        let [_, _, least, largest] = point.values;
-        (seconds(point.row), least, largest)
+        let [_, _, least, largest] = point.values();
+        (seconds(point.row()), least, largest)
     });
     chart.area(&envelope.collect::<Vec<_>>(), "envelope");
     let band = points.iter().map(|point| {
-        let [load, sigma, ..] = point.values;
+        let [load, sigma, ..] = point.values();
         let two_sigma = 2.0 * sigma;
         (
-            seconds(point.row),
+            seconds(point.row()),
             (load - two_sigma).max(0.0).min(load),
             load + two_sigma,
         )
@@ -56,7 +56,7 @@ fn chart(analysis: &Analysis, wheel: usize, sketch: &Sketch, end: f64) -> Markup
     chart.area(&band.collect::<Vec<_>>(), "band");
     let load = points
         .iter()
-        .map(|point| (seconds(point.row), point.values[0]));
+        .map(|point| (seconds(point.row()), point.values()[0]));
     chart.line(&load.collect::<Vec<_>>(), "line-a");
     if let Some(limits) = &analysis.min_loads_n {
         chart.line(&[(0.0, limits[wheel]), (last, limits[wheel])], "limit");

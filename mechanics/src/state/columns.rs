@@ -67,14 +67,6 @@ impl StateColumns {
         }
     }
 
-    /// Appends the rows of `other`.
-    pub fn append(&mut self, other: &Self) {
-        for (column, more) in self.columns.iter_mut().zip(&other.columns) {
-            column.extend_from_slice(more);
-        }
-        self.rows += other.rows;
-    }
-
     /// Copies a column into `values`.
     pub fn column_values(&self, column: usize, values: &mut Vec<f64>) {
         values.clone_from(&self.columns[column]);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::base::table::EstimatedRows;
+use crate::base::estimated::EstimatedRows;
 
 /// Time step (s).
 pub(super) const STEP_S: f64 = 0.01;

@@ -11,7 +11,7 @@ use tipwatch_mechanics::state::Sensor;
 
 use super::offsets::{ClockOffsets, PairOffset, TopicOffset};
 use super::pairs;
-use crate::base::table::EstimatedRows;
+use crate::base::estimated::EstimatedRows;
 use crate::load::linkage_force::LinkageForce;
 use crate::load::{LoadedLog, Signal};
 

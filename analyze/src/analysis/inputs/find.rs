@@ -6,7 +6,7 @@ use tipwatch_ingest::Log;
 
 use super::{GrossInput, GrossInputKind};
 use super::{actuators, attitude, fields, gyro, joints, odometry, specific_force, stance};
-use crate::base::table::EstimatedRows;
+use crate::base::estimated::EstimatedRows;
 use crate::load::LoadedLog;
 
 /// The gross inputs of a log, each kind once for each signal; none for inputs that are plausible or that cannot

@@ -28,7 +28,7 @@ impl Plotter<'_> {
             let between = |points: &[Point]| {
                 let between = points
                     .iter()
-                    .map(|point| (point.row, point.values[0], point.values[1]));
+                    .map(|point| (point.row(), point.values()[0], point.values()[1]));
                 self.between(&label, between, fill).legend_group(&label)
             };
             traces.push(between(&layer.above));

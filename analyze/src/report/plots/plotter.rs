@@ -36,15 +36,15 @@ impl Plotter<'_> {
 
     pub(super) fn curve(&self, index: usize, name: &str, curve: Curve) -> Box<ColumnScatter> {
         let points = self.sketch.points(curve);
-        let times: Vec<f64> = points.iter().map(|p| self.seconds(p.row)).collect();
-        let values: Vec<f64> = points.iter().map(|p| p.values[0]).collect();
+        let times: Vec<f64> = points.iter().map(|p| self.seconds(p.row())).collect();
+        let values: Vec<f64> = points.iter().map(|p| p.values()[0]).collect();
         line(index, name, &times, &values)
     }
 
     /// Whether a curve has any value.
     pub(super) fn is_known(&self, curve: Curve) -> bool {
         let mut points = self.sketch.points(curve).iter();
-        points.any(|point| point.values[0].is_finite())
+        points.any(|point| point.values()[0].is_finite())
     }
 
     /// The area between the two values of a curve, as a filled shape.
@@ -52,7 +52,7 @@ impl Plotter<'_> {
         let points = self.sketch.points(curve).iter();
         self.between(
             name,
-            points.map(|p| (p.row, p.values[0], p.values[1])),
+            points.map(|p| (p.row(), p.values()[0], p.values()[1])),
             fill,
         )
     }

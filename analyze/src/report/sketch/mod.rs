@@ -409,11 +409,8 @@ impl Stack {
             let [above, below] = std::array::from_fn(|side| {
                 // from here to the layer above: what was "this" and "next" is now "before" and "this"
                 let lower = under[side].iter().map(|point| {
-                    let [_, from, to, _] = point.values;
-                    Point {
-                        row: point.row,
-                        values: [from, to, f64::NAN, f64::NAN],
-                    }
+                    let [_, from, to, _] = point.values();
+                    Point::new(point.row(), [from, to, f64::NAN, f64::NAN])
                 });
                 together([upper[side].clone(), lower.collect()])
             });

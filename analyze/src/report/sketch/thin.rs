@@ -3,11 +3,28 @@
 /// Values that stand beside each other in a row.
 pub(in crate::report) const VALUES: usize = 4;
 
-/// A row that is drawn, with its values.
+/// A row that is drawn, with its values as precise as a picture needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::report) struct Point {
-    pub(in crate::report) row: usize,
-    pub(in crate::report) values: [f64; VALUES],
+    row: u32,
+    values: [f32; VALUES],
+}
+
+impl Point {
+    pub(super) fn new(row: usize, values: [f64; VALUES]) -> Self {
+        Self {
+            row: row as u32,
+            values: values.map(|value| value as f32),
+        }
+    }
+
+    pub(in crate::report) fn row(&self) -> usize {
+        self.row as usize
+    }
+
+    pub(in crate::report) fn values(&self) -> [f64; VALUES] {
+        self.values.map(f64::from)
+    }
 }
 
 /// The rows of a curve to draw, as [`rows_to_draw`](crate::page::rows_to_draw) chooses them.
@@ -49,19 +66,16 @@ impl Thinned {
 
     /// Takes the next row, chosen by `value`.
     pub(super) fn push(&mut self, value: f64, values: [f64; VALUES]) {
-        let point = Point {
-            row: self.row,
-            values,
-        };
+        let (row, point) = (self.row, Point::new(self.row, values));
         self.row += 1;
         if self.rows <= self.most {
             self.kept.push(point);
             return;
         }
-        if point.row == 0 {
+        if row == 0 {
             self.kept.push(point);
         }
-        if point.row == self.end {
+        if row == self.end {
             self.end_bucket();
         }
         self.last = Some(point);
@@ -138,7 +152,7 @@ mod tests {
             curve
                 .iter()
                 .for_each(|&value| thinned.push(value, [value; VALUES]));
-            let rows: Vec<usize> = thinned.finish().iter().map(|point| point.row).collect();
+            let rows: Vec<usize> = thinned.finish().iter().map(Point::row).collect();
             assert_eq!(rows, rows_to_draw(curve, most));
         }
     }
