@@ -1,6 +1,7 @@
 //! Loads a log: the machine checked against it, and the samples of its sensors.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use tipwatch_binding::{MachineFile, arrivals, bind};
@@ -22,7 +23,7 @@ pub struct LoadedLog {
     /// The sensors, in the order of [`LoadedLog::signals`].
     pub matched: MatchedSensors,
     /// Each sensor's topic and samples.
-    pub signals: Vec<Signal>,
+    pub signals: Arc<Vec<Signal>>,
     /// Parts of the log that were lost.
     pub losses: Losses,
     /// Clock offsets (s) from the machine file, by topic; already applied.
@@ -94,7 +95,7 @@ pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Res
         urdf: hash_of(urdf.name, urdf.text.as_bytes()),
         urdf_text: urdf.text,
         matched: bound.matched,
-        signals,
+        signals: Arc::new(signals),
         losses,
         clock_offsets_s: bound.clock_offsets_s,
         notes: bound.notes,

@@ -129,6 +129,12 @@ impl TableWriter {
         Ok(())
     }
 
+    /// Adds an entry to the metadata of the file.
+    pub(crate) fn add_metadata(&mut self, key: &str, value: String) {
+        self.file
+            .append_key_value_metadata(KeyValue::new(key.into(), value));
+    }
+
     /// Writes what is left and closes the file.
     ///
     /// # Errors
