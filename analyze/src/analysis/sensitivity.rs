@@ -62,7 +62,7 @@ pub(crate) fn table(machine: &Machine, rows: &Rows) -> Option<SensitivityTable> 
         let (worst_otf_n, variance) = (outcome.otf[wheel], outcome.uncertainty.otf[wheel].powi(2));
         let derivatives = workspace.sensitivity().otf(wheel);
         let root_mean_squares = rows.outcomes.sensitivity.root_mean_squares(wheel);
-        for ((&parameter, &derivative), rms) in
+        for ((&parameter, derivative), rms) in
             parameters.iter().zip(derivatives).zip(root_mean_squares)
         {
             let sigma = state.sigma(machine, parameter);

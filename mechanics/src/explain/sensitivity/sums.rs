@@ -75,7 +75,9 @@ impl LaneSums {
             let known = load_sigma[wheel].lt(Lanes::constant(f64::INFINITY));
             let counted = inside & known;
             self.rows[wheel] += Lanes::select(counted, one, zero);
-            let pairs = squares.iter_mut().zip(sensitivity.load(wheel));
+            let pairs = squares
+                .iter_mut()
+                .zip(&sensitivity.loads_of_groups()[wheel]);
             if (!counted).any() {
                 pairs.for_each(|(sum, &by)| *sum += Lanes::select(counted, by * by, zero));
             } else {
