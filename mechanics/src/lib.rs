@@ -39,7 +39,7 @@ pub mod studies;
 pub mod verdict;
 pub mod wheel_loads;
 
-pub use evaluate::batch::{OutcomeColumns, evaluate_rows};
+pub use evaluate::batch::{BatchWorkspace, OutcomeColumns, evaluate_into, evaluate_rows};
 pub use evaluate::evaluation::evaluate;
 pub use evaluate::model::{ClosedForm, Model};
 pub use evaluate::outcome::Outcome;
