@@ -27,6 +27,7 @@
 
 #![forbid(unsafe_code)]
 pub mod closed_form;
+pub mod commissioning;
 pub mod dynamics;
 pub mod estimation;
 mod evaluate;
