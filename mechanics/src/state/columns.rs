@@ -67,14 +67,6 @@ impl StateColumns {
         }
     }
 
-    /// Changes the number of rows; further rows are unknown. Never more rows than before do not allocate.
-    pub fn resize(&mut self, rows: usize) {
-        for column in &mut self.columns {
-            column.resize(rows, f64::NAN);
-        }
-        self.rows = rows;
-    }
-
     /// Copies a column into `values`.
     pub fn column_values(&self, column: usize, values: &mut Vec<f64>) {
         values.clone_from(&self.columns[column]);
