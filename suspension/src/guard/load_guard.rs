@@ -59,6 +59,8 @@ pub(crate) struct LoadGuard {
     margins: Margins,
     limits: RodLimits,
     actuators: usize,
+    /// (m/s)
+    max_velocity: f64,
     /// H of S(15) (s).
     look_ahead: f64,
     /// Those that do not change.
@@ -109,6 +111,7 @@ impl LoadGuard {
             history: History::new(forecaster.arm().len()),
             forecaster,
             margins: Margins::new(bounds),
+            max_velocity: limits.max_velocity,
             limits,
             actuators: suspended.linkages.len(),
             look_ahead,
@@ -127,15 +130,17 @@ impl LoadGuard {
         self.history.last = acceleration;
     }
 
-    /// Restrains a motion of rods at the strokes `x` (m) with velocities `v` (m/s), all within their limits;
-    /// `None` if the loads cannot be computed.
+    /// Restrains a motion of rods at the strokes `x` (m) with velocities `v` (m/s), all within their limits, to no more
+    /// than a velocity (m/s); `None` if the loads cannot be computed.
     pub(crate) fn restrain(
         &mut self,
         state: &State<f64>,
         x: &[f64],
         v: &[f64],
         wanted: Move,
+        max_velocity: f64,
     ) -> Option<Guarded> {
+        self.max_velocity = max_velocity;
         let mut rods = Rods {
             x: [0.0; MAX_ACTUATORS],
             v: [0.0; MAX_ACTUATORS],
@@ -243,7 +248,10 @@ impl LoadGuard {
             self.limits.max_acceleration * (self.limits.step / ACCELERATION_RISE_S).min(2.0);
         let last = &self.history.last;
         for (k, a) in acceleration[..self.actuators].iter_mut().enumerate() {
-            let slow = clamp(*a, [last[k] - reach, last[k] + reach]);
+            let limits = [-self.max_velocity, self.max_velocity];
+            let by_velocity = limits.map(|limit| (limit - rods.v[k]) / self.limits.step);
+            let slow = clamp(*a, by_velocity);
+            let slow = clamp(slow, [last[k] - reach, last[k] + reach]);
             *a = clamp(slow, self.limits.allowed(rods.x[k], rods.v[k]).range);
         }
         acceleration
