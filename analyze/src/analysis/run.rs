@@ -63,7 +63,8 @@ pub fn analyse(
     options: Options,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Analysis> {
-    let (analysis, whole) = analyse_into(path, file, options, progress, |_| Ok(Whole::default()))?;
+    let begin = |_: &Prepared<'_>| Ok(Whole::default());
+    let (analysis, whole) = analyse_with(path, file, options, progress, true, begin)?;
     if let Some(rows) = whole.rows {
         analysis.rows.keep(rows);
     }
@@ -81,10 +82,22 @@ pub fn analyse_into<S: RowSink>(
     progress: &mut dyn FnMut(u64),
     begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
 ) -> Result<(Analysis, S)> {
+    analyse_with(path, file, options, progress, false, begin)
+}
+
+fn analyse_with<S: RowSink>(
+    path: &Path,
+    file: &MachineFile,
+    options: Options,
+    progress: &mut dyn FnMut(u64),
+    is_kept: bool,
+    begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
+) -> Result<(Analysis, S)> {
     let log = Log::open(path)?;
     let mut loaded = load(&log, file, progress)?;
     loaded.notes.extend(recorder_gaps::note(&log)?);
-    size::check(&loaded, &options, evaluation::scope(&options), path)?;
+    let scope = evaluation::scope(&options);
+    size::check(&loaded, &options, scope, is_kept, path)?;
     let mut forces = linkage_force::read_all(&log, file, &loaded);
     let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
@@ -116,25 +129,31 @@ pub fn analyse_into<S: RowSink>(
     let machine = &loaded.machine;
     let has_odometry = loaded.matched.sensors.odometry;
     let model = evaluation::model(machine, options.model, &posture, has_odometry, &options)?;
-    let scope = evaluation::scope(&options);
     let record = match scope.sensitivities {
         true => verdicts::monitor_record(&log)?,
         false => MonitorRecord::default(),
     };
     let mut table = Table::new(machine, rows, scope, model, record);
     let min_loads_n = min_loads(machine);
+    let input_events = events::of_inputs(&loaded, &quality.faults, &table);
     let prepared = Prepared {
         machine,
         table: &table,
         options: &options,
+        input_events: &input_events,
     };
     let mut sink = begin(&prepared)?;
     let others = OtherModels::new(machine, &posture, has_odometry, &options);
-    let gathered = gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink)?;
+    // hashing a long log takes as long as reading it
+    let (provenance, gathered) = rayon::join(
+        || provenance(&log, file, &loaded),
+        || gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink),
+    );
+    let (provenance, gathered) = (provenance?, gathered?);
     table.check()?;
     table.reasons = gathered.found.reasons;
     let coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
-    let events = events::sorted(gathered.found.events, &loaded, &quality.faults, &table);
+    let events = events::sorted(gathered.found.events, input_events);
     let sensitivity = (gathered.sensitivity).and_then(|found| found.table(machine, &table));
     let advice = advise(
         machine,
@@ -151,7 +170,6 @@ pub fn analyse_into<S: RowSink>(
     if loaded.matched.sensors.imu {
         notes.splice(0..0, imu_check::note(machine, &gathered.seen.mounting));
     }
-    let provenance = provenance(&log, file, &loaded)?;
     let sources = Sources {
         machine_file: file.text.clone(),
         urdf: loaded.urdf_text,
@@ -206,8 +224,8 @@ struct Whole {
 }
 
 impl RowSink for Whole {
-    fn take(&mut self, rows: &Rows) -> Result<()> {
-        let next = rows.clone();
+    fn take(&mut self, rows: &Arc<Rows>) -> Result<()> {
+        let next = Rows::clone(rows);
         match &mut self.rows {
             Some(rows) => rows.append(next),
             None => self.rows = Some(next),
