@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{Log, metadata_records};
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
-use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, SensorSamples, smooth};
+use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, standing_posture};
@@ -41,6 +41,7 @@ use crate::load::linkage_force;
 use crate::load::linkage_force::LinkageForce;
 use crate::load::load;
 use crate::load::recorder_gaps;
+use crate::load::smooth;
 
 /// Default limit of a light wheel, as a share of its static load.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
@@ -60,12 +61,13 @@ pub fn analyse(
     loaded.notes.extend(recorder_gaps::note(&log)?);
     size::check(&loaded, &options, evaluation::scope(&options), path)?;
     let mut forces = linkage_force::read_all(&log, file, &loaded);
-    let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
+    let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options)?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let note_on_slope = inputs::notes_on_slope(&loaded);
+    loaded.check_read()?;
     for signal in &mut loaded.signals {
         // the steps below need only the states
-        signal.recording.values = Vec::new();
+        signal.recording.drop_values();
     }
     if !gross_inputs.is_empty() {
         for reasons in &mut rows.reasons {
@@ -188,8 +190,9 @@ pub(crate) fn posture_in_log(
 ) -> Result<(Machine, Vec<f64>, Vec<GrossInput>)> {
     let log = Log::open(path)?;
     let loaded = load(&log, file, &mut |_| {})?;
-    let (rows, _) = estimate(&loaded, &Options::default());
+    let (rows, _) = estimate(&loaded, &Options::default())?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
+    loaded.check_read()?;
     let posture = first_posture(&loaded.machine, &rows);
     Ok((loaded.machine, posture, gross_inputs))
 }
@@ -200,9 +203,11 @@ pub(crate) fn posture_in_log(
 /// The machine does not fit the log, or it cannot be read.
 pub fn clock_offsets(log: &Log, file: &MachineFile) -> Result<ClockOffsets> {
     let loaded = load(log, file, &mut |_| {})?;
-    let (rows, _) = smoothed(&loaded, RowClock::JointStates);
+    let (rows, _) = smoothed(&loaded, RowClock::JointStates)?;
     let forces = linkage_force::read_all(log, file, &loaded);
-    Ok(clock::estimate(&loaded, &forces, &rows))
+    let offsets = clock::estimate(&loaded, &forces, &rows);
+    loaded.check_read()?;
+    Ok(offsets)
 }
 
 /// States of all rows in the requested time range, and the offsets between the clocks of their topics,
@@ -211,46 +216,39 @@ fn estimate_on_one_clock(
     loaded: &mut LoadedLog,
     forces: &mut [LinkageForce],
     options: &Options,
-) -> (Rows, SignalQuality, ClockOffsets) {
-    let (rows, quality) = estimate(loaded, options);
+) -> Result<(Rows, SignalQuality, ClockOffsets)> {
+    let (rows, quality) = estimate(loaded, options)?;
     // the causal estimator lags behind its signals, and a time range may leave few rows
     let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
     let mut clock = if is_usual && options.from_s.is_none() && options.to_s.is_none() {
         clock::estimate(loaded, forces, &rows)
     } else {
-        let (smoothed, _) = smoothed(loaded, RowClock::JointStates);
+        let (smoothed, _) = smoothed(loaded, RowClock::JointStates)?;
         clock::estimate(loaded, forces, &smoothed)
     };
     let (rows, quality) = match options.apply_clock_offsets {
         ApplyClockOffsets::Estimated if clock.apply(&mut loaded.signals, forces) => {
-            estimate(loaded, options)
+            estimate(loaded, options)?
         }
         _ => (rows, quality),
     };
-    (rows, quality, clock)
+    Ok((rows, quality, clock))
 }
 
 /// States of all rows in the requested time range.
-fn estimate(loaded: &LoadedLog, options: &Options) -> (Rows, SignalQuality) {
+fn estimate(loaded: &LoadedLog, options: &Options) -> Result<(Rows, SignalQuality)> {
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
     let (rows, quality) = match options.estimator {
-        Estimator::Smoother => smoothed(loaded, clock),
-        Estimator::Causal => causal(loaded, clock),
+        Estimator::Smoother => smoothed(loaded, clock)?,
+        Estimator::Causal => causal(loaded, clock)?,
     };
-    (within(rows, &loaded.machine, options), quality)
+    Ok((within(rows, &loaded.machine, options), quality))
 }
 
-fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
-    let samples: Vec<SensorSamples<'_>> = (loaded.signals.iter())
-        .map(|signal| SensorSamples {
-            sensor: signal.sensor,
-            stamps_ns: &signal.recording.stamps_ns,
-            values: &signal.recording.values,
-        })
-        .collect();
-    let smoothed = smooth(&loaded.machine, &loaded.matched.sensors, &samples, clock);
+fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(Rows, SignalQuality)> {
+    let smoothed = smooth(loaded, clock)?;
     let rows = Rows {
         times_ns: smoothed.times_ns,
         reasons: smoothed.reasons,
@@ -262,22 +260,22 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
         counts: smoothed.counts,
         faults: smoothed.faults,
     };
-    (rows, quality)
+    Ok((rows, quality))
 }
 
 /// Same as live: sample by sample, in the order in which the recorder received them.
-fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
+fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(Rows, SignalQuality)> {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut faults = FaultSpans::default();
-    for sample in loaded.arrivals() {
+    loaded.for_each_arrival(|sample| {
         // the estimator counts rejected samples
-        let pushed = estimator.push(machine, &sample, &mut |row| estimates.push(row.clone()));
+        let pushed = estimator.push(machine, sample, &mut |row| estimates.push(row.clone()));
         if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {
             faults.take(sample.sensor, sample.stamp_ns, estimator.findings());
         }
-    }
+    })?;
     let mut states = StateColumns::unknown(machine, estimates.len());
     for (row, estimate) in estimates.iter_mut().enumerate() {
         states.set(row, &mut estimate.state);
@@ -293,7 +291,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (Rows, SignalQuality) {
         counts: estimator.counts().to_vec(),
         faults: faults.finish(),
     };
-    (rows, quality)
+    Ok((rows, quality))
 }
 
 /// Keeps the rows between `from_s` and `to_s`.
