@@ -7,9 +7,7 @@ use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{Log, metadata_records};
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
-use tipwatch_mechanics::estimation::{
-    BlockSmoother, CausalEstimator, Estimate, Pass, ROWS_PER_BLOCK, RowClock,
-};
+use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
@@ -27,7 +25,7 @@ use super::inputs::GrossInput;
 use super::notes;
 use super::payload;
 use super::size;
-use super::states::{KeptStates, SharedSamples, SmoothedStates};
+use super::states::{KeptStates, SmoothedStates};
 use super::verdicts;
 use crate::analysis::Analysis;
 use crate::analysis::Coverage;
@@ -45,6 +43,7 @@ use crate::base::table::Table;
 use crate::base::verdicts::MonitorRecord;
 use crate::events;
 use crate::load::LoadedLog;
+use crate::load::block_smoother;
 use crate::load::linkage_force;
 use crate::load::linkage_force::LinkageForce;
 use crate::load::load;
@@ -99,9 +98,10 @@ fn analyse_with<S: RowSink>(
     let scope = evaluation::scope(&options);
     size::check(&loaded, &options, scope, is_kept, path)?;
     let mut forces = linkage_force::read_all(&log, file, &loaded);
-    let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
+    let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options)?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let note_on_slope = inputs::notes_on_slope(&loaded);
+    loaded.check_read()?;
     if !gross_inputs.is_empty() {
         for reasons in &mut rows.reasons {
             reasons.add(Reason::GrossInput);
@@ -247,8 +247,9 @@ pub(crate) fn posture_in_log(
 ) -> Result<(Machine, Vec<f64>, Vec<GrossInput>)> {
     let log = Log::open(path)?;
     let loaded = load(&log, file, &mut |_| {})?;
-    let (rows, _) = estimate(&loaded, &Options::default());
+    let (rows, _) = estimate(&loaded, &Options::default())?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
+    loaded.check_read()?;
     let posture = first_posture(&loaded.machine, &rows);
     Ok((loaded.machine, posture, gross_inputs))
 }
@@ -259,9 +260,11 @@ pub(crate) fn posture_in_log(
 /// The machine does not fit the log, or it cannot be read.
 pub fn clock_offsets(log: &Log, file: &MachineFile) -> Result<ClockOffsets> {
     let loaded = load(log, file, &mut |_| {})?;
-    let (rows, _) = smoothed(&loaded, RowClock::JointStates);
+    let (rows, _) = smoothed(&loaded, RowClock::JointStates)?;
     let forces = linkage_force::read_all(log, file, &loaded);
-    Ok(clock::estimate(&loaded, &forces, &rows))
+    let offsets = clock::estimate(&loaded, &forces, &rows);
+    loaded.check_read()?;
+    Ok(offsets)
 }
 
 /// States of all rows in the requested time range, and the offsets between the clocks of their topics,
@@ -270,66 +273,50 @@ fn estimate_on_one_clock(
     loaded: &mut LoadedLog,
     forces: &mut [LinkageForce],
     options: &Options,
-) -> (EstimatedRows, SignalQuality, ClockOffsets) {
-    let (rows, quality) = estimate(loaded, options);
+) -> Result<(EstimatedRows, SignalQuality, ClockOffsets)> {
+    let (rows, quality) = estimate(loaded, options)?;
     // the causal estimator lags behind its signals, and a time range may leave few rows
     let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
     let mut clock = if is_usual && options.from_s.is_none() && options.to_s.is_none() {
         clock::estimate(loaded, forces, &rows)
     } else {
-        let (smoothed, _) = smoothed(loaded, RowClock::JointStates);
+        let (smoothed, _) = smoothed(loaded, RowClock::JointStates)?;
         clock::estimate(loaded, forces, &smoothed)
     };
     if options.apply_clock_offsets == ApplyClockOffsets::Stated {
-        return (rows, quality, clock);
+        return Ok((rows, quality, clock));
     }
     // the rows share the samples, whose stamps change
     drop(rows);
     if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
         clock.apply(signals, forces);
     }
-    let (rows, quality) = estimate(loaded, options);
-    (rows, quality, clock)
+    let (rows, quality) = estimate(loaded, options)?;
+    Ok((rows, quality, clock))
 }
 
 /// States of all rows in the requested time range.
-fn estimate(loaded: &LoadedLog, options: &Options) -> (EstimatedRows, SignalQuality) {
+fn estimate(loaded: &LoadedLog, options: &Options) -> Result<(EstimatedRows, SignalQuality)> {
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
     let (rows, quality) = match options.estimator {
-        Estimator::Smoother => smoothed(loaded, clock),
-        Estimator::Causal => causal(loaded, clock),
+        Estimator::Smoother => smoothed(loaded, clock)?,
+        Estimator::Causal => causal(loaded, clock)?,
     };
-    (within(rows, options), quality)
+    Ok((within(rows, options), quality))
 }
 
-fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (EstimatedRows, SignalQuality) {
-    let samples = (0..loaded.signals.len()).map(|index| SharedSamples {
-        signals: Arc::clone(&loaded.signals),
-        index,
-    });
+fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
     let machine = &loaded.machine;
-    let run = |passes: Vec<Pass<'_>>| {
-        rayon::scope(|scope| {
-            passes.into_iter().for_each(|pass| scope.spawn(|_| pass()));
-        });
-    };
-    let Ok(smoother) = BlockSmoother::new(
-        machine,
-        &loaded.matched.sensors,
-        samples.collect(),
-        clock,
-        ROWS_PER_BLOCK,
-        &run,
-    );
+    let smoother = block_smoother(loaded, clock)?;
     let quality = SignalQuality {
         counts: smoother.counts().collect(),
         faults: smoother.faults().to_vec(),
     };
     let times_ns = smoother.row_times_ns().to_vec();
     let states = Arc::new(SmoothedStates::new(machine, smoother));
-    (estimated(machine, times_ns, states), quality)
+    Ok((estimated(machine, times_ns, states), quality))
 }
 
 /// The rows with what is asked of all their states before outcomes are computed.
@@ -341,18 +328,18 @@ fn estimated(machine: &Machine, times_ns: Vec<i64>, states: Arc<dyn StateSource>
 }
 
 /// Same as live: sample by sample, in the order in which the recorder received them.
-fn causal(loaded: &LoadedLog, clock: RowClock) -> (EstimatedRows, SignalQuality) {
+fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut faults = FaultSpans::default();
-    for sample in loaded.arrivals() {
+    loaded.for_each_arrival(|sample| {
         // the estimator counts rejected samples
-        let pushed = estimator.push(machine, &sample, &mut |row| estimates.push(row.clone()));
+        let pushed = estimator.push(machine, sample, &mut |row| estimates.push(row.clone()));
         if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {
             faults.take(sample.sensor, sample.stamp_ns, estimator.findings());
         }
-    }
+    })?;
     let mut states = StateColumns::unknown(machine, estimates.len());
     for (row, estimate) in estimates.iter_mut().enumerate() {
         states.set(row, &mut estimate.state);
@@ -366,7 +353,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (EstimatedRows, SignalQuality)
         counts: estimator.counts().to_vec(),
         faults: faults.finish(),
     };
-    (estimated(machine, times_ns, states), quality)
+    Ok((estimated(machine, times_ns, states), quality))
 }
 
 /// Keeps the rows between `from_s` and `to_s`.
