@@ -56,8 +56,8 @@ fn assert_equals_one_sample_at_a_time(path: &Path, machine: &Path) -> Vec<Reason
         CausalEstimator::new(machine, &loaded.matched.sensors, RowClock::JointStates);
     let mut workspace = Workspace::<f64>::with_scope(machine, Scope::ALL);
     let mut row = 0;
-    for sample in loaded.arrivals() {
-        let _ = estimator.push(machine, &sample, &mut |estimate| {
+    let walked = loaded.for_each_arrival(|sample| {
+        let _ = estimator.push(machine, sample, &mut |estimate| {
             let outcome = evaluate(machine, &estimate.state, &mut workspace);
             assert_eq!(analysis.rows.times_ns[row], estimate.time_ns);
             assert_eq!(
@@ -76,7 +76,8 @@ fn assert_equals_one_sample_at_a_time(path: &Path, machine: &Path) -> Vec<Reason
             }
             row += 1;
         });
-    }
+    });
+    walked.unwrap();
     assert_eq!(row, analysis.rows.len());
     assert!(row > 300);
     analysis.rows.reasons

@@ -21,13 +21,12 @@ fn smoothed(edit: impl Fn(&mut OwnedSamples)) -> SmoothedRows {
         .signals
         .iter()
         .map(|signal| {
-            let (stamps_ns, values) = (
-                signal.recording.stamps_ns.clone(),
-                signal.recording.values.clone(),
-            );
+            let recording = &signal.recording;
+            let mut values = vec![0.0; recording.len() * recording.width()];
+            recording.read(0..recording.len(), &mut values).unwrap();
             let mut recording = OwnedSamples {
                 sensor: signal.sensor,
-                stamps_ns,
+                stamps_ns: recording.stamps_ns.clone(),
                 values,
             };
             edit(&mut recording);

@@ -12,6 +12,8 @@ mod derived; // derived.mcap read back
 mod first_machine; // inspect --write-machine
 mod gates; // logs and policies that decide nothing
 mod imu_mounting; // mounting from transforms, and mounting faults
+mod in_blocks; // nothing holds the whole table
+mod long_logs; // samples in temporary files
 mod report; // the report in a browser
 mod screen; // fleets of logs
 mod summary_schema; // the published JSON schema

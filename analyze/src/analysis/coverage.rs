@@ -82,7 +82,8 @@ fn covered_s(loaded: &LoadedLog, options: &Options, log_span_ns: Option<(i64, i6
     let Some((mut first, mut last)) = ends(recordings().flat_map(|r| &r.stamps_ns)) else {
         return 0.0;
     };
-    let used = ends(recordings().flat_map(|r| &r.log_times_ns));
+    let used = recordings().filter_map(|r| r.log_span_ns);
+    let used = used.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
     let (used_first, used_last) = used.unwrap_or((first, last));
     let (log_first, log_last) = log_span_ns.unwrap_or((used_first, used_last));
     let plausible = |ns: i64| {

@@ -16,7 +16,7 @@ use super::sensitivity::SensitivityPass;
 use crate::base::options::Options;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
-use crate::events::{EventPass, Found};
+use crate::events::{Event, EventPass, Found};
 
 /// Receives the rows of a log block by block, in order.
 pub trait RowSink: Send {
@@ -24,7 +24,15 @@ pub trait RowSink: Send {
     ///
     /// # Errors
     /// They cannot be written.
-    fn take(&mut self, rows: &Rows) -> Result<()>;
+    fn take(&mut self, rows: &Arc<Rows>) -> Result<()>;
+
+    /// Is told that all events that begin before a row are among these. The last call has the number of rows.
+    ///
+    /// # Errors
+    /// Rows cannot be written.
+    fn settle(&mut self, _row: usize, _events: &[Event]) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// What a sink can know before the first row.
@@ -36,6 +44,8 @@ pub struct Prepared<'a> {
     pub table: &'a Table,
     /// The options used.
     pub options: &'a Options,
+    /// The events of the inputs.
+    pub input_events: &'a [Event],
 }
 
 /// What the pass found.
@@ -63,6 +73,7 @@ pub(super) fn gather(
         machine,
         table,
         options,
+        ..
     } = prepared;
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| MonteCarloPass::new(machine, draws));
@@ -107,10 +118,13 @@ pub(super) fn gather(
                 }
             },
         );
-        written
+        written?;
+        sink.settle(events.settled(), events.events())
     })?;
+    let found = events.finish();
+    sink.settle(table.len(), &found.events)?;
     Ok(Gathered {
-        found: events.finish(),
+        found,
         sensitivity,
         comparisons: (compared.into_iter())
             .map(|compared| compared.and_then(ComparedModel::finish))

@@ -7,9 +7,7 @@ use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{Log, metadata_records};
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
-use tipwatch_mechanics::estimation::{
-    BlockSmoother, CausalEstimator, Estimate, Pass, ROWS_PER_BLOCK, RowClock,
-};
+use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
@@ -27,7 +25,7 @@ use super::inputs::GrossInput;
 use super::notes;
 use super::payload;
 use super::size;
-use super::states::{KeptStates, SharedSamples, SmoothedStates};
+use super::states::{KeptStates, SmoothedStates};
 use super::verdicts;
 use crate::analysis::Analysis;
 use crate::analysis::Coverage;
@@ -45,6 +43,7 @@ use crate::base::table::Table;
 use crate::base::verdicts::MonitorRecord;
 use crate::events;
 use crate::load::LoadedLog;
+use crate::load::block_smoother;
 use crate::load::linkage_force;
 use crate::load::linkage_force::LinkageForce;
 use crate::load::load;
@@ -63,7 +62,8 @@ pub fn analyse(
     options: Options,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Analysis> {
-    let (analysis, whole) = analyse_into(path, file, options, progress, |_| Ok(Whole::default()))?;
+    let begin = |_: &Prepared<'_>| Ok(Whole::default());
+    let (analysis, whole) = analyse_with(path, file, options, progress, true, begin)?;
     if let Some(rows) = whole.rows {
         analysis.rows.keep(rows);
     }
@@ -81,14 +81,27 @@ pub fn analyse_into<S: RowSink>(
     progress: &mut dyn FnMut(u64),
     begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
 ) -> Result<(Analysis, S)> {
+    analyse_with(path, file, options, progress, false, begin)
+}
+
+fn analyse_with<S: RowSink>(
+    path: &Path,
+    file: &MachineFile,
+    options: Options,
+    progress: &mut dyn FnMut(u64),
+    is_kept: bool,
+    begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
+) -> Result<(Analysis, S)> {
     let log = Log::open(path)?;
     let mut loaded = load(&log, file, progress)?;
     loaded.notes.extend(recorder_gaps::note(&log)?);
-    size::check(&loaded, &options, evaluation::scope(&options), path)?;
+    let scope = evaluation::scope(&options);
+    size::check(&loaded, &options, scope, is_kept, path)?;
     let mut forces = linkage_force::read_all(&log, file, &loaded);
-    let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options);
+    let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options)?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let note_on_slope = inputs::notes_on_slope(&loaded);
+    loaded.check_read()?;
     if !gross_inputs.is_empty() {
         for reasons in &mut rows.reasons {
             reasons.add(Reason::GrossInput);
@@ -116,25 +129,31 @@ pub fn analyse_into<S: RowSink>(
     let machine = &loaded.machine;
     let has_odometry = loaded.matched.sensors.odometry;
     let model = evaluation::model(machine, options.model, &posture, has_odometry, &options)?;
-    let scope = evaluation::scope(&options);
     let record = match scope.sensitivities {
         true => verdicts::monitor_record(&log)?,
         false => MonitorRecord::default(),
     };
     let mut table = Table::new(machine, rows, scope, model, record);
     let min_loads_n = min_loads(machine);
+    let input_events = events::of_inputs(&loaded, &quality.faults, &table);
     let prepared = Prepared {
         machine,
         table: &table,
         options: &options,
+        input_events: &input_events,
     };
     let mut sink = begin(&prepared)?;
     let others = OtherModels::new(machine, &posture, has_odometry, &options);
-    let gathered = gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink)?;
+    // hashing a long log takes as long as reading it
+    let (provenance, gathered) = rayon::join(
+        || provenance(&log, file, &loaded),
+        || gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink),
+    );
+    let (provenance, gathered) = (provenance?, gathered?);
     table.check()?;
     table.reasons = gathered.found.reasons;
     let coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
-    let events = events::sorted(gathered.found.events, &loaded, &quality.faults, &table);
+    let events = events::sorted(gathered.found.events, input_events);
     let sensitivity = (gathered.sensitivity).and_then(|found| found.table(machine, &table));
     let advice = advise(
         machine,
@@ -151,7 +170,6 @@ pub fn analyse_into<S: RowSink>(
     if loaded.matched.sensors.imu {
         notes.splice(0..0, imu_check::note(machine, &gathered.seen.mounting));
     }
-    let provenance = provenance(&log, file, &loaded)?;
     let sources = Sources {
         machine_file: file.text.clone(),
         urdf: loaded.urdf_text,
@@ -206,8 +224,8 @@ struct Whole {
 }
 
 impl RowSink for Whole {
-    fn take(&mut self, rows: &Rows) -> Result<()> {
-        let next = rows.clone();
+    fn take(&mut self, rows: &Arc<Rows>) -> Result<()> {
+        let next = Rows::clone(rows);
         match &mut self.rows {
             Some(rows) => rows.append(next),
             None => self.rows = Some(next),
@@ -229,8 +247,9 @@ pub(crate) fn posture_in_log(
 ) -> Result<(Machine, Vec<f64>, Vec<GrossInput>)> {
     let log = Log::open(path)?;
     let loaded = load(&log, file, &mut |_| {})?;
-    let (rows, _) = estimate(&loaded, &Options::default());
+    let (rows, _) = estimate(&loaded, &Options::default())?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
+    loaded.check_read()?;
     let posture = first_posture(&loaded.machine, &rows);
     Ok((loaded.machine, posture, gross_inputs))
 }
@@ -241,9 +260,11 @@ pub(crate) fn posture_in_log(
 /// The machine does not fit the log, or it cannot be read.
 pub fn clock_offsets(log: &Log, file: &MachineFile) -> Result<ClockOffsets> {
     let loaded = load(log, file, &mut |_| {})?;
-    let (rows, _) = smoothed(&loaded, RowClock::JointStates);
+    let (rows, _) = smoothed(&loaded, RowClock::JointStates)?;
     let forces = linkage_force::read_all(log, file, &loaded);
-    Ok(clock::estimate(&loaded, &forces, &rows))
+    let offsets = clock::estimate(&loaded, &forces, &rows);
+    loaded.check_read()?;
+    Ok(offsets)
 }
 
 /// States of all rows in the requested time range, and the offsets between the clocks of their topics,
@@ -252,66 +273,50 @@ fn estimate_on_one_clock(
     loaded: &mut LoadedLog,
     forces: &mut [LinkageForce],
     options: &Options,
-) -> (EstimatedRows, SignalQuality, ClockOffsets) {
-    let (rows, quality) = estimate(loaded, options);
+) -> Result<(EstimatedRows, SignalQuality, ClockOffsets)> {
+    let (rows, quality) = estimate(loaded, options)?;
     // the causal estimator lags behind its signals, and a time range may leave few rows
     let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
     let mut clock = if is_usual && options.from_s.is_none() && options.to_s.is_none() {
         clock::estimate(loaded, forces, &rows)
     } else {
-        let (smoothed, _) = smoothed(loaded, RowClock::JointStates);
+        let (smoothed, _) = smoothed(loaded, RowClock::JointStates)?;
         clock::estimate(loaded, forces, &smoothed)
     };
     if options.apply_clock_offsets == ApplyClockOffsets::Stated {
-        return (rows, quality, clock);
+        return Ok((rows, quality, clock));
     }
     // the rows share the samples, whose stamps change
     drop(rows);
     if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
         clock.apply(signals, forces);
     }
-    let (rows, quality) = estimate(loaded, options);
-    (rows, quality, clock)
+    let (rows, quality) = estimate(loaded, options)?;
+    Ok((rows, quality, clock))
 }
 
 /// States of all rows in the requested time range.
-fn estimate(loaded: &LoadedLog, options: &Options) -> (EstimatedRows, SignalQuality) {
+fn estimate(loaded: &LoadedLog, options: &Options) -> Result<(EstimatedRows, SignalQuality)> {
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
     let (rows, quality) = match options.estimator {
-        Estimator::Smoother => smoothed(loaded, clock),
-        Estimator::Causal => causal(loaded, clock),
+        Estimator::Smoother => smoothed(loaded, clock)?,
+        Estimator::Causal => causal(loaded, clock)?,
     };
-    (within(rows, options), quality)
+    Ok((within(rows, options), quality))
 }
 
-fn smoothed(loaded: &LoadedLog, clock: RowClock) -> (EstimatedRows, SignalQuality) {
-    let samples = (0..loaded.signals.len()).map(|index| SharedSamples {
-        signals: Arc::clone(&loaded.signals),
-        index,
-    });
+fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
     let machine = &loaded.machine;
-    let run = |passes: Vec<Pass<'_>>| {
-        rayon::scope(|scope| {
-            passes.into_iter().for_each(|pass| scope.spawn(|_| pass()));
-        });
-    };
-    let Ok(smoother) = BlockSmoother::new(
-        machine,
-        &loaded.matched.sensors,
-        samples.collect(),
-        clock,
-        ROWS_PER_BLOCK,
-        &run,
-    );
+    let smoother = block_smoother(loaded, clock)?;
     let quality = SignalQuality {
         counts: smoother.counts().collect(),
         faults: smoother.faults().to_vec(),
     };
     let times_ns = smoother.row_times_ns().to_vec();
     let states = Arc::new(SmoothedStates::new(machine, smoother));
-    (estimated(machine, times_ns, states), quality)
+    Ok((estimated(machine, times_ns, states), quality))
 }
 
 /// The rows with what is asked of all their states before outcomes are computed.
@@ -323,18 +328,18 @@ fn estimated(machine: &Machine, times_ns: Vec<i64>, states: Arc<dyn StateSource>
 }
 
 /// Same as live: sample by sample, in the order in which the recorder received them.
-fn causal(loaded: &LoadedLog, clock: RowClock) -> (EstimatedRows, SignalQuality) {
+fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut faults = FaultSpans::default();
-    for sample in loaded.arrivals() {
+    loaded.for_each_arrival(|sample| {
         // the estimator counts rejected samples
-        let pushed = estimator.push(machine, &sample, &mut |row| estimates.push(row.clone()));
+        let pushed = estimator.push(machine, sample, &mut |row| estimates.push(row.clone()));
         if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {
             faults.take(sample.sensor, sample.stamp_ns, estimator.findings());
         }
-    }
+    })?;
     let mut states = StateColumns::unknown(machine, estimates.len());
     for (row, estimate) in estimates.iter_mut().enumerate() {
         states.set(row, &mut estimate.state);
@@ -348,7 +353,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> (EstimatedRows, SignalQuality)
         counts: estimator.counts().to_vec(),
         faults: faults.finish(),
     };
-    (estimated(machine, times_ns, states), quality)
+    Ok((estimated(machine, times_ns, states), quality))
 }
 
 /// Keeps the rows between `from_s` and `to_s`.

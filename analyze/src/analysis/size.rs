@@ -5,15 +5,18 @@ use tipwatch_mechanics::state::Sensor;
 use tipwatch_mechanics::{OutcomeColumns, Scope, State};
 
 use crate::base::memory;
-use crate::base::options::Options;
+use crate::base::options::{Estimator, Options};
 use crate::load::LoadedLog;
 
-/// Memory for each number of each row, tables and documents included; measured 24 bytes (bytes).
+/// Memory for each number of each row of a table that is kept whole, documents included; measured 24 bytes (bytes).
 const BYTES_PER_NUMBER: u64 = 32;
+/// Memory for each row of any table: its time, its reasons and what the machine does in it (bytes).
+const BYTES_PER_ROW: u64 = 64;
 /// Longest time without joint states that rows at a regular rate bridge (s).
 const LONGEST_BRIDGED_S: f64 = 3600.0;
 
-/// Checks that the rows of a log fit into three quarters of the free memory.
+/// Checks that the rows of a log fit into three quarters of the free memory. `is_kept` tells whether the whole table
+/// is.
 ///
 /// # Errors
 /// They do not.
@@ -21,16 +24,22 @@ pub(super) fn check(
     loaded: &LoadedLog,
     options: &Options,
     scope: Scope,
+    is_kept: bool,
     log: &std::path::Path,
 ) -> Result<()> {
     let machine = &loaded.machine;
-    let outcomes = OutcomeColumns::empty(machine, scope).quantities.len();
-    let numbers = (State::<f64>::size(machine) + outcomes) as u64;
+    let states = State::<f64>::size(machine);
+    let numbers = match options.estimator {
+        _ if is_kept => states + OutcomeColumns::empty(machine, scope).quantities.len(),
+        Estimator::Causal => states,
+        Estimator::Smoother => 0,
+    };
+    let bytes_per_row = BYTES_PER_ROW + numbers as u64 * BYTES_PER_NUMBER;
     check_rows(
         &stamps(loaded),
         options.rate_hz,
         machine.estimator().max_gap,
-        numbers,
+        bytes_per_row,
         memory::limit_bytes(),
     )
     .map_err(|error| error.context(log.display().to_string()))
@@ -48,10 +57,10 @@ fn check_rows(
     stamps: &[i64],
     rate_hz: Option<f64>,
     max_gap_s: f64,
-    numbers: u64,
+    bytes_per_row: u64,
     memory_bytes: u64,
 ) -> Result<()> {
-    let most = memory_bytes / (numbers * BYTES_PER_NUMBER).max(1);
+    let most = memory_bytes / bytes_per_row;
     let longest_s = LONGEST_BRIDGED_S.max(max_gap_s);
     let pairs = stamps.windows(2);
     let bridged = pairs.map(|pair| pair[1].saturating_sub(pair[0]) as f64 * 1e-9);
@@ -81,7 +90,7 @@ mod tests {
     #[test]
     fn rows_that_do_not_fit_are_refused_with_numbers() {
         let stamps: Vec<i64> = (0..1001).map(|i| i * 10_000_000).collect();
-        let checked = |rate, memory| check_rows(&stamps, rate, 0.25, 100, memory);
+        let checked = |rate, memory| check_rows(&stamps, rate, 0.25, 3200, memory);
         assert!(checked(None, 3200 * 1001).is_ok());
         let few = checked(None, 3200 * 1000).unwrap_err().to_string();
         assert!(
@@ -99,6 +108,6 @@ mod tests {
     #[test]
     fn a_stamp_years_away_adds_no_rows() {
         let stamps = [0, 10_000_000, i64::MAX];
-        assert!(check_rows(&stamps, Some(100.0), 0.25, 100, 1 << 20).is_ok());
+        assert!(check_rows(&stamps, Some(100.0), 0.25, 3200, 1 << 20).is_ok());
     }
 }

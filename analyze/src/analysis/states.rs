@@ -5,53 +5,21 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use tipwatch_mechanics::estimation::{BlockSmoother, ROWS_PER_BLOCK, SampleSource, SmoothedBlock};
+use tipwatch_mechanics::estimation::{BlockSmoother, ROWS_PER_BLOCK, SmoothedBlock};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::state::{Reasons, Sensor};
+use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{State, StateColumns};
 
 use crate::base::estimated::{EstimatedStates, StateSource};
-use crate::load::Signal;
+use crate::load::SharedSignal;
 
 /// Blocks that stay in memory for states that are asked for one by one.
 const MOST_KEPT: usize = 8;
 
-/// The samples of a signal, shared by all who read them.
-#[derive(Debug, Clone)]
-pub(super) struct SharedSamples {
-    pub(super) signals: Arc<Vec<Signal>>,
-    pub(super) index: usize,
-}
-
-impl SampleSource for SharedSamples {
-    type Error = std::convert::Infallible;
-
-    fn sensor(&self) -> Sensor {
-        self.signals[self.index].sensor
-    }
-
-    fn stamps_ns(&self) -> &[i64] {
-        &self.signals[self.index].recording.stamps_ns
-    }
-
-    fn read(&self, samples: Range<usize>, values: &mut [f64]) -> Result<(), Self::Error> {
-        let recording = &self.signals[self.index].recording;
-        let width = values.len() / samples.len().max(1);
-        let known = recording
-            .values
-            .get(samples.start * width..)
-            .unwrap_or_default();
-        let count = known.len().min(values.len());
-        values[..count].copy_from_slice(&known[..count]);
-        values[count..].fill(f64::NAN);
-        Ok(())
-    }
-}
-
 /// States that are smoothed when they are asked for.
 pub(super) struct SmoothedStates {
     machine: Machine,
-    smoother: BlockSmoother<SharedSamples>,
+    smoother: BlockSmoother<SharedSignal>,
     recent: Mutex<VecDeque<(usize, Arc<SmoothedBlock>)>>,
     failure: Mutex<Option<String>>,
 }
@@ -70,7 +38,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl SmoothedStates {
-    pub(super) fn new(machine: &Machine, smoother: BlockSmoother<SharedSamples>) -> Self {
+    pub(super) fn new(machine: &Machine, smoother: BlockSmoother<SharedSignal>) -> Self {
         Self {
             machine: machine.clone(),
             smoother,

@@ -57,6 +57,12 @@ pub(crate) fn program() -> Option<FileHash> {
     PROGRAM.get_or_init(|| hash_file(&running()?).ok()).clone()
 }
 
+/// Begins to hash the program's own file, so that it is known when it is asked for.
+pub(crate) fn begin_program() {
+    // it only saves time
+    let _ = std::thread::Builder::new().spawn(program);
+}
+
 /// The file that runs, even if it was replaced since the start.
 fn running() -> Option<PathBuf> {
     let linux = Path::new("/proc/self/exe");

@@ -39,7 +39,7 @@ pub struct Table {
     scope: Scope,
     model: Arc<Model>,
     record: MonitorRecord,
-    whole: OnceLock<Rows>,
+    whole: OnceLock<Arc<Rows>>,
 }
 
 impl Table {
@@ -227,21 +227,24 @@ impl Table {
     /// The first error of `take`.
     pub(crate) fn feed<E: Send>(
         &self,
-        take: &mut (dyn FnMut(&Rows) -> Result<(), E> + Send),
+        take: &mut (dyn FnMut(&Arc<Rows>) -> Result<(), E> + Send),
     ) -> Result<(), E> {
         if let Some(whole) = self.whole.get() {
             return take(whole);
         }
         self.blocks(
             |_| (),
-            |blocks| blocks.iter().try_for_each(|(rows, ())| take(rows)),
+            |blocks| {
+                let mut blocks = blocks.into_iter();
+                blocks.try_for_each(|(rows, ())| take(&Arc::new(rows)))
+            },
         )
     }
 
     /// Keeps the whole table.
     pub(crate) fn keep(&self, rows: Rows) {
         // the first one stays: all have the same bits
-        let _ = self.whole.set(rows);
+        let _ = self.whole.set(Arc::new(rows));
     }
 
     /// The whole table without a row.
@@ -276,6 +279,6 @@ impl Deref for Table {
     type Target = Rows;
 
     fn deref(&self) -> &Rows {
-        self.whole.get_or_init(|| self.compute_whole())
+        self.whole.get_or_init(|| Arc::new(self.compute_whole()))
     }
 }

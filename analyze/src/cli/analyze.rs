@@ -13,7 +13,7 @@ use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
 use crate::analysis::run;
 use crate::base::error_text::{error_text, without_path};
-use crate::base::file_hash::FileHash;
+use crate::base::file_hash::{self, FileHash};
 use crate::base::options::{ColumnGroup, MoreColumns, Options};
 use crate::base::progress::Progress;
 use crate::output;
@@ -109,6 +109,7 @@ pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
     {
         bail!(Usage("--from must be before --to"));
     }
+    file_hash::begin_program();
     let file = MachineFile::read(&args.machine)?;
     let options = Options {
         from_s: args.from,

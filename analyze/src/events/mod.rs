@@ -17,4 +17,4 @@ mod tipping;
 pub(crate) use event::TIP_OVER_RAD;
 pub use event::*;
 pub use finding::Finding;
-pub(crate) use pass::{EventPass, Found, LowestOtf, sorted};
+pub(crate) use pass::{EventPass, Found, LowestOtf, of_inputs, sorted};

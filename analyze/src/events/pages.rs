@@ -61,6 +61,11 @@ impl<'a> Pages<'a> {
         }
     }
 
+    /// Number of rows up to now.
+    pub(super) fn known(&self) -> usize {
+        self.reasons.len()
+    }
+
     /// The reasons of all rows.
     pub(super) fn into_reasons(self) -> Vec<Reasons> {
         self.reasons

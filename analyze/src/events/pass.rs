@@ -25,7 +25,8 @@ use crate::load::LoadedLog;
 
 /// Time without anything between two spells (ns): longer than what merges episodes.
 const APART_NS: i64 = 1_000_000_000;
-/// Rows before a spell that onsets and standard deviations are looked for in.
+/// Time (ns) and rows before a spell that onsets and standard deviations are looked for in.
+const BEFORE_NS: i64 = 2_500_000_000;
 const ROWS_BEFORE: usize = 512;
 
 /// Finds events block by block.
@@ -116,7 +117,29 @@ impl<'a> EventPass<'a> {
         self.look_into_spells(next - 1);
         let spells = self.waiting.front().or(self.open.as_ref());
         let needed = spells.map_or(next, |spell| spell.first);
-        self.rows.forget_before(needed.saturating_sub(ROWS_BEFORE));
+        let needed = self.well_before(needed);
+        self.rows.forget_before(needed);
+    }
+
+    /// The row before which all events of the machine are known.
+    pub(crate) fn settled(&self) -> usize {
+        let spell = self.waiting.front().or(self.open.as_ref());
+        let known = self.rows.known();
+        // an onset may be earlier than the spell
+        self.well_before(spell.map_or(known, |spell| spell.first))
+    }
+
+    /// A row before which nothing is looked for that concerns a spell from `row` on.
+    fn well_before(&self, row: usize) -> usize {
+        let times = self.rows.times_ns;
+        let time_ns = times.get(row).or(times.last()).copied().unwrap_or(0);
+        let by_time = self.rows.at(time_ns.saturating_sub(BEFORE_NS));
+        by_time.min(row.saturating_sub(ROWS_BEFORE))
+    }
+
+    /// The events of the machine that are known.
+    pub(crate) fn events(&self) -> &[Event] {
+        &self.events
     }
 
     /// After the last block.
@@ -238,16 +261,17 @@ impl<'a> EventPass<'a> {
     }
 }
 
-/// All events, sorted by start: those that the pass found and those of the inputs.
-pub(crate) fn sorted(
-    mut events: Vec<Event>,
-    loaded: &LoadedLog,
-    faults: &[FaultSpan],
-    table: &Table,
-) -> Vec<Event> {
-    add_leads(&mut events);
-    events.extend(inputs::gaps(loaded, table));
+/// The events of the inputs: gaps and faults.
+pub(crate) fn of_inputs(loaded: &LoadedLog, faults: &[FaultSpan], table: &Table) -> Vec<Event> {
+    let mut events = inputs::gaps(loaded, table);
     events.extend(inputs::faults(loaded, faults, table));
+    events
+}
+
+/// All events, sorted by start: those that the pass found and those of the inputs.
+pub(crate) fn sorted(mut events: Vec<Event>, of_inputs: Vec<Event>) -> Vec<Event> {
+    add_leads(&mut events);
+    events.extend(of_inputs);
     events.sort_by(|a, b| {
         a.start_ns
             .cmp(&b.start_ns)

@@ -4,12 +4,17 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use tipwatch_binding::{MachineFile, arrivals, bind};
-use tipwatch_ingest::{Log, Losses, SensorRecording};
+use tipwatch_binding::{MachineFile, bind};
+use tipwatch_ingest::{Log, Losses};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
 
+use super::arrivals::for_each_arrival;
+use super::recording::Recording;
 use crate::base::file_hash::{FileHash, hash_of};
+
+/// Most values of samples that stay in memory: a quarter of an hour of a usual machine, 32 MB.
+const MOST_IN_MEMORY: usize = 4 << 20;
 
 /// A machine and the samples of its sensors in a log.
 #[derive(Debug)]
@@ -33,14 +38,39 @@ pub struct LoadedLog {
 }
 
 impl LoadedLog {
-    /// All samples in the order in which the recorder received them, as live.
-    pub fn arrivals(&self) -> impl Iterator<Item = Sample<'_>> {
-        let signals: Vec<_> = self
-            .signals
-            .iter()
-            .map(|signal| (signal.sensor, &signal.recording))
-            .collect();
-        arrivals(signals).map(|(sample, _)| sample)
+    /// Visits all samples in the order in which the recorder received them, as live.
+    ///
+    /// # Errors
+    /// Samples cannot be read from their temporary file.
+    pub fn for_each_arrival(&self, mut visit: impl FnMut(&Sample<'_>)) -> Result<()> {
+        let recordings: Vec<&Recording> = self.signals.iter().map(|s| &s.recording).collect();
+        for_each_arrival(&recordings, |signal, sample, values| {
+            let signal = &self.signals[signal];
+            visit(&Sample {
+                sensor: signal.sensor,
+                stamp_ns: signal.recording.stamps_ns[sample],
+                values,
+            });
+        })?;
+        self.check_read()
+    }
+
+    /// Checks that no [`SampleReader`](super::SampleReader) has failed so far.
+    ///
+    /// # Errors
+    /// Samples could not be read from their temporary file.
+    pub fn check_read(&self) -> Result<()> {
+        let failures = self.signals.iter().map(|s| (s, s.recording.failure()));
+        match failures
+            .filter_map(|(s, failure)| Some((s, failure?)))
+            .next()
+        {
+            Some((signal, failure)) => bail!(
+                "topic {}: expected its samples in a temporary file, found that it cannot be read: {failure}",
+                signal.topic
+            ),
+            None => Ok(()),
+        }
     }
 }
 
@@ -58,17 +88,36 @@ pub struct Signal {
     /// Why this topic was chosen.
     pub why: String,
     /// The samples.
-    pub recording: SensorRecording,
+    pub recording: Recording,
 }
 
-/// Reads the samples of a machine's sensors from a log.
+/// Reads the samples of a machine's sensors from a log. Those of a long log go to temporary files.
 ///
 /// # Errors
-/// The machine does not fit the log, a signal is missing or ambiguous, or the log cannot be read.
+/// The machine does not fit the log, a signal is missing or ambiguous, the log cannot be read, or a temporary file
+/// cannot be written.
 pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Result<LoadedLog> {
+    load_within(log, file, MOST_IN_MEMORY, progress)
+}
+
+/// The same with at most `most_in_memory` values in memory.
+///
+/// # Errors
+/// The same as for [`load`].
+pub fn load_within(
+    log: &Log,
+    file: &MachineFile,
+    most_in_memory: usize,
+    progress: &mut dyn FnMut(u64),
+) -> Result<LoadedLog> {
     let urdf = file.urdf(None, Some(log))?;
     let bound = bind(log, &file.spec, &urdf.text, &urdf.name)?;
     let (recordings, losses) = bound.record(log, progress)?;
+    let values: usize = recordings
+        .iter()
+        .map(|recording| recording.values.len())
+        .sum();
+    let in_files = values > most_in_memory;
     let mut signals = Vec::with_capacity(recordings.len());
     for (sensor, recording) in bound.sensors.into_iter().zip(recordings) {
         let topic = log.topic(recording.topic)?;
@@ -87,7 +136,7 @@ pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Res
             topic: topic.name.clone(),
             type_name: topic.type_name.clone(),
             why: sensor.why,
-            recording,
+            recording: Recording::new(recording, in_files)?,
         });
     }
     Ok(LoadedLog {

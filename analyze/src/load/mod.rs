@@ -1,7 +1,13 @@
 //! Reads a log as the machine file binds it: the checked machine, the samples of its sensors, cylinder forces.
 
+mod arrivals;
+mod column;
 pub(crate) mod linkage_force;
 mod loaded;
 pub(crate) mod recorder_gaps;
+mod recording;
+mod smoothing;
 
-pub use loaded::{LoadedLog, Signal, load};
+pub use loaded::{LoadedLog, Signal, load, load_within};
+pub use recording::{Recording, SampleReader};
+pub use smoothing::{SharedSignal, block_smoother, smooth};

@@ -49,6 +49,7 @@ pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<Vec
         machine: &analysis.machine,
         table: &analysis.rows,
         options: &analysis.options,
+        input_events: &[],
     };
     let mut sinks = Sinks::begin(&prepared, folder, outputs)?;
     analysis.rows.feed(&mut |rows| sinks.take(rows))?;

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use tempfile::TempPath;
@@ -46,7 +47,7 @@ impl Sinks {
 }
 
 impl RowSink for Sinks {
-    fn take(&mut self, rows: &Rows) -> Result<()> {
+    fn take(&mut self, rows: &Arc<Rows>) -> Result<()> {
         let (written, ()) = rayon::join(
             || self.samples.take(rows),
             || {

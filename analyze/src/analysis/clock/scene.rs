@@ -120,8 +120,9 @@ impl<'a> Scene<'a> {
         let to = (near(stretch.time_ns(stretch.steps)) + 1).min(order.len());
         let order = &order[from.min(to)..to];
         let stamps: Vec<i64> = order.iter().map(|&s| recording.stamps_ns[s]).collect();
+        let mut reader = recording.reader();
         std::array::from_fn(|axis| {
-            let value = |&s: &usize| recording.sample(s)[3 + axis];
+            let value = |&s: &usize| reader.sample(s)[3 + axis];
             let values: Vec<f64> = order.iter().map(value).collect();
             at_steps(stretch, &stamps, &values)
         })

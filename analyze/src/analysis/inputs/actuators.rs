@@ -27,11 +27,9 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
                 let of_joint = &loaded.matched.sensors.actuators[at];
                 if of_joint.joint == index {
                     let factor = joint.signals[of_joint.signal].abs();
-                    let sizes = signal
-                        .recording
-                        .values
-                        .iter()
-                        .map(|value| value.abs() * factor);
+                    let mut reader = signal.recording.reader();
+                    let samples = 0..signal.recording.len();
+                    let sizes = samples.map(|at| reader.sample(at)[0].abs() * factor);
                     forces.extend(median(sizes));
                     topics.push(signal.topic.as_str());
                 }

@@ -38,7 +38,7 @@ pub(super) fn slope_unknown(loaded: &LoadedLog) -> Option<GrossInput> {
     }
     let signal = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Odometry)?;
     let samples = signal.recording.stamps_ns.len();
-    if samples == 0 || quaternions(signal).any(tilt_is_measured) {
+    if samples == 0 || quaternions(signal).any(|xyzw| tilt_is_measured(&xyzw)) {
         return None;
     }
     let given = quaternions(signal).filter(|xyzw| xyzw.iter().all(|v| v.is_finite()));
@@ -64,7 +64,7 @@ pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
     let signal = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Imu)?;
     let given = || quaternions(signal).filter(|xyzw| xyzw.iter().all(|v| v.is_finite()));
     let count = given().count();
-    if count == 0 || given().any(tilt_is_measured) {
+    if count == 0 || given().any(|xyzw| tilt_is_measured(&xyzw)) {
         return None;
     }
     Some(format!(
@@ -74,9 +74,12 @@ pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
     ))
 }
 
-fn quaternions(signal: &Signal) -> impl Iterator<Item = &[f64]> {
-    let recording = &signal.recording;
-    (0..recording.stamps_ns.len()).map(|at| &recording.sample(at)[FIRST..FIRST + 4])
+fn quaternions(signal: &Signal) -> impl Iterator<Item = [f64; 4]> {
+    let mut reader = signal.recording.reader();
+    (0..signal.recording.len()).map(move |at| {
+        let sample = reader.sample(at);
+        [0, 1, 2, 3].map(|i| sample[FIRST + i])
+    })
 }
 
 fn not_unit(signal: &Signal) -> Option<GrossInput> {
@@ -110,12 +113,13 @@ fn contradicts_gravity(signal: &Signal) -> Option<GrossInput> {
     if signal.sensor != Sensor::Imu {
         return None;
     }
-    let recording = &signal.recording;
-    let angles = windows(&recording.stamps_ns)
+    let mut reader = signal.recording.reader();
+    let angles = windows(&signal.recording.stamps_ns)
         .into_iter()
         .filter_map(|window| {
             let (mut up, mut force) = (Vector3::zeros(), Vector3::zeros());
-            for sample in window.map(|at| recording.sample(at)) {
+            for at in window {
+                let sample = reader.sample(at);
                 let [x, y, z, w] = [6, 7, 8, 9].map(|at| sample[at]);
                 let quaternion = Quaternion::new(w, x, y, z);
                 let measured = Vector3::new(sample[0], sample[1], sample[2]);

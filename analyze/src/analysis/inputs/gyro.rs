@@ -71,12 +71,13 @@ fn is_telling(proportion: &Proportion) -> bool {
 /// Angular velocity, integrated, against the rotation between two orientations, by component.
 fn by_attitude(imu: &Signal) -> Proportion {
     let recording = &imu.recording;
+    let mut reader = recording.reader();
     let mut proportion = Proportion::default();
     let mut start: Option<(i64, UnitQuaternion<f64>)> = None;
     let mut turned = Vector3::zeros();
     let mut last_ns = i64::MIN;
     for (at, &stamp_ns) in recording.stamps_ns.iter().enumerate() {
-        let sample = recording.sample(at);
+        let sample = reader.sample(at);
         let quaternion = Quaternion::new(sample[9], sample[6], sample[7], sample[8]);
         let step_ns = stamp_ns.saturating_sub(last_ns);
         last_ns = stamp_ns;
@@ -105,13 +106,15 @@ fn by_attitude(imu: &Signal) -> Proportion {
 /// axes of the IMU play no part.
 fn by_odometry(loaded: &LoadedLog, imu: &Signal) -> Option<Proportion> {
     let odometry = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Odometry)?;
+    let (mut imu_reader, mut odometry_reader) =
+        (imu.recording.reader(), odometry.recording.reader());
     let size = |at: usize| {
-        let sample = imu.recording.sample(at);
+        let sample = imu_reader.sample(at);
         Vector3::new(sample[3], sample[4], sample[5]).norm()
     };
     let of_imu = slots::means(&imu.recording.stamps_ns, size);
     let of_odometry = slots::means(&odometry.recording.stamps_ns, |at| {
-        odometry.recording.sample(at)[5].abs()
+        odometry_reader.sample(at)[5].abs()
     });
     let mut proportion = Proportion::default();
     for (reference, turning) in slots::pairs(&of_odometry, &of_imu) {

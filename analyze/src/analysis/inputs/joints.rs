@@ -111,21 +111,25 @@ impl<'s> Column<'s> {
     }
 
     fn positions(&self) -> impl Iterator<Item = f64> + '_ {
-        let samples = 0..self.signal.recording.stamps_ns.len();
-        samples.map(|at| self.signal.recording.sample(at)[self.position])
+        let mut reader = self.signal.recording.reader();
+        (0..self.signal.recording.len()).map(move |at| reader.sample(at)[self.position])
     }
 
     /// Proportion of the velocity to the derivative of the position, if it cannot be one, and the evidence.
     fn velocity_proportion(&self, slides: bool, is_wheel: bool) -> Option<(f64, String)> {
         let recording = &self.signal.recording;
+        let mut reader = recording.reader();
         let mut proportion = Proportion::default();
         // over a tenth of a second or more, so that the noise of the positions does not matter
         let (mut elapsed_s, mut change, mut travel) = (0.0, 0.0, 0.0);
         for (at, pair) in recording.stamps_ns.windows(2).enumerate() {
             let step_s = pair[1].saturating_sub(pair[0]) as f64 * 1e-9;
-            let (before, now) = (recording.sample(at), recording.sample(at + 1));
-            let step = now[self.position] - before[self.position];
-            let is_turn_clear = !is_wheel || now[self.velocity].abs() * step_s < LARGEST_WHEEL_STEP;
+            let [before, now] = [at, at + 1].map(|at| {
+                let sample = reader.sample(at);
+                (sample[self.position], sample[self.velocity])
+            });
+            let step = now.0 - before.0;
+            let is_turn_clear = !is_wheel || now.1.abs() * step_s < LARGEST_WHEEL_STEP;
             let is_step = step_s > 0.0 && step_s <= LONGEST_STEP_S && is_turn_clear;
             if !is_step || !(slides || step.abs() < WRAP) {
                 (elapsed_s, change, travel) = (0.0, 0.0, 0.0);
@@ -133,7 +137,7 @@ impl<'s> Column<'s> {
             }
             elapsed_s += step_s;
             change += step;
-            travel += 0.5 * (before[self.velocity] + now[self.velocity]) * step_s;
+            travel += 0.5 * (before.1 + now.1) * step_s;
             if elapsed_s >= COMPARED_S || !travel.is_finite() {
                 proportion.add(change / elapsed_s, travel / elapsed_s);
                 (elapsed_s, change, travel) = (0.0, 0.0, 0.0);

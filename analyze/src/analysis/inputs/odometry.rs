@@ -41,12 +41,16 @@ struct WheelSpeed {
     by_slot: BTreeMap<i64, f64>,
 }
 
+/// Mean forward velocity by slot.
+fn forward_speeds(odometry: &Signal) -> BTreeMap<i64, f64> {
+    let mut reader = odometry.recording.reader();
+    slots::means(&odometry.recording.stamps_ns, |at| reader.sample(at)[0])
+}
+
 /// An odometry velocity that does not fit the wheels.
 pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
     let odometry = of(loaded, Sensor::Odometry)?;
-    let forward = slots::means(&odometry.recording.stamps_ns, |at| {
-        odometry.recording.sample(at)[0]
-    });
+    let forward = forward_speeds(odometry);
     let mut factors = Vec::new();
     let mut evidence = Vec::new();
     for speed in wheel_speeds(loaded) {
@@ -101,12 +105,11 @@ pub(super) fn exchanged(loaded: &LoadedLog) -> Option<GrossInput> {
     if machine.imu().body != 0 {
         return None;
     }
-    let forward = slots::means(&odometry.recording.stamps_ns, |at| {
-        odometry.recording.sample(at)[0]
-    });
+    let forward = forward_speeds(odometry);
     let mount = machine.imu().body_from_mount.rotation;
+    let mut reader = imu.recording.reader();
     let turn = slots::means(&imu.recording.stamps_ns, |at| {
-        let sample = imu.recording.sample(at);
+        let sample = reader.sample(at);
         (mount * nalgebra::Vector3::new(sample[3], sample[4], sample[5])).z
     });
     let mut differences: BTreeMap<i64, f64> = BTreeMap::new();
@@ -184,7 +187,8 @@ fn wheel_speeds(loaded: &LoadedLog) -> Vec<WheelSpeed> {
                 continue;
             };
             let radius = machine.wheels()[wheel].radius;
-            let velocity = |at: usize| radius * signal.recording.sample(at)[joints.len() + column];
+            let mut reader = signal.recording.reader();
+            let velocity = |at: usize| radius * reader.sample(at)[joints.len() + column];
             speeds.push(WheelSpeed {
                 wheel,
                 by_slot: slots::means(&signal.recording.stamps_ns, velocity),

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 const LENGTH_NS: i64 = 500_000_000;
 
 /// Mean of the finite values in each slot, by number of the slot.
-pub(super) fn means(stamps_ns: &[i64], value: impl Fn(usize) -> f64) -> BTreeMap<i64, f64> {
+pub(super) fn means(stamps_ns: &[i64], mut value: impl FnMut(usize) -> f64) -> BTreeMap<i64, f64> {
     let mut sums: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
     for (sample, stamp) in stamps_ns.iter().enumerate() {
         let value = value(sample);

@@ -32,13 +32,15 @@ const UNITS: [(&str, f64); 5] = [
 /// A specific force whose length is not that of gravity.
 pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
     let signal = loaded.signals.iter().find(|s| s.sensor == Sensor::Imu)?;
-    let recording = &signal.recording;
-    let all: Vec<(f64, bool)> = windows(&recording.stamps_ns)
+    let mut reader = signal.recording.reader();
+    let all: Vec<(f64, bool)> = windows(&signal.recording.stamps_ns)
         .into_iter()
         .filter_map(|window| {
-            let mean = |first: usize| {
-                let samples = window.clone().map(|at| recording.sample(at));
-                let vectors = samples.map(|s| Vector3::new(s[first], s[first + 1], s[first + 2]));
+            let mut mean = |first: usize| {
+                let vectors = window.clone().map(|at| {
+                    let sample = reader.sample(at);
+                    Vector3::new(sample[first], sample[first + 1], sample[first + 2])
+                });
                 let known = vectors.filter(|v| v.iter().all(|c| c.is_finite()));
                 let (count, sum) =
                     known.fold((0.0, Vector3::zeros()), |(n, sum), v| (n + 1.0, sum + v));

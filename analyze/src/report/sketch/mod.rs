@@ -2,6 +2,8 @@
 
 mod thin;
 
+use std::sync::Arc;
+
 use anyhow::Result;
 use rayon::prelude::*;
 use tipwatch_mechanics::machine::Machine;
@@ -76,6 +78,7 @@ impl Sketch {
             machine: &analysis.machine,
             table: &analysis.rows,
             options: &analysis.options,
+            input_events: &[],
         });
         let fed = analysis.rows.feed(&mut |rows| {
             pass.add(rows);
@@ -227,7 +230,7 @@ impl SketchPass {
 }
 
 impl RowSink for SketchPass {
-    fn take(&mut self, rows: &Rows) -> Result<()> {
+    fn take(&mut self, rows: &Arc<Rows>) -> Result<()> {
         self.add(rows);
         Ok(())
     }

@@ -1,0 +1,139 @@
+//! Numbers of a whole log, in memory or in a temporary file.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use bytemuck::Pod;
+
+/// Numbers that are appended, then read in pieces from several threads.
+#[derive(Debug)]
+pub(super) enum Column<T> {
+    /// In memory.
+    Memory(Vec<T>),
+    /// In a file that the system removes as soon as it is closed.
+    File(File),
+}
+
+impl<T> Default for Column<T> {
+    fn default() -> Self {
+        Self::Memory(Vec::new())
+    }
+}
+
+impl<T: Pod> Column<T> {
+    /// The numbers, if they are in memory.
+    pub(super) fn in_memory(&self) -> Option<&[T]> {
+        match self {
+            Self::Memory(numbers) => Some(numbers),
+            Self::File(_) => None,
+        }
+    }
+
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub(super) fn append(&mut self, numbers: &[T]) -> io::Result<()> {
+        match self {
+            Self::Memory(column) => {
+                column.extend_from_slice(numbers);
+                Ok(())
+            }
+            Self::File(file) => file.write_all(bytemuck::cast_slice(numbers)),
+        }
+    }
+
+    /// Moves the numbers to a temporary file, and those appended from now on.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(super) fn move_to_file(&mut self) -> io::Result<()> {
+        if let Self::Memory(numbers) = self {
+            let mut file = temporary_file()?;
+            file.write_all(bytemuck::cast_slice(numbers))?;
+            *self = Self::File(file);
+        }
+        Ok(())
+    }
+
+    /// Reads consecutive numbers, from the one with index `first` on. There must be as many.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn read(&self, first: usize, into: &mut [T]) -> io::Result<()> {
+        match self {
+            Self::Memory(numbers) => {
+                let numbers = numbers.get(first..).and_then(|rest| rest.get(..into.len()));
+                into.copy_from_slice(numbers.ok_or(io::ErrorKind::UnexpectedEof)?);
+                Ok(())
+            }
+            Self::File(file) => {
+                let from = (first * size_of::<T>()) as u64;
+                read_at(file, bytemuck::cast_slice_mut(into), from)
+            }
+        }
+    }
+}
+
+#[cfg(unix)]
+fn read_at(file: &File, bytes: &mut [u8], from: u64) -> io::Result<()> {
+    std::os::unix::fs::FileExt::read_exact_at(file, bytes, from)
+}
+
+#[cfg(windows)]
+fn read_at(file: &File, bytes: &mut [u8], from: u64) -> io::Result<()> {
+    let mut done = 0;
+    while done < bytes.len() {
+        let next =
+            std::os::windows::fs::FileExt::seek_read(file, &mut bytes[done..], from + done as u64)?;
+        if next == 0 {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        done += next;
+    }
+    Ok(())
+}
+
+/// A file without a name.
+fn temporary_file() -> io::Result<File> {
+    let folder = temporary_folder();
+    let in_folder = |error: io::Error| {
+        let message = format!(
+            "{}: no temporary file can be written (TMPDIR names another folder): {error}",
+            folder.display()
+        );
+        io::Error::new(error.kind(), message)
+    };
+    tempfile::tempfile_in(&folder).map_err(in_folder)
+}
+
+/// The folder that TMPDIR names, else one for large files: on many systems `/tmp` is in memory.
+fn temporary_folder() -> PathBuf {
+    let on_disk = Path::new("/var/tmp");
+    match std::env::var_os("TMPDIR") {
+        None if on_disk.is_dir() => on_disk.into(),
+        _ => std::env::temp_dir(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_the_same_in_memory_and_in_a_file() {
+        let numbers: Vec<f64> = (0..1000).map(|k| f64::from(k).sin()).collect();
+        let mut memory = Column::Memory(numbers[..600].to_vec());
+        let mut file = Column::default();
+        file.append(&numbers[..300]).unwrap();
+        file.move_to_file().unwrap();
+        file.append(&numbers[300..600]).unwrap();
+        for column in [&mut memory, &mut file] {
+            column.append(&numbers[600..]).unwrap();
+            let mut found = [0.0; 700];
+            column.read(250, &mut found).unwrap();
+            assert_eq!(found, numbers[250..950]);
+            assert!(column.read(301, &mut found).is_err());
+        }
+        assert!(memory.in_memory().is_some() && file.in_memory().is_none());
+    }
+}

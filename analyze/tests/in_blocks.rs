@@ -1,0 +1,100 @@
+//! The rows of a log are computed block by block: nothing holds the whole table, and nothing depends on where a block ends.
+
+use std::process::Stdio;
+
+use tempfile::TempDir;
+use tipwatch_analyze::analysis::run::{analyse, analyse_into};
+use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::output::{self, Outputs, Sinks};
+use tipwatch_analyze::policy::facts::LogFacts;
+use tipwatch_binding::MachineFile;
+
+use crate::support::{command, data, text};
+
+#[test]
+fn no_output_needs_the_whole_table() {
+    let folder = TempDir::new().unwrap();
+    for (name, outputs) in [("tip_over", Outputs::All), ("tiny_lift", Outputs::Samples)] {
+        let file = MachineFile::read(&data(&format!("{name}.toml"))).unwrap();
+        let out = folder.path().join(name);
+        let (analysis, sinks) = analyse_into(
+            &data(&format!("{name}.mcap")),
+            &file,
+            Options::default(),
+            &mut |_| {},
+            |prepared| Sinks::begin(prepared, &out, outputs),
+        )
+        .unwrap();
+        let facts = LogFacts::of(&analysis);
+        assert!(facts.rows > 0 && facts.worst.is_some());
+        let written = output::finish(&analysis, sinks, &out).unwrap();
+        assert!(written.files.iter().all(|file| out.join(file).is_file()));
+        assert!(!analysis.rows.is_whole(), "{name}");
+    }
+}
+
+#[test]
+fn windows_and_blocks_have_the_bits_of_the_whole_table() {
+    let file = MachineFile::read(&data("tip_over.toml")).unwrap();
+    for rate_hz in [None, Some(730.0)] {
+        let options = Options {
+            rate_hz,
+            from_s: Some(1.23),
+            ..Options::default()
+        };
+        let whole = analyse(&data("tip_over.mcap"), &file, options, &mut |_| {}).unwrap();
+        assert!(whole.rows.is_whole());
+        let rows = whole.rows.len();
+        for window in [0..rows.min(5), rows / 3..rows / 2, rows - 3..rows] {
+            let found = whole.rows.window(window.clone());
+            assert_eq!(found.times_ns, whole.rows.times_ns[window.clone()]);
+            assert_eq!(found.reasons, whole.rows.reasons[window.clone()]);
+            let columns = found.outcomes.columns.iter();
+            for (found, whole) in columns.zip(&whole.rows.outcomes.columns) {
+                let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(found), bits(&whole[window.clone()]));
+            }
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_does_not_grow_with_the_table() {
+    let folder = TempDir::new().unwrap();
+    let peak_mb = |rate: &str| {
+        let mut child = command(&[
+            "analyze",
+            text(&data("tiny_lift.mcap")),
+            "--machine",
+            text(&data("tiny_lift.toml")),
+            "--rate",
+            rate,
+            "--out",
+            text(&folder.path().join(rate)),
+        ])
+        .env("RAYON_NUM_THREADS", "2")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+        let status = format!("/proc/{}/status", child.id());
+        let mut peak_kb = 0;
+        while child.try_wait().unwrap().is_none() {
+            let text = std::fs::read_to_string(&status).unwrap_or_default();
+            let peak = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+            let peak = peak.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok());
+            peak_kb = peak_kb.max(peak.unwrap_or(0_u64));
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        peak_kb / 1024
+    };
+    let (few, many) = (peak_mb("100"), peak_mb("8000"));
+    let rows = 8000 * 5;
+    // a table of this many rows with its states has some 200 numbers of 8 bytes in each
+    let table_mb = rows * 200 * 8 >> 20;
+    assert!(
+        many < few + table_mb / 2,
+        "{few} MB, then {many} MB; the table has {table_mb} MB"
+    );
+}
