@@ -14,5 +14,6 @@ mod gates; // logs and policies that decide nothing
 mod imu_mounting; // mounting from transforms, and mounting faults
 mod report; // the report in a browser
 mod screen; // fleets of logs
+mod sizes; // small outputs
 mod summary_schema; // the published JSON schema
 mod support;

@@ -17,7 +17,7 @@ use crate::base::file_hash::FileHash;
 use crate::base::options::{ColumnGroup, MoreColumns, Options};
 use crate::base::progress::Progress;
 use crate::output;
-use crate::output::Outputs;
+use crate::output::OutputOptions;
 use crate::output::custody::{self, Files, Origin};
 use crate::policy::facts::{LogFacts, event_facts};
 use crate::policy::{Judgement, Policy};
@@ -49,9 +49,8 @@ pub(super) struct AnalyzeArgs {
     /// Optional columns of samples.parquet; may be repeated.
     #[arg(long, value_enum, value_delimiter = ',')]
     columns: Vec<ColumnGroup>,
-    /// Which files to write.
-    #[arg(long, value_enum, default_value_t = Outputs::All)]
-    outputs: Outputs,
+    #[command(flatten)]
+    files: OutputOptions,
     /// Also write the report as PDF/A: `report.pdf`.
     #[arg(long)]
     pdf: bool,
@@ -189,7 +188,7 @@ fn analyze_one(
     let mut analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
     progress.finish();
     args.note_origin(&mut analysis);
-    let mut written = output::write(&analysis, out, args.outputs)?;
+    let mut written = output::write(&analysis, out, args.files)?;
     if args.pdf {
         output::write_pdf(&analysis, out)?;
         written.push(output::PDF);

@@ -9,6 +9,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use crate::analysis::Analysis;
+use crate::base::options::{DerivedRows, Precision};
 use crate::policy::Judgement;
 use crate::report;
 use crate::report::PlotLibrary;
@@ -28,31 +29,51 @@ pub const PDF: &str = "report.pdf";
 pub const JUDGEMENT: &str = "policy.json";
 
 /// Which files to write.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum Outputs {
     /// All of them.
+    #[default]
     All,
     /// `samples.parquet` alone.
     Samples,
+}
+
+/// Which files to write, and how fine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::Args)]
+pub struct OutputOptions {
+    /// Which files to write.
+    #[arg(long, value_enum, default_value_t)]
+    pub outputs: Outputs,
+    /// Width of the computed numbers in samples.parquet, monte_carlo.parquet and derived.mcap, in bits. Times are
+    /// always exact.
+    #[arg(long, value_enum, value_name = "BITS", default_value_t)]
+    pub precision: Precision,
+    /// Which rows derived.mcap has.
+    #[arg(long, value_enum, value_name = "ROWS", default_value_t)]
+    pub derived: DerivedRows,
 }
 
 /// Writes the files of an analysis into `folder`, which is created if missing; returns their names.
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<Vec<&'static str>> {
+pub fn write(
+    analysis: &Analysis,
+    folder: &Path,
+    options: OutputOptions,
+) -> Result<Vec<&'static str>> {
     fs::create_dir_all(folder)
         .with_context(|| format!("{}: cannot be created", folder.display()))?;
-    if outputs == Outputs::Samples {
-        return write_samples(analysis, folder).map(|()| vec![SAMPLES]);
+    if options.outputs == Outputs::Samples {
+        return write_samples(analysis, folder, options.precision).map(|()| vec![SAMPLES]);
     }
     let (tables, documents) = rayon::join(
         || {
-            write_samples(analysis, folder)?;
+            write_samples(analysis, folder, options.precision)?;
             write_events(analysis, folder)?;
-            write_further_tables(analysis, folder)
+            write_further_tables(analysis, folder, options.precision)
         },
-        || write_documents(analysis, folder),
+        || write_documents(analysis, folder, options),
     );
     let further = tables?;
     documents?;
@@ -60,9 +81,9 @@ pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<Vec
     Ok(always.into_iter().chain(further).collect())
 }
 
-fn write_samples(analysis: &Analysis, folder: &Path) -> Result<()> {
+fn write_samples(analysis: &Analysis, folder: &Path, precision: Precision) -> Result<()> {
     let path = folder.join(SAMPLES);
-    let table = samples::samples(&analysis.machine, &analysis.rows);
+    let table = samples::samples(&analysis.machine, &analysis.rows, precision);
     parquet::write(&table, &analysis.provenance, &path)
 }
 
@@ -73,11 +94,18 @@ fn write_events(analysis: &Analysis, folder: &Path) -> Result<()> {
 }
 
 /// Writes the tables that not every analysis has; returns their names.
-fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<Vec<&'static str>> {
+fn write_further_tables(
+    analysis: &Analysis,
+    folder: &Path,
+    precision: Precision,
+) -> Result<Vec<&'static str>> {
     let mut written = Vec::new();
     for (name, table) in [
         ("sensitivity.parquet", studies::sensitivity(analysis)),
-        ("monte_carlo.parquet", studies::monte_carlo(analysis)),
+        (
+            "monte_carlo.parquet",
+            studies::monte_carlo(analysis, precision),
+        ),
     ] {
         if let Some(table) = table {
             parquet::write(&table, &analysis.provenance, &folder.join(name))?;
@@ -87,11 +115,11 @@ fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<Vec<&'stat
     Ok(written)
 }
 
-fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
+fn write_documents(analysis: &Analysis, folder: &Path, options: OutputOptions) -> Result<()> {
     let path = folder.join(DERIVED);
     let (page, derived) = rayon::join(
         || write_report(analysis, folder),
-        || Derived::begin(analysis, &path),
+        || Derived::begin(analysis, options.precision, options.derived, &path),
     );
     if page.is_err() {
         // without its attachments it would look complete
@@ -102,7 +130,7 @@ fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
 
 /// Writes the summary and the report; returns the text of the report.
 fn write_report(analysis: &Analysis, folder: &Path) -> Result<String> {
-    let summary = Summary::of(analysis, report::findings(analysis));
+    let summary = Summary::of(analysis, report::main_findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
     write_text(&folder.join(SUMMARY), &text)?;
     let page = report::render(analysis, PlotLibrary::Inside);

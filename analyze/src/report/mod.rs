@@ -21,6 +21,6 @@ mod when;
 mod worst;
 
 pub use crate::page::{PlotLibrary, plot_library_script};
-pub use findings::findings;
+pub use findings::{findings, main_findings};
 pub use log_report::{render, render_pdf};
 pub(crate) use whatif::render_what_if;
