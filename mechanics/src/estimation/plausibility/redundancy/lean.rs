@@ -162,7 +162,8 @@ impl LeanWatch {
         limits: &Limits,
         found: &mut Found<'_>,
     ) {
-        let step_ns = (self.last_ns.replace(stamp_ns)).map_or(0, |last| stamp_ns.saturating_sub(last));
+        let step_ns =
+            (self.last_ns.replace(stamp_ns)).map_or(0, |last| stamp_ns.saturating_sub(last));
         let step_s = step_ns as f64 * 1e-9;
         if step_s > limits.max_gap_s {
             self.gyro = Gyro::new();
@@ -174,10 +175,15 @@ impl LeanWatch {
         // What is not known yet at the start is not remembered.
         let lasts = self.gyro.known_s() > 0.0;
         let rocking = (self.rocking.each_mut()).map(|it| it.step(step_s, now, lasts));
-        self.up = self.model.level(step_s, &(self.base_from_imu * force), rocking[0]);
+        self.up = self
+            .model
+            .level(step_s, &(self.base_from_imu * force), rocking[0]);
         let turning = self.base_from_imu * turning;
         if let Some(turning) = self.gyro.step(step_s, &turning.xy()) {
-            let measured = self.turned.each_mut().map(|band| band.step(step_s, &turning));
+            let measured = self
+                .turned
+                .each_mut()
+                .map(|band| band.step(step_s, &turning));
             self.weigh(stamp_ns, step_ns, &measured, rocking, limits);
         }
         self.report(found);
@@ -191,7 +197,9 @@ impl LeanWatch {
             (y.stands(FOLLOWS_NOT), FOLLOWS_NOT),
             (differs, DIFFERS),
         ];
-        let standing = all.iter().filter_map(|(evidence, limit)| Some(((*evidence)?, *limit)));
+        let standing = all
+            .iter()
+            .filter_map(|(evidence, limit)| Some(((*evidence)?, *limit)));
         if let Some((evidence, limit)) = standing.max_by(|a, b| a.0.value.total_cmp(&b.0.value)) {
             found(Notice {
                 kind: FaultKind::Contradiction,
@@ -227,7 +235,11 @@ impl LeanWatch {
         };
         let noise = [noise(0), noise(1)];
         let known_s = self.gyro.known_s();
-        let settled_s = if self.gyro.turned_at_start() { UNKNOWN_BIAS_S } else { WARM_UP_S[1] };
+        let settled_s = if self.gyro.turned_at_start() {
+            UNKNOWN_BIAS_S
+        } else {
+            WARM_UP_S[1]
+        };
         // A platform that turns farther than its tyres give way tips over, or the ground turns it.
         let tips = measured.iter().any(|lean| lean.norm() > self.model.largest);
         if tips && known_s > WARM_UP_S[0] {
@@ -241,7 +253,8 @@ impl LeanWatch {
         }
         if known_s > settled_s {
             let leans = [&expected[1], &measured[1]];
-            self.differs.weigh([stamp_ns, step_ns], &lean, leans, noise[1], rocking[1]);
+            self.differs
+                .weigh([stamp_ns, step_ns], &lean, leans, noise[1], rocking[1]);
         }
     }
 

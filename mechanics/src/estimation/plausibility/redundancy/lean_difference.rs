@@ -99,8 +99,16 @@ impl LeanDifference {
         let along = lean.by_load;
         let across = Vector2::new(-along.y, along.x);
         let is_known = along != Vector2::zeros();
-        let axes = if is_known { [across, along] } else { [Vector2::x(), Vector2::y()] };
-        let small_load = if is_known { SMALL_LOAD * SMALL_LOAD } else { 0.0 };
+        let axes = if is_known {
+            [across, along]
+        } else {
+            [Vector2::x(), Vector2::y()]
+        };
+        let small_load = if is_known {
+            SMALL_LOAD * SMALL_LOAD
+        } else {
+            0.0
+        };
         let mut gained = 0.0;
         for (axis, extra) in axes.into_iter().zip([0.0, small_load]) {
             let variance = common + extra + (doubt * axis).dot(&axis);

@@ -97,7 +97,9 @@ impl LeanModel {
             sum += a * a.transpose() * *stiffness;
             ground += (centre.z - wheel.radius) / wheels.len() as f64;
         }
-        let sink = sum.try_inverse().filter(|m| m.iter().all(|v| v.is_finite()))?;
+        let sink = sum
+            .try_inverse()
+            .filter(|m| m.iter().all(|v| v.is_finite()))?;
         // (p1, p2) of (-N_y, N_x), lean = (-p2, p1)
         let compliance = Matrix2::new(-sink[(2, 2)], sink[(2, 1)], sink[(1, 2)], -sink[(1, 1)]);
         let reach = wheels.iter().map(|wheel| wheel.centre_at_zero.xy().norm());
@@ -251,10 +253,14 @@ impl LeanModel {
         let weight = machine.mass() * machine.gravity();
         let plane = self.sink * Vector3::new(weight, -moment.y, moment.x);
         let least = LEAST_LOAD * weight / machine.wheels().len() as f64;
-        let mut loads = machine.wheels().iter().zip(&self.stiffness).map(|(wheel, stiffness)| {
-            let at = wheel.centre_at_zero;
-            stiffness * (plane.x + plane.y * at.x + plane.z * at.y)
-        });
+        let mut loads = machine
+            .wheels()
+            .iter()
+            .zip(&self.stiffness)
+            .map(|(wheel, stiffness)| {
+                let at = wheel.centre_at_zero;
+                stiffness * (plane.x + plane.y * at.x + plane.z * at.y)
+            });
         loads.any(|load| load < least)
     }
 }

@@ -7,10 +7,10 @@
 mod band;
 mod evidence;
 mod lasting;
+mod leaky;
 mod lean;
 mod lean_difference;
 mod lean_model;
-mod leaky;
 mod low_pass;
 mod rolling;
 mod rotation;
