@@ -195,7 +195,8 @@ impl Table {
                 .flat_map_iter(|place| compute_unit(unit_at(place)))
                 .collect()
         };
-        let per_wave = rayon::current_num_threads();
+        // enough of them that no core waits for the last one
+        let per_wave = 2 * rayon::current_num_threads();
         let wave_at = |first: usize| first..(first + per_wave).min(units);
         let mut judge =
             (self.scope.sensitivities).then(|| RowJudge::new(&self.machine, &self.record));

@@ -19,6 +19,8 @@ use crate::events::{Event, LowestOtf};
 
 /// Share of an event's rows whose state may be unknown.
 const MOST_LEFT_OUT: f64 = 0.1;
+/// Most rows of an event that is simulated: half an hour at 100 Hz.
+const MOST_ROWS: usize = 180_000;
 
 /// What would have prevented the worst event; `None` if no wheel was below its limit in a valid row of an event, or the
 /// model has no derivatives.
@@ -35,7 +37,13 @@ pub(crate) fn advise(
     let limit = |wheel: usize| min_loads_n.map_or(0.0, |limits| limits[wheel]);
     let worst = worst?;
     let event = event_around(events, rows, worst.row)?;
-    let mut window = Window::around(machine, rows, event);
+    let too_long = too_long(rows, event);
+    let window = match too_long {
+        None => event,
+        // nothing is simulated
+        Some(_) => [rows.times_ns[worst.row]; 2],
+    };
+    let mut window = Window::around(machine, rows, window);
     let mut advice = Advice {
         wheel: machine.wheels()[worst.wheel].name.to_lowercase(),
         limit_n: worst.limit_n,
@@ -51,7 +59,7 @@ pub(crate) fn advise(
         changes: Vec::new(),
         rejected: Vec::new(),
         assumptions: assumptions(machine, &window),
-        not_simulated: not_simulated(rows, &window, event),
+        not_simulated: too_long.or_else(|| not_simulated(rows, &window, event)),
     };
     if advice.not_simulated.is_some() {
         return Some(advice);
@@ -93,6 +101,14 @@ pub(crate) fn advise(
     }
     (advice.changes).sort_by(|a, b| a.effort.total_cmp(&b.effort));
     Some(advice)
+}
+
+/// Why an event is not simulated if its states would not fit into memory, and each of many candidates would take long.
+fn too_long(rows: &Table, event: [i64; 2]) -> Option<String> {
+    let of_event = rows.at(event[1]) - rows.at(event[0]) + 1;
+    (of_event > MOST_ROWS).then(|| {
+        format!("The event has {of_event} rows, of which at most {MOST_ROWS} are simulated: analyse a part of it (--from, --to)")
+    })
 }
 
 fn not_simulated(rows: &Table, window: &Window, event: [i64; 2]) -> Option<String> {
