@@ -1,14 +1,15 @@
 //! Standard deviations compared with actual errors: 24 logs of machines drawn from the stated uncertainty.
 
-use polars::prelude::{DataFrame, ParquetReader, SerReader};
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::tables::parquet;
+use tipwatch_analyze::tables::table::Table;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Quantity, Scope, State, Workspace, combination_sigma, evaluate};
 use tipwatch_tests::data;
 
-const LOGS: i32 = 24;
+const LOGS: i64 = 24;
 const WHEELS: [&str; 4] = ["fl", "fr", "rl", "rr"];
 /// Span at each end (ns) that is not compared: the estimator lacks neighbouring samples there.
 const MARGIN_NS: i64 = 150_000_000;
@@ -46,10 +47,7 @@ impl Tally {
 
 #[test]
 fn val_two_sigma_bands_contain_the_true_loads() {
-    let truth = {
-        let file = std::fs::File::open(data("coverage.truth.parquet")).unwrap();
-        ParquetReader::new(file).finish().unwrap()
-    };
+    let truth = parquet::read(&data("coverage.truth.parquet")).unwrap();
     let machine = MachineFile::read(&data("coverage.toml")).unwrap();
     let (mut loads, mut sums) = (Tally::default(), Tally::default());
     for log in 0..LOGS {
@@ -128,20 +126,19 @@ struct TrueLoads {
 }
 
 impl TrueLoads {
-    fn of(all: &DataFrame, log: i32) -> Self {
-        let logs = all.column("log").unwrap().i32().unwrap();
-        let this: Vec<bool> = logs.into_no_null_iter().map(|l| l == log).collect();
-        let times = all.column("t_ns").unwrap().i64().unwrap();
+    fn of(all: &Table, log: i64) -> Self {
+        let logs = all.column("log").unwrap().integers().unwrap();
+        let this: Vec<bool> = logs.into_iter().map(|l| l == log).collect();
+        let times = all.column("t_ns").unwrap().integers().unwrap();
         let kept = |values: Vec<f64>| {
             let pairs = values.into_iter().zip(&this);
             pairs.filter(|(_, this)| **this).map(|(v, _)| v).collect()
         };
         let column = |wheel: &&str| {
             let column = all.column(&format!("load_{wheel}")).unwrap();
-            let floats = column.cast(&polars::prelude::DataType::Float64).unwrap();
-            kept(floats.f64().unwrap().into_no_null_iter().collect())
+            kept(column.numbers().unwrap())
         };
-        let times = times.into_no_null_iter().zip(&this);
+        let times = times.into_iter().zip(&this);
         Self {
             times_ns: times.filter(|(_, this)| **this).map(|(t, _)| t).collect(),
             loads: WHEELS.iter().map(column).collect(),

@@ -2,25 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use polars::prelude::{ParquetReader, SerReader};
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_analyze::report::findings;
+use tipwatch_analyze::tables::parquet;
 use tipwatch_tests::{analysed, data};
 
 /// A wheel with less than this is off the ground in truth (N).
-const OFF_GROUND_N: f32 = 1.0;
+const OFF_GROUND_N: f64 = 1.0;
 
 /// When each wheel of the simulated tip-over lifted for good (ns).
 fn true_onsets() -> BTreeMap<String, i64> {
-    let file = std::fs::File::open(data("tip_over.truth.parquet")).unwrap();
-    let table = ParquetReader::new(file).finish().unwrap();
-    let times = table.column("t_ns").unwrap().i64().unwrap();
-    let times: Vec<i64> = times.into_no_null_iter().collect();
+    let table = parquet::read(&data("tip_over.truth.parquet")).unwrap();
+    let times = table.column("t_ns").unwrap().integers().unwrap();
     let onset = |wheel: &str| {
         let loads = table.column(&format!("load_{wheel}")).unwrap();
-        let loads: Vec<f32> = loads.f32().unwrap().into_no_null_iter().collect();
+        let loads = loads.numbers().unwrap();
         let last_down = loads.iter().rposition(|&load| load >= OFF_GROUND_N)?;
         (last_down + 1 < loads.len()).then(|| (wheel.to_string(), times[last_down + 1]))
     };

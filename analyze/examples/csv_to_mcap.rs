@@ -24,8 +24,8 @@ use std::{
     process::ExitCode,
 };
 
+use csv::{ReaderBuilder, StringRecord, Trim};
 use mcap::{WriteOptions, records::MessageHeader};
-use polars::prelude::{Column, CsvParseOptions, CsvReadOptions, DataType, NullValues, SerReader};
 
 /// The definition that goes with the header of every message.
 const HEADER: &str = "====\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n\
@@ -152,30 +152,33 @@ pub(crate) fn convert(
 
 fn read_table(path: &Path, format: &TableFormat) -> Result<Table, Box<dyn Error>> {
     let fault = |message: String| format!("{}: {message}", path.display());
-    let parse = CsvParseOptions::default()
-        .with_separator(format.delimiter)
-        .with_decimal_comma(format.delimiter == b';')
-        .with_missing_is_null(true)
-        .with_null_values(Some(NullValues::AllColumns(vec![
-            "NaN".into(),
-            "nan".into(),
-        ])));
-    let frame = CsvReadOptions::default()
-        .with_infer_schema_length(None)
-        .with_parse_options(parse)
-        .try_into_reader_with_file_path(Some(path.to_path_buf()))
-        .and_then(SerReader::finish)
+    let mut reader = ReaderBuilder::new()
+        .delimiter(format.delimiter)
+        .trim(Trim::All)
+        .from_path(path)
         .map_err(|error| fault(error.to_string()))?;
+    let names = reader.headers().map_err(|error| fault(error.to_string()))?;
+    let names: Vec<String> = names.iter().map(str::to_owned).collect();
+    let records: Result<Vec<StringRecord>, _> = reader.records().collect();
+    let records = records.map_err(|error| fault(error.to_string()))?;
     let mut columns = Vec::new();
-    for column in frame.columns() {
-        let name = column.name().trim().to_owned();
-        if !format.skipped.contains(&name) {
-            let numbers = numbers(column).ok_or_else(|| {
-                let found = column.dtype();
-                fault(format!("column {name:?}: expected numbers alone, found {found}; --skip {name:?} leaves it out"))
-            })?;
-            columns.push((name, numbers));
+    for (column, name) in names.iter().enumerate() {
+        if format.skipped.contains(name) {
+            continue;
         }
+        let mut numbers = Vec::with_capacity(records.len());
+        for record in &records {
+            let found = record.get(column).unwrap_or_default();
+            let number = number(found, format).ok_or_else(|| {
+                let line = record.position().map_or(0, csv::Position::line);
+                let place = format!("line {line}, column {name:?}");
+                fault(format!(
+                    "{place}: expected a number, found {found:?}; --skip {name:?} leaves the column out"
+                ))
+            })?;
+            numbers.push(number);
+        }
+        columns.push((name.clone(), numbers));
     }
     let time = match &format.time_column {
         None => Some(0).filter(|_| !columns.is_empty()),
@@ -210,12 +213,16 @@ fn read_table(path: &Path, format: &TableFormat) -> Result<Table, Box<dyn Error>
     Ok(Table { fields, lines })
 }
 
-/// The numbers of a column, NaN where a cell is empty; `None` if it has anything else.
-fn numbers(column: &Column) -> Option<Vec<f64>> {
-    let is_number = column.dtype().is_primitive_numeric() || column.null_count() == column.len();
-    let numbers = column.cast(&DataType::Float64).ok().filter(|_| is_number)?;
-    let numbers = numbers.f64().ok()?.iter().map(|n| n.unwrap_or(f64::NAN));
-    Some(numbers.collect())
+/// The number in a cell, NaN in an empty one; `None` if it holds anything else.
+fn number(cell: &str, format: &TableFormat) -> Option<f64> {
+    if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
+        return Some(f64::NAN);
+    }
+    let number: Result<f64, _> = match format.delimiter {
+        b';' => cell.replace(',', ".").parse(),
+        _ => cell.parse(),
+    };
+    number.ok().filter(|number| number.is_finite())
 }
 
 /// A column's name as that of a field: its words of letters and digits joined by underscores, a letter

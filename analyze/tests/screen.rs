@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use polars::prelude::{DataFrame, ParquetReader, SerReader};
 use serde_json::Value;
 use tempfile::TempDir;
+use tipwatch_analyze::tables::cell;
+use tipwatch_analyze::tables::parquet;
+use tipwatch_analyze::tables::table::Table;
 
 use super::support::{code_and_stderr, command, data, stderr, text, tipwatch};
 
@@ -19,15 +21,8 @@ fn screen(logs: &Path, out: &Path, more: &[&str]) -> (i32, String) {
 }
 
 /// All Parquet files of a kind, by path within the folder.
-fn tables(out: &Path, kind: &str) -> BTreeMap<String, DataFrame> {
-    let read = |(name, path): (String, PathBuf)| {
-        (
-            name,
-            ParquetReader::new(File::open(path).unwrap())
-                .finish()
-                .unwrap(),
-        )
-    };
+fn tables(out: &Path, kind: &str) -> BTreeMap<String, Table> {
+    let read = |(name, path): (String, PathBuf)| (name, parquet::read(&path).unwrap());
     files(&out.join(kind)).into_iter().map(read).collect()
 }
 
@@ -51,14 +46,8 @@ fn files(folder: &Path) -> BTreeMap<String, PathBuf> {
     found
 }
 
-fn texts(frame: &DataFrame, column: &str) -> Vec<Option<String>> {
-    let column = frame.column(column).unwrap();
-    column
-        .str()
-        .unwrap()
-        .iter()
-        .map(|value| value.map(str::to_string))
-        .collect()
+fn texts(table: &Table, column: &str) -> Vec<Option<String>> {
+    table.column(column).unwrap().texts().unwrap()
 }
 
 fn json(path: &Path) -> Value {
@@ -140,8 +129,8 @@ fn each_log_is_listed_once_with_the_reason_of_failure() {
         .find(|(name, _)| name.contains("/day=2"))
         .unwrap();
     assert!(
-        place.starts_with("machine=") && good.height() == 3,
-        "{place}: {good}"
+        place.starts_with("machine=") && good.rows() == 3,
+        "{place}: {good:?}"
     );
     assert!(
         texts(good, "status")
@@ -156,19 +145,23 @@ fn each_log_is_listed_once_with_the_reason_of_failure() {
             .position(|path| path.as_ref().unwrap().ends_with(name))
             .unwrap()
     };
-    let number = |column: &str, row: usize| good.column(column).unwrap().f64().unwrap().get(row);
+    let number = |column: &str, row: usize| {
+        let numbers = good.column(column).unwrap().numbers().unwrap();
+        Some(numbers[row]).filter(|number| !number.is_nan())
+    };
     assert!(number("worst_margin", row("/lift.mcap")).unwrap() < 0.0);
     assert!(number("worst_margin", row("/calm.mcap")).unwrap() > 0.1);
     assert!(number("worst_margin_sigma", row("/calm.mcap")).unwrap() > 0.0);
     let lasts = number("covered_s", row("/lift.mcap")).unwrap();
-    let margins = good.column("margin_s").unwrap().list().unwrap();
-    let in_bins: f64 = margins
-        .get_as_series(row("/lift.mcap"))
-        .unwrap()
-        .f64()
-        .unwrap()
-        .iter()
-        .flatten()
+    let mut margins = good.column("margin_s").unwrap().values();
+    let Some(cell::Value::List(margins)) = margins.nth(row("/lift.mcap")) else {
+        panic!("expected a list of margins");
+    };
+    let in_bins: f64 = (margins.iter())
+        .map(|seconds| match seconds {
+            cell::Value::Number(seconds) => *seconds,
+            other => panic!("expected a number, found {other:?}"),
+        })
         .sum();
     assert!((in_bins + number("unknown_s", row("/lift.mcap")).unwrap() - lasts).abs() < 1e-6);
     let exposed = number("exposed_s", row("/lift.mcap")).unwrap();
@@ -401,13 +394,17 @@ fn the_data_set_has_the_documented_columns() {
         let tables = tables(out.path(), kind);
         let schemas: Vec<_> = tables
             .values()
-            .map(|frame| frame.schema().clone())
+            .map(|table| {
+                let columns = table.columns().iter();
+                let typed = columns.map(|c| (c.name().to_string(), c.type_name()));
+                typed.collect::<Vec<_>>()
+            })
             .collect();
         assert!(
             schemas.windows(2).all(|pair| pair[0] == pair[1]),
             "{kind}: types differ"
         );
-        for name in schemas[0].iter_names() {
+        for (name, _) in &schemas[0] {
             let pattern = match name.as_str() {
                 name if name.starts_with("exposed_") && name != "exposed_s" => "exposed_<cause>_s",
                 name if name.ends_with("_events") => "<kind>_events",
@@ -422,7 +419,7 @@ fn the_data_set_has_the_documented_columns() {
     let events = tables(out.path(), "events");
     let kinds: Vec<_> = events
         .values()
-        .flat_map(|frame| texts(frame, "kind"))
+        .flat_map(|table| texts(table, "kind"))
         .flatten()
         .collect();
     assert!(kinds.contains(&"wheel_lift".to_string()), "{kinds:?}");
@@ -551,16 +548,16 @@ fn a_fleet_file_assigns_machines_or_gives_the_reason() {
     assert_eq!(code, 1, "{messages}");
     let tables = tables(&result, "logs");
     let of = |machine: &str| {
-        let found = tables.iter().find(|(name, frame)| {
-            name.starts_with(&format!("machine={machine}/")) && texts(frame, "reason")[0].is_none()
+        let found = tables.iter().find(|(name, table)| {
+            name.starts_with(&format!("machine={machine}/")) && texts(table, "reason")[0].is_none()
         });
-        found.map(|(_, frame)| texts(frame, "path")[0].clone().unwrap())
+        found.map(|(_, table)| texts(table, "path")[0].clone().unwrap())
     };
     assert!(of("first").unwrap().ends_with("/a/a.mcap"));
     assert!(of("second%2F2").unwrap().ends_with("/b/b.mcap"));
     let failed: Vec<_> = tables
         .values()
-        .flat_map(|frame| texts(frame, "reason"))
+        .flat_map(|table| texts(table, "reason"))
         .flatten()
         .collect();
     assert!(

@@ -55,12 +55,13 @@ mod write;
 
 pub use crate::{
     clock::{
-        BackwardStep, ClockFinding, ClockFindingKind, Gap, Placed, StampCorrection, StampDecision,
-        StampOffset, StampSource, TimeBase, Times, TopicStatistics, TopicTiming, Treatment,
+        BackwardStep, ClockFinding, ClockFindingKind, Gap, MessageTimes, Placed, Placement,
+        StampCorrection, StampDecision, StampOffset, StampSource, TimeBase, Times, TopicStatistics,
+        TopicTiming, Treatment,
     },
     columns::{
-        FieldRecording, FieldRequest, SensorRecording, SensorRequest, arrival_order, record_fields,
-        record_sensors,
+        FieldRecording, FieldRequest, SensorBlock, SensorReading, SensorRecording, SensorRequest,
+        arrival_order, read_sensor_blocks, record_fields, record_sensors,
     },
     decode::{
         DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,

@@ -9,8 +9,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use polars::prelude::{AnyValue, Column, ParquetReader, SerReader};
 use serde_json::Value;
+use tipwatch_analyze::tables::table::Column;
+use tipwatch_analyze::tables::{cell, parquet};
 use tipwatch_ingest::{Log, TopicId};
 
 /// Columns of sentences, paths, hashes and versions.
@@ -109,46 +110,45 @@ fn list(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
 
 /// A line for each column: name, type, number of rows, hash of the values.
 fn table(path: &Path) -> Result<Vec<String>> {
-    let frame = ParquetReader::new(fs::File::open(path)?).finish()?;
-    let columns = frame.columns().iter();
-    let counted = columns.filter(|column| !LEFT_OUT_COLUMNS.contains(&column.name().as_str()));
-    counted.map(line_of_column).collect()
+    let table = parquet::read(path)?;
+    let columns = table.columns().iter();
+    let counted = columns.filter(|column| !LEFT_OUT_COLUMNS.contains(&column.name()));
+    Ok(counted.map(line_of_column).collect())
 }
 
-fn line_of_column(column: &Column) -> Result<String> {
+fn line_of_column(column: &Column) -> String {
     let mut hash = Hash::new();
-    for value in column.as_materialized_series().rechunk().iter() {
-        add(&mut hash, &value)?;
+    for value in column.values() {
+        add(&mut hash, &value);
     }
-    Ok(format!(
+    format!(
         "{} {} {} {}",
         column.name(),
-        column.dtype(),
+        column.type_name(),
         column.len(),
         hash.text()
-    ))
+    )
 }
 
-fn add(hash: &mut Hash, value: &AnyValue<'_>) -> Result<()> {
+fn add(hash: &mut Hash, value: &cell::Value) {
     match value {
-        AnyValue::Null => hash.add(b"null"),
+        cell::Value::Null => hash.add(b"null"),
         // the sign of NaN is not specified
-        AnyValue::Float64(number) if number.is_nan() => hash.add(b"nan"),
-        AnyValue::Float64(number) => hash.add(&number.to_bits().to_le_bytes()),
-        AnyValue::Boolean(truth) => hash.add(&[u8::from(*truth)]),
-        AnyValue::String(text) => {
+        cell::Value::Number(number) if number.is_nan() => hash.add(b"nan"),
+        cell::Value::Number(number) => hash.add(&number.to_bits().to_le_bytes()),
+        cell::Value::Boolean(truth) => hash.add(&[u8::from(*truth)]),
+        cell::Value::Text(text) => {
             hash.add(text.as_bytes());
             hash.add(&[0xff]);
         }
-        AnyValue::List(values) => {
+        cell::Value::List(values) => {
             hash.add(&(values.len() as u64).to_le_bytes());
-            for value in values.iter() {
-                add(hash, &value)?;
+            for value in values {
+                add(hash, value);
             }
         }
-        whole => hash.add(&whole.try_extract::<i128>()?.to_le_bytes()),
+        cell::Value::Integer(integer) => hash.add(&integer.to_le_bytes()),
     }
-    Ok(())
 }
 
 /// A line for each topic: number of messages, hash of their times and bytes.

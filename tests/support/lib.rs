@@ -1,5 +1,6 @@
 //! Shared by the tests: fixtures, their ground truth, and analyses of them.
 
+pub mod by_release;
 #[cfg(doctest)]
 mod documents;
 mod edited_log;
@@ -7,10 +8,10 @@ pub mod fingerprint;
 
 use std::path::{Path, PathBuf};
 
-use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::tables::parquet;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::estimation::SensorSamples;
@@ -87,21 +88,15 @@ impl Truth {
     #[must_use]
     pub fn smoothed_already(log: &Path, wheels: &[&str]) -> Self {
         let path = log.with_extension("truth.parquet");
-        let file = std::fs::File::open(&path).expect("truth beside the log");
-        let frame = ParquetReader::new(file).finish().expect("a table");
-        let loads = wheels
-            .iter()
-            .map(|wheel| floats(&frame, &format!("load_{}", wheel.to_lowercase())));
-        let times = frame
-            .column("t_ns")
-            .expect("t_ns")
-            .i64()
-            .expect("integers")
-            .into_no_null_iter()
-            .collect();
+        let table = parquet::read(&path).expect("truth beside the log");
+        let loads = wheels.iter().map(|wheel| {
+            let column = table.column(&format!("load_{}", wheel.to_lowercase()));
+            column.expect("a column").numbers().expect("numbers")
+        });
+        let times = table.column("t_ns").expect("t_ns").integers();
         Self {
             loads: loads.collect(),
-            times_ns: times,
+            times_ns: times.expect("integers"),
         }
     }
 
@@ -199,18 +194,6 @@ impl Truth {
         }
         (squares / count).sqrt() / (sum / count)
     }
-}
-
-fn floats(frame: &DataFrame, name: &str) -> Vec<f64> {
-    frame
-        .column(name)
-        .expect("a column")
-        .cast(&DataType::Float64)
-        .expect("numbers")
-        .f64()
-        .expect("floats")
-        .into_no_null_iter()
-        .collect()
 }
 
 /// Third-order Savitzky-Golay smoothing over 51 samples. The ends, which no test uses, are not smoothed.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::state::Sensor;
 
 use crate::base::options::Options;
-use crate::base::rows::Rows;
+use crate::base::table::Table;
 use crate::load::LoadedLog;
 
 /// Messages of other topics that are farther from the used ones do not belong to the recording: their
@@ -41,7 +41,7 @@ impl Coverage {
     /// Counts the time of `rows`. `log_span_ns` are the log times of the log's first and last message.
     pub(crate) fn of(
         loaded: &LoadedLog,
-        rows: &Rows,
+        rows: &Table,
         options: &Options,
         log_span_ns: Option<(i64, i64)>,
     ) -> Self {
@@ -153,7 +153,7 @@ fn holes(loaded: &LoadedLog) -> Vec<(i64, i64)> {
 }
 
 /// Time between neighbouring rows with loads, without the holes.
-fn computable_s(rows: &Rows, holes: &[(i64, i64)]) -> f64 {
+fn computable_s(rows: &Table, holes: &[(i64, i64)]) -> f64 {
     let mut next = 0;
     let mut sum_ns = 0.0;
     for row in 1..rows.len() {

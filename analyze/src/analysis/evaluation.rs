@@ -1,20 +1,15 @@
-//! Evaluates all rows with the chosen model, and with the others for comparison.
+//! The chosen model, and the others for comparison.
 
 use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
-use rayon::prelude::*;
 use strum::VariantArray;
 use tipwatch_mechanics::closed_form::ClosedFormInput as Input;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{ClosedForm, Model, OutcomeColumns, Scope, StateColumns, evaluate_rows};
+use tipwatch_mechanics::{ClosedForm, Model, OutcomeColumns, Scope, evaluate_rows};
 
-use super::model_comparison::{ModelComparison, compare};
 use crate::base::options::{self, Options};
 use crate::base::rows::Rows;
-
-/// Rows of a block that is evaluated in parallel.
-const BLOCK_ROWS: usize = 1024;
 
 /// The quantities to evaluate, given model and options.
 #[must_use]
@@ -59,57 +54,45 @@ pub(crate) fn model(
     Ok(Arc::new(Model::ClosedForm(Box::new(closed_form))))
 }
 
-/// Evaluates all rows, in parallel blocks.
-pub(crate) fn evaluate_all(
-    machine: &Machine,
-    states: &StateColumns,
-    scope: Scope,
-    model: &Arc<Model>,
-) -> OutcomeColumns {
-    let blocks: Vec<usize> = (0..states.rows()).step_by(BLOCK_ROWS).collect();
-    let evaluated: Vec<OutcomeColumns> = blocks
-        .into_par_iter()
-        .map(|first| {
-            let rows = first..(first + BLOCK_ROWS).min(states.rows());
-            evaluate_rows(machine, states, rows, scope, model)
-        })
-        .collect();
-    let mut all = OutcomeColumns::empty(machine, scope);
-    for block in evaluated {
-        all.append(block);
-    }
-    all
+/// The models that the chosen one is compared with, as far as they can be computed.
+pub(crate) struct OtherModels {
+    pub(crate) models: Vec<(options::ModelKind, Result<Arc<Model>, String>)>,
 }
 
-/// Compares the other models over the same rows, as far as they can be computed.
-pub(crate) fn compare_models(
-    machine: &Machine,
-    rows: &Rows,
-    posture: &[f64],
-    has_odometry: bool,
-    options: &Options,
-) -> Vec<Result<ModelComparison, String>> {
-    let others = options::ModelKind::VARIANTS
-        .iter()
-        .copied()
-        .filter(|&other| {
-            // on a platform without actuators the two analytic models are identical
-            other != options.model
-                && (other != options::ModelKind::VariableInertia || machine.suspension().is_some())
+impl OtherModels {
+    /// All models but the chosen one.
+    pub(crate) fn new(
+        machine: &Machine,
+        posture: &[f64],
+        has_odometry: bool,
+        options: &Options,
+    ) -> Self {
+        let others = options::ModelKind::VARIANTS
+            .iter()
+            .copied()
+            .filter(|&other| {
+                // on a platform without actuators the two analytic models are identical
+                other != options.model
+                    && (other != options::ModelKind::VariableInertia
+                        || machine.suspension().is_some())
+            });
+        let models = others.map(|other| {
+            let model = model(machine, other, posture, has_odometry, options);
+            (other, model.map_err(|error| error.to_string()))
         });
-    others
-        .map(|other| {
-            let model = model(machine, other, posture, has_odometry, options)
-                .map_err(|error| error.to_string())?;
-            let outcomes = evaluate_all(machine, &rows.states, Scope::LOADS, &model);
-            let comparison = compare(rows, other, &outcomes);
-            if comparison.rows == 0 {
-                return Err(format!(
-                    "model {}: expected rows with attitude and motion, found none",
-                    other.name()
-                ));
-            }
-            Ok(comparison)
-        })
-        .collect()
+        Self {
+            models: models.collect(),
+        }
+    }
+
+    /// The loads of a block by each model that can be computed.
+    pub(crate) fn evaluate(&self, machine: &Machine, rows: &Rows) -> Vec<OutcomeColumns> {
+        let models = self
+            .models
+            .iter()
+            .filter_map(|(_, model)| model.as_ref().ok());
+        models
+            .map(|model| evaluate_rows(machine, &rows.states, 0..rows.len(), Scope::LOADS, model))
+            .collect()
+    }
 }

@@ -23,8 +23,8 @@ const MOST_ROWS: usize = 1000;
 
 /// A note if the IMU's specific force does not point away from the ground.
 #[must_use]
-pub(crate) fn note(machine: &Machine, rows: &Rows) -> Option<String> {
-    let (direction, steady_rows) = mean_direction(machine, rows)?;
+pub(crate) fn note(machine: &Machine, found: &MountingCheck) -> Option<String> {
+    let (direction, steady_rows) = found.mean_direction()?;
     let tilt = direction.z.clamp(-1.0, 1.0).acos().to_degrees();
     (tilt > SUSPICIOUS_DEG).then(|| {
         format!(
@@ -39,37 +39,75 @@ pub(crate) fn note(machine: &Machine, rows: &Rows) -> Option<String> {
     })
 }
 
-/// Mean direction of the specific force in steady rows, in axes forward, left and normal to the contact
-/// plane, and the number of rows used.
-fn mean_direction(machine: &Machine, rows: &Rows) -> Option<(Vector3<f64>, usize)> {
-    let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
-    let (mut sum, mut count) = (Vector3::zeros(), 0);
-    let is_steady = |row: usize, state: &mut State<f64>| {
-        rows.states.get(row, state);
-        let imu = &state.imu;
-        let deviation = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();
-        deviation < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S
-    };
-    let steady: Vec<usize> = (0..rows.len())
-        .filter(|&row| !rows.reasons[row].leave_state_unknown() && is_steady(row, &mut state))
-        .collect();
-    for &row in steady
-        .iter()
-        .step_by(steady.len().div_ceil(MOST_ROWS).max(1))
-    {
-        rows.states.get(row, &mut state);
-        // at rest every part of the machine has the same specific force, supplied by the ground
-        state.tool_wrench.force = Vector3::zeros();
-        state.tool_wrench.moment = Vector3::zeros();
-        let outcome = evaluate(machine, &state, &mut workspace);
-        let direction = outcome.ground_wrench.force.normalize();
-        let plane = plane_from_base(&outcome.contact_normal);
-        if direction.iter().chain(plane.iter()).all(|c| c.is_finite()) {
-            sum += plane * direction;
-            count += 1;
+/// Directions of the specific force in steady rows, evenly spread.
+#[derive(Debug, Default)]
+pub(crate) struct MountingCheck {
+    /// Steady rows so far.
+    steady: usize,
+    /// Steady rows from one that is used to the next, as a power of two.
+    step: u32,
+    /// For each steady row that is used, the direction in axes forward, left and normal to the contact plane; `None`
+    /// where it is unknown.
+    directions: Vec<Option<Vector3<f64>>>,
+}
+
+impl MountingCheck {
+    /// Takes the next rows.
+    pub(crate) fn take(&mut self, machine: &Machine, rows: &Rows) {
+        let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
+        for row in 0..rows.len() {
+            if rows.reasons[row].leave_state_unknown() {
+                continue;
+            }
+            rows.states.get(row, &mut state);
+            let imu = &state.imu;
+            let deviation = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();
+            if !(deviation < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S) {
+                continue;
+            }
+            if self.steady.is_multiple_of(1 << self.step) {
+                self.add(direction(machine, &mut state, &mut workspace));
+            }
+            self.steady += 1;
         }
     }
-    (count >= FEWEST_ROWS).then(|| (sum.normalize(), count))
+
+    fn add(&mut self, direction: Option<Vector3<f64>>) {
+        if self.directions.len() == MOST_ROWS {
+            let mut place = 0;
+            self.directions.retain(|_| {
+                place += 1;
+                place % 2 == 1
+            });
+            self.step += 1;
+        }
+        if self.steady.is_multiple_of(1 << self.step) {
+            self.directions.push(direction);
+        }
+    }
+
+    /// Mean direction, and the number of rows used.
+    fn mean_direction(&self) -> Option<(Vector3<f64>, usize)> {
+        let known: Vec<&Vector3<f64>> = self.directions.iter().flatten().collect();
+        let sum: Vector3<f64> = known.iter().copied().sum();
+        (known.len() >= FEWEST_ROWS).then(|| (sum.normalize(), known.len()))
+    }
+}
+
+/// Direction of the specific force of a state.
+fn direction(
+    machine: &Machine,
+    state: &mut State<f64>,
+    workspace: &mut Workspace<f64>,
+) -> Option<Vector3<f64>> {
+    // at rest every part of the machine has the same specific force, supplied by the ground
+    state.tool_wrench.force = Vector3::zeros();
+    state.tool_wrench.moment = Vector3::zeros();
+    let outcome = evaluate(machine, state, workspace);
+    let direction = outcome.ground_wrench.force.normalize();
+    let plane = plane_from_base(&outcome.contact_normal);
+    let is_known = direction.iter().chain(plane.iter()).all(|c| c.is_finite());
+    is_known.then(|| plane * direction)
 }
 
 fn plane_from_base(normal: &Vector3<f64>) -> Matrix3<f64> {

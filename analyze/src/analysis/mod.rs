@@ -4,9 +4,12 @@
 pub mod advice;
 pub mod clock;
 pub mod coverage;
+pub mod digest;
 mod evaluation;
+mod folds;
 pub mod imu_check;
 pub mod inputs;
+pub mod margin;
 pub mod model_comparison;
 pub mod monte_carlo;
 mod notes;
@@ -15,9 +18,12 @@ mod result;
 pub mod run;
 pub mod sensitivity;
 mod size;
+mod spread_values;
+mod states;
 pub mod undecided;
 mod verdicts;
 
 pub use coverage::Coverage;
+pub use digest::Digest;
 pub use result::{Analysis, Input, Sources};
 pub use undecided::{DEFAULT_MIN_VALID, Undecided};

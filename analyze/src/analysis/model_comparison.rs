@@ -31,42 +31,85 @@ pub struct LoadDifference {
     pub largest_ns: i64,
 }
 
-/// Compares the OTF of `other` with that of the rows.
-pub(crate) fn compare(rows: &Rows, other: ModelKind, others: &OutcomeColumns) -> ModelComparison {
-    let wheels = (rows.outcomes.quantities.iter())
-        .filter(|quantity| matches!(quantity, Quantity::Otf(_)))
-        .count();
-    let otf = |columns: &'_ OutcomeColumns, wheel| columns.column(Quantity::Otf(wheel)).to_vec();
-    let pairs: Vec<(Vec<f64>, Vec<f64>)> = (0..wheels)
-        .map(|wheel| (otf(&rows.outcomes, wheel), otf(others, wheel)))
-        .collect();
-    let known = |row: &usize| rows.is_valid(*row) && pairs.iter().all(|(_, b)| b[*row].is_finite());
-    let compared: Vec<usize> = (0..rows.len()).filter(known).collect();
-    let wheels = pairs
-        .iter()
-        .map(|(ours, theirs)| difference(rows, &compared, ours, theirs));
-    ModelComparison {
-        other,
-        wheels: wheels.collect(),
-        rows: compared.len(),
-    }
+/// Compares another model block by block.
+#[derive(Debug)]
+pub(crate) struct ComparedModel {
+    other: ModelKind,
+    rows: usize,
+    wheels: Vec<Differences>,
 }
 
-fn difference(rows: &Rows, compared: &[usize], ours: &[f64], theirs: &[f64]) -> LoadDifference {
-    let (mut sum, mut squares, mut largest) = (0.0, 0.0, (0.0_f64, rows.times_ns[0]));
-    for &row in compared {
-        let difference = theirs[row] - ours[row];
-        sum += difference;
-        squares += difference * difference;
-        if difference.abs() > largest.0 {
-            largest = (difference.abs(), rows.times_ns[row]);
+/// Sums of the OTF differences of a wheel.
+#[derive(Debug, Clone, Copy)]
+struct Differences {
+    sum: f64,
+    squares: f64,
+    /// The largest absolute value, and its time.
+    largest: (f64, i64),
+}
+
+impl ComparedModel {
+    /// Before the first row; `start_ns` is its time.
+    pub(crate) fn new(other: ModelKind, wheels: usize, start_ns: i64) -> Self {
+        let none = Differences {
+            sum: 0.0,
+            squares: 0.0,
+            largest: (0.0, start_ns),
+        };
+        Self {
+            other,
+            rows: 0,
+            wheels: vec![none; wheels],
         }
     }
-    let count = compared.len() as f64;
-    LoadDifference {
-        mean_n: sum / count,
-        rms_n: (squares / count).sqrt(),
-        largest_n: largest.0,
-        largest_ns: largest.1,
+
+    /// Compares the OTF of the next rows.
+    pub(crate) fn take(&mut self, rows: &Rows, others: &OutcomeColumns) {
+        let pairs: Vec<(&[f64], &[f64])> = (0..self.wheels.len())
+            .map(|wheel| {
+                let otf = Quantity::Otf(wheel);
+                (rows.outcomes.column(otf), others.column(otf))
+            })
+            .collect();
+        for row in 0..rows.len() {
+            let is_known = rows.is_valid(row) && pairs.iter().all(|(_, b)| b[row].is_finite());
+            if !is_known {
+                continue;
+            }
+            self.rows += 1;
+            for (found, (ours, theirs)) in self.wheels.iter_mut().zip(&pairs) {
+                let difference = theirs[row] - ours[row];
+                found.sum += difference;
+                found.squares += difference * difference;
+                if difference.abs() > found.largest.0 {
+                    found.largest = (difference.abs(), rows.times_ns[row]);
+                }
+            }
+        }
+    }
+
+    /// The comparison over all rows.
+    ///
+    /// # Errors
+    /// No row is valid for both models.
+    pub(crate) fn finish(self) -> Result<ModelComparison, String> {
+        if self.rows == 0 {
+            return Err(format!(
+                "model {}: expected rows with attitude and motion, found none",
+                self.other.name()
+            ));
+        }
+        let count = self.rows as f64;
+        let wheels = self.wheels.iter().map(|found| LoadDifference {
+            mean_n: found.sum / count,
+            rms_n: (found.squares / count).sqrt(),
+            largest_n: found.largest.0,
+            largest_ns: found.largest.1,
+        });
+        Ok(ModelComparison {
+            other: self.other,
+            wheels: wheels.collect(),
+            rows: self.rows,
+        })
     }
 }

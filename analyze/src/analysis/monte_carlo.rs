@@ -21,22 +21,50 @@ pub struct MonteCarlo {
     pub bands: Vec<Band>,
 }
 
-/// Evaluates `draws` machines on all rows.
-pub(crate) fn run(machine: &Machine, states: &StateColumns, draws: usize) -> MonteCarlo {
-    let study = Study {
-        draws,
-        spread: SPREAD,
-        seed: SEED,
-    };
-    let drawn = study.machines(machine);
-    let blocks: Vec<usize> = (0..states.rows()).step_by(BLOCK_ROWS).collect();
-    let parts: Vec<Vec<Band>> = blocks
-        .into_par_iter()
-        .map(|first| {
-            let rows = first..(first + BLOCK_ROWS).min(states.rows());
-            bands(machine, &drawn, states, rows)
-        })
-        .collect();
+/// A study while the rows are computed block by block.
+#[derive(Debug)]
+pub(crate) struct MonteCarloPass {
+    study: Study,
+    drawn: Vec<Machine>,
+}
+
+impl MonteCarloPass {
+    /// Draws the machines.
+    pub(crate) fn new(machine: &Machine, draws: usize) -> Self {
+        let study = Study {
+            draws,
+            spread: SPREAD,
+            seed: SEED,
+        };
+        Self {
+            study,
+            drawn: study.machines(machine),
+        }
+    }
+
+    /// Evaluates the drawn machines on some rows.
+    pub(crate) fn bands(&self, machine: &Machine, states: &StateColumns) -> Vec<Band> {
+        let blocks: Vec<usize> = (0..states.rows()).step_by(BLOCK_ROWS).collect();
+        let parts: Vec<Vec<Band>> = blocks
+            .into_par_iter()
+            .map(|first| {
+                let rows = first..(first + BLOCK_ROWS).min(states.rows());
+                bands(machine, &self.drawn, states, rows)
+            })
+            .collect();
+        joined(parts)
+    }
+
+    /// The study over all rows, of which `parts` are the blocks in order.
+    pub(crate) fn finish(self, parts: Vec<Vec<Band>>) -> MonteCarlo {
+        MonteCarlo {
+            study: self.study,
+            bands: joined(parts),
+        }
+    }
+}
+
+fn joined(parts: Vec<Vec<Band>>) -> Vec<Band> {
     let mut parts = parts.into_iter();
     let mut all = parts.next().unwrap_or_default();
     for part in parts {
@@ -44,5 +72,5 @@ pub(crate) fn run(machine: &Machine, states: &StateColumns, draws: usize) -> Mon
             band.append(more);
         }
     }
-    MonteCarlo { study, bands: all }
+    all
 }

@@ -5,9 +5,74 @@ use tipwatch_mechanics::state::Sensor;
 use tipwatch_mechanics::{Quantity, State};
 
 use super::clock::{self, ClockOffsets, text::TopicsFinding};
+use super::imu_check::MountingCheck;
 use super::payload::EstimatedPayload;
 use crate::base::rows::Rows;
 use crate::load::LoadedLog;
+
+/// What notes and advice need of all rows.
+#[derive(Debug)]
+pub(crate) struct Seen {
+    /// Number of rows.
+    rows: usize,
+    /// Rows in which measured torques determined the load split.
+    with_torques: usize,
+    /// Valid rows in which a bias of the accelerometer was subtracted, as a number.
+    with_bias: f64,
+    /// Sums over them: what was subtracted (m/s^2), and the variance of the specific force, by axis.
+    removed_bias: [f64; 3],
+    bias_variance: [f64; 3],
+    /// Smallest and largest position of each joint in the valid rows (rad or m).
+    pub(crate) positions: Vec<[f64; 2]>,
+    /// The specific force of the steady rows.
+    pub(crate) mounting: MountingCheck,
+}
+
+impl Seen {
+    /// Before the first row.
+    pub(crate) fn new(machine: &Machine) -> Self {
+        Self {
+            rows: 0,
+            with_torques: 0,
+            with_bias: 0.0,
+            removed_bias: [0.0; 3],
+            bias_variance: [0.0; 3],
+            positions: vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.joints().len()],
+            mounting: MountingCheck::default(),
+        }
+    }
+
+    /// Takes the next rows.
+    pub(crate) fn take(&mut self, machine: &Machine, rows: &Rows) {
+        self.mounting.take(machine, rows);
+        self.rows += rows.len();
+        if rows
+            .outcomes
+            .quantities
+            .contains(&Quantity::MeasuredTorques)
+        {
+            let used = rows.outcomes.column(Quantity::MeasuredTorques).iter();
+            self.with_torques += used.filter(|&&torques| torques > 0.0).count();
+        }
+        let mut state = State::zero(machine);
+        for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
+            rows.states.get(row, &mut state);
+            for (range, joint) in self.positions.iter_mut().zip(&state.joints) {
+                *range = [range[0].min(joint.position), range[1].max(joint.position)];
+            }
+            let bias = &state.noise.accelerometer_bias;
+            if bias.covariance_change == [0.0; 6] {
+                continue;
+            }
+            self.with_bias += 1.0;
+            for (i, axis) in Axis::ALL.into_iter().enumerate() {
+                self.removed_bias[i] += bias.removed[i];
+                let sigma = state.sigma(machine, Parameter::SpecificForce(axis));
+                self.bias_variance[i] += sigma.powi(2);
+            }
+        }
+    }
+}
 
 /// Assumptions, substitutes and anomalies, one note each.
 #[must_use]
@@ -16,7 +81,7 @@ pub(crate) fn of(
     payloads: &[EstimatedPayload],
     clock_findings: &[TopicsFinding],
     clock: &ClockOffsets,
-    rows: &Rows,
+    seen: &Seen,
 ) -> Vec<String> {
     let mut notes = Vec::new();
     let sensors = &loaded.matched.sensors;
@@ -38,9 +103,9 @@ pub(crate) fn of(
     notes.extend(loaded.machine.notes().iter().cloned());
     notes.extend(missing_wheel_joints(loaded));
     notes.extend(loaded.notes.iter().cloned());
-    notes.extend(measured_torques(loaded, rows));
-    notes.extend(accelerometer_bias(loaded, rows));
-    for signal in &loaded.signals {
+    notes.extend(measured_torques(loaded, seen));
+    notes.extend(accelerometer_bias(loaded, seen));
+    for signal in loaded.signals.iter() {
         if signal.recording.without_value > 0 {
             notes.push(format!(
                 "{}: skipped {} messages without any of the fields bound to {}.",
@@ -87,7 +152,7 @@ fn reference_posture(machine: &Machine) -> Option<String> {
 }
 
 /// The share of rows in which measured torques determined the load split.
-fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
+fn measured_torques(loaded: &LoadedLog, seen: &Seen) -> Option<String> {
     let sensors = &loaded.matched.sensors;
     let machine = &loaded.machine;
     let mut linkages: Vec<&str> = (sensors.actuators.iter())
@@ -98,8 +163,7 @@ fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
     if linkages.is_empty() {
         return None;
     }
-    let used = rows.outcomes.column(Quantity::MeasuredTorques);
-    let with = used.iter().filter(|&&torques| torques > 0.0).count();
+    let with = seen.with_torques;
     if with == 0 {
         return Some(format!(
             "The forces of {} were not used: they are missing in every row, or the model cannot use them.",
@@ -109,32 +173,19 @@ fn measured_torques(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
     Some(format!(
         "In {:.1} % of the rows the measured forces of {} determined the load split (column measured_torques). There \
          the split rule has no effect, and envelope and standard deviations follow from the forces.",
-        100.0 * with as f64 / used.len() as f64,
+        100.0 * with as f64 / seen.rows as f64,
         linkages.join(", ")
     ))
 }
 
 /// The bias of the accelerometer that was subtracted, or that none could be estimated.
-fn accelerometer_bias(loaded: &LoadedLog, rows: &Rows) -> Option<String> {
+fn accelerometer_bias(loaded: &LoadedLog, seen: &Seen) -> Option<String> {
     let machine = &loaded.machine;
     let stated = machine.uncertainty().accelerometer_bias;
     if !loaded.matched.sensors.imu || stated <= 0.0 {
         return None;
     }
-    let mut state = State::zero(machine);
-    let (mut removed, mut variance, mut known) = ([0.0; 3], [0.0; 3], 0.0);
-    for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
-        rows.states.get(row, &mut state);
-        let bias = &state.noise.accelerometer_bias;
-        if bias.covariance_change == [0.0; 6] {
-            continue;
-        }
-        known += 1.0;
-        for (i, axis) in Axis::ALL.into_iter().enumerate() {
-            removed[i] += bias.removed[i];
-            variance[i] += state.sigma(machine, Parameter::SpecificForce(axis)).powi(2);
-        }
-    }
+    let (removed, variance, known) = (seen.removed_bias, seen.bias_variance, seen.with_bias);
     if known == 0.0 {
         return Some(format!(
             "The bias of the accelerometer could not be estimated: there is neither an attitude with odometry nor a standstill, or \

@@ -8,7 +8,7 @@ use tipwatch_mechanics::{
 };
 
 use crate::base::error_text::error_text;
-use crate::base::rows::Rows;
+use crate::base::estimated::EstimatedRows;
 use crate::load::linkage_force::{LinkageForce, Series, at};
 
 /// Most rows used for an estimate; more are thinned out evenly.
@@ -33,7 +33,7 @@ pub(crate) fn estimate_all(
     file: &MachineFile,
     machine: &mut Machine,
     forces: &[LinkageForce],
-    rows: &Rows,
+    rows: &EstimatedRows,
 ) -> Result<Vec<EstimatedPayload>> {
     let mut found = Vec::new();
     for payload in 0..machine.payloads().len() {
@@ -85,7 +85,7 @@ fn bound_linkage<'a>(
 }
 
 /// Valid rows, thinned out, with the measured force interpolated at their time.
-fn samples(machine: &Machine, rows: &Rows, force: &Series) -> Vec<MeasuredForce> {
+fn samples(machine: &Machine, rows: &EstimatedRows, force: &Series) -> Vec<MeasuredForce> {
     let usable = (0..rows.len())
         .step_by(thinning(rows))
         .filter(|&row| rows.is_valid(row));
@@ -93,17 +93,17 @@ fn samples(machine: &Machine, rows: &Rows, force: &Series) -> Vec<MeasuredForce>
         .filter_map(|row| {
             let force = at(force, rows.times_ns[row])?;
             let mut state = State::zero(machine);
-            rows.states.get(row, &mut state);
+            rows.state(row, &mut state);
             Some(MeasuredForce { state, force })
         })
         .collect()
 }
 
-fn thinning(rows: &Rows) -> usize {
+fn thinning(rows: &EstimatedRows) -> usize {
     rows.len().div_ceil(MOST_ROWS).max(1)
 }
 
 /// Mean time between two rows (s).
-fn interval_s(rows: &Rows) -> f64 {
+fn interval_s(rows: &EstimatedRows) -> f64 {
     rows.seconds(rows.len() - 1) / (rows.len() - 1).max(1) as f64
 }

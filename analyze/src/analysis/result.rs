@@ -7,6 +7,7 @@ use tipwatch_mechanics::state::StreamCounts;
 use super::advice::Advice;
 use super::clock::{ClockOffsets, text::TopicsFinding};
 use super::coverage::Coverage;
+use super::digest::Digest;
 use super::model_comparison::ModelComparison;
 use super::monte_carlo::MonteCarlo;
 use super::payload::EstimatedPayload;
@@ -15,7 +16,7 @@ use super::undecided::Undecided;
 use crate::analysis::inputs::GrossInput;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
-use crate::base::rows::Rows;
+use crate::base::table::Table;
 use crate::events::Event;
 
 /// The analysis of one log.
@@ -38,7 +39,9 @@ pub struct Analysis {
     /// What in the inputs is grossly wrong. While there is any, no row is valid and nothing is concluded.
     pub gross_inputs: Vec<GrossInput>,
     /// Results, row by row.
-    pub rows: Rows,
+    pub rows: Table,
+    /// Key figures of all rows.
+    pub digest: Digest,
     /// How much of the log's time could be computed.
     pub coverage: Coverage,
     /// Load below which each wheel is light (N); `None` if unknown.

@@ -1,33 +1,39 @@
 //! The analysis of one log: load, estimate, evaluate, detect.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{Log, metadata_records};
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
-use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
+use tipwatch_mechanics::estimation::{
+    BlockSmoother, CausalEstimator, Estimate, Pass, ROWS_PER_BLOCK, RowClock,
+};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
-use tipwatch_mechanics::{OutcomeColumns, Scope, State, StateColumns, standing_posture};
+use tipwatch_mechanics::{State, StateColumns, standing_posture};
 
 use super::advice::advise;
 use super::clock;
 use super::clock::ClockOffsets;
 use super::evaluation;
+use super::evaluation::OtherModels;
+use super::folds::gather;
+pub use super::folds::{Prepared, RowSink};
 use super::imu_check;
 use super::inputs;
 use super::inputs::GrossInput;
-use super::monte_carlo;
 use super::notes;
 use super::payload;
-use super::sensitivity;
 use super::size;
+use super::states::{KeptStates, SharedSamples, SmoothedStates};
 use super::verdicts;
 use crate::analysis::Analysis;
 use crate::analysis::Coverage;
 use crate::analysis::Input;
 use crate::analysis::Sources;
+use crate::base::estimated::{EstimatedRows, StateSource};
 use crate::base::file_hash::hash_file;
 use crate::base::file_hash::hash_of;
 use crate::base::file_hash::{FileHash, program};
@@ -35,18 +41,19 @@ use crate::base::options::{ApplyClockOffsets, Estimator, Options};
 use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
 use crate::base::rows::Rows;
-use crate::events::detect;
+use crate::base::table::Table;
+use crate::base::verdicts::MonitorRecord;
+use crate::events;
 use crate::load::LoadedLog;
 use crate::load::linkage_force;
 use crate::load::linkage_force::LinkageForce;
 use crate::load::load;
 use crate::load::recorder_gaps;
-use crate::load::smooth;
 
 /// Default limit of a light wheel, as a share of its static load.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
 
-/// Analyses one log; `progress` receives the number of bytes read so far.
+/// Analyses one log and keeps the whole table; `progress` receives the number of bytes read so far.
 ///
 /// # Errors
 /// The log cannot be read, the machine does not fit it, or no row remains.
@@ -56,6 +63,24 @@ pub fn analyse(
     options: Options,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Analysis> {
+    let (analysis, whole) = analyse_into(path, file, options, progress, |_| Ok(Whole::default()))?;
+    if let Some(rows) = whole.rows {
+        analysis.rows.keep(rows);
+    }
+    Ok(analysis)
+}
+
+/// Analyses one log without keeping its table. The sink that `begin` makes receives the rows block by block.
+///
+/// # Errors
+/// The log cannot be read, the machine does not fit it, no row remains, or the sink fails.
+pub fn analyse_into<S: RowSink>(
+    path: &Path,
+    file: &MachineFile,
+    options: Options,
+    progress: &mut dyn FnMut(u64),
+    begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
+) -> Result<(Analysis, S)> {
     let log = Log::open(path)?;
     let mut loaded = load(&log, file, progress)?;
     loaded.notes.extend(recorder_gaps::note(&log)?);
@@ -65,10 +90,6 @@ pub fn analyse(
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let note_on_slope = inputs::notes_on_slope(&loaded);
     loaded.check_read()?;
-    for signal in &mut loaded.signals {
-        // the steps below need only the states
-        signal.recording.drop_values();
-    }
     if !gross_inputs.is_empty() {
         for reasons in &mut rows.reasons {
             reasons.add(Reason::GrossInput);
@@ -97,46 +118,46 @@ pub fn analyse(
     let has_odometry = loaded.matched.sensors.odometry;
     let model = evaluation::model(machine, options.model, &posture, has_odometry, &options)?;
     let scope = evaluation::scope(&options);
-    rows.outcomes = evaluation::evaluate_all(machine, &rows.states, scope, &model);
-    for row in 0..rows.len() {
-        rows.reasons[row] = rows.outcomes.reasons(row, rows.reasons[row]);
-    }
-    let coverage = Coverage::of(&loaded, &rows, &options, log.span_ns());
-    rows.verdicts = verdicts::of(&log, machine, &rows, scope)?;
-    let comparisons = evaluation::compare_models(machine, &rows, &posture, has_odometry, &options);
+    let record = match scope.sensitivities {
+        true => verdicts::monitor_record(&log)?,
+        false => MonitorRecord::default(),
+    };
+    let mut table = Table::new(machine, rows, scope, model, record);
     let min_loads_n = min_loads(machine);
-    let events = detect::events(
-        &loaded,
-        &quality.faults,
-        &rows,
-        min_loads_n.as_deref(),
-        scope,
-    );
-    let sensitivity = scope
-        .sensitivities
-        .then(|| sensitivity::table(machine, &rows))
-        .flatten();
+    let prepared = Prepared {
+        machine,
+        table: &table,
+        options: &options,
+    };
+    let mut sink = begin(&prepared)?;
+    let others = OtherModels::new(machine, &posture, has_odometry, &options);
+    let gathered = gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink)?;
+    table.check()?;
+    table.reasons = gathered.found.reasons;
+    let coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
+    let events = events::sorted(gathered.found.events, &loaded, &quality.faults, &table);
+    let sensitivity = (gathered.sensitivity).and_then(|found| found.table(machine, &table));
     let advice = advise(
         machine,
-        &rows,
+        &table,
         min_loads_n.as_deref(),
         &events,
+        gathered.found.lowest.as_ref(),
         sensitivity.as_ref(),
+        &gathered.seen.positions,
     );
-    let draws = options.monte_carlo;
-    let monte_carlo = draws.map(|draws| monte_carlo::run(machine, &rows.states, draws));
     let clock_findings = clock::text::of_signals(&loaded.signals);
-    let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &rows);
+    let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &gathered.seen);
     notes.splice(0..0, note_on_slope);
     if loaded.matched.sensors.imu {
-        notes.splice(0..0, imu_check::note(machine, &rows));
+        notes.splice(0..0, imu_check::note(machine, &gathered.seen.mounting));
     }
     let provenance = provenance(&log, file, &loaded)?;
     let sources = Sources {
         machine_file: file.text.clone(),
         urdf: loaded.urdf_text,
     };
-    let signals = loaded.signals.into_iter().map(|signal| Input {
+    let signals = loaded.signals.iter().map(|signal| Input {
         signal: signal.name,
         clock: format!(
             "{}: {}",
@@ -147,14 +168,14 @@ pub fn analyse(
             .iter()
             .find(|(sensor, _)| *sensor == signal.sensor)
             .map_or(StreamCounts::default(), |(_, c)| *c),
-        topic: signal.topic,
-        type_name: signal.type_name,
-        why: signal.why,
-        statistics: signal.recording.statistics,
-        correction: signal.recording.correction,
+        topic: signal.topic.clone(),
+        type_name: signal.type_name.clone(),
+        why: signal.why.clone(),
+        statistics: signal.recording.statistics.clone(),
+        correction: signal.recording.correction.clone(),
         undecodable: signal.recording.undecodable,
     });
-    Ok(Analysis {
+    let analysis = Analysis {
         sources,
         inputs: signals.collect(),
         machine: loaded.machine,
@@ -163,18 +184,37 @@ pub fn analyse(
         notes,
         losses: loaded.losses,
         gross_inputs,
-        rows,
+        rows: table,
+        digest: gathered.digest,
         coverage,
         min_loads_n,
         events,
         sensitivity,
         advice,
-        monte_carlo,
+        monte_carlo: gathered.monte_carlo,
         payloads,
-        comparisons,
+        comparisons: gathered.comparisons,
         clock,
         clock_findings,
-    })
+    };
+    Ok((analysis, sink))
+}
+
+/// Collects all rows.
+#[derive(Default)]
+struct Whole {
+    rows: Option<Rows>,
+}
+
+impl RowSink for Whole {
+    fn take(&mut self, rows: &Rows) -> Result<()> {
+        let next = rows.clone();
+        match &mut self.rows {
+            Some(rows) => rows.append(next),
+            None => self.rows = Some(next),
+        }
+        Ok(())
+    }
 }
 
 /// Quality of the signals behind the rows.
@@ -216,7 +256,7 @@ fn estimate_on_one_clock(
     loaded: &mut LoadedLog,
     forces: &mut [LinkageForce],
     options: &Options,
-) -> Result<(Rows, SignalQuality, ClockOffsets)> {
+) -> Result<(EstimatedRows, SignalQuality, ClockOffsets)> {
     let (rows, quality) = estimate(loaded, options)?;
     // the causal estimator lags behind its signals, and a time range may leave few rows
     let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
@@ -226,17 +266,20 @@ fn estimate_on_one_clock(
         let (smoothed, _) = smoothed(loaded, RowClock::JointStates)?;
         clock::estimate(loaded, forces, &smoothed)
     };
-    let (rows, quality) = match options.apply_clock_offsets {
-        ApplyClockOffsets::Estimated if clock.apply(&mut loaded.signals, forces) => {
-            estimate(loaded, options)?
-        }
-        _ => (rows, quality),
-    };
+    if options.apply_clock_offsets == ApplyClockOffsets::Stated {
+        return Ok((rows, quality, clock));
+    }
+    // the rows share the samples, whose stamps change
+    drop(rows);
+    if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
+        clock.apply(signals, forces);
+    }
+    let (rows, quality) = estimate(loaded, options)?;
     Ok((rows, quality, clock))
 }
 
 /// States of all rows in the requested time range.
-fn estimate(loaded: &LoadedLog, options: &Options) -> Result<(Rows, SignalQuality)> {
+fn estimate(loaded: &LoadedLog, options: &Options) -> Result<(EstimatedRows, SignalQuality)> {
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
@@ -244,27 +287,47 @@ fn estimate(loaded: &LoadedLog, options: &Options) -> Result<(Rows, SignalQualit
         Estimator::Smoother => smoothed(loaded, clock)?,
         Estimator::Causal => causal(loaded, clock)?,
     };
-    Ok((within(rows, &loaded.machine, options), quality))
+    Ok((within(rows, options), quality))
 }
 
-fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(Rows, SignalQuality)> {
-    let smoothed = smooth(loaded, clock)?;
-    let rows = Rows {
-        times_ns: smoothed.times_ns,
-        reasons: smoothed.reasons,
-        states: smoothed.states,
-        outcomes: OutcomeColumns::empty(&loaded.machine, Scope::LOADS),
-        verdicts: None,
+fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
+    let samples = (0..loaded.signals.len()).map(|index| SharedSamples {
+        signals: Arc::clone(&loaded.signals),
+        index,
+    });
+    let machine = &loaded.machine;
+    let run = |passes: Vec<Pass<'_>>| {
+        rayon::scope(|scope| {
+            passes.into_iter().for_each(|pass| scope.spawn(|_| pass()));
+        });
     };
+    let smoother = BlockSmoother::new(
+        machine,
+        &loaded.matched.sensors,
+        samples.collect(),
+        clock,
+        ROWS_PER_BLOCK,
+        &run,
+    )?;
     let quality = SignalQuality {
-        counts: smoothed.counts,
-        faults: smoothed.faults,
+        counts: smoother.counts().collect(),
+        faults: smoother.faults().to_vec(),
     };
-    Ok((rows, quality))
+    let times_ns = smoother.row_times_ns().to_vec();
+    let states = Arc::new(SmoothedStates::new(machine, smoother));
+    Ok((estimated(machine, times_ns, states), quality))
+}
+
+/// The rows with what is asked of all their states before outcomes are computed.
+fn estimated(machine: &Machine, times_ns: Vec<i64>, states: Arc<dyn StateSource>) -> EstimatedRows {
+    let kept = inputs::looked_at(&times_ns);
+    EstimatedRows::new(machine, times_ns, states, &kept, |machine, state| {
+        clock::activity(machine, state, inputs::is_quiet(machine, state))
+    })
 }
 
 /// Same as live: sample by sample, in the order in which the recorder received them.
-fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(Rows, SignalQuality)> {
+fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let mut estimates: Vec<Estimate> = Vec::new();
@@ -280,52 +343,41 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(Rows, SignalQuality)> 
     for (row, estimate) in estimates.iter_mut().enumerate() {
         states.set(row, &mut estimate.state);
     }
-    let rows = Rows {
-        times_ns: estimates.iter().map(|e| e.time_ns).collect(),
-        reasons: estimates.iter().map(|e| e.reasons).collect(),
+    let times_ns = estimates.iter().map(|e| e.time_ns).collect();
+    let states = Arc::new(KeptStates {
         states,
-        outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
-        verdicts: None,
-    };
+        reasons: estimates.iter().map(|e| e.reasons).collect(),
+    });
     let quality = SignalQuality {
         counts: estimator.counts().to_vec(),
         faults: faults.finish(),
     };
-    Ok((rows, quality))
+    Ok((estimated(machine, times_ns, states), quality))
 }
 
 /// Keeps the rows between `from_s` and `to_s`.
-fn within(rows: Rows, machine: &Machine, options: &Options) -> Rows {
+fn within(rows: EstimatedRows, options: &Options) -> EstimatedRows {
     let (from, to) = (
         options.from_s.unwrap_or(f64::NEG_INFINITY),
         options.to_s.unwrap_or(f64::INFINITY),
     );
-    let kept: Vec<usize> = (0..rows.len())
-        .filter(|&row| (from..=to).contains(&rows.seconds(row)))
+    // times rise from row to row
+    let kept: Vec<bool> = (0..rows.len())
+        .map(|row| (from..=to).contains(&rows.seconds(row)))
         .collect();
-    if kept.len() == rows.len() {
-        return rows;
-    }
-    let mut states = StateColumns::unknown(machine, kept.len());
-    let mut state = State::zero(machine);
-    for (to, &from) in kept.iter().enumerate() {
-        rows.states.get(from, &mut state);
-        states.set(to, &mut state);
-    }
-    Rows {
-        times_ns: kept.iter().map(|&row| rows.times_ns[row]).collect(),
-        reasons: kept.iter().map(|&row| rows.reasons[row]).collect(),
-        outcomes: OutcomeColumns::empty(machine, Scope::LOADS),
-        verdicts: None,
-        states,
-    }
+    let first = kept.iter().position(|&kept| kept).unwrap_or(0);
+    let last = kept
+        .iter()
+        .rposition(|&kept| kept)
+        .map_or(first, |last| last + 1);
+    rows.cut(first..last)
 }
 
 /// The first posture in which the machine can stand: joint positions; NaN if there is none.
-fn first_posture(machine: &Machine, rows: &Rows) -> Vec<f64> {
+fn first_posture(machine: &Machine, rows: &EstimatedRows) -> Vec<f64> {
     let mut state = State::zero(machine);
     let mut postures = (0..rows.len()).filter_map(|row| {
-        rows.states.get(row, &mut state);
+        rows.state(row, &mut state);
         standing_posture(machine, &state, rows.reasons[row])
     });
     let first = postures.next();

@@ -3,9 +3,12 @@
 use std::sync::Arc;
 
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Model, Parameter, Quantity, Scope, State, Workspace, evaluate};
+use tipwatch_mechanics::{
+    Model, Parameter, Quantity, Scope, SensitivitySums, State, Workspace, evaluate,
+};
 
 use crate::base::rows::Rows;
+use crate::base::table::Table;
 
 /// One row for each parameter and wheel.
 #[derive(Debug, Clone)]
@@ -42,49 +45,78 @@ pub struct SensitivityRow {
     pub worst_otf_n: f64,
 }
 
-/// The table of a log; `None` if no row is valid.
-pub(crate) fn table(machine: &Machine, rows: &Rows) -> Option<SensitivityTable> {
-    let parameters = Parameter::all(machine);
-    let mut workspace = Workspace::with_model(machine, Scope::ALL, Arc::new(Model::WholeBody));
-    let mut state = State::zero(machine);
-    let mut table = Vec::with_capacity(parameters.len() * machine.wheels().len());
-    let mut worst = (0, f64::INFINITY);
-    for wheel in 0..machine.wheels().len() {
-        let otf = rows.outcomes.column(Quantity::Otf(wheel));
-        let valid = (0..rows.len()).filter(|&row| rows.is_valid(row));
-        let row = valid.min_by(|&a, &b| otf[a].total_cmp(&otf[b]))?;
-        let left = otf[row] / machine.reference().static_load[wheel];
-        if left < worst.1 {
-            worst = (wheel, left);
-        }
-        rows.states.get(row, &mut state);
-        let outcome = evaluate(machine, &state, &mut workspace);
-        let (worst_otf_n, variance) = (outcome.otf[wheel], outcome.uncertainty.otf[wheel].powi(2));
-        let derivatives = workspace.sensitivity().otf(wheel);
-        let root_mean_squares = rows.outcomes.sensitivity.root_mean_squares(wheel);
-        for ((&parameter, &derivative), rms) in
-            parameters.iter().zip(derivatives).zip(root_mean_squares)
-        {
-            let sigma = state.sigma(machine, parameter);
-            let change = -worst_otf_n / derivative;
-            table.push(SensitivityRow {
-                parameter,
-                wheel,
-                nominal: parameter
-                    .nominal(machine)
-                    .or_else(|| state.value(parameter)),
-                sigma,
-                derivative,
-                rms,
-                change_to_zero: Some(change).filter(|change| change.is_finite()),
-                variance_share: (derivative * sigma).powi(2) / variance,
-                worst_ns: rows.times_ns[row],
-                worst_otf_n,
-            });
+/// Sums of the derivatives over the rows, and the worst row of each wheel.
+#[derive(Debug)]
+pub(crate) struct SensitivityPass {
+    sums: SensitivitySums,
+    /// By wheel, the valid row with the smallest OTF.
+    worst: Vec<Option<(usize, f64)>>,
+}
+
+impl SensitivityPass {
+    pub(crate) fn new(machine: &Machine) -> Self {
+        Self {
+            sums: SensitivitySums::none(machine),
+            worst: vec![None; machine.wheels().len()],
         }
     }
-    Some(SensitivityTable {
-        rows: table,
-        worst_wheel: worst.0,
-    })
+
+    /// Takes the next rows.
+    pub(crate) fn take(&mut self, rows: &Rows) {
+        self.sums.add(&rows.outcomes.sensitivity);
+        for (wheel, worst) in self.worst.iter_mut().enumerate() {
+            let otf = rows.outcomes.column(Quantity::Otf(wheel));
+            for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
+                if worst.is_none_or(|(_, least)| otf[row].total_cmp(&least).is_lt()) {
+                    *worst = Some((rows.first + row, otf[row]));
+                }
+            }
+        }
+    }
+
+    /// The table of a log; `None` if no row is valid.
+    pub(crate) fn table(&self, machine: &Machine, rows: &Table) -> Option<SensitivityTable> {
+        let parameters = Parameter::all(machine);
+        let mut workspace = Workspace::with_model(machine, Scope::ALL, Arc::new(Model::WholeBody));
+        let mut state = State::zero(machine);
+        let mut table = Vec::with_capacity(parameters.len() * machine.wheels().len());
+        let mut worst = (0, f64::INFINITY);
+        for wheel in 0..machine.wheels().len() {
+            let (row, otf_n) = self.worst[wheel]?;
+            let left = otf_n / machine.reference().static_load[wheel];
+            if left < worst.1 {
+                worst = (wheel, left);
+            }
+            rows.state(row, &mut state);
+            let outcome = evaluate(machine, &state, &mut workspace);
+            let (worst_otf_n, variance) =
+                (outcome.otf[wheel], outcome.uncertainty.otf[wheel].powi(2));
+            let derivatives = workspace.sensitivity().otf(wheel);
+            let root_mean_squares = self.sums.root_mean_squares(wheel);
+            for ((&parameter, derivative), rms) in
+                parameters.iter().zip(derivatives).zip(root_mean_squares)
+            {
+                let sigma = state.sigma(machine, parameter);
+                let change = -worst_otf_n / derivative;
+                table.push(SensitivityRow {
+                    parameter,
+                    wheel,
+                    nominal: parameter
+                        .nominal(machine)
+                        .or_else(|| state.value(parameter)),
+                    sigma,
+                    derivative,
+                    rms,
+                    change_to_zero: Some(change).filter(|change| change.is_finite()),
+                    variance_share: (derivative * sigma).powi(2) / variance,
+                    worst_ns: rows.times_ns[row],
+                    worst_otf_n,
+                });
+            }
+        }
+        Some(SensitivityTable {
+            rows: table,
+            worst_wheel: worst.0,
+        })
+    }
 }

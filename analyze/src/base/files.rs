@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use tempfile::TempPath;
 
 /// Ending of the names of unfinished files.
 const UNFINISHED: &str = ".tipwatch-part";
@@ -20,17 +21,22 @@ pub(crate) fn make_atomically(path: &Path, make: impl FnOnce(&Path) -> Result<()
     let folder = path.parent().unwrap_or(Path::new(""));
     fs::create_dir_all(folder).with_context(|| cannot(folder, "created"))?;
     let name = path.file_name().unwrap_or_default();
+    let unfinished = unfinished_in(folder, &name.to_string_lossy())?;
+    make(&unfinished)?;
+    unfinished
+        .persist(path)
+        .with_context(|| cannot(path, "written"))
+}
+
+/// A new, empty file beside the one of this name in a folder; it is removed unless it is given that name.
+pub(crate) fn unfinished_in(folder: &Path, name: &str) -> Result<TempPath> {
     let unfinished = tempfile::Builder::new()
         .prefix(name)
         .suffix(UNFINISHED)
         // with the permissions of any other new file, not for the owner alone
         .make_in(folder, |unfinished| File::create_new(unfinished))
-        .with_context(|| cannot(path, "written"))?
-        .into_temp_path();
-    make(&unfinished)?;
-    unfinished
-        .persist(path)
-        .with_context(|| cannot(path, "written"))
+        .with_context(|| cannot(&folder.join(name), "written"))?;
+    Ok(unfinished.into_temp_path())
 }
 
 /// Removes unfinished files that a killed program left in a folder.

@@ -1,6 +1,7 @@
-//! What every other folder uses: options, rows, provenance, files, errors, numbers, terminal output.
+//! What every other folder uses: options, rows and their table, provenance, files, errors, numbers, terminal output.
 
 pub(crate) mod error_text;
+pub mod estimated;
 pub mod file_hash;
 pub(crate) mod files;
 pub(crate) mod memory;
@@ -11,3 +12,5 @@ pub mod provenance;
 pub mod recovered;
 pub mod rows;
 pub(crate) mod stdout;
+pub mod table;
+pub mod verdicts;

@@ -1,14 +1,18 @@
-//! The results of a log, row by row.
+//! The results of consecutive rows of a log: of a block, of a window or of the whole log.
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::verdict::{Conditions, Verdict};
-use tipwatch_mechanics::{OutcomeColumns, State, StateColumns};
+use tipwatch_mechanics::{OutcomeColumns, Quantity, State, StateColumns};
 
-/// Results row by row.
-#[derive(Debug)]
+/// Results of consecutive rows. Rows are counted from the first of these.
+#[derive(Debug, Clone)]
 pub struct Rows {
+    /// Index of the first of these rows in the log.
+    pub first: usize,
+    /// Time (ns) of the first row of the log.
+    pub start_ns: i64,
     /// Times (ns) on the clock of the stamps.
     pub times_ns: Vec<i64>,
     /// Reasons why a row is not valid; empty for a valid row.
@@ -55,15 +59,44 @@ impl Rows {
         row.min(self.len().saturating_sub(1))
     }
 
-    /// Time of a row (s) after the first one.
+    /// Time of a row (s) after the first one of the log.
     #[must_use]
     pub fn seconds(&self, row: usize) -> f64 {
-        (self.times_ns[row] - self.times_ns[0]) as f64 * 1e-9
+        (self.times_ns[row] - self.start_ns) as f64 * 1e-9
+    }
+
+    /// A result of a row; NaN where it cannot be computed, or if the model has no such quantity.
+    #[must_use]
+    pub fn value(&self, quantity: Quantity, row: usize) -> f64 {
+        let found = (self.outcomes.quantities.iter()).position(|&known| known == quantity);
+        found.map_or(f64::NAN, |column| self.outcomes.columns[column][row])
+    }
+
+    /// Appends a row of `other`, without its verdict.
+    pub(crate) fn push(&mut self, other: &Self, row: usize) {
+        self.times_ns.push(other.times_ns[row]);
+        self.reasons.push(other.reasons[row]);
+        self.states.append(&other.states.block(row..row + 1));
+        let columns = self.outcomes.columns.iter_mut();
+        for (column, more) in columns.zip(&other.outcomes.columns) {
+            column.push(more[row]);
+        }
+    }
+
+    /// Appends the rows that follow these.
+    pub fn append(&mut self, next: Self) {
+        self.times_ns.extend(next.times_ns);
+        self.reasons.extend(next.reasons);
+        self.states.append(&next.states);
+        self.outcomes.append(next.outcomes);
+        if let (Some(verdicts), Some(next)) = (&mut self.verdicts, next.verdicts) {
+            verdicts.append(next);
+        }
     }
 }
 
 /// Verdicts of a monitor, row by row.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Verdicts {
     /// Levels.
     pub verdicts: Vec<Verdict>,
@@ -72,4 +105,13 @@ pub struct Verdicts {
     pub time_to_lift_off_s: Vec<f64>,
     /// Input faults that the monitor recorded in the log for each row; empty for a log without a monitor.
     pub recorded: Vec<Conditions>,
+}
+
+impl Verdicts {
+    /// Appends the verdicts of the rows that follow.
+    fn append(&mut self, next: Self) {
+        self.verdicts.extend(next.verdicts);
+        self.time_to_lift_off_s.extend(next.time_to_lift_off_s);
+        self.recorded.extend(next.recorded);
+    }
 }

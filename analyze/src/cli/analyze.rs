@@ -17,8 +17,8 @@ use crate::base::file_hash::FileHash;
 use crate::base::options::{ColumnGroup, MoreColumns, Options};
 use crate::base::progress::Progress;
 use crate::output;
-use crate::output::Outputs;
 use crate::output::custody::{self, Files, Origin};
+use crate::output::{Outputs, Sinks};
 use crate::policy::facts::{LogFacts, event_facts};
 use crate::policy::{Judgement, Policy};
 use crate::report;
@@ -186,14 +186,24 @@ fn analyze_one(
     terminal: Terminal,
 ) -> Result<Exit> {
     let mut progress = Progress::new(log, terminal.quiet);
-    let mut analysis = run::analyse(log, file, options, &mut |bytes| progress.at(bytes))?;
+    let (mut analysis, sinks) = run::analyse_into(
+        log,
+        file,
+        options,
+        &mut |bytes| progress.at(bytes),
+        |prepared| Sinks::begin(prepared, out, args.outputs),
+    )?;
     progress.finish();
     args.note_origin(&mut analysis);
-    let mut written = output::write(&analysis, out, args.outputs)?;
+    let output::Written {
+        files: mut written,
+        sketch,
+    } = output::finish(&analysis, sinks, out)?;
     if args.pdf {
-        output::write_pdf(&analysis, out)?;
+        output::write_pdf(&analysis, sketch.as_ref(), out)?;
         written.push(output::PDF);
     }
+    analysis.rows.check()?;
     let judgement = policy
         .map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis), min_valid));
     // only a policy file gets a result file; --fail-on is on the command line

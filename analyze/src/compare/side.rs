@@ -1,18 +1,16 @@
 //! One of two compared results.
 
-use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::report;
 use crate::tables::summary::{self, Summary};
-use crate::tables::table;
+use crate::tables::table::{Column, Table};
+use crate::tables::{parquet, samples};
 
 /// A result: its summary and its rows.
 #[derive(Debug)]
@@ -67,12 +65,8 @@ impl Side {
     /// The tables cannot be built.
     pub fn of_analysis(analysis: &Analysis, name: &str) -> Result<Self> {
         let summary = serde_json::to_value(Summary::of(analysis, report::findings(analysis)))?;
-        let samples = table::samples(analysis)?;
-        let units = samples.units.iter();
-        let units = units
-            .map(|(name, unit)| (name.clone(), unit.to_string()))
-            .collect();
-        Self::new(name, summary, &samples.frame, &units)
+        let samples = samples::samples(&analysis.machine, &analysis.rows);
+        Self::new(name, summary, &samples)
     }
 
     /// Reads an output folder with `summary.json` and `samples.parquet`.
@@ -92,40 +86,26 @@ impl Side {
                 document["schema"]
             );
         }
-        let path = folder.join("samples.parquet");
-        let (samples, units) =
-            read_samples(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
-        Self::new(&folder.display().to_string(), document, &samples, &units)
+        let samples = parquet::read(&folder.join("samples.parquet"))?;
+        Self::new(&folder.display().to_string(), document, &samples)
     }
 
-    fn new(
-        name: &str,
-        summary: Value,
-        samples: &DataFrame,
-        units: &BTreeMap<String, String>,
-    ) -> Result<Self> {
-        let times = samples.column("time_ns")?.i64()?.iter();
-        let valid = samples.column("valid")?.bool()?.iter();
-        let mut columns = Vec::new();
-        for column in samples.columns() {
-            if *column.dtype() == DataType::Float64 {
-                let values = column.f64()?.iter();
-                columns.push(SideColumn {
-                    name: column.name().to_string(),
-                    unit: units
-                        .get(column.name().as_str())
-                        .cloned()
-                        .unwrap_or_default(),
-                    values: values.map(|value| value.unwrap_or(f64::NAN)).collect(),
-                });
-            }
-        }
+    fn new(name: &str, summary: Value, samples: &Table) -> Result<Self> {
+        let times_ns = samples.column("time_ns").and_then(Column::integers);
+        let valid = samples.column("valid").and_then(Column::booleans);
+        let numbers = |column: &Column| {
+            Some(SideColumn {
+                name: column.name().to_string(),
+                unit: column.unit().unwrap_or_default().to_string(),
+                values: column.numbers()?,
+            })
+        };
         Ok(Self {
             name: name.into(),
             summary,
-            times_ns: times.map(|time| time.unwrap_or(i64::MIN)).collect(),
-            valid: valid.map(|valid| valid == Some(true)).collect(),
-            columns,
+            times_ns: times_ns.context("expected times in column time_ns, found none")?,
+            valid: valid.context("expected truth values in column valid, found none")?,
+            columns: samples.columns().iter().filter_map(numbers).collect(),
         })
     }
 
@@ -183,14 +163,4 @@ impl Side {
             finding: text(&self.summary["findings"][0]),
         }
     }
-}
-
-fn read_samples(path: &Path) -> Result<(DataFrame, BTreeMap<String, String>)> {
-    let mut reader = ParquetReader::new(File::open(path)?);
-    let metadata = reader.get_metadata()?.clone();
-    let pairs = metadata.key_value_metadata().iter().flatten();
-    let units = pairs.filter(|pair| pair.key == "tipwatch.units");
-    let units = units.filter_map(|pair| pair.value.clone()).next();
-    let units = serde_json::from_str(&units.context("expected a key tipwatch.units, found none")?)?;
-    Ok((reader.finish()?, units))
 }

@@ -1,11 +1,10 @@
 //! The causes of a load loss: what took the load away up to the onset of an event.
 
-use std::cell::OnceCell;
-
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Contribution, Outcome, Quantity, State, static_contributions};
 
 use super::event::{CauseShare, EventCauses};
+use super::pages::Pages;
 use crate::base::rows::Rows;
 
 /// Joint velocities (rad/s or m/s) and angular velocities (rad/s) of a steady machine are below this.
@@ -24,22 +23,12 @@ const OF_MOTION: [Contribution; 3] = [
 
 /// Finds the causes of the events of a log.
 pub(super) struct Causes<'a> {
-    machine: &'a Machine,
-    rows: &'a Rows,
-    /// For each row, the last row up to it at which the machine was steady; computed on first use, once for all
-    /// events.
-    steady: OnceCell<Vec<Option<usize>>>,
+    pub(super) machine: &'a Machine,
+    pub(super) rows: &'a Pages<'a>,
+    pub(super) steady: &'a SteadyRows,
 }
 
-impl<'a> Causes<'a> {
-    pub(super) fn new(machine: &'a Machine, rows: &'a Rows) -> Self {
-        Self {
-            machine,
-            rows,
-            steady: OnceCell::new(),
-        }
-    }
-
+impl Causes<'_> {
     /// Load loss by cause of a weighted sum of OTF between a steady moment, or else the static posture, and the
     /// onset: the last row up to `start_ns`. `None` where either is unknown.
     pub(super) fn of(&self, start_ns: i64, factors: &[f64]) -> Option<EventCauses> {
@@ -48,12 +37,12 @@ impl<'a> Causes<'a> {
         let at = |quantity: &dyn Fn(usize) -> Quantity, row: usize| -> f64 {
             let wheels = factors.iter().enumerate().filter(|(_, f)| **f != 0.0);
             wheels
-                .map(|(wheel, f)| f * self.rows.outcomes.column(quantity(wheel))[row])
+                .map(|(wheel, f)| f * self.rows.value(quantity(wheel), row))
                 .sum()
         };
         let otf_n = at(&Quantity::Otf, row);
         let by_cause = |cause| at(&|wheel| Quantity::Contribution(cause, wheel), row);
-        let since = self.steady_rows()[row];
+        let since = self.steady.upto(row);
         let (otf_before_n, before): (f64, Vec<f64>) = match since {
             Some(from) => {
                 let of =
@@ -111,48 +100,89 @@ impl<'a> Causes<'a> {
         let knows_attitude = self.rows.up_in_base(self.machine, row).is_some();
         static_contributions(self.machine, posture, knows_attitude)
     }
+}
 
-    fn steady_rows(&self) -> &[Option<usize>] {
-        self.steady.get_or_init(|| {
-            let mut state = State::zero(self.machine);
-            let times = &self.rows.times_ns;
-            let (mut since, mut last) = (None, None);
-            let of_row = |row: usize| {
-                self.rows.states.get(row, &mut state);
-                let is_steady = self.rows.is_valid(row) && self.is_steady(row, &state);
-                since = match since {
-                    Some(since) if is_steady => Some(since),
-                    _ => is_steady.then_some(times[row]),
-                };
-                if since.is_some_and(|since: i64| times[row] - since >= STEADY_NS) {
-                    last = Some(row);
-                }
-                last
+/// The rows at which the machine has been steady for a while.
+#[derive(Debug, Default)]
+pub(super) struct SteadyRows {
+    /// Runs of such rows, ends included.
+    runs: Vec<(usize, usize)>,
+    /// Since when the machine has been steady (ns).
+    since_ns: Option<i64>,
+}
+
+impl SteadyRows {
+    /// The last such row up to `row`.
+    fn upto(&self, row: usize) -> Option<usize> {
+        let after = self.runs.partition_point(|run| run.0 <= row);
+        let run = after.checked_sub(1).map(|place| self.runs[place])?;
+        Some(run.1.min(row))
+    }
+
+    /// Looks at the next rows.
+    pub(super) fn add(&mut self, machine: &Machine, rows: &Rows) {
+        let of = OfRows::new(machine, rows);
+        let mut state = State::zero(machine);
+        for row in 0..rows.len() {
+            let is_steady = rows.is_valid(row) && of.is_steady(row, &mut state);
+            let time_ns = rows.times_ns[row];
+            self.since_ns = match self.since_ns {
+                Some(since) if is_steady => Some(since),
+                _ => is_steady.then_some(time_ns),
             };
-            (0..self.rows.len()).map(of_row).collect()
-        })
+            if self
+                .since_ns
+                .is_some_and(|since| time_ns - since >= STEADY_NS)
+            {
+                let row = rows.first + row;
+                match self.runs.last_mut() {
+                    Some(run) if run.1 + 1 == row => run.1 = row,
+                    _ => self.runs.push((row, row)),
+                }
+            }
+        }
+    }
+}
+
+/// What decides whether the machine is steady.
+struct OfRows<'a> {
+    machine: &'a Machine,
+    rows: &'a Rows,
+    weight: &'a [f64],
+    /// By wheel, the contributions of motion to its load.
+    motion: Vec<[&'a [f64]; OF_MOTION.len()]>,
+}
+
+impl<'a> OfRows<'a> {
+    fn new(machine: &'a Machine, rows: &'a Rows) -> Self {
+        let of_wheel = |wheel: usize| {
+            OF_MOTION.map(|cause| rows.outcomes.column(Quantity::Contribution(cause, wheel)))
+        };
+        Self {
+            machine,
+            rows,
+            weight: rows.outcomes.column(Quantity::NormalForce),
+            motion: (0..machine.wheels().len()).map(of_wheel).collect(),
+        }
     }
 
     /// Whether nothing moves or accelerates, except perhaps the wheels at constant speed. Without an attitude,
     /// acceleration and slope cannot be told apart, so the wheels must stand still too.
-    fn is_steady(&self, row: usize, state: &State<f64>) -> bool {
+    fn is_steady(&self, row: usize, state: &mut State<f64>) -> bool {
+        let mean_n = self.weight[row] / self.motion.len() as f64;
+        let mut moved = self.motion.iter().map(|columns| -> f64 {
+            let known = columns.iter().map(|column| column[row]);
+            known.filter(|n| n.is_finite()).sum()
+        });
+        if !moved.all(|n| n.abs() < STEADY_LOAD_SHARE * mean_n) {
+            return false;
+        }
+        self.rows.states.get(row, state);
         let knows_attitude = state.base.up.iter().all(|c| c.is_finite());
         let joints = self.machine.joints().iter().zip(&state.joints);
         let still = joints
             .filter(|(joint, _)| joint.spins_wheel.is_none() || !knows_attitude)
             .all(|(_, motion)| motion.rate.abs() < STEADY_RATE);
-        let wheels = 0..self.machine.wheels().len();
-        let mean_n = self.rows.outcomes.column(Quantity::NormalForce)[row] / wheels.len() as f64;
-        let mut moved = wheels.map(|wheel| -> f64 {
-            let known = OF_MOTION.iter().map(|&cause| {
-                self.rows
-                    .outcomes
-                    .column(Quantity::Contribution(cause, wheel))[row]
-            });
-            known.filter(|n| n.is_finite()).sum()
-        });
-        still
-            && state.imu.angular_velocity.norm() < STEADY_RATE
-            && moved.all(|n| n.abs() < STEADY_LOAD_SHARE * mean_n)
+        still && state.imu.angular_velocity.norm() < STEADY_RATE
     }
 }

@@ -1,85 +1,59 @@
-//! Detects events in the rows; [`EventKind`] defines them.
+//! Detects events of the machine in the rows around them; [`EventKind`] defines them.
 
-use tipwatch_mechanics::estimation::plausibility::FaultSpan;
+use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Quantity, Scope};
 
 use super::causes::Causes;
-use super::episodes::{Episode, MERGED_NS, episodes, least, most};
+use super::episodes::{Episode, MERGED_NS, episodes_within, least, most};
 use super::event::{Event, EventKind, TIP_OVER_RAD};
 use super::evidence::Evidence;
-use super::inputs;
 use super::onset::{self, Curve, Onset};
-use super::tipping::{self, Tipping};
-use crate::base::rows::Rows;
-use crate::load::LoadedLog;
+use super::pages::Pages;
+use super::tipping::Tipping;
 
 /// Time before a rotation about an edge at which the wheel that lifts last is told from the others (s).
 const BEFORE_S: f64 = 0.1;
 
-/// Detects all events, sorted by start.
-pub(crate) fn events(
-    loaded: &LoadedLog,
-    faults: &[FaultSpan],
-    rows: &Rows,
-    min_loads_n: Option<&[f64]>,
-    scope: Scope,
-) -> Vec<Event> {
-    let machine = &loaded.machine;
-    let meaningful: Vec<bool> = (rows.reasons.iter())
-        .map(|reasons| reasons.leave_loads())
-        .collect();
-    let tippings = tipping::all(machine, rows, &meaningful, scope);
-    let finder = Finder {
-        machine,
-        rows,
-        meaningful: &meaningful,
-        tippings: &tippings,
-        evidence: Evidence::new(machine, rows, scope, &tippings),
-        causes: scope.contributions.then(|| Causes::new(machine, rows)),
-    };
-    let mut events = Vec::new();
-    for wheel in 0..machine.wheels().len() {
-        if let Some(min_loads_n) = min_loads_n {
-            events.extend(finder.wheel_light(wheel, min_loads_n[wheel]));
-        }
-        events.extend(finder.wheel_lift(wheel));
-    }
-    for tipping in &tippings {
-        let event = finder.edge_tipping(tipping);
-        events.extend(finder.tip_over(tipping, &event));
-        events.push(event);
-    }
-    add_leads(&mut events);
-    events.extend(inputs::gaps(loaded, rows));
-    events.extend(inputs::faults(loaded, faults, rows));
-    events.sort_by(|a, b| {
-        a.start_ns
-            .cmp(&b.start_ns)
-            .then(a.kind.cmp(&b.kind))
-            .then(a.subject.cmp(&b.subject))
-    });
-    events
-}
-
-struct Finder<'a> {
-    machine: &'a Machine,
-    rows: &'a Rows,
-    /// Rows with meaningful loads: no gap, no warm-up, wheels on the ground.
-    meaningful: &'a [bool],
-    tippings: &'a [Tipping],
-    evidence: Evidence<'a>,
-    causes: Option<Causes<'a>>,
+/// Finds the events of the machine in some rows around which nothing happens.
+pub(super) struct Finder<'a> {
+    pub(super) machine: &'a Machine,
+    pub(super) rows: &'a Pages<'a>,
+    /// The rows.
+    pub(super) within: Episode,
+    pub(super) min_loads_n: Option<&'a [f64]>,
+    /// Tipping in these rows and near them.
+    pub(super) tippings: &'a [Tipping],
+    pub(super) evidence: Evidence<'a>,
+    pub(super) causes: Option<Causes<'a>>,
 }
 
 impl Finder<'_> {
-    fn column(&self, quantity: Quantity) -> &[f64] {
-        self.rows.outcomes.column(quantity)
+    /// The events, those of `tippings` in these rows included.
+    pub(super) fn events(&self) -> Vec<Event> {
+        let mut events = Vec::new();
+        for wheel in 0..self.machine.wheels().len() {
+            if let Some(min_loads_n) = self.min_loads_n {
+                events.extend(self.wheel_light(wheel, min_loads_n[wheel]));
+            }
+            events.extend(self.wheel_lift(wheel));
+        }
+        let Episode { first, last } = self.within;
+        let of_rows = |tipping: &&Tipping| (first..=last).contains(&tipping.episode.first);
+        for tipping in self.tippings.iter().filter(of_rows) {
+            let event = self.edge_tipping(tipping);
+            events.extend(self.tip_over(tipping, &event));
+            events.push(event);
+        }
+        events
+    }
+
+    fn column(&self, quantity: Quantity) -> impl Fn(usize) -> f64 {
+        move |row| self.rows.value(quantity, row)
     }
 
     fn episodes(&self, holds: impl Fn(usize) -> bool) -> Vec<Episode> {
-        episodes(&self.rows.times_ns, |row| {
-            self.meaningful[row] && holds(row)
+        episodes_within(self.rows.times_ns, self.within, |row| {
+            self.rows.is_meaningful(row) && holds(row)
         })
     }
 
@@ -91,7 +65,7 @@ impl Finder<'_> {
         worst: (usize, f64),
         unit: &'static str,
     ) -> Event {
-        let times = &self.rows.times_ns;
+        let times = self.rows.times_ns;
         Event {
             end_ns: (episode.last + 1 < times.len()).then(|| times[episode.last]),
             worst: worst.1,
@@ -116,11 +90,11 @@ impl Finder<'_> {
         let load = self.column(Quantity::Load(wheel));
         let largest = self.column(Quantity::LoadLargest(wheel));
         let name = &self.machine.wheels()[wheel].name;
-        let found = self.episodes(|row| load[row] < min_load_n || self.is_rotated_off(wheel, row));
+        let found = self.episodes(|row| load(row) < min_load_n || self.is_rotated_off(wheel, row));
         let found = found.into_iter().map(|episode| {
-            let worst = least(load, episode);
+            let worst = least(&load, episode);
             let mut event = self.event(EventKind::WheelLight, name, episode, worst, "N");
-            event.split_dependent = Some(largest[worst.0] >= min_load_n);
+            event.split_dependent = Some(largest(worst.0) >= min_load_n);
             self.add_confidence(&mut event, wheel, min_load_n, episode);
             event.causes = self.causes(event.start_ns, &self.only(wheel));
             event
@@ -136,11 +110,11 @@ impl Finder<'_> {
         let largest = self.column(Quantity::LoadLargest(wheel));
         let weight = self.column(Quantity::NormalForce);
         let name = &self.machine.wheels()[wheel].name;
-        let found = self.episodes(|row| load[row] <= 0.0 || self.is_rotated_off(wheel, row));
+        let found = self.episodes(|row| load(row) <= 0.0 || self.is_rotated_off(wheel, row));
         let found = found.into_iter().map(|episode| {
-            let worst = least(otf, episode);
+            let worst = least(&otf, episode);
             let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
-            event.split_dependent = Some(largest[worst.0] > 1e-6 * weight[worst.0]);
+            event.split_dependent = Some(largest(worst.0) > 1e-6 * weight(worst.0));
             self.add_confidence(&mut event, wheel, 0.0, episode);
             let overlaps =
                 |t: &&Tipping| t.episode.first <= episode.last && episode.first <= t.episode.last;
@@ -174,7 +148,10 @@ impl Finder<'_> {
         let own_is_later = own.is_none_or(|own| own.at_s >= onset_s);
         let row = (self.rows.times_ns)
             .partition_point(|&t| ((t - self.rows.times_ns[0]) as f64) * 1e-9 < onset_s - BEFORE_S);
-        let load = |wheel: usize| self.column(Quantity::Load(wheel))[row.min(self.rows.len() - 1)];
+        let load = |wheel: usize| {
+            let row = row.min(self.rows.len() - 1);
+            self.rows.value(Quantity::Load(wheel), row)
+        };
         let off = (0..self.machine.wheels().len()).filter(|&other| tipping.factors[other] > 0.0);
         let heaviest = off.max_by(|&a, &b| load(a).total_cmp(&load(b)));
         own_is_later || heaviest == Some(wheel)
@@ -191,7 +168,7 @@ impl Finder<'_> {
         let near = |row: &usize| (self.rows.seconds(*row) - near_s).abs() <= longest_s;
         let before = (0..row).rev().take_while(near).last().unwrap_or(row);
         for row in (before..self.rows.len()).take_while(near) {
-            if self.meaningful[row] {
+            if self.rows.is_meaningful(row) {
                 let load_n = self.evidence.held_load(wheel, row) - error.mean_n;
                 curve.push(self.rows.seconds(row), load_n);
             }
@@ -215,7 +192,7 @@ impl Finder<'_> {
         let confidence = self.evidence.below(wheel, limit_n, episode);
         let row = confidence.row;
         let range_n = [Quantity::LoadLeast(wheel), Quantity::LoadLargest(wheel)];
-        let range_n = range_n.map(|quantity| self.column(quantity)[row]);
+        let range_n = range_n.map(|quantity| self.rows.value(quantity, row));
         event.certainty = confidence.stated;
         event.certainty_any_split = confidence.any_split;
         event.judged_ns = Some(self.rows.times_ns[row]);
@@ -235,7 +212,7 @@ impl Finder<'_> {
     fn edge_tipping(&self, tipping: &Tipping) -> Event {
         let name = &self.machine.polygon().edges()[tipping.edge].name;
         let moment = self.column(Quantity::ItomFull(tipping.edge));
-        let worst = most(moment, tipping.episode);
+        let worst = most(&moment, tipping.episode);
         let mut event = self.event(EventKind::EdgeTipping, name, tipping.episode, worst, "N m");
         self.start(&mut event, tipping.episode, tipping.onset);
         event.split_dependent = Some(false);
@@ -261,7 +238,7 @@ impl Finder<'_> {
 }
 
 /// Sets the lead of each event: time since the onset of the earliest `wheel_light` still active at its start.
-fn add_leads(events: &mut [Event]) {
+pub(super) fn add_leads(events: &mut [Event]) {
     let light: Vec<(i64, i64)> = events
         .iter()
         .filter(|event| event.kind == EventKind::WheelLight)

@@ -12,30 +12,24 @@ pub(super) struct Episode {
     pub(super) last: usize,
 }
 
-pub(super) fn least(values: &[f64], episode: Episode) -> (usize, f64) {
-    let smaller = |best: (usize, f64), row: usize| {
-        if values[row] < best.1 {
-            (row, values[row])
-        } else {
-            best
-        }
+pub(super) fn least(value: impl Fn(usize) -> f64, episode: Episode) -> (usize, f64) {
+    let smaller = |best: (usize, f64), row: usize| match value(row) {
+        value if value < best.1 => (row, value),
+        _ => best,
     };
     (episode.first..=episode.last).fold((episode.first, f64::INFINITY), smaller)
 }
 
-pub(super) fn most(values: &[f64], episode: Episode) -> (usize, f64) {
-    let larger = |best: (usize, f64), row: usize| {
-        if values[row] > best.1 {
-            (row, values[row])
-        } else {
-            best
-        }
+pub(super) fn most(value: impl Fn(usize) -> f64, episode: Episode) -> (usize, f64) {
+    let larger = |best: (usize, f64), row: usize| match value(row) {
+        value if value > best.1 => (row, value),
+        _ => best,
     };
     (episode.first..=episode.last).fold((episode.first, f64::NEG_INFINITY), larger)
 }
 
 /// Runs of rows for which `holds`: close ones merged, short ones dropped. A row lasts until the next one.
-pub(super) fn episodes(times_ns: &[i64], holds: impl Fn(usize) -> bool) -> Vec<Episode> {
+fn episodes(times_ns: &[i64], holds: impl Fn(usize) -> bool) -> Vec<Episode> {
     let until = |row: usize| times_ns[(row + 1).min(times_ns.len() - 1)];
     let mut joined: Vec<(Episode, i64)> = Vec::new();
     for row in (0..times_ns.len()).filter(|&row| holds(row)) {

@@ -12,18 +12,18 @@ use tipwatch_mechanics::{Placement, Quantity, Scope, State};
 
 use super::episodes::Episode;
 use super::normal::normal_distribution;
+use super::pages::Pages;
 use super::tipping::{Tipping, distances, sigma_near};
-use crate::base::rows::Rows;
 
 /// Time within which the error of a computed load counts as constant (ns).
-const CONSTANT_ERROR_NS: u64 = 30_000_000_000;
+pub(super) const CONSTANT_ERROR_NS: u64 = 30_000_000_000;
 /// How far a sum of OTF may differ from the envelope to count as its end, as a share of the weight.
 const SAME_SHARE: f64 = 1e-3;
 
 /// Finds the confidence of the events of a log.
 pub(super) struct Evidence<'a> {
     machine: &'a Machine,
-    rows: &'a Rows,
+    rows: &'a Pages<'a>,
     scope: Scope,
     tippings: &'a [Tipping],
 }
@@ -58,7 +58,7 @@ pub(super) struct Confidence {
 impl<'a> Evidence<'a> {
     pub(super) fn new(
         machine: &'a Machine,
-        rows: &'a Rows,
+        rows: &'a Pages<'a>,
         scope: Scope,
         tippings: &'a [Tipping],
     ) -> Self {
@@ -71,7 +71,7 @@ impl<'a> Evidence<'a> {
     }
 
     fn at(&self, quantity: Quantity, row: usize) -> f64 {
-        self.rows.outcomes.column(quantity)[row]
+        self.rows.value(quantity, row)
     }
 
     /// The load of a wheel as if it alone were held to the ground: its load, or its OTF where that is negative.
@@ -202,7 +202,7 @@ impl<'a> Evidence<'a> {
         }
         let mut placement = Placement::new(self.machine);
         let mut state = State::zero(self.machine);
-        self.rows.states.get(row, &mut state);
+        self.rows.state(row, &mut state);
         placement.place(&state);
         let tolerance_n = SAME_SHARE * self.at(Quantity::NormalForce, row);
         let edges = 0..self.machine.polygon().edges().len();

@@ -5,15 +5,15 @@ use tipwatch_mechanics::machine::FaultKind;
 
 use super::episodes::MERGED_NS;
 use super::event::{Event, EventKind, InputFault};
-use crate::base::rows::Rows;
+use crate::base::table::Table;
 use crate::load::LoadedLog;
 
 /// Gaps between the first and the last row that are longer than the estimator bridges.
-pub(crate) fn gaps(loaded: &LoadedLog, rows: &Rows) -> Vec<Event> {
+pub(crate) fn gaps(loaded: &LoadedLog, rows: &Table) -> Vec<Event> {
     let max_gap_ns = (loaded.machine.estimator().max_gap * 1e9) as i64;
     let (first, last) = ends(rows);
     let mut gaps = Vec::new();
-    for signal in &loaded.signals {
+    for signal in loaded.signals.iter() {
         let mut stamps = signal.recording.stamps_ns.clone();
         stamps.retain(|stamp| (first..=last).contains(stamp));
         stamps.push(first);
@@ -36,7 +36,7 @@ pub(crate) fn gaps(loaded: &LoadedLog, rows: &Rows) -> Vec<Event> {
 }
 
 /// Faults that overlap the rows; close ones of the same kind and signal are merged.
-pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Rows) -> Vec<Event> {
+pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Table) -> Vec<Event> {
     let (first, last) = ends(rows);
     let mut joined: Vec<FaultSpan> = Vec::new();
     let mut latest: std::collections::HashMap<_, usize> = std::collections::HashMap::new();
@@ -82,6 +82,6 @@ pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Rows) -> Ve
     joined.iter().map(event).collect()
 }
 
-fn ends(rows: &Rows) -> (i64, i64) {
+fn ends(rows: &Table) -> (i64, i64) {
     (rows.times_ns[0], rows.times_ns[rows.len() - 1])
 }

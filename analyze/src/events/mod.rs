@@ -1,7 +1,7 @@
 //! Finds the events of a log: light and lifting wheels, tipping edges, input gaps and faults.
 
 mod causes;
-pub(crate) mod detect;
+mod detect;
 mod episodes;
 mod event;
 mod evidence;
@@ -9,9 +9,12 @@ mod finding;
 mod inputs;
 mod normal;
 mod onset;
+mod pages;
+mod pass;
 pub(crate) mod split_rule;
 mod tipping;
 
 pub(crate) use event::TIP_OVER_RAD;
 pub use event::*;
 pub use finding::Finding;
+pub(crate) use pass::{EventPass, Found, LowestOtf, sorted};

@@ -16,10 +16,10 @@ use tipwatch_mechanics::{
     Placement, Quantity, Scope, State, Workspace, combination_sigma, evaluate,
 };
 
-use super::episodes::{Episode, MERGED_NS, episodes, episodes_within};
+use super::episodes::{Episode, MERGED_NS, episodes_within};
 use super::normal::normal_distribution;
 use super::onset::{self, Curve, Onset};
-use crate::base::rows::Rows;
+use super::pages::Pages;
 
 /// Loads off an edge below this share of the weight are looked at.
 const SMALL_SHARE: f64 = 0.15;
@@ -62,11 +62,17 @@ pub(super) struct Tipping {
     pub(super) certainty: Option<f64>,
 }
 
-/// Finds the times of tipping about all edges.
-pub(super) fn all(
+/// Whether the load off an edge is so small in a row that the row is looked at: `size` is that of [`size`], the moment
+/// about the edge that of the wheels off it.
+pub(super) fn is_small(moment_nm: f64, weight_n: f64, size_m: f64) -> bool {
+    -moment_nm <= SMALL_SHARE * size_m * weight_n
+}
+
+/// Finds the times of tipping about all edges within some rows.
+pub(super) fn within(
     machine: &Machine,
-    rows: &Rows,
-    meaningful: &[bool],
+    rows: &Pages<'_>,
+    within: Episode,
     scope: Scope,
 ) -> Vec<Tipping> {
     let mut placement = Placement::new(machine);
@@ -75,12 +81,11 @@ pub(super) fn all(
         let mut of_edge = OfEdge {
             machine,
             rows,
-            meaningful,
             scope,
             edge,
             placement: &mut placement,
         };
-        of_edge.find()
+        of_edge.find(within)
     });
     found.collect()
 }
@@ -88,7 +93,7 @@ pub(super) fn all(
 /// Standard deviation of a weighted sum of OTF at a row, or at the nearest row before it that has derivatives.
 pub(super) fn sigma_near(
     machine: &Machine,
-    rows: &Rows,
+    rows: &Pages<'_>,
     row: usize,
     factors: &[f64],
     least_row: usize,
@@ -99,7 +104,7 @@ pub(super) fn sigma_near(
         .rev()
         .take(MOST_ROWS_BACK)
         .find_map(|row| {
-            rows.states.get(row, &mut state);
+            rows.state(row, &mut state);
             evaluate(machine, &state, &mut workspace);
             let sigma = combination_sigma(machine, &state, &workspace, factors);
             (sigma.is_finite() && sigma > 0.0).then_some(sigma)
@@ -122,41 +127,54 @@ pub(super) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usiz
     distances.collect()
 }
 
+/// Distance of the farthest wheel from an edge with all joints at zero (m).
+pub(super) fn size(machine: &Machine, edge: usize) -> f64 {
+    let spec = &machine.polygon().edges()[edge];
+    let place = |wheel: usize| machine.wheels()[wheel].centre_at_zero.xy();
+    let along = (place(spec.to) - place(spec.from)).normalize();
+    let wheels = 0..machine.wheels().len();
+    wheels
+        .map(|wheel| along.perp(&(place(wheel) - place(spec.from))))
+        .fold(0.0, f64::max)
+}
+
 struct OfEdge<'a, 'm> {
     machine: &'m Machine,
-    rows: &'a Rows,
-    meaningful: &'a [bool],
+    rows: &'a Pages<'a>,
     scope: Scope,
     edge: usize,
     placement: &'a mut Placement<'m>,
 }
 
 impl OfEdge<'_, '_> {
-    fn find(&mut self) -> Vec<Tipping> {
-        let times = &self.rows.times_ns;
-        let moment = self.rows.outcomes.column(Quantity::ItomFull(self.edge));
-        let weight = self.rows.outcomes.column(Quantity::NormalForce);
-        let spec = &self.machine.polygon().edges()[self.edge];
-        let off: Vec<&[f64]> = (0..self.machine.wheels().len())
+    fn find(&mut self, within: Episode) -> Vec<Tipping> {
+        let (rows, edge) = (self.rows, self.edge);
+        let times = rows.times_ns;
+        let moment = |row: usize| rows.value(Quantity::ItomFull(edge), row);
+        let weight = |row: usize| rows.value(Quantity::NormalForce, row);
+        let spec = &self.machine.polygon().edges()[edge];
+        let off: Vec<usize> = (0..self.machine.wheels().len())
             .filter(|&wheel| !spec.carries[wheel])
-            .map(|wheel| self.rows.outcomes.column(Quantity::Load(wheel)))
             .collect();
-        let unloaded = |row: usize| self.meaningful[row] && off.iter().all(|load| load[row] <= 0.0);
-        let size = self.size();
+        let load = |wheel: usize, row: usize| rows.value(Quantity::Load(wheel), row);
+        let unloaded = |row: usize| {
+            rows.is_meaningful(row) && off.iter().all(|&wheel| load(wheel, row) <= 0.0)
+        };
+        let size = size(self.machine, edge);
         let small =
-            |row: usize| self.meaningful[row] && -moment[row] <= SMALL_SHARE * size * weight[row];
-        let candidates = episodes(times, small);
+            |row: usize| rows.is_meaningful(row) && is_small(moment(row), weight(row), size);
+        let candidates = episodes_within(times, within, small);
         let mut found = Vec::new();
         for candidate in candidates {
             let Some((factors, reach)) = self.factors(candidate) else {
                 continue;
             };
             let sigma_n = self.sigma(candidate, &factors);
-            let load = |row: usize| -moment[row] / reach;
+            let load = |row: usize| -moment(row) / reach;
             let limit_n = NEAR_SIGMAS * sigma_n.max(0.0);
             let near = |row: usize| {
-                let limit_n = limit_n.min(NEAR_SHARE * weight[row]);
-                unloaded(row) || (self.meaningful[row] && load(row) <= limit_n)
+                let limit_n = limit_n.min(NEAR_SHARE * weight(row));
+                unloaded(row) || (rows.is_meaningful(row) && load(row) <= limit_n)
             };
             for episode in episodes_within(times, candidate, near) {
                 let blank = Tipping {
@@ -181,17 +199,6 @@ impl OfEdge<'_, '_> {
         found
     }
 
-    /// Distance of the farthest wheel from the edge with all joints at zero (m).
-    fn size(&self) -> f64 {
-        let spec = &self.machine.polygon().edges()[self.edge];
-        let place = |wheel: usize| self.machine.wheels()[wheel].centre_at_zero.xy();
-        let along = (place(spec.to) - place(spec.from)).normalize();
-        let wheels = 0..self.machine.wheels().len();
-        wheels
-            .map(|wheel| along.perp(&(place(wheel) - place(spec.from))))
-            .fold(0.0, f64::max)
-    }
-
     /// Weights of the wheels in the load off the edge, and the distance of the farthest wheel (m).
     fn factors(&mut self, candidate: Episode) -> Option<(Vec<f64>, f64)> {
         self.axis(candidate.first)?;
@@ -204,7 +211,7 @@ impl OfEdge<'_, '_> {
     fn axis(&mut self, row: usize) -> Option<Vector3<f64>> {
         let spec = &self.machine.polygon().edges()[self.edge];
         let mut state = State::zero(self.machine);
-        self.rows.states.get(row, &mut state);
+        self.rows.state(row, &mut state);
         self.placement.place(&state);
         let contacts = &self.placement.contacts;
         let axis = (contacts[spec.to] - contacts[spec.from]).normalize();
@@ -257,7 +264,7 @@ impl OfEdge<'_, '_> {
                 let before_n = (begins.saturating_sub(1)..=begins)
                     .map(load)
                     .fold(0.0, f64::max);
-                let range_n = SMALL_SHARE * self.rows.outcomes.column(Quantity::NormalForce)[first];
+                let range_n = SMALL_SHARE * self.rows.value(Quantity::NormalForce, first);
                 let level = (level_n, blank.sigma_n);
                 probability(level, (rotation.0, sigma_rad), range_n.max(before_n))
             })
@@ -310,10 +317,10 @@ impl OfEdge<'_, '_> {
         let mut curve = Curve::default();
         let from = (0..first)
             .rev()
-            .take_while(|&row| self.meaningful[row] && self.rows.seconds(row) >= from_s)
+            .take_while(|&row| self.rows.is_meaningful(row) && self.rows.seconds(row) >= from_s)
             .last()
             .unwrap_or(first);
-        for row in (from..=last).filter(|&row| self.meaningful[row]) {
+        for row in (from..=last).filter(|&row| self.rows.is_meaningful(row)) {
             curve.push(self.rows.seconds(row), load(row));
         }
         curve
@@ -322,7 +329,7 @@ impl OfEdge<'_, '_> {
     /// Whether the machine drives at a row, or may.
     fn drives(&self, row: usize) -> bool {
         let mut state = State::zero(self.machine);
-        self.rows.states.get(row, &mut state);
+        self.rows.state(row, &mut state);
         let joints = self.machine.joints().iter().zip(&state.joints);
         let by_wheels = joints.filter_map(|(joint, motion)| {
             let radius = self.machine.wheels()[joint.spins_wheel?].radius;
@@ -339,7 +346,7 @@ impl OfEdge<'_, '_> {
         let mut state = State::zero(self.machine);
         let mut rates = Curve::default();
         for &time_s in &of.times_s {
-            self.rows.states.get(self.row_from(time_s), &mut state);
+            self.rows.state(self.row_from(time_s), &mut state);
             self.placement.place(&state);
             rates.push(time_s, axis.dot(&self.placement.angular_velocity));
         }
@@ -365,7 +372,7 @@ impl OfEdge<'_, '_> {
                 let (a, b) = (across(&before), across(&now));
                 return -axis.dot(&a.cross(&b)).atan2(a.dot(&b));
             }
-            self.rows.states.get(row, &mut state);
+            self.rows.state(row, &mut state);
             self.placement.place(&state);
             let time_ns = self.rows.times_ns[row];
             let step_s = (time_ns - last_ns) as f64 * 1e-9;

@@ -1,18 +1,17 @@
 //! Loads a log: the machine checked against it, and the samples of its sensors.
 
 use std::collections::BTreeMap;
-use std::io;
-use std::ops::Range;
+use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use tipwatch_binding::{MachineFile, bind};
-use tipwatch_ingest::{Log, Losses};
-use tipwatch_mechanics::estimation::SampleSource;
+use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, read_sensor_blocks};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
 
 use super::arrivals::for_each_arrival;
 use super::recording::Recording;
+use super::sample_store::SampleStore;
 use crate::base::file_hash::{FileHash, hash_of};
 
 /// Most values of samples that stay in memory: a quarter of an hour of a usual machine, 32 MB.
@@ -30,7 +29,7 @@ pub struct LoadedLog {
     /// The sensors, in the order of [`LoadedLog::signals`].
     pub matched: MatchedSensors,
     /// Each sensor's topic and samples.
-    pub signals: Vec<Signal>,
+    pub signals: Arc<Vec<Signal>>,
     /// Parts of the log that were lost.
     pub losses: Losses,
     /// Clock offsets (s) from the machine file, by topic; already applied.
@@ -93,22 +92,6 @@ pub struct Signal {
     pub recording: Recording,
 }
 
-impl SampleSource for &Signal {
-    type Error = io::Error;
-
-    fn sensor(&self) -> Sensor {
-        self.sensor
-    }
-
-    fn stamps_ns(&self) -> &[i64] {
-        &self.recording.stamps_ns
-    }
-
-    fn read(&self, samples: Range<usize>, values: &mut [f64]) -> io::Result<()> {
-        self.recording.read(samples, values)
-    }
-}
-
 /// Reads the samples of a machine's sensors from a log. Those of a long log go to temporary files.
 ///
 /// # Errors
@@ -130,15 +113,18 @@ pub fn load_within(
 ) -> Result<LoadedLog> {
     let urdf = file.urdf(None, Some(log))?;
     let bound = bind(log, &file.spec, &urdf.text, &urdf.name)?;
-    let (recordings, losses) = bound.record(log, progress)?;
-    let values: usize = recordings
-        .iter()
-        .map(|recording| recording.values.len())
-        .sum();
-    let in_files = values > most_in_memory;
-    let mut signals = Vec::with_capacity(recordings.len());
-    for (sensor, recording) in bound.sensors.into_iter().zip(recordings) {
-        let topic = log.topic(recording.topic)?;
+    let requests: Vec<SensorRequest> = bound.sensors.iter().map(|b| b.request.clone()).collect();
+    let mut samples = SampleStore::new(requests.len(), most_in_memory);
+    let mut take = |block: &SensorBlock<'_>| samples.take(block);
+    let (readings, losses) = read_sensor_blocks(log, &requests, &mut take, progress)?;
+    let samples = samples.finish()?;
+    let mut signals = Vec::with_capacity(readings.len());
+    for ((sensor, reading), samples) in bound.sensors.into_iter().zip(readings).zip(samples) {
+        let topic = log.topic(reading.topic)?;
+        let mut recording = Recording::new(reading, samples)?;
+        if let Some(&offset_s) = bound.clock_offsets_s.get(&topic.name) {
+            recording.shift(offset_s);
+        }
         if recording.stamps_ns.is_empty() && matches!(sensor.sensor, Sensor::Joints(_)) {
             let refusal = recording.refusal().map(ToString::to_string);
             bail!(
@@ -154,7 +140,7 @@ pub fn load_within(
             topic: topic.name.clone(),
             type_name: topic.type_name.clone(),
             why: sensor.why,
-            recording: Recording::new(recording, in_files)?,
+            recording,
         });
     }
     Ok(LoadedLog {
@@ -162,7 +148,7 @@ pub fn load_within(
         urdf: hash_of(urdf.name, urdf.text.as_bytes()),
         urdf_text: urdf.text,
         matched: bound.matched,
-        signals,
+        signals: Arc::new(signals),
         losses,
         clock_offsets_s: bound.clock_offsets_s,
         notes: bound.notes,

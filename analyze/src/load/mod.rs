@@ -6,8 +6,7 @@ pub(crate) mod linkage_force;
 mod loaded;
 pub(crate) mod recorder_gaps;
 mod recording;
-mod smoothing;
+mod sample_store;
 
 pub use loaded::{LoadedLog, Signal, load, load_within};
 pub use recording::{Recording, SampleReader};
-pub use smoothing::{block_smoother, smooth};

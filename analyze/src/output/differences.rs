@@ -1,11 +1,13 @@
 //! How two versions of an output differ: by key of a document, by column of a table, else by byte.
 
-use std::fs::{self, File};
+use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use polars::prelude::{ParquetReader, SerReader};
 use serde_json::Value;
+
+use crate::tables::parquet;
+use crate::tables::table::Column;
 
 /// Differences that are named; the rest is counted.
 const MOST_NAMED: usize = 5;
@@ -85,28 +87,18 @@ fn compare(a: &Value, b: &Value, at: &str, found: &mut Vec<String>) {
 
 /// The columns whose values differ; `None` if one is not a table.
 fn columns(a: &Path, b: &Path) -> Option<Vec<String>> {
-    let read = |path| ParquetReader::new(File::open(path).ok()?).finish().ok();
-    let (a, b) = (read(a)?, read(b)?);
-    if a.height() != b.height() {
-        return Some(vec![format!(
-            "its rows ({}, now {})",
-            a.height(),
-            b.height()
-        )]);
+    let (a, b) = (parquet::read(a).ok()?, parquet::read(b).ok()?);
+    if a.rows() != b.rows() {
+        return Some(vec![format!("its rows ({}, now {})", a.rows(), b.rows())]);
     }
     let differs = |name: &str| match (a.column(name), b.column(name)) {
-        (Ok(a), Ok(b)) => !a.equals_missing(b),
+        (Some(a), Some(b)) => !a.is_same(b),
         _ => true,
     };
-    let names = a.get_column_names().into_iter();
-    let only_b = b.get_column_names().into_iter();
-    let only_b = only_b.filter(|name| a.column(name).is_err());
-    let named: Vec<String> = names
-        .chain(only_b)
-        .filter(|name| differs(name))
-        .map(|name| format!("column {name}"))
-        .collect();
-    Some(named)
+    let only_b = b.columns().iter().filter(|c| a.column(c.name()).is_none());
+    let names = a.columns().iter().chain(only_b).map(Column::name);
+    let named = names.filter(|name| differs(name));
+    Some(named.map(|name| format!("column {name}")).collect())
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 pub mod custody;
 pub mod differences;
+mod sinks;
 
 use std::fs;
 use std::path::Path;
@@ -9,13 +10,16 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use crate::analysis::Analysis;
+use crate::analysis::run::{Prepared, RowSink};
 use crate::policy::Judgement;
 use crate::report;
-use crate::report::PlotLibrary;
+use crate::report::{PlotLibrary, Sketch};
 use crate::suspension::{self, Summary as WhatIfSummary, WhatIf};
 use crate::tables::derived::Derived;
 use crate::tables::summary::Summary;
-use crate::tables::{parquet, table};
+use crate::tables::{events, parquet, studies};
+
+pub use self::sinks::Sinks;
 
 const SAMPLES: &str = "samples.parquet";
 const EVENTS: &str = "events.parquet";
@@ -41,58 +45,79 @@ pub enum Outputs {
 /// # Errors
 /// A file cannot be written.
 pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<Vec<&'static str>> {
-    fs::create_dir_all(folder)
-        .with_context(|| format!("{}: cannot be created", folder.display()))?;
-    if outputs == Outputs::Samples {
-        return write_samples(analysis, folder).map(|()| vec![SAMPLES]);
-    }
+    let prepared = Prepared {
+        machine: &analysis.machine,
+        table: &analysis.rows,
+        options: &analysis.options,
+    };
+    let mut sinks = Sinks::begin(&prepared, folder, outputs)?;
+    analysis.rows.feed(&mut |rows| sinks.take(rows))?;
+    finish(analysis, sinks, folder).map(|written| written.files)
+}
+
+/// Finishes the files of an analysis whose rows the sinks have taken.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn finish(analysis: &Analysis, sinks: Sinks, folder: &Path) -> Result<Written> {
+    let (samples, sketch) = sinks.finish();
+    samples.finish(&analysis.provenance, &folder.join(SAMPLES))?;
+    let Some(sketch) = sketch else {
+        return Ok(Written {
+            files: vec![SAMPLES],
+            sketch,
+        });
+    };
     let (tables, documents) = rayon::join(
         || {
-            write_samples(analysis, folder)?;
             write_events(analysis, folder)?;
             write_further_tables(analysis, folder)
         },
-        || write_documents(analysis, folder),
+        || write_documents(analysis, &sketch, folder),
     );
     let further = tables?;
     documents?;
     let always = [SAMPLES, EVENTS, SUMMARY, REPORT, DERIVED];
-    Ok(always.into_iter().chain(further).collect())
+    Ok(Written {
+        files: always.into_iter().chain(further).collect(),
+        sketch: Some(sketch),
+    })
 }
 
-fn write_samples(analysis: &Analysis, folder: &Path) -> Result<()> {
-    let path = folder.join(SAMPLES);
-    parquet::write(&mut table::samples(analysis)?, &analysis.provenance, &path)
+/// The files of an analysis.
+#[derive(Debug)]
+pub struct Written {
+    /// Their names.
+    pub files: Vec<&'static str>,
+    /// What the report drew.
+    pub sketch: Option<Sketch>,
 }
 
 fn write_events(analysis: &Analysis, folder: &Path) -> Result<()> {
     let path = folder.join(EVENTS);
-    parquet::write(
-        &mut table::events(&analysis.events)?,
-        &analysis.provenance,
-        &path,
-    )
+    let table = events::events(&analysis.events);
+    parquet::write(&table, &analysis.provenance, &path)
 }
 
 /// Writes the tables that not every analysis has; returns their names.
 fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<Vec<&'static str>> {
     let mut written = Vec::new();
     for (name, table) in [
-        ("sensitivity.parquet", table::sensitivity(analysis)?),
-        ("monte_carlo.parquet", table::monte_carlo(analysis)?),
+        ("sensitivity.parquet", studies::sensitivity(analysis)),
+        ("monte_carlo.parquet", studies::monte_carlo(analysis)),
     ] {
-        if let Some(mut table) = table {
-            parquet::write(&mut table, &analysis.provenance, &folder.join(name))?;
+        if let Some(table) = table {
+            parquet::write(&table, &analysis.provenance, &folder.join(name))?;
             written.push(name);
         }
     }
     Ok(written)
 }
 
-fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
+fn write_documents(analysis: &Analysis, sketch: &Sketch, folder: &Path) -> Result<()> {
     let path = folder.join(DERIVED);
     let (page, derived) = rayon::join(
-        || write_report(analysis, folder),
+        || write_report(analysis, sketch, folder),
         || Derived::begin(analysis, &path),
     );
     if page.is_err() {
@@ -103,11 +128,11 @@ fn write_documents(analysis: &Analysis, folder: &Path) -> Result<()> {
 }
 
 /// Writes the summary and the report; returns the text of the report.
-fn write_report(analysis: &Analysis, folder: &Path) -> Result<String> {
+fn write_report(analysis: &Analysis, sketch: &Sketch, folder: &Path) -> Result<String> {
     let summary = Summary::of(analysis, report::findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
     write_text(&folder.join(SUMMARY), &text)?;
-    let page = report::render(analysis, PlotLibrary::Inside);
+    let page = report::render_sketch(analysis, sketch, PlotLibrary::Inside);
     write_text(&folder.join(REPORT), &page)?;
     Ok(page)
 }
@@ -116,9 +141,12 @@ fn write_report(analysis: &Analysis, folder: &Path) -> Result<String> {
 ///
 /// # Errors
 /// The report cannot be written as PDF/A, or the file cannot be written.
-pub fn write_pdf(analysis: &Analysis, folder: &Path) -> Result<()> {
+pub fn write_pdf(analysis: &Analysis, sketch: Option<&Sketch>, folder: &Path) -> Result<()> {
     let path = folder.join(PDF);
-    let bytes = report::render_pdf(analysis)?;
+    let bytes = match sketch {
+        Some(sketch) => report::render_sketch_as_pdf(analysis, sketch)?,
+        None => report::render_pdf(analysis)?,
+    };
     fs::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))
 }
 
@@ -145,9 +173,9 @@ impl WhatIf {
     pub fn write(&self, folder: &Path) -> Result<()> {
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot be created", folder.display()))?;
-        let mut table = suspension::table::table(self)?;
+        let table = suspension::table::table(self);
         let path = folder.join("whatif.parquet");
-        parquet::write(&mut table, &self.analysis.provenance, &path)?;
+        parquet::write(&table, &self.analysis.provenance, &path)?;
         let summary = serde_json::to_string_pretty(&WhatIfSummary::of(self))?;
         for (name, text) in [
             ("summary.json", summary),

@@ -2,6 +2,7 @@
 
 use plotly::Traces;
 
+use super::decimate::rows_to_draw;
 use super::figure::{Figure, MOST_POINTS, layout, line, plain};
 
 const HEIGHT: usize = 300;
@@ -29,7 +30,15 @@ pub(crate) fn chart(title: &str, unit: &str, seconds: &[f64], curves: &[Curve]) 
     let mut traces = Traces::new();
     for (index, curve) in curves.iter().enumerate() {
         let name = plain(&curve.name);
-        traces.push(line(index, &name, seconds, &curve.values, MOST_POINTS));
+        let rows = rows_to_draw(&curve.values, MOST_POINTS);
+        let of_rows =
+            |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
+        traces.push(line(
+            index,
+            &name,
+            &of_rows(seconds),
+            &of_rows(&curve.values),
+        ));
     }
     Figure::new(title, traces, layout(unit, HEIGHT, ABOVE, last))
 }

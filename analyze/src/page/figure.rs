@@ -9,7 +9,6 @@ use plotly::{Configuration, Layout, Traces};
 use serde::Serialize;
 
 use super::column::{ColumnScatter, scatter};
-use super::decimate::rows_to_draw;
 
 /// Height of the ticks below a plot (pixels).
 const BELOW: usize = 32;
@@ -73,17 +72,14 @@ pub(crate) fn figures(figures: &[Figure]) -> Markup {
     }
 }
 
-/// A curve over the times of the rows (s), the same in every figure.
+/// A curve over times (s).
 pub(crate) fn line(
     index: usize,
     name: &str,
     seconds: &[f64],
     values: &[f64],
-    points: usize,
 ) -> Box<ColumnScatter> {
-    let rows = rows_to_draw(values, points);
-    let of_rows = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
-    scatter(&of_rows(seconds), &of_rows(values))
+    scatter(seconds, values)
         .name(name)
         .mode(Mode::Lines)
         .connect_gaps(false)

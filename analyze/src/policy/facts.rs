@@ -5,14 +5,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use tipwatch_ingest::{Losses, LostRange};
-use tipwatch_mechanics::Quantity;
 
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::number::known;
 use crate::events::EventKind;
 use crate::report;
 
-pub use super::margin::{EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, WorstMargin};
+pub use crate::analysis::margin::{EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, WorstMargin};
 
 /// Number of findings kept.
 const MOST_FINDINGS: usize = 3;
@@ -133,9 +132,9 @@ impl LogFacts {
             valid_rows: (0..rows.len()).filter(|&row| rows.is_valid(row)).count() as u64,
             coverage: analysis.coverage,
             gross_inputs: analysis.gross_inputs_in_words(),
-            worst: super::margin::worst(analysis),
-            largest_utilisation: super::margin::largest_utilisation(analysis),
-            exposure: super::margin::exposure(analysis),
+            worst: analysis.digest.margins.worst.clone(),
+            largest_utilisation: analysis.digest.margins.largest_utilisation,
+            exposure: (analysis.digest.margins).exposure(analysis.coverage.covered_s),
             wheels: (0..analysis.machine.wheels().len())
                 .map(|wheel| wheel_facts(analysis, wheel))
                 .collect(),
@@ -233,16 +232,12 @@ fn missing_messages(losses: &Losses) -> Option<u64> {
 }
 
 fn wheel_facts(analysis: &Analysis, wheel: usize) -> WheelFacts {
-    let rows = &analysis.rows;
-    let valid = |quantity: Quantity| {
-        let values = rows.outcomes.column(quantity).iter().enumerate();
-        values.filter_map(|(row, &value)| rows.is_valid(row).then_some(value))
-    };
+    let found = &analysis.digest.wheels[wheel];
     WheelFacts {
         name: analysis.machine.wheels()[wheel].name.to_lowercase(),
         static_load_n: known(analysis.machine.reference().static_load[wheel]),
-        least_otf_n: valid(Quantity::Otf(wheel)).reduce(f64::min),
-        least_load_n: valid(Quantity::Load(wheel)).reduce(f64::min),
-        largest_load_n: valid(Quantity::Load(wheel)).reduce(f64::max),
+        least_otf_n: found.least_otf.map(|(_, otf_n)| otf_n),
+        least_load_n: found.least_load_n,
+        largest_load_n: found.largest_load_n,
     }
 }

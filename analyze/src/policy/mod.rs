@@ -2,7 +2,6 @@
 
 pub mod facts;
 mod judge;
-mod margin;
 mod rules;
 
 pub use judge::{Judgement, RuleOutcome};

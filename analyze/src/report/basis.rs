@@ -2,7 +2,6 @@
 
 use maud::{Markup, html};
 use tipwatch_mechanics::machine::{Ground, Split};
-use tipwatch_mechanics::{Quantity, State};
 
 use super::findings::reason_counts;
 use crate::analysis::Analysis;
@@ -116,11 +115,11 @@ fn of_model(analysis: &Analysis) -> Vec<String> {
     let machine = &analysis.machine;
     let contact = machine.contact();
     let mut found = Vec::new();
-    if contact.ground == Ground::Unknown && open_split(analysis) > 0.05 {
+    if contact.ground == Ground::Unknown && analysis.digest.open_split > 0.05 {
         found.push(format!(
             "The shape of the ground under the wheels is unknown. Equilibrium leaves open how the load is shared: the envelope \
              of a wheel is {} of its load at rest wide in the median.",
-            percent(open_split(analysis))
+            percent(analysis.digest.open_split)
         ));
     }
     if !contact.tyres_deflect {
@@ -144,25 +143,6 @@ fn of_model(analysis: &Analysis) -> Vec<String> {
     found
 }
 
-/// Median width of the envelopes as a share of the loads at rest.
-fn open_split(analysis: &Analysis) -> f64 {
-    let rows = &analysis.rows;
-    let mut widths = Vec::new();
-    for wheel in 0..analysis.machine.wheels().len() {
-        let at_rest = analysis.machine.reference().static_load[wheel];
-        let least = rows.outcomes.column(Quantity::LoadLeast(wheel));
-        let largest = rows.outcomes.column(Quantity::LoadLargest(wheel));
-        let valid = (0..rows.len()).filter(|&row| rows.is_valid(row));
-        widths.extend(valid.map(|row| (largest[row] - least[row]) / at_rest));
-    }
-    widths.retain(|width| width.is_finite());
-    let middle = widths.len() / 2;
-    match widths.is_empty() {
-        true => 0.0,
-        false => *widths.select_nth_unstable_by(middle, f64::total_cmp).1,
-    }
-}
-
 fn of_log(analysis: &Analysis) -> Vec<String> {
     let has = |signal: &str| analysis.inputs.iter().any(|input| input.signal == signal);
     let mut found = Vec::new();
@@ -174,7 +154,7 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
             "No odometry was recorded: speed, path and cornering are unknown, and acceleration cannot be told apart from slope.".into(),
         );
     }
-    if !any_attitude(analysis) {
+    if !analysis.digest.has_attitude {
         found.push(
             "No attitude was recorded: the slope is unknown (the loads do not need it).".into(),
         );
@@ -203,16 +183,6 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
         ));
     }
     found
-}
-
-fn any_attitude(analysis: &Analysis) -> bool {
-    let rows = &analysis.rows;
-    let mut state = State::zero(&analysis.machine);
-    let step = (rows.len() / 50).max(1);
-    (0..rows.len()).step_by(step).any(|row| {
-        rows.states.get(row, &mut state);
-        state.base.up.iter().all(|part| part.is_finite())
-    })
 }
 
 #[cfg(test)]

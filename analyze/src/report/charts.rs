@@ -1,24 +1,18 @@
 //! Charts of the wheel loads for paper.
 
 use maud::{Markup, html};
-use tipwatch_mechanics::Quantity;
 
+use super::sketch::{Curve, Point, Sketch};
 use crate::analysis::Analysis;
+use crate::page::number;
 use crate::page::svg::{Chart, round_up};
-use crate::page::{number, rows_to_draw};
-
-/// Points of a curve: paper shows no more.
-const POINTS: usize = 600;
 
 /// A chart for each wheel: its load with its band, its envelope and its limit.
-pub(super) fn section(analysis: &Analysis) -> Markup {
-    let seconds: Vec<f64> = (0..analysis.rows.len())
-        .map(|row| analysis.rows.seconds(row))
-        .collect();
+pub(super) fn section(analysis: &Analysis, sketch: &Sketch) -> Markup {
     let wheels = 0..analysis.machine.wheels().len();
     let highest = wheels
         .clone()
-        .map(|wheel| Curves::of(analysis, wheel).highest());
+        .map(|wheel| highest(sketch.points(Curve::OnPaper(wheel))));
     let end = round_up(highest.fold(1.0, f64::max));
     html! {
         p {
@@ -26,75 +20,43 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
             either side (± 2 σ); pale area: the envelope, the range over all splits that equilibrium allows; dashed: load limit. Curves \
             break where loads cannot be computed."
         }
-        div.grid { @for wheel in wheels { (chart(analysis, wheel, &seconds, end)) } }
+        div.grid { @for wheel in wheels { (chart(analysis, wheel, sketch, end)) } }
     }
 }
 
-/// What a chart shows, row by row; NaN where unknown.
-struct Curves {
-    load: Vec<f64>,
-    sigma: Vec<f64>,
-    least: Vec<f64>,
-    largest: Vec<f64>,
+/// The largest load in the chart of a wheel (N).
+fn highest(points: &[Point]) -> f64 {
+    let all = points
+        .iter()
+        .flat_map(|point| [point.values()[0], point.values()[3]]);
+    all.filter(|value| value.is_finite()).fold(0.0, f64::max)
 }
 
-impl Curves {
-    fn of(analysis: &Analysis, wheel: usize) -> Self {
-        let rows = &analysis.rows;
-        let column = |quantity: Quantity| -> Vec<f64> {
-            if !rows.outcomes.quantities.contains(&quantity) {
-                return vec![f64::NAN; rows.len()];
-            }
-            let values = rows.outcomes.column(quantity).iter().zip(&rows.reasons);
-            let usable = values.map(|(&value, reasons)| {
-                if reasons.leave_loads() {
-                    value
-                } else {
-                    f64::NAN
-                }
-            });
-            usable.collect()
-        };
-        Self {
-            load: column(Quantity::Load(wheel)),
-            sigma: column(Quantity::LoadSigma(wheel)),
-            least: column(Quantity::LoadLeast(wheel)),
-            largest: column(Quantity::LoadLargest(wheel)),
-        }
-    }
-
-    fn highest(&self) -> f64 {
-        let all = self.load.iter().chain(&self.largest);
-        all.copied()
-            .filter(|value| value.is_finite())
-            .fold(0.0, f64::max)
-    }
-}
-
-fn chart(analysis: &Analysis, wheel: usize, seconds: &[f64], end: f64) -> Markup {
-    let curves = Curves::of(analysis, wheel);
-    let last = seconds.last().copied().unwrap_or(0.0).max(1e-3);
+fn chart(analysis: &Analysis, wheel: usize, sketch: &Sketch, end: f64) -> Markup {
+    let points = sketch.points(Curve::OnPaper(wheel));
+    let seconds = |row: usize| analysis.rows.seconds(row);
+    let last = analysis.rows.len().checked_sub(1);
+    let last = last.map_or(0.0, seconds).max(1e-3);
     let name = &analysis.machine.wheels()[wheel].name;
     let mut chart = Chart::new(&format!("Wheel {name}: load [N]"), (0.0, last), (0.0, end));
-    let mut rows = rows_to_draw(&curves.load, POINTS);
-    rows.extend(rows_to_draw(&curves.least, POINTS / 2));
-    rows.extend(rows_to_draw(&curves.largest, POINTS / 2));
-    rows.sort_unstable();
-    rows.dedup();
-    let envelope = rows
-        .iter()
-        .map(|&row| (seconds[row], curves.least[row], curves.largest[row]));
+    let envelope = points.iter().map(|point| {
+        let [_, _, least, largest] = point.values();
+        (seconds(point.row()), least, largest)
+    });
     chart.area(&envelope.collect::<Vec<_>>(), "envelope");
-    let band = rows.iter().map(|&row| {
-        let (load, two_sigma) = (curves.load[row], 2.0 * curves.sigma[row]);
+    let band = points.iter().map(|point| {
+        let [load, sigma, ..] = point.values();
+        let two_sigma = 2.0 * sigma;
         (
-            seconds[row],
+            seconds(point.row()),
             (load - two_sigma).max(0.0).min(load),
             load + two_sigma,
         )
     });
     chart.area(&band.collect::<Vec<_>>(), "band");
-    let load = rows.iter().map(|&row| (seconds[row], curves.load[row]));
+    let load = points
+        .iter()
+        .map(|point| (seconds(point.row()), point.values()[0]));
     chart.line(&load.collect::<Vec<_>>(), "line-a");
     if let Some(limits) = &analysis.min_loads_n {
         chart.line(&[(0.0, limits[wheel]), (last, limits[wheel])], "limit");

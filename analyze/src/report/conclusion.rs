@@ -7,7 +7,6 @@ use tipwatch_mechanics::machine::{Ground, Split};
 
 use super::findings::{Scene, rank};
 use super::when::Calendar;
-use super::worst;
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
 use crate::events::{Event, EventKind, TIP_OVER_RAD};
@@ -138,12 +137,10 @@ fn lifted(analysis: &Analysis) -> String {
 
 /// Other wheels that carry no load under some split.
 fn could_have_lifted(analysis: &Analysis, lifted: &[(String, f64, usize, bool)]) -> Option<String> {
-    let rows = &analysis.rows;
     let names: Vec<&str> = (analysis.machine.wheels().iter().enumerate())
         .filter(|(wheel, facts)| {
-            let least = rows.outcomes.column(Quantity::LoadLeast(*wheel));
-            let unloaded = |row: usize| rows.is_valid(row) && least[row] <= 0.0;
-            !lifted.iter().any(|known| known.0 == facts.name) && (0..rows.len()).any(unloaded)
+            let could_unload = analysis.digest.wheels[*wheel].could_unload;
+            could_unload && !lifted.iter().any(|known| known.0 == facts.name)
         })
         .map(|(_, facts)| facts.name.as_str())
         .collect();
@@ -185,7 +182,7 @@ fn certainty(analysis: &Analysis) -> String {
             });
         }
         None => sentences
-            .extend(worst::lightest(analysis).map(|(row, wheel)| smallest(analysis, row, wheel))),
+            .extend((analysis.digest.lightest).map(|(row, wheel)| smallest(analysis, row, wheel))),
     }
     if !analysis.coverage.is_whole() {
         sentences.push(format!(
@@ -205,12 +202,10 @@ fn certainty(analysis: &Analysis) -> String {
 
 /// The load of a wheel at a row, with its band.
 fn smallest(analysis: &Analysis, row: usize, wheel: usize) -> String {
-    let outcomes = &analysis.rows.outcomes;
-    let load = number(outcomes.column(Quantity::Load(wheel))[row]);
+    let found = analysis.rows.window(row..row + 1);
+    let load = number(found.value(Quantity::Load(wheel), 0));
     let name = &analysis.machine.wheels()[wheel].name;
-    let quantity = Quantity::LoadSigma(wheel);
-    let known = outcomes.quantities.contains(&quantity);
-    let sigma = known.then(|| outcomes.column(quantity)[row]);
+    let sigma = Some(found.value(Quantity::LoadSigma(wheel), 0));
     let band = match sigma.filter(|sigma| sigma.is_finite()) {
         Some(sigma) => format!("± {} N (two standard deviations)", number(2.0 * sigma)),
         None => "N, of unknown uncertainty".into(),

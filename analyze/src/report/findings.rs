@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
-use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 
 use super::open_split::{self, OpenWheel};
 use super::{faults, prevention};
 use crate::analysis::Analysis;
 use crate::analysis::inputs::GrossInput;
-use crate::events::split_rule::{deciding_measurements, is_open, split_rule};
+use crate::events::split_rule::{deciding_measurements, split_rule};
 use crate::events::{Event, EventCauses, EventKind, Finding, TIP_OVER_RAD};
 use crate::page::{list, number, percent, probability, readable};
 
@@ -483,20 +482,18 @@ pub(super) fn reason_counts(analysis: &Analysis) -> BTreeMap<Reason, usize> {
 
 /// The lowest load of the valid rows, the first of equal ones.
 fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
-    let rows = &analysis.rows;
-    let valid = || (0..rows.len()).filter(|&row| rows.reasons[row].is_empty());
-    let load = |wheel: usize, row: usize| rows.outcomes.column(Quantity::Load(wheel))[row];
-    let wheels = 0..analysis.machine.wheels().len();
-    let loads = wheels.flat_map(|wheel| valid().map(move |row| (wheel, row, load(wheel, row))));
-    let finite = loads.filter(|(_, _, load_n)| load_n.is_finite());
-    let (wheel, row, load_n) =
-        finite.reduce(|least, next| if next.2 < least.2 { next } else { least })?;
+    let wheels = analysis.digest.wheels.iter().enumerate();
+    let lowest = wheels.filter_map(|(wheel, found)| Some((wheel, found.lowest?)));
+    let (wheel, lowest) = lowest.reduce(|least, next| match next.1.load_n < least.1.load_n {
+        true => next,
+        false => least,
+    })?;
     Some(LowestLoad {
         wheel,
-        load_n,
-        time_ns: rows.times_ns[row],
-        valid_rows: valid().count(),
-        is_split_open: is_open(rows, wheel, row),
+        load_n: lowest.load_n,
+        time_ns: analysis.rows.times_ns[lowest.row],
+        valid_rows: analysis.digest.valid_rows,
+        is_split_open: lowest.is_split_open,
     })
 }
 

@@ -5,6 +5,7 @@ use maud::{Markup, html};
 
 use super::findings::{finding_list, findings};
 use super::plots::{self, MOST_EVENTS};
+use super::sketch::Sketch;
 use super::when::Calendar;
 use super::{
     basis, charts, clocks, conclusion, explanations, moment, path, pdf, prevention, tables, worst,
@@ -21,11 +22,17 @@ const MOST_FINDINGS: usize = 12;
 /// The same analysis gives the same bytes.
 #[must_use]
 pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
-    let figures = plots::figures(analysis);
-    let path = path::section(analysis);
+    render_sketch(analysis, &Sketch::of(analysis), library)
+}
+
+/// The same, with a sketch that was made while the rows were computed.
+#[must_use]
+pub fn render_sketch(analysis: &Analysis, sketch: &Sketch, library: PlotLibrary<'_>) -> String {
+    let figures = plots::figures(analysis, sketch);
+    let path = path::section(analysis, sketch.path.as_ref());
     let content = html! {
         (opening(analysis))
-        (section("The machine over time", moment::section(analysis)))
+        (section("The machine over time", moment::section(analysis, &sketch.instants)))
         @if let Some(path) = &path { (section("Path on the ground", path)) }
         (section("Time histories", time_histories(analysis, &figures)))
         (closing(analysis))
@@ -48,11 +55,19 @@ pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
 /// # Errors
 /// It cannot be written as PDF/A.
 pub fn render_pdf(analysis: &Analysis) -> Result<Vec<u8>> {
-    let path = path::section(analysis);
+    render_sketch_as_pdf(analysis, &Sketch::of(analysis))
+}
+
+/// The same, with a sketch that was made while the rows were computed.
+///
+/// # Errors
+/// It cannot be written as PDF/A.
+pub fn render_sketch_as_pdf(analysis: &Analysis, sketch: &Sketch) -> Result<Vec<u8>> {
+    let path = path::section(analysis, sketch.path.as_ref());
     let content = html! {
         (opening(analysis))
         @if let Some(path) = &path { (section("Path on the ground", path)) }
-        (section("Time histories", charts::section(analysis)))
+        (section("Time histories", charts::section(analysis, sketch)))
         (closing(analysis))
     };
     let content = html! { (content) (page::glossary(&content)) };

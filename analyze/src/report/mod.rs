@@ -15,6 +15,7 @@ mod path;
 mod pdf;
 mod plots;
 mod prevention;
+mod sketch;
 mod tables;
 mod whatif;
 mod when;
@@ -22,5 +23,6 @@ mod worst;
 
 pub use crate::page::{PlotLibrary, plot_library_script};
 pub use findings::findings;
-pub use log_report::{render, render_pdf};
+pub use log_report::{render, render_pdf, render_sketch, render_sketch_as_pdf};
+pub use sketch::{Sketch, SketchPass};
 pub(crate) use whatif::render_what_if;

@@ -4,12 +4,15 @@
 
 use maud::{Markup, html};
 use nalgebra::Vector3;
+use rayon::prelude::*;
 use serde::Serialize;
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::findings::{Scene, rank};
 use super::worst;
 use crate::analysis::Analysis;
+use crate::base::rows::Rows;
+use crate::base::table::Table;
 use crate::events::Event;
 use crate::page::{json_script, readable};
 
@@ -49,6 +52,34 @@ struct Mark {
     label: String,
 }
 
+/// The rows of the slider, evenly spread over the log.
+#[derive(Debug)]
+pub(super) struct Instants {
+    step: usize,
+    /// Their indices in the log.
+    indices: Vec<usize>,
+    rows: Rows,
+}
+
+impl Instants {
+    pub(super) fn new(table: &Table) -> Self {
+        Self {
+            step: table.len().div_ceil(MOST_INSTANTS).max(1),
+            indices: Vec::new(),
+            rows: table.no_rows(),
+        }
+    }
+
+    /// Takes the next rows.
+    pub(super) fn add(&mut self, rows: &Rows) {
+        let first = rows.first.next_multiple_of(self.step);
+        for row in (first..rows.first + rows.len()).step_by(self.step) {
+            self.indices.push(row);
+            self.rows.push(rows, row - rows.first);
+        }
+    }
+}
+
 /// One instant; unknown values are null.
 #[derive(Debug, Serialize)]
 struct Instant {
@@ -69,8 +100,8 @@ struct Instant {
 }
 
 /// The section's content, and the data as a script element.
-pub(super) fn section(analysis: &Analysis) -> Markup {
-    let moments = Moments::of(analysis);
+pub(super) fn section(analysis: &Analysis, spread: &Instants) -> Markup {
+    let moments = Moments::of(analysis, spread);
     let pictures = moments
         .pictures
         .iter()
@@ -111,15 +142,14 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
 }
 
 impl Moments {
-    fn of(analysis: &Analysis) -> Self {
+    fn of(analysis: &Analysis, spread: &Instants) -> Self {
         let (machine, rows) = (&analysis.machine, &analysis.rows);
         let mut important: Vec<&Event> = (analysis.events.iter())
             .filter(|event| event.kind.is_stability())
             .collect();
         important.sort_by_key(|event| (rank(event.kind), event.start_ns));
         important.truncate(MOST_EVENTS);
-        let step = rows.len().div_ceil(MOST_INSTANTS).max(1);
-        let mut shown: Vec<usize> = (0..rows.len()).step_by(step).collect();
+        let mut shown = spread.indices.clone();
         shown.extend(important.iter().map(|event| rows.at(event.worst_ns)));
         shown.extend(worst::row(analysis));
         shown.extend(rows.len().checked_sub(1));
@@ -150,7 +180,7 @@ impl Moments {
                 .map_or(0, |row| shown.partition_point(|&other| other < row)),
             pictures: by_time.iter().enumerate().filter_map(pictured).collect(),
             events: events.collect(),
-            instants: instants(analysis, &shown),
+            instants: instants(analysis, spread, &shown),
         }
     }
 }
@@ -169,18 +199,26 @@ fn wheel_facts(analysis: &Analysis) -> Vec<WheelFacts> {
         .collect()
 }
 
-fn instants(analysis: &Analysis, shown: &[usize]) -> Vec<Instant> {
-    let (machine, rows) = (&analysis.machine, &analysis.rows);
+fn instants(analysis: &Analysis, spread: &Instants, shown: &[usize]) -> Vec<Instant> {
+    let (machine, table) = (&analysis.machine, &analysis.rows);
+    let is_alone = |row: &&usize| spread.indices.binary_search(row).is_err();
+    let alone: Vec<usize> = shown.iter().filter(is_alone).copied().collect();
+    let windows = alone.par_iter().map(|&row| table.window(row..row + 1));
+    let windows: Vec<Rows> = windows.collect();
     let mut placement = Placement::new(machine);
     let mut state = State::zero(machine);
-    let has_sigma = rows.outcomes.quantities.contains(&Quantity::LoadSigma(0));
+    let has_sigma = table.has(Quantity::LoadSigma(0));
     let mut instants = Vec::with_capacity(shown.len());
     for &row in shown {
-        rows.states.get(row, &mut state);
+        let (rows, at) = match spread.indices.binary_search(&row) {
+            Ok(at) => (&spread.rows, at),
+            Err(_) => (&windows[alone.partition_point(|&other| other < row)], 0),
+        };
+        rows.states.get(at, &mut state);
         placement.place(&state);
         let value = |quantity| {
-            let means_something = rows.reasons[row].leave_loads();
-            let value = rows.outcomes.column(quantity)[row];
+            let means_something = rows.reasons[at].leave_loads();
+            let value = rows.value(quantity, at);
             if means_something { value } else { f64::NAN }
         };
         let place = |point: &Vector3<f64>| {
@@ -211,7 +249,7 @@ fn instants(analysis: &Analysis, shown: &[usize]) -> Vec<Instant> {
         };
         let (downhill, slope) = slope(&placement, &state.base.up);
         instants.push(Instant {
-            t: known(rows.seconds(row), 1e3).unwrap_or_default(),
+            t: known(table.seconds(row), 1e3).unwrap_or_default(),
             wheels: placement.contacts.iter().enumerate().map(wheel).collect(),
             zmp: [
                 known(value(Quantity::ZmpX), 1e3),

@@ -1,9 +1,6 @@
 //! The wheels that another split of the load could have unloaded.
 
-use tipwatch_mechanics::Quantity;
-
 use crate::analysis::Analysis;
-use crate::events::split_rule::is_open;
 
 /// A wheel that stayed above its limit under the stated split, but not under every split.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,36 +19,20 @@ pub(super) struct OpenWheel {
 
 /// The wheels whose smallest load in equilibrium is below the limit, or zero without one, in a valid row.
 pub(super) fn wheels(analysis: &Analysis) -> Vec<OpenWheel> {
-    let (rows, limits) = (&analysis.rows, analysis.min_loads_n.as_deref());
-    let of_wheel = |wheel: usize| {
-        let at = |quantity, row: usize| rows.outcomes.column(quantity)[row];
-        let limit_n = limits.map_or(0.0, |limits| limits[wheel]);
-        let unloaded = |row: usize| {
-            let least_n = at(Quantity::LoadLeast(wheel), row);
-            least_n < limit_n || least_n <= 0.0
-        };
-        let open = (0..rows.len())
-            .filter(|&row| rows.is_valid(row) && is_open(rows, wheel, row) && unloaded(row));
-        let load_n = |row: usize| at(Quantity::Load(wheel), row);
-        let row = open.min_by(|&a, &b| load_n(a).total_cmp(&load_n(b)))?;
-        Some(OpenWheel {
-            wheel,
-            time_ns: rows.times_ns[row],
-            load_n: load_n(row),
-            least_n: at(Quantity::LoadLeast(wheel), row),
-            largest_n: at(Quantity::LoadLargest(wheel), row),
-        })
-    };
-    (0..analysis.machine.wheels().len())
-        .filter_map(of_wheel)
-        .collect()
+    let wheels = analysis.digest.wheels.iter().enumerate();
+    let open = wheels.filter_map(|(wheel, found)| Some((wheel, found.open?)));
+    open.map(|(wheel, open)| OpenWheel {
+        wheel,
+        time_ns: analysis.rows.times_ns[open.row],
+        load_n: open.load_n,
+        least_n: open.least_n,
+        largest_n: open.largest_n,
+    })
+    .collect()
 }
 
 /// Whether the range of every wheel's load is known in every valid row.
 pub(super) fn is_known(analysis: &Analysis) -> bool {
-    let rows = &analysis.rows;
-    (0..analysis.machine.wheels().len()).all(|wheel| {
-        let least = rows.outcomes.column(Quantity::LoadLeast(wheel));
-        (0..rows.len()).all(|row| !rows.is_valid(row) || least[row].is_finite())
-    })
+    let mut wheels = analysis.digest.wheels.iter();
+    wheels.all(|wheel| wheel.is_range_known)
 }

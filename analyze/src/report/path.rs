@@ -1,12 +1,14 @@
 //! The path on the ground, coloured by utilisation.
 
 use maud::{Markup, html};
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Quantity, State};
 
 use super::drawing::{Anchor, Drawing, Point};
 use super::findings::Scene;
 use super::worst;
 use crate::analysis::Analysis;
+use crate::base::rows::Rows;
 use crate::page::number;
 
 /// Most pieces of the path: more than a reader can tell apart.
@@ -21,6 +23,15 @@ const BANDS: [(f64, &str); 4] = [
     (1.0, "used-limit"),
 ];
 
+/// The path of the base.
+#[derive(Debug)]
+pub(super) struct Path {
+    /// Its pieces, and its last point.
+    pieces: Vec<Piece>,
+    last: Place,
+    length_m: f64,
+}
+
 /// A point of the path.
 #[derive(Debug, Clone, Copy)]
 struct Place {
@@ -28,42 +39,47 @@ struct Place {
     at: Point,
 }
 
+/// Some points of the path.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    first: Place,
+    /// The largest utilisation, not that of the first point; NaN where unknown.
+    used: f64,
+    points: usize,
+}
+
 /// The section; `None` if the log has no odometry, or the machine stood.
-pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
-    let places = places(analysis)?;
-    let step = places.len().div_ceil(MOST_PIECES).max(1);
-    let points: Vec<Point> = places.iter().map(|place| place.at).collect();
+pub(super) fn section(analysis: &Analysis, path: Option<&Path>) -> Option<Markup> {
+    // without odometry the velocity of the base is that of the wheels
+    let has_odometry = (analysis.inputs.iter()).any(|input| input.signal == "odometry");
+    let path = path.filter(|_| has_odometry)?;
+    let points: Vec<Point> = path.pieces.iter().map(|piece| piece.first.at).collect();
     let mut drawing = Drawing::around(&points)?;
-    for piece in places.chunks(step).zip(places.chunks(step).skip(1)) {
-        let (from, to) = (piece.0[0], piece.1[0]);
-        // the worst of the piece, not its first row
-        let used = piece.0.iter().map(|place| utilisation(analysis, place.row));
-        drawing.line(class(used.fold(f64::NAN, f64::max)), from.at, to.at);
+    let (first, last) = (path.pieces.first()?.first, path.last);
+    let nexts = path.pieces.iter().skip(1).map(|piece| piece.first);
+    for (piece, next) in path.pieces.iter().zip(nexts.chain([last])) {
+        drawing.line(class(piece.used), piece.first.at, next.at);
     }
-    let (first, last) = (places.first()?, places.last()?);
     let r = drawing.metres(3.0);
     drawing.circle("com", first.at, r);
     drawing.text(first.at, [5.0, 4.0], Anchor::Start, "start");
     drawing.circle("load", last.at, r);
     drawing.text(last.at, [5.0, -10.0], Anchor::Start, "end");
     if let Some(worst) = worst::row(analysis)
-        && let Some(place) = places.iter().min_by_key(|place| place.row.abs_diff(worst))
+        && let Some(place) = (path.pieces.iter().map(|piece| piece.first))
+            .min_by_key(|place| place.row.abs_diff(worst))
     {
         let [x, y] = place.at;
         let r = drawing.metres(6.0);
         drawing.polygon("zmp", &[[x, y + r], [x + r, y], [x, y - r], [x - r, y]]);
         drawing.text([x, y], [-8.0, 4.0], Anchor::End, "worst");
     }
-    let length: f64 = places
-        .windows(2)
-        .map(|pair| distance(pair[0].at, pair[1].at))
-        .sum();
     let times = Scene::of(analysis);
     let (from, to) = (first.row, last.row);
     let seconds = |row: usize| times.seconds(analysis.rows.times_ns[row]);
     Some(html! {
         p {
-            "The path of the base, " (number(length)) " m from t = " (format_args!("{:.1}", seconds(from))) " s to "
+            "The path of the base, " (number(path.length_m)) " m from t = " (format_args!("{:.1}", seconds(from))) " s to "
             (format_args!("{:.1}", seconds(to))) " s, integrated from the velocity of the odometry and the angular velocity of the \
             IMU: its shape drifts with time. Forward at the start is up."
         }
@@ -90,17 +106,137 @@ fn class(used: f64) -> &'static str {
     }
 }
 
-/// One minus the smallest load as a share of the load at rest; NaN where unknown.
-fn utilisation(analysis: &Analysis, row: usize) -> f64 {
-    if !analysis.rows.reasons[row].leave_loads() {
-        return f64::NAN;
+/// x' = R(psi) v, psi' = w . up: position and heading of the base from its velocity and yaw rate, row by row.
+#[derive(Debug)]
+pub(super) struct PathPass {
+    /// Whether the IMU is on the base.
+    is_possible: bool,
+    /// Whether the path has ended.
+    is_over: bool,
+    at: Point,
+    heading: f64,
+    before: Option<(f64, [f64; 2], f64)>,
+    start: Point,
+    farthest_m: f64,
+    length_m: f64,
+    last: Option<Place>,
+    pieces: Vec<Piece>,
+    /// Points of a piece.
+    step: usize,
+}
+
+impl PathPass {
+    pub(super) fn new(machine: &Machine) -> Self {
+        Self {
+            is_possible: machine.imu().body == 0,
+            is_over: false,
+            at: [0.0, 0.0],
+            heading: 0.0,
+            before: None,
+            start: [0.0, 0.0],
+            farthest_m: 0.0,
+            length_m: 0.0,
+            last: None,
+            pieces: Vec::new(),
+            step: 1,
+        }
     }
-    let share = |wheel: usize| {
-        let load = analysis.rows.outcomes.column(Quantity::Load(wheel))[row];
-        load / analysis.machine.reference().static_load[wheel]
-    };
-    let wheels = 0..analysis.machine.wheels().len();
-    let shares = wheels.map(share);
+
+    /// Takes the next rows.
+    pub(super) fn add(&mut self, machine: &Machine, rows: &Rows) {
+        if !self.is_possible || self.is_over {
+            return;
+        }
+        let base_from_imu = machine.imu().body_from_mount.rotation;
+        let loads: Vec<&[f64]> = (0..machine.wheels().len())
+            .map(|wheel| rows.outcomes.column(Quantity::Load(wheel)))
+            .collect();
+        let static_load = &machine.reference().static_load;
+        let mut state = State::zero(machine);
+        for row in 0..rows.len() {
+            rows.states.get(row, &mut state);
+            let up = match state.base.up.iter().all(|part| part.is_finite()) {
+                true => state.base.up,
+                false => nalgebra::Vector3::z(),
+            };
+            let yaw_rate = (base_from_imu * state.imu.angular_velocity).dot(&up);
+            let velocity = [state.base.velocity.x, state.base.velocity.y];
+            let is_known = velocity.iter().all(|v| v.is_finite()) && yaw_rate.is_finite();
+            if !is_known {
+                // the path ends where it is no longer known
+                if self.last.is_some() {
+                    self.is_over = true;
+                    return;
+                }
+                continue;
+            }
+            self.move_on(rows.seconds(row), velocity, yaw_rate);
+            let used = match rows.reasons[row].leave_loads() {
+                true => utilisation(loads.iter().map(|load| load[row]).zip(static_load)),
+                false => f64::NAN,
+            };
+            self.place(rows.first + row, used);
+        }
+    }
+
+    fn move_on(&mut self, now: f64, velocity: [f64; 2], yaw_rate: f64) {
+        if let Some((then, old, old_rate)) = self.before {
+            let dt = now - then;
+            let middle = self.heading + 0.25 * (old_rate + yaw_rate) * dt;
+            let (sin, cos) = middle.sin_cos();
+            let mean = [(old[0] + velocity[0]) / 2.0, (old[1] + velocity[1]) / 2.0];
+            // forward is up in the picture, left is left
+            self.at[1] += (cos * mean[0] - sin * mean[1]) * dt;
+            self.at[0] -= (sin * mean[0] + cos * mean[1]) * dt;
+            self.heading += 0.5 * (old_rate + yaw_rate) * dt;
+        }
+        self.before = Some((now, velocity, yaw_rate));
+    }
+
+    fn place(&mut self, row: usize, used: f64) {
+        let place = Place { row, at: self.at };
+        match self.last {
+            Some(last) => self.length_m += distance(last.at, place.at),
+            None => self.start = place.at,
+        }
+        self.farthest_m = self.farthest_m.max(distance(place.at, self.start));
+        self.last = Some(place);
+        match self.pieces.last_mut() {
+            Some(piece) if piece.points < self.step => {
+                piece.points += 1;
+                // the maximum of known values
+                piece.used = piece.used.max(used);
+            }
+            _ => self.pieces.push(Piece {
+                first: place,
+                used,
+                points: 1,
+            }),
+        }
+        if self.pieces.len() > MOST_PIECES {
+            self.step *= 2;
+            let pairs = self.pieces.chunks(2).map(|pair| Piece {
+                used: pair.iter().map(|piece| piece.used).fold(f64::NAN, f64::max),
+                points: pair.iter().map(|piece| piece.points).sum(),
+                ..pair[0]
+            });
+            self.pieces = pairs.collect();
+        }
+    }
+
+    /// The path; `None` if the machine stood or its motion is unknown.
+    pub(super) fn finish(self) -> Option<Path> {
+        (self.farthest_m > SHORTEST_M).then_some(Path {
+            pieces: self.pieces,
+            last: self.last?,
+            length_m: self.length_m,
+        })
+    }
+}
+
+/// One minus the smallest load as a share of the load at rest; NaN where unknown.
+fn utilisation<'a>(loads: impl Iterator<Item = (f64, &'a f64)>) -> f64 {
+    let shares = loads.map(|(load, at_rest)| load / at_rest);
     1.0 - shares.fold(f64::INFINITY, |least, share| {
         if share.is_nan() {
             share
@@ -108,59 +244,6 @@ fn utilisation(analysis: &Analysis, row: usize) -> f64 {
             least.min(share)
         }
     })
-}
-
-/// x' = R(psi) v, psi' = w . up: position and heading of the base from its velocity and yaw rate.
-fn places(analysis: &Analysis) -> Option<Vec<Place>> {
-    let (machine, rows) = (&analysis.machine, &analysis.rows);
-    if !analysis
-        .inputs
-        .iter()
-        .any(|input| input.signal == "odometry")
-        || machine.imu().body != 0
-    {
-        return None;
-    }
-    let base_from_imu = machine.imu().body_from_mount.rotation;
-    let mut state = State::zero(machine);
-    let (mut at, mut heading) = ([0.0, 0.0], 0.0_f64);
-    let mut places: Vec<Place> = Vec::new();
-    let mut before: Option<(f64, [f64; 2], f64)> = None;
-    for row in 0..rows.len() {
-        rows.states.get(row, &mut state);
-        let up = match state.base.up.iter().all(|part| part.is_finite()) {
-            true => state.base.up,
-            false => nalgebra::Vector3::z(),
-        };
-        let yaw_rate = (base_from_imu * state.imu.angular_velocity).dot(&up);
-        let velocity = [state.base.velocity.x, state.base.velocity.y];
-        let now = rows.seconds(row);
-        let is_known = velocity.iter().all(|v| v.is_finite()) && yaw_rate.is_finite();
-        if !is_known {
-            // the path ends where it is no longer known
-            if places.is_empty() {
-                continue;
-            }
-            break;
-        }
-        if let Some((then, old, old_rate)) = before {
-            let dt = now - then;
-            let middle = heading + 0.25 * (old_rate + yaw_rate) * dt;
-            let (sin, cos) = middle.sin_cos();
-            let mean = [(old[0] + velocity[0]) / 2.0, (old[1] + velocity[1]) / 2.0];
-            // forward is up in the picture, left is left
-            at[1] += (cos * mean[0] - sin * mean[1]) * dt;
-            at[0] -= (sin * mean[0] + cos * mean[1]) * dt;
-            heading += 0.5 * (old_rate + yaw_rate) * dt;
-        }
-        before = Some((now, velocity, yaw_rate));
-        places.push(Place { row, at });
-    }
-    let start = places.first()?.at;
-    let moved = places
-        .iter()
-        .any(|place| distance(place.at, start) > SHORTEST_M);
-    moved.then_some(places)
 }
 
 #[cfg(test)]

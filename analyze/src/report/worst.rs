@@ -8,6 +8,7 @@ use super::drawing::{Anchor, Drawing, Point};
 use super::findings::{Scene, rank};
 use super::when::Calendar;
 use crate::analysis::Analysis;
+use crate::base::rows::Rows;
 use crate::events::{Event, EventKind};
 use crate::page::{number, readable, table};
 
@@ -19,7 +20,7 @@ const LARGEST_DISC_M: f64 = 0.42;
 pub(super) fn row(analysis: &Analysis) -> Option<usize> {
     gravest(analysis)
         .map(|event| analysis.rows.at(event.worst_ns))
-        .or_else(|| lightest(analysis).map(|(row, _)| row))
+        .or_else(|| analysis.digest.lightest.map(|(row, _)| row))
 }
 
 fn gravest(analysis: &Analysis) -> Option<&Event> {
@@ -38,32 +39,19 @@ fn gravest(analysis: &Analysis) -> Option<&Event> {
     })
 }
 
-/// Row and wheel of the smallest load compared with the load at rest; `None` if no row has loads.
-pub(super) fn lightest(analysis: &Analysis) -> Option<(usize, usize)> {
-    let rows = &analysis.rows;
-    let wheels = 0..analysis.machine.wheels().len();
-    let share = |&(row, wheel): &(usize, usize)| {
-        let load = rows.outcomes.column(Quantity::Load(wheel))[row];
-        load / analysis.machine.reference().static_load[wheel]
-    };
-    let valid = (0..rows.len()).filter(|&row| rows.is_valid(row));
-    let all = valid.flat_map(|row| wheels.clone().map(move |wheel| (row, wheel)));
-    all.filter(|place| share(place).is_finite())
-        .min_by(|a, b| share(a).total_cmp(&share(b)))
-}
-
 pub(super) fn section(analysis: &Analysis) -> Markup {
     let Some(row) = row(analysis) else {
         return html! { p { "Loads cannot be computed in any row." } };
     };
     let mut state = State::zero(&analysis.machine);
-    analysis.rows.states.get(row, &mut state);
+    let found = analysis.rows.window(row..row + 1);
+    found.states.get(0, &mut state);
     let mut placement = Placement::new(&analysis.machine);
     placement.place(&state);
     let view = View {
         analysis,
         placement: &placement,
-        row,
+        rows: &found,
     };
     html! {
         p { (title(analysis, row)) }
@@ -97,9 +85,10 @@ fn title(analysis: &Analysis, row: usize) -> String {
 
 /// The loads at a row, with their bands and the range over all splits.
 pub(super) fn loads(analysis: &Analysis, row: usize) -> Markup {
-    let (machine, outcomes) = (&analysis.machine, &analysis.rows.outcomes);
-    let value = |quantity| outcomes.column(quantity)[row];
-    let has_sigma = outcomes.quantities.contains(&Quantity::LoadSigma(0));
+    let machine = &analysis.machine;
+    let found = analysis.rows.window(row..row + 1);
+    let value = |quantity| found.value(quantity, 0);
+    let has_sigma = analysis.rows.has(Quantity::LoadSigma(0));
     let cells = machine.wheels().iter().enumerate().map(|(wheel, facts)| {
         let sigma = match has_sigma {
             true => number(2.0 * value(Quantity::LoadSigma(wheel))),
@@ -136,7 +125,8 @@ pub(super) fn loads(analysis: &Analysis, row: usize) -> Markup {
 struct View<'a> {
     analysis: &'a Analysis,
     placement: &'a Placement<'a>,
-    row: usize,
+    /// The row alone.
+    rows: &'a Rows,
 }
 
 impl View<'_> {
@@ -158,11 +148,11 @@ impl View<'_> {
     }
 
     fn load(&self, wheel: usize) -> f64 {
-        self.analysis.rows.outcomes.column(Quantity::Load(wheel))[self.row]
+        self.rows.value(Quantity::Load(wheel), 0)
     }
 
     fn zmp(&self) -> Option<Point> {
-        let value = |quantity| self.analysis.rows.outcomes.column(quantity)[self.row];
+        let value = |quantity| self.rows.value(quantity, 0);
         let (x, y) = (value(Quantity::ZmpX), value(Quantity::ZmpY));
         (x.is_finite() && y.is_finite()).then_some([-y, x])
     }

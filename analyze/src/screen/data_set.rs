@@ -9,10 +9,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use polars::prelude::{
-    Column, DataFrame, DataType, Float64Type, IntoColumn, ListBuilderTrait,
-    ListPrimitiveChunkedBuilder, ListStringChunkedBuilder,
-};
 
 use super::merge::LogRow;
 use super::record::Outcome;
@@ -20,7 +16,7 @@ use crate::base::files::{make_atomically, remove_unfinished};
 use crate::events::EventKind;
 use crate::policy::facts::{EXPOSURE_CAUSES, EventFacts, LogFacts, WheelFacts, WorstMargin};
 use crate::tables::parquet::write_with;
-use crate::tables::table::{Table, column};
+use crate::tables::table::Table;
 
 /// Version of the columns.
 pub(super) const DATA_SET_SCHEMA: u32 = 2;
@@ -39,13 +35,13 @@ pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
             let start = row.record.analysed().map(|(facts, _)| facts.start_ns);
             (start, row.record.path.clone())
         });
-        for (kind, table) in [("logs", logs(rows)?), ("events", events(rows)?)] {
-            if table.frame.height() > 0 {
+        for (kind, table) in [("logs", logs(rows)), ("events", events(rows))] {
+            if table.rows() > 0 {
                 let path = out
                     .join(kind)
                     .join(partition)
                     .join(format!("{kind}.parquet"));
-                write_table(table, &path)?;
+                write_table(&table, &path)?;
                 written.insert(path);
             }
         }
@@ -56,10 +52,10 @@ pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
     Ok(())
 }
 
-fn write_table(mut table: Table, path: &Path) -> Result<()> {
+fn write_table(table: &Table, path: &Path) -> Result<()> {
     let schema = [("tipwatch.data_set_schema", DATA_SET_SCHEMA.to_string())];
     make_atomically(path, |temporary| {
-        write_with(&mut table, &schema, temporary)
+        write_with(table, &schema, temporary)
             .with_context(|| format!("{}: cannot be written", path.display()))
     })
 }
@@ -111,38 +107,19 @@ fn remove_others(folder: &Path, name: &str, written: &BTreeSet<PathBuf>) {
     }
 }
 
-/// A table under construction, with the units of its columns.
-struct Columns(Vec<Column>, Vec<(String, &'static str)>);
-
-impl Columns {
-    fn add(&mut self, column: Column, unit: Option<&'static str>) {
-        if let Some(unit) = unit {
-            self.1.push((column.name().to_string(), unit));
-        }
-        self.0.push(column);
-    }
-
-    fn finish(self, height: usize) -> Result<Table> {
-        Ok(Table {
-            frame: DataFrame::new(height, self.0)?,
-            units: self.1,
-        })
-    }
-}
-
-fn logs(rows: &[&LogRow]) -> Result<Table> {
-    let mut columns = Columns(Vec::new(), Vec::new());
-    add_identity(rows, &mut columns);
-    add_time_range(rows, &mut columns);
-    add_worst(rows, &mut columns);
-    add_exposure(rows, &mut columns);
+fn logs(rows: &[&LogRow]) -> Table {
+    let mut table = Table::default();
+    add_identity(rows, &mut table);
+    add_time_range(rows, &mut table);
+    add_worst(rows, &mut table);
+    add_exposure(rows, &mut table);
     for kind in EventKind::all() {
         let name = format!("{}_events", kind.name());
         let counts = rows.iter().map(|row| facts(row)?.events_of(*kind));
-        columns.add(column(&name, counts), Some("events"));
+        table.add(&name, Some("events"), counts);
     }
-    add_losses(rows, &mut columns);
-    columns.finish(rows.len())
+    add_losses(rows, &mut table);
+    table
 }
 
 fn facts<'a>(row: &&'a LogRow) -> Option<&'a LogFacts> {
@@ -157,7 +134,7 @@ fn worst<'a>(row: &&'a LogRow) -> Option<&'a WorstMargin> {
     facts(row)?.worst.as_ref()
 }
 
-fn add_identity(rows: &[&LogRow], columns: &mut Columns) {
+fn add_identity(rows: &[&LogRow], table: &mut Table) {
     let records = || rows.iter().map(|row| &row.record);
     let machine = |record: &'_ super::record::Record| Some(record.machine.as_ref()?.sha256.clone());
     let reason = |row: &&LogRow| match &row.record.result {
@@ -168,89 +145,62 @@ fn add_identity(rows: &[&LogRow], columns: &mut Columns) {
         true => "failed",
         false => "analysed",
     };
-    columns.add(column("log_id", records().map(|r| r.log_id.clone())), None);
-    columns.add(column("path", records().map(|r| r.path.clone())), None);
-    columns.add(
-        column("copies", rows.iter().map(|row| row.copies)),
-        Some("files"),
-    );
-    columns.add(column("bytes", records().map(|r| r.bytes)), Some("bytes"));
-    columns.add(column("status", rows.iter().map(status)), None);
-    columns.add(column("reason", rows.iter().map(reason)), None);
+    table.add("log_id", None, records().map(|r| r.log_id.clone()));
+    table.add("path", None, records().map(|r| r.path.clone()));
+    table.add("copies", Some("files"), rows.iter().map(|row| row.copies));
+    table.add("bytes", Some("bytes"), records().map(|r| r.bytes));
+    table.add("status", None, rows.iter().map(status));
+    table.add("reason", None, rows.iter().map(reason));
     let report = |r: &super::record::Record| r.report_folder().map(|f| format!("{f}/report.html"));
-    columns.add(column("report", records().map(report)), None);
-    columns.add(column("machine_file_sha256", records().map(machine)), None);
+    table.add("report", None, records().map(report));
+    table.add("machine_file_sha256", None, records().map(machine));
     let version = records().map(|r| r.analysis_version.clone());
-    columns.add(column("analysis_version", version), None);
+    table.add("analysis_version", None, version);
     let tipwatch = records().map(|r| r.tipwatch_version.clone());
-    columns.add(column("tipwatch_version", tipwatch), None);
-    columns.add(column("model", records().map(|r| r.model.clone())), None);
+    table.add("tipwatch_version", None, tipwatch);
+    table.add("model", None, records().map(|r| r.model.clone()));
 }
 
-fn add_time_range(rows: &[&LogRow], columns: &mut Columns) {
+fn add_time_range(rows: &[&LogRow], table: &mut Table) {
     let all = || rows.iter().map(facts);
-    columns.add(
-        column("start_ns", all().map(|f| Some(f?.start_ns))),
-        Some("ns"),
-    );
-    columns.add(column("end_ns", all().map(|f| Some(f?.end_ns))), Some("ns"));
-    columns.add(
-        column("duration_s", all().map(|f| Some(f?.duration_s))),
-        Some("s"),
-    );
-    columns.add(column("rows", all().map(|f| Some(f?.rows))), Some("rows"));
-    columns.add(
-        column("valid_rows", all().map(|f| Some(f?.valid_rows))),
+    table.add("start_ns", Some("ns"), all().map(|f| Some(f?.start_ns)));
+    table.add("end_ns", Some("ns"), all().map(|f| Some(f?.end_ns)));
+    table.add("duration_s", Some("s"), all().map(|f| Some(f?.duration_s)));
+    table.add("rows", Some("rows"), all().map(|f| Some(f?.rows)));
+    table.add(
+        "valid_rows",
         Some("rows"),
+        all().map(|f| Some(f?.valid_rows)),
     );
     let coverage = || rows.iter().map(|row| Some(facts(row)?.coverage));
-    columns.add(
-        column("covered_s", coverage().map(|c| Some(c?.covered_s))),
+    table.add(
+        "covered_s",
         Some("s"),
+        coverage().map(|c| Some(c?.covered_s)),
     );
-    columns.add(
-        column("computable_s", coverage().map(|c| Some(c?.computable_s))),
+    table.add(
+        "computable_s",
         Some("s"),
+        coverage().map(|c| Some(c?.computable_s)),
     );
-    columns.add(
-        column("valid_share", coverage().map(|c| c?.valid_share)),
-        Some("-"),
-    );
+    table.add("valid_share", Some("-"), coverage().map(|c| c?.valid_share));
 }
 
-fn add_worst(rows: &[&LogRow], columns: &mut Columns) {
+fn add_worst(rows: &[&LogRow], table: &mut Table) {
     let all = || rows.iter().map(worst);
     let utilisation = rows.iter().map(|row| facts(row)?.largest_utilisation);
-    columns.add(
-        column("worst_margin", all().map(|w| Some(w?.margin))),
-        Some("-"),
-    );
-    columns.add(
-        column("worst_margin_sigma", all().map(|w| w?.sigma)),
-        Some("-"),
-    );
-    columns.add(
-        column("worst_wheel", all().map(|w| Some(w?.wheel.clone()))),
-        None,
-    );
-    columns.add(
-        column("worst_ns", all().map(|w| Some(w?.time_ns))),
-        Some("ns"),
-    );
-    columns.add(
-        column("worst_otf", all().map(|w| Some(w?.otf_n))),
-        Some("N"),
-    );
-    columns.add(
-        column("worst_otf_sigma", all().map(|w| w?.otf_sigma_n)),
-        Some("N"),
-    );
-    columns.add(column("largest_utilisation", utilisation), Some("-"));
+    table.add("worst_margin", Some("-"), all().map(|w| Some(w?.margin)));
+    table.add("worst_margin_sigma", Some("-"), all().map(|w| w?.sigma));
+    table.add("worst_wheel", None, all().map(|w| Some(w?.wheel.clone())));
+    table.add("worst_ns", Some("ns"), all().map(|w| Some(w?.time_ns)));
+    table.add("worst_otf", Some("N"), all().map(|w| Some(w?.otf_n)));
+    table.add("worst_otf_sigma", Some("N"), all().map(|w| w?.otf_sigma_n));
+    table.add("largest_utilisation", Some("-"), utilisation);
     let names = rows.iter().map(|row| {
         let names = wheels(row)?.iter().map(|wheel| wheel.name.clone());
-        Some(names.collect())
+        Some(names.collect::<Vec<_>>())
     });
-    columns.add(texts("wheels", names), None);
+    table.add("wheels", None, names);
     let numbers = [
         ("static_loads", "N"),
         ("least_otfs", "N"),
@@ -267,28 +217,28 @@ fn add_worst(rows: &[&LogRow], columns: &mut Columns) {
                     wheel.largest_load_n,
                 ][i]
             };
-            Some(wheels(row)?.iter().map(of).collect())
+            Some(wheels(row)?.iter().map(of).collect::<Vec<_>>())
         });
-        columns.add(lists(name, values), Some(unit));
+        table.add(name, Some(unit), values);
     }
 }
 
-fn add_exposure(rows: &[&LogRow], columns: &mut Columns) {
+fn add_exposure(rows: &[&LogRow], table: &mut Table) {
     let all = || rows.iter().map(|row| Some(&facts(row)?.exposure));
-    let seconds = all().map(|e| Some(e?.margin_s.as_ref()?.iter().map(|&s| Some(s)).collect()));
-    columns.add(lists("margin_s", seconds), Some("s"));
-    columns.add(
-        column("unknown_s", all().map(|e| Some(e?.unknown_s))),
-        Some("s"),
-    );
-    columns.add(column("exposed_s", all().map(|e| e?.exposed_s)), Some("s"));
+    let seconds = all().map(|e| {
+        let seconds = e?.margin_s.as_ref()?.iter().map(|&s| Some(s));
+        Some(seconds.collect::<Vec<_>>())
+    });
+    table.add("margin_s", Some("s"), seconds);
+    table.add("unknown_s", Some("s"), all().map(|e| Some(e?.unknown_s)));
+    table.add("exposed_s", Some("s"), all().map(|e| e?.exposed_s));
     for (i, cause) in EXPOSURE_CAUSES.into_iter().enumerate() {
         let seconds = all().map(|e| e?.exposed_by_cause_s.as_ref()?.get(i).copied());
-        columns.add(column(&format!("exposed_{cause}_s"), seconds), Some("s"));
+        table.add(format!("exposed_{cause}_s"), Some("s"), seconds);
     }
 }
 
-fn add_losses(rows: &[&LogRow], columns: &mut Columns) {
+fn add_losses(rows: &[&LogRow], table: &mut Table) {
     type Count = fn(&LogFacts) -> Option<u64>;
     let all = || rows.iter().map(facts);
     let counts: [(&str, &str, Count); 4] = [
@@ -301,89 +251,54 @@ fn add_losses(rows: &[&LogRow], columns: &mut Columns) {
     ];
     for (name, unit, count) in counts {
         let values = all().map(|facts| facts.and_then(count));
-        columns.0.push(column(name, values));
-        columns.1.push((name.into(), unit));
+        table.add(name, Some(unit), values);
     }
-    columns.add(
-        column("longest_gap_s", all().map(|f| Some(f?.longest_gap_s))),
+    table.add(
+        "longest_gap_s",
         Some("s"),
+        all().map(|f| Some(f?.longest_gap_s)),
     );
-    columns.add(
-        texts("findings", all().map(|f| Some(f?.findings.clone()))),
-        None,
-    );
-    columns.add(texts("notes", all().map(|f| Some(f?.notes.clone()))), None);
+    table.add("findings", None, all().map(|f| Some(f?.findings.clone())));
+    table.add("notes", None, all().map(|f| Some(f?.notes.clone())));
 }
 
-fn events(rows: &[&LogRow]) -> Result<Table> {
+fn events(rows: &[&LogRow]) -> Table {
     let all: Vec<(&LogRow, &EventFacts)> = rows
         .iter()
         .filter_map(|row| Some((*row, row.record.analysed()?.1)))
         .flat_map(|(row, events)| events.iter().map(move |event| (row, event)))
         .collect();
-    let mut columns = Columns(Vec::new(), Vec::new());
+    let mut table = Table::default();
     let ids = all.iter().map(|(row, _)| row.record.log_id.clone());
-    columns.add(column("log_id", ids), None);
-    columns.add(
-        column("path", all.iter().map(|(row, _)| row.record.path.clone())),
+    table.add("log_id", None, ids);
+    table.add(
+        "path",
         None,
+        all.iter().map(|(row, _)| row.record.path.clone()),
     );
     let all = || all.iter().map(|(_, event)| *event);
-    columns.add(column("kind", all().map(|e| e.kind.clone())), None);
-    columns.add(column("subject", all().map(|e| e.subject.clone())), None);
-    columns.add(column("start_ns", all().map(|e| e.start_ns)), Some("ns"));
-    columns.add(column("end_ns", all().map(|e| e.end_ns)), Some("ns"));
-    columns.add(column("duration_s", all().map(|e| e.duration_s)), Some("s"));
-    columns.add(column("worst", all().map(|e| e.worst)), Some("column unit"));
-    columns.add(column("unit", all().map(|e| e.unit.clone())), None);
-    columns.add(column("worst_ns", all().map(|e| e.worst_ns)), Some("ns"));
-    columns.add(column("lead_s", all().map(|e| e.lead_s)), Some("s"));
-    columns.add(column("certainty", all().map(|e| e.certainty)), Some("-"));
-    columns.add(
-        column("split_dependent", all().map(|e| e.split_dependent)),
-        None,
-    );
-    columns.add(
-        column("main_cause", all().map(|e| e.main_cause.clone())),
-        None,
-    );
-    columns.add(
-        column("main_cause_percent", all().map(|e| e.main_cause_percent)),
+    table.add("kind", None, all().map(|e| e.kind.clone()));
+    table.add("subject", None, all().map(|e| e.subject.clone()));
+    table.add("start_ns", Some("ns"), all().map(|e| e.start_ns));
+    table.add("end_ns", Some("ns"), all().map(|e| e.end_ns));
+    table.add("duration_s", Some("s"), all().map(|e| e.duration_s));
+    table.add("worst", Some("column unit"), all().map(|e| e.worst));
+    table.add("unit", None, all().map(|e| e.unit.clone()));
+    table.add("worst_ns", Some("ns"), all().map(|e| e.worst_ns));
+    table.add("lead_s", Some("s"), all().map(|e| e.lead_s));
+    table.add("certainty", Some("-"), all().map(|e| e.certainty));
+    table.add("split_dependent", None, all().map(|e| e.split_dependent));
+    table.add("main_cause", None, all().map(|e| e.main_cause.clone()));
+    table.add(
+        "main_cause_percent",
         Some("%"),
+        all().map(|e| e.main_cause_percent),
     );
-    columns.add(
-        column("certainty_any_split", all().map(|e| e.certainty_any_split)),
+    table.add(
+        "certainty_any_split",
         Some("-"),
+        all().map(|e| e.certainty_any_split),
     );
-    columns.add(
-        column("start_sigma_s", all().map(|e| e.start_sigma_s)),
-        Some("s"),
-    );
-    let height = all().count();
-    columns.finish(height)
-}
-
-/// A column of lists of numbers, of one type even if all are empty.
-fn lists(name: &str, rows: impl Iterator<Item = Option<Vec<Option<f64>>>>) -> Column {
-    let mut builder =
-        ListPrimitiveChunkedBuilder::<Float64Type>::new(name.into(), 0, 0, DataType::Float64);
-    for row in rows {
-        match row {
-            Some(values) => builder.append_iter(values.into_iter()),
-            None => builder.append_null(),
-        }
-    }
-    builder.finish().into_column()
-}
-
-/// A column of lists of texts.
-fn texts(name: &str, rows: impl Iterator<Item = Option<Vec<String>>>) -> Column {
-    let mut builder = ListStringChunkedBuilder::new(name.into(), 0, 0);
-    for row in rows {
-        match row {
-            Some(values) => builder.append_values_iter(values.iter().map(String::as_str)),
-            None => builder.append_null(),
-        }
-    }
-    builder.finish().into_column()
+    table.add("start_sigma_s", Some("s"), all().map(|e| e.start_sigma_s));
+    table
 }

@@ -14,12 +14,12 @@ use super::identity::{Identity, identify};
 use super::record::{MachineName, Outcome, RECORD_SCHEMA, Record, report_folder};
 use super::version::{analysis_version, machine_sha256};
 use crate::analysis::Analysis;
-use crate::analysis::run::analyse;
+use crate::analysis::run::{Prepared, analyse_into};
 use crate::base::error_text::{error_text, without_path};
 use crate::base::files::write_atomically;
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
-use crate::report::{self, PlotLibrary};
+use crate::report::{self, PlotLibrary, Sketch, SketchPass};
 use crate::tables::summary::Summary;
 
 /// What all logs of a run share.
@@ -141,7 +141,8 @@ impl Screening<'_> {
     }
 
     fn analyse(&self, path: &Path, machine: &MachineFile, identity: &Identity) -> Result<Outcome> {
-        let analysis = analyse(path, machine, self.options, &mut |_| {})?;
+        let begin = |prepared: &Prepared<'_>| Ok(SketchPass::begin(prepared));
+        let (analysis, sketch) = analyse_into(path, machine, self.options, &mut |_| {}, begin)?;
         let read = analysis.provenance.log.iter().map(|file| &file.sha256);
         if !read.eq(&identity.files) {
             bail!(
@@ -153,7 +154,7 @@ impl Screening<'_> {
         let has_report = facts.has_findings();
         let folder = self.out.join(report_folder(&identity.id));
         if has_report {
-            write_report(&analysis, &folder)?;
+            write_report(&analysis, &sketch.finish(), &folder)?;
         } else {
             remove_report(&folder);
         }
@@ -165,11 +166,11 @@ impl Screening<'_> {
     }
 }
 
-fn write_report(analysis: &Analysis, folder: &Path) -> Result<()> {
+fn write_report(analysis: &Analysis, sketch: &Sketch, folder: &Path) -> Result<()> {
     let summary = Summary::of(analysis, report::findings(analysis));
     let summary = serde_json::to_string_pretty(&summary)?;
     write_atomically(&folder.join("summary.json"), summary.as_bytes())?;
-    let page = report::render(analysis, PlotLibrary::Beside("../plots.js"));
+    let page = report::render_sketch(analysis, sketch, PlotLibrary::Beside("../plots.js"));
     write_atomically(&folder.join("report.html"), page.as_bytes())
 }
 

@@ -1,8 +1,5 @@
 //! The columns of `whatif.parquet`.
 
-use anyhow::Result;
-use polars::prelude::{Column, DataFrame, IntoColumn, NamedFrom, PlSmallStr, Series};
-
 use tipwatch_suspension::Status;
 use tipwatch_suspension::replay::Track;
 
@@ -10,43 +7,26 @@ use super::what_if::WhatIf;
 use crate::tables::table::Table;
 
 /// One table row per row of the log: `fixed_` with the rods locked, `moved_` with the requested motion.
-pub(crate) fn table(what_if: &WhatIf) -> Result<Table> {
+pub(crate) fn table(what_if: &WhatIf) -> Table {
     let mut columns = Columns::default();
     let rows = &what_if.analysis.rows;
-    let times = Series::new("time_ns".into(), rows.times_ns.as_slice());
-    columns.columns.push(times.into_column());
-    columns.units.push(("time_ns".into(), "ns"));
+    columns
+        .0
+        .add("time_ns", Some("ns"), rows.times_ns.iter().copied());
     columns.track(what_if, "fixed", &what_if.comparison.fixed);
     columns.track(what_if, "moved", &what_if.comparison.moved);
     columns.actuators(what_if);
-    let status: Vec<Option<&str>> = (what_if.comparison.moved.status.iter())
-        .map(|status| status.map(Status::name))
-        .collect();
-    let status = Series::new("status".into(), status);
-    columns.columns.push(status.into_column());
-    columns.units.push(("status".into(), ""));
-    Ok(Table {
-        frame: DataFrame::new(rows.len(), columns.columns)?,
-        units: columns.units,
-    })
+    let status = (what_if.comparison.moved.status.iter()).map(|status| status.map(Status::name));
+    columns.0.add("status", Some(""), status);
+    columns.0
 }
 
 #[derive(Default)]
-struct Columns {
-    columns: Vec<Column>,
-    units: Vec<(String, &'static str)>,
-}
+struct Columns(Table);
 
 impl Columns {
     fn add(&mut self, name: String, unit: &'static str, values: &[f64]) {
-        // null if not computable
-        let values: Vec<Option<f64>> = values
-            .iter()
-            .map(|&value| value.is_finite().then_some(value))
-            .collect();
-        let series = Series::new(PlSmallStr::from_str(&name), values);
-        self.columns.push(series.into_column());
-        self.units.push((name, unit));
+        self.0.add_known(name, unit, values);
     }
 
     fn track(&mut self, what_if: &WhatIf, of: &str, track: &Track) {

@@ -1,6 +1,10 @@
 //! Machine-readable results: table columns, Parquet files, `summary.json`, topics of `derived.mcap`.
 
+pub mod cell;
 pub(crate) mod derived;
-pub(crate) mod parquet;
+pub mod events;
+pub mod parquet;
+pub mod samples;
+pub mod studies;
 pub mod summary;
 pub mod table;

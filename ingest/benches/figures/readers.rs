@@ -3,7 +3,8 @@
 use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path};
 
 use tipwatch_ingest::{
-    Log, SensorDecoder, SensorKind, SensorRequest, SensorSample, Topic, TopicId, record_sensors,
+    Log, SensorBlock, SensorDecoder, SensorKind, SensorRequest, SensorSample, Topic, TopicId,
+    read_sensor_blocks, record_sensors,
 };
 
 use crate::{
@@ -14,7 +15,7 @@ use crate::{
 pub(crate) type Reader = fn(&Path) -> u64;
 
 /// By name; the second is the baseline.
-pub(crate) const READERS: [(&str, Reader); 9] = [
+pub(crate) const READERS: [(&str, Reader); 10] = [
     ("bare decompressor, all cores", decompress_on_all_cores),
     ("mcap crate, stream, no CRC", crate_stream),
     ("mcap crate, stream, CRC", crate_stream_checked),
@@ -23,6 +24,7 @@ pub(crate) const READERS: [(&str, Reader); 9] = [
     ("Log::read, one topic", walk_one),
     ("Log::read, decoded", decoded),
     ("Log::read to columns", plain_columns),
+    ("sensors in blocks", blocks),
     ("record_sensors", columns),
 ];
 pub(crate) const PEER: usize = 1;
@@ -118,8 +120,7 @@ fn plain_columns(path: &Path) -> u64 {
     stamps.iter().map(|stamps| stamps.len() as u64).sum()
 }
 
-fn columns(path: &Path) -> u64 {
-    let log = Log::open(path).expect("a log");
+fn requests(log: &Log) -> Vec<SensorRequest> {
     let request = |topic| SensorRequest {
         topic,
         kind: SensorKind::JointStates,
@@ -127,8 +128,30 @@ fn columns(path: &Path) -> u64 {
         numbers: None,
         other_parts: Vec::new(),
     };
-    let requests: Vec<SensorRequest> = joint_ids(&log).into_iter().map(request).collect();
-    let (recordings, losses) = record_sensors(&log, &requests, &mut |_| {}).expect("readable");
+    joint_ids(log).into_iter().map(request).collect()
+}
+
+/// Every sample with its times and values, and its place on the common clock.
+fn blocks(path: &Path) -> u64 {
+    let log = Log::open(path).expect("a log");
+    let mut sums = (0, 0.0);
+    let mut take = |block: &SensorBlock<'_>| {
+        for (times, sample) in block.times().zip(block.values().chunks_exact(2 * JOINTS)) {
+            sums.0 ^= times.header_stamp_ns.unwrap_or(0) ^ times.log_time_ns;
+            sums.1 += sample.iter().sum::<f64>();
+        }
+    };
+    let (readings, losses) =
+        read_sensor_blocks(&log, &requests(&log), &mut take, &mut |_| {}).expect("readable");
+    assert!(losses.is_empty(), "{losses:?}");
+    black_box(sums);
+    readings.iter().map(|reading| reading.samples as u64).sum()
+}
+
+fn columns(path: &Path) -> u64 {
+    let log = Log::open(path).expect("a log");
+    let (recordings, losses) =
+        record_sensors(&log, &requests(&log), &mut |_| {}).expect("readable");
     assert!(losses.is_empty(), "{losses:?}");
     let samples = recordings
         .iter()

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::number::Real;
+use crate::number::{Real, Wheels};
 
 /// A force and its moment about a stated point, in stated axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +47,12 @@ impl<T: Real> Wrench<T> {
     /// Scalar product with coefficients: the sum of the products of corresponding components.
     pub fn contracted(&self, coefficients: &Self) -> T {
         self.force.dot(&coefficients.force) + self.moment.dot(&coefficients.moment)
+    }
+
+    /// [`Self::contracted`] with the coefficients of several wheels side by side.
+    #[inline(always)]
+    pub fn contracted_side_by_side(&self, coefficients: &Wrench<T::Wheels>) -> T::Wheels {
+        each(&self.force).dot(&coefficients.force) + each(&self.moment).dot(&coefficients.moment)
     }
 
     /// The same wrench with its moment taken about `point`, given relative to the present point.
@@ -112,6 +118,22 @@ pub fn rotate_constant<T: Real>(r: &Matrix3<T>, v: &Vector3<f64>) -> Vector3<T> 
 #[inline(always)]
 pub fn constant<T: Real>(v: &Vector3<f64>) -> Vector3<T> {
     Vector3::new(T::constant(v.x), T::constant(v.y), T::constant(v.z))
+}
+
+/// The same vector for several wheels side by side.
+#[inline(always)]
+pub fn each<T: Real>(v: &Vector3<T>) -> Vector3<T::Wheels> {
+    Vector3::new(
+        T::Wheels::each(v.x),
+        T::Wheels::each(v.y),
+        T::Wheels::each(v.z),
+    )
+}
+
+/// The same matrix for several wheels side by side.
+#[inline(always)]
+pub fn each_of<T: Real>(m: &Matrix3<T>) -> Matrix3<T::Wheels> {
+    m.map(T::Wheels::each)
 }
 
 /// a x b.

@@ -1,5 +1,7 @@
 //! The states of many rows, in columns.
 
+use std::ops::Range;
+
 use super::machine_state::State;
 use crate::machine::Machine;
 use crate::number::Lanes;
@@ -51,6 +53,18 @@ impl StateColumns {
     #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
+    }
+
+    /// Some consecutive rows.
+    #[must_use]
+    pub fn block(&self, rows: Range<usize>) -> Self {
+        let columns = self.columns.iter();
+        Self {
+            columns: columns
+                .map(|column| column[rows.clone()].to_vec())
+                .collect(),
+            rows: rows.len(),
+        }
     }
 
     /// Copies a column into `values`.

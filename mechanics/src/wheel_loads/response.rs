@@ -3,7 +3,7 @@
 use super::equilibrium::Equations;
 use super::least_energy::LeastEnergy;
 use crate::machine::MAX_WHEELS;
-use crate::number::Real;
+use crate::number::{Real, Wheels};
 
 /// The linear map from the equations' values to the loads, with the factors of its own derivative.
 #[derive(Debug, Clone)]
@@ -76,11 +76,26 @@ impl<T: Real> Response<T> {
 
     /// (I - L A) K of two wheels: load change of one per deflection of the other's spring, in equilibrium.
     pub(crate) fn slack(&self, equations: &Equations<T>, wheel: usize, other: usize) -> T {
-        let mut held = T::zero();
+        let place = wheel % T::Wheels::COUNT;
+        let first = wheel - place;
+        self.slack_of(equations, first, other).wheel(place)
+    }
+
+    /// The same for the wheels from `first` on, side by side.
+    #[inline(always)]
+    pub(crate) fn slack_of(
+        &self,
+        equations: &Equations<T>,
+        first: usize,
+        other: usize,
+    ) -> T::Wheels {
+        let mut held = T::Wheels::constant(0.0);
         for (row, loads) in self.loads.iter().enumerate() {
-            held += loads[wheel] * equations.factor[row][other];
+            let factor = equations.factor[row][other];
+            held += T::Wheels::of(&loads[first..]) * T::Wheels::each(factor);
         }
-        let own = if wheel == other { T::one() } else { T::zero() };
-        (own - held) * self.stiffness[other]
+        let own: [T; MAX_WHEELS] =
+            std::array::from_fn(|wheel| if wheel == other { T::one() } else { T::zero() });
+        (T::Wheels::of(&own[first..]) - held) * T::Wheels::each(self.stiffness[other])
     }
 }

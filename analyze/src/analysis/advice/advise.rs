@@ -14,32 +14,26 @@ use super::simulate::{Margins, evaluated, margins, otf_by_rule};
 use super::solve::{Bounds, Solution, solve};
 use super::window::{FARTHEST_REST_NS, LONGEST_TIPPING_NS, MARGIN_NS, Window, event_around};
 use crate::base::number::{known, percent, short};
-use crate::base::rows::Rows;
-use crate::events::Event;
+use crate::base::table::Table;
+use crate::events::{Event, LowestOtf};
 
 /// Share of an event's rows whose state may be unknown.
 const MOST_LEFT_OUT: f64 = 0.1;
-
-/// The wheel that came closest to lifting in an event.
-struct Worst {
-    wheel: usize,
-    row: usize,
-    otf_n: f64,
-    limit_n: f64,
-}
 
 /// What would have prevented the worst event; `None` if no wheel was below its limit in a valid row of an event, or the
 /// model has no derivatives.
 pub(crate) fn advise(
     machine: &Machine,
-    rows: &Rows,
+    rows: &Table,
     min_loads_n: Option<&[f64]>,
     events: &[Event],
+    worst: Option<&LowestOtf>,
     sensitivity: Option<&SensitivityTable>,
+    positions: &[[f64; 2]],
 ) -> Option<Advice> {
     let sensitivity = sensitivity?;
     let limit = |wheel: usize| min_loads_n.map_or(0.0, |limits| limits[wheel]);
-    let worst = worst(machine, rows, events, &limit)?;
+    let worst = worst?;
     let event = event_around(events, rows, worst.row)?;
     let mut window = Window::around(machine, rows, event);
     let mut advice = Advice {
@@ -73,7 +67,7 @@ pub(crate) fn advise(
         // change = (limit - OTF) / (dOTF/dparameter), at the worst row of the log
         known((worst.limit_n - row.worst_otf_n) / row.derivative)
     };
-    let candidates = candidates(machine, rows, &window, first_order);
+    let candidates = candidates(machine, positions, &window, first_order);
     let tried: Vec<_> = candidates
         .par_iter()
         .map(|candidate| solve(&window, &bounds, &logged, candidate))
@@ -87,7 +81,7 @@ pub(crate) fn advise(
                     window: &window,
                     bounds: &bounds,
                     logged: &logged,
-                    worst: &worst,
+                    worst,
                 }
                 .change(candidate, solution),
             ),
@@ -101,43 +95,7 @@ pub(crate) fn advise(
     Some(advice)
 }
 
-/// The wheel and row with the smallest OTF relative to the static load, among valid rows of stability events in which
-/// the wheel is below its limit.
-fn worst(
-    machine: &Machine,
-    rows: &Rows,
-    events: &[Event],
-    limit: &dyn Fn(usize) -> f64,
-) -> Option<Worst> {
-    let mut found: Option<(f64, Worst)> = None;
-    for event in events.iter().filter(|event| event.kind.is_stability()) {
-        let first = rows.at(event.start_ns);
-        let last = event.end_ns.map_or(rows.len() - 1, |end| rows.at(end));
-        for wheel in 0..machine.wheels().len() {
-            let (otf, limit_n) = (rows.outcomes.column(Quantity::Otf(wheel)), limit(wheel));
-            let static_n = machine.reference().static_load[wheel];
-            let scale = if static_n > 0.0 { static_n } else { 1.0 };
-            for row in (first..=last).filter(|&row| rows.is_valid(row) && otf[row] < limit_n) {
-                let share = otf[row] / scale;
-                if found.as_ref().is_none_or(|(least, _)| share < *least) {
-                    let otf_n = otf[row];
-                    found = Some((
-                        share,
-                        Worst {
-                            wheel,
-                            row,
-                            otf_n,
-                            limit_n,
-                        },
-                    ));
-                }
-            }
-        }
-    }
-    found.map(|(_, worst)| worst)
-}
-
-fn not_simulated(rows: &Rows, window: &Window, event: [i64; 2]) -> Option<String> {
+fn not_simulated(rows: &Table, window: &Window, event: [i64; 2]) -> Option<String> {
     let of_event = rows.at(event[1]) - rows.at(event[0]) + 1;
     let share = window.left_out_of_event as f64 / of_event as f64;
     (share > MOST_LEFT_OUT).then(|| {
@@ -215,11 +173,11 @@ fn directed_name(machine: &Machine, candidate: &Candidate) -> String {
 /// What the description of a change needs.
 struct Told<'a> {
     machine: &'a Machine,
-    rows: &'a Rows,
+    rows: &'a Table,
     window: &'a Window,
     bounds: &'a Bounds,
     logged: &'a Margins,
-    worst: &'a Worst,
+    worst: &'a LowestOtf,
 }
 
 impl Told<'_> {
@@ -227,10 +185,8 @@ impl Told<'_> {
         let (machine, logged, found) = (self.machine, self.logged, &solution.margins);
         let (least_otf_n, place) = found.otf[self.worst.wheel];
         let row = self.window.rows[place];
-        let sigma = self
-            .rows
-            .outcomes
-            .column(Quantity::OtfSigma(self.worst.wheel))[row];
+        let logged_row = self.rows.window(row..row + 1);
+        let sigma = logged_row.value(Quantity::OtfSigma(self.worst.wheel), 0);
         let sign = candidate.change.sign();
         let of_wheel = |(wheel, spec): (usize, &tipwatch_mechanics::machine::Wheel)| {
             let margins = WheelMargins {

@@ -5,7 +5,6 @@ use tipwatch_mechanics::{Parameter, State};
 
 use super::change::Change;
 use super::window::Window;
-use crate::base::rows::Rows;
 
 /// A joint with a range up to this did not move (rad or m).
 const SMALLEST_RANGE: f64 = 1e-3;
@@ -39,15 +38,15 @@ pub(super) struct Candidate {
     pub(super) first_order: Option<f64>,
 }
 
-/// All changes to try. `first_order` gives the change of a parameter by the first derivative.
+/// All changes to try. `positions` are the smallest and the largest position of each joint in the log; `first_order` gives the change of a parameter by the first derivative.
 pub(super) fn candidates(
     machine: &Machine,
-    rows: &Rows,
+    positions: &[[f64; 2]],
     window: &Window,
     first_order: impl Fn(Parameter) -> Option<f64>,
 ) -> Vec<Candidate> {
     let seen = Seen::of(window);
-    let mut found = joint_offsets(machine, rows, &seen);
+    let mut found = joint_offsets(machine, positions, &seen);
     let mut share = |change: Change, effort_of: &'static str| {
         found.push(Candidate {
             change,
@@ -150,8 +149,7 @@ impl Seen {
 
 /// Offsets of the joints that moved, in both directions. Joints that carry or spin wheels are left out: the measured
 /// attitude of the base would change with them.
-fn joint_offsets(machine: &Machine, rows: &Rows, seen: &Seen) -> Vec<Candidate> {
-    let log = positions_in_log(machine, rows);
+fn joint_offsets(machine: &Machine, log: &[[f64; 2]], seen: &Seen) -> Vec<Candidate> {
     let mut found = Vec::new();
     for (joint, measured) in machine.joints().iter().enumerate() {
         let range = log[joint][1] - log[joint][0];
@@ -246,17 +244,6 @@ fn end_of_arm(machine: &Machine) -> Option<usize> {
         let deeper = depth(a).cmp(&depth(b));
         deeper.then(mass(a).total_cmp(&mass(b)))
     })
-}
-
-/// Smallest and largest position of each joint in the valid rows of the log (rad or m).
-fn positions_in_log(machine: &Machine, rows: &Rows) -> Vec<[f64; 2]> {
-    let mut state = State::zero(machine);
-    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.joints().len()];
-    for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
-        rows.states.get(row, &mut state);
-        widen(&mut ranges, &state);
-    }
-    ranges
 }
 
 fn widen(ranges: &mut [[f64; 2]], state: &State<f64>) {

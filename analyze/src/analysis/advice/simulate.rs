@@ -2,11 +2,15 @@
 
 use std::sync::Arc;
 
-use tipwatch_mechanics::{Model, OutcomeColumns, Quantity, Scope, State, StateColumns};
+use rayon::prelude::*;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{
+    Model, OutcomeColumns, Quantity, Scope, State, StateColumns, evaluate_rows,
+};
 
-use super::super::evaluation::evaluate_all;
 use super::change::Change;
 use super::window::Window;
+use crate::base::table::BLOCK_ROWS;
 
 /// Smallest margins over a window.
 #[derive(Debug, Clone)]
@@ -40,6 +44,28 @@ pub(super) fn evaluated(window: &Window, change: Option<(Change, f64)>) -> Outco
         states.set(row, &mut state);
     }
     evaluate_all(&window.machine, &states, Scope::LOADS, &model)
+}
+
+/// Evaluates all states, in parallel blocks.
+fn evaluate_all(
+    machine: &Machine,
+    states: &StateColumns,
+    scope: Scope,
+    model: &Arc<Model>,
+) -> OutcomeColumns {
+    let blocks: Vec<usize> = (0..states.rows()).step_by(BLOCK_ROWS).collect();
+    let evaluated: Vec<OutcomeColumns> = blocks
+        .into_par_iter()
+        .map(|first| {
+            let rows = first..(first + BLOCK_ROWS).min(states.rows());
+            evaluate_rows(machine, states, rows, scope, model)
+        })
+        .collect();
+    let mut all = OutcomeColumns::empty(machine, scope);
+    for block in evaluated {
+        all.append(block);
+    }
+    all
 }
 
 /// OTF under the stated split, by wheel and row (N), without the part that measured actuator forces determine.

@@ -7,7 +7,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{BaseState, ImuState, Quantity, State, StateColumns};
 
-use crate::base::rows::Rows;
+use crate::base::table::Table;
 use crate::events::Event;
 
 /// Least margin before and after the event (ns).
@@ -42,7 +42,7 @@ pub(super) struct Window {
 
 /// Times (ns) of the event around `row`: the stability events that contain it, and those that overlap them. `None` if
 /// no stability event contains it.
-pub(super) fn event_around(events: &[Event], rows: &Rows, row: usize) -> Option<[i64; 2]> {
+pub(super) fn event_around(events: &[Event], rows: &Table, row: usize) -> Option<[i64; 2]> {
     let last_ns = *rows.times_ns.last()?;
     let spans: Vec<[i64; 2]> = (events.iter())
         .filter(|event| event.kind.is_stability())
@@ -62,7 +62,7 @@ pub(super) fn event_around(events: &[Event], rows: &Rows, row: usize) -> Option<
 
 impl Window {
     /// The window around an event.
-    pub(super) fn around(machine: &Machine, rows: &Rows, event: [i64; 2]) -> Self {
+    pub(super) fn around(machine: &Machine, rows: &Table, event: [i64; 2]) -> Self {
         let span = span(machine, rows, event);
         let mut found = Self {
             machine: machine.with_imu_at_base(),
@@ -122,16 +122,20 @@ impl Window {
 
     /// Takes the split by measured actuator forces, as logged, over the one by the split rule, `by_rule`. While the
     /// machine tips, the last one from before stays.
-    pub(super) fn keep_measured_split(&mut self, rows: &Rows, by_rule: &[Vec<f64>]) {
+    pub(super) fn keep_measured_split(&mut self, rows: &Table, by_rule: &[Vec<f64>]) {
         if self.machine.contact().actuated_joints.is_empty() {
             return;
         }
+        let (Some(&first), Some(&last)) = (self.rows.first(), self.rows.last()) else {
+            return;
+        };
+        let logged = rows.window(first..last + 1);
         let of_wheel = |(wheel, by_rule): (usize, &Vec<f64>)| {
-            let logged = rows.outcomes.column(Quantity::Otf(wheel));
+            let logged = logged.outcomes.column(Quantity::Otf(wheel));
             let mut last = 0.0;
             let at = |(place, &row): (usize, &usize)| {
                 if !self.held[place] {
-                    last = logged[row] - by_rule[place];
+                    last = logged[row - first] - by_rule[place];
                 }
                 last
             };
@@ -151,10 +155,10 @@ impl Window {
 }
 
 /// Rows of the event with its margins, on to where every joint rests.
-fn span(machine: &Machine, rows: &Rows, event: [i64; 2]) -> std::ops::Range<usize> {
+fn span(machine: &Machine, rows: &Table, event: [i64; 2]) -> std::ops::Range<usize> {
     let mut state = State::zero(machine);
     let mut rests = |row: usize| {
-        rows.states.get(row, &mut state);
+        rows.state(row, &mut state);
         let joints = machine.joints().iter().zip(&state.joints);
         joints
             .filter(|(joint, _)| joint.spins_wheel.is_none())
@@ -224,7 +228,7 @@ impl<'a> BaseOfRows<'a> {
 
     /// The state of a row with the motion of the base as its sensor's. Once the machine tips, the measured motion of the
     /// base is that of the fall: the base then keeps its motion from before, and the joints move as logged.
-    fn at(&mut self, rows: &Rows, row: usize) -> BaseAt {
+    fn at(&mut self, rows: &Table, row: usize) -> BaseAt {
         let (machine, reasons) = (self.machine, rows.reasons[row]);
         let tips = reasons.has(Reason::Tipping) || reasons.has(Reason::NoGroundContact);
         let may_be_used = |reason| {
@@ -233,7 +237,7 @@ impl<'a> BaseOfRows<'a> {
                 Reason::Tipping | Reason::NoGroundContact | Reason::NotFinite
             )
         };
-        rows.states.get(row, &mut self.state);
+        rows.state(row, &mut self.state);
         let joints_are_known = self.state.joints.iter().all(|j| j.position.is_finite());
         let usable = if tips {
             reasons.iter().all(may_be_used)

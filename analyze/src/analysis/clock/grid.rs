@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::base::rows::Rows;
+use crate::base::estimated::EstimatedRows;
 
 /// Time step (s).
 pub(super) const STEP_S: f64 = 0.01;
@@ -35,7 +35,7 @@ impl Stretch {
 
 /// Stretches of rows for which `holds`; of many, those with the largest sum of `activity`.
 pub(super) fn stretches(
-    rows: &Rows,
+    rows: &EstimatedRows,
     holds: impl Fn(usize) -> bool,
     activity: impl Fn(usize) -> f64,
 ) -> Vec<Stretch> {

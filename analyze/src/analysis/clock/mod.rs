@@ -21,3 +21,4 @@ mod tilt;
 
 pub(crate) use network::estimate;
 pub use offsets::{ClockOffsets, PairOffset, TopicOffset};
+pub(crate) use scene::activity;

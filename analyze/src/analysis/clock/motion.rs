@@ -54,7 +54,11 @@ impl Scene<'_> {
     pub(super) fn wheel_speed(&self, stream: usize, odometry: &Signal) -> Result<Delay, String> {
         let wheels = self.wheels_of(stream);
         let mut parts = self.whole_stretches();
-        parts.retain(|part| part.rows.clone().any(|row| self.facts[row].travels));
+        parts.retain(|part| {
+            part.rows
+                .clone()
+                .any(|row| self.rows.activities[row].travels)
+        });
         if parts.is_empty() {
             return Err("the machine does not travel".into());
         }
@@ -88,8 +92,8 @@ impl Scene<'_> {
         let wheels = self.wheels_of(stream);
         let parts = stretches(
             self.rows,
-            |row| self.facts[row].is_whole,
-            |row| self.facts[row].travel,
+            |row| self.is_whole(row),
+            |row| self.rows.activities[row].travel,
         );
         let channels: Channels = (parts.iter())
             .map(|stretch| {

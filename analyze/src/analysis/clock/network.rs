@@ -11,12 +11,16 @@ use tipwatch_mechanics::state::Sensor;
 
 use super::offsets::{ClockOffsets, PairOffset, TopicOffset};
 use super::pairs;
-use crate::base::rows::Rows;
+use crate::base::estimated::EstimatedRows;
 use crate::load::linkage_force::LinkageForce;
 use crate::load::{LoadedLog, Signal};
 
 /// Estimates the offsets between the clocks of a log's topics; `rows` were estimated from its signals.
-pub(crate) fn estimate(loaded: &LoadedLog, forces: &[LinkageForce], rows: &Rows) -> ClockOffsets {
+pub(crate) fn estimate(
+    loaded: &LoadedLog,
+    forces: &[LinkageForce],
+    rows: &EstimatedRows,
+) -> ClockOffsets {
     offsets(loaded, forces, pairs::compare(loaded, forces, rows))
 }
 

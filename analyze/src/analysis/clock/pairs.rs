@@ -20,7 +20,7 @@ use super::delay::Delay;
 use super::offsets::PairOffset;
 use super::scene::Scene;
 use crate::base::error_text::error_text;
-use crate::base::rows::Rows;
+use crate::base::estimated::EstimatedRows;
 use crate::load::linkage_force::LinkageForce;
 use crate::load::{LoadedLog, Signal};
 
@@ -49,7 +49,11 @@ impl<'a> Pair<'a> {
 }
 
 /// Compares every pair of topics that measure the same motion, in parallel.
-pub(super) fn compare(loaded: &LoadedLog, forces: &[LinkageForce], rows: &Rows) -> Vec<PairOffset> {
+pub(super) fn compare(
+    loaded: &LoadedLog,
+    forces: &[LinkageForce],
+    rows: &EstimatedRows,
+) -> Vec<PairOffset> {
     let scene = Scene::of(loaded, rows);
     let pairs = pairs(&scene, forces);
     let compare =
@@ -66,7 +70,7 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
         let find = move || scene.rotation_and_acceleration(odometry);
         pairs.push(Pair::new(&odometry.topic, &imu.topic, by, find));
     }
-    for joints in &loaded.signals {
+    for joints in loaded.signals.iter() {
         let Sensor::Joints(stream) = joints.sensor else {
             continue;
         };

@@ -2,11 +2,12 @@
 
 use nalgebra::Matrix3;
 use tipwatch_mechanics::State;
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Sensor;
 
 use super::channel::Channel;
 use super::grid::{Stretch, at_steps, stretches};
-use crate::base::rows::Rows;
+use crate::base::estimated::{Activity, EstimatedRows};
 use crate::load::{LoadedLog, Signal};
 
 /// Largest speed of a machine at standstill (m/s).
@@ -14,24 +15,31 @@ const STANDSTILL_SPEED: f64 = 0.05;
 /// A machine that never exceeds this speed (m/s) may only rock on its brakes, without rolling wheels.
 pub(super) const ROLLING_SPEED: f64 = 0.2;
 
-/// Activity of a row, by which stretches are chosen.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct RowFacts {
-    /// No gap in a signal that the loads need.
-    pub(super) is_whole: bool,
-    pub(super) has_velocity: bool,
-    pub(super) at_standstill: bool,
-    pub(super) travels: bool,
-    /// Activity of the machine and of its arm.
-    pub(super) travel: f64,
-    pub(super) arm: f64,
+/// What the machine does in a state, by which stretches are chosen.
+pub(crate) fn activity(machine: &Machine, state: &State<f64>, is_quiet: bool) -> Activity {
+    let speed = state.base.velocity.norm();
+    let joints = machine.joints().iter().zip(&state.joints);
+    Activity {
+        has_velocity: speed.is_finite(),
+        // without odometry travel is unknown
+        at_standstill: !(speed >= STANDSTILL_SPEED),
+        travels: speed > ROLLING_SPEED,
+        is_quiet,
+        travel: state.imu.angular_velocity.norm()
+            + Some(state.base.velocity_rate.norm())
+                .filter(|v| v.is_finite())
+                .unwrap_or(0.0),
+        arm: joints
+            .filter(|(joint, _)| joint.spins_wheel.is_none())
+            .map(|(_, motion)| motion.rate.abs())
+            .sum(),
+    }
 }
 
 /// The log under comparison, with helpers that bring its signals to the grid.
 pub(super) struct Scene<'a> {
     pub(super) loaded: &'a LoadedLog,
-    pub(super) rows: &'a Rows,
-    pub(super) facts: Vec<RowFacts>,
+    pub(super) rows: &'a EstimatedRows,
     /// Rotation from IMU axes to base axes; `None` if it is not mounted on the base.
     base_from_imu: Option<Matrix3<f64>>,
 }
@@ -40,37 +48,19 @@ pub(super) struct Scene<'a> {
 pub(super) type Channels = Vec<Vec<Option<Channel>>>;
 
 impl<'a> Scene<'a> {
-    pub(super) fn of(loaded: &'a LoadedLog, rows: &'a Rows) -> Self {
-        let machine = &loaded.machine;
-        let mut state = State::zero(machine);
-        let facts = (0..rows.len()).map(|row| {
-            rows.states.get(row, &mut state);
-            let speed = state.base.velocity.norm();
-            let joints = machine.joints().iter().zip(&state.joints);
-            RowFacts {
-                is_whole: !rows.reasons[row].leave_state_unknown(),
-                has_velocity: speed.is_finite(),
-                // without odometry travel is unknown
-                at_standstill: !(speed >= STANDSTILL_SPEED),
-                travels: speed > ROLLING_SPEED,
-                travel: state.imu.angular_velocity.norm()
-                    + Some(state.base.velocity_rate.norm())
-                        .filter(|v| v.is_finite())
-                        .unwrap_or(0.0),
-                arm: joints
-                    .filter(|(joint, _)| joint.spins_wheel.is_none())
-                    .map(|(_, motion)| motion.rate.abs())
-                    .sum(),
-            }
-        });
-        let mount = machine.imu();
+    pub(super) fn of(loaded: &'a LoadedLog, rows: &'a EstimatedRows) -> Self {
+        let mount = loaded.machine.imu();
         Self {
             loaded,
             rows,
-            facts: facts.collect(),
             base_from_imu: (mount.body == 0)
                 .then(|| *mount.body_from_mount.rotation.to_rotation_matrix().matrix()),
         }
+    }
+
+    /// Whether a row has no gap in a signal that the loads need.
+    pub(super) fn is_whole(&self, row: usize) -> bool {
+        !self.rows.reasons[row].leave_state_unknown()
     }
 
     pub(super) fn signal(&self, sensor: Sensor) -> Option<&'a Signal> {
@@ -106,7 +96,7 @@ impl<'a> Scene<'a> {
         let mut state = State::zero(&self.loaded.machine);
         let mut columns: [Vec<f64>; N] = std::array::from_fn(|_| Vec::new());
         for row in stretch.rows.clone() {
-            self.rows.states.get(row, &mut state);
+            self.rows.state(row, &mut state);
             for (column, number) in columns.iter_mut().zip(numbers(&mut state)) {
                 column.push(number);
             }
@@ -141,8 +131,8 @@ impl<'a> Scene<'a> {
     pub(super) fn whole_stretches(&self) -> Vec<Stretch> {
         stretches(
             self.rows,
-            |row| self.facts[row].is_whole && self.facts[row].has_velocity,
-            |row| self.facts[row].travel,
+            |row| self.is_whole(row) && self.rows.activities[row].has_velocity,
+            |row| self.rows.activities[row].travel,
         )
     }
 }

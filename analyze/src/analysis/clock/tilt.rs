@@ -26,8 +26,8 @@ impl Scene<'_> {
         let joint = machine.linkages()[linkage].measured_joint;
         let parts = stretches(
             self.rows,
-            |row| self.facts[row].is_whole,
-            |row| self.facts[row].arm,
+            |row| self.is_whole(row),
+            |row| self.rows.activities[row].arm,
         );
         let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
         let channels: Channels = (parts.iter())
@@ -52,8 +52,8 @@ impl Scene<'_> {
         let rotation = self.base_from_imu()?;
         let parts = stretches(
             self.rows,
-            |row| self.facts[row].is_whole && self.facts[row].at_standstill,
-            |row| self.facts[row].arm,
+            |row| self.is_whole(row) && self.rows.activities[row].at_standstill,
+            |row| self.rows.activities[row].arm,
         );
         let channels: Channels = (parts.iter())
             .map(|stretch| {
@@ -121,7 +121,7 @@ impl Scene<'_> {
         let mut state = mean.clone();
         let share = 1.0 / stretch.rows.len() as f64;
         for row in stretch.rows.clone() {
-            self.rows.states.get(row, &mut state);
+            self.rows.state(row, &mut state);
             for (mean, motion) in mean.joints.iter_mut().zip(&state.joints) {
                 mean.position += share * motion.position;
             }

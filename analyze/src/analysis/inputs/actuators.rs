@@ -20,7 +20,7 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
         .filter_map(|(index, joint)| {
             let mut forces = Vec::new();
             let mut topics = Vec::new();
-            for signal in &loaded.signals {
+            for signal in loaded.signals.iter() {
                 let Sensor::Actuator(at) = signal.sensor else {
                     continue;
                 };

@@ -6,7 +6,7 @@ use tipwatch_ingest::Log;
 
 use super::{GrossInput, GrossInputKind};
 use super::{actuators, attitude, fields, gyro, joints, odometry, specific_force, stance};
-use crate::base::rows::Rows;
+use crate::base::estimated::EstimatedRows;
 use crate::load::LoadedLog;
 
 /// The gross inputs of a log, each kind once for each signal; none for inputs that are plausible or that cannot
@@ -18,7 +18,7 @@ pub fn gross_inputs(
     log: &Log,
     file: &MachineFile,
     loaded: &LoadedLog,
-    rows: &Rows,
+    rows: &EstimatedRows,
 ) -> Result<Vec<GrossInput>> {
     let mut found: Vec<GrossInput> = Vec::new();
     found.extend(specific_force::scale(loaded));

@@ -60,7 +60,7 @@ struct Suspects {
 /// Joints whose positions or velocities are in another unit, one finding for each topic.
 pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
     let mut found = Vec::new();
-    for signal in &loaded.signals {
+    for signal in loaded.signals.iter() {
         let Sensor::Joints(stream) = signal.sensor else {
             continue;
         };

@@ -177,7 +177,7 @@ fn compared(x: &BTreeMap<i64, f64>, y: &BTreeMap<i64, f64>) -> Proportion {
 fn wheel_speeds(loaded: &LoadedLog) -> Vec<WheelSpeed> {
     let machine = &loaded.machine;
     let mut speeds = Vec::new();
-    for signal in &loaded.signals {
+    for signal in loaded.signals.iter() {
         let Sensor::Joints(stream) = signal.sensor else {
             continue;
         };

@@ -9,8 +9,8 @@ use tipwatch_mechanics::{State, Workspace, evaluate};
 
 use super::windows::windows;
 use super::{GrossInput, GrossInputKind};
+use crate::base::estimated::EstimatedRows;
 use crate::base::number::short;
-use crate::base::rows::Rows;
 
 /// Largest angular velocity of a quiet row (rad/s).
 const QUIET_RAD_S: f64 = 0.03;
@@ -28,17 +28,24 @@ const MOST_EARLIER: usize = 500;
 /// second: it would turn about the edge by several degrees.
 const TIPPING_SHARE: f64 = 0.05;
 
-/// A specific force that never points away from the ground.
-pub(super) fn direction(machine: &Machine, rows: &Rows) -> Option<GrossInput> {
-    let windows = windows(&rows.times_ns);
-    let mut scratch = Scratch::new(machine);
+/// The rows whose specific force is looked at: one in each of some windows of a second.
+pub(crate) fn looked_at(times_ns: &[i64]) -> Vec<usize> {
+    let windows = windows(times_ns);
     let step = windows.len().div_ceil(MOST_WINDOWS).max(1);
-    let tilts = windows.iter().step_by(step).filter_map(|window| {
-        let row = (window.start + window.end) / 2;
+    let windows = windows.iter().step_by(step);
+    windows
+        .map(|window| (window.start + window.end) / 2)
+        .collect()
+}
+
+/// A specific force that never points away from the ground.
+pub(super) fn direction(machine: &Machine, rows: &EstimatedRows) -> Option<GrossInput> {
+    let mut scratch = Scratch::new(machine);
+    let tilts = looked_at(&rows.times_ns).into_iter().filter_map(|row| {
         if rows.reasons[row].leave_state_unknown() {
             return None;
         }
-        rows.states.get(row, &mut scratch.state);
+        rows.state(row, &mut scratch.state);
         // at rest every part has the same specific force, whatever holds it
         scratch.state.tool_wrench.force = Vector3::zeros();
         scratch.state.tool_wrench.moment = Vector3::zeros();
@@ -75,13 +82,13 @@ pub(super) fn direction(machine: &Machine, rows: &Rows) -> Option<GrossInput> {
 }
 
 /// A machine that rests where it would tip over.
-pub(super) fn rests_while_tipping(machine: &Machine, rows: &Rows) -> Option<GrossInput> {
-    let window = quiet_windows(machine, rows).into_iter().next()?;
+pub(super) fn rests_while_tipping(machine: &Machine, rows: &EstimatedRows) -> Option<GrossInput> {
+    let window = quiet_windows(rows).into_iter().next()?;
     let mut scratch = Scratch::new(machine);
     let earlier = 0..window.start;
     let step = window.start.div_ceil(MOST_EARLIER).max(1);
     for row in earlier.step_by(step) {
-        rows.states.get(row, &mut scratch.state);
+        rows.state(row, &mut scratch.state);
         let outcome = evaluate(machine, &scratch.state, &mut scratch.workspace);
         let stood = outcome.itom_full.iter().all(|moment| *moment <= 0.0);
         if stood && !rows.reasons[row].leave_state_unknown() {
@@ -96,7 +103,7 @@ pub(super) fn rests_while_tipping(machine: &Machine, rows: &Rows) -> Option<Gros
         (window.start + window.end) / 2,
         window.end - 1,
     ] {
-        rows.states.get(row, &mut scratch.state);
+        rows.state(row, &mut scratch.state);
         let outcome = evaluate(machine, &scratch.state, &mut scratch.workspace);
         for (edge, least) in machine.polygon().edges().iter().zip(&mut least) {
             let wheels = 0..machine.wheels().len();
@@ -154,27 +161,26 @@ impl Scratch {
     }
 }
 
+/// Whether the base does not turn, and the arm moves slowly at most.
+pub(crate) fn is_quiet(machine: &Machine, state: &State<f64>) -> bool {
+    let imu = &state.imu;
+    let length = imu.specific_force.norm() / machine.gravity();
+    let joints = (machine.joints().iter().zip(&state.joints))
+        .filter(|(joint, _)| joint.spins_wheel.is_none());
+    (length - 1.0).abs() < QUIET_SHARE
+        && imu.angular_velocity.norm() < QUIET_RAD_S
+        && joints
+            .into_iter()
+            .all(|(_, motion)| motion.rate.abs() < QUIET_JOINTS)
+}
+
 /// Windows of a second in which the base does not turn, the arm moves slowly at most, and the signals determine the state.
-fn quiet_windows(machine: &Machine, rows: &Rows) -> Vec<Range<usize>> {
-    let mut state = State::zero(machine);
-    let mut is_quiet = |row: usize| {
-        if rows.reasons[row].leave_state_unknown() {
-            return false;
-        }
-        rows.states.get(row, &mut state);
-        let imu = &state.imu;
-        let length = imu.specific_force.norm() / machine.gravity();
-        let joints = (machine.joints().iter().zip(&state.joints))
-            .filter(|(joint, _)| joint.spins_wheel.is_none());
-        (length - 1.0).abs() < QUIET_SHARE
-            && imu.angular_velocity.norm() < QUIET_RAD_S
-            && joints
-                .into_iter()
-                .all(|(_, motion)| motion.rate.abs() < QUIET_JOINTS)
-    };
+fn quiet_windows(rows: &EstimatedRows) -> Vec<Range<usize>> {
+    let is_quiet =
+        |row: usize| rows.activities[row].is_quiet && !rows.reasons[row].leave_state_unknown();
     let found = windows(&rows.times_ns).into_iter();
     let seconds = |window: &Range<usize>| rows.seconds(window.end - 1) - rows.seconds(window.start);
     found
-        .filter(|window| seconds(window) > 0.7 && window.clone().all(&mut is_quiet))
+        .filter(|window| seconds(window) > 0.7 && window.clone().all(is_quiet))
         .collect()
 }

@@ -4,8 +4,9 @@ use plotly::Traces;
 use plotly::common::Visible;
 use tipwatch_mechanics::Quantity;
 
-use super::plotter::{FEWER_POINTS, Plotter, axis};
+use super::plotter::{Plotter, axis};
 use crate::page::{Figure, plain};
+use crate::report::sketch::Curve;
 
 /// An indicator: its quantity for each edge.
 type OfEdge = fn(usize) -> Quantity;
@@ -14,7 +15,7 @@ impl Plotter<'_> {
     pub(super) fn stability(&self) -> Figure {
         let mut traces = Traces::new();
         let margin = Quantity::ZmpMargin;
-        traces.push(self.curve(0, margin.kind().label, &self.valid(margin)));
+        traces.push(self.curve(0, margin.kind().label, Curve::Result(margin)));
         let title =
             "Distance of the zero moment point (ZMP) from the nearest edge, positive inside";
         self.figure(title, &axis("Margin", margin), 300, traces)
@@ -48,16 +49,15 @@ impl Plotter<'_> {
         let mut traces = Traces::new();
         for (place, kind) in kinds.iter().enumerate() {
             for (index, edge) in self.analysis.machine.polygon().edges().iter().enumerate() {
-                let values = self.valid(kind(index));
-                if !values.iter().any(|value| value.is_finite()) {
+                let curve = Curve::Result(kind(index));
+                if !self.is_known(curve) {
                     continue;
                 }
                 let name = format!("{} {}", kind(index).kind().label, plain(&edge.name));
-                traces.push(if place == 0 {
-                    self.curve(index, &name, &values)
-                } else {
-                    let curve = self.curve_of(index, &name, &values, FEWER_POINTS);
-                    curve.visible(Visible::LegendOnly)
+                let curve = self.curve(index, &name, curve);
+                traces.push(match place {
+                    0 => curve,
+                    _ => curve.visible(Visible::LegendOnly),
                 });
             }
         }

@@ -2,17 +2,17 @@
 
 use plotly::Traces;
 use plotly::common::Visible;
-use tipwatch_mechanics::State;
 
 use super::plotter::Plotter;
 use crate::page::{Figure, plain};
+use crate::report::sketch::Curve;
 
-/// A curve: its name and its value in each row, NaN where it is missing.
-struct Curve {
+/// A curve with its name.
+struct Named {
     name: String,
     /// Whether it is hidden at first: the turns of a wheel would dwarf every other joint.
     hidden: bool,
-    values: Vec<f64>,
+    curve: Curve,
 }
 
 impl Plotter<'_> {
@@ -37,7 +37,7 @@ impl Plotter<'_> {
         .map(|(title, unit, curves)| {
             let mut traces = Traces::new();
             for (index, curve) in curves.iter().enumerate() {
-                let trace = self.curve(index, &plain(&curve.name), &curve.values);
+                let trace = self.curve(index, &plain(&curve.name), curve.curve);
                 traces.push(if curve.hidden {
                     trace.visible(Visible::LegendOnly)
                 } else {
@@ -50,45 +50,39 @@ impl Plotter<'_> {
     }
 
     /// Revolute joints, prismatic joints, specific force, angular velocity.
-    fn input_curves(&self) -> [Vec<Curve>; 4] {
+    fn input_curves(&self) -> [Vec<Named>; 4] {
         let machine = &self.analysis.machine;
-        let rows = self.analysis.rows.len();
-        let curve = |name: &str| Curve {
-            name: name.into(),
-            hidden: false,
-            values: Vec::with_capacity(rows),
+        let axes = |curve: fn(usize) -> Curve| -> Vec<Named> {
+            let axes = ["x", "y", "z"].into_iter().enumerate();
+            axes.map(|(axis, name)| Named {
+                name: name.into(),
+                hidden: false,
+                curve: curve(axis),
+            })
+            .collect()
         };
-        let mut joints: Vec<Curve> = machine
+        let (mut revolute, mut prismatic) = (Vec::new(), Vec::new());
+        for (index, joint) in machine
             .joints()
             .iter()
-            .map(|joint| curve(&joint.name))
-            .collect();
-        let mut force = ["x", "y", "z"].map(curve);
-        let mut rate = ["x", "y", "z"].map(curve);
-        let mut state = State::zero(machine);
-        for row in 0..rows {
-            self.analysis.rows.states.get(row, &mut state);
-            for (curve, joint) in joints.iter_mut().zip(&state.joints) {
-                curve.values.push(joint.position);
-            }
-            for axis in 0..3 {
-                force[axis].values.push(state.imu.specific_force[axis]);
-                rate[axis].values.push(state.imu.angular_velocity[axis]);
-            }
-        }
-        let (mut revolute, mut prismatic) = (Vec::new(), Vec::new());
-        for (index, mut curve) in joints
-            .into_iter()
             .enumerate()
-            .filter(|(index, _)| machine.joints()[*index].logged)
+            .filter(|(_, j)| j.logged)
         {
-            curve.hidden = machine.joints()[index].spins_wheel.is_some();
-            if machine.joint_slides(index) {
-                prismatic.push(curve);
-            } else {
-                revolute.push(curve);
+            let named = Named {
+                name: joint.name.clone(),
+                hidden: joint.spins_wheel.is_some(),
+                curve: Curve::Position(index),
+            };
+            match machine.joint_slides(index) {
+                true => prismatic.push(named),
+                false => revolute.push(named),
             }
         }
-        [revolute, prismatic, force.into(), rate.into()]
+        [
+            revolute,
+            prismatic,
+            axes(Curve::SpecificForce),
+            axes(Curve::AngularVelocity),
+        ]
     }
 }

@@ -7,6 +7,7 @@ use tipwatch_mechanics::Quantity;
 
 use super::plotter::{Plotter, axis};
 use crate::page::{Figure, colour, scatter};
+use crate::report::sketch::Curve;
 
 impl Plotter<'_> {
     pub(super) fn loads(&self) -> Figure {
@@ -22,13 +23,13 @@ impl Plotter<'_> {
             }
         }
         for (wheel, name) in names.iter().enumerate() {
-            traces.push(self.curve(wheel, name, &self.valid(Quantity::Load(wheel))));
+            traces.push(self.curve(wheel, name, Curve::Result(Quantity::Load(wheel))));
         }
         self.add_limits(&mut traces, &names);
         for (wheel, name) in names.iter().enumerate() {
             let otf = Quantity::Otf(wheel);
             let label = format!("{name} {}", otf.kind().label);
-            let otf = self.curve(wheel, &label, &self.valid(otf));
+            let otf = self.curve(wheel, &label, Curve::Result(otf));
             traces.push(otf.visible(Visible::LegendOnly));
         }
         self.figure(
@@ -45,19 +46,11 @@ impl Plotter<'_> {
         if !self.has(sigma) {
             return None;
         }
-        let (load, sigma) = (self.valid(Quantity::Load(wheel)), self.valid(sigma));
-        let pairs = || load.iter().zip(&sigma);
-        let low: Vec<f64> = pairs()
-            .map(|(l, s)| {
-                if l.is_nan() {
-                    *l
-                } else {
-                    (l - 2.0 * s).max(0.0)
-                }
-            })
-            .collect();
-        let high: Vec<f64> = pairs().map(|(l, s)| l + 2.0 * s).collect();
-        let band = self.between(&format!("{name} ± 2 σ"), &low, &high, colour(wheel, 0.16));
+        let band = self.area(
+            &format!("{name} ± 2 σ"),
+            Curve::TwoSigma(wheel),
+            colour(wheel, 0.16),
+        );
         Some(band.show_legend(false))
     }
 
@@ -95,11 +88,7 @@ impl Plotter<'_> {
 
     /// The smallest and the largest load that equilibrium allows.
     fn envelope(&self, wheel: usize, name: &str) -> Box<dyn Trace> {
-        let (least, largest) = (
-            self.valid(Quantity::LoadLeast(wheel)),
-            self.valid(Quantity::LoadLargest(wheel)),
-        );
         let name = format!("{name} envelope");
-        self.between(&name, &least, &largest, colour(wheel, 0.07))
+        self.area(&name, Curve::Envelope(wheel), colour(wheel, 0.07))
     }
 }

@@ -8,11 +8,10 @@ use tipwatch_mechanics::Quantity;
 
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
-use crate::page::{ColumnScatter, Figure, MOST_POINTS, layout, line, plain, rows_to_draw, scatter};
+use crate::page::{ColumnScatter, Figure, layout, line, plain, scatter};
 use crate::report::findings::{Scene, rank};
+use crate::report::sketch::{Curve, Sketch};
 
-/// Points of a filled shape's edge, and of a curve that is hidden at first: the page stays small.
-pub(super) const FEWER_POINTS: usize = 1000;
 /// Most events shown in a figure, the most important ones.
 pub(in crate::report) const MOST_EVENTS: usize = 100;
 
@@ -22,7 +21,7 @@ const ABOVE: usize = 32;
 /// Draws the curves of one analysis.
 pub(super) struct Plotter<'a> {
     pub(super) analysis: &'a Analysis,
-    pub(super) seconds: Vec<f64>,
+    pub(super) sketch: &'a Sketch,
 }
 
 /// Title of a vertical axis: what it shows, and the unit.
@@ -30,67 +29,54 @@ pub(super) fn axis(what: &str, quantity: Quantity) -> String {
     format!("{what} [{}]", quantity.kind().unit)
 }
 
-impl<'a> Plotter<'a> {
-    pub(super) fn new(analysis: &'a Analysis) -> Self {
-        Self {
-            analysis,
-            seconds: seconds(analysis),
-        }
+impl Plotter<'_> {
+    fn seconds(&self, row: usize) -> f64 {
+        (self.analysis.rows.seconds(row) * 1e6).round() / 1e6
     }
 
-    /// A result in the rows whose loads are usable, else NaN.
-    pub(super) fn valid(&self, quantity: Quantity) -> Vec<f64> {
-        let rows = &self.analysis.rows;
-        let values = rows.outcomes.column(quantity).iter().zip(&rows.reasons);
-        values
-            .map(|(&value, reasons)| {
-                if reasons.leave_loads() {
-                    value
-                } else {
-                    f64::NAN
-                }
-            })
-            .collect()
+    pub(super) fn curve(&self, index: usize, name: &str, curve: Curve) -> Box<ColumnScatter> {
+        let points = self.sketch.points(curve);
+        let times: Vec<f64> = points.iter().map(|p| self.seconds(p.row())).collect();
+        let values: Vec<f64> = points.iter().map(|p| p.values()[0]).collect();
+        line(index, name, &times, &values)
     }
 
-    pub(super) fn curve(&self, index: usize, name: &str, values: &[f64]) -> Box<ColumnScatter> {
-        self.curve_of(index, name, values, MOST_POINTS)
+    /// Whether a curve has any value.
+    pub(super) fn is_known(&self, curve: Curve) -> bool {
+        let mut points = self.sketch.points(curve).iter();
+        points.any(|point| point.values()[0].is_finite())
     }
 
-    pub(super) fn curve_of(
-        &self,
-        index: usize,
-        name: &str,
-        values: &[f64],
-        points: usize,
-    ) -> Box<ColumnScatter> {
-        line(index, name, &self.seconds, values, points)
+    /// The area between the two values of a curve, as a filled shape.
+    pub(super) fn area(&self, name: &str, curve: Curve, fill: Rgba) -> Box<ColumnScatter> {
+        let points = self.sketch.points(curve).iter();
+        self.between(
+            name,
+            points.map(|p| (p.row(), p.values()[0], p.values()[1])),
+            fill,
+        )
     }
 
-    /// The area between two curves, as a filled shape.
+    /// The area between two curves, as a filled shape: rows with the value below and the one above.
     pub(super) fn between(
         &self,
         name: &str,
-        low: &[f64],
-        high: &[f64],
+        points: impl Iterator<Item = (usize, f64, f64)>,
         fill: Rgba,
     ) -> Box<ColumnScatter> {
-        let mut rows = rows_to_draw(low, FEWER_POINTS);
-        rows.extend(rows_to_draw(high, FEWER_POINTS));
-        rows.sort_unstable();
-        rows.dedup();
+        let points: Vec<(usize, f64, f64)> = points.collect();
         let (mut times, mut values) = (Vec::new(), Vec::new());
-        for run in rows
-            .split(|&row| !(low[row].is_finite() && high[row].is_finite()))
+        for run in points
+            .split(|(_, low, high)| !(low.is_finite() && high.is_finite()))
             .filter(|run| !run.is_empty())
         {
-            let there = run.iter().map(|&row| (row, high[row]));
-            let back = run.iter().rev().map(|&row| (row, low[row]));
+            let there = run.iter().map(|&(row, _, high)| (row, high));
+            let back = run.iter().rev().map(|&(row, low, _)| (row, low));
             for (row, value) in there.chain(back) {
-                times.push(self.seconds[row]);
+                times.push(self.seconds(row));
                 values.push(value);
             }
-            times.push(self.seconds[run[run.len() - 1]]);
+            times.push(self.seconds(run[run.len() - 1].0));
             values.push(f64::NAN);
         }
         scatter(&times, &values)
@@ -104,7 +90,7 @@ impl<'a> Plotter<'a> {
 
     /// Whether the chosen model computes a quantity.
     pub(super) fn has(&self, quantity: Quantity) -> bool {
-        self.analysis.rows.outcomes.quantities.contains(&quantity)
+        self.analysis.rows.has(quantity)
     }
 
     pub(super) fn wheel_names(&self) -> Vec<String> {
@@ -120,7 +106,7 @@ impl<'a> Plotter<'a> {
     }
 
     pub(super) fn last_second(&self) -> f64 {
-        self.seconds.last().copied().unwrap_or(0.0)
+        (self.analysis.rows.len().checked_sub(1)).map_or(0.0, |last| self.seconds(last))
     }
 
     pub(super) fn span(&self, event: &Event) -> (f64, f64) {
@@ -160,12 +146,6 @@ fn shown(events: &[Event]) -> Vec<&Event> {
     shown.truncate(MOST_EVENTS);
     shown.sort_by_key(|event| (event.start_ns, rank(event.kind)));
     shown
-}
-
-fn seconds(analysis: &Analysis) -> Vec<f64> {
-    (0..analysis.rows.len())
-        .map(|row| (analysis.rows.seconds(row) * 1e6).round() / 1e6)
-        .collect()
 }
 
 fn tint(kind: EventKind) -> [u8; 3] {

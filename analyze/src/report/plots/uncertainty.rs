@@ -7,7 +7,8 @@ use tipwatch_mechanics::studies::monte_carlo::Band;
 use tipwatch_mechanics::{ColumnNames, Quantity};
 
 use super::plotter::{Plotter, axis};
-use crate::page::{Figure, colour, plain};
+use crate::page::{Figure, colour, plain, rows_to_draw};
+use crate::report::sketch::{Curve, FEWER_POINTS};
 
 /// What is plotted, the title of its axis, and one of the quantities that belong to it.
 type Kind = (&'static str, &'static str, Quantity);
@@ -56,12 +57,21 @@ impl Plotter<'_> {
         let names = ColumnNames::of(&self.analysis.machine);
         for (index, band) in bands.enumerate() {
             let name = plain(&band.quantity.column(&names));
-            let shape = self.between(&name, &band.low, &band.high, colour(index, 0.25));
+            let shape = self.between(&name, thinned(band), colour(index, 0.25));
             traces.push(shape.show_legend(false));
             if self.has(band.quantity) {
-                traces.push(self.curve(index, &name, &self.valid(band.quantity)));
+                traces.push(self.curve(index, &name, Curve::Result(band.quantity)));
             }
         }
         self.figure(title, unit, 340, traces)
     }
+}
+
+/// The rows of a band to draw, with its ends.
+fn thinned(band: &Band) -> impl Iterator<Item = (usize, f64, f64)> {
+    let mut rows = rows_to_draw(&band.low, FEWER_POINTS);
+    rows.extend(rows_to_draw(&band.high, FEWER_POINTS));
+    rows.sort_unstable();
+    rows.dedup();
+    (rows.into_iter()).map(|row| (row, band.low[row], band.high[row]))
 }

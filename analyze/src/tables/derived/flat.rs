@@ -6,7 +6,6 @@ use tipwatch_mechanics::{ColumnNames, QuantityGroup};
 
 use super::messages::{Flat, Header, Time};
 use crate::analysis::Analysis;
-use crate::tables::table;
 
 /// A topic and the quantities in its messages.
 #[derive(Debug)]
@@ -37,8 +36,7 @@ impl FlatTopic {
             let mut columns = Vec::new();
             let outcomes = &analysis.rows.outcomes;
             for (column, &quantity) in outcomes.quantities.iter().enumerate() {
-                let is_written = table::is_written(quantity, &outcomes.columns[column]);
-                if quantity.kind().group != group || !is_written {
+                if quantity.kind().group != group {
                     continue;
                 }
                 let name = field_name(&quantity.column(&column_names), &names);

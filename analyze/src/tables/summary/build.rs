@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use tipwatch_mechanics::ColumnNames;
 use tipwatch_mechanics::studies::monte_carlo::Band;
-use tipwatch_mechanics::{ColumnNames, Quantity};
 
 use super::document::*;
 use crate::analysis::model_comparison::ModelComparison;
@@ -96,41 +96,17 @@ fn specific_force_source(inputs: &[Input]) -> &'static str {
 }
 
 fn wheel_summary(analysis: &Analysis, wheel: usize) -> WheelSummary {
-    let rows = &analysis.rows;
-    let valid: Vec<usize> = (0..rows.len())
-        .filter(|&row| rows.reasons[row].is_empty())
-        .collect();
-    let load = rows.outcomes.column(Quantity::Load(wheel));
-    let otf = rows.outcomes.column(Quantity::Otf(wheel));
-    let lightest = valid
-        .iter()
-        .copied()
-        .min_by(|&a, &b| otf[a].total_cmp(&otf[b]));
-    let loads = || valid.iter().map(|&row| load[row]);
+    let found = &analysis.digest.wheels[wheel];
     WheelSummary {
         static_load_n: known(analysis.machine.reference().static_load[wheel]),
         min_load_limit_n: analysis.min_loads_n.as_ref().map(|loads| loads[wheel]),
-        mean_load_n: known(loads().sum::<f64>() / valid.len() as f64),
-        least_load_n: loads().reduce(f64::min),
-        least_otf_n: lightest.map(|row| otf[row]),
-        least_otf_s: lightest.map(|row| rows.seconds(row)),
-        largest_load_n: loads().reduce(f64::max),
-        median_load_sigma_n: median_sigma(analysis, wheel, &valid),
+        mean_load_n: known(found.mean_load_n),
+        least_load_n: found.least_load_n,
+        least_otf_n: found.least_otf.map(|(_, otf_n)| otf_n),
+        least_otf_s: found.least_otf.map(|(row, _)| analysis.rows.seconds(row)),
+        largest_load_n: found.largest_load_n,
+        median_load_sigma_n: found.median_load_sigma_n,
     }
-}
-
-/// Median of the standard deviation over the valid rows; `None` for models without it.
-fn median_sigma(analysis: &Analysis, wheel: usize, valid: &[usize]) -> Option<f64> {
-    let outcomes = &analysis.rows.outcomes;
-    let quantity = Quantity::LoadSigma(wheel);
-    if !outcomes.quantities.contains(&quantity) {
-        return None;
-    }
-    let column = outcomes.column(quantity);
-    let mut sigmas: Vec<f64> = valid.iter().map(|&row| column[row]).collect();
-    sigmas.retain(|sigma| sigma.is_finite());
-    sigmas.sort_by(f64::total_cmp);
-    sigmas.get(sigmas.len() / 2).copied()
 }
 
 fn model_summary(analysis: &Analysis) -> ModelSummary {

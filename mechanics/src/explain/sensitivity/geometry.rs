@@ -9,16 +9,16 @@ use super::writer::Writer;
 use crate::dynamics::composite::Composite;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler_derivatives::BaseGradient;
-use crate::geometry::spatial::{Wrench, cross, rotate, rotate_back};
+use crate::geometry::spatial::{Wrench, cross, each, each_of, rotate, rotate_back};
 use crate::machine::{LinkGroup, Mounting, Split};
-use crate::number::Real;
+use crate::number::{Real, Wheels};
 use crate::wheel_loads::LoadAdjoint;
 
 /// Position and small rotations of the IMU in its body.
 pub(super) fn write_imu<T: Real>(
     motion: &SensedMotion<'_, T>,
-    base: &BaseGradient<T>,
-    write: &mut Writer<'_, T>,
+    base: &BaseGradient<T::Wheels>,
+    write: &mut Writer<'_, T::Wheels>,
 ) {
     let (machine, mounting) = (motion.machine, motion.sensor_frame);
     let carrier = &motion.motions[machine.imu.body];
@@ -26,7 +26,7 @@ pub(super) fn write_imu<T: Real>(
     // a shift d in the body changes it by alpha x d + w x (w x d), with the body's own angular motion.
     let by_place = -pulled(carrier, &base.specific_force);
     let sensed = base.by_sensor(motion);
-    let measured = |v: &Vector3<T>| rotate(&mounting.rotation, v);
+    let measured = |v: &Vector3<T>| each(&rotate(&mounting.rotation, v));
     let imu = &motion.state.imu;
     let by_turn = cross(&measured(&imu.specific_force), &sensed.specific_force)
         + cross(&measured(&imu.angular_velocity), &sensed.angular_velocity)
@@ -34,8 +34,9 @@ pub(super) fn write_imu<T: Real>(
             &measured(&imu.angular_acceleration),
             &sensed.angular_acceleration,
         );
+    let rotation = each_of(&carrier.rotation);
     for by in [by_place, by_turn] {
-        write.vector(&rotate_back(&carrier.rotation, &by));
+        write.vector(&rotate_back(&rotation, &by));
     }
 }
 
@@ -43,8 +44,8 @@ pub(super) fn write_imu<T: Real>(
 pub(super) fn write_arm<T: Real>(
     motion: &SensedMotion<'_, T>,
     reverse_pass: &ReversePass<T>,
-    base: &BaseGradient<T>,
-    write: &mut Writer<'_, T>,
+    base: &BaseGradient<T::Wheels>,
+    write: &mut Writer<'_, T::Wheels>,
 ) {
     let Some(mounting) = &motion.machine.arm_mounting else {
         return;
@@ -68,8 +69,8 @@ pub(super) fn write_arm<T: Real>(
 pub(super) fn write_wheels<T: Real>(
     motion: &SensedMotion<'_, T>,
     reverse_pass: &ReversePass<T>,
-    adjoint: &LoadAdjoint<T>,
-    write: &mut Writer<'_, T>,
+    adjoint: &LoadAdjoint<T::Wheels>,
+    write: &mut Writer<'_, T::Wheels>,
 ) {
     for (wheel, spec) in motion.machine.wheels.iter().enumerate() {
         let mounting = &spec.mounting;
@@ -95,8 +96,8 @@ pub(super) fn write_wheels<T: Real>(
 /// The split rule and the tyres.
 pub(super) fn write_contact<T: Real>(
     motion: &SensedMotion<'_, T>,
-    adjoint: &LoadAdjoint<T>,
-    write: &mut Writer<'_, T>,
+    adjoint: &LoadAdjoint<T::Wheels>,
+    write: &mut Writer<'_, T::Wheels>,
 ) {
     let contact = &motion.machine.contact;
     if matches!(contact.split, Split::RollMomentDistribution { .. }) {
@@ -116,19 +117,21 @@ fn shifted<T: Real>(
     carrier: &BodyMotion<T>,
     moments: &Composite<T>,
     force: &Vector3<T>,
-    form: &Wrench<T>,
-) -> Vector3<T> {
-    let lever = form.force * moments.mass + cross(&form.moment, &moments.first);
-    pulled(carrier, &lever) + cross(force, &form.moment)
+    form: &Wrench<T::Wheels>,
+) -> Vector3<T::Wheels> {
+    let lever =
+        form.force * T::Wheels::each(moments.mass) + cross(&form.moment, &each(&moments.first));
+    pulled(carrier, &lever) + cross(&each(force), &form.moment)
 }
 
 fn write_in_mounting<T: Real>(
     motion: &SensedMotion<'_, T>,
     mounting: &Mounting,
-    by: &Vector3<T>,
-    write: &mut Writer<'_, T>,
+    by: &Vector3<T::Wheels>,
+    write: &mut Writer<'_, T::Wheels>,
 ) {
-    let in_carrier = rotate_back(&motion.motions[mounting.carrier].rotation, by);
-    let axes = mounting.carrier_from_axes.map(T::constant);
+    let rotation = each_of(&motion.motions[mounting.carrier].rotation);
+    let in_carrier = rotate_back(&rotation, by);
+    let axes = mounting.carrier_from_axes.map(T::Wheels::constant);
     write.vector(&rotate_back(&axes, &in_carrier));
 }

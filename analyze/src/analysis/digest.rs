@@ -1,0 +1,237 @@
+//! Key figures of all rows, which summary, policy and report state.
+
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{Quantity, State};
+
+use super::margin::{MarginPass, Margins};
+use super::spread_values::SpreadValues;
+use crate::base::rows::Rows;
+use crate::base::table::Table;
+use crate::events::split_rule::is_open;
+
+/// Rows in which an attitude is looked for, evenly spread.
+const LOOKED_AT: usize = 50;
+
+/// Key figures of all rows.
+#[derive(Debug, Clone)]
+pub struct Digest {
+    /// Number of valid rows.
+    pub valid_rows: usize,
+    /// Figures of each wheel over the valid rows.
+    pub wheels: Vec<WheelDigest>,
+    /// The margins.
+    pub margins: Margins,
+    /// Row and wheel of the smallest load compared with the load at rest; `None` if no valid row has loads.
+    pub lightest: Option<(usize, usize)>,
+    /// Median width of the envelopes as a share of the loads at rest; 0 where it is unknown.
+    pub open_split: f64,
+    /// Whether the log has an attitude.
+    pub has_attitude: bool,
+}
+
+/// Figures of a wheel over the valid rows.
+#[derive(Debug, Clone)]
+pub struct WheelDigest {
+    /// Mean load (N); NaN without a valid row.
+    pub mean_load_n: f64,
+    /// Smallest load (N).
+    pub least_load_n: Option<f64>,
+    /// Largest load (N).
+    pub largest_load_n: Option<f64>,
+    /// Row of the smallest OTF, and that OTF (N).
+    pub least_otf: Option<(usize, f64)>,
+    /// Median of the standard deviation of the load (N); `None` for models without it.
+    pub median_load_sigma_n: Option<f64>,
+    /// The smallest finite load, the first of equal ones.
+    pub lowest: Option<LowestLoad>,
+    /// Whether another split could have left the wheel without load.
+    pub could_unload: bool,
+    /// Whether the range of the load over all splits is known in every row.
+    pub is_range_known: bool,
+    /// When the wheel carried least while another split could have brought it below its limit.
+    pub open: Option<OpenLoad>,
+}
+
+/// A lowest load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LowestLoad {
+    /// The row.
+    pub row: usize,
+    /// The load (N).
+    pub load_n: f64,
+    /// Whether equilibrium leaves it open.
+    pub is_split_open: bool,
+}
+
+/// A load with its range over all splits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OpenLoad {
+    /// The row.
+    pub row: usize,
+    /// The load under the stated split (N).
+    pub load_n: f64,
+    /// The smallest load that equilibrium allows (N).
+    pub least_n: f64,
+    /// The largest load that equilibrium allows (N).
+    pub largest_n: f64,
+}
+
+/// The digest while the rows are computed block by block.
+pub(super) struct DigestPass<'a> {
+    machine: &'a Machine,
+    min_loads_n: Option<&'a [f64]>,
+    /// Rows from one in which an attitude is looked for to the next.
+    attitude_step: usize,
+    digest: Digest,
+    margins: MarginPass<'a>,
+    lightest_share: f64,
+    sigmas: Vec<SpreadValues>,
+    widths: SpreadValues,
+}
+
+impl<'a> DigestPass<'a> {
+    pub(super) fn new(
+        machine: &'a Machine,
+        table: &'a Table,
+        min_loads_n: Option<&'a [f64]>,
+    ) -> Self {
+        let margins = MarginPass::new(machine, table);
+        let none = WheelDigest {
+            mean_load_n: 0.0,
+            least_load_n: None,
+            largest_load_n: None,
+            least_otf: None,
+            median_load_sigma_n: None,
+            lowest: None,
+            could_unload: false,
+            is_range_known: true,
+            open: None,
+        };
+        let wheels = machine.wheels().len();
+        Self {
+            machine,
+            min_loads_n,
+            attitude_step: (table.len() / LOOKED_AT).max(1),
+            digest: Digest {
+                valid_rows: 0,
+                wheels: vec![none; wheels],
+                margins: MarginPass::new(machine, table).finish(),
+                lightest: None,
+                open_split: 0.0,
+                has_attitude: false,
+            },
+            margins,
+            lightest_share: f64::INFINITY,
+            sigmas: vec![SpreadValues::default(); wheels],
+            widths: SpreadValues::default(),
+        }
+    }
+
+    /// Takes the next rows.
+    pub(super) fn take(&mut self, rows: &Rows) {
+        self.margins.take(rows);
+        self.look_for_attitude(rows);
+        let valid: Vec<usize> = (0..rows.len()).filter(|&row| rows.is_valid(row)).collect();
+        self.digest.valid_rows += valid.len();
+        for wheel in 0..self.digest.wheels.len() {
+            self.take_wheel(rows, wheel, &valid);
+        }
+        self.look_for_lightest(rows, &valid);
+    }
+
+    fn take_wheel(&mut self, rows: &Rows, wheel: usize, valid: &[usize]) {
+        let column = |quantity| rows.outcomes.column(quantity);
+        let (load, otf) = (column(Quantity::Load(wheel)), column(Quantity::Otf(wheel)));
+        let least = column(Quantity::LoadLeast(wheel));
+        let largest = column(Quantity::LoadLargest(wheel));
+        let at_rest_n = self.machine.reference().static_load[wheel];
+        let limit_n = self.min_loads_n.map_or(0.0, |limits| limits[wheel]);
+        let found = &mut self.digest.wheels[wheel];
+        for &row in valid {
+            let load_n = load[row];
+            found.mean_load_n += load_n;
+            let with = |known: Option<f64>, of: fn(f64, f64) -> f64| {
+                Some(known.map_or(load_n, |known| of(known, load_n)))
+            };
+            found.least_load_n = with(found.least_load_n, f64::min);
+            found.largest_load_n = with(found.largest_load_n, f64::max);
+            let least_otf = found.least_otf;
+            if least_otf.is_none_or(|(_, least)| otf[row].total_cmp(&least).is_lt()) {
+                found.least_otf = Some((rows.first + row, otf[row]));
+            }
+            if load_n.is_finite() && found.lowest.is_none_or(|lowest| load_n < lowest.load_n) {
+                found.lowest = Some(LowestLoad {
+                    row: rows.first + row,
+                    load_n,
+                    is_split_open: is_open(rows, wheel, row),
+                });
+            }
+            let least_n = least[row];
+            found.could_unload |= least_n <= 0.0;
+            found.is_range_known &= least_n.is_finite();
+            let is_less = |open: OpenLoad| load_n.total_cmp(&open.load_n).is_lt();
+            if (least_n < limit_n || least_n <= 0.0)
+                && found.open.is_none_or(is_less)
+                && is_open(rows, wheel, row)
+            {
+                found.open = Some(OpenLoad {
+                    row: rows.first + row,
+                    load_n,
+                    least_n,
+                    largest_n: largest[row],
+                });
+            }
+            self.widths.push((largest[row] - least_n) / at_rest_n);
+        }
+        if rows
+            .outcomes
+            .quantities
+            .contains(&Quantity::LoadSigma(wheel))
+        {
+            let sigma = column(Quantity::LoadSigma(wheel));
+            valid
+                .iter()
+                .for_each(|&row| self.sigmas[wheel].push(sigma[row]));
+        }
+    }
+
+    fn look_for_lightest(&mut self, rows: &Rows, valid: &[usize]) {
+        let wheels = 0..self.digest.wheels.len();
+        let loads: Vec<&[f64]> = wheels
+            .map(|wheel| rows.outcomes.column(Quantity::Load(wheel)))
+            .collect();
+        let at_rest_n = &self.machine.reference().static_load;
+        for &row in valid {
+            for (wheel, load) in loads.iter().enumerate() {
+                let share = load[row] / at_rest_n[wheel];
+                let is_first = self.digest.lightest.is_none();
+                if share.is_finite() && (is_first || share.total_cmp(&self.lightest_share).is_lt())
+                {
+                    self.lightest_share = share;
+                    self.digest.lightest = Some((rows.first + row, wheel));
+                }
+            }
+        }
+    }
+
+    fn look_for_attitude(&mut self, rows: &Rows) {
+        let mut state = State::zero(self.machine);
+        let first = rows.first.next_multiple_of(self.attitude_step);
+        let looked_at = (first..rows.first + rows.len()).step_by(self.attitude_step);
+        for row in looked_at {
+            rows.states.get(row - rows.first, &mut state);
+            self.digest.has_attitude |= state.base.up.iter().all(|part| part.is_finite());
+        }
+    }
+
+    pub(super) fn finish(self) -> Digest {
+        let mut digest = self.digest;
+        digest.margins = self.margins.finish();
+        digest.open_split = self.widths.middle().unwrap_or(0.0);
+        for (wheel, sigmas) in digest.wheels.iter_mut().zip(self.sigmas) {
+            wheel.mean_load_n /= digest.valid_rows as f64;
+            wheel.median_load_sigma_n = sigmas.middle();
+        }
+        digest
+    }
+}

@@ -1,0 +1,128 @@
+//! One pass over the rows of a log: everything that an analysis needs of all of them is gathered block by block.
+
+use std::sync::Arc;
+
+use anyhow::Result;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::studies::monte_carlo::Band;
+use tipwatch_mechanics::{OutcomeColumns, Scope};
+
+use super::digest::{Digest, DigestPass};
+use super::evaluation::OtherModels;
+use super::model_comparison::{ComparedModel, ModelComparison};
+use super::monte_carlo::{MonteCarlo, MonteCarloPass};
+use super::notes::Seen;
+use super::sensitivity::SensitivityPass;
+use crate::base::options::Options;
+use crate::base::rows::Rows;
+use crate::base::table::Table;
+use crate::events::{EventPass, Found};
+
+/// Receives the rows of a log block by block, in order.
+pub trait RowSink: Send {
+    /// Takes the next rows.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    fn take(&mut self, rows: &Rows) -> Result<()>;
+}
+
+/// What a sink can know before the first row.
+#[derive(Debug, Clone, Copy)]
+pub struct Prepared<'a> {
+    /// The machine, with its reference loads.
+    pub machine: &'a Machine,
+    /// The table, of which only times are known.
+    pub table: &'a Table,
+    /// The options used.
+    pub options: &'a Options,
+}
+
+/// What the pass found.
+pub(super) struct Gathered {
+    pub(super) found: Found,
+    pub(super) sensitivity: Option<SensitivityPass>,
+    pub(super) comparisons: Vec<Result<ModelComparison, String>>,
+    pub(super) monte_carlo: Option<MonteCarlo>,
+    pub(super) seen: Seen,
+    pub(super) digest: Digest,
+}
+
+/// Computes all rows and hands them to everything that needs them.
+///
+/// # Errors
+/// The sink fails.
+pub(super) fn gather(
+    prepared: Prepared<'_>,
+    min_loads_n: Option<&[f64]>,
+    scope: Scope,
+    others: &OtherModels,
+    sink: &mut dyn RowSink,
+) -> Result<Gathered> {
+    let Prepared {
+        machine,
+        table,
+        options,
+    } = prepared;
+    let draws = options.monte_carlo;
+    let monte_carlo = draws.map(|draws| MonteCarloPass::new(machine, draws));
+    let mut bands: Vec<Vec<Band>> = Vec::new();
+    let mut events = EventPass::new(machine, table, min_loads_n, scope);
+    let mut sensitivity = (scope.sensitivities).then(|| SensitivityPass::new(machine));
+    let mut seen = Seen::new(machine);
+    let mut digest = DigestPass::new(machine, table, min_loads_n);
+    let mut compared = Vec::new();
+    for (other, model) in &others.models {
+        compared.push(match model {
+            Ok(_) => Ok(ComparedModel::new(
+                *other,
+                machine.wheels().len(),
+                table.times_ns[0],
+            )),
+            Err(error) => Err(error.clone()),
+        });
+    }
+    let with = |rows: &Rows| More {
+        others: others.evaluate(machine, rows),
+        bands: (monte_carlo.as_ref()).map(|study| study.bands(machine, &rows.states)),
+    };
+    table.blocks(with, |blocks| -> Result<()> {
+        let mut taken = Vec::with_capacity(blocks.len());
+        for (rows, more) in blocks {
+            let models = compared.iter_mut().flatten().zip(&more.others);
+            models.for_each(|(compared, others)| compared.take(&rows, others));
+            bands.extend(more.bands);
+            taken.push(Arc::new(rows));
+        }
+        let (written, ()) = rayon::join(
+            || taken.iter().try_for_each(|rows| sink.take(rows)),
+            || {
+                for rows in &taken {
+                    events.take(rows);
+                    seen.take(machine, rows);
+                    digest.take(rows);
+                    if let Some(sensitivity) = &mut sensitivity {
+                        sensitivity.take(rows);
+                    }
+                }
+            },
+        );
+        written
+    })?;
+    Ok(Gathered {
+        found: events.finish(),
+        sensitivity,
+        comparisons: (compared.into_iter())
+            .map(|compared| compared.and_then(ComparedModel::finish))
+            .collect(),
+        monte_carlo: monte_carlo.map(|study| study.finish(bands)),
+        seen,
+        digest: digest.finish(),
+    })
+}
+
+/// What is computed with each block.
+struct More {
+    others: Vec<OutcomeColumns>,
+    bands: Option<Vec<Band>>,
+}

@@ -1,0 +1,168 @@
+//! The states of the rows of a log: smoothed block by block, or kept as a causal estimator gave them.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::io;
+use std::ops::Range;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tipwatch_mechanics::estimation::{BlockSmoother, ROWS_PER_BLOCK, SampleSource, SmoothedBlock};
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::{Reasons, Sensor};
+use tipwatch_mechanics::{State, StateColumns};
+
+use crate::base::estimated::{EstimatedStates, StateSource};
+use crate::load::Signal;
+
+/// Blocks that stay in memory for states that are asked for one by one.
+const MOST_KEPT: usize = 8;
+
+/// The samples of a signal, shared by all who read them.
+#[derive(Debug, Clone)]
+pub(super) struct SharedSamples {
+    pub(super) signals: Arc<Vec<Signal>>,
+    pub(super) index: usize,
+}
+
+impl SampleSource for SharedSamples {
+    type Error = io::Error;
+
+    fn sensor(&self) -> Sensor {
+        self.signals[self.index].sensor
+    }
+
+    fn stamps_ns(&self) -> &[i64] {
+        &self.signals[self.index].recording.stamps_ns
+    }
+
+    fn read(&self, samples: Range<usize>, values: &mut [f64]) -> io::Result<()> {
+        self.signals[self.index].recording.read(samples, values)
+    }
+}
+
+/// States that are smoothed when they are asked for.
+pub(super) struct SmoothedStates {
+    machine: Machine,
+    smoother: BlockSmoother<SharedSamples>,
+    recent: Mutex<VecDeque<(usize, Arc<SmoothedBlock>)>>,
+    failure: Mutex<Option<String>>,
+}
+
+impl fmt::Debug for SmoothedStates {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("SmoothedStates")
+            .finish_non_exhaustive()
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // no code panics while holding one
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl SmoothedStates {
+    pub(super) fn new(machine: &Machine, smoother: BlockSmoother<SharedSamples>) -> Self {
+        Self {
+            machine: machine.clone(),
+            smoother,
+            recent: Mutex::default(),
+            failure: Mutex::default(),
+        }
+    }
+
+    fn block(&self, block: usize) -> SmoothedBlock {
+        let mut rows = SmoothedBlock::empty(&self.machine);
+        let mut worker = self.smoother.worker(&self.machine);
+        if let Err(error) = worker.smooth(block, &mut rows) {
+            let count = self.smoother.rows(block).len();
+            rows.states = StateColumns::unknown(&self.machine, count);
+            rows.reasons.resize(count, Reasons::NONE);
+            lock(&self.failure).get_or_insert(error.to_string());
+        }
+        rows
+    }
+}
+
+impl StateSource for SmoothedStates {
+    fn rows_at_once(&self) -> usize {
+        ROWS_PER_BLOCK
+    }
+
+    fn read(&self, rows: Range<usize>) -> EstimatedStates {
+        let blocks = rows.start / ROWS_PER_BLOCK..rows.end.div_ceil(ROWS_PER_BLOCK);
+        let mut found = EstimatedStates {
+            states: StateColumns::unknown(&self.machine, 0),
+            reasons: Vec::with_capacity(rows.len()),
+        };
+        for block in blocks {
+            let all = self.smoother.rows(block);
+            let smoothed = match all.len() > rows.len() {
+                true => self.recent(block),
+                false => Arc::new(self.block(block)),
+            };
+            let part = rows.start.max(all.start) - all.start..rows.end.min(all.end) - all.start;
+            found.states.append(&smoothed.states.block(part.clone()));
+            found.reasons.extend_from_slice(&smoothed.reasons[part]);
+        }
+        found
+    }
+
+    fn state(&self, row: usize, state: &mut State<f64>) {
+        let block = row / ROWS_PER_BLOCK;
+        let first = self.smoother.rows(block).start;
+        self.recent(block).states.get(row - first, state);
+    }
+
+    fn failure(&self) -> Option<String> {
+        lock(&self.failure).clone()
+    }
+}
+
+impl SmoothedStates {
+    /// A block, kept for those who ask for its neighbours next.
+    fn recent(&self, block: usize) -> Arc<SmoothedBlock> {
+        let kept = |recent: &mut VecDeque<(usize, Arc<SmoothedBlock>)>| {
+            let place = recent.iter().position(|(known, _)| *known == block)?;
+            let found = recent.remove(place)?;
+            recent.push_front(found);
+            recent.front().map(|(_, rows)| Arc::clone(rows))
+        };
+        if let Some(known) = kept(&mut lock(&self.recent)) {
+            return known;
+        }
+        let rows = Arc::new(self.block(block));
+        let mut recent = lock(&self.recent);
+        recent.push_front((block, Arc::clone(&rows)));
+        recent.truncate(MOST_KEPT);
+        rows
+    }
+}
+
+/// States that are kept.
+#[derive(Debug)]
+pub(super) struct KeptStates {
+    pub(super) states: StateColumns,
+    pub(super) reasons: Vec<Reasons>,
+}
+
+impl StateSource for KeptStates {
+    fn rows_at_once(&self) -> usize {
+        ROWS_PER_BLOCK
+    }
+
+    fn read(&self, rows: Range<usize>) -> EstimatedStates {
+        EstimatedStates {
+            states: self.states.block(rows.clone()),
+            reasons: self.reasons[rows].to_vec(),
+        }
+    }
+
+    fn state(&self, row: usize, state: &mut State<f64>) {
+        self.states.get(row, state);
+    }
+
+    fn failure(&self) -> Option<String> {
+        None
+    }
+}

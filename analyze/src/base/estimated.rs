@@ -1,0 +1,153 @@
+//! The estimated rows of a log: their times, and their states wherever these come from.
+
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+use std::ops::Range;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::{State, StateColumns};
+
+/// Where the states of rows come from.
+pub(crate) trait StateSource: Debug + Send + Sync {
+    /// Rows that are best read at once, from a multiple of their number on.
+    fn rows_at_once(&self) -> usize;
+
+    /// The states of consecutive rows. They are unknown where they cannot be read.
+    fn read(&self, rows: Range<usize>) -> EstimatedStates;
+
+    /// Reads the state of a row.
+    fn state(&self, row: usize, state: &mut State<f64>);
+
+    /// Why states could not be read so far.
+    fn failure(&self) -> Option<String>;
+}
+
+/// The states of consecutive rows.
+#[derive(Debug)]
+pub(crate) struct EstimatedStates {
+    pub(crate) states: StateColumns,
+    /// Why rows are not valid, as far as the signals show.
+    pub(crate) reasons: Vec<Reasons>,
+}
+
+/// The rows of a log before their outcomes are computed.
+#[derive(Debug)]
+pub struct EstimatedRows {
+    /// Times (ns) on the clock of the stamps.
+    pub times_ns: Vec<i64>,
+    /// Reasons why a row is not valid, as far as the signals show.
+    pub reasons: Vec<Reasons>,
+    /// What the machine does in each row.
+    pub(crate) activities: Vec<Activity>,
+    /// The states of some rows.
+    kept: BTreeMap<usize, State<f64>>,
+    pub(super) states: Arc<dyn StateSource>,
+    /// The first row among those of `states`.
+    pub(super) first: usize,
+}
+
+/// What the machine does in a row.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Activity {
+    pub(crate) has_velocity: bool,
+    pub(crate) at_standstill: bool,
+    pub(crate) travels: bool,
+    /// Whether nothing turns, and the arm moves slowly at most.
+    pub(crate) is_quiet: bool,
+    /// Activity of the machine, by its angular velocity and the change of its velocity.
+    pub(crate) travel: f64,
+    /// Activity of its arm.
+    pub(crate) arm: f64,
+}
+
+impl EstimatedRows {
+    /// Reads the states of all rows once, on all cores. The states of `kept` rows stay in memory.
+    pub(crate) fn new(
+        machine: &Machine,
+        times_ns: Vec<i64>,
+        states: Arc<dyn StateSource>,
+        kept: &[usize],
+        activity: impl Fn(&Machine, &State<f64>) -> Activity + Sync,
+    ) -> Self {
+        let unit = states.rows_at_once();
+        let firsts: Vec<usize> = (0..times_ns.len()).step_by(unit).collect();
+        let read = firsts.into_par_iter().map(|first| {
+            let rows = first..(first + unit).min(times_ns.len());
+            let block = states.read(rows.clone());
+            let mut state = State::zero(machine);
+            let activities = (0..rows.len()).map(|row| {
+                block.states.get(row, &mut state);
+                activity(machine, &state)
+            });
+            let activities: Vec<Activity> = activities.collect();
+            let place = |row: usize| kept.partition_point(|&kept| kept < row);
+            let kept = kept[place(rows.start)..place(rows.end)].iter().map(|&row| {
+                block.states.get(row - first, &mut state);
+                (row, state.clone())
+            });
+            let kept: Vec<(usize, State<f64>)> = kept.collect();
+            (block.reasons, activities, kept)
+        });
+        let read: Vec<_> = read.collect();
+        let mut found = Self {
+            reasons: Vec::with_capacity(times_ns.len()),
+            activities: Vec::with_capacity(times_ns.len()),
+            kept: BTreeMap::new(),
+            times_ns,
+            states,
+            first: 0,
+        };
+        for (reasons, activities, kept) in read {
+            found.reasons.extend(reasons);
+            found.activities.extend(activities);
+            found.kept.extend(kept);
+        }
+        found
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.times_ns.len()
+    }
+
+    /// Whether there are no rows.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.times_ns.is_empty()
+    }
+
+    /// Whether the signals leave a row valid.
+    #[must_use]
+    pub fn is_valid(&self, row: usize) -> bool {
+        self.reasons[row].is_empty()
+    }
+
+    /// Time of a row (s) after the first one.
+    #[must_use]
+    pub fn seconds(&self, row: usize) -> f64 {
+        (self.times_ns[row] - self.times_ns[0]) as f64 * 1e-9
+    }
+
+    /// Reads the state of a row.
+    pub fn state(&self, row: usize, state: &mut State<f64>) {
+        let row = self.first + row;
+        match self.kept.get(&row) {
+            Some(kept) => state.clone_from(kept),
+            None => self.states.state(row, state),
+        }
+    }
+
+    /// Keeps some consecutive rows.
+    #[must_use]
+    pub(crate) fn cut(mut self, rows: Range<usize>) -> Self {
+        self.first += rows.start;
+        self.times_ns = self.times_ns[rows.clone()].to_vec();
+        self.reasons = self.reasons[rows.clone()].to_vec();
+        self.activities = self.activities[rows].to_vec();
+        self
+    }
+}

@@ -1,0 +1,281 @@
+//! The table of a log: a row for each time, computed when asked.
+//!
+//! The table holds times and reasons of all rows. Loads, indicators and sensitivities are computed block by block
+//! ([`Table::blocks`]) or for a window of rows ([`Table::window`]), with the same bits, and are not kept.
+
+use std::convert::Infallible;
+use std::ops::{Deref, Range};
+use std::sync::{Arc, OnceLock};
+
+use anyhow::{Result, bail};
+use rayon::prelude::*;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::{
+    Model, OutcomeColumns, Quantity, Scope, State, StateColumns, evaluate_rows,
+};
+
+use super::estimated::{EstimatedRows, StateSource};
+use super::rows::Rows;
+use super::verdicts::{MonitorRecord, RowJudge};
+
+/// Rows of a block that is computed at once.
+pub const BLOCK_ROWS: usize = 1024;
+
+/// The rows of a log. Reading [`Rows::outcomes`], [`Rows::states`] or [`Rows::verdicts`] through it computes and keeps
+/// the whole table, if it was not kept before.
+#[derive(Debug)]
+pub struct Table {
+    /// Times (ns) on the clock of the stamps.
+    pub times_ns: Vec<i64>,
+    /// Reasons why a row is not valid; empty for a valid row.
+    pub reasons: Vec<Reasons>,
+    /// The quantities of each row.
+    pub quantities: Vec<Quantity>,
+    machine: Machine,
+    states: Arc<dyn StateSource>,
+    /// The first row among those of `states`.
+    first: usize,
+    scope: Scope,
+    model: Arc<Model>,
+    record: MonitorRecord,
+    whole: OnceLock<Rows>,
+}
+
+impl Table {
+    /// The table of rows whose outcomes are not yet known.
+    pub(crate) fn new(
+        machine: &Machine,
+        estimated: EstimatedRows,
+        scope: Scope,
+        model: Arc<Model>,
+        record: MonitorRecord,
+    ) -> Self {
+        Self {
+            times_ns: estimated.times_ns,
+            reasons: estimated.reasons,
+            quantities: Quantity::all(machine, scope),
+            machine: machine.clone(),
+            states: estimated.states,
+            first: estimated.first,
+            scope,
+            model,
+            record,
+            whole: OnceLock::new(),
+        }
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.times_ns.len()
+    }
+
+    /// Whether there are no rows.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.times_ns.is_empty()
+    }
+
+    /// Whether a row is valid.
+    #[must_use]
+    pub fn is_valid(&self, row: usize) -> bool {
+        self.reasons[row].is_empty()
+    }
+
+    /// The row at a time, or the next one.
+    #[must_use]
+    pub fn at(&self, time_ns: i64) -> usize {
+        let row = self.times_ns.partition_point(|&t| t < time_ns);
+        row.min(self.len().saturating_sub(1))
+    }
+
+    /// Time of a row (s) after the first one.
+    #[must_use]
+    pub fn seconds(&self, row: usize) -> f64 {
+        (self.times_ns[row] - self.times_ns[0]) as f64 * 1e-9
+    }
+
+    /// Whether the model computes a quantity.
+    #[must_use]
+    pub fn has(&self, quantity: Quantity) -> bool {
+        self.quantities.contains(&quantity)
+    }
+
+    /// Whether the whole table is kept in memory.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.whole.get().is_some()
+    }
+
+    /// Reads the state of a row.
+    pub fn state(&self, row: usize, state: &mut State<f64>) {
+        self.states.state(self.first + row, state);
+    }
+
+    /// Checks that all states could be read so far. Rows without are unknown.
+    ///
+    /// # Errors
+    /// They could not.
+    pub(crate) fn check(&self) -> Result<()> {
+        match self.states.failure() {
+            Some(failure) => {
+                bail!("expected the samples of the log, found that they cannot be read: {failure}")
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Computes a window of rows, without verdicts: these depend on all rows before.
+    #[must_use]
+    pub fn window(&self, rows: Range<usize>) -> Rows {
+        let states = self.states.read(self.at_source(&rows)).states;
+        self.evaluated(rows, states)
+    }
+
+    fn at_source(&self, rows: &Range<usize>) -> Range<usize> {
+        self.first + rows.start..self.first + rows.end
+    }
+
+    fn evaluated(&self, rows: Range<usize>, states: StateColumns) -> Rows {
+        let outcomes = evaluate_rows(
+            &self.machine,
+            &states,
+            0..rows.len(),
+            self.scope,
+            &self.model,
+        );
+        let before = self.reasons[rows.clone()].iter().enumerate();
+        let reasons = before.map(|(row, &reasons)| outcomes.reasons(row, reasons));
+        Rows {
+            first: rows.start,
+            start_ns: self.times_ns[0],
+            reasons: reasons.collect(),
+            times_ns: self.times_ns[rows].to_vec(),
+            states,
+            outcomes,
+            verdicts: None,
+        }
+    }
+
+    /// Computes all rows on all cores; `take` receives the blocks in order, with their verdicts, while the next ones
+    /// are computed. What `with` makes of a block is handed over with it.
+    ///
+    /// # Errors
+    /// The first error of `take`.
+    pub(crate) fn blocks<W: Send, E: Send>(
+        &self,
+        with: impl Fn(&Rows) -> W + Sync,
+        mut take: impl FnMut(Vec<(Rows, W)>) -> Result<(), E> + Send,
+    ) -> Result<(), E> {
+        // the rows whose states are estimated together, split into blocks
+        let unit = self.states.rows_at_once();
+        let compute_unit = |unit: Range<usize>| -> Vec<(Rows, W)> {
+            let states = self.states.read(self.at_source(&unit)).states;
+            let firsts = (0..unit.len()).step_by(BLOCK_ROWS);
+            let blocks = firsts.map(|first| {
+                let rows = first..(first + BLOCK_ROWS).min(unit.len());
+                let states = states.block(rows.clone());
+                let rows = self.evaluated(unit.start + rows.start..unit.start + rows.end, states);
+                let more = with(&rows);
+                (rows, more)
+            });
+            blocks.collect()
+        };
+        let units = (self.first + self.len()).div_ceil(unit);
+        let unit_at = |place: usize| {
+            let start = (place * unit).saturating_sub(self.first);
+            start
+                ..((place + 1) * unit)
+                    .saturating_sub(self.first)
+                    .min(self.len())
+        };
+        let compute = |wave: Range<usize>| -> Vec<(Rows, W)> {
+            wave.into_par_iter()
+                .flat_map_iter(|place| compute_unit(unit_at(place)))
+                .collect()
+        };
+        let per_wave = rayon::current_num_threads();
+        let wave_at = |first: usize| first..(first + per_wave).min(units);
+        let mut judge =
+            (self.scope.sensitivities).then(|| RowJudge::new(&self.machine, &self.record));
+        let mut first = self.first / unit;
+        let mut next = compute(wave_at(first));
+        while !next.is_empty() {
+            let mut blocks = std::mem::take(&mut next);
+            first = (first + per_wave).min(units);
+            let (computed, taken) = rayon::join(
+                || compute(wave_at(first)),
+                || {
+                    if let Some(judge) = &mut judge {
+                        for (rows, _) in &mut blocks {
+                            rows.verdicts = Some(judge.judge(rows));
+                        }
+                    }
+                    take(blocks)
+                },
+            );
+            next = computed;
+            taken?;
+        }
+        Ok(())
+    }
+
+    /// Hands all rows to `take`, block by block and in order: those that are kept, or computed once more.
+    ///
+    /// # Errors
+    /// The first error of `take`.
+    pub(crate) fn feed<E: Send>(
+        &self,
+        take: &mut (dyn FnMut(&Rows) -> Result<(), E> + Send),
+    ) -> Result<(), E> {
+        if let Some(whole) = self.whole.get() {
+            return take(whole);
+        }
+        self.blocks(
+            |_| (),
+            |blocks| blocks.iter().try_for_each(|(rows, ())| take(rows)),
+        )
+    }
+
+    /// Keeps the whole table.
+    pub(crate) fn keep(&self, rows: Rows) {
+        // the first one stays: all have the same bits
+        let _ = self.whole.set(rows);
+    }
+
+    /// The whole table without a row.
+    pub(crate) fn no_rows(&self) -> Rows {
+        Rows {
+            first: 0,
+            start_ns: self.times_ns.first().copied().unwrap_or(0),
+            times_ns: Vec::new(),
+            reasons: Vec::new(),
+            states: StateColumns::unknown(&self.machine, 0),
+            outcomes: OutcomeColumns::empty(&self.machine, self.scope),
+            verdicts: (self.scope.sensitivities).then(Default::default),
+        }
+    }
+
+    fn compute_whole(&self) -> Rows {
+        let mut whole = self.no_rows();
+        let taken: Result<(), Infallible> = self.blocks(
+            |_| (),
+            |blocks| {
+                blocks.into_iter().for_each(|(rows, ())| whole.append(rows));
+                Ok(())
+            },
+        );
+        match taken {
+            Ok(()) => whole,
+        }
+    }
+}
+
+impl Deref for Table {
+    type Target = Rows;
+
+    fn deref(&self) -> &Rows {
+        self.whole.get_or_init(|| self.compute_whole())
+    }
+}

@@ -1,0 +1,84 @@
+//! Judges rows in order, with the same judge as live.
+
+use std::collections::BTreeMap;
+
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::verdict::{Conditions, Judge, Latch, LiftOffForecast, RowFacts};
+
+use super::rows::{Rows, Verdicts};
+
+/// What a monitor recorded in the log, and what its session began with.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct MonitorRecord {
+    /// Input faults, and whether the alarm was acknowledged, by time of the row.
+    pub(crate) conditions: BTreeMap<i64, (Conditions, bool)>,
+    /// The latched alarm with which the session began.
+    pub(crate) inherited: Latch,
+}
+
+/// Judges the rows of a log, block by block.
+#[derive(Debug)]
+pub(crate) struct RowJudge<'a> {
+    machine: &'a Machine,
+    record: &'a MonitorRecord,
+    judge: Judge,
+    forecast: LiftOffForecast,
+    otf: Vec<f64>,
+}
+
+impl<'a> RowJudge<'a> {
+    /// A judge before the first row.
+    pub(crate) fn new(machine: &'a Machine, record: &'a MonitorRecord) -> Self {
+        let mut judge = Judge::new(machine.limits());
+        judge.resume(record.inherited);
+        Self {
+            machine,
+            record,
+            judge,
+            forecast: LiftOffForecast::new(machine),
+            otf: vec![f64::NAN; machine.wheels().len()],
+        }
+    }
+
+    /// Verdicts of the next rows.
+    pub(crate) fn judge(&mut self, rows: &Rows) -> Verdicts {
+        let wheels = 0..self.otf.len();
+        let otf_columns: Vec<&[f64]> = wheels
+            .map(|wheel| rows.outcomes.column(Quantity::Otf(wheel)))
+            .collect();
+        let utilisation = rows.outcomes.column(Quantity::Utilisation);
+        let recorded = &self.record.conditions;
+        let mut all = Verdicts {
+            verdicts: Vec::with_capacity(rows.len()),
+            time_to_lift_off_s: Vec::with_capacity(rows.len()),
+            recorded: Vec::new(),
+        };
+        for row in 0..rows.len() {
+            let (time_ns, reasons) = (rows.times_ns[row], rows.reasons[row]);
+            let (conditions, is_acknowledged) = recorded.get(&time_ns).copied().unwrap_or_default();
+            for (otf, column) in self.otf.iter_mut().zip(&otf_columns) {
+                *otf = column[row];
+            }
+            let verdict = self.judge.row(&RowFacts {
+                time_ns,
+                reasons,
+                utilisation: utilisation[row],
+                is_wheel_unloaded: self.otf.iter().any(|otf| *otf <= 0.0),
+                conditions,
+                is_acknowledged,
+            });
+            all.verdicts.push(verdict);
+            let next = (reasons.leave_loads())
+                .then(|| self.forecast.row(self.machine, time_ns, &self.otf))
+                .flatten()
+                .filter(|_| verdict.level.announces_lift_off());
+            all.time_to_lift_off_s
+                .push(next.map_or(f64::NAN, |next| next.in_s));
+            if !recorded.is_empty() {
+                all.recorded.push(conditions);
+            }
+        }
+        all
+    }
+}

@@ -1,0 +1,133 @@
+//! Rows around events: the blocks that were just computed, and others computed once more.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::{Quantity, State};
+
+use crate::base::rows::Rows;
+use crate::base::table::Table;
+
+/// Most blocks of the pass that are kept.
+const MOST_BLOCKS: usize = 24;
+/// Rows that are computed at once where the pass has gone on.
+const ROWS_ANEW: usize = 64;
+/// Most windows of such rows that are kept.
+const MOST_WINDOWS: usize = 64;
+
+/// The rows up to the end of the pass.
+pub(super) struct Pages<'a> {
+    table: &'a Table,
+    /// Times of all rows of the log (ns).
+    pub(super) times_ns: &'a [i64],
+    /// Reasons of the rows up to now.
+    reasons: Vec<Reasons>,
+    /// Blocks by their first row.
+    blocks: BTreeMap<usize, Arc<Rows>>,
+    /// Windows computed anew, the latest first.
+    windows: RefCell<VecDeque<Rows>>,
+}
+
+impl<'a> Pages<'a> {
+    pub(super) fn new(table: &'a Table) -> Self {
+        Self {
+            table,
+            times_ns: &table.times_ns,
+            reasons: Vec::with_capacity(table.len()),
+            blocks: BTreeMap::new(),
+            windows: RefCell::default(),
+        }
+    }
+
+    /// Adds the next block.
+    pub(super) fn add(&mut self, rows: &Arc<Rows>) {
+        self.reasons.extend_from_slice(&rows.reasons);
+        self.blocks.insert(rows.first, Arc::clone(rows));
+        while self.blocks.len() > MOST_BLOCKS {
+            self.blocks.pop_first();
+        }
+    }
+
+    /// Lets go of the blocks before a row.
+    pub(super) fn forget_before(&mut self, row: usize) {
+        while let Some((&first, rows)) = self.blocks.first_key_value()
+            && first + rows.len() <= row
+        {
+            self.blocks.remove(&first);
+        }
+    }
+
+    /// The reasons of all rows.
+    pub(super) fn into_reasons(self) -> Vec<Reasons> {
+        self.reasons
+    }
+
+    /// Number of rows of the log.
+    pub(super) fn len(&self) -> usize {
+        self.times_ns.len()
+    }
+
+    /// Time of a row (s) after the first one of the log.
+    pub(super) fn seconds(&self, row: usize) -> f64 {
+        self.table.seconds(row)
+    }
+
+    /// The row at a time, or the next one.
+    pub(super) fn at(&self, time_ns: i64) -> usize {
+        self.table.at(time_ns)
+    }
+
+    /// Whether a row is valid.
+    pub(super) fn is_valid(&self, row: usize) -> bool {
+        self.reasons[row].is_empty()
+    }
+
+    /// Whether a row has meaningful loads: no gap, no warm-up, wheels on the ground.
+    pub(super) fn is_meaningful(&self, row: usize) -> bool {
+        self.reasons[row].leave_loads()
+    }
+
+    /// A result of a row.
+    pub(super) fn value(&self, quantity: Quantity, row: usize) -> f64 {
+        self.of(row, |rows, at| rows.value(quantity, at))
+    }
+
+    /// Reads the state of a row.
+    pub(super) fn state(&self, row: usize, state: &mut State<f64>) {
+        self.of(row, |rows, at| rows.states.get(at, state));
+    }
+
+    /// Upward direction of a row in base axes, if the log has an attitude.
+    pub(super) fn up_in_base(&self, machine: &Machine, row: usize) -> Option<Vector3<f64>> {
+        let mut state = State::zero(machine);
+        self.state(row, &mut state);
+        Some(state.base.up).filter(|up| up.iter().all(|c| c.is_finite()))
+    }
+
+    fn of<R>(&self, row: usize, read: impl FnOnce(&Rows, usize) -> R) -> R {
+        let block = self.blocks.range(..=row).next_back();
+        if let Some((&first, rows)) = block
+            && row < first + rows.len()
+        {
+            return read(rows, row - first);
+        }
+        let mut windows = self.windows.borrow_mut();
+        let holds = |rows: &Rows| (rows.first..rows.first + rows.len()).contains(&row);
+        match windows.iter().position(holds) {
+            Some(0) => {}
+            Some(place) => windows.swap(0, place),
+            None => {
+                let first = row - row % ROWS_ANEW;
+                let last = (first + ROWS_ANEW).min(self.len());
+                windows.push_front(self.table.window(first..last));
+                windows.truncate(MOST_WINDOWS);
+            }
+        }
+        let rows = &windows[0];
+        read(rows, row - rows.first)
+    }
+}

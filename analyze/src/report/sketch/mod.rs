@@ -1,0 +1,437 @@
+//! What the report draws of all rows, kept while they are computed block by block.
+
+mod thin;
+
+use anyhow::Result;
+use rayon::prelude::*;
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::{Contribution, Quantity, State};
+
+pub(super) use self::thin::Point;
+use self::thin::{Thinned, VALUES, together};
+use super::moment::Instants;
+use super::path::{Path, PathPass};
+use crate::analysis::Analysis;
+use crate::analysis::run::{Prepared, RowSink};
+use crate::base::rows::Rows;
+use crate::page::MOST_POINTS;
+
+/// Points of a filled shape's edge, and of a curve that is hidden at first: the page stays small.
+pub(super) const FEWER_POINTS: usize = 1000;
+/// Points of a curve on paper, which shows no more.
+const POINTS_ON_PAPER: usize = 600;
+/// Kinds of moments and angles about each edge that are hidden at first.
+const HIDDEN: [fn(usize) -> Quantity; 4] = [
+    Quantity::Itom,
+    Quantity::Tom,
+    Quantity::Mhs,
+    Quantity::StabilityAngle,
+];
+
+/// What is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Curve {
+    /// A result where loads are usable.
+    Result(Quantity),
+    /// Position of a joint.
+    Position(usize),
+    /// Specific force along an axis of the IMU.
+    SpecificForce(usize),
+    /// Angular velocity about an axis of the IMU.
+    AngularVelocity(usize),
+    /// Load of a wheel less and plus two standard deviations.
+    TwoSigma(usize),
+    /// Smallest and largest load of a wheel over all splits.
+    Envelope(usize),
+    /// Load, standard deviation, smallest and largest load of a wheel, for paper.
+    OnPaper(usize),
+}
+
+/// What the report draws.
+#[derive(Debug)]
+pub struct Sketch {
+    curves: Vec<(Curve, Vec<Point>)>,
+    stacks: Vec<Vec<Layer>>,
+    pub(super) instants: Instants,
+    pub(super) path: Option<Path>,
+}
+
+/// A layer of the stacked contributions to the OTF of a wheel: below and above it, for the positive and for the
+/// negative part.
+#[derive(Debug)]
+pub(super) struct Layer {
+    pub(super) cause: Contribution,
+    /// Whether the contribution is large enough to be seen.
+    pub(super) matters: bool,
+    pub(super) above: Vec<Point>,
+    pub(super) below: Vec<Point>,
+}
+
+impl Sketch {
+    /// Computes the rows of an analysis once more.
+    #[must_use]
+    pub fn of(analysis: &Analysis) -> Self {
+        let mut pass = SketchPass::begin(&Prepared {
+            machine: &analysis.machine,
+            table: &analysis.rows,
+            options: &analysis.options,
+        });
+        let fed = analysis.rows.feed(&mut |rows| {
+            pass.add(rows);
+            Ok::<(), std::convert::Infallible>(())
+        });
+        match fed {
+            Ok(()) => pass.finish(),
+        }
+    }
+
+    /// The points of a curve; none if the analysis has no such curve.
+    pub(super) fn points(&self, curve: Curve) -> &[Point] {
+        let found = self.curves.iter().find(|(known, _)| *known == curve);
+        found.map_or(&[], |(_, points)| points)
+    }
+
+    /// The layers of a wheel, the lowest first; none for models without contributions.
+    pub(super) fn layers(&self, wheel: usize) -> &[Layer] {
+        self.stacks.get(wheel).map_or(&[], Vec::as_slice)
+    }
+}
+
+/// The sketch while rows are computed.
+#[derive(Debug)]
+pub struct SketchPass {
+    machine: Machine,
+    curves: Vec<Drawn>,
+    stacks: Vec<Stack>,
+    instants: Instants,
+    path: PathPass,
+}
+
+/// A curve, thinned by one or more values.
+#[derive(Debug)]
+struct Drawn {
+    curve: Curve,
+    thinned: Vec<Thinned>,
+}
+
+/// The contributions to the OTF of a wheel.
+#[derive(Debug)]
+struct Stack {
+    wheel: usize,
+    layers: Vec<StackLayer>,
+}
+
+#[derive(Debug)]
+struct StackLayer {
+    cause: Contribution,
+    matters: bool,
+    above: Thinned,
+    below: Thinned,
+}
+
+impl SketchPass {
+    /// Before the first row.
+    #[must_use]
+    pub fn begin(prepared: &Prepared<'_>) -> Self {
+        let (machine, table) = (prepared.machine, prepared.table);
+        let wheels = 0..machine.wheels().len();
+        let mut curves: Vec<(Curve, usize)> = Vec::new();
+        for quantity in results(prepared) {
+            let hidden = HIDDEN.iter().any(|kind| kind(0).kind() == quantity.kind());
+            let points = if hidden { FEWER_POINTS } else { MOST_POINTS };
+            curves.push((Curve::Result(quantity), points));
+        }
+        let joints = (machine.joints().iter().enumerate()).filter(|(_, joint)| joint.logged);
+        curves.extend(joints.map(|(joint, _)| (Curve::Position(joint), MOST_POINTS)));
+        for axis in 0..3 {
+            curves.push((Curve::SpecificForce(axis), MOST_POINTS));
+            curves.push((Curve::AngularVelocity(axis), MOST_POINTS));
+        }
+        for wheel in wheels.clone() {
+            curves.push((Curve::TwoSigma(wheel), FEWER_POINTS));
+            curves.push((Curve::Envelope(wheel), FEWER_POINTS));
+            curves.push((Curve::OnPaper(wheel), POINTS_ON_PAPER));
+        }
+        let rows = table.len();
+        let curves = curves.into_iter().map(|(curve, points)| {
+            let thinned = match curve {
+                Curve::TwoSigma(_) | Curve::Envelope(_) => vec![Thinned::new(rows, points); 2],
+                Curve::OnPaper(_) => [points, points / 2, points / 2]
+                    .map(|points| Thinned::new(rows, points))
+                    .to_vec(),
+                _ => vec![Thinned::new(rows, points)],
+            };
+            Drawn { curve, thinned }
+        });
+        let has_causes = table.has(Quantity::Contribution(Contribution::ArmWeight, 0));
+        let layer = |&cause: &Contribution| StackLayer {
+            cause,
+            matters: false,
+            above: Thinned::new(rows, FEWER_POINTS),
+            below: Thinned::new(rows, FEWER_POINTS),
+        };
+        let causes = Contribution::ALL.iter();
+        let causes: Vec<_> = causes
+            .filter(|cause| **cause != Contribution::LiftOff)
+            .collect();
+        let stacks = wheels.filter(|_| has_causes).map(|wheel| Stack {
+            wheel,
+            layers: causes.iter().copied().map(layer).collect(),
+        });
+        Self {
+            machine: machine.clone(),
+            curves: curves.collect(),
+            stacks: stacks.collect(),
+            instants: Instants::new(table),
+            path: PathPass::new(machine),
+        }
+    }
+
+    /// Takes the next rows.
+    pub fn add(&mut self, rows: &Rows) {
+        let inputs = Inputs::of(&self.machine, rows);
+        let (curves, stacks) = (&mut self.curves, &mut self.stacks);
+        rayon::join(
+            || {
+                rayon::join(
+                    || {
+                        curves
+                            .par_iter_mut()
+                            .for_each(|curve| curve.add(rows, &inputs))
+                    },
+                    || stacks.par_iter_mut().for_each(|stack| stack.add(rows)),
+                )
+            },
+            || {
+                self.instants.add(rows);
+                self.path.add(&self.machine, rows);
+            },
+        );
+    }
+
+    /// After the last row.
+    #[must_use]
+    pub fn finish(self) -> Sketch {
+        let points = |thinned: Vec<Thinned>| together(thinned.into_iter().map(Thinned::finish));
+        let curves = self.curves.into_iter();
+        Sketch {
+            curves: curves
+                .map(|drawn| (drawn.curve, points(drawn.thinned)))
+                .collect(),
+            stacks: self.stacks.into_iter().map(Stack::finish).collect(),
+            instants: self.instants,
+            path: self.path.finish(),
+        }
+    }
+}
+
+impl RowSink for SketchPass {
+    fn take(&mut self, rows: &Rows) -> Result<()> {
+        self.add(rows);
+        Ok(())
+    }
+}
+
+/// The results that have curves of their own.
+fn results(prepared: &Prepared<'_>) -> Vec<Quantity> {
+    let (machine, table) = (prepared.machine, prepared.table);
+    let is_drawn = |quantity: &Quantity| match quantity {
+        Quantity::Load(_)
+        | Quantity::Otf(_)
+        | Quantity::ZmpMargin
+        | Quantity::ItomFull(_)
+        | Quantity::Itom(_)
+        | Quantity::Tom(_)
+        | Quantity::Mhs(_)
+        | Quantity::ForceAngle(_)
+        | Quantity::StabilityAngle(_) => true,
+        // beside the bands of the study
+        Quantity::ArmForce(_) | Quantity::ArmMoment(_) => prepared.options.monte_carlo.is_some(),
+        _ => false,
+    };
+    debug_assert!(!machine.wheels().is_empty());
+    (table.quantities.iter().copied())
+        .filter(is_drawn)
+        .collect()
+}
+
+/// The inputs of some rows, one column each.
+struct Inputs {
+    positions: Vec<Vec<f64>>,
+    specific_force: [Vec<f64>; 3],
+    angular_velocity: [Vec<f64>; 3],
+}
+
+impl Inputs {
+    fn of(machine: &Machine, rows: &Rows) -> Self {
+        let mut state = State::zero(machine);
+        let mut found = Self {
+            positions: vec![Vec::with_capacity(rows.len()); machine.joints().len()],
+            specific_force: Default::default(),
+            angular_velocity: Default::default(),
+        };
+        for row in 0..rows.len() {
+            rows.states.get(row, &mut state);
+            for (column, joint) in found.positions.iter_mut().zip(&state.joints) {
+                column.push(joint.position);
+            }
+            for axis in 0..3 {
+                found.specific_force[axis].push(state.imu.specific_force[axis]);
+                found.angular_velocity[axis].push(state.imu.angular_velocity[axis]);
+            }
+        }
+        found
+    }
+}
+
+/// A result in the rows whose loads are usable, else NaN.
+fn usable(value: f64, reasons: Reasons) -> f64 {
+    if reasons.leave_loads() {
+        value
+    } else {
+        f64::NAN
+    }
+}
+
+impl Drawn {
+    fn add(&mut self, rows: &Rows, inputs: &Inputs) {
+        let column = |quantity: Quantity| -> Vec<f64> {
+            if !rows.outcomes.quantities.contains(&quantity) {
+                return vec![f64::NAN; rows.len()];
+            }
+            let values = rows.outcomes.column(quantity).iter().zip(&rows.reasons);
+            values
+                .map(|(&value, &reasons)| usable(value, reasons))
+                .collect()
+        };
+        match self.curve {
+            Curve::Result(quantity) => self.line(&column(quantity)),
+            Curve::Position(joint) => self.line(&inputs.positions[joint]),
+            Curve::SpecificForce(axis) => self.line(&inputs.specific_force[axis]),
+            Curve::AngularVelocity(axis) => self.line(&inputs.angular_velocity[axis]),
+            Curve::TwoSigma(wheel) => {
+                let load = column(Quantity::Load(wheel));
+                let sigma = column(Quantity::LoadSigma(wheel));
+                for (&load, &sigma) in load.iter().zip(&sigma) {
+                    let low = (load - 2.0 * sigma).max(0.0);
+                    let low = if load.is_nan() { load } else { low };
+                    self.area(low, load + 2.0 * sigma);
+                }
+            }
+            Curve::Envelope(wheel) => {
+                let least = column(Quantity::LoadLeast(wheel));
+                let largest = column(Quantity::LoadLargest(wheel));
+                let pairs = least.iter().zip(&largest);
+                pairs.for_each(|(&least, &largest)| self.area(least, largest));
+            }
+            Curve::OnPaper(wheel) => {
+                let columns = [
+                    Quantity::Load(wheel),
+                    Quantity::LoadSigma(wheel),
+                    Quantity::LoadLeast(wheel),
+                    Quantity::LoadLargest(wheel),
+                ]
+                .map(column);
+                for row in 0..rows.len() {
+                    let values: [f64; VALUES] = std::array::from_fn(|k| columns[k][row]);
+                    let [load, _, least, largest] = values;
+                    for (thinned, value) in self.thinned.iter_mut().zip([load, least, largest]) {
+                        thinned.push(value, values);
+                    }
+                }
+            }
+        }
+    }
+
+    fn line(&mut self, values: &[f64]) {
+        for thinned in &mut self.thinned {
+            values
+                .iter()
+                .for_each(|&value| thinned.push(value, [value; VALUES]));
+        }
+    }
+
+    fn area(&mut self, low: f64, high: f64) {
+        for (thinned, value) in self.thinned.iter_mut().zip([low, high]) {
+            thinned.push(value, [low, high, f64::NAN, f64::NAN]);
+        }
+    }
+}
+
+impl Stack {
+    fn add(&mut self, rows: &Rows) {
+        let wheel = self.wheel;
+        let mut above = vec![0.0; rows.len()];
+        let mut below = vec![0.0; rows.len()];
+        let count = self.layers.len();
+        let parts: Vec<Vec<f64>> = (self.layers.iter())
+            .map(|layer| {
+                let values = rows
+                    .outcomes
+                    .column(Quantity::Contribution(layer.cause, wheel));
+                let values = values.iter().zip(&rows.reasons);
+                values
+                    .map(|(&value, &reasons)| usable(value, reasons))
+                    .collect()
+            })
+            .collect();
+        for (place, layer) in self.layers.iter_mut().enumerate() {
+            layer.matters |= parts[place].iter().any(|value| value.abs() > 1.0);
+            for row in 0..rows.len() {
+                let value = parts[place][row];
+                let next = if place + 1 < count {
+                    parts[place + 1][row]
+                } else {
+                    0.0
+                };
+                for (base, thinned, part) in [
+                    (
+                        &mut above[row],
+                        &mut layer.above,
+                        positive as fn(f64) -> f64,
+                    ),
+                    (&mut below[row], &mut layer.below, negative),
+                ] {
+                    let from = *base;
+                    *base += part(value);
+                    thinned.push(*base, [from, *base, *base + part(next), f64::NAN]);
+                }
+            }
+        }
+    }
+
+    fn finish(self) -> Vec<Layer> {
+        let mut under: [Vec<Point>; 2] = Default::default();
+        let mut layers = Vec::with_capacity(self.layers.len());
+        for layer in self.layers {
+            let upper = [layer.above.finish(), layer.below.finish()];
+            let [above, below] = std::array::from_fn(|side| {
+                // from here to the layer above: what was "this" and "next" is now "before" and "this"
+                let lower = under[side].iter().map(|point| {
+                    let [_, from, to, _] = point.values();
+                    Point::new(point.row(), [from, to, f64::NAN, f64::NAN])
+                });
+                together([upper[side].clone(), lower.collect()])
+            });
+            layers.push(Layer {
+                cause: layer.cause,
+                matters: layer.matters,
+                above,
+                below,
+            });
+            under = upper;
+        }
+        layers
+    }
+}
+
+/// The value where it is positive, else zero; NaN stays.
+fn positive(value: f64) -> f64 {
+    if value < 0.0 { 0.0 } else { value }
+}
+
+/// The value where it is negative, else zero; NaN stays.
+fn negative(value: f64) -> f64 {
+    if value > 0.0 { 0.0 } else { value }
+}

@@ -1,0 +1,36 @@
+//! Columns of `events.parquet`: one line per event.
+
+use super::table::Table;
+use crate::events::Event;
+
+/// The table of events.
+#[must_use]
+pub fn events(events: &[Event]) -> Table {
+    let all = || events.iter();
+    let mut table = Table::default();
+    table.add("kind", None, all().map(|e| e.kind.name()));
+    table.add("start_ns", Some("ns"), all().map(|e| e.start_ns));
+    table.add("end_ns", Some("ns"), all().map(|e| e.end_ns));
+    table.add("subject", None, all().map(|e| e.subject.as_str()));
+    table.add("worst", Some("column unit"), all().map(|e| e.worst));
+    table.add("worst_ns", Some("ns"), all().map(|e| e.worst_ns));
+    table.add("unit", None, all().map(|e| e.unit));
+    table.add("lead_s", Some("s"), all().map(|e| e.lead_s));
+    table.add("certainty", Some("-"), all().map(|e| e.certainty));
+    table.add("split_dependent", None, all().map(|e| e.split_dependent));
+    let any_split = all().map(|e| e.certainty_any_split);
+    table.add("certainty_any_split", Some("-"), any_split);
+    table.add("start_sigma_s", Some("s"), all().map(|e| e.start_sigma_s));
+    let end = |of: usize| all().map(move |e| e.load_range_n.map(|n| n[of]));
+    table.add("load_min", Some("N"), end(0));
+    table.add("load_max", Some("N"), end(1));
+    table.add("judged_ns", Some("ns"), all().map(|e| e.judged_ns));
+    table.add("any_split_ns", Some("ns"), all().map(|e| e.any_split_ns));
+    table.add("rotation", Some("rad"), all().map(|e| e.rotation_rad));
+    let fault = || all().map(|e| e.fault);
+    table.add("fault", None, fault().map(|f| Some(f?.kind.name())));
+    table.add("policy", None, fault().map(|f| Some(f?.policy.name())));
+    table.add("limit", Some("column unit"), fault().map(|f| f?.limit));
+    table.add("samples", Some("-"), fault().map(|f| Some(f?.samples)));
+    table
+}

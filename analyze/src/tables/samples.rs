@@ -1,0 +1,61 @@
+//! Columns of `samples.parquet`: one line per row of the log.
+
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
+use tipwatch_mechanics::{ColumnNames, RowColumn};
+
+use super::cell;
+use super::table::Table;
+use crate::base::rows::{Rows, Verdicts};
+
+/// The table of a block of rows. Its columns depend on the machine and on what was asked for alone, not on the
+/// values: all blocks of a log have the same.
+#[must_use]
+pub fn samples(machine: &Machine, rows: &Rows) -> Table {
+    let mut table = Table::default();
+    let names = ColumnNames::of(machine);
+    add_times(&mut table, rows);
+    let valid = rows.reasons.iter().map(|reasons| reasons.is_empty());
+    table.add(RowColumn::VALID.name, None, valid);
+    let reasons = rows.reasons.iter();
+    let reasons = reasons.map(|reasons| Some(reasons.iter().map(Reason::name)));
+    table.add_array(RowColumn::REASONS.name.into(), None, cell::texts(reasons));
+    for (&quantity, values) in rows.outcomes.quantities.iter().zip(&rows.outcomes.columns) {
+        table.add_known(quantity.column(&names), quantity.kind().unit, values);
+    }
+    if let Some(verdicts) = &rows.verdicts {
+        add_verdicts(&mut table, verdicts);
+    }
+    table
+}
+
+pub(super) fn add_times(table: &mut Table, rows: &Rows) {
+    let RowColumn { name, unit, .. } = RowColumn::TIME;
+    table.add(name, Some(unit), rows.times_ns.iter().copied());
+}
+
+fn add_verdicts(table: &mut Table, verdicts: &Verdicts) {
+    let names = |of: fn(&Verdict) -> Level| verdicts.verdicts.iter().map(move |v| of(v).name());
+    table.add(RowColumn::VERDICT.name, None, names(|v| v.level));
+    table.add(
+        RowColumn::VERDICT_LATCHED.name,
+        None,
+        names(|v| v.latched_level),
+    );
+    let RowColumn { name, unit, .. } = RowColumn::TIME_TO_LIFT_OFF;
+    table.add_known(name, unit, &verdicts.time_to_lift_off_s);
+    // those that a monitor recorded in the log, for every row or for none
+    if !verdicts.recorded.is_empty() {
+        let faults = verdicts.recorded.iter().map(|conditions| {
+            let mut found = conditions.faults;
+            found.add_all(conditions.cautions);
+            Some(found.iter().map(InputFault::name).collect::<Vec<_>>())
+        });
+        table.add_array(
+            RowColumn::INPUT_FAULTS.name.into(),
+            None,
+            cell::texts(faults),
+        );
+    }
+}

@@ -1,0 +1,59 @@
+"""Make `commissioning` and `commissioning_bogie`: the drive by which a machine is commissioned, on two machines.
+
+    .venv/bin/python make_commissioning.py LAB OUT [name...]
+
+LAB is the folder of the simulation laboratory, OUT receives for each fixture NAME.mcap (noisy, joint states 25 Hz, IMU 62.5 Hz, odometry 12.5 Hz),
+NAME.toml, NAME.urdf and NAME.truth.parquet (wheel loads at 50 Hz, smoothed).
+
+The machine stands on ground that falls by one degree, drives forward, brakes, drives backward, brakes, drives a full circle to the left and a quarter
+circle to the right; then each joint moves alone, back and forth. `commissioning` is the machine of the first paper with steered front wheels,
+`commissioning_bogie` one with skid steering and two actuated bogies, whose rods move alone as well.
+"""
+import math
+
+from fixture_tools import DEGREE, arm_pose, lab_arguments, run, smooth, via, write_fixture
+
+EVERY = {"/joint_states": 4, "/imu/data": 4, "/odom": 4, "/robot_description": 0}
+SLOPE = (0.6 * DEGREE, 0.8 * DEGREE)
+MIDDLE = -0.1                                            # m: rods of the suspension
+
+
+def pulse(t, start, top, end):
+    """From 0 to 1 and back."""
+    return smooth(t, start, top) - smooth(t, top, end)
+
+
+def drive(left, right, slow=1.2):
+    """Forward, backward, a circle to the left and a piece of one to the right, at a speed in m/s and yaw rates in rad/s."""
+    def command(t):
+        speed = via(t, (2.0, 0.0), (4.0, 1.6), (4.6, 1.6), (6.2, 0.0), (7.0, 0.0), (8.6, -1.0), (10.0, 0.0), (10.8, 0.0), (12.4, slow), (33.0, slow), (34.6, 0.0))
+        yaw = left * (smooth(t, 12.4, 13.6) - smooth(t, 26.4, 27.6)) - right * (smooth(t, 27.6, 28.6) - smooth(t, 31.8, 33.0))
+        return speed, yaw
+    return command
+
+
+def arm(lift, tilt):
+    """Joint targets around a folded posture: lift and tilt in degrees."""
+    return lambda t: arm_pose(via(t, (40.5, lift), (42.0, lift + 20), (43.5, lift - 6), (45.0, lift)), via(t, (45.5, tilt), (47.0, tilt + 18), (48.5, tilt - 8), (50.0, tilt)),
+                              via(t, (50.5, 0.1), (52.0, 0.65), (53.5, 0.1)), via(t, (35.5, 0), (37.0, 25), (38.5, -25), (40.0, 0)))
+
+
+def with_rods(arm):
+    return lambda t: arm(t) | {"suspension_right": via(t, (54.0, MIDDLE), (55.2, MIDDLE + 0.005), (56.4, MIDDLE)),
+                               "suspension_left": via(t, (57.0, MIDDLE), (58.2, MIDDLE + 0.005), (59.4, MIDDLE))}
+
+
+def main():
+    arguments = lab_arguments(__doc__, ["commissioning", "commissioning_bogie"])
+    import model
+    from simulate import Scenario
+    known = {"commissioning": lambda: Scenario("commissioning", model.rigid(yaw0=0.0), 54.5, arm(50, -88), drive(0.46, 0.4), slope=SLOPE, clear=2.0, seed=71),
+             "commissioning_bogie": lambda: Scenario("commissioning_bogie", model.bogie(), 60.5, with_rods(arm(55, -100)), drive(1.5, 1.2, 0.7), slope=SLOPE, clear=2.5, seed=72)}
+    for name in arguments.names:
+        scenario = known[name]()
+        mujoco_model, rows = run(scenario)
+        write_fixture(scenario, mujoco_model, rows, arguments.out, every=EVERY, smoothed_truth=True)
+
+
+if __name__ == "__main__":
+    main()
