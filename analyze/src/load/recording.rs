@@ -73,8 +73,11 @@ impl Recording {
             arrived_in_order,
             ..
         } = &mut recording;
-        samples.for_each_chunk(reading.samples, |first, times, _| {
-            for (index, &times) in (first..).zip(times) {
+        let mut times = Vec::new();
+        for chunk in chunks(reading.samples) {
+            times.resize(chunk.len(), Times::default());
+            samples.read_times(chunk.start, &mut times)?;
+            for (index, &times) in chunk.zip(&times) {
                 match reading.placement.stamp_ns(index, &message_times(times)) {
                     Some(stamp_ns) => stamps_ns.push(stamp_ns),
                     None => {
@@ -89,8 +92,7 @@ impl Recording {
                 *log_span_ns = Some((earliest.min(log_ns), latest.max(log_ns)));
                 last = arrival;
             }
-            Ok(())
-        })?;
+        }
         if !omitted.is_empty() {
             *samples = without(samples, reading.samples, &omitted)?;
         }
@@ -147,8 +149,7 @@ impl Recording {
     /// The temporary file cannot be read.
     pub(super) fn read_arrivals(&self, first: usize, into: &mut [Arrival]) -> io::Result<()> {
         let mut times = vec![Times::default(); into.len()];
-        let from = first * Times::default().len();
-        self.samples.times.read(from, times.as_flattened_mut())?;
+        self.samples.read_times(first, &mut times)?;
         for (into, times) in into.iter_mut().zip(times) {
             *into = arrival(times);
         }
@@ -214,19 +215,33 @@ impl SampleReader<'_> {
     }
 }
 
+/// Samples that are read at a time.
+fn chunks(count: usize) -> impl Iterator<Item = Range<usize>> {
+    let firsts = (0..count).step_by(CHUNK);
+    firsts.map(move |first| first..count.min(first + CHUNK))
+}
+
 /// The samples without those that are omitted, given by index in rising order.
 fn without(samples: &Samples, count: usize, omitted: &[usize]) -> io::Result<Samples> {
     let mut kept = samples.emptied()?;
     let mut omitted = omitted.iter().copied().peekable();
-    samples.for_each_chunk(count, |first, times, values| {
-        for (k, times) in times.iter().enumerate() {
-            if omitted.next_if_eq(&(first + k)).is_none() {
-                let values = &values[k * samples.width..(k + 1) * samples.width];
-                kept.times.append(times)?;
-                kept.values.append(values)?;
+    let (mut times, mut values) = (Vec::new(), Vec::new());
+    let width = samples.width;
+    for chunk in chunks(count) {
+        times.resize(chunk.len(), Times::default());
+        values.resize(chunk.len() * width, 0.0);
+        samples.read_times(chunk.start, &mut times)?;
+        samples.values.read(chunk.start * width, &mut values)?;
+        let mut count = 0;
+        for (k, index) in chunk.enumerate() {
+            if omitted.next_if_eq(&index).is_none() {
+                times[count] = times[k];
+                values.copy_within(k * width..(k + 1) * width, count * width);
+                count += 1;
             }
         }
-        Ok(())
-    })?;
+        kept.times.append(times[..count].as_flattened())?;
+        kept.values.append(&values[..count * width])?;
+    }
     Ok(kept)
 }

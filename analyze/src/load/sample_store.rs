@@ -104,24 +104,10 @@ impl SampleStore {
 }
 
 impl Samples {
-    /// Visits all samples in turn, some at a time: index of the first, their times and their values.
-    pub(super) fn for_each_chunk(
-        &self,
-        count: usize,
-        mut visit: impl FnMut(usize, &[Times], &[f64]) -> io::Result<()>,
-    ) -> io::Result<()> {
-        const CHUNK: usize = 1024;
-        let (mut times, mut values) = (Vec::new(), Vec::new());
-        for first in (0..count).step_by(CHUNK) {
-            let samples = CHUNK.min(count - first);
-            times.resize(samples, Times::default());
-            values.resize(samples * self.width, 0.0);
-            let width = Times::default().len();
-            self.times.read(first * width, times.as_flattened_mut())?;
-            self.values.read(first * self.width, &mut values)?;
-            visit(first, &times, &values)?;
-        }
-        Ok(())
+    /// Reads the times of the samples from the one with index `first` on: as many as fit.
+    pub(super) fn read_times(&self, first: usize, into: &mut [Times]) -> io::Result<()> {
+        let from = first * Times::default().len();
+        self.times.read(from, into.as_flattened_mut())
     }
 
     /// Empty samples, kept where these are.
