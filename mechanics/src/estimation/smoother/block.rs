@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::forward::{Pass, Track, find_faults, follow};
+use super::forward::{Forward, Pass, Passes, Track};
 use super::history_reader::HistoryReader;
 use super::row_times::row_times;
 use super::sorted_samples::{Chunk, SortedSamples};
@@ -65,7 +65,8 @@ impl SmoothedBlock {
 
 impl<S: SampleSource> BlockSmoother<S> {
     /// Reads all samples: finds implausible spans and the bias of the accelerometer, and where each block starts. `run`
-    /// runs the passes that it is given, which are independent of each other, on one thread or on several.
+    /// runs the passes that it is given, which are independent of each other, on one thread or on several; it is called
+    /// several times.
     ///
     /// # Errors
     /// Samples cannot be read.
@@ -89,8 +90,17 @@ impl<S: SampleSource> BlockSmoother<S> {
         });
         let rows_per_block = rows_per_block.max(1);
         let starts_ns: Vec<i64> = times_ns.iter().step_by(rows_per_block).copied().collect();
-        let faults = find_faults(machine, sensors, &samples)?;
-        let (bias, tracks) = follow(machine, sensors, &samples, &faults, &starts_ns, run)?;
+        let passes = Passes {
+            machine,
+            sensors,
+            samples: &samples,
+            starts_ns: &starts_ns,
+        };
+        let Forward {
+            faults,
+            bias,
+            tracks,
+        } = passes.run(run)?;
         Ok(Self {
             sensors: sensors.clone(),
             samples,
