@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{placement::Placement, stamp::StampSource};
-use crate::large_columns;
+use crate::large_columns::{self, Region};
 
 /// Marks a header without a stamp. No clock reaches it: it is 292 years before zero.
 const NO_STAMP: i64 = i64::MIN;
@@ -29,10 +29,11 @@ pub struct Times {
 }
 
 impl Times {
-    /// Reserves memory for `messages` messages, if available.
-    pub(crate) fn reserve(&mut self, messages: u64) {
-        large_columns::reserve(&mut self.header_ns, messages);
-        large_columns::reserve(&mut self.log_ns, messages);
+    /// Reserves memory for so many messages of a sensor, if available, and returns the large regions.
+    pub(crate) fn reserve(&mut self, messages: u64, sensor: usize) -> Vec<Region> {
+        let header = large_columns::reserve(&mut self.header_ns, messages, 1, sensor);
+        let log = large_columns::reserve(&mut self.log_ns, messages, 1, sensor);
+        header.into_iter().chain(log).collect()
     }
 
     /// Adds a message. A header stamp of zero counts as missing.
@@ -107,6 +108,9 @@ impl Times {
         placement: &Placement,
         mut omit: impl FnMut(usize),
     ) -> (Vec<i64>, Vec<i64>) {
+        if placement.keeps_stamps() && self.by(StampSource::Header).missing() == 0 {
+            return (self.header_ns, self.log_ns);
+        }
         let mut kept = 0;
         for index in 0..self.log_ns.len() {
             let times = self.as_slice().at(index);
@@ -213,6 +217,16 @@ impl<'t> Stamps<'t> {
     /// The stamps of all messages.
     pub(super) fn iter(self) -> impl Iterator<Item = Option<i64>> + Clone + 't {
         self.0.iter().map(|&time| present(time))
+    }
+
+    /// The stamps, if none is missing.
+    pub(super) fn complete(self) -> Option<&'t [i64]> {
+        (self.missing() == 0).then_some(self.0)
+    }
+
+    /// How many are missing.
+    pub(super) fn missing(self) -> usize {
+        self.0.iter().filter(|&&time| time == NO_STAMP).count()
     }
 
     /// The stamps from index `index` on.

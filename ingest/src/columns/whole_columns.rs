@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     clock::{Placed, TimeBase},
-    large_columns,
+    large_columns::{self, Region},
     log::Log,
     message::{Error, Losses},
 };
@@ -23,11 +23,14 @@ pub(crate) fn record(
     progress: &mut dyn FnMut(u64),
 ) -> Result<(Vec<SensorRecording>, Losses), Error> {
     let mut columns = WholeColumns(Vec::with_capacity(wanted.len()));
-    for wanted in &wanted {
+    let mut regions = Vec::new();
+    for (sensor, wanted) in wanted.iter().enumerate() {
         let samples = most_samples(log, wanted.topic)?;
-        columns.0.push(Columns::reserve(samples, wanted.width));
+        let mut of_sensor = Columns::default();
+        regions.extend(of_sensor.reserve(samples, wanted.width, sensor));
+        columns.0.push(of_sensor);
     }
-    let passed = pass(log, wanted, &mut columns, progress)?;
+    let passed = pass(log, wanted, &mut columns, regions, progress)?;
     let time_base = time_base.unwrap_or(&passed.time_base);
     let sensors = passed.sensors.into_iter().zip(columns.0);
     Ok((finish(sensors.collect(), time_base), passed.losses))
@@ -50,12 +53,17 @@ impl Sink for WholeColumns {
 }
 
 impl Columns {
-    /// Reserves memory for so many samples, so that columns need not be moved as they grow.
-    fn reserve(samples: u64, width: usize) -> Self {
-        let mut columns = Self::default();
-        large_columns::reserve(&mut columns.values, samples.saturating_mul(width as u64));
-        large_columns::reserve(&mut columns.order, samples);
-        columns
+    /// Reserves memory for so many samples, so that columns need not be moved as they grow, and
+    /// returns the large regions.
+    fn reserve(
+        &mut self,
+        samples: u64,
+        width: usize,
+        sensor: usize,
+    ) -> impl Iterator<Item = Region> + use<> {
+        let values = large_columns::reserve(&mut self.values, samples, width, sensor);
+        let order = large_columns::reserve(&mut self.order, samples, 1, sensor);
+        values.into_iter().chain(order)
     }
 
     pub(crate) fn append(&mut self, samples: SamplesSlice<'_>) {
