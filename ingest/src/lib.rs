@@ -61,13 +61,14 @@ pub use crate::{
     },
     columns::{
         FieldRecording, FieldRequest, SensorBlock, SensorReading, SensorRecording, SensorRequest,
-        arrival_order, read_sensor_blocks, record_fields, record_sensors,
+        arrival_order, read_sensor_blocks, record_fields, record_sensors, record_sensors_in,
     },
     decode::{
         DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
         ValueSource, number_fields,
     },
     file::Format,
+    large_columns::ColumnMemory,
     log::Log,
     message::{
         BindingError, DefinitionSource, Error, Integrity, Losses, LostPart, LostRange, RawMessage,

@@ -1,10 +1,11 @@
 //! The compared readers. Each reads a file and counts its output.
 
-use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path};
+use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path, sync::Mutex};
 
 use tipwatch_ingest::{
-    Log, MessageTimes, SensorBlock, SensorDecoder, SensorKind, SensorRequest, SensorSample, Topic,
-    TopicId, read_sensor_blocks, record_sensors,
+    ColumnMemory, Log, MessageTimes, SensorBlock, SensorDecoder, SensorKind, SensorRecording,
+    SensorRequest, SensorSample, Topic, TopicId, read_sensor_blocks, record_sensors,
+    record_sensors_in,
 };
 
 use crate::{
@@ -15,7 +16,7 @@ use crate::{
 pub(crate) type Reader = fn(&Path) -> u64;
 
 /// By name; the second is the baseline.
-pub(crate) const READERS: [(&str, Reader); 10] = [
+pub(crate) const READERS: [(&str, Reader); 11] = [
     ("bare decompressor, all cores", decompress_on_all_cores),
     ("mcap crate, stream, no CRC", crate_stream),
     ("mcap crate, stream, CRC", crate_stream_checked),
@@ -25,6 +26,7 @@ pub(crate) const READERS: [(&str, Reader); 10] = [
     ("Log::read, decoded", decoded),
     ("Log::read to columns", plain_columns),
     ("sensors in blocks", blocks),
+    ("sensors whole, memory reused", columns_in_kept_memory),
     ("record_sensors", columns),
 ];
 pub(crate) const PEER: usize = 1;
@@ -157,6 +159,23 @@ fn columns(path: &Path) -> u64 {
         .iter()
         .map(|recording| recording.stamps_ns.len() as u64);
     samples.sum()
+}
+
+/// In the memory of the round before, as in a process that reads one log after the other.
+fn columns_in_kept_memory(path: &Path) -> u64 {
+    static KEPT: Mutex<Option<ColumnMemory>> = Mutex::new(None);
+    let log = Log::open(path).expect("a log");
+    let mut kept = KEPT.lock().expect("no panic");
+    let memory = kept.get_or_insert_default();
+    let (recordings, losses) =
+        record_sensors_in(memory, &log, &requests(&log), &mut |_| {}).expect("readable");
+    assert!(losses.is_empty(), "{losses:?}");
+    let samples = |recording: SensorRecording| {
+        let samples = recording.stamps_ns.len() as u64;
+        memory.keep(recording);
+        samples
+    };
+    recordings.into_iter().map(samples).sum()
 }
 
 fn map(path: &Path) -> memmap2::Mmap {

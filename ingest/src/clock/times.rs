@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{placement::Placement, stamp::StampSource};
-use crate::large_columns::{self, Region};
+use crate::large_columns::{self, ColumnMemory, Region};
 
 /// Marks a header without a stamp. No clock reaches it: it is 292 years before zero.
 const NO_STAMP: i64 = i64::MIN;
@@ -29,11 +29,18 @@ pub struct Times {
 }
 
 impl Times {
-    /// Reserves memory for so many messages of a sensor, if available, and returns the large regions.
-    pub(crate) fn reserve(&mut self, messages: u64, sensor: usize) -> Vec<Region> {
-        let header = large_columns::reserve(&mut self.header_ns, messages, 1, sensor);
-        let log = large_columns::reserve(&mut self.log_ns, messages, 1, sensor);
-        header.into_iter().chain(log).collect()
+    /// Reserves memory for so many messages of a sensor, if available, and returns the regions that
+    /// are new and large.
+    pub(crate) fn reserve(
+        &mut self,
+        messages: u64,
+        sensor: usize,
+        memory: &mut ColumnMemory,
+    ) -> Vec<Region> {
+        let columns = [&mut self.header_ns, &mut self.log_ns];
+        let reserve =
+            |column| large_columns::reserve(column, &mut memory.times, messages, 1, sensor);
+        columns.into_iter().filter_map(reserve).collect()
     }
 
     /// Adds a message. A header stamp of zero counts as missing.

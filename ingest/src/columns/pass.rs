@@ -15,7 +15,7 @@ use super::{
 use crate::{
     clock::{TimeBase, Times, TopicStatistics},
     formats::Batch,
-    large_columns::{FreshMemory, Region},
+    large_columns::{ColumnMemory, FreshMemory, Region},
     log::Log,
     message::{Error, Losses, RawMessage, TopicId},
 };
@@ -59,12 +59,13 @@ pub(crate) struct Passed {
 }
 
 /// Reads a log once for all wanted sensors, of which several may use the same topic. `regions` are
-/// those that the sink fills.
+/// those that the sink fills; `memory` is for the times.
 pub(crate) fn pass(
     log: &Log,
     wanted: Vec<Wanted>,
     sink: &mut dyn Sink,
     mut regions: Vec<Region>,
+    memory: &mut ColumnMemory,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Passed, Error> {
     let topics: Vec<TopicId> = wanted.iter().map(|wanted| wanted.topic).collect();
@@ -72,11 +73,8 @@ pub(crate) fn pass(
     for (place, wanted) in wanted.into_iter().enumerate() {
         let mut sensor = SensorPass::new(log, wanted)?;
         // so that they need not be moved as they grow
-        regions.extend(
-            sensor
-                .times
-                .reserve(most_samples(log, sensor.topic)?, place),
-        );
+        let samples = most_samples(log, sensor.topic)?;
+        regions.extend(sensor.times.reserve(samples, place, memory));
         sensors.push(sensor);
     }
     let memory = Arc::new(FreshMemory::new(sensors.len(), regions));

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     clock::{Placed, TimeBase},
-    large_columns::{self, Region},
+    large_columns::{self, ColumnMemory, Region},
     log::Log,
     message::{Error, Losses},
 };
@@ -20,6 +20,7 @@ pub(crate) fn record(
     log: &Log,
     wanted: Vec<Wanted>,
     time_base: Option<&TimeBase>,
+    memory: &mut ColumnMemory,
     progress: &mut dyn FnMut(u64),
 ) -> Result<(Vec<SensorRecording>, Losses), Error> {
     let mut columns = WholeColumns(Vec::with_capacity(wanted.len()));
@@ -27,10 +28,10 @@ pub(crate) fn record(
     for (sensor, wanted) in wanted.iter().enumerate() {
         let samples = most_samples(log, wanted.topic)?;
         let mut of_sensor = Columns::default();
-        regions.extend(of_sensor.reserve(samples, wanted.width, sensor));
+        regions.extend(of_sensor.reserve(samples, wanted.width, sensor, memory));
         columns.0.push(of_sensor);
     }
-    let passed = pass(log, wanted, &mut columns, regions, progress)?;
+    let passed = pass(log, wanted, &mut columns, regions, memory, progress)?;
     let time_base = time_base.unwrap_or(&passed.time_base);
     let sensors = passed.sensors.into_iter().zip(columns.0);
     Ok((finish(sensors.collect(), time_base), passed.losses))
@@ -54,15 +55,17 @@ impl Sink for WholeColumns {
 
 impl Columns {
     /// Reserves memory for so many samples, so that columns need not be moved as they grow, and
-    /// returns the large regions.
+    /// returns the regions that are new and large.
     fn reserve(
         &mut self,
         samples: u64,
         width: usize,
         sensor: usize,
+        memory: &mut ColumnMemory,
     ) -> impl Iterator<Item = Region> + use<> {
-        let values = large_columns::reserve(&mut self.values, samples, width, sensor);
-        let order = large_columns::reserve(&mut self.order, samples, 1, sensor);
+        let values =
+            large_columns::reserve(&mut self.values, &mut memory.values, samples, width, sensor);
+        let order = large_columns::reserve(&mut self.order, &mut memory.orders, samples, 1, sensor);
         values.into_iter().chain(order)
     }
 

@@ -87,16 +87,17 @@ mod tests {
 
     #[test]
     fn pages_are_obtained_ahead_of_the_samples_and_change_nothing() {
-        const SAMPLES: u64 = 1 << 21;
+        const SAMPLES: u64 = 1 << 19;
+        const WIDTH: usize = 12;
         let mut column = vec![7.5_f64; 5];
-        let region = reserve(&mut column, SAMPLES, 3, 1).unwrap();
+        let region = reserve(&mut column, &mut Vec::new(), SAMPLES, WIDTH, 1).unwrap();
         let end = region.addresses.end;
         let memory = FreshMemory::new(2, vec![region]);
         let obtained = || memory.regions[0].obtained.load(Relaxed);
         let first = obtained();
         memory.prepare();
         let ahead = obtained() - first;
-        let lead = SAMPLES_AHEAD * 3 * size_of::<f64>();
+        let lead = SAMPLES_AHEAD * WIDTH * size_of::<f64>();
         let is_available = !memory.is_refused.load(Relaxed);
         assert!(
             !is_available || (1..=lead + HUGE_PAGE_BYTES).contains(&ahead),
@@ -109,7 +110,7 @@ mod tests {
         memory.prepare();
         assert!(!is_available || end - obtained() < HUGE_PAGE_BYTES);
         assert_eq!(column, [7.5; 5]);
-        column.resize(3 * SAMPLES as usize, 1.0);
+        column.resize(WIDTH * SAMPLES as usize, 1.0);
         assert!(column[5..].iter().all(|&value| value == 1.0));
     }
 }
