@@ -110,6 +110,15 @@ impl Placement {
             && self.pauses.is_empty()
     }
 
+    /// The stamps and the log times (ns) of all messages that have a usable stamp. The others are
+    /// passed to `omit`, by their index.
+    pub(crate) fn apply(&self, times: Times, omit: impl FnMut(usize)) -> (Vec<i64>, Vec<i64>) {
+        if self.keeps_stamps() && times.by(StampSource::Header).missing() == 0 {
+            return times.into_header_and_log_ns();
+        }
+        times.restamped(|index, times| self.stamp_ns(index, times), omit)
+    }
+
     /// How many messages have no usable stamp.
     pub(crate) fn unstamped(&self, times: &Times) -> u64 {
         if self.keeps_stamps() {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{placement::Placement, stamp::StampSource};
+use super::stamp::StampSource;
 use crate::large_columns::{self, ColumnMemory, Region};
 
 /// Marks a header without a stamp. No clock reaches it: it is 292 years before zero.
@@ -108,20 +108,22 @@ impl Times {
         &self.log_ns
     }
 
-    /// Places every message, and returns the stamps and the log times (ns) of those that have a
-    /// usable stamp. The others are passed to `omit`, by their index.
-    pub(crate) fn placed(
+    /// The header stamps and the log times (ns), as they are.
+    pub(super) fn into_header_and_log_ns(self) -> (Vec<i64>, Vec<i64>) {
+        (self.header_ns, self.log_ns)
+    }
+
+    /// Stamps every message anew by its index, and returns the stamps and the log times (ns) of those
+    /// that get one. The others are passed to `omit`, by their index.
+    pub(super) fn restamped(
         mut self,
-        placement: &Placement,
+        stamp_ns: impl Fn(usize, &MessageTimes) -> Option<i64>,
         mut omit: impl FnMut(usize),
     ) -> (Vec<i64>, Vec<i64>) {
-        if placement.keeps_stamps() && self.by(StampSource::Header).missing() == 0 {
-            return (self.header_ns, self.log_ns);
-        }
         let mut kept = 0;
         for index in 0..self.log_ns.len() {
             let times = self.as_slice().at(index);
-            match placement.stamp_ns(index, &times) {
+            match stamp_ns(index, &times) {
                 Some(stamp_ns) => {
                     // the place of a time that has been read already
                     self.header_ns[kept] = stamp_ns;

@@ -83,7 +83,7 @@ impl Columns {
             findings,
         } = time_base.place(&sensor.name, &sensor.times, &sensor.statistics);
         let mut unstamped = Vec::new();
-        let (stamps_ns, log_times_ns) = (sensor.times).placed(&placement, |at| unstamped.push(at));
+        let (stamps_ns, log_times_ns) = placement.apply(sensor.times, |at| unstamped.push(at));
         omit(&mut self.order, &unstamped, 1);
         omit(&mut self.values, &unstamped, sensor.width);
         SensorRecording {
