@@ -7,9 +7,8 @@
 //! peer and the readers whose name contains it take part. All readers see the same file in the same run;
 //! it is in the page cache. Ratios are those of the times, best to best and median to median.
 //!
-//! Allocating half a gigabyte for columns can take longer than filling them, especially in a
-//! virtual machine whose host reclaims freed memory. `MIMALLOC_PURGE_DELAY=-1` keeps freed memory
-//! in the process, so that all rounds but the first measure reading alone.
+//! Obtaining half a gigabyte for columns can take longer than filling them, especially in a virtual
+//! machine whose host reclaims freed memory. One reader therefore uses the memory of its last round.
 //!
 //! (a) joint states on three topics, 5 million by default; (b) a tenth as many bytes of joint states
 //! among images on other topics, in chunks of their own and in chunks with the joint states.

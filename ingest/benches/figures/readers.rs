@@ -1,10 +1,11 @@
 //! The compared readers. Each reads a file and counts its output.
 
-use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path};
+use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path, sync::Mutex};
 
 use tipwatch_ingest::{
-    Log, SensorBlock, SensorDecoder, SensorKind, SensorRequest, SensorSample, Topic, TopicId,
-    read_sensor_blocks, record_sensors,
+    ColumnMemory, Log, MessageTimes, SensorBlock, SensorDecoder, SensorKind, SensorRecording,
+    SensorRequest, SensorSample, Topic, TopicId, read_sensor_blocks, record_sensors,
+    record_sensors_in,
 };
 
 use crate::{
@@ -15,7 +16,7 @@ use crate::{
 pub(crate) type Reader = fn(&Path) -> u64;
 
 /// By name; the second is the baseline.
-pub(crate) const READERS: [(&str, Reader); 10] = [
+pub(crate) const READERS: [(&str, Reader); 11] = [
     ("bare decompressor, all cores", decompress_on_all_cores),
     ("mcap crate, stream, no CRC", crate_stream),
     ("mcap crate, stream, CRC", crate_stream_checked),
@@ -25,6 +26,7 @@ pub(crate) const READERS: [(&str, Reader); 10] = [
     ("Log::read, decoded", decoded),
     ("Log::read to columns", plain_columns),
     ("sensors in blocks", blocks),
+    ("sensors whole, memory reused", columns_in_kept_memory),
     ("record_sensors", columns),
 ];
 pub(crate) const PEER: usize = 1;
@@ -134,17 +136,17 @@ fn requests(log: &Log) -> Vec<SensorRequest> {
 /// Every sample with its times and values, and its place on the common clock.
 fn blocks(path: &Path) -> u64 {
     let log = Log::open(path).expect("a log");
-    let mut sums = (0, 0.0);
+    let mut sum = 0_u64;
     let mut take = |block: &SensorBlock<'_>| {
-        for (times, sample) in block.times().zip(block.values().chunks_exact(2 * JOINTS)) {
-            sums.0 ^= times.header_stamp_ns.unwrap_or(0) ^ times.log_time_ns;
-            sums.1 += sample.iter().sum::<f64>();
-        }
+        let times = block.times();
+        let of_time = |times: MessageTimes| times.header_stamp_ns.unwrap_or(0) as u64;
+        let values = block.values().iter().map(|value| value.to_bits());
+        sum = (times.map(of_time).chain(values)).fold(sum, u64::wrapping_add);
     };
     let (readings, losses) =
         read_sensor_blocks(&log, &requests(&log), &mut take, &mut |_| {}).expect("readable");
     assert!(losses.is_empty(), "{losses:?}");
-    black_box(sums);
+    black_box(sum);
     readings.iter().map(|reading| reading.samples as u64).sum()
 }
 
@@ -157,6 +159,23 @@ fn columns(path: &Path) -> u64 {
         .iter()
         .map(|recording| recording.stamps_ns.len() as u64);
     samples.sum()
+}
+
+/// In the memory of the round before, as in a process that reads one log after the other.
+fn columns_in_kept_memory(path: &Path) -> u64 {
+    static KEPT: Mutex<Option<ColumnMemory>> = Mutex::new(None);
+    let log = Log::open(path).expect("a log");
+    let mut kept = KEPT.lock().expect("no panic");
+    let memory = kept.get_or_insert_default();
+    let (recordings, losses) =
+        record_sensors_in(memory, &log, &requests(&log), &mut |_| {}).expect("readable");
+    assert!(losses.is_empty(), "{losses:?}");
+    let samples = |recording: SensorRecording| {
+        let samples = recording.stamps_ns.len() as u64;
+        memory.keep(recording);
+        samples
+    };
+    recordings.into_iter().map(samples).sum()
 }
 
 fn map(path: &Path) -> memmap2::Mmap {

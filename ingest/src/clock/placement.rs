@@ -101,8 +101,29 @@ impl Placement {
         (!is_left_out).then_some(stamp)
     }
 
+    /// Whether every header stamp stays as it is.
+    pub(super) fn keeps_stamps(&self) -> bool {
+        self.source == StampSource::Header
+            && self.shifts.is_empty()
+            && self.expected.is_none()
+            && matches!(self.correction, Correction::None)
+            && self.pauses.is_empty()
+    }
+
+    /// The stamps and the log times (ns) of all messages that have a usable stamp. The others are
+    /// passed to `omit`, by their index.
+    pub(crate) fn apply(&self, times: Times, omit: impl FnMut(usize)) -> (Vec<i64>, Vec<i64>) {
+        if self.keeps_stamps() && times.by(StampSource::Header).missing() == 0 {
+            return times.into_header_and_log_ns();
+        }
+        times.restamped(|index, times| self.stamp_ns(index, times), omit)
+    }
+
     /// How many messages have no usable stamp.
     pub(crate) fn unstamped(&self, times: &Times) -> u64 {
+        if self.keeps_stamps() {
+            return times.by(StampSource::Header).missing() as u64;
+        }
         self.stamps(times).filter(Option::is_none).count() as u64
     }
 
@@ -119,8 +140,12 @@ impl Placement {
 /// How far a stamp is from its expected value, if that is impossible (ns).
 #[inline]
 pub(super) fn off_ns(expected: &Line, stamp_ns: i64, log_ns: i64) -> Option<i64> {
-    let off_ns = stamp_ns
-        .saturating_sub(log_ns)
-        .saturating_sub(expected.at(log_ns));
-    (off_ns.unsigned_abs() > IMPOSSIBLE_NS.unsigned_abs()).then_some(off_ns)
+    let (offset, expected) = (stamp_ns.saturating_sub(log_ns), expected.at(log_ns));
+    (!is_possible_offset(offset, expected)).then(|| offset.saturating_sub(expected))
+}
+
+/// Whether a stamp may have this offset to the log time (ns).
+#[inline]
+pub(super) fn is_possible_offset(offset_ns: i64, expected_ns: i64) -> bool {
+    offset_ns.saturating_sub(expected_ns).unsigned_abs() <= IMPOSSIBLE_NS.unsigned_abs()
 }

@@ -9,7 +9,7 @@ use super::{
     finding::{ClockFinding, ClockFindingKind as Kind},
     line::{Line, SIGMA_BY_MAD, median_ns},
     own_clock::OwnClock,
-    placement::{Correction, Placement, off_ns},
+    placement::{Correction, Placement, is_possible_offset, off_ns},
     restarts::{Pause, shifts},
     stamp::{StampDecision, StampSource},
     statistics::TopicStatistics,
@@ -80,7 +80,7 @@ impl TimeBase {
         if source > self.source {
             self.place_worse_time(&mut placed, times);
         } else if source != StampSource::Log {
-            let clock = leave_out_impossible(&mut placed, times);
+            let clock = leave_out_impossible(&mut placed, times, statistics);
             if let Some(clock) = clock.filter(|_| self.anchor() != Some(name)) {
                 self.place_own_clock(&mut placed, &clock);
             }
@@ -193,9 +193,21 @@ fn why_log_times_do_not_tell(line: &Line, is_constant: bool) -> Option<String> {
 }
 
 /// Omits single stamps far from all others, and returns the clock of the remaining ones.
-fn leave_out_impossible(placed: &mut Placed, times: &Times) -> Option<Clock> {
+fn leave_out_impossible(
+    placed: &mut Placed,
+    times: &Times,
+    statistics: &TopicStatistics,
+) -> Option<Clock> {
     let log_ns = times.log_ns();
-    let clock = Clock::of(placed.placement.stamps(times), log_ns)?;
+    let complete = times.by(placed.placement.source).complete();
+    let complete = complete.filter(|_| placed.placement.shifts.is_empty());
+    let clock = match complete {
+        Some(stamps_ns) => Clock::of_complete(stamps_ns, log_ns)?,
+        None => Clock::of(placed.placement.stamps(times), log_ns)?,
+    };
+    if placed.placement.keeps_stamps() && are_possible(&clock, statistics) {
+        return Some(clock);
+    }
     let mut worst_ns = 0;
     let mut count = 0;
     for (stamp, &log) in placed.placement.stamps(times).zip(log_ns) {
@@ -220,4 +232,18 @@ fn leave_out_impossible(placed: &mut Placed, times: &Times) -> Option<Clock> {
         .push(ClockFinding::handled(kind, seen, done));
     placed.placement.expected = Some(clock.line);
     Clock::of(placed.placement.stamps(times), log_ns)
+}
+
+/// Whether the extremes already show that no header stamp is impossible.
+fn are_possible(clock: &Clock, statistics: &TopicStatistics) -> bool {
+    let Some((least, largest)) = statistics.header_minus_log_ns() else {
+        return false;
+    };
+    let (from, to) = clock.log_span_ns;
+    // a straight line is extreme at its ends
+    [from, to].into_iter().all(|log_ns| {
+        let expected = clock.line.at(log_ns);
+        let is_possible = |offset: i64| is_possible_offset(offset, expected);
+        is_possible(least) && is_possible(largest)
+    })
 }

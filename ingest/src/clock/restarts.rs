@@ -8,7 +8,7 @@ use super::{
 /// A smaller step back is not a restart (ns).
 const LEAST_FALL_NS: i64 = 1_000_000_000;
 /// A larger jump ahead of the log time means the clock was set (ns).
-const LEAST_LEAP_NS: i64 = 3_600_000_000_000;
+pub(super) const LEAST_LEAP_NS: i64 = 3_600_000_000_000;
 /// Messages that must confirm the new clock.
 const CONFIRMING: usize = 2;
 /// Messages on each side that determine the shift.

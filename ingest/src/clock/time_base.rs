@@ -71,20 +71,25 @@ impl TimeBase {
         for source in [StampSource::Header, StampSource::Publish] {
             let found: Vec<(usize, Clock)> = (clocks.iter().enumerate())
                 .filter(|(_, clock)| clock.decision.source == source)
-                .filter_map(|(topic, _)| {
+                .filter_map(|(topic, clock)| {
                     let log_ns = topics[topic].1.log_ns();
-                    Some((topic, Clock::of(unrolled(topic), log_ns)?))
+                    let complete = clock.stamps.complete();
+                    let clock = match complete.filter(|_| shifts[topic].is_empty()) {
+                        Some(stamps_ns) => Clock::of_complete(stamps_ns, log_ns),
+                        None => Clock::of(unrolled(topic), log_ns),
+                    };
+                    Some((topic, clock?))
                 })
                 .collect();
             let Some(topic) = anchor::choose(&found) else {
                 continue;
             };
-            let (name, times, statistics) = topics[topic];
-            let stamps = || unrolled(topic);
-            let Some(clock) = Clock::of(stamps(), times.log_ns()) else {
+            let Some((_, clock)) = found.iter().find(|(of, _)| *of == topic) else {
                 continue;
             };
-            let points = anchor::offsets(stamps(), times.log_ns()).collect();
+            let (name, times, statistics) = topics[topic];
+            let stamps = || unrolled(topic);
+            let points = anchor::offsets(stamps(), times.log_ns());
             let map = LogMap::through(clock.line, points);
             let tells_publish = source == StampSource::Header && statistics.has_publish_times();
             let from_publish = tells_publish.then(|| line_from_publish(stamps(), times));

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::{placement::Placement, stamp::StampSource};
-use crate::large_columns;
+use super::stamp::StampSource;
+use crate::large_columns::{self, ColumnMemory, Region};
 
 /// Marks a header without a stamp. No clock reaches it: it is 292 years before zero.
 const NO_STAMP: i64 = i64::MIN;
@@ -29,10 +29,18 @@ pub struct Times {
 }
 
 impl Times {
-    /// Reserves memory for `messages` messages, if available.
-    pub(crate) fn reserve(&mut self, messages: u64) {
-        large_columns::reserve(&mut self.header_ns, messages);
-        large_columns::reserve(&mut self.log_ns, messages);
+    /// Reserves memory for so many messages of a sensor, if available, and returns the regions that
+    /// are new and large.
+    pub(crate) fn reserve(
+        &mut self,
+        messages: u64,
+        sensor: usize,
+        memory: &mut ColumnMemory,
+    ) -> Vec<Region> {
+        let columns = [&mut self.header_ns, &mut self.log_ns];
+        let reserve =
+            |column| large_columns::reserve(column, &mut memory.times, messages, 1, sensor);
+        columns.into_iter().filter_map(reserve).collect()
     }
 
     /// Adds a message. A header stamp of zero counts as missing.
@@ -100,17 +108,22 @@ impl Times {
         &self.log_ns
     }
 
-    /// Places every message, and returns the stamps and the log times (ns) of those that have a
-    /// usable stamp. The others are passed to `omit`, by their index.
-    pub(crate) fn placed(
+    /// The header stamps and the log times (ns), as they are.
+    pub(super) fn into_header_and_log_ns(self) -> (Vec<i64>, Vec<i64>) {
+        (self.header_ns, self.log_ns)
+    }
+
+    /// Stamps every message anew by its index, and returns the stamps and the log times (ns) of those
+    /// that get one. The others are passed to `omit`, by their index.
+    pub(super) fn restamped(
         mut self,
-        placement: &Placement,
+        stamp_ns: impl Fn(usize, &MessageTimes) -> Option<i64>,
         mut omit: impl FnMut(usize),
     ) -> (Vec<i64>, Vec<i64>) {
         let mut kept = 0;
         for index in 0..self.log_ns.len() {
             let times = self.as_slice().at(index);
-            match placement.stamp_ns(index, &times) {
+            match stamp_ns(index, &times) {
                 Some(stamp_ns) => {
                     // the place of a time that has been read already
                     self.header_ns[kept] = stamp_ns;
@@ -213,6 +226,16 @@ impl<'t> Stamps<'t> {
     /// The stamps of all messages.
     pub(super) fn iter(self) -> impl Iterator<Item = Option<i64>> + Clone + 't {
         self.0.iter().map(|&time| present(time))
+    }
+
+    /// The stamps, if none is missing.
+    pub(super) fn complete(self) -> Option<&'t [i64]> {
+        (self.missing() == 0).then_some(self.0)
+    }
+
+    /// How many are missing.
+    pub(super) fn missing(self) -> usize {
+        self.0.iter().filter(|&&time| time == NO_STAMP).count()
     }
 
     /// The stamps from index `index` on.

@@ -12,7 +12,7 @@ mod whole_columns;
 
 pub use self::{
     field_recording::{FieldRecording, FieldRequest, record_fields},
-    record_sensors::record_sensors,
+    record_sensors::{record_sensors, record_sensors_in},
     sensor_blocks::{SensorBlock, SensorReading, read_sensor_blocks},
     sensor_recording::{SensorRecording, SensorRequest, arrival_order},
 };

@@ -15,6 +15,7 @@ use super::{
 use crate::{
     clock::{TimeBase, Times, TopicStatistics},
     formats::Batch,
+    large_columns::{ColumnMemory, FreshMemory, Region},
     log::Log,
     message::{Error, Losses, RawMessage, TopicId},
 };
@@ -57,18 +58,26 @@ pub(crate) struct Passed {
     pub(crate) losses: Losses,
 }
 
-/// Reads a log once for all wanted sensors, of which several may use the same topic.
+/// Reads a log once for all wanted sensors, of which several may use the same topic. `regions` are
+/// those that the sink fills; `memory` is for the times.
 pub(crate) fn pass(
     log: &Log,
     wanted: Vec<Wanted>,
     sink: &mut dyn Sink,
+    mut regions: Vec<Region>,
+    memory: &mut ColumnMemory,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Passed, Error> {
     let topics: Vec<TopicId> = wanted.iter().map(|wanted| wanted.topic).collect();
     let mut sensors = Vec::with_capacity(wanted.len());
-    for wanted in wanted {
-        sensors.push(SensorPass::new(log, wanted)?);
+    for (place, wanted) in wanted.into_iter().enumerate() {
+        let mut sensor = SensorPass::new(log, wanted)?;
+        // so that they need not be moved as they grow
+        let samples = most_samples(log, sensor.topic)?;
+        regions.extend(sensor.times.reserve(samples, place, memory));
+        sensors.push(sensor);
     }
+    let memory = Arc::new(FreshMemory::new(sensors.len(), regions));
     let empty = || Part::new(sensors.iter().map(SensorPass::part));
     // a part that a batch has delivered and the pass has not yet taken
     let inbox = Arc::new(Mutex::new(empty()));
@@ -77,6 +86,7 @@ pub(crate) fn pass(
         Box::new(SensorBatch {
             part: Part::new(prototypes.iter().map(Wanted::part)),
             inbox: Arc::clone(&inbox),
+            memory: Arc::clone(&memory),
         })
     };
     let loose = empty();
@@ -85,6 +95,7 @@ pub(crate) fn pass(
         loose,
         messages: 0,
         sink,
+        memory: Arc::clone(&memory),
     });
     let mut visit = |message: &RawMessage<'_>| {
         pass.borrow_mut().message(message);
@@ -133,6 +144,7 @@ struct Pass<'s> {
     /// The number of messages handed on.
     messages: u32,
     sink: &'s mut dyn Sink,
+    memory: Arc<FreshMemory>,
 }
 
 impl Pass<'_> {
@@ -162,6 +174,7 @@ impl Pass<'_> {
             }
             sensor.times.append(samples.times);
             self.sink.take(place, samples);
+            self.memory.fill(place, samples.len());
             part.samples.clear();
             sensor.decoder.append(&mut part.decoder);
             sensor.undecodable += std::mem::take(&mut part.undecodable);
@@ -172,16 +185,13 @@ impl Pass<'_> {
 }
 
 impl SensorPass {
-    /// Reserves memory for the times that the index counts, so that they need not be moved.
     fn new(log: &Log, wanted: Wanted) -> Result<Self, Error> {
-        let mut times = Times::default();
-        times.reserve(most_samples(log, wanted.topic)?);
         Ok(Self {
             topic: wanted.topic,
             name: log.topic(wanted.topic)?.name.clone(),
             width: wanted.width,
             decoder: wanted.decoder,
-            times,
+            times: Times::default(),
             statistics: TopicStatistics::default(),
             undecodable: 0,
             without_value: 0,
@@ -220,10 +230,14 @@ pub(crate) fn most_samples(log: &Log, topic: TopicId) -> Result<u64, Error> {
 struct SensorBatch {
     part: Part,
     inbox: Arc<Mutex<Part>>,
+    memory: Arc<FreshMemory>,
 }
 
 impl Batch for SensorBatch {
     fn take(&mut self, message: &RawMessage<'_>) {
+        if self.part.messages == 0 {
+            self.memory.prepare();
+        }
         self.part.take(message);
     }
 

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     clock::{Placed, TimeBase},
-    large_columns,
+    large_columns::{self, ColumnMemory, Region},
     log::Log,
     message::{Error, Losses},
 };
@@ -20,14 +20,18 @@ pub(crate) fn record(
     log: &Log,
     wanted: Vec<Wanted>,
     time_base: Option<&TimeBase>,
+    memory: &mut ColumnMemory,
     progress: &mut dyn FnMut(u64),
 ) -> Result<(Vec<SensorRecording>, Losses), Error> {
     let mut columns = WholeColumns(Vec::with_capacity(wanted.len()));
-    for wanted in &wanted {
+    let mut regions = Vec::new();
+    for (sensor, wanted) in wanted.iter().enumerate() {
         let samples = most_samples(log, wanted.topic)?;
-        columns.0.push(Columns::reserve(samples, wanted.width));
+        let mut of_sensor = Columns::default();
+        regions.extend(of_sensor.reserve(samples, wanted.width, sensor, memory));
+        columns.0.push(of_sensor);
     }
-    let passed = pass(log, wanted, &mut columns, progress)?;
+    let passed = pass(log, wanted, &mut columns, regions, memory, progress)?;
     let time_base = time_base.unwrap_or(&passed.time_base);
     let sensors = passed.sensors.into_iter().zip(columns.0);
     Ok((finish(sensors.collect(), time_base), passed.losses))
@@ -50,12 +54,19 @@ impl Sink for WholeColumns {
 }
 
 impl Columns {
-    /// Reserves memory for so many samples, so that columns need not be moved as they grow.
-    fn reserve(samples: u64, width: usize) -> Self {
-        let mut columns = Self::default();
-        large_columns::reserve(&mut columns.values, samples.saturating_mul(width as u64));
-        large_columns::reserve(&mut columns.order, samples);
-        columns
+    /// Reserves memory for so many samples, so that columns need not be moved as they grow, and
+    /// returns the regions that are new and large.
+    fn reserve(
+        &mut self,
+        samples: u64,
+        width: usize,
+        sensor: usize,
+        memory: &mut ColumnMemory,
+    ) -> impl Iterator<Item = Region> + use<> {
+        let values =
+            large_columns::reserve(&mut self.values, &mut memory.values, samples, width, sensor);
+        let order = large_columns::reserve(&mut self.order, &mut memory.orders, samples, 1, sensor);
+        values.into_iter().chain(order)
     }
 
     pub(crate) fn append(&mut self, samples: SamplesSlice<'_>) {
@@ -72,7 +83,7 @@ impl Columns {
             findings,
         } = time_base.place(&sensor.name, &sensor.times, &sensor.statistics);
         let mut unstamped = Vec::new();
-        let (stamps_ns, log_times_ns) = (sensor.times).placed(&placement, |at| unstamped.push(at));
+        let (stamps_ns, log_times_ns) = placement.apply(sensor.times, |at| unstamped.push(at));
         omit(&mut self.order, &unstamped, 1);
         omit(&mut self.values, &unstamped, sensor.width);
         SensorRecording {

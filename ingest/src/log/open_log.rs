@@ -15,6 +15,9 @@ use crate::{
     message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicTable},
 };
 
+/// Creates batches, and is called after each delivery of one.
+type BatchSource<'b> = (&'b (dyn Fn() -> Box<dyn Batch> + Sync), &'b dyn Fn());
+
 /// A log opened for reading. Its files are never modified, and no file is created beside them.
 pub struct Log {
     path: PathBuf,
@@ -148,7 +151,7 @@ impl Log {
         wanted: &[TopicId],
         visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
         progress: &mut dyn FnMut(u64),
-        batches: Option<(&(dyn Fn() -> Box<dyn Batch> + Sync), &dyn Fn())>,
+        batches: Option<BatchSource<'_>>,
     ) -> Result<Losses, Error> {
         let wanted = self.wanted_flags(wanted)?;
         if self.declared_counts.is_empty() {
