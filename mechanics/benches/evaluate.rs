@@ -140,6 +140,10 @@ fn states(machine: &Machine) -> StateColumns {
             nalgebra::Vector3::new(0.5 * phase.sin(), 0.4 * (1.7 * phase).cos(), 9.8);
         state.imu.angular_velocity = nalgebra::Vector3::new(0.05, -0.03, 0.3) * phase.cos();
         state.imu.angular_acceleration = nalgebra::Vector3::new(0.1, 0.2, -0.1) * phase.sin();
+        let tilt = 0.05 * phase.cos();
+        state.base.up = nalgebra::Vector3::new(tilt.sin(), 0.0, tilt.cos());
+        state.base.velocity = nalgebra::Vector3::new(phase.cos(), 0.02 * phase.sin(), 0.0);
+        state.base.velocity_rate = nalgebra::Vector3::new(0.3 * phase.sin(), 0.0, 0.0);
         columns.set(row, &mut state);
     }
     columns

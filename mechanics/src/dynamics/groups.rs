@@ -35,6 +35,7 @@ pub(crate) struct Groups<T> {
 }
 
 impl<T: Real> Part<T> {
+    #[inline(always)]
     fn zero() -> Self {
         Self {
             moments: Composite::zero(),
@@ -49,6 +50,7 @@ impl<T: Real> Part<T> {
 }
 
 impl<T: Real> Parts<T> {
+    #[inline(always)]
     fn zero() -> Self {
         Self {
             chassis: Part::zero(),
@@ -91,7 +93,9 @@ impl<T: Real> Groups<T> {
         wrenches: &[Wrench<T>],
         tool_wrench: &Wrench<T>,
     ) {
-        self.sets.fill(Parts::zero());
+        for set in &mut self.sets {
+            *set = Parts::zero();
+        }
         for (i, body) in machine.bodies.iter().enumerate() {
             let laden = machine.payloads.iter().any(|payload| payload.body == i);
             if let ([(group, moments)], false) = (&body.parts[..], laden) {

@@ -98,11 +98,12 @@ impl<T: Real> ReversePass<T> {
     ) -> BaseGradient<T::Wheels> {
         let mut write = Writer { rest: out };
         let base = self.follow(motion.machine, adjoint);
-        self.write_signals(motion, adjoint, &base, &mut write);
-        geometry::write_imu(motion, &base, &mut write);
-        geometry::write_arm(motion, self, &base, &mut write);
-        self.write_links(motion, &mut write);
-        self.write_payloads(motion, &mut write);
+        let sensed = base.by_sensor(motion);
+        self.write_signals(motion, adjoint, &sensed, &mut write);
+        geometry::write_imu(motion, &base, &sensed, &mut write);
+        geometry::write_arm(motion, self, adjoint, &base, &mut write);
+        self.write_links(motion, adjoint, &mut write);
+        self.write_payloads(motion, adjoint, &mut write);
         geometry::write_wheels(motion, self, adjoint, &mut write);
         geometry::write_contact(motion, adjoint, &mut write);
         let w = &motion.motions[0].angular_velocity;
