@@ -85,7 +85,8 @@ impl<T: Real> Response<T> {
         for row in equations.certain..equations.measured {
             load += self.loads[row][wheel] * equations.value[row];
         }
-        if equations.has_offsets {
+        // Without a rule, this makes the load unknown where the equations are.
+        if equations.has_offsets || equations.certain == equations.measured {
             for (other, &offset) in equations.offset[..equations.wheels].iter().enumerate() {
                 load += self.slack(equations, wheel, other) * offset;
             }
