@@ -30,7 +30,7 @@ pub(crate) struct Parts<T> {
 pub(crate) struct Groups<T> {
     /// The whole machine first, then the distal subtree of each free joint.
     pub(crate) sets: Vec<Parts<T>>,
-    /// Moments of every body including its payloads.
+    /// Moments of every body including its payloads, until the derivatives take them.
     pub(crate) bodies: Vec<Composite<T>>,
 }
 

@@ -59,6 +59,11 @@ impl Wheels<f64> for Lanes {
     }
 
     #[inline(always)]
+    fn from_fn(number: impl Fn(usize) -> f64) -> Self {
+        Self::from_array(std::array::from_fn(number))
+    }
+
+    #[inline(always)]
     fn of(numbers: &[f64]) -> Self {
         let mut lanes = [0.0; Self::COUNT];
         match numbers.first_chunk() {

@@ -4,6 +4,7 @@ use super::geometry;
 use super::reverse_pass::ReversePass;
 use super::sensed_motion::SensedMotion;
 use super::writer::Writer;
+use crate::dynamics::composite::Composite;
 use crate::dynamics::newton_euler_derivatives::{BaseGradient, by_base_motion};
 use crate::machine::{Machine, Parameter};
 use crate::number::{Real, Wheels};
@@ -67,6 +68,11 @@ impl<T: Real> Sensitivity<T> {
     /// acceleration of the base frame.
     pub(crate) fn by_base(&self, group: usize) -> &BaseGradient<T::Wheels> {
         &self.base[group]
+    }
+
+    /// Takes the moments of every body before [`Self::fill`], and leaves memory for the next ones.
+    pub(crate) fn take_moments(&mut self, bodies: &mut Vec<Composite<T>>) {
+        self.reverse_pass.take_moments(bodies);
     }
 
     pub(crate) fn fill(&mut self, motion: &SensedMotion<'_, T>, adjoints: &LoadAdjoints<T>) {

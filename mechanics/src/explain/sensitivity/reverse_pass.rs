@@ -30,7 +30,6 @@ pub(super) struct ReversePass<T: Real> {
     links: Vec<LinkMotion<T>>,
     payloads: Vec<PayloadMotion<T>>,
     fields: Vec<MotionFields<T>>,
-    joints: Vec<MovingJoint<T>>,
     wrenches: Vec<JointWrenches<T>>,
     following: Vec<Following<T>>,
     /// The measured joint that each body's joint is coupled to.
@@ -68,7 +67,6 @@ impl<T: Real> ReversePass<T> {
                 .collect(),
             payloads: vec![PayloadMotion::still(); machine.payloads.len()],
             fields: vec![fields; n],
-            joints: vec![joint; n],
             wrenches: vec![joint.wrenches(&nothing, &Wrench::zero()); n],
             following: vec![Following::directly(T::zero()); n],
             measured: (0..n).map(|body| measured_by(machine, body)).collect(),
@@ -83,10 +81,10 @@ impl<T: Real> ReversePass<T> {
         }
     }
 
-    /// Computes the quantities that do not depend on the wheel.
+    /// Computes the quantities that do not depend on the wheel. The moments of every body must have been taken:
+    /// see [`Self::take_moments`].
     pub(super) fn fill(&mut self, motion: &SensedMotion<'_, T>) {
         let machine = motion.machine;
-        self.distal.copy_from_slice(&motion.groups.bodies);
         self.distal_wrench.copy_from_slice(motion.wrenches);
         if let Some(tool) = &machine.tool {
             let distal = &mut self.distal_wrench[tool.body];
@@ -103,8 +101,10 @@ impl<T: Real> ReversePass<T> {
         }
         for (i, body) in machine.bodies.iter().enumerate().skip(1) {
             let parent = &self.fields[body.parent];
-            self.joints[i] = MovingJoint::new(body.kind, &motion.motions[i], parent);
-            self.wrenches[i] = self.joints[i].wrenches(&self.distal[i], &self.distal_wrench[i]);
+            let joint = MovingJoint::new(body.kind, &motion.motions[i], parent);
+            self.wrenches[i] = joint.wrenches(&self.distal[i], &self.distal_wrench[i]);
+            let (distal, wrenches) = (&self.distal, &self.distal_wrench);
+            self.carried.fill(motion, i, &joint, distal, wrenches);
         }
         let w = &motion.motions[0].angular_velocity;
         self.base = BaseWrenches::of(&self.distal[0], w);
@@ -120,10 +120,14 @@ impl<T: Real> ReversePass<T> {
             payload.feel(motion, place);
         }
         follow_measured(machine, motion.state, &mut self.following);
-        let (distal, wrenches) = (&self.distal, &self.distal_wrench);
-        self.carried.fill(motion, &self.joints, distal, wrenches);
         self.imu_joints.fill(motion, &self.following);
         self.fill_gearing(motion);
+    }
+
+    /// Takes the moments of every body, to which those of its distal subtree are then added; leaves memory for the next
+    /// ones.
+    pub(super) fn take_moments(&mut self, bodies: &mut Vec<Composite<T>>) {
+        std::mem::swap(&mut self.distal, bodies);
     }
 
     /// Computes the effect of the changing gear ratio between pivot, cylinder and rod on the value of an actuated
