@@ -20,6 +20,9 @@ use tipwatch_mechanics::{
 const STATES: usize = 1024;
 const REPEATS: usize = 400;
 
+/// What is measured, with its name.
+type Run<'a> = (&'a str, Box<dyn FnMut() + 'a>);
+
 /// Names of the runs.
 const SCALAR: &str = "scalar";
 const SCALAR_FULL: &str = "scalar-full";
@@ -49,7 +52,7 @@ fn main() {
         chosen(&mut scope);
         by_rows(scope)
     };
-    let mut runs: [(&str, Box<dyn FnMut() + '_>); 7] = [
+    let mut runs: [Run<'_>; 7] = [
         (
             SCALAR,
             Box::new(|| scalar(&machine, &one_by_one, Scope::LOADS)),
@@ -162,7 +165,7 @@ fn scalar(machine: &Machine, states: &[State<f64>], scope: Scope) {
 }
 
 /// The least time of each run, all of them in turn.
-fn nanoseconds_a_state(runs: &mut [(&str, Box<dyn FnMut() + '_>)]) -> Vec<f64> {
+fn nanoseconds_a_state(runs: &mut [Run<'_>]) -> Vec<f64> {
     let mut least = vec![f64::INFINITY; runs.len()];
     for _ in 0..REPEATS {
         for ((_, run), least) in runs.iter_mut().zip(&mut least) {
