@@ -13,17 +13,19 @@ use std::time::Instant;
 
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{
-    BatchWorkspace, Lanes, Machine, Model, OutcomeColumns, Scope, State, StateColumns, Workspace,
-    evaluate, evaluate_into,
+    BatchWorkspace, Machine, Model, OutcomeColumns, Scope, State, StateColumns, Workspace,
+    evaluate_into, evaluate_one,
 };
 
 const STATES: usize = 1024;
 const REPEATS: usize = 400;
 
+/// What is measured, with its name.
+type Run<'a> = (&'a str, Box<dyn FnMut() + 'a>);
+
 /// Names of the runs.
 const SCALAR: &str = "scalar";
 const SCALAR_FULL: &str = "scalar-full";
-const LANES: &str = "lanes";
 const ROWS: &str = "rows";
 const FULL: &str = "full";
 const INDICATORS: &str = "indicators";
@@ -34,7 +36,6 @@ fn main() {
     let machine = machine();
     let states = states(&machine);
     let one_by_one = separate(&machine, &states);
-    let side_by_side = side_by_side(&machine, &one_by_one);
     let model = Arc::new(Model::WholeBody);
     let by_rows = |scope: Scope| {
         let mut workspace = BatchWorkspace::new(&machine, scope, &model);
@@ -51,7 +52,7 @@ fn main() {
         chosen(&mut scope);
         by_rows(scope)
     };
-    let mut runs: [(&str, Box<dyn FnMut() + '_>); 8] = [
+    let mut runs: [Run<'_>; 7] = [
         (
             SCALAR,
             Box::new(|| scalar(&machine, &one_by_one, Scope::LOADS)),
@@ -60,7 +61,6 @@ fn main() {
             SCALAR_FULL,
             Box::new(|| scalar(&machine, &one_by_one, Scope::ALL)),
         ),
-        (LANES, Box::new(|| lanes(&machine, &side_by_side))),
         (ROWS, Box::new(by_rows(Scope::LOADS))),
         (FULL, Box::new(by_rows(Scope::ALL))),
         (INDICATORS, Box::new(part(|scope| scope.indicators = true))),
@@ -93,7 +93,6 @@ fn main() {
         "full scope, f64                     {:7.0}",
         of(SCALAR_FULL)
     );
-    println!("loads, lanes                        {:7.0}", of(LANES));
     println!("loads, from columns to columns      {:7.0}", of(ROWS));
     println!("full scope, from columns to columns {:7.0}", of(FULL));
     println!(
@@ -140,6 +139,10 @@ fn states(machine: &Machine) -> StateColumns {
             nalgebra::Vector3::new(0.5 * phase.sin(), 0.4 * (1.7 * phase).cos(), 9.8);
         state.imu.angular_velocity = nalgebra::Vector3::new(0.05, -0.03, 0.3) * phase.cos();
         state.imu.angular_acceleration = nalgebra::Vector3::new(0.1, 0.2, -0.1) * phase.sin();
+        let tilt = 0.05 * phase.cos();
+        state.base.up = nalgebra::Vector3::new(tilt.sin(), 0.0, tilt.cos());
+        state.base.velocity = nalgebra::Vector3::new(phase.cos(), 0.02 * phase.sin(), 0.0);
+        state.base.velocity_rate = nalgebra::Vector3::new(0.3 * phase.sin(), 0.0, 0.0);
         columns.set(row, &mut state);
     }
     columns
@@ -157,40 +160,12 @@ fn separate(machine: &Machine, states: &StateColumns) -> Vec<State<f64>> {
 fn scalar(machine: &Machine, states: &[State<f64>], scope: Scope) {
     let mut workspace = Workspace::with_scope(machine, scope);
     for state in states {
-        black_box(evaluate(machine, black_box(state), &mut workspace));
-    }
-}
-
-fn side_by_side(machine: &Machine, states: &[State<f64>]) -> Vec<State<Lanes>> {
-    let packed = |four: &[State<f64>]| {
-        let pack = |get: &dyn Fn(&State<f64>) -> f64| {
-            Lanes::from_array(std::array::from_fn(|lane| get(&four[lane])))
-        };
-        let mut state = State::<Lanes>::zero(machine);
-        for (k, joint) in state.joints.iter_mut().enumerate() {
-            joint.position = pack(&|s| s.joints[k].position);
-            joint.rate = pack(&|s| s.joints[k].rate);
-            joint.acceleration = pack(&|s| s.joints[k].acceleration);
-        }
-        for axis in 0..3 {
-            state.imu.specific_force[axis] = pack(&|s| s.imu.specific_force[axis]);
-            state.imu.angular_velocity[axis] = pack(&|s| s.imu.angular_velocity[axis]);
-            state.imu.angular_acceleration[axis] = pack(&|s| s.imu.angular_acceleration[axis]);
-        }
-        state
-    };
-    states.chunks_exact(Lanes::COUNT).map(packed).collect()
-}
-
-fn lanes(machine: &Machine, states: &[State<Lanes>]) {
-    let mut workspace = Workspace::new(machine);
-    for state in states {
-        black_box(evaluate(machine, black_box(state), &mut workspace));
+        black_box(evaluate_one(machine, black_box(state), &mut workspace));
     }
 }
 
 /// The least time of each run, all of them in turn.
-fn nanoseconds_a_state(runs: &mut [(&str, Box<dyn FnMut() + '_>)]) -> Vec<f64> {
+fn nanoseconds_a_state(runs: &mut [Run<'_>]) -> Vec<f64> {
     let mut least = vec![f64::INFINITY; runs.len()];
     for _ in 0..REPEATS {
         for ((_, run), least) in runs.iter_mut().zip(&mut least) {

@@ -41,7 +41,7 @@ pub mod verdict;
 pub mod wheel_loads;
 
 pub use evaluate::batch::{BatchWorkspace, OutcomeColumns, evaluate_into, evaluate_rows};
-pub use evaluate::evaluation::evaluate;
+pub use evaluate::evaluation::{evaluate, evaluate_one};
 pub use evaluate::model::{ClosedForm, Model};
 pub use evaluate::outcome::Outcome;
 pub use evaluate::quantities::{Quantity, RowColumn};

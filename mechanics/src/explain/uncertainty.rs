@@ -85,19 +85,35 @@ impl ParameterSigmas {
     pub(crate) fn variance<T: Real>(&self, derivatives: &[T]) -> T {
         let mut variance = T::zero();
         for (first, own) in &self.variances {
-            for (&by, &own) in derivatives[*first..].iter().zip(own) {
-                variance += by * by * T::constant(own);
+            let (by, last_by) = derivatives[*first..][..own.len()].as_chunks();
+            let (own, last_own) = own.as_chunks();
+            for (by, own) in by.iter().zip(own) {
+                variance = add_squares::<T, 4>(variance, by, own);
+            }
+            for (&by, &own) in last_by.iter().zip(last_own) {
+                variance = add_squares(variance, &[by], &[own]);
             }
         }
         for (first, sigmas) in &self.inertias {
+            let Some(by) = derivatives[*first..].first_chunk::<6>() else {
+                continue;
+            };
             let mut together = T::zero();
-            for (&by, &sigma) in derivatives[*first..].iter().zip(sigmas) {
-                together += by * T::constant(sigma);
+            for k in 0..6 {
+                together += by[k] * T::constant(sigmas[k]);
             }
             variance += together * together;
         }
         variance
     }
+}
+
+/// Adds squared derivatives times variances, one after the other.
+#[inline(always)]
+fn add_squares<T: Real, const N: usize>(sum: T, by: &[T; N], variances: &[f64; N]) -> T {
+    (0..N).fold(sum, |sum, k| {
+        sum + by[k] * by[k] * T::constant(variances[k])
+    })
 }
 
 /// The loads that the standard deviations are of.

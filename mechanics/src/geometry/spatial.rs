@@ -130,10 +130,25 @@ pub fn each<T: Real>(v: &Vector3<T>) -> Vector3<T::Wheels> {
     )
 }
 
-/// The same matrix for several wheels side by side.
+/// R' v of the vectors of several wheels side by side.
 #[inline(always)]
-pub fn each_of<T: Real>(m: &Matrix3<T>) -> Matrix3<T::Wheels> {
-    m.map(T::Wheels::each)
+pub fn rotate_each_back<T: Real>(r: &Matrix3<T>, v: &Vector3<T::Wheels>) -> Vector3<T::Wheels> {
+    let each = T::Wheels::each;
+    Vector3::new(
+        each(r.m11) * v.x + each(r.m21) * v.y + each(r.m31) * v.z,
+        each(r.m12) * v.x + each(r.m22) * v.y + each(r.m32) * v.z,
+        each(r.m13) * v.x + each(r.m23) * v.y + each(r.m33) * v.z,
+    )
+}
+
+/// R' v for a constant R.
+#[inline(always)]
+pub fn rotate_back_by_constant<T: Real>(r: &Matrix3<f64>, v: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        v.x.scaled(r.m11) + v.y.scaled(r.m21) + v.z.scaled(r.m31),
+        v.x.scaled(r.m12) + v.y.scaled(r.m22) + v.z.scaled(r.m32),
+        v.x.scaled(r.m13) + v.y.scaled(r.m23) + v.z.scaled(r.m33),
+    )
 }
 
 /// a x b.

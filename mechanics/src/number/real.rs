@@ -26,6 +26,9 @@ pub trait Wheels<T: Real>: Real {
     /// The same number for every wheel.
     fn each(number: T) -> Self;
 
+    /// The number of each place.
+    fn from_fn(number: impl Fn(usize) -> T) -> Self;
+
     /// The numbers of consecutive wheels; zero where there are fewer than [`Self::COUNT`].
     fn of(numbers: &[T]) -> Self;
 
@@ -40,6 +43,11 @@ impl<T: Real> Wheels<T> for T {
     #[inline(always)]
     fn each(number: T) -> Self {
         number
+    }
+
+    #[inline(always)]
+    fn from_fn(number: impl Fn(usize) -> T) -> Self {
+        number(0)
     }
 
     #[inline(always)]

@@ -59,6 +59,11 @@ impl Wheels<f64> for Lanes {
     }
 
     #[inline(always)]
+    fn from_fn(number: impl Fn(usize) -> f64) -> Self {
+        Self::from_array(std::array::from_fn(number))
+    }
+
+    #[inline(always)]
     fn of(numbers: &[f64]) -> Self {
         let mut lanes = [0.0; Self::COUNT];
         match numbers.first_chunk() {
@@ -71,5 +76,25 @@ impl Wheels<f64> for Lanes {
     #[inline(always)]
     fn wheel(self, place: usize) -> f64 {
         self.to_array()[place]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wheels_side_by_side_keep_their_numbers() {
+        let loads = [1.5, f64::NAN, -0.0, 4.0, 5.0, 6.0];
+        for first in [0, 4] {
+            let side_by_side = <Lanes as Wheels<f64>>::of(&loads[first..]);
+            let doubled = side_by_side * Wheels::<f64>::each(2.0);
+            for place in 0..<Lanes as Wheels<f64>>::COUNT {
+                let alone = loads.get(first + place).copied().unwrap_or(0.0) * 2.0;
+                let found: f64 = doubled.wheel(place);
+                assert_eq!(found.to_bits(), alone.to_bits(), "wheel {}", first + place);
+            }
+        }
+        assert_eq!(<Lanes as Wheels<Lanes>>::COUNT, 1);
     }
 }

@@ -34,17 +34,34 @@ impl<T: Real> Response<T> {
         rows: usize,
         stiffness: &[T; MAX_WHEELS],
     ) {
-        let n = equations.wheels;
-        self.multiplier = [T::zero(); MAX_WHEELS];
+        // With sizes known at compile time, the usual four wheels take half the time.
+        match (rows, equations.wheels) {
+            (4, 4) => self.read_sized(least_energy, equations, 4, 4, stiffness),
+            (3, 4) => self.read_sized(least_energy, equations, 3, 4, stiffness),
+            (rows, n) => self.read_sized(least_energy, equations, rows, n, stiffness),
+        }
+    }
+
+    #[inline(always)]
+    fn read_sized(
+        &mut self,
+        least_energy: &mut LeastEnergy<T>,
+        equations: &Equations<T>,
+        rows: usize,
+        n: usize,
+        stiffness: &[T; MAX_WHEELS],
+    ) {
         self.multiplier[..rows].copy_from_slice(&least_energy.multiplier[..rows]);
+        self.multiplier[rows..].fill(T::zero());
         self.stiffness = *stiffness;
-        for (row, loads) in self.loads.iter_mut().enumerate() {
-            *loads = [T::zero(); MAX_WHEELS];
-            if row < rows {
-                let mut unit = [T::zero(); MAX_WHEELS];
-                unit[row] = T::one();
-                least_energy.solve_again(equations, rows, &unit, &stiffness[..n], &mut loads[..n]);
-            }
+        let (known, unknown) = self.loads.split_at_mut(rows);
+        for (row, loads) in known.iter_mut().enumerate() {
+            let mut unit = [T::zero(); MAX_WHEELS];
+            unit[row] = T::one();
+            least_energy.solve_again(equations, rows, &unit, &stiffness[..n], &mut loads[..n]);
+        }
+        for loads in unknown {
+            loads[..n].fill(T::zero());
         }
     }
 
@@ -68,8 +85,11 @@ impl<T: Real> Response<T> {
         for row in equations.certain..equations.measured {
             load += self.loads[row][wheel] * equations.value[row];
         }
-        for (other, &offset) in equations.offset[..equations.wheels].iter().enumerate() {
-            load += self.slack(equations, wheel, other) * offset;
+        // Without a rule, this makes the load unknown where the equations are.
+        if equations.has_offsets || equations.certain == equations.measured {
+            for (other, &offset) in equations.offset[..equations.wheels].iter().enumerate() {
+                load += self.slack(equations, wheel, other) * offset;
+            }
         }
         load
     }

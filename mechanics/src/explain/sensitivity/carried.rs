@@ -53,36 +53,36 @@ impl<T: Real> Carried<T> {
         }
     }
 
-    /// Computes the changes with the motion of each body's joint, from the moments and wrenches of the bodies' distal
+    /// Computes the changes with the motion of a body's joint, from the moments and wrenches of the bodies' distal
     /// subtrees.
+    #[inline(always)]
     pub(super) fn fill(
         &mut self,
         motion: &SensedMotion<'_, T>,
-        joints: &[MovingJoint<T>],
+        body: usize,
+        joint: &MovingJoint<T>,
         distal: &[Composite<T>],
         distal_wrenches: &[Wrench<T>],
     ) {
-        let machine = motion.machine;
-        for (body, joint) in joints.iter().enumerate().skip(1) {
-            let field = &joint.field;
-            for (wheel, velocity) in &mut self.wheels[body] {
-                *velocity = field.at(&motion.centres[*wheel]);
-            }
-            if self.axes[body].is_empty() {
+        let field = &joint.field;
+        for (wheel, velocity) in &mut self.wheels[body] {
+            *velocity = field.at(&motion.centres[*wheel]);
+        }
+        let contact = &motion.machine.contact;
+        for (k, [by_origin, by_axis]) in &mut self.axes[body] {
+            let Some(free) = contact.torque_joints().nth(*k) else {
                 continue;
-            }
-            let carried = |k| machine.contact.torque_joints().nth(k);
-            for (k, [by_origin, by_axis]) in &mut self.axes[body] {
-                let Some(free) = carried(*k) else { continue };
-                let free = &motion.motions[free.body];
-                let axis: Vector3<T> = free.rotation.column(2).into_owned();
-                *by_origin = field.at(&free.origin);
-                *by_axis = cross(&field.angular, &axis);
-            }
-            for (k, wrenches) in &mut self.subtrees[body] {
-                let Some(free) = carried(*k) else { continue };
-                *wrenches = joint.wrenches(&distal[free.body], &distal_wrenches[free.body]);
-            }
+            };
+            let free = &motion.motions[free.body];
+            let axis: Vector3<T> = free.rotation.column(2).into_owned();
+            *by_origin = field.at(&free.origin);
+            *by_axis = cross(&field.angular, &axis);
+        }
+        for (k, wrenches) in &mut self.subtrees[body] {
+            let Some(free) = contact.torque_joints().nth(*k) else {
+                continue;
+            };
+            *wrenches = joint.wrenches(&distal[free.body], &distal_wrenches[free.body]);
         }
     }
 

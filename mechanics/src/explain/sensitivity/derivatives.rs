@@ -4,6 +4,7 @@ use super::geometry;
 use super::reverse_pass::ReversePass;
 use super::sensed_motion::SensedMotion;
 use super::writer::Writer;
+use crate::dynamics::composite::Composite;
 use crate::dynamics::newton_euler_derivatives::{BaseGradient, by_base_motion};
 use crate::machine::{Machine, Parameter};
 use crate::number::{Real, Wheels};
@@ -69,6 +70,11 @@ impl<T: Real> Sensitivity<T> {
         &self.base[group]
     }
 
+    /// Takes the moments of every body before [`Self::fill`], and leaves memory for the next ones.
+    pub(crate) fn take_moments(&mut self, bodies: &mut Vec<Composite<T>>) {
+        self.reverse_pass.take_moments(bodies);
+    }
+
     pub(crate) fn fill(&mut self, motion: &SensedMotion<'_, T>, adjoints: &LoadAdjoints<T>) {
         let pass = &mut self.reverse_pass;
         pass.fill(motion);
@@ -98,11 +104,12 @@ impl<T: Real> ReversePass<T> {
     ) -> BaseGradient<T::Wheels> {
         let mut write = Writer { rest: out };
         let base = self.follow(motion.machine, adjoint);
-        self.write_signals(motion, adjoint, &base, &mut write);
-        geometry::write_imu(motion, &base, &mut write);
-        geometry::write_arm(motion, self, &base, &mut write);
-        self.write_links(motion, &mut write);
-        self.write_payloads(motion, &mut write);
+        let sensed = base.by_sensor(motion);
+        self.write_signals(motion, adjoint, &sensed, &mut write);
+        geometry::write_imu(motion, &base, &sensed, &mut write);
+        geometry::write_arm(motion, self, adjoint, &base, &mut write);
+        self.write_links(motion, adjoint, &mut write);
+        self.write_payloads(motion, adjoint, &mut write);
         geometry::write_wheels(motion, self, adjoint, &mut write);
         geometry::write_contact(motion, adjoint, &mut write);
         let w = &motion.motions[0].angular_velocity;

@@ -9,7 +9,9 @@ use super::writer::Writer;
 use crate::dynamics::composite::Composite;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler_derivatives::BaseGradient;
-use crate::geometry::spatial::{Wrench, cross, each, each_of, rotate, rotate_back};
+use crate::geometry::spatial::{
+    Wrench, cross, each, rotate, rotate_back_by_constant, rotate_each_back,
+};
 use crate::machine::{LinkGroup, Mounting, Split};
 use crate::number::{Real, Wheels};
 use crate::wheel_loads::LoadAdjoint;
@@ -18,6 +20,7 @@ use crate::wheel_loads::LoadAdjoint;
 pub(super) fn write_imu<T: Real>(
     motion: &SensedMotion<'_, T>,
     base: &BaseGradient<T::Wheels>,
+    sensed: &BaseGradient<T::Wheels>,
     write: &mut Writer<'_, T::Wheels>,
 ) {
     let (machine, mounting) = (motion.machine, motion.sensor_frame);
@@ -25,7 +28,6 @@ pub(super) fn write_imu<T: Real>(
     // The difference between the specific forces of IMU and base is due to the motion of the sensor's point p:
     // a shift d in the body changes it by alpha x d + w x (w x d), with the body's own angular motion.
     let by_place = -pulled(carrier, &base.specific_force);
-    let sensed = base.by_sensor(motion);
     let measured = |v: &Vector3<T>| each(&rotate(&mounting.rotation, v));
     let imu = &motion.state.imu;
     let by_turn = cross(&measured(&imu.specific_force), &sensed.specific_force)
@@ -34,9 +36,8 @@ pub(super) fn write_imu<T: Real>(
             &measured(&imu.angular_acceleration),
             &sensed.angular_acceleration,
         );
-    let rotation = each_of(&carrier.rotation);
     for by in [by_place, by_turn] {
-        write.vector(&rotate_back(&rotation, &by));
+        write.vector(&rotate_each_back(&carrier.rotation, &by));
     }
 }
 
@@ -44,6 +45,7 @@ pub(super) fn write_imu<T: Real>(
 pub(super) fn write_arm<T: Real>(
     motion: &SensedMotion<'_, T>,
     reverse_pass: &ReversePass<T>,
+    adjoint: &LoadAdjoint<T::Wheels>,
     base: &BaseGradient<T::Wheels>,
     write: &mut Writer<'_, T::Wheels>,
 ) {
@@ -52,7 +54,7 @@ pub(super) fn write_arm<T: Real>(
     };
     let arm = &motion.groups.sets[0].arm;
     let force = arm.wrench.force - motion.groups.sets[0].tool.force;
-    let form = &reverse_pass.form[mounting.carrier];
+    let form = reverse_pass.form(mounting.carrier, adjoint);
     let carrier = &motion.motions[mounting.carrier];
     let mut by = shifted(carrier, &arm.moments, &force, form);
     let links = &motion.machine.links;
@@ -85,7 +87,7 @@ pub(super) fn write_wheels<T: Real>(
                 carrier,
                 moments,
                 &wrench.force,
-                &reverse_pass.form[spec.body],
+                reverse_pass.form(spec.body, adjoint),
             );
         }
         write_in_mounting(motion, mounting, &by, write);
@@ -130,8 +132,10 @@ fn write_in_mounting<T: Real>(
     by: &Vector3<T::Wheels>,
     write: &mut Writer<'_, T::Wheels>,
 ) {
-    let rotation = each_of(&motion.motions[mounting.carrier].rotation);
-    let in_carrier = rotate_back(&rotation, by);
-    let axes = mounting.carrier_from_axes.map(T::Wheels::constant);
-    write.vector(&rotate_back(&axes, &in_carrier));
+    let carrier = &motion.motions[mounting.carrier];
+    let in_carrier = rotate_each_back(&carrier.rotation, by);
+    write.vector(&rotate_back_by_constant(
+        &mounting.carrier_from_axes,
+        &in_carrier,
+    ));
 }

@@ -14,9 +14,9 @@ use super::sensed_motion::SensedMotion;
 use super::writer::Writer;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::spatial::{
-    Wrench, compose, constant, cross, each, each_of, rotate, rotate_back,
+    Wrench, compose, constant, cross, each, rotate, rotate_back, rotate_each_back,
 };
-use crate::machine::Inertia;
+use crate::machine::{Inertia, Machine};
 use crate::number::{Real, Wheels};
 
 /// A link with mass and its motion; the same for all wheels.
@@ -24,6 +24,7 @@ use crate::number::{Real, Wheels};
 pub(super) struct LinkMotion<T: Real> {
     /// Index of the link.
     pub(super) link: usize,
+    body_from_link: Matrix3<f64>,
     /// Orientation: base from link.
     rotation: Matrix3<T>,
     /// Centre of mass in base axes (m).
@@ -35,10 +36,12 @@ pub(super) struct LinkMotion<T: Real> {
 }
 
 impl<T: Real> LinkMotion<T> {
-    pub(super) fn still(link: usize) -> Self {
+    pub(super) fn still(machine: &Machine, link: usize) -> Self {
         let zero = Vector3::zeros();
+        let in_body = machine.links[link].body_from_link.rotation;
         Self {
             link,
+            body_from_link: in_body.to_rotation_matrix().into_inner(),
             rotation: Matrix3::identity(),
             place: zero,
             measured: zero,
@@ -50,8 +53,7 @@ impl<T: Real> LinkMotion<T> {
     pub(super) fn feel(&mut self, motion: &SensedMotion<'_, T>) {
         let link = &motion.machine.links[self.link];
         let body = &motion.motions[link.body];
-        let in_body = link.body_from_link.rotation.to_rotation_matrix();
-        self.rotation = compose(&body.rotation, in_body.matrix());
+        self.rotation = compose(&body.rotation, &self.body_from_link);
         (self.place, self.measured) = at_com(&link.inertia, body);
         self.turning = [body.angular_velocity, body.angular_acceleration]
             .map(|v| rotate_back(&self.rotation, &v));
@@ -66,11 +68,11 @@ impl<T: Real> LinkMotion<T> {
         form: &Wrench<T::Wheels>,
         write: &mut Writer<'_, T::Wheels>,
     ) {
-        let (rotation, measured) = (each_of(&self.rotation), each(&self.measured));
+        let measured = each(&self.measured);
         let s = lever(form, &each(&self.place));
         let by_com = pulled(body, &s) + cross(&measured, &form.moment);
-        let by_com = rotate_back(&rotation, &by_com) * T::Wheels::constant(mass);
-        let t = rotate_back(&rotation, &form.moment);
+        let by_com = rotate_each_back(&self.rotation, &by_com) * T::Wheels::constant(mass);
+        let t = rotate_each_back(&self.rotation, &form.moment);
         let [w, alpha] = self.turning.each_ref().map(each);
         let twisted = cross(&t, &w);
         let by = |j: usize, k: usize| t[j] * alpha[k] + twisted[j] * w[k];

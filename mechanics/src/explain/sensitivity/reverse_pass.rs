@@ -13,7 +13,7 @@ use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler_derivatives::{
     BaseGradient, BaseWrenches, JointWrenches, MotionFields, MovingJoint, joint_form,
 };
-use crate::geometry::spatial::{Wrench, cross, each, rotate_back};
+use crate::geometry::spatial::{Wrench, cross, each, rotate_each_back};
 use crate::machine::{JointKind, Machine, links_with_mass, rotation_in_body};
 use crate::number::{Real, Wheels};
 use crate::wheel_loads::LoadAdjoint;
@@ -30,7 +30,6 @@ pub(super) struct ReversePass<T: Real> {
     links: Vec<LinkMotion<T>>,
     payloads: Vec<PayloadMotion<T>>,
     fields: Vec<MotionFields<T>>,
-    joints: Vec<MovingJoint<T>>,
     wrenches: Vec<JointWrenches<T>>,
     following: Vec<Following<T>>,
     /// The measured joint that each body's joint is coupled to.
@@ -44,8 +43,9 @@ pub(super) struct ReversePass<T: Real> {
     torque_forms: Vec<Wrench<T>>,
     /// Derivatives of the value of each actuated joint's equation through the changing gear ratio.
     by_gearing: Vec<T>,
-    /// Coefficients of every body's wrench in the current loads.
-    pub(super) form: Vec<Wrench<T::Wheels>>,
+    /// Coefficients of every body's wrench in the current loads, where there are joints with known torque: without
+    /// them, all bodies have those of the ground wrench.
+    form: Vec<Wrench<T::Wheels>>,
     /// Derivatives with respect to position, velocity and acceleration of every measured joint.
     by_joint: Vec<[T::Wheels; 3]>,
 }
@@ -62,10 +62,11 @@ impl<T: Real> ReversePass<T> {
         Self {
             distal: vec![nothing; n],
             distal_wrench: vec![Wrench::zero(); n],
-            links: links_with_mass(machine).map(LinkMotion::still).collect(),
+            links: links_with_mass(machine)
+                .map(|link| LinkMotion::still(machine, link))
+                .collect(),
             payloads: vec![PayloadMotion::still(); machine.payloads.len()],
             fields: vec![fields; n],
-            joints: vec![joint; n],
             wrenches: vec![joint.wrenches(&nothing, &Wrench::zero()); n],
             following: vec![Following::directly(T::zero()); n],
             measured: (0..n).map(|body| measured_by(machine, body)).collect(),
@@ -80,10 +81,10 @@ impl<T: Real> ReversePass<T> {
         }
     }
 
-    /// Computes the quantities that do not depend on the wheel.
+    /// Computes the quantities that do not depend on the wheel. The moments of every body must have been taken:
+    /// see [`Self::take_moments`].
     pub(super) fn fill(&mut self, motion: &SensedMotion<'_, T>) {
         let machine = motion.machine;
-        self.distal.copy_from_slice(&motion.groups.bodies);
         self.distal_wrench.copy_from_slice(motion.wrenches);
         if let Some(tool) = &machine.tool {
             let distal = &mut self.distal_wrench[tool.body];
@@ -100,8 +101,10 @@ impl<T: Real> ReversePass<T> {
         }
         for (i, body) in machine.bodies.iter().enumerate().skip(1) {
             let parent = &self.fields[body.parent];
-            self.joints[i] = MovingJoint::new(body.kind, &motion.motions[i], parent);
-            self.wrenches[i] = self.joints[i].wrenches(&self.distal[i], &self.distal_wrench[i]);
+            let joint = MovingJoint::new(body.kind, &motion.motions[i], parent);
+            self.wrenches[i] = joint.wrenches(&self.distal[i], &self.distal_wrench[i]);
+            let (distal, wrenches) = (&self.distal, &self.distal_wrench);
+            self.carried.fill(motion, i, &joint, distal, wrenches);
         }
         let w = &motion.motions[0].angular_velocity;
         self.base = BaseWrenches::of(&self.distal[0], w);
@@ -117,10 +120,14 @@ impl<T: Real> ReversePass<T> {
             payload.feel(motion, place);
         }
         follow_measured(machine, motion.state, &mut self.following);
-        let (distal, wrenches) = (&self.distal, &self.distal_wrench);
-        self.carried.fill(motion, &self.joints, distal, wrenches);
         self.imu_joints.fill(motion, &self.following);
         self.fill_gearing(motion);
+    }
+
+    /// Takes the moments of every body, to which those of its distal subtree are then added; leaves memory for the next
+    /// ones.
+    pub(super) fn take_moments(&mut self, bodies: &mut Vec<Composite<T>>) {
+        std::mem::swap(&mut self.distal, bodies);
     }
 
     /// Computes the effect of the changing gear ratio between pivot, cylinder and rod on the value of an actuated
@@ -147,7 +154,9 @@ impl<T: Real> ReversePass<T> {
         machine: &Machine,
         adjoint: &LoadAdjoint<T::Wheels>,
     ) -> BaseGradient<T::Wheels> {
-        self.form.fill(adjoint.wrench);
+        if !self.torque_forms.is_empty() {
+            self.form.fill(adjoint.wrench);
+        }
         self.by_joint.fill([T::Wheels::constant(0.0); 3]);
         let mut base = self.base.contracted(&adjoint.wrench);
         for (k, joint) in machine.contact.torque_joints().enumerate() {
@@ -160,7 +169,7 @@ impl<T: Real> ReversePass<T> {
             }
         }
         for body in 1..machine.bodies.len() {
-            let mut by = self.wrenches[body].contracted(&self.form[body]);
+            let mut by = self.wrenches[body].contracted(self.form(body, adjoint));
             by[0] += self.carried.by_places(body, adjoint);
             for (k, wrenches) in self.carried.subtrees(body) {
                 let more = wrenches.contracted(&self.torque_form(*k, adjoint));
@@ -177,6 +186,20 @@ impl<T: Real> ReversePass<T> {
         }
         self.imu_joints.follow(&base, &mut self.by_joint);
         base
+    }
+
+    /// Coefficients of a body's wrench in the current loads, those of `adjoint`.
+    #[inline(always)]
+    pub(super) fn form<'a>(
+        &'a self,
+        body: usize,
+        adjoint: &'a LoadAdjoint<T::Wheels>,
+    ) -> &'a Wrench<T::Wheels> {
+        if self.torque_forms.is_empty() {
+            &adjoint.wrench
+        } else {
+            &self.form[body]
+        }
     }
 
     fn torque_form(&self, k: usize, adjoint: &LoadAdjoint<T::Wheels>) -> Wrench<T::Wheels> {
@@ -204,35 +227,34 @@ impl<T: Real> ReversePass<T> {
         total[2] += acceleration * by_coordinate;
     }
 
-    /// Writes joints, IMU, tool and actuators, in the order of the parameters.
+    /// Writes joints, IMU, tool and actuators, in the order of the parameters; `sensed` are the derivatives with respect
+    /// to the sensor's readings.
     pub(super) fn write_signals(
         &self,
         motion: &SensedMotion<'_, T>,
         adjoint: &LoadAdjoint<T::Wheels>,
-        base: &BaseGradient<T::Wheels>,
+        sensed: &BaseGradient<T::Wheels>,
         write: &mut Writer<'_, T::Wheels>,
     ) {
         for &by in &self.by_joint {
             write.write(by);
         }
-        let sensed = base.by_sensor(motion);
-        let rotation = motion.sensor_frame.rotation.map(T::Wheels::each);
+        let rotation = &motion.sensor_frame.rotation;
         for by in [
             sensed.specific_force,
             sensed.angular_velocity,
             sensed.angular_acceleration,
         ] {
-            write.vector(&rotate_back(&rotation, &by));
+            write.vector(&rotate_each_back(rotation, &by));
         }
         if let Some(tool) = &motion.machine.tool {
             let carrier = &motion.motions[tool.body];
             let rotation = carrier.rotation * rotation_in_body(tool).map(T::constant);
-            let rotation = rotation.map(T::Wheels::each);
             let origin = each(&carrier.point(&tool.body_from_mount.translation.vector));
-            let form = &self.form[tool.body];
+            let form = self.form(tool.body, adjoint);
             let by_force = -(form.force + cross(&form.moment, &origin));
             for by in [by_force, -form.moment] {
-                write.vector(&rotate_back(&rotation, &by));
+                write.vector(&rotate_each_back(&rotation, &by));
             }
         }
         for &by in &adjoint.actuator {
@@ -244,12 +266,18 @@ impl<T: Real> ReversePass<T> {
     pub(super) fn write_links(
         &self,
         motion: &SensedMotion<'_, T>,
+        adjoint: &LoadAdjoint<T::Wheels>,
         write: &mut Writer<'_, T::Wheels>,
     ) {
         for felt in &self.links {
             let link = &motion.machine.links[felt.link];
             let body = &motion.motions[link.body];
-            felt.write(link.inertia.mass, body, &self.form[link.body], write);
+            felt.write(
+                link.inertia.mass,
+                body,
+                self.form(link.body, adjoint),
+                write,
+            );
         }
     }
 
@@ -257,10 +285,11 @@ impl<T: Real> ReversePass<T> {
     pub(super) fn write_payloads(
         &self,
         motion: &SensedMotion<'_, T>,
+        adjoint: &LoadAdjoint<T::Wheels>,
         write: &mut Writer<'_, T::Wheels>,
     ) {
         for (payload, felt) in motion.machine.payloads.iter().zip(&self.payloads) {
-            write.write([felt.by_mass(&self.form[payload.body])]);
+            write.write([felt.by_mass(self.form(payload.body, adjoint))]);
         }
     }
 }

@@ -75,13 +75,21 @@ impl LaneSums {
             let known = load_sigma[wheel].lt(Lanes::constant(f64::INFINITY));
             let counted = inside & known;
             self.rows[wheel] += Lanes::select(counted, one, zero);
-            let pairs = squares
-                .iter_mut()
-                .zip(&sensitivity.loads_of_groups()[wheel]);
+            let derivatives = &sensitivity.loads_of_groups()[wheel];
             if (!counted).any() {
+                let pairs = squares.iter_mut().zip(derivatives);
                 pairs.for_each(|(sum, &by)| *sum += Lanes::select(counted, by * by, zero));
-            } else {
-                pairs.for_each(|(sum, &by)| *sum += by * by);
+                continue;
+            }
+            let (sums, last_sums) = squares.as_chunks_mut::<4>();
+            let (by, last_by) = derivatives.as_chunks::<4>();
+            for (sums, by) in sums.iter_mut().zip(by) {
+                for (sum, by) in sums.iter_mut().zip(by) {
+                    *sum += *by * *by;
+                }
+            }
+            for (sum, by) in last_sums.iter_mut().zip(last_by) {
+                *sum += *by * *by;
             }
         }
     }
