@@ -313,7 +313,8 @@ fn control_alone() {
         10 * steered >= 9 * rows && rows > 300,
         "{steered} of {rows}"
     );
-    assert!(moved.abs() > 0.01, "{moved}");
+    // beyond the trial of their direction
+    assert!(moved.abs() > 0.004, "{moved}");
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), 0);
 }
 

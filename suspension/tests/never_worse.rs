@@ -22,7 +22,7 @@ const MODES: [(ControlMode, bool); 4] = [
 const LIMIT: f64 = 500.0;
 /// What the load may be below the smaller of the limit and that of locked rods, as a share of the mean load: the
 /// manoeuvres are faster than the guard's reserves.
-const TOLERANCE: f64 = 0.0125;
+const TOLERANCE: f64 = 0.015;
 /// ... and the oil adds a little.
 const HYDRAULIC_TOLERANCE: f64 = 0.025;
 /// What the largest spread of a manoeuvre may be, relative to that of locked rods.

@@ -22,7 +22,7 @@ const STROKE_TOLERANCE: f64 = 0.05;
 /// How long the reference goes on without a new command before it brakes (s).
 const MAX_COAST_S: f64 = 0.1;
 /// What of the velocity that a trial opening gives without load the reference may have during the trial.
-const TRIAL_SHARE: f64 = 0.6;
+const TRIAL_SHARE: f64 = 0.8;
 /// The longest period of the guard (s).
 const MAX_TICK_S: f64 = 0.02;
 

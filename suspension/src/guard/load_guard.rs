@@ -200,7 +200,7 @@ impl LoadGuard {
         let (mut least_harmful, mut least_harm) = (wanted, f64::INFINITY);
         for plan in Plan::ALL {
             let start = self.within_limits(rods, self.margins.start(plan, rods));
-            let after = self.margins.after(&start, self.limits.step);
+            let after = self.after(&start, plan);
             let margin = self.margins.now(&start).min(self.margins.of(plan, &after));
             if plan.returns() && margin > best_margin {
                 (best, best_margin) = (start, margin);
@@ -231,15 +231,21 @@ impl LoadGuard {
         if now < 0.0 {
             return now;
         }
-        let after = self.margins.after(acceleration, self.limits.step);
         let mut best = f64::NEG_INFINITY;
         for plan in Plan::RETURNS {
-            best = best.max(self.margins.of(plan, &after));
+            best = best.max(self.margins.of(plan, &self.after(acceleration, plan)));
             if best >= 0.0 {
                 break;
             }
         }
         best.min(now)
+    }
+
+    /// The rods where a plan begins after a step with this acceleration.
+    fn after(&self, acceleration: &ByRod, plan: Plan) -> Rods {
+        let rods = self.margins.after(acceleration, self.limits.step);
+        let jerk = self.limits.max_acceleration / ACCELERATION_RISE_S;
+        self.margins.begin(plan, &rods, acceleration, jerk)
     }
 
     /// An acceleration within the rods' limits that changes no faster than it may; rods that move alike keep to it.

@@ -1,7 +1,7 @@
 //! Margins of plans: what every wheel keeps beyond what it must.
 //!
 //! ```text
-//!     S(17)  D >= -max(e, (N_lock - doubt - limit)/2)   at every node of a plan, and for the commanded acceleration now
+//!     S(17)  D >= -max(e, (N_lock - doubt - limit)/4)   at every node of a plan, and for the commanded acceleration now
 //! ```
 //! So a load is never below the smaller of the limit and what locking gives, as long as nothing moves more than S(14)
 //! reserves for, e aside. Stability angles keep likewise to the smallest that locking has given so far, or an ample one if
@@ -15,7 +15,7 @@ use tipwatch_mechanics::machine::MAX_WHEELS;
 /// e, as a share of the mean load: what a wheel that is light anyway may lose for a moment.
 const TOLERANCE_SHARE: f64 = 0.002;
 /// What of a wheel's spare may be used: the rest is for errors of the model.
-const SPARE_SHARE: f64 = 0.5;
+const SPARE_SHARE: f64 = 0.25;
 /// A load below its bound counts for more than any spread or angle (in units of the mean load).
 const PRIORITY: f64 = 1e3;
 /// Weight of a radian in units of the mean load.
@@ -150,6 +150,24 @@ impl Margins {
         let v: ByRod = std::array::from_fn(|k| self.here.v[k] + seconds * a[k]);
         let x = std::array::from_fn(|k| self.here.x[k] + 0.5 * seconds * (self.here.v[k] + v[k]));
         Rods { x, v }
+    }
+
+    /// The rods when a plan begins, whose start takes time to reach from an acceleration: da/dt is limited (m/s^3).
+    ///
+    /// The acceleration of the plan is that at its beginning, found from the rods here.
+    pub(super) fn begin(&self, plan: Plan, rods: &Rods, a: &ByRod, jerk: f64) -> Rods {
+        let start = self.start(plan, rods);
+        let longest = a
+            .iter()
+            .zip(&start)
+            .fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        let t = longest / jerk;
+        Rods {
+            x: std::array::from_fn(|k| {
+                rods.x[k] + t * (rods.v[k] + t * (2.0 * a[k] + start[k]) / 6.0)
+            }),
+            v: std::array::from_fn(|k| rods.v[k] + 0.5 * t * (a[k] + start[k])),
+        }
     }
 
     /// How a plan starts (m/s^2).
