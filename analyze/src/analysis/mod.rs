@@ -5,6 +5,7 @@ pub mod advice;
 pub mod clock;
 pub mod coverage;
 mod evaluation;
+mod excitation;
 pub mod imu_check;
 pub mod inputs;
 pub mod model_comparison;

@@ -5,6 +5,7 @@ use tipwatch_mechanics::state::Sensor;
 use tipwatch_mechanics::{Quantity, State};
 
 use super::clock::{self, ClockOffsets, text::TopicsFinding};
+use super::excitation;
 use super::payload::EstimatedPayload;
 use crate::base::rows::Rows;
 use crate::load::LoadedLog;
@@ -40,6 +41,7 @@ pub(crate) fn of(
     notes.extend(loaded.notes.iter().cloned());
     notes.extend(measured_torques(loaded, rows));
     notes.extend(accelerometer_bias(loaded, rows));
+    notes.extend(excitation::note(&loaded.machine, rows));
     for signal in &loaded.signals {
         if signal.recording.without_value > 0 {
             notes.push(format!(

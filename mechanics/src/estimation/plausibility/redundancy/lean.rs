@@ -32,7 +32,7 @@ use crate::machine::{FaultKind, Machine, rotation_in_body};
 
 /// Time constants of the high-pass filters (s): of whether the platform follows, and of the difference.
 const FOLLOWS_S: f64 = 1.0;
-const DIFFERS_S: f64 = 2.0;
+pub(super) const DIFFERS_S: f64 = 2.0;
 /// Time over which errors are alike (s).
 const ALIKE_S: f64 = 0.25;
 /// Evidence from which the two contradict each other: odds of 22,000 to 1 that the platform does not follow, of 3,000
@@ -50,6 +50,8 @@ const FORGOTTEN_S: f64 = 3.0;
 /// Time before the filters have settled (s), and before they have forgotten a bias that is not known.
 const WARM_UP_S: [f64; 2] = [0.5, 0.2];
 const UNKNOWN_BIAS_S: f64 = 8.0;
+/// Change of the predicted lean from which the bias of the gyro contains motion (rad).
+const LEANS_AT_START: f64 = 1e-4;
 
 /// State of the check.
 #[derive(Debug, Clone)]
@@ -63,11 +65,15 @@ pub(in super::super) struct LeanWatch {
     expected: Option<(i64, Lean, [Vector2<f64>; 2])>,
     /// Motion by the wheels at the last sample of the joints.
     pub(in super::super) rolled: Option<Rolled>,
+    start_ns: Option<i64>,
     joints_ns: Option<i64>,
     tool_ns: Option<i64>,
     /// No evidence is taken before this stamp.
     silent_until_ns: i64,
     gyro: Gyro,
+    /// Predicted lean when the bias of the gyro began to be averaged, and whether it changed meanwhile.
+    at_start: Option<Vector2<f64>>,
+    leans_at_start: bool,
     turned: [TurnedBand; 2],
     last_ns: Option<i64>,
     /// How much the ground may rock the platform, in both bands.
@@ -89,10 +95,13 @@ impl LeanWatch {
             bands: [FOLLOWS_S, DIFFERS_S].map(Band::new),
             expected: None,
             rolled: None,
+            start_ns: None,
             joints_ns: None,
             tool_ns: None,
             silent_until_ns: i64::MIN,
             gyro: Gyro::new(),
+            at_start: None,
+            leans_at_start: false,
             turned: [FOLLOWS_S, DIFFERS_S].map(TurnedBand::new),
             last_ns: None,
             rocking: ROCKING_S.map(Rocking::new),
@@ -139,11 +148,18 @@ impl LeanWatch {
         }
         let step_s = (self.joints_ns.replace(stamp_ns))
             .map_or(0.0, |last_ns| limits.elapsed_s(last_ns, stamp_ns));
+        let start_ns = *self.start_ns.get_or_insert(stamp_ns);
+        let is_loaded_anew = self.model.attach(limits.elapsed_s(start_ns, stamp_ns));
         let tool_is_old = |at: &i64| limits.elapsed_s(*at, stamp_ns) > limits.max_gap_s;
-        if step_s > limits.max_gap_s || self.tool_ns.as_ref().is_some_and(tool_is_old) {
+        let has_old_tool = self.tool_ns.as_ref().is_some_and(tool_is_old);
+        if step_s > limits.max_gap_s || has_old_tool || is_loaded_anew {
             self.restart_prediction(stamp_ns);
         }
         let lean = self.model.lean(step_s, &self.up);
+        if let Some(lean) = lean.filter(|_| self.gyro.known_s() <= 0.0) {
+            let at_start = *self.at_start.get_or_insert(lean.angle);
+            self.leans_at_start |= (lean.angle - at_start).amax() > LEANS_AT_START;
+        }
         self.rolled = lean.and_then(|_| self.model.rolled());
         self.expected = lean.map(|lean| {
             let filter = |band: &mut Band| band.step(step_s, &lean.angle);
@@ -162,10 +178,12 @@ impl LeanWatch {
         limits: &Limits,
         found: &mut Found<'_>,
     ) {
-        let step_ns = (self.last_ns.replace(stamp_ns)).map_or(0, |last| stamp_ns.saturating_sub(last));
+        let step_ns =
+            (self.last_ns.replace(stamp_ns)).map_or(0, |last| stamp_ns.saturating_sub(last));
         let step_s = step_ns as f64 * 1e-9;
         if step_s > limits.max_gap_s {
             self.gyro = Gyro::new();
+            (self.at_start, self.leans_at_start) = (None, false);
             self.turned.iter_mut().for_each(TurnedBand::reset);
             self.forget(stamp_ns);
             return;
@@ -174,10 +192,15 @@ impl LeanWatch {
         // What is not known yet at the start is not remembered.
         let lasts = self.gyro.known_s() > 0.0;
         let rocking = (self.rocking.each_mut()).map(|it| it.step(step_s, now, lasts));
-        self.up = self.model.level(step_s, &(self.base_from_imu * force), rocking[0]);
+        self.up = self
+            .model
+            .level(step_s, &(self.base_from_imu * force), rocking[0]);
         let turning = self.base_from_imu * turning;
         if let Some(turning) = self.gyro.step(step_s, &turning.xy()) {
-            let measured = self.turned.each_mut().map(|band| band.step(step_s, &turning));
+            let measured = self
+                .turned
+                .each_mut()
+                .map(|band| band.step(step_s, &turning));
             self.weigh(stamp_ns, step_ns, &measured, rocking, limits);
         }
         self.report(found);
@@ -191,7 +214,9 @@ impl LeanWatch {
             (y.stands(FOLLOWS_NOT), FOLLOWS_NOT),
             (differs, DIFFERS),
         ];
-        let standing = all.iter().filter_map(|(evidence, limit)| Some(((*evidence)?, *limit)));
+        let standing = all
+            .iter()
+            .filter_map(|(evidence, limit)| Some(((*evidence)?, *limit)));
         if let Some((evidence, limit)) = standing.max_by(|a, b| a.0.value.total_cmp(&b.0.value)) {
             found(Notice {
                 kind: FaultKind::Contradiction,
@@ -227,9 +252,14 @@ impl LeanWatch {
         };
         let noise = [noise(0), noise(1)];
         let known_s = self.gyro.known_s();
-        let settled_s = if self.gyro.turned_at_start() { UNKNOWN_BIAS_S } else { WARM_UP_S[1] };
+        let bias_is_doubtful = self.leans_at_start || self.gyro.turned_at_start();
+        let settled_s = if bias_is_doubtful {
+            UNKNOWN_BIAS_S
+        } else {
+            WARM_UP_S[1]
+        };
         // A platform that turns farther than its tyres give way tips over, or the ground turns it.
-        let tips = measured.iter().any(|lean| lean.norm() > self.model.largest);
+        let tips = (measured.iter()).any(|lean| lean.norm() > self.model.largest);
         if tips && known_s > WARM_UP_S[0] {
             self.follows_not = [Evidence::default(); 2];
             self.differs.evidence = Evidence::default();
@@ -241,7 +271,8 @@ impl LeanWatch {
         }
         if known_s > settled_s {
             let leans = [&expected[1], &measured[1]];
-            self.differs.weigh([stamp_ns, step_ns], &lean, leans, noise[1], rocking[1]);
+            self.differs
+                .weigh([stamp_ns, step_ns], &lean, leans, noise[1], rocking[1]);
         }
     }
 

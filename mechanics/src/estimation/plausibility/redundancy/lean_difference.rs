@@ -28,7 +28,7 @@ use super::lean_model::Lean;
 /// Time over which errors are alike (s).
 const ALIKE_S: f64 = 0.15;
 /// What the model is off by, as a share.
-const MODEL: f64 = 0.2;
+const MODEL: f64 = 0.15;
 /// Lean by a small load that nothing measures (rad).
 const SMALL_LOAD: f64 = 6e-4;
 /// Most that one moment may show.
@@ -99,16 +99,28 @@ impl LeanDifference {
         let along = lean.by_load;
         let across = Vector2::new(-along.y, along.x);
         let is_known = along != Vector2::zeros();
-        let axes = if is_known { [across, along] } else { [Vector2::x(), Vector2::y()] };
-        let small_load = if is_known { SMALL_LOAD * SMALL_LOAD } else { 0.0 };
+        let axes = if is_known {
+            [across, along]
+        } else {
+            [Vector2::x(), Vector2::y()]
+        };
+        let small_load = if is_known {
+            SMALL_LOAD * SMALL_LOAD
+        } else {
+            0.0
+        };
         let mut gained = 0.0;
         for (axis, extra) in axes.into_iter().zip([0.0, small_load]) {
             let variance = common + extra + (doubt * axis).dot(&axis);
             gained += difference.dot(&axis).powi(2) / (2.0 * variance);
         }
         gained = gained.min(MOST) - REFUTED * size / (size + 4.0 * noise);
-        // Tyres off the ground are no springs, and the ground turns a machine that travels.
-        let can_show = if lean.wheel_lifts { 0.0 } else { 1.0 - rocking };
+        // The ground turns a machine that travels.
+        let can_show = if lean.is_beyond_model {
+            0.0
+        } else {
+            1.0 - rocking
+        };
         if gained > 0.0 {
             gained *= can_show;
         }

@@ -6,11 +6,12 @@
 
 mod band;
 mod evidence;
+mod excitation;
 mod lasting;
+mod leaky;
 mod lean;
 mod lean_difference;
 mod lean_model;
-mod leaky;
 mod low_pass;
 mod rolling;
 mod rotation;
@@ -19,6 +20,7 @@ mod tilt;
 mod travel;
 mod yaw;
 
+pub use excitation::{Excitation, Unshown};
 pub(super) use lean::LeanWatch;
 pub(super) use rotation::RotationWatch;
 pub(super) use specific_force::SpecificForceWatch;

@@ -127,7 +127,10 @@ fn is_steered(machine: &Machine, wheel: usize) -> bool {
         chain.push(machine.bodies[body].parent);
     }
     let mut rotation = Matrix3::<f64>::identity();
-    let steps = chain.into_iter().rev().filter(|&body| body != 0 && body != wheel);
+    let steps = chain
+        .into_iter()
+        .rev()
+        .filter(|&body| body != 0 && body != wheel);
     steps.into_iter().any(|index| {
         let body = &machine.bodies[index];
         rotation *= body.parent_from_joint;

@@ -19,7 +19,7 @@ const COMPARED_S: f64 = 2.0;
 /// Time for which the difference must last (s).
 const LASTING_S: f64 = 0.3;
 /// Tolerance of the inclination and of the heading (rad), beside a share of the rotation.
-const TOLERANCE: [f64; 2] = [0.06, 0.4];
+const TOLERANCE: [f64; 2] = [0.06, 0.3];
 const SHARE: f64 = 0.3;
 /// Rotation about the vertical below which the attitude has no heading (rad).
 const NO_HEADING: f64 = 0.02;
@@ -61,9 +61,11 @@ impl RotationWatch {
         });
         let last = std::mem::replace(&mut self.last, measured);
         let step_s = last.map(|(last_ns, ..)| limits.elapsed_s(last_ns, stamp_ns));
-        let (Some((_, attitude, turning)), Some((_, before, turning_before)), Some(step_s)) =
-            (measured, last, step_s.filter(|step_s| *step_s <= limits.max_gap_s))
-        else {
+        let (Some((_, attitude, turning)), Some((_, before, turning_before)), Some(step_s)) = (
+            measured,
+            last,
+            step_s.filter(|step_s| *step_s <= limits.max_gap_s),
+        ) else {
             self.attitude.reset();
             self.gyro.reset();
             self.apart.iter_mut().for_each(LastingDifference::reset);
@@ -71,7 +73,8 @@ impl RotationWatch {
         };
         let rotation = (before.inverse() * attitude).scaled_axis();
         self.attitude.add(step_s, &rotation);
-        self.gyro.add(step_s, &((turning + turning_before) * (0.5 * step_s)));
+        self.gyro
+            .add(step_s, &((turning + turning_before) * (0.5 * step_s)));
         let up = attitude.inverse_transform_vector(&Vector3::z());
         let (a, b) = (self.attitude.value, self.gyro.value);
         let [of_a, of_b] = [a, b].map(|turned| turned.dot(&up));
@@ -79,7 +82,11 @@ impl RotationWatch {
         let tilted = (level[0] - level[1]).norm();
         let largest = level.map(|turned| turned.norm());
         // A heading that is not measured does not move; a compass errs, but it moves.
-        let heading = if of_a.abs() < NO_HEADING { 0.0 } else { (of_a - of_b).abs() };
+        let heading = if of_a.abs() < NO_HEADING {
+            0.0
+        } else {
+            (of_a - of_b).abs()
+        };
         let compared = [
             (tilted, largest[0].max(largest[1])),
             (heading, of_a.abs().max(of_b.abs())),

@@ -42,7 +42,9 @@ impl Travel {
         let known = [by_odometry, self.wheels].into_iter().flatten();
         let fresh = known.filter(|(at, _)| age_s(*at, stamp_ns) <= max_age_s);
         let speed = fresh.map(|(_, speed)| speed).reduce(f64::max);
-        speed.map_or(1.0, |speed| ((speed - STANDING) / TRAVELLING).clamp(0.0, 1.0))
+        speed.map_or(1.0, |speed| {
+            ((speed - STANDING) / TRAVELLING).clamp(0.0, 1.0)
+        })
     }
 }
 

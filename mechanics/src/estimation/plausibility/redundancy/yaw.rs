@@ -17,12 +17,12 @@ use super::leaky::LeakyIntegral;
 use super::rolling::Rolled;
 
 /// Time of the comparison T (s).
-const COMPARED_S: f64 = 3.0;
+pub(super) const COMPARED_S: f64 = 3.0;
 /// Time for which the difference must last (s).
 const LASTING_S: f64 = 0.5;
 /// Tolerance (rad), beside a share of the rotation.
-const TOLERANCE: f64 = 0.25;
-const SHARE: f64 = 0.6;
+const TOLERANCE: f64 = 0.2;
+const SHARE: f64 = 0.5;
 /// Distance that wheels and odometry must have gone in opposite directions (m).
 const OPPOSITE: f64 = 0.6;
 
@@ -118,9 +118,10 @@ impl YawWatch {
             let (a, b) = (it.gyro.value.x, it.other.value.x);
             let tolerance = TOLERANCE + SHARE * a.abs().max(b.abs());
             let by = it.by;
-            it.apart.check_beyond(stamp_ns, (a - b).abs(), tolerance, limits, &mut |notice| {
-                found(by, notice);
-            });
+            it.apart
+                .check_beyond(stamp_ns, (a - b).abs(), tolerance, limits, &mut |notice| {
+                    found(by, notice);
+                });
         }
     }
 
@@ -136,7 +137,9 @@ impl YawWatch {
         let step_s = (it.last_ns.replace(stamp_ns))
             .map_or(0.0, |last_ns| limits.elapsed_s(last_ns, stamp_ns));
         let is_fresh = |at: i64| limits.elapsed_s(at, stamp_ns).abs() <= limits.max_gap_s;
-        let rolled = self.rolled.filter(|(at, _)| is_fresh(*at) && step_s <= limits.max_gap_s);
+        let rolled = self
+            .rolled
+            .filter(|(at, _)| is_fresh(*at) && step_s <= limits.max_gap_s);
         let Some((_, rolled)) = rolled else {
             it.wheels.reset();
             it.odometry.reset();
@@ -146,7 +149,11 @@ impl YawWatch {
         it.wheels.add(step_s, &Vector1::new(rolled.speed * step_s));
         it.odometry.add(step_s, &Vector1::new(forward * step_s));
         let (a, b) = (it.wheels.value.x, it.odometry.value.x);
-        let opposite = if a * b < 0.0 { a.abs().min(b.abs()) } else { 0.0 };
+        let opposite = if a * b < 0.0 {
+            a.abs().min(b.abs())
+        } else {
+            0.0
+        };
         it.apart.check(stamp_ns, opposite, limits, found);
     }
 }
