@@ -58,7 +58,8 @@ const LEANS_AT_START: f64 = 1e-4;
 pub(in super::super) struct LeanWatch {
     base_from_imu: Matrix3<f64>,
     model: LeanModel,
-    up: Vector3<f64>,
+    /// What stands for gravity, turned up (m/s^2); `None` before the first sample of the IMU.
+    up: Option<Vector3<f64>>,
     /// Predicted lean in both bands.
     bands: [Band; 2],
     /// Predicted lean, in both bands (rad), and its stamp.
@@ -91,7 +92,7 @@ impl LeanWatch {
             base_from_imu: rotation_in_body(machine.imu()),
             differs: LeanDifference::new(model.stiffness_is_known),
             model,
-            up: Vector3::z() * machine.gravity(),
+            up: None,
             bands: [FOLLOWS_S, DIFFERS_S].map(Band::new),
             expected: None,
             rolled: None,
@@ -155,7 +156,7 @@ impl LeanWatch {
         if step_s > limits.max_gap_s || has_old_tool || is_loaded_anew {
             self.restart_prediction(stamp_ns);
         }
-        let lean = self.model.lean(step_s, &self.up);
+        let lean = (self.up).and_then(|up| self.model.lean(step_s, &up));
         if let Some(lean) = lean.filter(|_| self.gyro.known_s() <= 0.0) {
             let at_start = *self.at_start.get_or_insert(lean.angle);
             self.leans_at_start |= (lean.angle - at_start).amax() > LEANS_AT_START;
@@ -192,9 +193,8 @@ impl LeanWatch {
         // What is not known yet at the start is not remembered.
         let lasts = self.gyro.known_s() > 0.0;
         let rocking = (self.rocking.each_mut()).map(|it| it.step(step_s, now, lasts));
-        self.up = self
-            .model
-            .level(step_s, &(self.base_from_imu * force), rocking[0]);
+        let force = self.base_from_imu * force;
+        self.up = Some(self.model.level(step_s, &force, rocking[0]));
         let turning = self.base_from_imu * turning;
         if let Some(turning) = self.gyro.step(step_s, &turning.xy()) {
             let measured = self
