@@ -22,7 +22,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::super::fault::{Amount, Component};
 use super::super::notice::{Found, Limits, Notice};
-use super::band::{Band, Gyro, TurnedBand};
+use super::band::{BIAS_S, Band, Gyro, TurnedBand};
 use super::evidence::Evidence;
 use super::lean_difference::LeanDifference;
 use super::lean_model::{Lean, LeanModel};
@@ -51,7 +51,9 @@ const FORGOTTEN_S: f64 = 3.0;
 const WARM_UP_S: [f64; 2] = [0.5, 0.2];
 const UNKNOWN_BIAS_S: f64 = 8.0;
 /// Change of the predicted lean from which the bias of the gyro contains motion (rad).
-const LEANS_AT_START: f64 = 1e-4;
+const LEANS_AT_START: f64 = 1.2e-4;
+/// Time after the first sample before the noise of that sample has left the prediction (s).
+const SETTLED_S: f64 = 0.15;
 
 /// State of the check.
 #[derive(Debug, Clone)]
@@ -157,7 +159,8 @@ impl LeanWatch {
             self.restart_prediction(stamp_ns);
         }
         let lean = (self.up).and_then(|up| self.model.lean(step_s, &up));
-        if let Some(lean) = lean.filter(|_| self.gyro.known_s() <= 0.0) {
+        let known_s = self.gyro.known_s();
+        if let Some(lean) = lean.filter(|_| known_s > -BIAS_S + SETTLED_S && known_s <= 0.0) {
             let at_start = *self.at_start.get_or_insert(lean.angle);
             self.leans_at_start |= (lean.angle - at_start).amax() > LEANS_AT_START;
         }
