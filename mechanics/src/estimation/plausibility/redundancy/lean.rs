@@ -45,6 +45,8 @@ const UNEXPLAINED: f64 = 2e-4;
 /// The same while it travels (rad), and how long it lasts afterwards in each band (s).
 const UNEVEN: f64 = 2e-3;
 const ROCKING_S: [f64; 2] = [0.7, 1.5];
+/// Time for which the filters remember the lean of a machine that has travelled (s).
+const DISTURBED_S: f64 = 2.5;
 /// Time after a gap or a faulty sample in which the filters still remember it (s).
 const FORGOTTEN_S: f64 = 3.0;
 /// Time before the filters have settled (s), and before they have forgotten a bias that is not known.
@@ -81,6 +83,8 @@ pub(in super::super) struct LeanWatch {
     last_ns: Option<i64>,
     /// How much the ground may rock the platform, in both bands.
     rocking: [Rocking; 2],
+    /// Largest lean that the ground may have caused, in both bands (rad): the filters still remember it.
+    disturbed: [f64; 2],
     /// That the platform does not follow the arm, about each axis.
     follows_not: [Evidence; 2],
     differs: LeanDifference,
@@ -108,6 +112,7 @@ impl LeanWatch {
             turned: [FOLLOWS_S, DIFFERS_S].map(TurnedBand::new),
             last_ns: None,
             rocking: ROCKING_S.map(Rocking::new),
+            disturbed: [0.0; 2],
             follows_not: [Evidence::default(); 2],
         })
     }
@@ -204,6 +209,11 @@ impl LeanWatch {
                 .turned
                 .each_mut()
                 .map(|band| band.step(step_s, &turning));
+            let disturbed = self.disturbed.iter_mut().zip(measured.iter().zip(rocking));
+            for (disturbed, (lean, rocking)) in disturbed {
+                let before = *disturbed * (-step_s / DISTURBED_S).exp();
+                *disturbed = before.max(rocking * lean.norm());
+            }
             self.weigh(stamp_ns, step_ns, &measured, rocking, limits);
         }
         self.report(found);
@@ -250,7 +260,7 @@ impl LeanWatch {
         }
         let step_s = step_ns as f64 * 1e-9;
         let noise = |band: usize| {
-            let other = UNEXPLAINED + UNEVEN * rocking[band];
+            let other = UNEXPLAINED + UNEVEN * rocking[band] + self.disturbed[band];
             other * other + self.turned[band].variance(self.gyro.noise, step_s)
         };
         let noise = [noise(0), noise(1)];
