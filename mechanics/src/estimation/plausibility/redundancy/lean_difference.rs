@@ -224,7 +224,6 @@ mod tests {
         }
         // Without a stated stiffness, a platform that hardly leans proves nothing.
         assert_eq!(found_after_s(false, 0.0, |t| [arm(t), noise(t)]), None);
-        assert!(found_after_s(true, 0.0, |t| [arm(t), noise(t)]).is_some());
     }
 
     #[test]
