@@ -36,6 +36,7 @@ mod vector;
 
 pub use checks::Plausibility;
 pub use fault::{Amount, Component, Finding, Part, YawBy};
+pub use redundancy::{Excitation, Unshown};
 pub(crate) use spans::SpanWalk;
 pub use spans::{FaultSpan, FaultSpans};
 pub use treatment::Judgement;

@@ -6,7 +6,7 @@ use super::lean_model::SMOOTHED_S;
 use super::low_pass::LowPass;
 
 /// Time over which the bias of the gyro is averaged at the start (s).
-const BIAS_S: f64 = 0.4;
+pub(super) const BIAS_S: f64 = 0.4;
 /// Change of an angular velocity during that time from which the platform turns (rad/s), beside noise.
 const TURNS: f64 = 3e-4;
 /// Weight of a sample in the noise of the gyro.

@@ -22,7 +22,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::super::fault::{Amount, Component};
 use super::super::notice::{Found, Limits, Notice};
-use super::band::{Band, Gyro, TurnedBand};
+use super::band::{BIAS_S, Band, Gyro, TurnedBand};
 use super::evidence::Evidence;
 use super::lean_difference::LeanDifference;
 use super::lean_model::{Lean, LeanModel};
@@ -32,7 +32,7 @@ use crate::machine::{FaultKind, Machine, rotation_in_body};
 
 /// Time constants of the high-pass filters (s): of whether the platform follows, and of the difference.
 const FOLLOWS_S: f64 = 1.0;
-const DIFFERS_S: f64 = 2.0;
+pub(super) const DIFFERS_S: f64 = 2.0;
 /// Time over which errors are alike (s).
 const ALIKE_S: f64 = 0.25;
 /// Evidence from which the two contradict each other: odds of 22,000 to 1 that the platform does not follow, of 3,000
@@ -45,33 +45,46 @@ const UNEXPLAINED: f64 = 2e-4;
 /// The same while it travels (rad), and how long it lasts afterwards in each band (s).
 const UNEVEN: f64 = 2e-3;
 const ROCKING_S: [f64; 2] = [0.7, 1.5];
+/// Time for which the filters remember the lean of a machine that has travelled (s).
+const DISTURBED_S: f64 = 2.5;
 /// Time after a gap or a faulty sample in which the filters still remember it (s).
 const FORGOTTEN_S: f64 = 3.0;
 /// Time before the filters have settled (s), and before they have forgotten a bias that is not known.
 const WARM_UP_S: [f64; 2] = [0.5, 0.2];
 const UNKNOWN_BIAS_S: f64 = 8.0;
+/// Change of the predicted lean from which the bias of the gyro contains motion (rad).
+const LEANS_AT_START: f64 = 1.2e-4;
+/// Time after the first sample before the noise of that sample has left the prediction (s).
+const SETTLED_S: f64 = 0.15;
 
 /// State of the check.
 #[derive(Debug, Clone)]
 pub(in super::super) struct LeanWatch {
     base_from_imu: Matrix3<f64>,
     model: LeanModel,
-    up: Vector3<f64>,
+    /// What stands for gravity, turned up (m/s^2); `None` before the first sample of the IMU.
+    up: Option<Vector3<f64>>,
     /// Predicted lean in both bands.
     bands: [Band; 2],
     /// Predicted lean, in both bands (rad), and its stamp.
     expected: Option<(i64, Lean, [Vector2<f64>; 2])>,
     /// Motion by the wheels at the last sample of the joints.
     pub(in super::super) rolled: Option<Rolled>,
+    start_ns: Option<i64>,
     joints_ns: Option<i64>,
     tool_ns: Option<i64>,
     /// No evidence is taken before this stamp.
     silent_until_ns: i64,
     gyro: Gyro,
+    /// Predicted lean when the bias of the gyro began to be averaged, and whether it changed meanwhile.
+    at_start: Option<Vector2<f64>>,
+    leans_at_start: bool,
     turned: [TurnedBand; 2],
     last_ns: Option<i64>,
     /// How much the ground may rock the platform, in both bands.
     rocking: [Rocking; 2],
+    /// Largest lean that the ground may have caused, in both bands (rad): the filters still remember it.
+    disturbed: [f64; 2],
     /// That the platform does not follow the arm, about each axis.
     follows_not: [Evidence; 2],
     differs: LeanDifference,
@@ -85,17 +98,21 @@ impl LeanWatch {
             base_from_imu: rotation_in_body(machine.imu()),
             differs: LeanDifference::new(model.stiffness_is_known),
             model,
-            up: Vector3::z() * machine.gravity(),
+            up: None,
             bands: [FOLLOWS_S, DIFFERS_S].map(Band::new),
             expected: None,
             rolled: None,
+            start_ns: None,
             joints_ns: None,
             tool_ns: None,
             silent_until_ns: i64::MIN,
             gyro: Gyro::new(),
+            at_start: None,
+            leans_at_start: false,
             turned: [FOLLOWS_S, DIFFERS_S].map(TurnedBand::new),
             last_ns: None,
             rocking: ROCKING_S.map(Rocking::new),
+            disturbed: [0.0; 2],
             follows_not: [Evidence::default(); 2],
         })
     }
@@ -139,11 +156,19 @@ impl LeanWatch {
         }
         let step_s = (self.joints_ns.replace(stamp_ns))
             .map_or(0.0, |last_ns| limits.elapsed_s(last_ns, stamp_ns));
+        let start_ns = *self.start_ns.get_or_insert(stamp_ns);
+        let is_loaded_anew = self.model.attach(limits.elapsed_s(start_ns, stamp_ns));
         let tool_is_old = |at: &i64| limits.elapsed_s(*at, stamp_ns) > limits.max_gap_s;
-        if step_s > limits.max_gap_s || self.tool_ns.as_ref().is_some_and(tool_is_old) {
+        let has_old_tool = self.tool_ns.as_ref().is_some_and(tool_is_old);
+        if step_s > limits.max_gap_s || has_old_tool || is_loaded_anew {
             self.restart_prediction(stamp_ns);
         }
-        let lean = self.model.lean(step_s, &self.up);
+        let lean = (self.up).and_then(|up| self.model.lean(step_s, &up));
+        let known_s = self.gyro.known_s();
+        if let Some(lean) = lean.filter(|_| known_s > -BIAS_S + SETTLED_S && known_s <= 0.0) {
+            let at_start = *self.at_start.get_or_insert(lean.angle);
+            self.leans_at_start |= (lean.angle - at_start).amax() > LEANS_AT_START;
+        }
         self.rolled = lean.and_then(|_| self.model.rolled());
         self.expected = lean.map(|lean| {
             let filter = |band: &mut Band| band.step(step_s, &lean.angle);
@@ -167,6 +192,7 @@ impl LeanWatch {
         let step_s = step_ns as f64 * 1e-9;
         if step_s > limits.max_gap_s {
             self.gyro = Gyro::new();
+            (self.at_start, self.leans_at_start) = (None, false);
             self.turned.iter_mut().for_each(TurnedBand::reset);
             self.forget(stamp_ns);
             return;
@@ -175,15 +201,19 @@ impl LeanWatch {
         // What is not known yet at the start is not remembered.
         let lasts = self.gyro.known_s() > 0.0;
         let rocking = (self.rocking.each_mut()).map(|it| it.step(step_s, now, lasts));
-        self.up = self
-            .model
-            .level(step_s, &(self.base_from_imu * force), rocking[0]);
+        let force = self.base_from_imu * force;
+        self.up = Some(self.model.level(step_s, &force, rocking[0]));
         let turning = self.base_from_imu * turning;
         if let Some(turning) = self.gyro.step(step_s, &turning.xy()) {
             let measured = self
                 .turned
                 .each_mut()
                 .map(|band| band.step(step_s, &turning));
+            let disturbed = self.disturbed.iter_mut().zip(measured.iter().zip(rocking));
+            for (disturbed, (lean, rocking)) in disturbed {
+                let before = *disturbed * (-step_s / DISTURBED_S).exp();
+                *disturbed = before.max(rocking * lean.norm());
+            }
             self.weigh(stamp_ns, step_ns, &measured, rocking, limits);
         }
         self.report(found);
@@ -230,18 +260,19 @@ impl LeanWatch {
         }
         let step_s = step_ns as f64 * 1e-9;
         let noise = |band: usize| {
-            let other = UNEXPLAINED + UNEVEN * rocking[band];
+            let other = UNEXPLAINED + UNEVEN * rocking[band] + self.disturbed[band];
             other * other + self.turned[band].variance(self.gyro.noise, step_s)
         };
         let noise = [noise(0), noise(1)];
         let known_s = self.gyro.known_s();
-        let settled_s = if self.gyro.turned_at_start() {
+        let bias_is_doubtful = self.leans_at_start || self.gyro.turned_at_start();
+        let settled_s = if bias_is_doubtful {
             UNKNOWN_BIAS_S
         } else {
             WARM_UP_S[1]
         };
         // A platform that turns farther than its tyres give way tips over, or the ground turns it.
-        let tips = measured.iter().any(|lean| lean.norm() > self.model.largest);
+        let tips = (measured.iter()).any(|lean| lean.norm() > self.model.largest);
         if tips && known_s > WARM_UP_S[0] {
             self.follows_not = [Evidence::default(); 2];
             self.differs.evidence = Evidence::default();

@@ -17,7 +17,7 @@ use super::low_pass::LowPass;
 use super::rolling::{Rolled, Rolling};
 use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::geometry::coordinate::{Coordinate, Motion};
-use crate::machine::{JointCoupling, LinkGroup, Machine, MeasuredJoint};
+use crate::machine::{Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint};
 use crate::state::State;
 
 /// Time constant of both low-pass filters (s): slower than the platform swings on its tyres.
@@ -71,8 +71,8 @@ pub(super) struct Lean {
     pub(super) angle: Vector2<f64>,
     /// Direction in which a load on the end of the arm leans the platform, of length 1; zero without an arm.
     pub(super) by_load: Vector2<f64>,
-    /// Whether a wheel carries nothing, so that the tyres are no springs.
-    pub(super) wheel_lifts: bool,
+    /// Whether a load of unknown mass is attached, or a wheel carries nothing, so that the tyres are no springs.
+    pub(super) is_beyond_model: bool,
 }
 
 impl LeanModel {
@@ -167,30 +167,31 @@ impl LeanModel {
         };
     }
 
+    /// Attaches and releases payloads by the time since the first sample; returns whether that changed anything.
+    pub(super) fn attach(&mut self, time_s: f64) -> bool {
+        let mut changed = false;
+        for (share, payload) in (self.state.payload_share.iter_mut()).zip(&self.machine.payloads) {
+            let [from_s, to_s] = payload.window_s;
+            let now = if from_s <= time_s && time_s < to_s {
+                1.0
+            } else {
+                0.0
+            };
+            changed |= std::mem::replace(share, now) != now;
+        }
+        changed
+    }
+
     /// The lean under gravity, turned `up`; `None` while a joint is unknown.
     pub(super) fn lean(&mut self, dt: f64, up: &Vector3<f64>) -> Option<Lean> {
         if !self.is_known.iter().all(|known| *known) {
             return None;
         }
-        let machine = &self.machine;
-        kinematics::coordinates(machine, &self.state, &mut self.coordinates);
-        let (mut first, mut momentum) = (Vector3::zeros(), Vector3::zeros());
-        for (i, body) in machine.bodies.iter().enumerate() {
-            if i > 0 {
-                self.motions[i] = self.motions[body.parent].carry(body, &self.coordinates[i]);
-            }
-            if self.spins[i] {
-                continue;
-            }
-            let motion = &self.motions[i];
-            let (inertia, w) = (&body.inertia, &motion.angular_velocity);
-            let com = motion.rotation * inertia.com;
-            let place = motion.origin + com - Vector3::z() * self.ground;
-            let velocity = motion.velocity + w.cross(&com);
-            let tensor = motion.rotation * inertia.about_com * motion.rotation.transpose();
-            first += place * inertia.mass;
-            momentum += place.cross(&velocity) * inertia.mass + tensor * w;
-        }
+        let Weighed {
+            first,
+            momentum,
+            has_unknown_load,
+        } = self.weigh_bodies();
         let carried = first.cross(up) - self.tool_moment();
         let mut smoothed = self.compliance * carried.xy() + self.plane_of_wheels();
         for filter in &mut self.lean {
@@ -202,15 +203,52 @@ impl LeanModel {
         let angle = smoothed + self.compliance * change;
         let tip = self.tip.map_or_else(Vector3::zeros, |tip| {
             let motion = &self.motions[tip];
-            motion.origin + motion.rotation * machine.bodies[tip].inertia.com
+            motion.origin + motion.rotation * self.machine.bodies[tip].inertia.com
         });
         let by_load = self.compliance * tip.cross(up).xy();
         let lean = Lean {
             angle,
             by_load: by_load.try_normalize(0.0).unwrap_or_else(Vector2::zeros),
-            wheel_lifts: self.wheel_lifts(&(carried.xy() + change)),
+            is_beyond_model: has_unknown_load || self.wheel_lifts(&(carried.xy() + change)),
         };
         angle.iter().all(|v| v.is_finite()).then_some(lean)
+    }
+
+    /// The lean of a machine at rest in the posture that is set, not smoothed.
+    pub(super) fn posture_lean(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
+        let carried = self.weigh_bodies().first.cross(up);
+        self.compliance * carried.xy() + self.plane_of_wheels()
+    }
+
+    /// Moves all bodies and sums up their moments.
+    fn weigh_bodies(&mut self) -> Weighed {
+        let machine = &self.machine;
+        kinematics::coordinates(machine, &self.state, &mut self.coordinates);
+        let (mut first, mut momentum) = (Vector3::zeros(), Vector3::zeros());
+        for (i, body) in machine.bodies.iter().enumerate() {
+            if i > 0 {
+                self.motions[i] = self.motions[body.parent].carry(body, &self.coordinates[i]);
+            }
+            if self.spins[i] {
+                continue;
+            }
+            let [weighed, turned] = moments(&self.motions[i], &body.inertia, self.ground);
+            first += weighed;
+            momentum += turned;
+        }
+        let mut has_unknown_load = false;
+        for (payload, share) in machine.payloads.iter().zip(&self.state.payload_share) {
+            let [weighed, turned] =
+                moments(&self.motions[payload.body], &payload.inertia, self.ground);
+            first += weighed * *share;
+            momentum += turned * *share;
+            has_unknown_load |= payload.is_estimated && payload.inertia.mass == 0.0 && *share > 0.0;
+        }
+        Weighed {
+            first,
+            momentum,
+            has_unknown_load,
+        }
     }
 
     /// The motion by the wheels, in the posture of the last [`Self::lean`].
@@ -263,6 +301,27 @@ impl LeanModel {
             });
         loads.any(|load| load < least)
     }
+}
+
+/// Sums over all bodies but the wheels, about the point on the ground.
+struct Weighed {
+    /// First moment (kg m).
+    first: Vector3<f64>,
+    /// Angular momentum (N m s).
+    momentum: Vector3<f64>,
+    /// Whether a load of unknown mass is attached.
+    has_unknown_load: bool,
+}
+
+/// First moment about the point on the ground (kg m), and angular momentum about it (N m s).
+fn moments(motion: &BodyMotion<f64>, inertia: &Inertia, ground: f64) -> [Vector3<f64>; 2] {
+    let w = &motion.angular_velocity;
+    let com = motion.rotation * inertia.com;
+    let place = motion.origin + com - Vector3::z() * ground;
+    let velocity = motion.velocity + w.cross(&com);
+    let tensor = motion.rotation * inertia.about_com * motion.rotation.transpose();
+    let momentum = place.cross(&velocity) * inertia.mass + tensor * w;
+    [place * inertia.mass, momentum]
 }
 
 /// The arm's body at the end of the longest chain of bodies.

@@ -6,6 +6,7 @@
 
 mod band;
 mod evidence;
+mod excitation;
 mod lasting;
 mod leaky;
 mod lean;
@@ -19,6 +20,7 @@ mod tilt;
 mod travel;
 mod yaw;
 
+pub use excitation::{Excitation, Unshown};
 pub(super) use lean::LeanWatch;
 pub(super) use rotation::RotationWatch;
 pub(super) use specific_force::SpecificForceWatch;

@@ -127,11 +127,11 @@ fn is_steered(machine: &Machine, wheel: usize) -> bool {
         chain.push(machine.bodies[body].parent);
     }
     let mut rotation = Matrix3::<f64>::identity();
-    let steps = chain
+    let mut steps = chain
         .into_iter()
         .rev()
         .filter(|&body| body != 0 && body != wheel);
-    steps.into_iter().any(|index| {
+    steps.any(|index| {
         let body = &machine.bodies[index];
         rotation *= body.parent_from_joint;
         let is_measured = matches!(body.coupling, JointCoupling::Measured(_));

@@ -17,12 +17,12 @@ use super::leaky::LeakyIntegral;
 use super::rolling::Rolled;
 
 /// Time of the comparison T (s).
-const COMPARED_S: f64 = 3.0;
+pub(super) const COMPARED_S: f64 = 3.0;
 /// Time for which the difference must last (s).
 const LASTING_S: f64 = 0.5;
 /// Tolerance (rad), beside a share of the rotation.
-const TOLERANCE: f64 = 0.25;
-const SHARE: f64 = 0.6;
+const TOLERANCE: f64 = 0.2;
+const SHARE: f64 = 0.5;
 /// Distance that wheels and odometry must have gone in opposite directions (m).
 const OPPOSITE: f64 = 0.6;
 
@@ -155,5 +155,85 @@ impl YawWatch {
             0.0
         };
         it.apart.check(stamp_ns, opposite, limits, found);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits {
+        max_gap_s: 0.25,
+        frozen_samples: 100,
+        quaternion_tolerance: 0.01,
+        rate_tolerance_share: 0.2,
+    };
+
+    /// What is reported, and when first (s), in 20 s at 100 Hz of curves to both sides.
+    fn found(gyro: f64, odometry: f64, speeds: f64, steering: f64) -> Vec<(YawBy, f64)> {
+        let (mut watch, mut all) = (YawWatch::new(), Vec::<(YawBy, f64)>::new());
+        for step in 0..2000_i64 {
+            let (stamp_ns, time_s) = (step * 10_000_000, step as f64 * 0.01);
+            let turning = 0.4 * (0.7 * time_s).sin();
+            let rolled = Rolled {
+                speed: 1.0,
+                by_speeds: Some(speeds * turning),
+                by_steering: Some(steering * turning),
+            };
+            watch.take_wheels(stamp_ns, Some(rolled));
+            watch.take_odometry(stamp_ns, odometry * turning);
+            watch.check(stamp_ns, gyro * turning, &LIMITS, &mut |by, _| {
+                if all.iter().all(|(known, _)| *known != by) {
+                    all.push((by, time_s));
+                }
+            });
+        }
+        all
+    }
+
+    #[test]
+    fn slip_is_no_contradiction() {
+        let found = found(1.0, 0.9, 1.8, 0.6);
+        assert!(found.is_empty(), "{found:?}");
+    }
+
+    #[test]
+    fn each_wrong_sign_is_found_by_itself() {
+        for (signs, by) in [
+            ([-1.0, 1.0, 1.0], YawBy::Odometry),
+            ([1.0, -1.0, 1.0], YawBy::Speeds),
+            ([1.0, 1.0, -1.0], YawBy::Steering),
+        ] {
+            let [odometry, speeds, steering] = signs;
+            let found = found(1.0, odometry, speeds, steering);
+            assert!(
+                matches!(found[..], [(which, s)] if which == by && s < 3.0),
+                "{found:?}"
+            );
+        }
+        assert_eq!(found(-1.0, 1.0, 1.0, 1.0).len(), 3);
+        assert_eq!(found(0.0, 1.0, 1.0, 1.0).len(), 3);
+    }
+
+    #[test]
+    fn opposite_directions_are_found_and_locked_wheels_are_not() {
+        let opposite_s = |wheels: fn(f64) -> f64| {
+            let mut watch = YawWatch::new();
+            (0..1000_i64).find_map(|step| {
+                let (stamp_ns, time_s) = (step * 10_000_000, step as f64 * 0.01);
+                let rolled = Rolled {
+                    speed: wheels(time_s),
+                    by_speeds: None,
+                    by_steering: None,
+                };
+                watch.take_wheels(stamp_ns, Some(rolled));
+                let mut at_s = None;
+                watch.check_travel(stamp_ns, 1.0, &LIMITS, &mut |_| at_s = Some(time_s));
+                at_s
+            })
+        };
+        assert_eq!(opposite_s(|_| 1.0), None);
+        assert_eq!(opposite_s(|_| 0.0), None);
+        assert!(opposite_s(|_| -1.0).is_some_and(|s| s < 1.5));
     }
 }
