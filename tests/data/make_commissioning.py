@@ -23,18 +23,18 @@ def pulse(t, start, top, end):
     return smooth(t, start, top) - smooth(t, top, end)
 
 
-def drive(left, right, slow=1.2):
+def drive(left, right, slow=1.2, until=27.6):
     """Forward, backward, a circle to the left and a piece of one to the right, at a speed in m/s and yaw rates in rad/s."""
     def command(t):
         speed = via(t, (2.0, 0.0), (4.0, 1.6), (4.6, 1.6), (6.2, 0.0), (7.0, 0.0), (8.6, -1.0), (10.0, 0.0), (10.8, 0.0), (12.4, slow), (33.0, slow), (34.6, 0.0))
-        yaw = left * (smooth(t, 12.4, 13.6) - smooth(t, 26.4, 27.6)) - right * (smooth(t, 27.6, 28.6) - smooth(t, 31.8, 33.0))
+        yaw = left * (smooth(t, 12.4, 13.6) - smooth(t, until - 1.2, until)) - right * (smooth(t, until, until + 1.0) - smooth(t, 31.8, 33.0))
         return speed, yaw
     return command
 
 
 def arm(lift, tilt):
     """Joint targets around a folded posture: lift and tilt in degrees."""
-    return lambda t: arm_pose(via(t, (40.5, lift), (42.0, lift + 20), (43.5, lift - 6), (45.0, lift)), via(t, (45.5, tilt), (47.0, tilt + 18), (48.5, tilt - 8), (50.0, tilt)),
+    return lambda t: arm_pose(via(t, (40.5, lift), (42.0, lift + 30), (44.0, lift - 24), (45.2, lift)), via(t, (45.5, tilt), (47.0, tilt + 18), (48.5, tilt - 8), (50.0, tilt)),
                               via(t, (50.5, 0.1), (52.0, 0.65), (53.5, 0.1)), via(t, (35.5, 0), (37.0, 25), (38.5, -25), (40.0, 0)))
 
 
@@ -48,7 +48,7 @@ def main():
     import model
     from simulate import Scenario
     known = {"commissioning": lambda: Scenario("commissioning", model.rigid(yaw0=0.0), 54.5, arm(50, -88), drive(0.46, 0.4), slope=SLOPE, clear=2.0, seed=71),
-             "commissioning_bogie": lambda: Scenario("commissioning_bogie", model.bogie(), 60.5, with_rods(arm(55, -100)), drive(1.5, 1.2, 0.7), slope=SLOPE, clear=2.5, seed=72)}
+             "commissioning_bogie": lambda: Scenario("commissioning_bogie", model.bogie(), 60.5, with_rods(arm(55, -100)), drive(1.0, 0.0, 0.8, 32.0), slope=SLOPE, clear=2.5, seed=72)}
     for name in arguments.names:
         scenario = known[name]()
         mujoco_model, rows = run(scenario)

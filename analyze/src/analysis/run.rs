@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use tipwatch_binding::MachineFile;
+use tipwatch_binding::{MachineFile, NOT_COMMISSIONED, Urdf, commissioning_of};
 use tipwatch_ingest::{Log, metadata_records};
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, SensorSamples, smooth};
@@ -348,7 +348,17 @@ fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
 }
 
 fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Provenance> {
+    let urdf = Urdf {
+        name: loaded.urdf.path.clone(),
+        text: loaded.urdf_text.clone(),
+    };
+    let commissioning = commissioning_of(file, &urdf)?;
     Ok(Provenance {
+        commissioning: (commissioning.as_ref())
+            .map_or(NOT_COMMISSIONED.into(), |(_, found)| found.statement()),
+        commissioning_file: (commissioning.as_ref())
+            .map(|(path, _)| hash_file(path))
+            .transpose()?,
         tipwatch_version: env!("CARGO_PKG_VERSION").into(),
         program: program().map(|file| FileHash {
             path: "tipwatch".into(),

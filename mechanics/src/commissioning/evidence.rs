@@ -12,6 +12,9 @@ use super::signals::{Signals, View};
 use super::travel::{Source, Travel};
 use crate::machine::Machine;
 
+/// Beyond so many standard deviations their number says nothing.
+const MOST_SIGMAS: f64 = 99.0;
+
 /// What every comparison needs.
 #[derive(Debug)]
 pub(super) struct Comparison<'a> {
@@ -34,7 +37,7 @@ pub(super) struct Comparison<'a> {
 impl<'a> Comparison<'a> {
     pub(super) fn new(machine: &'a Machine, roles: &'a Roles, signals: &'a Signals) -> Self {
         let view = signals.view(machine, &Correction::None);
-        let travel = Travel::of(machine, roles, &view);
+        let travel = Travel::of(machine, roles, &view, None);
         let platform = Platform::new(machine);
         let moved = leaning::moved_alone(roles, &view, &travel);
         Self {
@@ -66,7 +69,9 @@ impl<'a> Comparison<'a> {
                 .collect()
         });
         if parts.travel {
-            let travel = Travel::of(machine, self.roles, &view);
+            let moves_joints = parts.readings || *correction == Correction::Reverse;
+            let wheels = (!moves_joints).then_some(&self.travel.wheels[..]);
+            let travel = Travel::of(machine, self.roles, &view, wheels);
             all.extend(driving::at_rest(machine, &view, &travel, &self.normal));
             all.extend(driving::driving(machine, &view, &travel, &self.normal));
             all.extend(driving::turning(&view, &travel, self.skids));
@@ -215,7 +220,7 @@ impl Evidence {
             .map(Estimate::sigmas_off)
             .filter(|sigmas| sigmas.is_finite());
         let together = off.map(|sigmas| sigmas * sigmas).sum::<f64>().sqrt();
-        (together >= CERTAIN).then_some(together)
+        (together >= CERTAIN).then_some(together.min(MOST_SIGMAS))
     }
 }
 

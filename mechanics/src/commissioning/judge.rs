@@ -16,6 +16,8 @@ use super::roles::{Role, Roles};
 use super::signals::Signals;
 use super::steps::steps;
 use super::travel::Source;
+use std::cell::RefCell;
+
 use crate::machine::Machine;
 use crate::state::Sensors;
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -77,6 +79,8 @@ struct Judge<'a> {
     explanations: Vec<Explanation>,
     wheels: Vec<usize>,
     source: Source,
+    /// Evidence under corrections asked for before.
+    known: RefCell<Vec<(Correction, Evidence)>>,
 }
 
 impl<'a> Judge<'a> {
@@ -92,6 +96,7 @@ impl<'a> Judge<'a> {
                 .roles
                 .joints(|role| matches!(role, Role::Wheel { .. })),
             source: setting.source,
+            known: RefCell::new(Vec::new()),
             base,
         };
         judge.explanations = judge.explain(setting);
@@ -99,8 +104,18 @@ impl<'a> Judge<'a> {
     }
 
     fn evidence(&self, correction: &Correction) -> Option<Evidence> {
-        self.comparison
-            .map(|comparison| comparison.evidence(correction, Some(&self.base)))
+        let comparison = self.comparison?;
+        if let Some((_, known)) = self
+            .known
+            .borrow()
+            .iter()
+            .find(|(other, _)| other == correction)
+        {
+            return Some(known.clone());
+        }
+        let found = comparison.evidence(correction, Some(&self.base));
+        self.known.borrow_mut().push((*correction, found.clone()));
+        Some(found)
     }
 
     /// The corrections after which nothing contradicts and more agrees than before.

@@ -40,8 +40,6 @@ const UNSTATED: f64 = 1.2;
 const DEFLECTION: f64 = 0.015;
 /// Relative error of a predicted lean due to masses.
 const MODEL: f64 = 0.06;
-/// Noise of K of a signal as a share of that of the signal: the root of the sum of the squared weights.
-const SMOOTHED: f64 = 0.485;
 
 /// A joint that moves alone: its bins, in runs.
 #[derive(Debug, Clone)]
@@ -223,12 +221,6 @@ fn measured(view: &View, bin: usize) -> Vector2<f64> {
     Vector2::new(-view.turning[bin].y, view.turning[bin].x)
 }
 
-/// Variance of the smoothed angular velocity about x and y.
-fn gyro_variance(signals: &Signals, axis: usize) -> f64 {
-    let component: Vec<f64> = signals.raw_turning().iter().map(|v| v[axis]).collect();
-    (SMOOTHED * noise(&component)).powi(2)
-}
-
 /// Fits the motion of a joint; `None` where its signals have gaps.
 fn fit(
     signals: &Signals,
@@ -236,9 +228,7 @@ fn fit(
     moved: &MovedAlone,
     predicted_runs: &[([Vec<f64>; 2], f64)],
 ) -> Option<Fit> {
-    let variance = (0..3)
-        .map(|axis| gyro_variance(signals, axis))
-        .fold(0.0, f64::max);
+    let variance = signals.gyro_variance();
     let (mut predicted, mut found, mut impossible) = (Vec::new(), Vec::new(), 0.0);
     for (run, (normals, share)) in moved.runs.iter().zip(predicted_runs) {
         let wide = widened(run, view.bins);
@@ -395,9 +385,7 @@ pub(super) fn still(
     let runs: Vec<_> = (runs(view.bins, is_quiet).into_iter())
         .filter(|run| run.len() >= FEWEST)
         .collect();
-    let variance = (0..2)
-        .map(|axis| gyro_variance(signals, axis))
-        .fold(0.0, f64::max);
+    let variance = signals.gyro_variance();
     candidates
         .iter()
         .filter_map(|&joint| {
