@@ -68,10 +68,14 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
         write(path, &commissioned.file.to_json())?;
     }
     let exit = exit_of(&commissioned.assessment, args.commissioning.is_some());
+    let exit = Exit {
+        lost: commissioned.has_losses && args.commissioning.is_some(),
+        ..exit
+    };
     let text = commissioning_text(&commissioned.assessment);
     match check {
         Ok(check) => {
-            check_machine::print(&check.with_commissioning(commissioned.file), args.json)?;
+            check_machine::print(&check.with_commissioning(&commissioned.file), args.json)?;
             if !args.json {
                 to_stdout(&format!("\n{text}"))?;
             }

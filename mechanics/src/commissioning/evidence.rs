@@ -80,9 +80,12 @@ impl<'a> Comparison<'a> {
             all.extend(rolling::steering(machine, self.roles, &view, &travel));
         }
         if parts.lean {
-            let anew = parts
-                .readings
-                .then(|| self.platform.predict(&view, &self.moved));
+            let turns_force = matches!(
+                correction,
+                Correction::TurnImu(_) | Correction::ScaleForce(_)
+            );
+            let anew =
+                (parts.readings || turns_force).then(|| self.platform.predict(&view, &self.moved));
             let predicted = anew.as_ref().unwrap_or(&self.predicted);
             all.extend(leaning::leaning(
                 &self.platform,
@@ -215,11 +218,14 @@ impl Evidence {
     /// By how many standard deviations this evidence excludes its correction, by all relations that agree in `base`;
     /// `None` if it does not.
     pub(super) fn excludes(&self, base: &Self) -> Option<f64> {
-        let against = self.0.iter().filter(|e| base.agrees(e.relation));
-        let off = against
-            .map(Estimate::sigmas_off)
-            .filter(|sigmas| sigmas.is_finite());
-        let together = off.map(|sigmas| sigmas * sigmas).sum::<f64>().sqrt();
+        let pairs = self
+            .0
+            .iter()
+            .filter_map(|e| Some((e, base.of(e.relation)?)));
+        let agreeing = pairs.filter(|(_, before)| before.standing() == Standing::Agrees);
+        let off = agreeing.map(|(e, before)| e.sigmas_worse(before));
+        let together = off.filter(|sigmas| sigmas.is_finite());
+        let together = together.map(|sigmas| sigmas * sigmas).sum::<f64>().sqrt();
         (together >= CERTAIN).then_some(together.min(MOST_SIGMAS))
     }
 }

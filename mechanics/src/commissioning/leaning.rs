@@ -13,7 +13,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::estimate::{Estimate, Relation};
 use super::grid::{derivative, noise, smooth};
-use super::least_squares::alike;
+use super::least_squares::{Equations, alike};
 use super::roles::{Role, Roles};
 use super::signals::{Signals, View};
 use super::travel::Travel;
@@ -29,6 +29,8 @@ const MOVING: f64 = 0.004;
 const SHARE: f64 = 0.08;
 /// Bins that belong to a motion before and after it.
 const AROUND: usize = 5;
+/// Lean beyond what tyres give way (rad): the machine tips over, or its ground moves.
+const FALLS: f64 = 0.03;
 /// Fewest bins of a motion.
 const FEWEST: usize = 12;
 /// Most bins of one joint that are used: a minute.
@@ -441,7 +443,8 @@ fn leans_along(
         largest = largest.max(lean);
     }
     let sigma = (variance * rates.len() as f64 * 4.0).sqrt() * super::grid::STEP_S;
-    (with > 0.8 * all).then_some((largest - least, sigma))
+    let turned = largest - least;
+    (with > 0.8 * all && turned < FALLS).then_some((turned, sigma))
 }
 
 /// Positions and velocities of the joints against each other, and positions against limits.
@@ -451,7 +454,8 @@ pub(super) fn readings(machine: &Machine, roles: &Roles, view: &View) -> Vec<Est
         if matches!(roles.of(joint), Role::Constant) {
             continue;
         }
-        let mut equations = super::least_squares::Equations::new(2);
+        let least = MOVING.max(10.0 * 3.2 * noise(&columns.position));
+        let mut equations = Equations::new(2).excited(0, least);
         for (rate, measured) in columns.rate.iter().zip(&columns.measured_rate) {
             equations.add(&[*rate, 1.0], *measured);
         }
