@@ -5,6 +5,9 @@ use std::fmt;
 /// Standard deviations that count as certain.
 pub(super) const CERTAIN: f64 = 5.0;
 
+/// Standard deviations within which an agreement must stay clear of what is wrong.
+const SURE: f64 = 3.0;
+
 /// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Relation {
@@ -87,8 +90,7 @@ impl Estimate {
         }
         if off > self.wrong + CERTAIN * self.sigma {
             Standing::Contradicts
-        } else if off <= self.tolerance
-            && off + CERTAIN * self.sigma <= self.wrong.min(self.largest())
+        } else if off <= self.tolerance && off + SURE * self.sigma <= self.wrong.min(self.largest())
         {
             Standing::Agrees
         } else {

@@ -242,6 +242,12 @@ impl<'a> Judge<'a> {
                 format!("{}. Found: {}", likely(&all), list(&found)),
             );
         }
+        let turned = |e: &Explanation| e.correction.subjects().contains(&Subject::Mounting);
+        if question.subject == Subject::Mounting && self.explanations.iter().any(turned) {
+            let all = self.explanation_texts();
+            let text = format!("{}. Correct that, and repeat", likely(&all));
+            return (Status::NotShown, None, text);
+        }
         if let Some(estimate) = contradictions.iter().copied().find(shows) {
             let found = describe(self.machine, estimate);
             if !self.explanations.is_empty() {
