@@ -23,36 +23,52 @@ def pulse(t, start, top, end):
     return smooth(t, start, top) - smooth(t, top, end)
 
 
-def drive(left, right, slow=1.2):
+def drive(left, right, slow=1.2, until=27.6):
     """Forward, backward, a circle to the left and a piece of one to the right, at a speed in m/s and yaw rates in rad/s."""
     def command(t):
         speed = via(t, (2.0, 0.0), (4.0, 1.6), (4.6, 1.6), (6.2, 0.0), (7.0, 0.0), (8.6, -1.0), (10.0, 0.0), (10.8, 0.0), (12.4, slow), (33.0, slow), (34.6, 0.0))
-        yaw = left * (smooth(t, 12.4, 13.6) - smooth(t, 26.4, 27.6)) - right * (smooth(t, 27.6, 28.6) - smooth(t, 31.8, 33.0))
+        yaw = left * (smooth(t, 12.4, 13.6) - smooth(t, until - 1.2, until)) - right * (smooth(t, until, until + 1.0) - smooth(t, 31.8, 33.0))
         return speed, yaw
     return command
 
 
+def twice(t, start, seconds, middle, up, down):
+    """From the middle up, down and up, down again and back, resting at each."""
+    offsets = (0.0, up, down, up, down, 0.0)
+    return via(t, *((start + seconds * i, middle + offset) for i, offset in enumerate(offsets)))
+
+
 def arm(lift, tilt):
     """Joint targets around a folded posture: lift and tilt in degrees."""
-    return lambda t: arm_pose(via(t, (40.5, lift), (42.0, lift + 20), (43.5, lift - 6), (45.0, lift)), via(t, (45.5, tilt), (47.0, tilt + 18), (48.5, tilt - 8), (50.0, tilt)),
-                              via(t, (50.5, 0.1), (52.0, 0.65), (53.5, 0.1)), via(t, (35.5, 0), (37.0, 25), (38.5, -25), (40.0, 0)))
+    return lambda t: arm_pose(twice(t, 40.0, 1.3, lift, 28, -12), twice(t, 47.0, 1.3, tilt, 20, -10), twice(t, 54.0, 1.3, 0.15, 0.5, -0.05),
+                              via(t, (35.0, 0), (36.4, 25), (37.8, -25), (39.2, 0)))
 
 
 def with_rods(arm):
-    return lambda t: arm(t) | {"suspension_right": via(t, (54.0, MIDDLE), (55.2, MIDDLE + 0.005), (56.4, MIDDLE)),
-                               "suspension_left": via(t, (57.0, MIDDLE), (58.2, MIDDLE + 0.005), (59.4, MIDDLE))}
+    """Each rod of the suspension turns its bogie alone."""
+    return lambda t: arm(t) | {"suspension_right": via(t, (61.0, MIDDLE), (62.0, MIDDLE + 0.005), (63.0, MIDDLE)),
+                               "suspension_left": via(t, (63.8, MIDDLE), (64.8, MIDDLE + 0.005), (65.8, MIDDLE))}
+
+
+REFERENCE = {"commissioning": "lift = -1.201, tilt = -1.947, slew = 0.0, extension = 0.15",
+             "commissioning_bogie": "suspension_right = -0.1, suspension_left = -0.1, lift = -1.114, tilt = -2.157, slew = 0.0, extension = 0.15"}
+
+
+def with_reference(name):
+    """States the posture of the drive as the reference posture."""
+    return lambda text: text.replace("[limits]\n", f"[limits]\nreference_posture = {{ {REFERENCE[name]} }}\n")
 
 
 def main():
     arguments = lab_arguments(__doc__, ["commissioning", "commissioning_bogie"])
     import model
     from simulate import Scenario
-    known = {"commissioning": lambda: Scenario("commissioning", model.rigid(yaw0=0.0), 54.5, arm(50, -88), drive(0.46, 0.4), slope=SLOPE, clear=2.0, seed=71),
-             "commissioning_bogie": lambda: Scenario("commissioning_bogie", model.bogie(), 60.5, with_rods(arm(55, -100)), drive(1.5, 1.2, 0.7), slope=SLOPE, clear=2.5, seed=72)}
+    known = {"commissioning": lambda: Scenario("commissioning", model.rigid(yaw0=0.0), 61.5, arm(50, -88), drive(0.46, 0.4), slope=SLOPE, clear=2.0, seed=71),
+             "commissioning_bogie": lambda: Scenario("commissioning_bogie", model.bogie(), 67.0, with_rods(arm(55, -100)), drive(1.0, 0.0, 0.8, 32.0), slope=SLOPE, clear=2.5, seed=72)}
     for name in arguments.names:
         scenario = known[name]()
         mujoco_model, rows = run(scenario)
-        write_fixture(scenario, mujoco_model, rows, arguments.out, every=EVERY, smoothed_truth=True)
+        write_fixture(scenario, mujoco_model, rows, arguments.out, every=EVERY, edit_toml=with_reference(name), smoothed_truth=True)
 
 
 if __name__ == "__main__":

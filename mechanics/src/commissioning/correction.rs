@@ -1,6 +1,6 @@
 //! What may be wrong with a signal, as the correction that would make it right.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::machine::Machine;
 
@@ -148,7 +148,9 @@ impl Correction {
 
 /// Describes a rotation that is to be undone, by axis and angle in base axes.
 fn turn_text(back: &Matrix3<f64>) -> String {
-    let turn = nalgebra::Rotation3::from_matrix_unchecked(back.transpose());
+    // A quaternion has an axis for half a turn, too.
+    let turn = Rotation3::from_matrix_unchecked(back.transpose());
+    let turn = UnitQuaternion::from_rotation_matrix(&turn);
     let Some((axis, angle)) = turn.axis_angle() else {
         return "nothing".into();
     };

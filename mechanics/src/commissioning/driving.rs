@@ -10,7 +10,7 @@
 //! and m the tilt of the IMU against the platform, constant in the machine. Turning tells them apart. Fitted with a
 //! matrix A before a: A is the identity where sign, axes, direction and scale are right.
 
-use nalgebra::{Matrix2, Vector3};
+use nalgebra::Vector3;
 
 use super::estimate::{Estimate, Relation, Yaw};
 use super::grid::STEP_S;
@@ -156,24 +156,29 @@ pub(super) fn driving(
 
 /// Direction in which the IMU sees the machine's forward acceleration: the angle of the rotation nearest to A.
 fn direction(matrix: &[Estimate; 4]) -> Option<Estimate> {
-    let sure = |e: &Estimate| e.sigma < 0.15;
     let [xx, xy, yx, yy] = matrix;
-    let a = Matrix2::new(xx.value, xy.value, yx.value, yy.value);
-    let forward = sure(xx) && sure(yx);
-    let (value, sigma) = match (forward, sure(xy) && sure(yy)) {
-        (true, true) => {
-            let (sin, cos) = (a[(1, 0)] - a[(0, 1)], a[(0, 0)] + a[(1, 1)]);
-            let length = sin.hypot(cos);
-            if length < 0.5 {
-                return None;
-            }
-            (sin.atan2(cos), yx.sigma.hypot(xy.sigma) / length)
+    // Each column is a direction: that of forward acceleration, and that of acceleration to the left.
+    let angle = |along: &Estimate, across: &Estimate, sign: f64| {
+        let length = along.value.hypot(across.value);
+        let sigma = across.sigma.max(along.sigma) / length;
+        let is_sure = length > 0.25 && sigma < 0.15;
+        is_sure.then(|| ((sign * across.value).atan2(along.value), sigma))
+    };
+    let (value, sigma) = match (angle(xx, yx, 1.0), angle(yy, xy, -1.0)) {
+        // Directions far apart are no rotation: the surer one counts, and the elements of A show the rest.
+        (Some((a, s)), Some((b, t))) if (a - b).abs() < 0.5 => {
+            let (p, q) = (s.powi(-2), t.powi(-2));
+            ((a * p + b * q) / (p + q), (p + q).powf(-0.5))
         }
-        (true, false) => (
-            a[(1, 0)].atan2(a[(0, 0)]),
-            yx.sigma / a[(0, 0)].hypot(a[(1, 0)]).max(0.1),
-        ),
-        _ => return None,
+        (Some(a), Some(b)) => {
+            if a.1 < b.1 {
+                a
+            } else {
+                b
+            }
+        }
+        (Some(only), None) | (None, Some(only)) => only,
+        (None, None) => return None,
     };
     Some(Estimate {
         relation: Relation::DriveDirection,

@@ -5,6 +5,9 @@ use std::fmt;
 /// Standard deviations that count as certain.
 pub(super) const CERTAIN: f64 = 5.0;
 
+/// Standard deviations within which an agreement must stay clear of what is wrong.
+const SURE: f64 = 3.0;
+
 /// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Relation {
@@ -87,8 +90,7 @@ impl Estimate {
         }
         if off > self.wrong + CERTAIN * self.sigma {
             Standing::Contradicts
-        } else if off <= self.tolerance
-            && off + CERTAIN * self.sigma <= self.wrong.min(self.largest())
+        } else if off <= self.tolerance && off + SURE * self.sigma <= self.wrong.min(self.largest())
         {
             Standing::Agrees
         } else {
@@ -104,6 +106,14 @@ impl Estimate {
     /// Whether it is certainly beyond what a good machine shows.
     pub(super) fn is_off(&self) -> bool {
         self.sigmas_off() >= CERTAIN
+    }
+
+    /// By how many standard deviations it is off beyond what `before`, the same relation of the signals as they are, makes
+    /// probable on this machine: how far that is off, and a third of the tolerance.
+    pub(super) fn sigmas_worse(&self, before: &Self) -> f64 {
+        let shown = (before.value - before.expected).abs() + self.tolerance / 3.0;
+        let off = (self.value - self.expected).abs() - shown.min(self.tolerance);
+        (off / self.sigma.max(1e-9)).clamp(0.0, 999.0)
     }
 
     /// By how many standard deviations it is off beyond its tolerance.

@@ -5,12 +5,19 @@ use nalgebra::Vector3;
 use super::correction::{Correction, Subject};
 use super::driving;
 use super::estimate::{CERTAIN, Estimate, Relation, Standing, Yaw};
-use super::leaning::{self, MovedAlone, Platform, Predicted};
+use super::leaning;
+use super::moved::{self, MovedAlone};
+use super::platform::{Platform, Predicted};
+use super::readings;
 use super::roles::{Role, Roles};
 use super::rolling;
 use super::signals::{Signals, View};
+use super::still;
 use super::travel::{Source, Travel};
 use crate::machine::Machine;
+
+/// Beyond so many standard deviations their number says nothing.
+const MOST_SIGMAS: f64 = 99.0;
 
 /// What every comparison needs.
 #[derive(Debug)]
@@ -34,9 +41,9 @@ pub(super) struct Comparison<'a> {
 impl<'a> Comparison<'a> {
     pub(super) fn new(machine: &'a Machine, roles: &'a Roles, signals: &'a Signals) -> Self {
         let view = signals.view(machine, &Correction::None);
-        let travel = Travel::of(machine, roles, &view);
+        let travel = Travel::of(machine, roles, &view, None);
         let platform = Platform::new(machine);
-        let moved = leaning::moved_alone(roles, &view, &travel);
+        let moved = moved::moved_alone(roles, &view, &travel);
         Self {
             normal: platform.level_normal(&view),
             predicted: platform.predict(&view, &moved),
@@ -66,7 +73,9 @@ impl<'a> Comparison<'a> {
                 .collect()
         });
         if parts.travel {
-            let travel = Travel::of(machine, self.roles, &view);
+            let moves_joints = parts.readings || *correction == Correction::Reverse;
+            let wheels = (!moves_joints).then_some(&self.travel.wheels[..]);
+            let travel = Travel::of(machine, self.roles, &view, wheels);
             all.extend(driving::at_rest(machine, &view, &travel, &self.normal));
             all.extend(driving::driving(machine, &view, &travel, &self.normal));
             all.extend(driving::turning(&view, &travel, self.skids));
@@ -75,9 +84,12 @@ impl<'a> Comparison<'a> {
             all.extend(rolling::steering(machine, self.roles, &view, &travel));
         }
         if parts.lean {
-            let anew = parts
-                .readings
-                .then(|| self.platform.predict(&view, &self.moved));
+            let turns_force = matches!(
+                correction,
+                Correction::TurnImu(_) | Correction::ScaleForce(_)
+            );
+            let anew =
+                (parts.readings || turns_force).then(|| self.platform.predict(&view, &self.moved));
             let predicted = anew.as_ref().unwrap_or(&self.predicted);
             all.extend(leaning::leaning(
                 &self.platform,
@@ -86,7 +98,7 @@ impl<'a> Comparison<'a> {
                 &self.moved,
                 predicted,
             ));
-            all.extend(leaning::still(
+            all.extend(still::still(
                 &self.platform,
                 self.roles,
                 self.signals,
@@ -95,7 +107,7 @@ impl<'a> Comparison<'a> {
             ));
         }
         if parts.readings {
-            all.extend(leaning::readings(machine, self.roles, &view));
+            all.extend(readings::readings(machine, self.roles, &view));
         }
         Evidence(all)
     }
@@ -210,12 +222,15 @@ impl Evidence {
     /// By how many standard deviations this evidence excludes its correction, by all relations that agree in `base`;
     /// `None` if it does not.
     pub(super) fn excludes(&self, base: &Self) -> Option<f64> {
-        let against = self.0.iter().filter(|e| base.agrees(e.relation));
-        let off = against
-            .map(Estimate::sigmas_off)
-            .filter(|sigmas| sigmas.is_finite());
-        let together = off.map(|sigmas| sigmas * sigmas).sum::<f64>().sqrt();
-        (together >= CERTAIN).then_some(together)
+        let pairs = self
+            .0
+            .iter()
+            .filter_map(|e| Some((e, base.of(e.relation)?)));
+        let agreeing = pairs.filter(|(_, before)| before.standing() == Standing::Agrees);
+        let off = agreeing.map(|(e, before)| e.sigmas_worse(before));
+        let together = off.filter(|sigmas| sigmas.is_finite());
+        let together = together.map(|sigmas| sigmas * sigmas).sum::<f64>().sqrt();
+        (together >= CERTAIN).then_some(together.min(MOST_SIGMAS))
     }
 }
 

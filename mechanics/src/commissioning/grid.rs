@@ -22,6 +22,9 @@ const LEAST_COVERED: f64 = 0.6;
 /// Most bins: four hours.
 const MOST_BINS: i64 = 144_000;
 
+/// Noise of K of a signal as a share of that of the signal: the root of the sum of the squared weights.
+pub(super) const SMOOTHED: f64 = 0.485;
+
 /// The grid.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grid {
@@ -146,9 +149,10 @@ pub(super) fn noise(values: &[f64]) -> f64 {
     if squares.is_empty() {
         return f64::NAN;
     }
-    squares.sort_by(f64::total_cmp);
+    let middle = squares.len() / 2;
+    let (_, median, _) = squares.select_nth_unstable_by(middle, f64::total_cmp);
     // The median of a chi-square variable of one degree of freedom is 0.455.
-    (squares[squares.len() / 2] / 0.455).sqrt()
+    (*median / 0.455).sqrt()
 }
 
 #[cfg(test)]

@@ -5,8 +5,12 @@
 //! correction makes all relations agree. As long as something is contradicted, a relation in which it takes part proves
 //! nothing.
 
+use std::cell::RefCell;
+
 use super::assessment::{Answers, Assessment, Figure, Item, Status};
-use super::correction::{Correction, Subject, factor_text, right_angles, signed_permutations};
+use super::candidates::{candidates, is_omission};
+use super::correction::{Correction, Subject, factor_text};
+use super::describe::{describe, likely, list};
 use super::estimate::{Estimate, Relation};
 use super::evidence::{Comparison, Evidence, subjects};
 use super::grid::STEP_S;
@@ -18,7 +22,6 @@ use super::steps::steps;
 use super::travel::Source;
 use crate::machine::Machine;
 use crate::state::Sensors;
-use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// A correction that would explain the contradictions.
 struct Explanation {
@@ -77,6 +80,8 @@ struct Judge<'a> {
     explanations: Vec<Explanation>,
     wheels: Vec<usize>,
     source: Source,
+    /// Evidence under corrections asked for before.
+    known: RefCell<Vec<(Correction, Evidence)>>,
 }
 
 impl<'a> Judge<'a> {
@@ -92,6 +97,7 @@ impl<'a> Judge<'a> {
                 .roles
                 .joints(|role| matches!(role, Role::Wheel { .. })),
             source: setting.source,
+            known: RefCell::new(Vec::new()),
             base,
         };
         judge.explanations = judge.explain(setting);
@@ -99,8 +105,18 @@ impl<'a> Judge<'a> {
     }
 
     fn evidence(&self, correction: &Correction) -> Option<Evidence> {
-        self.comparison
-            .map(|comparison| comparison.evidence(correction, Some(&self.base)))
+        let comparison = self.comparison?;
+        if let Some((_, known)) = self
+            .known
+            .borrow()
+            .iter()
+            .find(|(other, _)| other == correction)
+        {
+            return Some(known.clone());
+        }
+        let found = comparison.evidence(correction, Some(&self.base));
+        self.known.borrow_mut().push((*correction, found.clone()));
+        Some(found)
     }
 
     /// The corrections after which nothing contradicts and more agrees than before.
@@ -226,6 +242,12 @@ impl<'a> Judge<'a> {
                 format!("{}. Found: {}", likely(&all), list(&found)),
             );
         }
+        let turned = |e: &Explanation| e.correction.subjects().contains(&Subject::Mounting);
+        if question.subject == Subject::Mounting && self.explanations.iter().any(turned) {
+            let all = self.explanation_texts();
+            let text = format!("{}. Correct that, and repeat", likely(&all));
+            return (Status::NotShown, None, text);
+        }
         if let Some(estimate) = contradictions.iter().copied().find(shows) {
             let found = describe(self.machine, estimate);
             if !self.explanations.is_empty() {
@@ -341,201 +363,5 @@ impl<'a> Judge<'a> {
             sigma: estimate.sigma,
             expected: estimate.expected,
         })
-    }
-}
-
-/// Whether a correction only leaves a signal out.
-fn is_omission(correction: &Correction) -> bool {
-    matches!(
-        correction,
-        Correction::WithoutAttitude | Correction::WithoutOdometryTurning
-    )
-}
-
-/// Everything that may explain a contradiction: right angles, signs, places and usual factors first, then the turn and the
-/// factors that the estimates suggest.
-fn candidates(setting: &Setting<'_>, base: &Evidence) -> Vec<Correction> {
-    let mut all: Vec<Correction> = right_angles()
-        .into_iter()
-        .map(Correction::TurnImu)
-        .collect();
-    all.extend([1, 2, 3].map(Correction::TurnOdometry));
-    all.extend(signed_permutations().into_iter().map(Correction::GyroAxes));
-    let degrees = 180.0 / std::f64::consts::PI;
-    all.extend([-1.0, 1.0 / degrees, degrees, 0.5, 2.0].map(Correction::ScaleGyro));
-    all.extend([-1.0, 9.806_65, 1.0 / 9.806_65, 0.5, 2.0].map(Correction::ScaleForce));
-    all.extend([0.5, 2.0, 1.0 / 3.6, 3.6, 0.001, 1000.0].map(Correction::ScaleOdometry));
-    let movable = setting
-        .measured
-        .iter()
-        .filter(|&&joint| *setting.roles.of(joint) != Role::Constant);
-    let movable: Vec<usize> = movable.copied().collect();
-    for (place, &joint) in movable.iter().enumerate() {
-        let factors = [-1.0, 1.0 / degrees, degrees, 0.5, 2.0, 0.001];
-        all.extend(factors.map(|factor| Correction::ScaleJoint(joint, factor)));
-        all.extend(
-            movable[place + 1..]
-                .iter()
-                .map(|&other| Correction::SwapJoints(joint.min(other), joint.max(other))),
-        );
-    }
-    all.extend(
-        [(-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)].map(|(r, p)| Correction::AttitudeSigns(r, p)),
-    );
-    all.extend([
-        Correction::WithoutAttitude,
-        Correction::WithoutOdometryTurning,
-    ]);
-    let inverse = |relation: Relation| {
-        let value = base.of(relation)?.value;
-        (value.is_finite() && value.abs() > 1e-3).then(|| 1.0 / value)
-    };
-    all.extend(inverse(Relation::Gravity).map(Correction::ScaleForce));
-    // Specific force per acceleration: an odometry that is twice too fast makes it a half.
-    all.extend(
-        base.of(Relation::Drive(0, 0))
-            .map(|e| e.value)
-            .filter(|v| v.is_finite())
-            .map(Correction::ScaleOdometry),
-    );
-    for relation in base.0.iter().map(|e| e.relation) {
-        match relation {
-            Relation::Turn(_, 2) => all.extend(inverse(relation).map(Correction::ScaleGyro)),
-            Relation::Wheel(joint) | Relation::Steer(joint) => {
-                all.extend(inverse(relation).map(|factor| Correction::ScaleJoint(joint, factor)));
-            }
-            _ => {}
-        }
-    }
-    all.extend(small_turns(base).map(Correction::TurnImu));
-    all
-}
-
-/// Turns of the IMU by the angles that driving in a circle has shown.
-fn small_turns(base: &Evidence) -> impl Iterator<Item = Matrix3<f64>> {
-    let angle = |relation| base.of(relation).map_or(0.0, |e: &Estimate| e.value);
-    let [x, y] = [0, 1].map(|axis| angle(Relation::Mount(axis)).clamp(-1.0, 1.0).asin());
-    let z = -angle(Relation::DriveDirection);
-    // The IMU turned by R measures R' f; the correction applies R.
-    let turns = [
-        Vector3::new(x, y, 0.0),
-        Vector3::new(0.0, 0.0, z),
-        Vector3::new(x, y, z),
-    ];
-    turns.into_iter().map(|turn| *Rotation3::new(turn).matrix())
-}
-
-/// "likely A, or B".
-fn likely(explanations: &[String]) -> String {
-    match explanations {
-        [one] => format!("likely {one}"),
-        all => format!("either {}", all.join(", or ")),
-    }
-}
-
-fn list(texts: &[String]) -> String {
-    const MOST: usize = 4;
-    match texts.len() {
-        0..=MOST => texts.join("; "),
-        more => format!("{}; and {} more", texts[..MOST].join("; "), more - MOST),
-    }
-}
-
-/// An estimate as a phrase.
-fn describe(machine: &Machine, estimate: &Estimate) -> String {
-    let name = |joint: usize| &machine.joints[joint].name;
-    let axis = |k: usize| ["x", "y", "z"][k];
-    let Estimate {
-        value,
-        sigma,
-        expected,
-        ..
-    } = *estimate;
-    let plain = |what: String| format!("{what} {value:.3} ± {sigma:.3}, expected {expected}");
-    let degrees = |what: &str| {
-        format!(
-            "{what} {:.1} ± {:.1} degrees, expected 0",
-            value.to_degrees(),
-            sigma.to_degrees()
-        )
-    };
-    match estimate.relation {
-        Relation::Gravity => plain("specific force at rest, over gravity:".into()),
-        Relation::Up => degrees("specific force at rest against the machine's up direction:"),
-        Relation::Drive(row, column) => plain(format!(
-            "specific force {} per acceleration {} by the travel:",
-            ["forward", "to the left"][row],
-            ["forward", "to the left"][column]
-        )),
-        Relation::DriveDirection => {
-            degrees("direction of the specific force against the acceleration by the travel:")
-        }
-        Relation::Mount(k) => degrees(&format!(
-            "tilt of the IMU about {}, apart from the slope:",
-            axis(k)
-        )),
-        Relation::AttitudeTilt(k) => plain(format!(
-            "tilt by the specific force per tilt by the orientation, along {}:",
-            axis(k)
-        )),
-        Relation::AttitudeUp => {
-            degrees("up by the orientation against the specific force at rest:")
-        }
-        Relation::Turn(source, k) => plain(format!(
-            "angular velocity about {} per yaw rate by {}:",
-            axis(k),
-            source.words()
-        )),
-        Relation::Wheel(joint) => plain(format!("rotation of {} per travel:", name(joint))),
-        Relation::WheelSide(joint) => plain(format!(
-            "rotation of {} in a curve, by the side that it is on:",
-            name(joint)
-        )),
-        Relation::WheelCurve(joint) => plain(format!(
-            "rotation of {} off its path in curves, as a share:",
-            name(joint)
-        )),
-        Relation::Steer(joint) => plain(format!(
-            "angle of {} per angle at which its wheel does not slip:",
-            name(joint)
-        )),
-        Relation::SteerOff(joint) => plain(format!(
-            "angle of {} off that at which its wheel does not slip, as a share:",
-            name(joint)
-        )),
-        Relation::Lean(joint) if value < -1.2 => format!(
-            "the platform does not lean as the motion of {} should make it",
-            name(joint)
-        ),
-        Relation::Lean(joint) if value > 10.0 => format!(
-            "the positions of {} are impossible: a linkage cannot close",
-            name(joint)
-        ),
-        Relation::Lean(joint) => format!(
-            "lean of the platform per lean by the motion of {}: {:.2} ± {:.2}, expected 1",
-            name(joint),
-            value.exp(),
-            value.exp() * sigma
-        ),
-        Relation::LeanUnexplained(joint) => format!(
-            "{:.0} ± {:.0} % of the platform's lean do not follow {}",
-            value * 100.0,
-            sigma * 100.0,
-            name(joint)
-        ),
-        Relation::Still(joint) => format!(
-            "the platform leans by {:.2} mrad as if {} moved",
-            value * 1e3,
-            name(joint)
-        ),
-        Relation::Rate(joint) => plain(format!(
-            "velocity of {} per change of its position:",
-            name(joint)
-        )),
-        Relation::Range(joint) => format!(
-            "{} goes beyond its limits by {:.0} % of their span",
-            name(joint),
-            value * 100.0
-        ),
     }
 }

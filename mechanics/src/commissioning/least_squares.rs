@@ -60,11 +60,20 @@ impl Equations {
         if count < 3 * unknowns || !self.is_excited() {
             return None;
         }
-        let matrix = DMatrix::from_row_slice(count, unknowns, &self.rows);
-        let right = DVector::from_column_slice(&self.right);
-        let normal = matrix.transpose() * &matrix;
+        let mut normal = DMatrix::zeros(unknowns, unknowns);
+        let mut product = DVector::zeros(unknowns);
+        let rows = || self.rows.chunks_exact(unknowns).zip(&self.right);
+        for (row, right) in rows() {
+            for (i, a) in row.iter().enumerate() {
+                product[i] += a * right;
+                for (j, b) in row.iter().enumerate().take(i + 1) {
+                    normal[(i, j)] += a * b;
+                }
+            }
+        }
+        normal.fill_upper_triangle_with_lower_triangle();
         // Columns of one length, so that the determination does not depend on units.
-        let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
+        let scale = normal.diagonal().map(|d: f64| 1.0 / d.sqrt());
         if !scale.iter().all(|s| s.is_finite()) {
             return None;
         }
@@ -74,10 +83,19 @@ impl Equations {
             return None;
         }
         let inverse = &diagonal * inverse * &diagonal;
-        let values = &inverse * matrix.transpose() * &right;
-        let residual = right - &matrix * &values;
-        let variance = residual.norm_squared() / (count - unknowns) as f64;
-        let alike = alike(residual.as_slice());
+        let values = &inverse * product;
+        let left = |(row, right): (&[f64], &f64)| {
+            right
+                - row
+                    .iter()
+                    .zip(values.iter())
+                    .map(|(a, x)| a * x)
+                    .sum::<f64>()
+        };
+        let residual: Vec<f64> = rows().map(left).collect();
+        let squares: f64 = residual.iter().map(|e| e * e).sum();
+        let variance = squares / (count - unknowns) as f64;
+        let alike = alike(&residual);
         let sigma = |k: usize| (variance * inverse[(k, k)] * alike).sqrt();
         Some(Solution {
             values: values.iter().copied().collect(),

@@ -4,7 +4,9 @@
 //! mechanics of the machine and answers every question about them: proven, contradicted or not shown.
 
 mod assessment;
+mod candidates;
 mod correction;
+mod describe;
 mod driving;
 mod estimate;
 mod evidence;
@@ -12,12 +14,16 @@ mod grid;
 mod judge;
 mod leaning;
 mod least_squares;
+mod moved;
+mod platform;
 mod question;
+mod readings;
 mod recording;
 mod roles;
 mod rolling;
 mod signals;
 mod steps;
+mod still;
 mod travel;
 
 pub use assessment::{Answers, Assessment, Figure, Item, Status, Step};

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::correction::Correction;
-use super::grid::{Grid, derivative, of_vectors, second_derivative, smooth};
+use super::grid::{Grid, SMOOTHED, derivative, noise, of_vectors, second_derivative, smooth};
 use super::recording::{Recording, Series};
 use crate::dynamics::kinematics::{self, SensorFrame};
 use crate::geometry::coordinate::{Coordinate, Motion};
@@ -21,6 +21,8 @@ pub(super) struct Signals {
     imu: [Vec<Vector3<f64>>; 4],
     /// Velocity and angular velocity by the odometry (base axes).
     odometry: [Vec<Vector3<f64>>; 2],
+    /// See [`Signals::gyro_variance`].
+    gyro_variance: f64,
     /// Positions, unwrapped, by joint.
     positions: Vec<Vec<f64>>,
     /// Velocities, by joint.
@@ -77,6 +79,7 @@ impl Signals {
             bins: grid.bins,
             imu: [(); 4].map(|()| unknown.clone()),
             odometry: [(); 2].map(|()| unknown.clone()),
+            gyro_variance: 0.0,
             positions: vec![nothing.clone(); machine.joints.len()],
             velocities: vec![nothing; machine.joints.len()],
         };
@@ -108,6 +111,11 @@ impl Signals {
                 Sensor::ToolWrench | Sensor::Actuator(_) => {}
             }
         }
+        let variance = |axis: usize| {
+            let component: Vec<f64> = signals.imu[1].iter().map(|v| v[axis]).collect();
+            (SMOOTHED * noise(&component)).powi(2)
+        };
+        signals.gyro_variance = (0..3).map(variance).fold(0.0, f64::max);
         for (joint, constant) in machine.joints.iter().enumerate() {
             if let Some(position) = constant.constant {
                 signals.positions[joint].fill(position);
@@ -117,9 +125,9 @@ impl Signals {
         Some(signals)
     }
 
-    /// The measured angular velocity of the IMU, in its own axes.
-    pub(super) fn raw_turning(&self) -> &[Vector3<f64>] {
-        &self.imu[1]
+    /// Largest variance of the smoothed angular velocity about an axis of the IMU, due to noise.
+    pub(super) fn gyro_variance(&self) -> f64 {
+        self.gyro_variance
     }
 
     /// The same signals in base axes, under a correction.

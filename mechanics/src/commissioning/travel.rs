@@ -54,8 +54,14 @@ pub(super) struct WheelColumns {
 }
 
 impl Travel {
-    pub(super) fn of(machine: &Machine, roles: &Roles, view: &View) -> Self {
-        let wheels = wheels(machine, roles, view);
+    /// `wheels` are those of another view in which the joints move alike.
+    pub(super) fn of(
+        machine: &Machine,
+        roles: &Roles,
+        view: &View,
+        wheels: Option<&[WheelColumns]>,
+    ) -> Self {
+        let wheels = wheels.map_or_else(|| self::wheels(machine, roles, view), <[_]>::to_vec);
         let (by_wheels, wheel_yaw) = twist(&wheels, view.bins);
         let by_odometry = of_vectors(&view.velocity, smooth);
         let is_known = |all: &[Vector3<f64>]| all.iter().any(|v| v.x.is_finite());
