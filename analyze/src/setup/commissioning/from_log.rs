@@ -30,10 +30,10 @@ pub fn from_log(path: &Path, file: &MachineFile) -> Result<LogCommissioning> {
     let loaded = load(&log, file, &mut |_| {})?;
     let sensors = &loaded.matched.sensors;
     let mut recording = Recording::new(sensors);
-    for sample in loaded.arrivals() {
+    loaded.for_each_arrival(|sample| {
         // A sample with a damaged stamp shows nothing; the others count.
-        let _ = recording.push(&sample);
-    }
+        let _ = recording.push(sample);
+    })?;
     let assessment = assess(&loaded.machine, sensors, &recording, &Answers::new());
     let hashes = log.files().iter().map(|file| Ok(hash_file(file)?.sha256));
     let hashes: Vec<String> = hashes.collect::<Result<_>>()?;
