@@ -399,6 +399,8 @@ fn run_control(args: &ControlArgs) -> Result<ExitCode> {
     let real_time = args.running.real_time()?;
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
+    // one of another machine, or with contradictions, is refused
+    commissioning_of(&file, &urdf)?;
     let address = args.service.address();
     let node = LiveNode::new(&address, "tipwatch-control")?;
     let options = LoopOptions {

@@ -200,10 +200,10 @@ impl Evidence {
             .is_some_and(|e| e.standing() == Standing::Agrees)
     }
 
-    /// Leans of the platform that the joints' motion does not predict.
-    pub(super) fn unexplained(&self) -> impl Iterator<Item = &Estimate> {
-        let is_lean = |e: &&Estimate| matches!(e.relation, Relation::LeanUnexplained(_));
-        self.0.iter().filter(is_lean).filter(|e| e.is_off())
+    /// Comparisons of lean and joints that are beyond what a good machine shows, though other causes are possible.
+    pub(super) fn doubtful(&self) -> impl Iterator<Item = &Estimate> {
+        let is_lean = |e: &&Estimate| matches!(e.relation, Relation::Lean(_) | Relation::LeanUnexplained(_));
+        self.0.iter().filter(is_lean).filter(|e| (e.value - e.expected).abs() > e.tolerance)
     }
 
     pub(super) fn contradictions(&self) -> impl Iterator<Item = &Estimate> {

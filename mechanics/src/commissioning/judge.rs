@@ -122,26 +122,29 @@ impl<'a> Judge<'a> {
     /// The corrections after which nothing contradicts and more agrees than before.
     fn explain(&self, setting: &Setting<'_>) -> Vec<Explanation> {
         let has_contradiction = self.base.contradictions().next().is_some();
-        let unexplained: Vec<Relation> = self.base.unexplained().map(|e| e.relation).collect();
-        if !has_contradiction && unexplained.is_empty() {
+        let doubtful: Vec<Relation> = self.base.doubtful().map(|e| e.relation).collect();
+        if !has_contradiction && doubtful.is_empty() {
             return Vec::new();
         }
         let before = self.base.agreeing();
         let mut found: Vec<Explanation> = Vec::new();
         for correction in candidates(setting, &self.base) {
+            let is_of_joint = matches!(correction, Correction::ScaleJoint(..) | Correction::SwapJoints(..));
+            if !has_contradiction && !is_of_joint {
+                continue;
+            }
             let Some(evidence) = self.evidence(&correction) else {
                 continue;
             };
             let agreeing = evidence.agreeing();
-            let explains = unexplained
-                .iter()
-                .all(|&relation| evidence.agrees(relation));
             let is_better =
                 agreeing > before || (is_omission(&correction) && agreeing + 3 >= before);
-            if evidence.contradictions().next().is_some()
-                || !is_better
-                || !(has_contradiction || explains)
-            {
+            if !is_better || evidence.contradictions().next().is_some() {
+                continue;
+            }
+            // Doubts alone count where a correction removes all of them, and the signals as they are are excluded beside it.
+            let removes = || doubtful.iter().all(|&relation| evidence.agrees(relation));
+            if !has_contradiction && !(removes() && self.base.excludes(&evidence).is_some()) {
                 continue;
             }
             // Of one sensor, the first of the equally good ones: right angles and usual units come first.
@@ -179,13 +182,13 @@ impl<'a> Judge<'a> {
         texts.collect()
     }
 
-    /// Contradicting estimates, and unexplained leans that a correction explains.
+    /// Contradicting estimates; without any, the doubtful ones that a correction explains.
     fn contradictions(&self) -> Vec<&Estimate> {
-        let mut all: Vec<&Estimate> = self.base.contradictions().collect();
-        if !self.explanations.is_empty() {
-            all.extend(self.base.unexplained());
+        let all: Vec<&Estimate> = self.base.contradictions().collect();
+        match all.is_empty() && !self.explanations.is_empty() {
+            true => self.base.doubtful().collect(),
+            false => all,
         }
-        all
     }
 
     /// Whether a relation takes part in something contradicted.

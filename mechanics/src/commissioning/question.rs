@@ -145,7 +145,7 @@ fn imu(setting: &Setting<'_>) -> Vec<Question> {
             "imu.angular_velocity.yaw",
             "sign and scale of the yaw rate, and which axis it is",
             Subject::Gyro,
-            vec![yaw(0), yaw(1), yaw(2)],
+            vec![yaw(2), yaw(0), yaw(1)],
             [
                 factors(
                     Correction::ScaleGyro,
