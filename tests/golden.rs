@@ -36,8 +36,13 @@ impl Record {
     /// Runs `tipwatch` with an output folder: exit code and fingerprint of the folder.
     fn results(&mut self, title: &str, arguments: &[&str]) {
         let out = tempfile::tempdir().unwrap();
+        let every_bit: &[&str] = match arguments[0] {
+            "analyze" => &["--precision", "64", "--derived", "full"],
+            _ => &[],
+        };
         let output = program("tipwatch")
             .args(arguments)
+            .args(every_bit)
             .arg("--out")
             .arg(out.path())
             .output()

@@ -101,6 +101,8 @@ fn results_and_logs_compare_alike() {
             text(&out),
             "--model",
             model,
+            "--precision",
+            "64",
         ];
         let (code, _, messages) = run(&args);
         assert_eq!(code, 0, "{messages}");

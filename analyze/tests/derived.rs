@@ -2,7 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use tipwatch_analyze::output::{self, Outputs};
+use std::collections::BTreeSet;
+
+use tipwatch_analyze::base::options::{DerivedRows, Precision};
+use tipwatch_analyze::output::{self, OutputOptions};
 use tipwatch_ingest::{FieldPath, Fields, Layout, Log};
 use tipwatch_mechanics::Quantity;
 
@@ -12,7 +15,12 @@ use super::support::{analysed, data};
 fn derived_rows_equal_the_analysis_to_the_bit() {
     let analysis = analysed(&data("swing_lift.mcap"), &data("swing_lift.toml"));
     let folder = tempfile::tempdir().unwrap();
-    output::write(&analysis, folder.path(), Outputs::All).unwrap();
+    let every_bit = OutputOptions {
+        precision: Precision::Double,
+        derived: DerivedRows::Full,
+        ..OutputOptions::default()
+    };
+    output::write(&analysis, folder.path(), every_bit).unwrap();
     let path = folder.path().join("derived.mcap");
 
     let derived = Log::open(&path).unwrap();
@@ -79,6 +87,76 @@ fn derived_rows_equal_the_analysis_to_the_bit() {
     assert_eq!(attached("machine.urdf"), urdf);
     let report = std::fs::read(folder.path().join("report.html")).unwrap();
     assert!(attached("report.html") == report);
+}
+
+#[test]
+fn rows_far_from_events_are_thinned_without_losing_extremes() {
+    let analysis = analysed(&data("swing_lift.mcap"), &data("swing_lift.toml"));
+    let folder = tempfile::tempdir().unwrap();
+    output::write(&analysis, folder.path(), OutputOptions::default()).unwrap();
+    let derived = Log::open(&folder.path().join("derived.mcap")).unwrap();
+    let (times, written) = (
+        times(&derived),
+        numbers(&derived, "/tipwatch/margins", "otf_rr"),
+    );
+    let rows = &analysis.rows;
+    assert!(
+        times.len() < rows.len() / 2,
+        "{} of {}",
+        times.len(),
+        rows.len()
+    );
+
+    let otf = rows.outcomes.column(Quantity::Otf(3));
+    let row_of = |time_ns: &i64| rows.times_ns.binary_search(time_ns).unwrap();
+    for (time_ns, written) in times.iter().zip(&written) {
+        assert_eq!(*written, f64::from(otf[row_of(time_ns)] as f32));
+    }
+    let kept: BTreeSet<i64> = times.into_iter().collect();
+    // all rows around events
+    let half_ns = 500_000_000;
+    let is_near = |time_ns: i64| {
+        (analysis.events.iter()).any(|event| {
+            let end_ns = event.end_ns.unwrap_or(event.start_ns);
+            event.start_ns - half_ns <= time_ns && time_ns <= end_ns + half_ns
+        })
+    };
+    let near: Vec<i64> = (rows.times_ns.iter().copied())
+        .filter(|&time_ns| is_near(time_ns))
+        .collect();
+    assert!(near.len() > 100 && near.iter().all(|time_ns| kept.contains(time_ns)));
+    // and elsewhere what bounds the curve in each second
+    let second = |row: usize| rows.times_ns[row].div_euclid(1_000_000_000);
+    for start in (0..rows.len()).filter(|&row| row == 0 || second(row) != second(row - 1)) {
+        let of_second = || (start..rows.len()).take_while(|&row| second(row) == second(start));
+        let least = of_second().min_by(|&a, &b| otf[a].total_cmp(&otf[b]));
+        let largest = of_second().max_by(|&a, &b| otf[a].total_cmp(&otf[b]));
+        for row in [least, largest, of_second().last()] {
+            assert!(kept.contains(&rows.times_ns[row.unwrap()]));
+        }
+    }
+    // no change of the verdict is lost
+    let levels = |all: &[f64]| {
+        let mut changes = all.to_vec();
+        changes.dedup();
+        changes
+    };
+    let verdicts = &rows.verdicts.as_ref().unwrap().verdicts;
+    let expected: Vec<f64> = verdicts.iter().map(|v| f64::from(v.level as u8)).collect();
+    let found = numbers(&derived, "/tipwatch/verdict", "level");
+    assert_eq!(levels(&found), levels(&expected));
+}
+
+/// Times of the rows.
+fn times(log: &Log) -> Vec<i64> {
+    let topic = log.topics().iter().find(|t| t.name == "/tipwatch/margins");
+    let mut found = Vec::new();
+    log.read(&[topic.unwrap().id], &mut |message| {
+        found.push(message.log_time_ns);
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    found
 }
 
 /// A field of every message of a topic.

@@ -6,7 +6,7 @@ use std::path::Path;
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::run::{analyse, analyse_into};
 use tipwatch_analyze::base::options::Options;
-use tipwatch_analyze::output::{self, Outputs, Sinks};
+use tipwatch_analyze::output::{self, OutputOptions, Outputs, Sinks};
 use tipwatch_analyze::policy::facts::LogFacts;
 use tipwatch_binding::MachineFile;
 
@@ -25,7 +25,13 @@ fn no_output_needs_the_whole_table() {
             &file,
             Options::default(),
             &mut |_| {},
-            |prepared| Sinks::begin(prepared, &out, outputs),
+            |prepared| {
+                let options = OutputOptions {
+                    outputs,
+                    ..OutputOptions::default()
+                };
+                Sinks::begin(prepared, &out, options)
+            },
         )
         .unwrap();
         let facts = LogFacts::of(&analysis);

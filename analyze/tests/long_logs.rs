@@ -44,7 +44,7 @@ fn samples_in_temporary_files_give_the_same_bits() {
     let in_files = load_within(&log, &file, 0, &mut |_| {}).unwrap();
     assert_eq!(arrivals(&in_memory), arrivals(&in_files));
     assert_eq!(smoothed(&in_memory), smoothed(&in_files));
-    for (a, b) in in_memory.signals.iter().zip(&in_files.signals) {
+    for (a, b) in in_memory.signals.iter().zip(in_files.signals.iter()) {
         let (mut a, mut b) = (a.recording.reader(), b.recording.reader());
         // there and back, so that the reader must read anew
         for sample in [0, 1, 1500, 2, 1] {

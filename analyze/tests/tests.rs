@@ -16,5 +16,6 @@ mod in_blocks; // nothing holds the whole table
 mod long_logs; // samples in temporary files
 mod report; // the report in a browser
 mod screen; // fleets of logs
+mod sizes; // small outputs
 mod summary_schema; // the published JSON schema
 mod support;

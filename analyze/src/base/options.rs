@@ -46,6 +46,29 @@ pub enum ClosedFormInput {
     Accelerometer,
 }
 
+/// Width of the computed numbers in a table. Times are always exact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum Precision {
+    /// 32 bits: seven digits.
+    #[default]
+    #[value(name = "32")]
+    Single,
+    /// 64 bits: every bit of the computation.
+    #[value(name = "64")]
+    Double,
+}
+
+/// Which rows `derived.mcap` has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum DerivedRows {
+    /// All rows within 0.5 s of an event. Elsewhere, of each second the rows with the smallest and the largest OTF
+    /// (overturning force) of each wheel and the last row, and the rows at which the verdict or the reasons change.
+    #[default]
+    Events,
+    /// All rows.
+    Full,
+}
+
 /// A group of optional columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum ColumnGroup {

@@ -18,7 +18,7 @@ use crate::base::options::{ColumnGroup, MoreColumns, Options};
 use crate::base::progress::Progress;
 use crate::output;
 use crate::output::custody::{self, Files, Origin};
-use crate::output::{Outputs, Sinks};
+use crate::output::{OutputOptions, Sinks};
 use crate::policy::facts::{LogFacts, event_facts};
 use crate::policy::{Judgement, Policy};
 use crate::report;
@@ -49,9 +49,8 @@ pub(super) struct AnalyzeArgs {
     /// Optional columns of samples.parquet; may be repeated.
     #[arg(long, value_enum, value_delimiter = ',')]
     columns: Vec<ColumnGroup>,
-    /// Which files to write.
-    #[arg(long, value_enum, default_value_t = Outputs::All)]
-    outputs: Outputs,
+    #[command(flatten)]
+    files: OutputOptions,
     /// Also write the report as PDF/A: `report.pdf`.
     #[arg(long)]
     pdf: bool,
@@ -192,7 +191,7 @@ fn analyze_one(
         file,
         options,
         &mut |bytes| progress.at(bytes),
-        |prepared| Sinks::begin(prepared, out, args.outputs),
+        |prepared| Sinks::begin(prepared, out, args.files),
     )?;
     progress.finish();
     args.note_origin(&mut analysis);

@@ -16,7 +16,7 @@ use super::options::CaseArgs;
 use crate::analysis::{Analysis, DEFAULT_MIN_VALID, run};
 use crate::base::options::Options;
 use crate::output::custody::{self, Files};
-use crate::output::{self, Outputs};
+use crate::output::{self, OutputOptions};
 use crate::report;
 
 const FILES: [(&str, &[u8]); 3] = [
@@ -37,7 +37,7 @@ pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
     let input = out.join("input");
     let mut analysis = analyse(&input)?;
     CaseArgs::default().origin().note(&mut analysis);
-    let written = output::write(&analysis, out, Outputs::All)?;
+    let written = output::write(&analysis, out, OutputOptions::default())?;
     let files = Files {
         log: &input.join("demo.mcap"),
         policy: None,

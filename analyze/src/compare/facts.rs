@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use serde_json::Value;
 
-use super::side::Side;
+use super::side::{Side, SideEvent};
 use crate::base::number::number;
 
 /// A figure of the whole log on both sides.
@@ -79,7 +78,7 @@ const OF_WHEEL: [(&str, &str); 6] = [
 
 /// All figures, grouped by unit, the largest difference first; those on one side only come last.
 pub(super) fn facts(a: &Side, b: &Side) -> Vec<FactDifference> {
-    let (on_a, on_b) = (numbers(&a.summary), numbers(&b.summary));
+    let (on_a, on_b) = (numbers(a), numbers(b));
     let names: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
     let mut facts: Vec<FactDifference> = names
         .into_iter()
@@ -108,7 +107,8 @@ pub(super) fn facts(a: &Side, b: &Side) -> Vec<FactDifference> {
 /// Value by index of the unit and name.
 type Numbers = BTreeMap<(usize, String), Option<f64>>;
 
-fn numbers(summary: &Value) -> Numbers {
+fn numbers(side: &Side) -> Numbers {
+    let summary = &side.summary;
     let mut numbers = Numbers::new();
     let mut add = |unit: &str, name: String, value: Option<f64>| {
         let place = UNITS.iter().position(|known| *known == unit);
@@ -161,15 +161,14 @@ fn numbers(summary: &Value) -> Numbers {
         "mass of the machine".into(),
         summary["machine"]["mass_kg"].as_f64(),
     );
-    let events = summary["events"].as_array();
     // events of the machine are known only where loads are
     let mut counts: BTreeMap<&str, Option<f64>> = BTreeMap::new();
     for kind in crate::events::EventKind::all() {
         let is_known = is_computable || !kind.is_stability();
         counts.insert(kind.name(), is_known.then_some(0.0));
     }
-    for event in events.into_iter().flatten() {
-        let count = counts.entry(event["kind"].as_str().unwrap_or("unknown"));
+    for event in &side.events {
+        let count = counts.entry(event.kind.as_str());
         let count = count.or_default();
         *count = Some(count.unwrap_or(0.0) + 1.0);
     }
@@ -181,22 +180,15 @@ fn numbers(summary: &Value) -> Numbers {
 
 /// Pairs of events with the same kind and subject that overlap. Events on one side only come first.
 pub(super) fn events(a: &Side, b: &Side) -> Vec<EventPair> {
-    let list = |side: &Side| -> Vec<Value> {
-        side.summary["events"]
-            .as_array()
-            .cloned()
-            .unwrap_or_default()
-    };
-    let mut on_b: Vec<Option<Value>> = list(b).into_iter().map(Some).collect();
+    let mut on_b: Vec<Option<&SideEvent>> = b.events.iter().map(Some).collect();
     let mut pairs = Vec::new();
-    for event in list(a) {
-        let same = on_b
-            .iter_mut()
-            .find(|other| other.as_ref().is_some_and(|other| is_same(&event, other)));
+    for event in &a.events {
+        let same = (on_b.iter_mut()).find(|other| other.is_some_and(|other| is_same(event, other)));
         let other = same.and_then(Option::take);
-        pairs.push(pair(Some(&event), other.as_ref()));
+        pairs.extend(pair(Some((a, event)), other.map(|other| (b, other))));
     }
-    pairs.extend(on_b.iter().flatten().map(|event| pair(None, Some(event))));
+    let only_b = on_b.into_iter().flatten();
+    pairs.extend(only_b.filter_map(|event| pair(None, Some((b, event)))));
     let start = |pair: &EventPair| {
         pair.a
             .as_ref()
@@ -212,40 +204,32 @@ pub(super) fn events(a: &Side, b: &Side) -> Vec<EventPair> {
     pairs
 }
 
-fn is_same(a: &Value, b: &Value) -> bool {
-    let span = |event: &Value| {
-        let end = event["end_ns"].as_i64().unwrap_or(i64::MAX);
-        Some((event["start_ns"].as_i64()?, end))
-    };
-    let overlap = span(a)
-        .zip(span(b))
-        .is_some_and(|(a, b)| a.0 <= b.1 && b.0 <= a.1);
-    a["kind"] == b["kind"] && a["subject"] == b["subject"] && overlap
+fn is_same(a: &SideEvent, b: &SideEvent) -> bool {
+    let end = |event: &SideEvent| event.end_ns.unwrap_or(i64::MAX);
+    let overlap = a.start_ns <= end(b) && b.start_ns <= end(a);
+    a.kind == b.kind && a.subject == b.subject && overlap
 }
 
-fn pair(a: Option<&Value>, b: Option<&Value>) -> EventPair {
-    let text = |key: &str| {
-        let event = a.or(b);
-        event
-            .and_then(|event| event[key].as_str())
-            .unwrap_or("unknown")
-            .to_string()
-    };
-    EventPair {
-        kind: text("kind"),
-        subject: text("subject"),
-        a: a.map(event_side),
-        b: b.map(event_side),
-    }
+/// `None` without any event.
+fn pair(a: Option<(&Side, &SideEvent)>, b: Option<(&Side, &SideEvent)>) -> Option<EventPair> {
+    let (_, named) = a.or(b)?;
+    let side = |of: Option<(&Side, &SideEvent)>| of.map(|(side, event)| event_side(side, event));
+    Some(EventPair {
+        kind: named.kind.clone(),
+        subject: named.subject.clone(),
+        a: side(a),
+        b: side(b),
+    })
 }
 
-fn event_side(event: &Value) -> EventSide {
-    let span = event["start_ns"].as_i64().zip(event["end_ns"].as_i64());
+fn event_side(side: &Side, event: &SideEvent) -> EventSide {
+    let first_ns = side.times_ns.first().copied().unwrap_or(event.start_ns);
+    let end_ns = event.end_ns;
     EventSide {
-        start_s: event["start_s"].as_f64().unwrap_or(f64::NAN),
-        duration_s: span.map(|(start, end)| (end - start) as f64 * 1e-9),
-        worst: event["worst"].as_f64(),
-        unit: event["unit"].as_str().unwrap_or_default().into(),
-        certainty: event["certainty"].as_f64(),
+        start_s: (event.start_ns - first_ns) as f64 * 1e-9,
+        duration_s: end_ns.map(|end_ns| (end_ns - event.start_ns) as f64 * 1e-9),
+        worst: event.worst,
+        unit: event.unit.clone(),
+        certainty: event.certainty,
     }
 }

@@ -69,9 +69,16 @@ pub(super) fn compare(a: &Side, b: &Side) -> Result<SeriesComparison, String> {
         .iter()
         .filter_map(|column| {
             let other = b.column(&column.name)?;
-            let values = rows
-                .iter()
-                .map(|&(i, j)| (a.times_ns[i], column.values[i], other.values[j]));
+            // rounding alone is no difference
+            let is_single = column.is_single || other.is_single;
+            let rounded = |value: f64| match is_single {
+                true => f64::from(value as f32),
+                false => value,
+            };
+            let values = rows.iter().map(|&(i, j)| {
+                let (on_a, on_b) = (column.values[i], other.values[j]);
+                (a.times_ns[i], rounded(on_a), rounded(on_b))
+            });
             difference(&column.name, &column.unit, values)
         })
         .collect();

@@ -7,10 +7,11 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::analysis::{Analysis, Coverage, Undecided};
+use crate::base::options::Precision;
 use crate::report;
 use crate::tables::summary::{self, Summary};
 use crate::tables::table::{Column, Table};
-use crate::tables::{parquet, samples};
+use crate::tables::{events, parquet, samples};
 
 /// A result: its summary and its rows.
 #[derive(Debug)]
@@ -25,6 +26,20 @@ pub struct Side {
     pub(super) valid: Vec<bool>,
     /// Columns of numbers, NaN where unknown.
     pub(super) columns: Vec<SideColumn>,
+    /// All events.
+    pub(super) events: Vec<SideEvent>,
+}
+
+/// A row of `events.parquet`.
+#[derive(Debug)]
+pub(super) struct SideEvent {
+    pub(super) kind: String,
+    pub(super) subject: String,
+    pub(super) start_ns: i64,
+    pub(super) end_ns: Option<i64>,
+    pub(super) worst: Option<f64>,
+    pub(super) unit: String,
+    pub(super) certainty: Option<f64>,
 }
 
 /// A column of `samples.parquet`.
@@ -33,6 +48,8 @@ pub(super) struct SideColumn {
     pub(super) name: String,
     pub(super) unit: String,
     pub(super) values: Vec<f64>,
+    /// Whether the values were rounded to 32 bits.
+    pub(super) is_single: bool,
 }
 
 /// Origin of a side.
@@ -64,12 +81,12 @@ impl Side {
     /// # Errors
     /// The tables cannot be built.
     pub fn of_analysis(analysis: &Analysis, name: &str) -> Result<Self> {
-        let summary = serde_json::to_value(Summary::of(analysis, report::findings(analysis)))?;
-        let samples = samples::samples(&analysis.machine, &analysis.rows);
-        Self::new(name, summary, &samples)
+        let summary = serde_json::to_value(Summary::of(analysis, report::main_findings(analysis)))?;
+        let samples = samples::samples(&analysis.machine, &analysis.rows, Precision::Double);
+        Self::new(name, summary, &samples, &events::events(&analysis.events))
     }
 
-    /// Reads an output folder with `summary.json` and `samples.parquet`.
+    /// Reads an output folder with `summary.json`, `samples.parquet` and `events.parquet`.
     ///
     /// # Errors
     /// The folder is not a result, or has another schema version.
@@ -87,10 +104,11 @@ impl Side {
             );
         }
         let samples = parquet::read(&folder.join("samples.parquet"))?;
-        Self::new(&folder.display().to_string(), document, &samples)
+        let events = parquet::read(&folder.join("events.parquet"))?;
+        Self::new(&folder.display().to_string(), document, &samples, &events)
     }
 
-    fn new(name: &str, summary: Value, samples: &Table) -> Result<Self> {
+    fn new(name: &str, summary: Value, samples: &Table, events: &Table) -> Result<Self> {
         let times_ns = samples.column("time_ns").and_then(Column::integers);
         let valid = samples.column("valid").and_then(Column::booleans);
         let numbers = |column: &Column| {
@@ -98,6 +116,7 @@ impl Side {
                 name: column.name().to_string(),
                 unit: column.unit().unwrap_or_default().to_string(),
                 values: column.numbers()?,
+                is_single: column.is_single(),
             })
         };
         Ok(Self {
@@ -106,6 +125,7 @@ impl Side {
             times_ns: times_ns.context("expected times in column time_ns, found none")?,
             valid: valid.context("expected truth values in column valid, found none")?,
             columns: samples.columns().iter().filter_map(numbers).collect(),
+            events: events_of(events).context("expected the columns of events.parquet")?,
         })
     }
 
@@ -163,4 +183,25 @@ impl Side {
             finding: text(&self.summary["findings"][0]),
         }
     }
+}
+
+/// The rows of a table of events; `None` if it is none.
+fn events_of(table: &Table) -> Option<Vec<SideEvent>> {
+    let texts = |name: &str| table.column(name).and_then(Column::texts);
+    let numbers = |name: &str| table.column(name).and_then(Column::numbers);
+    let (kinds, subjects, units) = (texts("kind")?, texts("subject")?, texts("unit")?);
+    let starts_ns = table.column("start_ns").and_then(Column::integers)?;
+    let ends_ns = table.column("end_ns").and_then(Column::optional_integers)?;
+    let (worst, certainty) = (numbers("worst")?, numbers("certainty")?);
+    let known = |number: f64| Some(number).filter(|number| number.is_finite());
+    let event = |row: usize| SideEvent {
+        kind: kinds[row].clone().unwrap_or_default(),
+        subject: subjects[row].clone().unwrap_or_default(),
+        start_ns: starts_ns[row],
+        end_ns: ends_ns[row],
+        worst: known(worst[row]),
+        unit: units[row].clone().unwrap_or_default(),
+        certainty: known(certainty[row]),
+    };
+    Some((0..table.rows()).map(event).collect())
 }

@@ -155,6 +155,22 @@ impl Event {
     }
 }
 
+impl Event {
+    /// How bad it is among events of its kind: the larger, the worse. Not comparable between kinds.
+    pub(crate) fn severity(&self) -> f64 {
+        let severity = match self.kind {
+            EventKind::WheelLight | EventKind::WheelLift => -self.worst,
+            EventKind::EdgeTipping | EventKind::TipOver | EventKind::InputGap => self.worst,
+            // `worst` has another meaning for each kind of fault
+            EventKind::InputFault => self.fault.map_or(0.0, |fault| fault.samples as f64),
+        };
+        match severity.is_nan() {
+            true => f64::NEG_INFINITY,
+            false => severity,
+        }
+    }
+}
+
 impl EventKind {
     /// All kinds.
     #[must_use]

@@ -11,6 +11,7 @@ use anyhow::{Context, Result};
 
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, RowSink};
+use crate::base::options::{DerivedRows, Precision};
 use crate::policy::Judgement;
 use crate::report;
 use crate::report::{PlotLibrary, Sketch};
@@ -32,26 +33,46 @@ pub const PDF: &str = "report.pdf";
 pub const JUDGEMENT: &str = "policy.json";
 
 /// Which files to write.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum Outputs {
     /// All of them.
+    #[default]
     All,
     /// `samples.parquet` alone.
     Samples,
+}
+
+/// Which files to write, and how fine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::Args)]
+pub struct OutputOptions {
+    /// Which files to write.
+    #[arg(long, value_enum, default_value_t)]
+    pub outputs: Outputs,
+    /// Width of the computed numbers in samples.parquet, monte_carlo.parquet and derived.mcap, in bits. Times are
+    /// always exact.
+    #[arg(long, value_enum, value_name = "BITS", default_value_t)]
+    pub precision: Precision,
+    /// Which rows derived.mcap has.
+    #[arg(long, value_enum, value_name = "ROWS", default_value_t)]
+    pub derived: DerivedRows,
 }
 
 /// Writes the files of an analysis into `folder`, which is created if missing; returns their names.
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<Vec<&'static str>> {
+pub fn write(
+    analysis: &Analysis,
+    folder: &Path,
+    options: OutputOptions,
+) -> Result<Vec<&'static str>> {
     let prepared = Prepared {
         machine: &analysis.machine,
         table: &analysis.rows,
         options: &analysis.options,
         input_events: &[],
     };
-    let mut sinks = Sinks::begin(&prepared, folder, outputs)?;
+    let mut sinks = Sinks::begin(&prepared, folder, options)?;
     analysis.rows.feed(&mut |rows| sinks.take(rows))?;
     finish(analysis, sinks, folder).map(|written| written.files)
 }
@@ -61,6 +82,7 @@ pub fn write(analysis: &Analysis, folder: &Path, outputs: Outputs) -> Result<Vec
 /// # Errors
 /// A file cannot be written.
 pub fn finish(analysis: &Analysis, sinks: Sinks, folder: &Path) -> Result<Written> {
+    let options = sinks.options;
     let (samples, sketch) = sinks.finish();
     samples.finish(&analysis.provenance, &folder.join(SAMPLES))?;
     let Some(sketch) = sketch else {
@@ -72,9 +94,9 @@ pub fn finish(analysis: &Analysis, sinks: Sinks, folder: &Path) -> Result<Writte
     let (tables, documents) = rayon::join(
         || {
             write_events(analysis, folder)?;
-            write_further_tables(analysis, folder)
+            write_further_tables(analysis, folder, options.precision)
         },
-        || write_documents(analysis, &sketch, folder),
+        || write_documents(analysis, &sketch, folder, options),
     );
     let further = tables?;
     documents?;
@@ -101,11 +123,18 @@ fn write_events(analysis: &Analysis, folder: &Path) -> Result<()> {
 }
 
 /// Writes the tables that not every analysis has; returns their names.
-fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<Vec<&'static str>> {
+fn write_further_tables(
+    analysis: &Analysis,
+    folder: &Path,
+    precision: Precision,
+) -> Result<Vec<&'static str>> {
     let mut written = Vec::new();
     for (name, table) in [
         ("sensitivity.parquet", studies::sensitivity(analysis)),
-        ("monte_carlo.parquet", studies::monte_carlo(analysis)),
+        (
+            "monte_carlo.parquet",
+            studies::monte_carlo(analysis, precision),
+        ),
     ] {
         if let Some(table) = table {
             parquet::write(&table, &analysis.provenance, &folder.join(name))?;
@@ -115,11 +144,16 @@ fn write_further_tables(analysis: &Analysis, folder: &Path) -> Result<Vec<&'stat
     Ok(written)
 }
 
-fn write_documents(analysis: &Analysis, sketch: &Sketch, folder: &Path) -> Result<()> {
+fn write_documents(
+    analysis: &Analysis,
+    sketch: &Sketch,
+    folder: &Path,
+    options: OutputOptions,
+) -> Result<()> {
     let path = folder.join(DERIVED);
     let (page, derived) = rayon::join(
         || write_report(analysis, sketch, folder),
-        || Derived::begin(analysis, &path),
+        || Derived::begin(analysis, options.precision, options.derived, &path),
     );
     if page.is_err() {
         // without its attachments it would look complete
@@ -130,7 +164,7 @@ fn write_documents(analysis: &Analysis, sketch: &Sketch, folder: &Path) -> Resul
 
 /// Writes the summary and the report; returns the text of the report.
 fn write_report(analysis: &Analysis, sketch: &Sketch, folder: &Path) -> Result<String> {
-    let summary = Summary::of(analysis, report::findings(analysis));
+    let summary = Summary::of(analysis, report::main_findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
     write_text(&folder.join(SUMMARY), &text)?;
     let page = report::render_sketch(analysis, sketch, PlotLibrary::Inside);

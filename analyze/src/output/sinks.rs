@@ -8,17 +8,19 @@ use anyhow::{Context, Result};
 use tempfile::TempPath;
 use tipwatch_mechanics::machine::Machine;
 
-use super::Outputs;
+use super::{OutputOptions, Outputs};
 use crate::analysis::run::{Prepared, RowSink};
 use crate::base::files::unfinished_in;
+use crate::base::options::Precision;
 use crate::base::provenance::Provenance;
 use crate::base::rows::Rows;
 use crate::report::{Sketch, SketchPass};
-use crate::tables::parquet::{TableWriter, provenance_entry};
+use crate::tables::parquet::write::{TableWriter, provenance_entry};
 use crate::tables::samples;
 
 /// Takes the rows of an analysis for its files.
 pub struct Sinks {
+    pub(super) options: OutputOptions,
     samples: SamplesFile,
     sketch: Option<SketchPass>,
 }
@@ -28,16 +30,18 @@ impl Sinks {
     ///
     /// # Errors
     /// The folder cannot be created.
-    pub fn begin(prepared: &Prepared<'_>, folder: &Path, outputs: Outputs) -> Result<Self> {
+    pub fn begin(prepared: &Prepared<'_>, folder: &Path, options: OutputOptions) -> Result<Self> {
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot be created", folder.display()))?;
         Ok(Self {
+            options,
             samples: SamplesFile {
+                precision: options.precision,
                 machine: prepared.machine.clone(),
                 folder: folder.into(),
                 file: None,
             },
-            sketch: (outputs == Outputs::All).then(|| SketchPass::begin(prepared)),
+            sketch: (options.outputs == Outputs::All).then(|| SketchPass::begin(prepared)),
         })
     }
 
@@ -64,12 +68,13 @@ impl RowSink for Sinks {
 pub(super) struct SamplesFile {
     machine: Machine,
     folder: PathBuf,
+    precision: Precision,
     file: Option<(TableWriter, TempPath)>,
 }
 
 impl SamplesFile {
     fn take(&mut self, rows: &Rows) -> Result<()> {
-        let block = samples::samples(&self.machine, rows);
+        let block = samples::samples(&self.machine, rows, self.precision);
         let (writer, _) = match &mut self.file {
             Some(file) => file,
             none => {

@@ -1,13 +1,15 @@
 //! The frame of a page, what it may load, and its scripts.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use plotly::Plot;
 use serde::Serialize;
 
 use super::figure::Figure;
 use super::glossary::glossary;
 
 const STYLE: &str = include_str!("style.css");
+/// plotly.js for curves, bars and pies: `plotly.js-basic-dist-min` 3.0.1, the version that the crate `plotly` writes
+/// figures for. The whole library is four times as large.
+const PLOT_LIBRARY: &str = include_str!("plotly/plotly-basic.min.js");
 const FIGURES_SCRIPT: &str = include_str!("figures.js");
 
 /// Where the plot library is.
@@ -105,12 +107,8 @@ pub(crate) fn json_script(id: &str, data: &impl Serialize) -> Markup {
 
 /// The plot library as the file that pages with [`PlotLibrary::Beside`] load.
 #[must_use]
-pub fn plot_library_script() -> String {
-    // the first of several elements; the one that typesets formulas is left out
-    let scripts = Plot::offline_js_sources();
-    let first = scripts.split("</script>").next().unwrap_or_default();
-    let script = first.split_once('>').map_or("", |(_, script)| script);
-    script.to_string()
+pub fn plot_library_script() -> &'static str {
+    PLOT_LIBRARY
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use super::column::{ColumnScatter, scatter};
 /// Height of the ticks below a plot (pixels).
 const BELOW: usize = 32;
 /// Points of a curve; a screen has fewer columns.
-pub(crate) const MOST_POINTS: usize = 4000;
+pub(crate) const MOST_POINTS: usize = 3000;
 /// Colours that people with any colour vision can distinguish on white (Okabe and Ito), as red, green, blue.
 const COLOURS: [[u8; 3]; 7] = [
     [0, 114, 178],

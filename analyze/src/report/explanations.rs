@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::findings::Scene;
+use super::findings::{MOST_OF_KIND, Scene, worst_of_each_kind};
 use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
 use crate::analysis::sensitivity::{SensitivityRow, SensitivityTable};
@@ -13,11 +13,13 @@ const MOST_PARAMETERS: usize = 15;
 /// Causes with a smaller share of the lost load are not listed (%).
 const LEAST_PERCENT: f64 = 0.5;
 
-/// For each event of a wheel or an edge, what took the load away.
+/// For each event of a wheel or an edge, what took the load away; of many events, for the worst of each kind.
 pub(super) fn causes(analysis: &Analysis) -> Markup {
     let scene = Scene::of(analysis);
     let mut rows = Vec::new();
-    for event in &analysis.events {
+    let (mut events, left_out) = worst_of_each_kind(&analysis.events, MOST_OF_KIND);
+    events.sort_by_key(|event| event.start_ns);
+    for event in events {
         let Some(causes) = &event.causes else {
             continue;
         };
@@ -52,6 +54,9 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
             p { "No event involves a wheel load, or the chosen model does not compute load contributions." }
         } @else {
             (table(&head, &rows))
+            @if !left_out.is_empty() {
+                p { "These are the " (MOST_OF_KIND) " worst events of each kind; the causes of all events are in events.parquet." }
+            }
         }
     }
 }

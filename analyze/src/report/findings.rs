@@ -17,6 +17,8 @@ use crate::page::{list, number, percent, probability, readable};
 const LEAST_PERCENT: f64 = 2.0;
 /// Most causes that a finding names.
 const MOST_CAUSES: usize = 4;
+/// Most events of a kind among the main findings.
+pub(super) const MOST_OF_KIND: usize = 20;
 /// A finding below this confidence under any split is called not certain.
 const LEAST_CONFIDENCE: f64 = 0.5;
 
@@ -25,8 +27,18 @@ const LEAST_CONFIDENCE: f64 = 0.5;
 /// Never empty: without a wheel event the first finding states the minimum load, or why there is none.
 #[must_use]
 pub fn findings(analysis: &Analysis) -> Vec<Finding> {
+    findings_of(analysis, usize::MAX)
+}
+
+/// The same, but of each kind of event only the worst ones. The last findings state how many were left out.
+#[must_use]
+pub fn main_findings(analysis: &Analysis) -> Vec<Finding> {
+    findings_of(analysis, MOST_OF_KIND)
+}
+
+fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
     let scene = Scene::of(analysis);
-    let mut events: Vec<&Event> = analysis.events.iter().collect();
+    let (mut events, left_out) = worst_of_each_kind(&analysis.events, most_of_kind);
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let of_input = events.iter().position(|event| !event.kind.is_stability());
     let (stability, of_input) = events.split_at(of_input.unwrap_or(events.len()));
@@ -45,7 +57,29 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
         .chain(partly.flatten().map(|known| unknown_rest(&known)))
         .chain(prevention::finding(analysis))
         .chain(of_input.iter().map(finding))
+        .chain(left_out)
         .collect()
+}
+
+/// At most so many events of each kind, the worst ones, and a finding for each kind with more.
+pub(super) fn worst_of_each_kind(events: &[Event], most: usize) -> (Vec<&Event>, Vec<Finding>) {
+    let (mut kept, mut left_out) = (Vec::new(), Vec::new());
+    for &kind in EventKind::all() {
+        let mut of_kind: Vec<&Event> = events.iter().filter(|e| e.kind == kind).collect();
+        if let Some(more) = of_kind.len().checked_sub(most).filter(|&more| more > 0) {
+            of_kind.sort_by(|a, b| b.severity().total_cmp(&a.severity()));
+            of_kind.truncate(most);
+            left_out.push(Finding {
+                headline: format!(
+                    "{more} more events of kind {}, none of them worse, are in events.parquet",
+                    kind.name()
+                ),
+                evidence: Vec::new(),
+            });
+        }
+        kept.extend(of_kind);
+    }
+    (kept, left_out)
 }
 
 /// What the computed part of a log leaves open.

@@ -16,10 +16,12 @@ use super::version::{analysis_version, machine_sha256};
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, analyse_into};
 use crate::base::error_text::{error_text, without_path};
-use crate::base::files::write_atomically;
+use crate::base::files::{make_atomically, write_atomically};
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
 use crate::report::{self, PlotLibrary, Sketch, SketchPass};
+use crate::tables::events::events;
+use crate::tables::parquet;
 use crate::tables::summary::Summary;
 
 /// What all logs of a run share.
@@ -167,16 +169,19 @@ impl Screening<'_> {
 }
 
 fn write_report(analysis: &Analysis, sketch: &Sketch, folder: &Path) -> Result<()> {
-    let summary = Summary::of(analysis, report::findings(analysis));
+    let summary = Summary::of(analysis, report::main_findings(analysis));
     let summary = serde_json::to_string_pretty(&summary)?;
     write_atomically(&folder.join("summary.json"), summary.as_bytes())?;
+    make_atomically(&folder.join("events.parquet"), |path| {
+        parquet::write(&events(&analysis.events), &analysis.provenance, path)
+    })?;
     let page = report::render_sketch(analysis, sketch, PlotLibrary::Beside("../plots.js"));
     write_atomically(&folder.join("report.html"), page.as_bytes())
 }
 
 /// Removes the report of an earlier version that had findings.
 fn remove_report(folder: &Path) {
-    for name in ["summary.json", "report.html"] {
+    for name in ["summary.json", "events.parquet", "report.html"] {
         // usually there are no such files
         let _ = std::fs::remove_file(folder.join(name));
     }

@@ -4,6 +4,7 @@ use tipwatch_suspension::Status;
 use tipwatch_suspension::replay::Track;
 
 use super::what_if::WhatIf;
+use crate::base::options::Precision;
 use crate::tables::table::Table;
 
 /// One table row per row of the log: `fixed_` with the rods locked, `moved_` with the requested motion.
@@ -26,7 +27,7 @@ struct Columns(Table);
 
 impl Columns {
     fn add(&mut self, name: String, unit: &'static str, values: &[f64]) {
-        self.0.add_known(name, unit, values);
+        self.0.add_known(name, unit, Precision::Double, values);
     }
 
     fn track(&mut self, what_if: &WhatIf, of: &str, track: &Track) {

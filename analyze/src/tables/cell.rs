@@ -7,7 +7,7 @@ use arrow_array::builder::{
 };
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float32Type, Float64Type, Int32Type, Int64Type, UInt32Type, UInt64Type};
-use arrow_array::{Array, ArrayRef};
+use arrow_array::{Array, ArrayRef, ArrowPrimitiveType, PrimitiveArray};
 use arrow_schema::{DataType, Field};
 
 /// A type that a column can be built from; an option is null where it is `None`.
@@ -91,6 +91,21 @@ impl Cell for Option<Vec<String>> {
     fn array(values: impl Iterator<Item = Self>) -> ArrayRef {
         texts(values)
     }
+}
+
+/// A column of numbers, null where they are not finite.
+pub(super) fn known<T: ArrowPrimitiveType>(
+    values: impl Iterator<Item = T::Native>,
+    is_finite: fn(T::Native) -> bool,
+) -> ArrayRef {
+    let values: Vec<T::Native> = values.collect();
+    if values.iter().all(|&value| is_finite(value)) {
+        return Arc::new(PrimitiveArray::<T>::from_iter_values(values));
+    }
+    let known: Vec<bool> = values.iter().map(|&value| is_finite(value)).collect();
+    let mut builder = PrimitiveBuilder::<T>::with_capacity(values.len());
+    builder.append_values(&values, &known);
+    Arc::new(builder.finish())
 }
 
 /// A column of lists of texts.

@@ -1,5 +1,7 @@
 //! Columns of `events.parquet`: one line per event.
 
+use tipwatch_mechanics::Contribution;
+
 use super::table::Table;
 use crate::events::Event;
 
@@ -32,5 +34,29 @@ pub fn events(events: &[Event]) -> Table {
     table.add("policy", None, fault().map(|f| Some(f?.policy.name())));
     table.add("limit", Some("column unit"), fault().map(|f| f?.limit));
     table.add("samples", Some("-"), fault().map(|f| Some(f?.samples)));
+    add_causes(&mut table, events);
     table
+}
+
+/// What took the load, up to the onset; null for events without a load and models without causes.
+fn add_causes(table: &mut Table, events: &[Event]) {
+    let all = || events.iter().map(|event| event.causes.as_ref());
+    table.add("causes_since_ns", Some("ns"), all().map(|c| c?.since_ns));
+    let is_steady = all().map(|c| Some(c?.since_is_steady));
+    table.add("causes_since_is_steady", None, is_steady);
+    table.add("causes_at_ns", Some("ns"), all().map(|c| Some(c?.at_ns)));
+    table.add(
+        "otf_before",
+        Some("N"),
+        all().map(|c| Some(c?.otf_before_n)),
+    );
+    table.add("otf_at_onset", Some("N"), all().map(|c| Some(c?.otf_n)));
+    for cause in Contribution::ALL {
+        let taken = all().map(|causes| {
+            let mut shares = causes?.shares.iter();
+            let share = shares.find(|share| share.cause == cause.name());
+            share.map(|share| share.taken_n)
+        });
+        table.add(format!("taken_by_{}", cause.name()), Some("N"), taken);
+    }
 }

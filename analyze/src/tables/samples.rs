@@ -7,12 +7,13 @@ use tipwatch_mechanics::{ColumnNames, RowColumn};
 
 use super::cell;
 use super::table::Table;
+use crate::base::options::Precision;
 use crate::base::rows::{Rows, Verdicts};
 
 /// The table of a block of rows. Its columns depend on the machine and on what was asked for alone, not on the
 /// values: all blocks of a log have the same.
 #[must_use]
-pub fn samples(machine: &Machine, rows: &Rows) -> Table {
+pub fn samples(machine: &Machine, rows: &Rows, precision: Precision) -> Table {
     let mut table = Table::default();
     let names = ColumnNames::of(machine);
     add_times(&mut table, rows);
@@ -22,10 +23,11 @@ pub fn samples(machine: &Machine, rows: &Rows) -> Table {
     let reasons = reasons.map(|reasons| Some(reasons.iter().map(Reason::name)));
     table.add_array(RowColumn::REASONS.name.into(), None, cell::texts(reasons));
     for (&quantity, values) in rows.outcomes.quantities.iter().zip(&rows.outcomes.columns) {
-        table.add_known(quantity.column(&names), quantity.kind().unit, values);
+        let unit = quantity.kind().unit;
+        table.add_known(quantity.column(&names), unit, precision, values);
     }
     if let Some(verdicts) = &rows.verdicts {
-        add_verdicts(&mut table, verdicts);
+        add_verdicts(&mut table, verdicts, precision);
     }
     table
 }
@@ -35,7 +37,7 @@ pub(super) fn add_times(table: &mut Table, rows: &Rows) {
     table.add(name, Some(unit), rows.times_ns.iter().copied());
 }
 
-fn add_verdicts(table: &mut Table, verdicts: &Verdicts) {
+fn add_verdicts(table: &mut Table, verdicts: &Verdicts, precision: Precision) {
     let names = |of: fn(&Verdict) -> Level| verdicts.verdicts.iter().map(move |v| of(v).name());
     table.add(RowColumn::VERDICT.name, None, names(|v| v.level));
     table.add(
@@ -44,7 +46,7 @@ fn add_verdicts(table: &mut Table, verdicts: &Verdicts) {
         names(|v| v.latched_level),
     );
     let RowColumn { name, unit, .. } = RowColumn::TIME_TO_LIFT_OFF;
-    table.add_known(name, unit, &verdicts.time_to_lift_off_s);
+    table.add_known(name, unit, precision, &verdicts.time_to_lift_off_s);
     // those that a monitor recorded in the log, for every row or for none
     if !verdicts.recorded.is_empty() {
         let faults = verdicts.recorded.iter().map(|conditions| {

@@ -6,6 +6,7 @@ use super::samples::add_times;
 use super::table::Table;
 use crate::analysis::Analysis;
 use crate::analysis::sensitivity::SensitivityRow;
+use crate::base::options::Precision;
 
 /// The table of sensitivities, one line per wheel and parameter; `None` if the model has no derivatives.
 #[must_use]
@@ -43,7 +44,7 @@ pub fn sensitivity(analysis: &Analysis) -> Option<Table> {
 /// The bands of the Monte Carlo study, one line per row: 2.5 % of the draws are below `_low` and above
 /// `_high`; `None` without a study.
 #[must_use]
-pub fn monte_carlo(analysis: &Analysis) -> Option<Table> {
+pub fn monte_carlo(analysis: &Analysis, precision: Precision) -> Option<Table> {
     let study = analysis.monte_carlo.as_ref()?;
     let mut table = Table::default();
     add_times(&mut table, &analysis.rows);
@@ -55,7 +56,7 @@ pub fn monte_carlo(analysis: &Analysis) -> Option<Table> {
             ("high", &band.high),
             ("sigma", &band.sigma),
         ] {
-            table.add_known(format!("{name}_{part}"), unit, values);
+            table.add_known(format!("{name}_{part}"), unit, precision, values);
         }
         let left_out = band.left_out.iter().copied();
         table.add(format!("{name}_left_out"), Some("draws"), left_out);

@@ -2,10 +2,12 @@
 
 use std::borrow::Cow;
 
+use arrow_array::types::{Float32Type, Float64Type};
 use arrow_array::{Array, ArrayRef};
 use arrow_schema::{DataType, Field, Fields};
 
 use super::cell::{self, Cell, Value};
+use crate::base::options::Precision;
 
 /// A table, or a block of rows of one.
 #[derive(Debug, Clone, Default)]
@@ -36,15 +38,22 @@ impl Table {
         );
     }
 
-    /// Adds a column of numbers, null where they are not finite.
+    /// Adds a column of numbers, null where they are not finite or beyond the precision's range.
     pub(crate) fn add_known(
         &mut self,
         name: impl Into<String>,
         unit: &'static str,
+        precision: Precision,
         values: &[f64],
     ) {
-        let known = values.iter().map(|&v| Some(v).filter(|v| v.is_finite()));
-        self.add(name, Some(unit), known);
+        let values = values.iter().copied();
+        let known = match precision {
+            Precision::Single => {
+                cell::known::<Float32Type>(values.map(|value| value as f32), f32::is_finite)
+            }
+            Precision::Double => cell::known::<Float64Type>(values, f64::is_finite),
+        };
+        self.add_array(name.into(), Some(unit.into()), known);
     }
 
     pub(super) fn add_array(
@@ -133,6 +142,12 @@ impl Column {
         })
     }
 
+    /// Whether its numbers have 32 bits.
+    #[must_use]
+    pub fn is_single(&self) -> bool {
+        *self.values.data_type() == DataType::Float32
+    }
+
     /// The numbers, NaN where there is none; `None` for a column of anything but floating-point numbers.
     #[must_use]
     pub fn numbers(&self) -> Option<Vec<f64>> {
@@ -154,6 +169,17 @@ impl Column {
     pub fn integers(&self) -> Option<Vec<i64>> {
         let integer = |row| match cell::value(&self.values, row) {
             Some(Value::Integer(integer)) => i64::try_from(integer).ok(),
+            _ => None,
+        };
+        (0..self.len()).map(integer).collect()
+    }
+
+    /// The whole numbers, `None` where there is none; `None` for a column of anything else.
+    #[must_use]
+    pub fn optional_integers(&self) -> Option<Vec<Option<i64>>> {
+        let integer = |row| match cell::value(&self.values, row) {
+            Some(Value::Integer(integer)) => i64::try_from(integer).ok().map(Some),
+            Some(Value::Null) => Some(None),
             _ => None,
         };
         (0..self.len()).map(integer).collect()

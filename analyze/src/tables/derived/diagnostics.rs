@@ -8,6 +8,7 @@ use tipwatch_mechanics::verdict::Level;
 use super::messages::{DiagnosticArray, DiagnosticStatus, Header, KeyValue, Time};
 use crate::analysis::Analysis;
 use crate::base::number::number;
+use crate::base::rows::Rows;
 
 /// Levels of a `DiagnosticStatus`.
 const OK: u8 = 0;
@@ -29,14 +30,14 @@ impl<'a> Diagnostics<'a> {
     }
 
     /// Writes the stability and the input quality of a row.
-    pub(super) fn write(&self, row: usize, writer: &mut Ros2Writer) -> Result<()> {
-        let time_ns = self.analysis.rows.times_ns[row];
+    pub(super) fn write(&self, rows: &Rows, row: usize, writer: &mut Ros2Writer) -> Result<()> {
+        let time_ns = rows.times_ns[row];
         let message = DiagnosticArray {
             header: Header {
                 stamp: Time::from_ns(time_ns),
                 frame_id: self.analysis.machine.base_link(),
             },
-            status: vec![self.stability(row), self.inputs(row)],
+            status: vec![self.stability(rows, row), self.inputs(rows, row)],
         };
         Ok(writer.write(self.topic, time_ns, &message)?)
     }
@@ -57,8 +58,7 @@ impl<'a> Diagnostics<'a> {
         }
     }
 
-    fn stability(&self, row: usize) -> DiagnosticStatus<'_> {
-        let rows = &self.analysis.rows;
+    fn stability(&self, rows: &Rows, row: usize) -> DiagnosticStatus<'_> {
         let (level, message) = match &rows.verdicts {
             Some(verdicts) => {
                 let level = verdicts.verdicts[row].level;
@@ -90,8 +90,7 @@ impl<'a> Diagnostics<'a> {
     }
 
     /// Status of the inputs of a row, with its gaps and faults.
-    fn inputs(&self, row: usize) -> DiagnosticStatus<'_> {
-        let rows = &self.analysis.rows;
+    fn inputs(&self, rows: &Rows, row: usize) -> DiagnosticStatus<'_> {
         let (time_ns, reasons) = (rows.times_ns[row], rows.reasons[row]);
         let events = self.analysis.events.iter().filter(|event| {
             !event.kind.is_stability()

@@ -2,17 +2,21 @@
 
 use anyhow::Result;
 use tipwatch_ingest::{Ros2Writer, WriterTopic};
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{ColumnNames, QuantityGroup};
 
 use super::messages::{Flat, Header, Time};
-use crate::analysis::Analysis;
+use crate::base::options::Precision;
+use crate::base::rows::Rows;
 
 /// A topic and the quantities in its messages.
 #[derive(Debug)]
-pub(super) struct FlatTopic {
+pub(super) struct FlatTopic<'a> {
+    machine: &'a Machine,
     topic: WriterTopic,
     columns: Vec<usize>,
     values: Vec<f64>,
+    precision: Precision,
 }
 
 /// Topic and type name of a group.
@@ -25,22 +29,30 @@ fn topic_of(group: QuantityGroup) -> (&'static str, &'static str) {
     }
 }
 
-impl FlatTopic {
-    /// Opens all topics for which the analysis has quantities.
-    pub(super) fn all(analysis: &Analysis, writer: &mut Ros2Writer) -> Result<Vec<Self>> {
+impl<'a> FlatTopic<'a> {
+    /// Opens all topics for which rows like these have quantities.
+    pub(super) fn all(
+        machine: &'a Machine,
+        like: &Rows,
+        precision: Precision,
+        writer: &mut Ros2Writer,
+    ) -> Result<Vec<Self>> {
+        let number = match precision {
+            Precision::Single => "float32",
+            Precision::Double => "float64",
+        };
         let mut topics = Vec::new();
-        let column_names = ColumnNames::of(&analysis.machine);
+        let column_names = ColumnNames::of(machine);
         for &group in QuantityGroup::ALL {
             let mut fields = vec!["std_msgs/Header header".to_string()];
             let mut names: Vec<String> = Vec::new();
             let mut columns = Vec::new();
-            let outcomes = &analysis.rows.outcomes;
-            for (column, &quantity) in outcomes.quantities.iter().enumerate() {
+            for (column, &quantity) in like.outcomes.quantities.iter().enumerate() {
                 if quantity.kind().group != group {
                     continue;
                 }
                 let name = field_name(&quantity.column(&column_names), &names);
-                fields.push(format!("float64 {name}  # {}", quantity.kind().unit));
+                fields.push(format!("{number} {name}  # {}", quantity.kind().unit));
                 names.push(name);
                 columns.push(column);
             }
@@ -50,6 +62,8 @@ impl FlatTopic {
             let (name, type_name) = topic_of(group);
             let definition = fields.join("\n") + "\n";
             topics.push(Self {
+                machine,
+                precision,
                 topic: writer.topic(name, type_name, Some(&definition))?,
                 values: vec![f64::NAN; columns.len()],
                 columns,
@@ -59,37 +73,32 @@ impl FlatTopic {
     }
 
     /// Writes a row.
-    pub(super) fn write(
-        &mut self,
-        analysis: &Analysis,
-        row: usize,
-        writer: &mut Ros2Writer,
-    ) -> Result<()> {
-        let columns = &analysis.rows.outcomes.columns;
+    pub(super) fn write(&mut self, rows: &Rows, row: usize, writer: &mut Ros2Writer) -> Result<()> {
+        let columns = &rows.outcomes.columns;
         for (value, &column) in self.values.iter_mut().zip(&self.columns) {
             *value = columns[column][row];
         }
-        write_numbers(analysis, row, self.topic, &self.values, writer)
+        let message = flat(self.machine, rows, row, &self.values, self.precision);
+        Ok(writer.write(self.topic, rows.times_ns[row], &message)?)
     }
 }
 
-/// Writes the numbers of a row as a flat message.
-pub(super) fn write_numbers(
-    analysis: &Analysis,
+/// The numbers of a row as a flat message.
+pub(super) fn flat<'a>(
+    machine: &'a Machine,
+    rows: &Rows,
     row: usize,
-    topic: WriterTopic,
-    values: &[f64],
-    writer: &mut Ros2Writer,
-) -> Result<()> {
-    let time_ns = analysis.rows.times_ns[row];
-    let message = Flat {
+    values: &'a [f64],
+    precision: Precision,
+) -> Flat<'a> {
+    Flat {
         header: Header {
-            stamp: Time::from_ns(time_ns),
-            frame_id: analysis.machine.base_link(),
+            stamp: Time::from_ns(rows.times_ns[row]),
+            frame_id: machine.base_link(),
         },
         values,
-    };
-    Ok(writer.write(topic, time_ns, &message)?)
+        precision,
+    }
 }
 
 /// A valid field name for a column: letters, digits and single underscores, starting with a letter, and

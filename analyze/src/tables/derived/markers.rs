@@ -3,13 +3,14 @@
 use anyhow::Result;
 use nalgebra::{Vector2, Vector3};
 use tipwatch_ingest::{Ros2Writer, WriterTopic};
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, Quantity};
 
 use super::messages::{
     ColorRgba, CompressedImage, Duration, Header, Marker, MarkerArray, MeshFile, Point, Pose,
     Quaternion, Time,
 };
-use crate::analysis::Analysis;
+use crate::base::rows::Rows;
 
 const ARROW: i32 = 0;
 const SPHERE: i32 = 2;
@@ -34,46 +35,53 @@ const fn colour(r: f32, g: f32, b: f32) -> ColorRgba {
 /// The topic of the markers.
 #[derive(Debug)]
 pub(super) struct Markers<'a> {
-    analysis: &'a Analysis,
+    machine: &'a Machine,
     topic: WriterTopic,
 }
 
 impl<'a> Markers<'a> {
-    pub(super) fn begin(analysis: &'a Analysis, writer: &mut Ros2Writer) -> Result<Self> {
+    pub(super) fn begin(machine: &'a Machine, writer: &mut Ros2Writer) -> Result<Self> {
         let topic = writer.topic(
             "/tipwatch/markers",
             "visualization_msgs/msg/MarkerArray",
             None,
         )?;
-        Ok(Self { analysis, topic })
+        Ok(Self { machine, topic })
     }
 
     /// Writes the markers of a row and deletes those that cannot be placed.
     pub(super) fn write(
         &self,
+        rows: &Rows,
         row: usize,
         placement: &Placement<'_>,
         writer: &mut Ros2Writer,
     ) -> Result<()> {
-        let time_ns = self.analysis.rows.times_ns[row];
+        let time_ns = rows.times_ns[row];
         let draw = Draw {
             header: Header {
                 stamp: Time::from_ns(time_ns),
-                frame_id: self.analysis.machine.base_link(),
+                frame_id: self.machine.base_link(),
             },
         };
-        let mut markers = self.loads(row, placement, &draw);
+        let mut markers = self.loads(rows, row, placement, &draw);
         markers.push(self.polygon(placement, &draw));
-        markers.push(self.zmp(row, placement, &draw));
+        markers.push(self.zmp(rows, row, placement, &draw));
         let arm = placement.arm_segments.iter().flatten().copied().collect();
         markers.push(draw.lines("arm", LINE_LIST, arm, 0.06, GREY));
         Ok(writer.write(self.topic, time_ns, &MarkerArray { markers })?)
     }
 
     /// An arrow up from each contact point, proportional to the load, labelled in kN.
-    fn loads<'b>(&self, row: usize, placement: &Placement<'_>, draw: &Draw<'b>) -> Vec<Marker<'b>> {
-        let machine = &self.analysis.machine;
-        let outcomes = &self.analysis.rows.outcomes;
+    fn loads<'b>(
+        &self,
+        rows: &Rows,
+        row: usize,
+        placement: &Placement<'_>,
+        draw: &Draw<'b>,
+    ) -> Vec<Marker<'b>> {
+        let machine = self.machine;
+        let outcomes = &rows.outcomes;
         let at_rest = &machine.reference().static_load;
         let mut markers = Vec::new();
         for (wheel, contact) in placement.contacts.iter().enumerate() {
@@ -108,14 +116,20 @@ impl<'a> Markers<'a> {
     }
 
     fn polygon<'b>(&self, placement: &Placement<'_>, draw: &Draw<'b>) -> Marker<'b> {
-        let edges = self.analysis.machine.polygon().edges().iter();
+        let edges = self.machine.polygon().edges().iter();
         let mut corners: Vec<_> = edges.map(|edge| placement.contacts[edge.from]).collect();
         corners.extend(corners.first().copied());
         draw.lines("support_polygon", LINE_STRIP, corners, 0.03, BLACK)
     }
 
-    fn zmp<'b>(&self, row: usize, placement: &Placement<'_>, draw: &Draw<'b>) -> Marker<'b> {
-        let value = |quantity| self.analysis.rows.outcomes.column(quantity)[row];
+    fn zmp<'b>(
+        &self,
+        rows: &Rows,
+        row: usize,
+        placement: &Placement<'_>,
+        draw: &Draw<'b>,
+    ) -> Marker<'b> {
+        let value = |quantity| rows.outcomes.column(quantity)[row];
         let zmp = Vector2::new(value(Quantity::ZmpX), value(Quantity::ZmpY));
         let colour = match value(Quantity::ZmpMargin) {
             margin if margin <= 0.0 => RED,

@@ -3,6 +3,8 @@
 use serde::Serialize;
 use serde::ser::{SerializeTuple, Serializer};
 
+use crate::base::options::Precision;
+
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Time {
     sec: i32,
@@ -32,6 +34,8 @@ pub(super) struct Header<'a> {
 pub(super) struct Flat<'a> {
     pub(super) header: Header<'a>,
     pub(super) values: &'a [f64],
+    /// Type of the fields.
+    pub(super) precision: Precision,
 }
 
 impl Serialize for Flat<'_> {
@@ -39,7 +43,10 @@ impl Serialize for Flat<'_> {
         let mut fields = serializer.serialize_tuple(1 + self.values.len())?;
         fields.serialize_element(&self.header)?;
         for value in self.values {
-            fields.serialize_element(value)?;
+            match self.precision {
+                Precision::Single => fields.serialize_element(&(*value as f32))?,
+                Precision::Double => fields.serialize_element(value)?,
+            }
         }
         fields.end()
     }

@@ -1,13 +1,15 @@
 //! `derived.mcap`: the results as messages for plotting in standard viewers.
 //!
-//! Flat messages of 64-bit numbers with embedded definitions, in CDR (common data representation), at
-//! the time of each row on the log's own clock. Diagnostics and markers at up to 10 Hz. Report, URDF and
-//! machine file as attachments. Numbers that cannot be computed are NaN.
+//! Flat messages of numbers with embedded definitions, in CDR (common data representation), at the time of
+//! each row on the log's own clock: all rows around events, few elsewhere. Diagnostics and markers at up to
+//! 10 Hz around events, 1 Hz elsewhere. Report, URDF and machine file as attachments. Numbers that cannot be
+//! computed are NaN.
 
 mod diagnostics;
 mod flat;
 mod markers;
 mod messages;
+mod selection;
 mod verdict;
 
 use std::collections::BTreeMap;
@@ -21,11 +23,16 @@ use tipwatch_mechanics::{Placement, State};
 use self::diagnostics::Diagnostics;
 use self::flat::FlatTopic;
 use self::markers::Markers;
+use self::selection::Selection;
 use self::verdict::VerdictTopic;
 use crate::analysis::Analysis;
+use crate::base::options::{DerivedRows, Precision};
+use crate::base::rows::Rows;
 
-/// Period of diagnostics and markers (ns).
+/// Period of diagnostics and markers around events (ns).
 const BETWEEN_PICTURES_NS: i64 = 100_000_000;
+/// Their period elsewhere (ns).
+const BETWEEN_FEW_PICTURES_NS: i64 = 1_000_000_000;
 
 /// A file with its messages, before its attachments.
 pub(crate) struct Derived<'a> {
@@ -38,7 +45,12 @@ impl<'a> Derived<'a> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn begin(analysis: &'a Analysis, path: &Path) -> Result<Self> {
+    pub(crate) fn begin(
+        analysis: &'a Analysis,
+        precision: Precision,
+        rows: DerivedRows,
+        path: &Path,
+    ) -> Result<Self> {
         match fs::remove_file(path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                 return Err(error).context(format!("{}: cannot be replaced", path.display()));
@@ -46,7 +58,11 @@ impl<'a> Derived<'a> {
             _ => {}
         }
         let mut writer = Ros2Writer::create(path)?;
-        write_rows(analysis, &mut writer)?;
+        let selection = Selection::of(&analysis.events, rows);
+        let like = analysis.rows.no_rows();
+        let mut topics = Topics::begin(analysis, &like, precision, &mut writer)?;
+        let rows = &analysis.rows;
+        rows.feed(&mut |rows| topics.write(rows, &selection, &mut writer))?;
         Ok(Self { analysis, writer })
     }
 
@@ -71,30 +87,62 @@ impl<'a> Derived<'a> {
     }
 }
 
-fn write_rows(analysis: &Analysis, writer: &mut Ros2Writer) -> Result<()> {
-    let mut flat = FlatTopic::all(analysis, writer)?;
-    let verdict = VerdictTopic::begin(analysis, writer)?;
-    let diagnostics = Diagnostics::begin(analysis, writer)?;
-    let markers = Markers::begin(analysis, writer)?;
-    let mut placement = Placement::new(&analysis.machine);
-    let mut state = State::zero(&analysis.machine);
-    let mut next_picture_ns = i64::MIN;
-    for (row, &time_ns) in analysis.rows.times_ns.iter().enumerate() {
-        for topic in &mut flat {
-            topic.write(analysis, row, writer)?;
-        }
-        if let Some(topic) = &verdict {
-            topic.write(analysis, row, writer)?;
-        }
-        if time_ns >= next_picture_ns {
-            next_picture_ns = time_ns.saturating_add(BETWEEN_PICTURES_NS);
-            analysis.rows.states.get(row, &mut state);
-            placement.place(&state);
-            markers.write(row, &placement, writer)?;
-            diagnostics.write(row, writer)?;
-        }
+/// The topics of the rows.
+struct Topics<'a> {
+    flat: Vec<FlatTopic<'a>>,
+    verdict: Option<VerdictTopic<'a>>,
+    diagnostics: Diagnostics<'a>,
+    markers: Markers<'a>,
+    placement: Placement<'a>,
+    state: State<f64>,
+    last_picture_ns: i64,
+}
+
+impl<'a> Topics<'a> {
+    /// Opens the topics for blocks with the columns of `like`.
+    fn begin(
+        analysis: &'a Analysis,
+        like: &Rows,
+        precision: Precision,
+        writer: &mut Ros2Writer,
+    ) -> Result<Self> {
+        let machine = &analysis.machine;
+        Ok(Self {
+            flat: FlatTopic::all(machine, like, precision, writer)?,
+            verdict: VerdictTopic::begin(machine, like, writer)?,
+            diagnostics: Diagnostics::begin(analysis, writer)?,
+            markers: Markers::begin(machine, writer)?,
+            placement: Placement::new(machine),
+            state: State::zero(machine),
+            last_picture_ns: i64::MIN,
+        })
     }
-    Ok(())
+
+    /// Writes the selected rows of a block.
+    fn write(&mut self, rows: &Rows, selection: &Selection, writer: &mut Ros2Writer) -> Result<()> {
+        for selected in selection.rows(rows) {
+            let row = selected.row;
+            for topic in &mut self.flat {
+                topic.write(rows, row, writer)?;
+            }
+            if let Some(topic) = &self.verdict {
+                topic.write(rows, row, writer)?;
+            }
+            let period_ns = match selected.is_at_full_rate {
+                true => BETWEEN_PICTURES_NS,
+                false => BETWEEN_FEW_PICTURES_NS,
+            };
+            let time_ns = rows.times_ns[row];
+            if time_ns >= self.last_picture_ns.saturating_add(period_ns) {
+                self.last_picture_ns = time_ns;
+                rows.states.get(row, &mut self.state);
+                self.placement.place(&self.state);
+                self.markers.write(rows, row, &self.placement, writer)?;
+                self.diagnostics.write(rows, row, writer)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Metadata of the file.

@@ -3,10 +3,11 @@
 use anyhow::Result;
 use tipwatch_ingest::{Ros2Writer, WriterTopic};
 use tipwatch_mechanics::RowColumn;
+use tipwatch_mechanics::machine::Machine;
 
-use super::flat::write_numbers;
-use crate::analysis::Analysis;
-use crate::base::rows::Verdicts;
+use super::flat::flat;
+use crate::base::options::Precision;
+use crate::base::rows::Rows;
 
 const DEFINITION: &str = "std_msgs/Header header\n\
     float64 level  # 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault\n\
@@ -15,16 +16,20 @@ const DEFINITION: &str = "std_msgs/Header header\n\
 /// The topic of the verdicts.
 #[derive(Debug)]
 pub(super) struct VerdictTopic<'a> {
-    verdicts: &'a Verdicts,
+    machine: &'a Machine,
     topic: WriterTopic,
 }
 
 impl<'a> VerdictTopic<'a> {
     /// Opens the topic; `None` for models without verdicts.
-    pub(super) fn begin(analysis: &'a Analysis, writer: &mut Ros2Writer) -> Result<Option<Self>> {
-        let Some(verdicts) = &analysis.rows.verdicts else {
+    pub(super) fn begin(
+        machine: &'a Machine,
+        like: &Rows,
+        writer: &mut Ros2Writer,
+    ) -> Result<Option<Self>> {
+        if like.verdicts.is_none() {
             return Ok(None);
-        };
+        }
         let RowColumn { name, unit, .. } = RowColumn::TIME_TO_LIFT_OFF;
         let definition = format!("{DEFINITION}float64 {name}  # {unit}\n");
         let topic = writer.topic(
@@ -32,22 +37,21 @@ impl<'a> VerdictTopic<'a> {
             "tipwatch_msgs/msg/Verdict",
             Some(&definition),
         )?;
-        Ok(Some(Self { verdicts, topic }))
+        Ok(Some(Self { machine, topic }))
     }
 
     /// Writes a row.
-    pub(super) fn write(
-        &self,
-        analysis: &Analysis,
-        row: usize,
-        writer: &mut Ros2Writer,
-    ) -> Result<()> {
-        let verdict = self.verdicts.verdicts[row];
+    pub(super) fn write(&self, rows: &Rows, row: usize, writer: &mut Ros2Writer) -> Result<()> {
+        let Some(verdicts) = &rows.verdicts else {
+            return Ok(());
+        };
+        let verdict = verdicts.verdicts[row];
         let values = [
             f64::from(verdict.level as u8),
             f64::from(verdict.latched_level as u8),
-            self.verdicts.time_to_lift_off_s[row],
+            verdicts.time_to_lift_off_s[row],
         ];
-        write_numbers(analysis, row, self.topic, &values, writer)
+        let message = flat(self.machine, rows, row, &values, Precision::Double);
+        Ok(writer.write(self.topic, rows.times_ns[row], &message)?)
     }
 }

@@ -6,6 +6,7 @@ use tipwatch_mechanics::ColumnNames;
 use tipwatch_mechanics::studies::monte_carlo::Band;
 
 use super::document::*;
+use super::events::groups;
 use crate::analysis::model_comparison::ModelComparison;
 use crate::analysis::payload::EstimatedPayload;
 use crate::analysis::{Analysis, Input};
@@ -20,41 +21,13 @@ impl<'a> Summary<'a> {
         let (findings, evidence) = (findings.into_iter())
             .map(|finding| (finding.headline, finding.evidence))
             .unzip();
-        let rows = &analysis.rows;
-        let first_ns = rows.times_ns[0];
-        let events = analysis.events.iter().map(|event| EventSummary {
-            kind: event.kind.name(),
-            subject: &event.subject,
-            start_ns: event.start_ns,
-            end_ns: event.end_ns,
-            start_s: (event.start_ns - first_ns) as f64 * 1e-9,
-            start_sigma_s: event.start_sigma_s,
-            worst: event.worst,
-            unit: event.unit,
-            worst_ns: event.worst_ns,
-            lead_s: event.lead_s,
-            certainty: event.certainty,
-            certainty_any_split: event.certainty_any_split,
-            split_dependent: event.split_dependent,
-            load_range_n: event.load_range_n,
-            judged_ns: event.judged_ns,
-            any_split_ns: event.any_split_ns,
-            rotation_rad: event.rotation_rad,
-            causes: event.causes.as_ref(),
-            fault: event.fault.map(|fault| FaultSummary {
-                kind: fault.kind.name(),
-                policy: fault.policy.name(),
-                limit: fault.limit,
-                samples: fault.samples,
-            }),
-        });
         let wheels = analysis.machine.wheels().iter().enumerate();
         Self {
             schema: SCHEMA,
             findings,
             evidence,
             gross_inputs: &analysis.gross_inputs,
-            events: events.collect(),
+            events: groups(&analysis.events, analysis.rows.times_ns[0]),
             wheels: wheels
                 .map(|(i, wheel)| (wheel.name.to_lowercase(), wheel_summary(analysis, i)))
                 .collect(),

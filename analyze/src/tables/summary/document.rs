@@ -16,7 +16,7 @@ use crate::base::provenance::Provenance;
 use crate::events::EventCauses;
 
 /// Version of the document.
-pub const SCHEMA: u32 = 5;
+pub const SCHEMA: u32 = 6;
 
 /// The JSON schema (draft 2020-12) of the document.
 #[must_use]
@@ -35,8 +35,8 @@ pub struct Summary<'a> {
     pub evidence: Vec<Vec<String>>,
     /// What in the inputs is grossly wrong: while there is any, no row is valid and nothing is concluded.
     pub gross_inputs: &'a [GrossInput],
-    /// The events.
-    pub events: Vec<EventSummary<'a>>,
+    /// The events by kind: how many, and the worst. `events.parquet` lists all of them.
+    pub events: BTreeMap<&'static str, EventGroup<'a>>,
     /// The wheels by name, in lower case.
     pub wheels: BTreeMap<String, WheelSummary>,
     /// The machine.
@@ -72,6 +72,14 @@ pub struct Summary<'a> {
     pub options: Options,
     /// Files, versions and hashes.
     pub provenance: &'a Provenance,
+}
+
+/// The events of a kind.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct EventGroup<'a> {
+    pub(super) count: usize,
+    /// The lowest load, the largest moment, rotation or duration, or the fault of most samples; the first of several.
+    pub(super) worst: EventSummary<'a>,
 }
 
 /// An event.

@@ -4,5 +4,6 @@
 
 mod build;
 mod document;
+mod events;
 
 pub use document::*;

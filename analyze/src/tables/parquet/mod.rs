@@ -1,0 +1,15 @@
+//! Tables as Parquet files, with units and provenance in the metadata of the file.
+
+mod read;
+pub(crate) mod write;
+
+pub use read::read;
+pub(crate) use write::{write, write_with};
+
+#[cfg(test)]
+mod tests;
+
+/// Key of the metadata that maps columns to units (JSON).
+const UNITS: &str = "tipwatch.units";
+/// Key of the metadata with the provenance (JSON).
+const PROVENANCE: &str = "tipwatch.provenance";

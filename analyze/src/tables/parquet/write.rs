@@ -1,0 +1,232 @@
+//! Writes tables block by block.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail};
+use arrow_array::{Array, ArrayRef};
+use arrow_schema::{DataType, Fields, Schema};
+use arrow_select::concat::concat;
+use parquet::arrow::ArrowSchemaConverter;
+use parquet::arrow::arrow_writer::{ArrowColumnWriter, ArrowRowGroupWriterFactory, compute_leaves};
+use parquet::basic::{Compression, Encoding, ZstdLevel};
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::ColumnPath;
+use rayon::prelude::*;
+
+use super::{PROVENANCE, UNITS};
+use crate::base::provenance::Provenance;
+use crate::tables::table::Table;
+
+/// Rows of a page: what is held before it is encoded and compressed.
+pub(super) const ROWS_OF_PAGE: usize = 1 << 13;
+/// Pages of a row group: what is encoded of one is held until it is full.
+pub(super) const PAGES_OF_GROUP: usize = 8;
+
+/// The provenance as an entry of a table's metadata.
+///
+/// # Errors
+/// It cannot be expressed in JSON.
+pub(crate) fn provenance_entry(provenance: &Provenance) -> Result<(&'static str, String)> {
+    Ok((PROVENANCE, serde_json::to_string(provenance)?))
+}
+
+/// Writes a whole table with its units and the provenance.
+///
+/// # Errors
+/// The file cannot be written.
+pub(crate) fn write(table: &Table, provenance: &Provenance, path: &Path) -> Result<()> {
+    write_with(table, &[provenance_entry(provenance)?], path)
+}
+
+/// Writes a whole table with its units and further metadata.
+///
+/// # Errors
+/// The file cannot be written.
+pub(crate) fn write_with(table: &Table, more: &[(&str, String)], path: &Path) -> Result<()> {
+    let mut writer = TableWriter::create(path, table, more)?;
+    writer.write(table)?;
+    writer.finish()
+}
+
+/// Writes a table block by block; all cores encode its columns. The bytes of the file depend on the rows alone,
+/// not on how they are divided into blocks.
+pub(crate) struct TableWriter {
+    path: String,
+    fields: Fields,
+    file: SerializedFileWriter<BufWriter<File>>,
+    groups: ArrowRowGroupWriterFactory,
+    /// The columns of the row group that is being filled.
+    columns: Vec<ArrowColumnWriter>,
+    pages_in_group: usize,
+    groups_written: usize,
+    /// Parts of blocks that do not fill a page yet: for each, its columns.
+    waiting: Vec<Vec<ArrayRef>>,
+    rows_waiting: usize,
+}
+
+impl TableWriter {
+    /// Creates a file for blocks with the columns of `like`. The metadata key `tipwatch.units` maps columns to
+    /// units (JSON), the given keys and values are added.
+    ///
+    /// # Errors
+    /// The file cannot be created.
+    pub(crate) fn create(path: &Path, like: &Table, more: &[(&str, String)]) -> Result<Self> {
+        let fields = like.fields();
+        let file =
+            File::create(path).with_context(|| format!("{}: cannot be created", path.display()))?;
+        let schema = Arc::new(Schema::new(fields.clone()));
+        let root = ArrowSchemaConverter::new()
+            .convert(&schema)?
+            .root_schema_ptr();
+        let file = SerializedFileWriter::new(
+            BufWriter::with_capacity(1 << 20, file),
+            root,
+            Arc::new(properties(like, more)?),
+        )?;
+        Ok(Self {
+            path: path.display().to_string(),
+            groups: ArrowRowGroupWriterFactory::new(&file, schema),
+            fields,
+            file,
+            columns: Vec::new(),
+            pages_in_group: 0,
+            groups_written: 0,
+            waiting: Vec::new(),
+            rows_waiting: 0,
+        })
+    }
+
+    /// Adds the rows of a block.
+    ///
+    /// # Errors
+    /// The file cannot be written, or the block has other columns.
+    pub(crate) fn write(&mut self, block: &Table) -> Result<()> {
+        if block.fields() != self.fields {
+            bail!("{}: a block of the table has other columns", self.path);
+        }
+        let mut at = 0;
+        while at < block.rows() {
+            let rows = (ROWS_OF_PAGE - self.rows_waiting).min(block.rows() - at);
+            let columns = block.columns().iter();
+            let part = columns.map(|column| column.array().slice(at, rows));
+            self.waiting.push(part.collect());
+            self.rows_waiting += rows;
+            at += rows;
+            if self.rows_waiting == ROWS_OF_PAGE {
+                self.write_page()?;
+                if self.pages_in_group == PAGES_OF_GROUP {
+                    self.end_group()?;
+                }
+            }
+        }
+        // what waits must not hold on to the whole block
+        if let Some(part) = self.waiting.last_mut().filter(|part| {
+            part.first()
+                .is_some_and(|column| column.len() < block.rows())
+        }) {
+            for column in part {
+                *column = concat(&[column])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds an entry to the metadata of the file.
+    pub(crate) fn add_metadata(&mut self, key: &str, value: String) {
+        let entry = KeyValue::new(key.into(), value);
+        self.file.append_key_value_metadata(entry);
+    }
+
+    /// Writes what is left and closes the file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn finish(mut self) -> Result<()> {
+        self.write_page()?;
+        self.end_group()?;
+        let closed = self.file.close();
+        closed.with_context(|| format!("{}: cannot be written", self.path))?;
+        Ok(())
+    }
+
+    /// Encodes and compresses the waiting rows.
+    fn write_page(&mut self) -> Result<()> {
+        if self.rows_waiting == 0 {
+            return Ok(());
+        }
+        if self.columns.is_empty() {
+            self.columns = self.groups.create_column_writers(self.groups_written)?;
+        }
+        let waiting = std::mem::take(&mut self.waiting);
+        let write = |(index, writer): (usize, &mut ArrowColumnWriter)| {
+            let parts: Vec<&dyn Array> = waiting.iter().map(|part| part[index].as_ref()).collect();
+            let whole = concat(&parts)?;
+            // no column is a structure: each has one leaf
+            compute_leaves(&self.fields[index], &whole)?
+                .iter()
+                .try_for_each(|leaf| writer.write(leaf))
+        };
+        (self.columns.par_iter_mut().enumerate())
+            .try_for_each(write)
+            .with_context(|| format!("{}: cannot be written", self.path))?;
+        self.rows_waiting = 0;
+        self.pages_in_group += 1;
+        Ok(())
+    }
+
+    fn end_group(&mut self) -> Result<()> {
+        if self.columns.is_empty() {
+            return Ok(());
+        }
+        let columns = std::mem::take(&mut self.columns);
+        let chunks: Result<Vec<_>, _> = columns.into_par_iter().map(|c| c.close()).collect();
+        let write = || {
+            let mut group = self.file.next_row_group()?;
+            for chunk in chunks? {
+                chunk.append_to_row_group(&mut group)?;
+            }
+            group.close()
+        };
+        write().with_context(|| format!("{}: cannot be written", self.path))?;
+        self.groups_written += 1;
+        self.pages_in_group = 0;
+        Ok(())
+    }
+}
+
+/// How the columns are encoded, each by its type, and the metadata.
+fn properties(like: &Table, more: &[(&str, String)]) -> Result<WriterProperties> {
+    let units: BTreeMap<&str, &str> = (like.columns().iter())
+        .filter_map(|column| Some((column.name(), column.unit()?)))
+        .collect();
+    let units = (UNITS, serde_json::to_string(&units)?);
+    let metadata = std::iter::once(units).chain(more.iter().cloned());
+    let metadata = metadata.map(|(key, value)| KeyValue::new(key.into(), value));
+    let mut properties = WriterProperties::builder()
+        .set_created_by(concat!("tipwatch ", env!("CARGO_PKG_VERSION")).into())
+        .set_compression(Compression::ZSTD(ZstdLevel::try_new(1)?))
+        .set_data_page_row_count_limit(ROWS_OF_PAGE)
+        .set_data_page_size_limit(usize::MAX)
+        .set_statistics_enabled(EnabledStatistics::Chunk)
+        .set_key_value_metadata(Some(metadata.collect()));
+    for column in like.columns() {
+        let encoding = match column.array().data_type() {
+            // neighbours share sign, exponent and first digits: bytes of equal rank compress together
+            DataType::Float32 | DataType::Float64 => Encoding::BYTE_STREAM_SPLIT,
+            // times rise in nearly equal steps
+            DataType::Int64 => Encoding::DELTA_BINARY_PACKED,
+            _ => continue,
+        };
+        let path = ColumnPath::from(column.name());
+        properties = properties
+            .set_column_dictionary_enabled(path.clone(), false)
+            .set_column_encoding(path, encoding);
+    }
+    Ok(properties.build())
+}
