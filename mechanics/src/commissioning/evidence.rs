@@ -202,8 +202,12 @@ impl Evidence {
 
     /// Comparisons of lean and joints that are beyond what a good machine shows, though other causes are possible.
     pub(super) fn doubtful(&self) -> impl Iterator<Item = &Estimate> {
-        let is_lean = |e: &&Estimate| matches!(e.relation, Relation::Lean(_) | Relation::LeanUnexplained(_));
-        self.0.iter().filter(is_lean).filter(|e| (e.value - e.expected).abs() > e.tolerance)
+        let is_lean =
+            |e: &&Estimate| matches!(e.relation, Relation::Lean(_) | Relation::LeanUnexplained(_));
+        self.0
+            .iter()
+            .filter(is_lean)
+            .filter(|e| (e.value - e.expected).abs() > e.tolerance)
     }
 
     pub(super) fn contradictions(&self) -> impl Iterator<Item = &Estimate> {

@@ -129,7 +129,10 @@ impl<'a> Judge<'a> {
         let before = self.base.agreeing();
         let mut found: Vec<Explanation> = Vec::new();
         for correction in candidates(setting, &self.base) {
-            let is_of_joint = matches!(correction, Correction::ScaleJoint(..) | Correction::SwapJoints(..));
+            let is_of_joint = matches!(
+                correction,
+                Correction::ScaleJoint(..) | Correction::SwapJoints(..)
+            );
             if !has_contradiction && !is_of_joint {
                 continue;
             }
