@@ -317,7 +317,7 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         (
             |s, v| {
                 if s == Sensor::Odometry {
-                    v[..3].iter_mut().for_each(|v| *v = -*v)
+                    v[..3].iter_mut().for_each(|v| *v = -*v);
                 }
             },
             "odometry.velocity",
@@ -326,7 +326,7 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         (
             |s, v| {
                 if s == Sensor::Odometry {
-                    v[..3].iter_mut().for_each(|v| *v *= 2.0)
+                    v[..3].iter_mut().for_each(|v| *v *= 2.0);
                 }
             },
             "odometry.velocity",
@@ -335,7 +335,7 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         (
             |s, v| {
                 if s == Sensor::Odometry {
-                    v[..3].iter_mut().for_each(|v| *v *= 3.6)
+                    v[..3].iter_mut().for_each(|v| *v *= 3.6);
                 }
             },
             "odometry.velocity",
@@ -344,7 +344,7 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         (
             |s, v| {
                 if s == Sensor::Odometry {
-                    v[5] = -v[5]
+                    v[5] = -v[5];
                 }
             },
             "odometry.angular_velocity",
@@ -353,7 +353,7 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         (
             |s, v| {
                 if s == Sensor::Imu {
-                    v[5] = -v[5]
+                    v[5] = -v[5];
                 }
             },
             "imu.angular_velocity.yaw",
@@ -362,7 +362,7 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         (
             |s, v| {
                 if s == Sensor::Imu {
-                    v[3..6].iter_mut().for_each(|v| *v *= 57.295_78)
+                    v[3..6].iter_mut().for_each(|v| *v *= 57.295_78);
                 }
             },
             "imu.angular_velocity.yaw",
@@ -371,7 +371,7 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         (
             |s, v| {
                 if s == Sensor::Imu {
-                    v.swap(3, 4)
+                    v.swap(3, 4);
                 }
             },
             "imu.angular_velocity.roll_pitch",
@@ -380,7 +380,7 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         (
             |s, v| {
                 if s == Sensor::Imu {
-                    v.swap(3, 5)
+                    v.swap(3, 5);
                 }
             },
             "imu.angular_velocity.yaw",
@@ -389,7 +389,7 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         (
             |s, v| {
                 if s == Sensor::Imu {
-                    v[..3].iter_mut().for_each(|v| *v *= 2.0)
+                    v[..3].iter_mut().for_each(|v| *v *= 2.0);
                 }
             },
             "imu.specific_force.scale",

@@ -193,7 +193,8 @@ fn direction(matrix: &[Estimate; 4]) -> Option<Estimate> {
 /// Angular velocity per yaw rate by each other sensor of it.
 pub(super) fn turning(view: &View, travel: &Travel, skids: bool) -> Vec<Estimate> {
     let by_attitude = |k: usize| view.attitude_turning[k].z;
-    let sources: [(Yaw, &dyn Fn(usize) -> f64, [f64; 2]); 3] = [
+    type Rate<'a> = &'a dyn Fn(usize) -> f64;
+    let sources: [(Yaw, Rate<'_>, [f64; 2]); 3] = [
         (Yaw::Odometry, &|k| view.odometry_turning[k].z, [0.1, 0.3]),
         (
             Yaw::Wheels,

@@ -103,22 +103,11 @@ impl Estimate {
         2.0 * self.tolerance + 0.2
     }
 
-    /// Whether it is certainly beyond what a good machine shows.
-    pub(super) fn is_off(&self) -> bool {
-        self.sigmas_off() >= CERTAIN
-    }
-
     /// By how many standard deviations it is off beyond what `before`, the same relation of the signals as they are, makes
     /// probable on this machine: how far that is off, and a third of the tolerance.
     pub(super) fn sigmas_worse(&self, before: &Self) -> f64 {
         let shown = (before.value - before.expected).abs() + self.tolerance / 3.0;
         let off = (self.value - self.expected).abs() - shown.min(self.tolerance);
-        (off / self.sigma.max(1e-9)).clamp(0.0, 999.0)
-    }
-
-    /// By how many standard deviations it is off beyond its tolerance.
-    pub(super) fn sigmas_off(&self) -> f64 {
-        let off = (self.value - self.expected).abs() - self.tolerance;
         (off / self.sigma.max(1e-9)).clamp(0.0, 999.0)
     }
 }

@@ -147,7 +147,7 @@ impl<'a> Judge<'a> {
             }
             // Doubts alone count where a correction removes all of them, and the signals as they are are excluded beside it.
             let removes = || doubtful.iter().all(|&relation| evidence.agrees(relation));
-            if !has_contradiction && !(removes() && self.base.excludes(&evidence).is_some()) {
+            if !(has_contradiction || removes() && self.base.excludes(&evidence).is_some()) {
                 continue;
             }
             // Of one sensor, the first of the equally good ones: right angles and usual units come first.
@@ -355,9 +355,9 @@ impl<'a> Judge<'a> {
             Subject::Odometry => matches!(relation, Relation::Drive(..)),
             _ => false,
         };
-        is_needed && subjects(relation, self.source, &self.wheels).contains(&question.subject)
-            || is_needed && question.subject == Subject::Travel
-            || is_direct
+        let compares = subjects(relation, self.source, &self.wheels);
+        let is_own = compares.contains(&question.subject) || question.subject == Subject::Travel;
+        is_needed && is_own || is_direct
     }
 
     fn figure(&self, question: &Question) -> Option<Figure> {
