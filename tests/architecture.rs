@@ -55,8 +55,8 @@ const RULES: [Rule; 6] = [
             "guard",
             "hydraulics",
             "control",
-            "protocol",
             "replay",
+            "protocol",
         ],
     },
     Rule {
