@@ -56,8 +56,8 @@ const RULES: [Rule; 6] = [
             "guard",
             "hydraulics",
             "control",
-            "protocol",
             "replay",
+            "protocol",
         ],
     },
     Rule {

@@ -144,6 +144,14 @@ impl Bench {
         });
     }
 
+    /// A machine at work whose valves are open so far that a rod which stands still is a fault.
+    fn runs_well(&mut self) {
+        self.runs_in();
+        self.until("valves well open", |command, _| {
+            command.mode() == Mode::Follow && command.opening.iter().all(|u| u.abs() > 0.05)
+        });
+    }
+
     /// Waits until the valves have closed for this reason, which must be reported within this time.
     fn closes(&mut self, reason: HoldReason, from_ns: i64, within_ms: f64, sends: bool) {
         let (mut reported_ns, mut closed_ns) = (None, None);
@@ -197,7 +205,8 @@ fn rods_follow_their_references() {
         bench.take(&mut |command, _| {
             if command.event == EVENT_ROW && command.mode() == Mode::Follow {
                 rows += 1;
-                solved += u32::from(command.status == 1);
+                // the optimum, or what of it every wheel can afford
+                solved += u32::from([1, 8].contains(&command.status));
                 for k in 0..2 {
                     largest = largest.max((command.reference[k] - command.measured[k]).abs());
                 }
@@ -301,7 +310,7 @@ fn unknown_rod_position_closes_the_valves() {
 #[test]
 fn stuck_rod_closes_valves_until_acknowledged() {
     let mut bench = Bench::new("stuck");
-    bench.runs_in();
+    bench.runs_well();
     bench.obedience = 0.0;
     let from_ns = bench.now_ns();
     bench.closes(HoldReason::NotFollowing, from_ns, 3000.0, true);
@@ -459,7 +468,7 @@ fn commands_are_recorded() {
         // the recorder goes by real time
         std::thread::sleep(Duration::from_millis(1));
     }
-    bench.runs_in();
+    bench.runs_well();
     bench.obedience = 0.0;
     let from_ns = bench.now_ns();
     bench.closes(HoldReason::NotFollowing, from_ns, 3000.0, true);

@@ -4,7 +4,10 @@
 pub const TRIAL_OPENING: f64 = 0.12;
 /// A valve opened this far (share of full opening) moves its rod.
 pub const MOVING_OPENING: f64 = 0.1;
-/// A valve opened this far may move its rod.
+/// A valve opened this far does so in proportion: below it, real valves may not open at all.
+const PARTLY_OPENING: f64 = 0.05;
+/// A valve opened this far may move its rod: during a trial, and after it.
+const TRIAL_DIRECTION_OPENING: f64 = 0.01;
 const DIRECTION_OPENING: f64 = 0.03;
 /// Time after a reversal of the valve in which the rod may still run the old way (s).
 const SETTLE_S: f64 = 0.3;
@@ -85,14 +88,18 @@ impl RodWatch {
         if !((rod - self.still_from).abs() < STILL_ROD_M) {
             (self.still_from, self.open_s) = (rod, 0.0);
         }
-        if opening.abs() >= MOVING_OPENING {
-            self.open_s += seconds;
+        if opening.abs() >= PARTLY_OPENING {
+            self.open_s += seconds * (opening.abs() / MOVING_OPENING).min(1.0);
         }
         (self.open_s > STILL_ROD_S).then_some(RodFault::Still)
     }
 
     fn wrong_way(&mut self, seconds: f64, opening: f64, rod: f64) -> Option<RodFault> {
-        let direction = match opening.abs() >= DIRECTION_OPENING {
+        let least = match self.is_proven {
+            true => DIRECTION_OPENING,
+            false => TRIAL_DIRECTION_OPENING,
+        };
+        let direction = match opening.abs() >= least {
             true => opening.signum(),
             false => 0.0,
         };

@@ -31,6 +31,8 @@ const ARM_RESERVE: f64 = 0.2;
 const FORGET_S: f64 = 30.0;
 /// Time to reach the largest acceleration (s).
 const ACCELERATION_RISE_S: f64 = 0.2;
+/// The largest acceleration of S(15), as a share of the largest: harder motions set the platform swinging on its tyres.
+const WANTED_SHARE: f64 = 0.3;
 /// Halvings in the search for the largest safe share of a motion.
 const HALVINGS: usize = 6;
 
@@ -186,7 +188,12 @@ impl LoadGuard {
     /// S(15)
     fn towards(&self, rods: &Rods, target: &ByRod) -> ByRod {
         let h = self.look_ahead;
-        std::array::from_fn(|k| 6.0 * (target[k] - rods.x[k]) / (h * h) - 4.0 * rods.v[k] / h)
+        let wanted: ByRod =
+            std::array::from_fn(|k| 6.0 * (target[k] - rods.x[k]) / (h * h) - 4.0 * rods.v[k] / h);
+        // rods that move alike keep to it
+        let hardest = wanted.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
+        let most = WANTED_SHARE * self.limits.max_acceleration;
+        wanted.map(|a| a * (most / hardest.max(most)))
     }
 
     /// The wanted acceleration, else the largest part of it beyond the best return that leaves one; without any, the

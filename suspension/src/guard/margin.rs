@@ -137,11 +137,11 @@ impl Margins {
     /// Minus D at home by S(12).
     fn curve(&self, added: &Added) -> ByWheel {
         let none = [0.0; MAX_ACTUATORS];
-        let way = self.from_here(&self.home);
+        let way = self.offset(&self.home);
         added.at(&way, &none, &none).map(|missing| -missing)
     }
 
-    fn from_here(&self, x: &ByRod) -> ByRod {
+    fn offset(&self, x: &ByRod) -> ByRod {
         std::array::from_fn(|k| x[k] - self.here.x[k])
     }
 
@@ -213,8 +213,8 @@ impl Margins {
     /// D at a node, and the square of the share of the way home that is gone.
     fn added(&self, node: usize, rods: &Rods, a: &ByRod) -> (ByWheel, f64) {
         let node = &self.nodes[node];
-        let dx = self.from_here(&rods.x);
-        let way = self.from_here(&self.home);
+        let dx = self.offset(&rods.x);
+        let way = self.offset(&self.home);
         let length = way.iter().map(|d| d * d).sum::<f64>();
         let gone = way.iter().zip(&dx).map(|(way, dx)| way * dx).sum::<f64>();
         let gone = if length > 1e-12 { gone / length } else { 0.0 };
@@ -243,10 +243,7 @@ impl Margins {
         least = least.min(spare / (2 * self.wheels.max(2) - 2) as f64);
         let unit = ANGLE_UNIT * self.bounds.mean_load;
         let none = [0.0; MAX_ACTUATORS];
-        let angle = node
-            .outlook
-            .angle
-            .at(&self.from_here(&rods.x), &none, &none);
+        let angle = node.outlook.angle.at(&self.offset(&rods.x), &none, &none);
         for edge in 0..self.edges {
             let added = angle[edge] + square * node.curve[1][edge];
             // unknown angles restrain nothing
