@@ -168,7 +168,10 @@ class Bench:
         truth = true_loads(self.log.with_suffix(".truth.parquet"))
         print(f"\n{self.log.stem}")
         print("\n| sensor | rows with a wheel at 0 N | of them Safe or Notice | found at (s) | level | why |\n|---|---|---|---|---|---|")
-        everything = {"as it is": None, **wrong_sensors(self.session, self.samples)}
+        sensors = wrong_sensors(self.session, self.samples)
+        missing = SHORT_SENSORS - set(sensors)
+        self.report.expect(not missing, f"no such wrong sensor: {missing}")
+        everything = {"as it is": None, **sensors}
         for name, wrong in everything.items():
             if self.arguments.short and wrong and name not in SHORT_SENSORS:
                 continue
