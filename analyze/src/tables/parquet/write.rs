@@ -179,7 +179,10 @@ impl TableWriter {
             return Ok(());
         }
         let columns = std::mem::take(&mut self.columns);
-        let chunks: Result<Vec<_>, _> = columns.into_par_iter().map(|c| c.close()).collect();
+        let chunks: Result<Vec<_>, _> = columns
+            .into_par_iter()
+            .map(ArrowColumnWriter::close)
+            .collect();
         let write = || {
             let mut group = self.file.next_row_group()?;
             for chunk in chunks? {
