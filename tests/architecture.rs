@@ -40,6 +40,7 @@ const RULES: [Rule; 6] = [
             "explain",
             "evaluate",
             "studies",
+            "commissioning",
         ],
     },
     Rule {

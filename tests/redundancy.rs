@@ -28,6 +28,12 @@ const SWING: Scene = Scene {
     airborne_s: [1.83, 2.51],
 };
 
+/// A log on which no threshold was chosen.
+const SIDE: Scene = Scene {
+    log: "side_reach.mcap",
+    airborne_s: [3.98, 6.39],
+};
+
 /// Share of the rows with a wheel in the air that may be called Safe or Notice, where the motion excites the fault.
 const MOST_SAFE: f64 = 0.02;
 
@@ -78,6 +84,24 @@ fn turn_imu(values: &mut Values<'_>, by: UnitQuaternion<f64>) {
     }
 }
 
+fn flip(values: &mut Values<'_>, topic: &str, joint: &str) {
+    if topic == "/joint_states" {
+        for list in ["position", "velocity"] {
+            let name = format!("{list}.{joint}");
+            values.set(&name, -values.get(&name));
+        }
+    }
+}
+
+/// An encoder that has stopped.
+fn stop(values: &mut Values<'_>, topic: &str, name: &'static str, memory: &mut Memory) {
+    if topic == "/joint_states" {
+        let first = memory.first(values, name);
+        values.set(name, first);
+        values.set(&name.replace("position", "velocity"), 0.0);
+    }
+}
+
 fn swap(values: &mut Values<'_>, topic: &str, [a, b]: [&str; 2]) {
     if topic != "/joint_states" {
         return;
@@ -90,7 +114,7 @@ fn swap(values: &mut Values<'_>, topic: &str, [a, b]: [&str; 2]) {
     }
 }
 
-const WRONG: [Wrong; 9] = [
+const WRONG: [Wrong; 16] = [
     Wrong {
         name: "IMU turned by 180 degrees",
         edit: |topic, values, _, _| {
@@ -105,13 +129,15 @@ const WRONG: [Wrong; 9] = [
     },
     Wrong {
         name: "sign of the slew",
-        edit: |topic, values, _, _| {
-            if topic == "/joint_states" {
-                for name in ["position.slew", "velocity.slew"] {
-                    values.set(name, -values.get(name));
-                }
-            }
-        },
+        edit: |topic, values, _, _| flip(values, topic, "slew"),
+    },
+    Wrong {
+        name: "sign of the lift",
+        edit: |topic, values, _, _| flip(values, topic, "lift"),
+    },
+    Wrong {
+        name: "sign of the tilt",
+        edit: |topic, values, _, _| flip(values, topic, "tilt"),
     },
     Wrong {
         name: "IMU stuck, with noise",
@@ -160,14 +186,34 @@ const WRONG: [Wrong; 9] = [
         edit: |topic, values, _, _| swap(values, topic, ["slew", "tilt"]),
     },
     Wrong {
+        name: "slew and extension swapped",
+        edit: |topic, values, _, _| swap(values, topic, ["slew", "extension"]),
+    },
+    Wrong {
+        name: "lift and extension swapped",
+        edit: |topic, values, _, _| swap(values, topic, ["lift", "extension"]),
+    },
+    Wrong {
         name: "slew encoder stands still",
+        edit: |topic, values, _, memory| stop(values, topic, "position.slew", memory),
+    },
+    Wrong {
+        name: "slew encoder stands still, with noise",
         edit: |topic, values, _, memory| {
+            stop(values, topic, "position.slew", memory);
             if topic == "/joint_states" {
-                let first = memory.first(values, "position.slew");
-                values.set("position.slew", first);
-                values.set("velocity.slew", 0.0);
+                let noise = 3e-4 * memory.noise();
+                values.set("position.slew", values.get("position.slew") + noise);
             }
         },
+    },
+    Wrong {
+        name: "lift encoder stands still",
+        edit: |topic, values, _, memory| stop(values, topic, "position.lift", memory),
+    },
+    Wrong {
+        name: "tilt encoder stands still",
+        edit: |topic, values, _, memory| stop(values, topic, "position.tilt", memory),
     },
 ];
 
@@ -269,41 +315,48 @@ fn table(scene: &Scene) -> Vec<(&'static str, Found, Found)> {
     rows.collect()
 }
 
+/// Faults that the motion of a log does not tell apart from a load on the tool, or hardly excites: the limits that the
+/// reference of the machine file states.
+struct Limit {
+    scene: &'static Scene,
+    faults: &'static [&'static str],
+}
+
+fn at_most_two_percent_are_called_safe(limit: &Limit) {
+    let mut misleading = 0;
+    for (name, without, with) in table(limit.scene) {
+        assert!(with.called_safe <= without.called_safe, "{name}");
+        if !limit.faults.contains(&name) {
+            misleading += u32::from(without.share() > MOST_SAFE);
+            let safe = with.called_safe;
+            assert!(with.share() <= MOST_SAFE, "{name}: {safe} rows called safe");
+        }
+    }
+    assert!(misleading >= 2, "hardly a fault misleads anyone");
+}
+
 #[test]
 fn wrong_sensors_are_found_before_a_wheel_lifts() {
-    let excited = [
-        "IMU turned by 180 degrees",
-        "sign of the slew",
-        "specific force drifts to 2.9 m/s2",
-        "IMU turned by 10 degrees",
-        "slew and lift swapped",
-    ];
-    for (name, without, with) in table(&DEMO) {
-        if excited.contains(&name) {
-            assert!(without.share() > MOST_SAFE, "{name} misleads no one");
-            assert!(with.share() <= MOST_SAFE, "{name}: {}", with.called_safe);
-        }
-        assert!(with.called_safe <= without.called_safe, "{name}");
-    }
+    at_most_two_percent_are_called_safe(&Limit {
+        scene: &DEMO,
+        faults: &["tilt encoder stands still"],
+    });
 }
 
 #[test]
 fn wrong_sensors_are_found_in_a_short_log() {
-    for (name, _, with) in table(&SWING) {
-        if [
-            "IMU turned by 180 degrees",
-            "sign of the slew",
-            "IMU stuck, with noise",
-        ]
-        .contains(&name)
-        {
-            assert!(
-                with.at_s.is_some_and(|s| s < 3.0),
-                "{name}: {:?}",
-                with.at_s
-            );
-        }
-    }
+    at_most_two_percent_are_called_safe(&Limit {
+        scene: &SWING,
+        faults: &[],
+    });
+}
+
+#[test]
+fn wrong_sensors_are_found_in_a_log_of_other_motion() {
+    at_most_two_percent_are_called_safe(&Limit {
+        scene: &SIDE,
+        faults: &["tilt encoder stands still"],
+    });
 }
 
 #[test]

@@ -15,7 +15,16 @@ fn replayed(log: &str, text: Option<&str>, options: WhatIfOptions) -> Result<Wha
         Some(text) => MachineFile::from_text(&machine, text).unwrap(),
         None => MachineFile::read(&machine).unwrap(),
     };
-    what_if(&log, &file, Options::default(), options, &mut |_| {}).map_err(|e| format!("{e:#}"))
+    what_if_of(&log, &file, Options::default(), options)
+}
+
+fn what_if_of(
+    log: &Path,
+    file: &MachineFile,
+    scope: Options,
+    options: WhatIfOptions,
+) -> Result<WhatIf, String> {
+    what_if(log, file, scope, options, &mut |_| {}).map_err(|e| format!("{e:#}"))
 }
 
 fn options(suspension: SuspensionMode) -> WhatIfOptions {
@@ -72,8 +81,20 @@ fn val_control_halves_spread_and_offset_of_a_folded_arm() {
         "{}",
         ratio("mean_com_offset_m")
     );
-    assert!(what_if.comparison.gain_share().unwrap() > 0.8);
+    assert!(what_if.comparison.gain_share().unwrap() > 0.85);
     limits_hold(&what_if);
+    // the rods start at once: most of it in the first 4 s
+    let begin = Options {
+        to_s: Some(4.0),
+        ..Options::default()
+    };
+    let log = data("folded_arm.mcap");
+    let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+    let look_ahead = options(SuspensionMode::LookAhead);
+    let begun = what_if_of(&log, &file, begin, look_ahead).unwrap();
+    let share = begun.comparison.gain_share().unwrap();
+    println!("in the first 4 s: {share:.2}");
+    assert!(share > 0.7, "{share}");
 }
 
 /// References and commands respect their limits, valves and pressures stay within range, and the rods follow.
@@ -169,10 +190,10 @@ fn control_is_never_worse_than_locked_rods_on_a_swinging_drive() {
             sums[1] / sums[0]
         );
         assert_eq!(lifted, 0, "{options:?}");
-        assert!(worst > -0.02 * mean, "{options:?}: {worst}");
+        assert!(worst > -0.0125 * mean, "{options:?}: {worst}");
         assert!(spread[1] <= 1.01 * spread[0], "{options:?}: {spread:?}");
         assert!(
-            angle[1] >= angle[0].min(0.25) - 0.01,
+            angle[1] >= angle[0].min(0.25) - 2e-3,
             "{options:?}: {angle:?}"
         );
         assert!(sums[1] < sums[0], "{options:?}: {sums:?}");

@@ -5,6 +5,7 @@
 mod check_machine; // comparison with weighed loads
 mod cli; // outputs, exit codes, messages
 mod clocks; // logs with wrong clocks
+mod commissioning; // sensors proven by a drive, and what an analysis makes of it
 mod compare; // two results
 mod csv_export; // logs made from tables
 mod custody; // who analysed what, and the same bits again

@@ -11,6 +11,7 @@ mod actuators;
 mod arrivals;
 mod bind;
 mod bound_log;
+mod commissioning;
 mod error;
 mod machine_file;
 pub mod monitor_topic;
@@ -23,6 +24,10 @@ mod transforms;
 pub use arrivals::arrivals;
 pub use bind::{bind, named_topics};
 pub use bound_log::{BoundLog, BoundSensor};
+pub use commissioning::{
+    Commissioning, CommissioningError, CommissioningItem, CommissioningSource, NOT_COMMISSIONED,
+    commissioning_of, commissioning_text, sha256,
+};
 pub use error::BindError;
 pub use machine_file::{MachineFile, MachineFileError, Urdf};
 pub use number_signals::number_field;

@@ -6,6 +6,8 @@
 //!   [`SensorSample`]s.
 //! - [`TopicStatistics`] describes the clocks and gaps of a topic; [`TimeBase`] puts all topics on one
 //!   clock and reports the corrections.
+//! - [`read_sensor_blocks`] passes the samples of all sensors on in blocks, in one pass and bounded
+//!   memory; [`record_sensors`] returns them as whole columns.
 //! - [`Layout`] reads single fields of any message by its recorded definition.
 //! - [`recover`] writes the intact part of a log as a clean MCAP file; [`Ros2Writer`] writes a new one.
 //!
@@ -55,18 +57,20 @@ mod write;
 
 pub use crate::{
     clock::{
-        BackwardStep, ClockFinding, ClockFindingKind, Gap, Placed, StampCorrection, StampDecision,
-        StampOffset, StampSource, TimeBase, Times, TopicStatistics, TopicTiming, Treatment,
+        BackwardStep, ClockFinding, ClockFindingKind, Gap, MessageTimes, Placed, Placement,
+        StampCorrection, StampDecision, StampOffset, StampSource, TimeBase, Times, TopicStatistics,
+        TopicTiming, Treatment,
     },
     columns::{
-        FieldRecording, FieldRequest, SensorRecording, SensorRequest, arrival_order, record_fields,
-        record_sensors,
+        FieldRecording, FieldRequest, SensorBlock, SensorReading, SensorRecording, SensorRequest,
+        arrival_order, read_sensor_blocks, record_fields, record_sensors, record_sensors_in,
     },
     decode::{
         DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
         ValueSource, number_fields,
     },
     file::Format,
+    large_columns::ColumnMemory,
     log::Log,
     message::{
         BindingError, DefinitionSource, Error, Integrity, Losses, LostPart, LostRange, RawMessage,

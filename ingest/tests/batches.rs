@@ -6,6 +6,7 @@ use tipwatch_ingest::{
     arrival_order, record_fields, record_sensors,
 };
 
+use crate::sensor_blocks::blocks_and_columns;
 use crate::support::{COMPRESSIONS, FIRST_NS, JOINT_STATE, PERIOD_NS, TempLog, joint_state};
 
 const TOPICS: [&str; 2] = ["/arm", "/wheels"];
@@ -100,6 +101,7 @@ fn check(bytes: &[u8]) -> usize {
         })
         .collect();
     let (recordings, mut losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
+    blocks_and_columns(&log, &requests);
     // Recordings omit messages without a stamp.
     let unstamped = expected.len();
     expected.retain(|(_, sample)| sample.header_stamp_ns.is_some());

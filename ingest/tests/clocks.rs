@@ -8,6 +8,7 @@ use tipwatch_ingest::{
     SensorRecording, SensorRequest, StampSource, Treatment, record_fields, record_sensors,
 };
 
+use crate::sensor_blocks::blocks_and_columns;
 use crate::support::{FIRST_NS, JOINT_STATE, TempLog, joint_state};
 
 const MS: i64 = 1_000_000;
@@ -97,8 +98,9 @@ fn recorded(file: &TempLog) -> BTreeMap<String, SensorRecording> {
             other_parts: Vec::new(),
         })
         .collect();
-    let (recordings, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
+    let (_, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
     assert!(losses.is_empty(), "{losses:?}");
+    let (_, recordings) = blocks_and_columns(&log, &requests);
     recordings
         .into_iter()
         .map(|r| (log.topic(r.topic).unwrap().name.clone(), r))

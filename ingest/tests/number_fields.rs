@@ -6,6 +6,7 @@ use tipwatch_ingest::{
     record_fields, record_sensors,
 };
 
+use crate::sensor_blocks::blocks_and_columns;
 use crate::support::{Cdr, TempLog};
 
 /// Named axes in an array of messages, without a header.
@@ -169,8 +170,9 @@ fn one_topic_may_serve_several_sensors() {
             &["boom"],
         ),
     ];
-    let (recordings, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
+    let (_, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
     assert!(losses.is_empty());
+    let (_, recordings) = blocks_and_columns(&log, &requests);
     let [imu, joints] = &recordings[..] else {
         panic!()
     };
@@ -240,7 +242,7 @@ fn parts_of_a_sample_may_come_on_separate_topics() {
         numbers: Some(part(0)),
         other_parts: vec![(topic("/rates"), part(3))],
     };
-    let (recordings, _) = record_sensors(&log, &[request], &mut |_| {}).unwrap();
+    let (_, recordings) = blocks_and_columns(&log, &[request]);
     let [joined] = &recordings[..] else { panic!() };
     // the first and the last five lack a neighbour, and the gap is too long to interpolate
     let stamps: Vec<i64> = joined

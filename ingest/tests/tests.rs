@@ -19,6 +19,7 @@ mod number_fields; // single numbers from any messages
 mod recover; // the intact part of a log as a clean file
 mod rosbag2; // databases and folders
 mod self_describing; // self-describing messages: JSON, protobuf
+mod sensor_blocks; // samples in blocks equal whole columns
 mod sensors; // messages to samples
 mod skipped_chunks; // chunks without a wanted topic are not read
 mod static_frames; // transforms of /tf_static

@@ -15,6 +15,7 @@ use tipwatch_ingest::{Log, Losses};
 use crate::{
     bags::bag,
     rosbag2::{JOINTS, database, joint_messages, rows},
+    sensor_blocks::{blocks_and_columns, joint_requests},
     support::{Style, TempLog, joint_log},
 };
 
@@ -302,6 +303,7 @@ fn check(original: &Original, seed: u64) -> Option<bool> {
         Err(_) if is_hopeless => return None,
         Err(error) => panic!("{context}: {error}"),
     };
+    blocks_and_columns(&log, &joint_requests(&log, &["bb", "a"]));
     let (found, losses) = read(&log);
     if is_hopeless {
         return None;

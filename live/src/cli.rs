@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
-use tipwatch_binding::MachineFile;
+use tipwatch_binding::{MachineFile, NOT_COMMISSIONED, commissioning_of};
+use tipwatch_mechanics::commissioning::Status;
 
 use crate::alarm::default_folder;
 use crate::control::ControlProgram;
@@ -16,6 +17,7 @@ use crate::node::Wake;
 use crate::node::{Housekeeping, LoopOptions};
 use crate::node::{LiveNode, ServiceAddress};
 use crate::operator::acknowledge;
+use crate::operator::commission;
 use crate::operator::watch;
 use crate::record::{RecordOptions, record};
 use crate::replay::LogSamples;
@@ -30,6 +32,10 @@ use crate::wire::topics::DEFAULT_SERVICE;
 const FAILED: u8 = 1;
 /// Exit code: finished, but parts of a log or of a recording were lost.
 const LOST: u8 = 3;
+/// Exit code: the commissioning contradicts the machine file.
+const CONTRADICTED: u8 = 4;
+/// Exit code: the commissioning leaves items open. Adds to [`CONTRADICTED`].
+const OPEN: u8 = 8;
 /// Default time for which a lossless replay waits for its reader (s).
 const LOSSLESS_WAIT_S: f64 = 10.0;
 
@@ -55,6 +61,9 @@ enum Command {
     Watch(WatchArgs),
     /// Acknowledge the monitor's alarm.
     Acknowledge(ServiceArgs),
+    /// Commission the machine: guide a person through a drive that proves signs, axes, order, scale and mounting of its
+    /// sensors. The same as `tipwatch check-machine --live`.
+    CheckMachine(CheckMachineArgs),
     /// Print the C header of the messages in shared memory.
     Header,
 }
@@ -117,6 +126,10 @@ struct MonitorArgs {
     /// else ~/.local/state/tipwatch.
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
+    /// Result of the machine's commissioning, instead of the one that the machine file names. One of another machine, or
+    /// one that contradicts the machine file, is refused.
+    #[arg(long, value_name = "FILE")]
+    commissioning: Option<PathBuf>,
     /// Follow sessions whose clock is unrelated to real time: replays as fast as possible. No delay is checked in them.
     #[arg(long)]
     allow_untimed: bool,
@@ -173,6 +186,17 @@ struct RecordArgs {
 }
 
 #[derive(Debug, Args)]
+struct CheckMachineArgs {
+    #[command(flatten)]
+    machine: MachineArgs,
+    #[command(flatten)]
+    service: ServiceArgs,
+    /// Write the result to this file, which the key `commissioning` of the machine file binds.
+    #[arg(long, value_name = "FILE")]
+    commissioning: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 struct WatchArgs {
     #[command(flatten)]
     service: ServiceArgs,
@@ -206,6 +230,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Record(args) => run_record(args),
         Command::Watch(args) => watch(&args.service.address()).map(|()| ExitCode::SUCCESS),
         Command::Acknowledge(args) => run_acknowledge(args),
+        Command::CheckMachine(args) => run_check_machine(args),
         Command::Header => print_header(),
     };
     result.unwrap_or_else(|error| {
@@ -281,10 +306,41 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
     })
 }
 
-fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
-    let real_time = args.running.real_time()?;
+fn run_check_machine(args: &CheckMachineArgs) -> Result<ExitCode> {
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
+    let node = LiveNode::new(&args.service.address(), "tipwatch-commission")?;
+    let result = commission(&node, &file, &urdf, args.commissioning.as_deref())?;
+    let assessment = &result.assessment;
+    let mut code = 0;
+    if assessment.count(Status::Contradicted) > 0 {
+        code += CONTRADICTED;
+    }
+    if !assessment.is_complete() {
+        code += OPEN;
+    }
+    if code == 0 && result.lost > 0 {
+        code = LOST;
+    }
+    if result.lost > 0 {
+        eprintln!("check-machine: {} samples were lost", result.lost);
+    }
+    Ok(ExitCode::from(code))
+}
+
+fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
+    let real_time = args.running.real_time()?;
+    let mut file = MachineFile::read(&args.machine.machine)?;
+    if let Some(path) = &args.commissioning {
+        file = file.with_commissioning(path)?;
+    }
+    let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
+    let commissioning = commissioning_of(&file, &urdf)?;
+    if !args.quiet {
+        let statement = (commissioning.as_ref())
+            .map_or(NOT_COMMISSIONED.into(), |(_, found)| found.statement());
+        eprintln!("monitor: {statement}");
+    }
     let state = args
         .state
         .clone()
@@ -343,6 +399,8 @@ fn run_control(args: &ControlArgs) -> Result<ExitCode> {
     let real_time = args.running.real_time()?;
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
+    // one of another machine, or with contradictions, is refused
+    commissioning_of(&file, &urdf)?;
     let address = args.service.address();
     let node = LiveNode::new(&address, "tipwatch-control")?;
     let options = LoopOptions {

@@ -1,4 +1,5 @@
-//! The independent client, in its short form: faults, a wrong sensor, acknowledgements and a restart.
+//! The independent client: faults, wrong sensors, acknowledgements and a restart in its short form, and its whole table of
+//! wrong sensors.
 
 use std::process::Command;
 
@@ -12,13 +13,24 @@ mod needs_python_iceoryx2 {
 
     const CLIENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/independent/client.py");
 
+    /// At most this share of the rows with a wheel in the air may be called Safe or Notice (percent).
+    const MOST_PERCENT: &str = "2";
+    /// The arm of `tiny_lift` moves from the first sample on: the bias of the gyro is not known before the log ends. A tilt
+    /// encoder that stands still changes the reach alone, as a load on the tool does.
+    const NOT_EXCITED: [&str; 2] = ["tiny_lift", "side_reach: tilt: stands still"];
+
     #[test]
     #[ignore = "needs Python with the packages iceoryx2 and polars; TIPWATCH_PYTHON names the interpreter"]
     fn client_that_knows_only_the_header_is_not_fooled() {
+        run(&["swing_lift.mcap", "tiny_lift.mcap"], "--short");
+    }
+
+    pub(super) fn run(logs: &[&str], form: &str) {
         let ran = super::python()
             .args([CLIENT, env!("CARGO_BIN_EXE_tipwatch-live")])
-            .args([data("swing_lift.mcap"), data("tiny_lift.mcap")])
-            .arg("--short")
+            .args(logs.iter().map(|log| data(log)))
+            .args([form, "--most-percent", MOST_PERCENT])
+            .args(NOT_EXCITED.iter().flat_map(|it| ["--not-excited", it]))
             .output()
             .unwrap();
         let (out, err) = (
@@ -28,5 +40,16 @@ mod needs_python_iceoryx2 {
         println!("{out}");
         assert!(ran.status.success(), "{out}{err}");
         assert!(out.contains(" 0 failures"), "{out}{err}");
+    }
+}
+
+mod needs_long {
+    #[test]
+    #[ignore = "takes ten minutes, and needs Python with the packages iceoryx2 and polars"]
+    fn client_is_fooled_by_no_wrong_sensor_that_the_motion_excites() {
+        super::needs_python_iceoryx2::run(
+            &["swing_lift.mcap", "side_reach.mcap"],
+            "--sensors-only",
+        );
     }
 }

@@ -25,8 +25,12 @@ use tipwatch_live::node::{LoopOptions, Wake};
 use tipwatch_live::system::clock::Monotonic;
 use tipwatch_live::wire::command::Mode;
 use tipwatch_live::wire::session::{Session, Untimed};
-use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireCommand, WireSample, WireVerdict};
+use tipwatch_live::wire::topics::{
+    EVENT_ROW, Head, Kind, Wire, WireCommand, WireSample, WireVerdict,
+};
+use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::verdict::Level;
+use tipwatch_suspension::hydraulics::{Actuator, ActuatorInput, ActuatorState, Valve};
 
 mod support;
 
@@ -210,35 +214,107 @@ fn monitor_alone() {
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), 0);
 }
 
-/// The control with safe verdicts: its valves follow.
+/// The suspension of a recording, its rods moved by the commands through valves, oil and cylinders.
+struct Obeying {
+    machine: Machine,
+    actuator: Actuator,
+    cylinders: [ActuatorState; 2],
+    valves: [Valve; 2],
+    /// Index of each rod in the samples of the joints.
+    places: [usize; 2],
+    before_ns: Option<i64>,
+}
+
+/// What each cylinder carries (N), and the mass that moves with it (kg).
+const LOAD: ActuatorInput = ActuatorInput::Load {
+    force: 1e4,
+    mass: 1e4,
+};
+
+impl Obeying {
+    fn new(machine: &Machine, joints: &[String]) -> Self {
+        let suspension = machine.suspension().unwrap();
+        let actuator = Actuator {
+            parameters: suspension.hydraulics,
+        };
+        let ActuatorInput::Load { force, .. } = LOAD else {
+            unreachable!("a load");
+        };
+        let place = |rod: &str| joints.iter().position(|name| name == rod).unwrap();
+        Self {
+            machine: machine.clone(),
+            // near the stop, where a swinging arm leaves them something to do
+            cylinders: [actuator.at_rest(0.02, force); 2],
+            actuator,
+            valves: [Valve::closed(); 2],
+            places: ["suspension_right", "suspension_left"].map(place),
+            before_ns: None,
+        }
+    }
+
+    /// Moves the rods with these openings until this sample, and writes them into it.
+    fn obey(&mut self, openings: &[f64; 2], sample: &mut WireSample) {
+        let before_ns = self.before_ns.replace(sample.time_ns);
+        let seconds = before_ns.map_or(0.0, |before| (sample.time_ns - before) as f64 * 1e-9);
+        // the command is the opening itself
+        let mut direct = self.actuator.parameters;
+        direct.gain = 1.0;
+        let [least, _] = self.machine.suspension().unwrap().stroke;
+        let joints = sample.value_count as usize / 2;
+        for (k, place) in self.places.into_iter().enumerate() {
+            self.valves[k] = self.valves[k].follow(&direct, openings[k], 0.0, seconds);
+            let (valve, before) = (self.valves[k], self.cylinders[k]);
+            self.cylinders[k] = self.actuator.step(&before, valve, LOAD, seconds).unwrap();
+            sample.values[place] = least + self.cylinders[k].extension;
+            sample.values[joints + place] = self.cylinders[k].velocity;
+        }
+        sample.seal(sample.head());
+    }
+}
+
+/// The control with safe verdicts in a closed loop: its valves follow, and the rods follow them.
 fn control_alone() {
     let (file, urdf) = machine("second_paper");
     let (session, samples) = sealed("second_paper");
     let (machine, sensors) = session.machine(&file, &urdf).unwrap();
+    let mut rods = Obeying::new(&machine, &session.streams[0]);
     let mut control = Control::new(machine, &sensors, &session, 0).unwrap();
     let mut verdict = WireVerdict::unknown();
     verdict.session = session.id;
     verdict.level = Level::Safe as u32;
-    let mut steered = 0;
-    for (at, sample) in samples.iter().enumerate() {
+    let (mut steered, mut rows, mut last) = (0, 0, WireCommand::closed());
+    let start = rods.cylinders[0].extension;
+    for (at, mut sample) in samples.into_iter().enumerate() {
         let now_ns = sample.published_ns;
         verdict.valid_until_ns = now_ns + 1;
         verdict.seal(Head {
             machine_hash: session.machine_hash,
             ..Head::default()
         });
+        if sample.kind == Kind::Joints as u32 {
+            rods.obey(&last.opening, &mut sample);
+        }
         IS_COUNTED.set(at > 50);
         let mut send = |command: &mut WireCommand| {
-            steered += u64::from(command.mode() == Mode::Follow && command.event == EVENT_ROW);
+            let is_row = command.event == EVENT_ROW;
+            rows += u64::from(is_row);
+            steered += u64::from(is_row && command.mode() == Mode::Follow);
+            last = *command;
             now_ns
         };
         control.verdict(&verdict);
-        control.take(sample, now_ns, &mut send).unwrap();
+        control.take(&sample, now_ns, &mut send).unwrap();
         control.tick(now_ns, &mut send);
         IS_COUNTED.set(false);
     }
-    // the rods of a recording do not obey: the control follows until it has found that out
-    assert!(steered >= 10, "{steered} rows steered");
+    let moved = rods.cylinders[0].extension - start;
+    println!("{steered} of {rows} rows steered, rods moved by {moved:.3} m");
+    assert!(
+        10 * steered >= 9 * rows && rows > 300,
+        "{steered} of {rows}"
+    );
+    // beyond the trial of their direction
+    assert!(moved.abs() > 0.004, "{moved}");
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), 0);
 }
 

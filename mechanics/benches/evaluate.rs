@@ -1,6 +1,7 @@
 //! Time of one evaluation of the simulated machine: fifteen bodies, two closed chains, loads and envelope.
 //!
-//! `cargo bench -p tipwatch-mechanics`. If `TIPWATCH_PINOCCHIO` is set to a program that times Pinocchio's `rnea`
+//! `cargo bench -p tipwatch-mechanics`; with the name of a run and a number, only that run so many times, for a
+//! profiler. If `TIPWATCH_PINOCCHIO` is set to a program that times Pinocchio's `rnea`
 //! on the same bodies (`benches/pinocchio/`), it is run before and after on the same computer.
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints its result")]
@@ -12,71 +13,97 @@ use std::time::Instant;
 
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{
-    Lanes, Machine, Model, Scope, State, StateColumns, Workspace, evaluate, evaluate_rows,
+    BatchWorkspace, Machine, Model, OutcomeColumns, Scope, State, StateColumns, Workspace,
+    evaluate_into, evaluate_one,
 };
 
 const STATES: usize = 1024;
 const REPEATS: usize = 400;
 
+/// What is measured, with its name.
+type Run<'a> = (&'a str, Box<dyn FnMut() + 'a>);
+
+/// Names of the runs.
+const SCALAR: &str = "scalar";
+const SCALAR_FULL: &str = "scalar-full";
+const ROWS: &str = "rows";
+const FULL: &str = "full";
+const INDICATORS: &str = "indicators";
+const CAUSES: &str = "causes";
+const SENSITIVITIES: &str = "sensitivities";
+
 fn main() {
     let machine = machine();
     let states = states(&machine);
-    peer();
     let one_by_one = separate(&machine, &states);
-    let scalar = nanoseconds_a_state(|| scalar(&machine, &one_by_one));
-    let side_by_side = side_by_side(&machine, &one_by_one);
-    let lanes = nanoseconds_a_state(|| lanes(&machine, &side_by_side));
-    let by_rows = |scope| {
-        let model = Arc::new(Model::WholeBody);
-        nanoseconds_a_state(|| {
-            black_box(evaluate_rows(
-                &machine,
-                black_box(&states),
-                0..STATES,
-                scope,
-                &model,
-            ));
-        })
+    let model = Arc::new(Model::WholeBody);
+    let by_rows = |scope: Scope| {
+        let mut workspace = BatchWorkspace::new(&machine, scope, &model);
+        let mut outcomes = OutcomeColumns::empty(&machine, scope);
+        let (machine, states) = (&machine, &states);
+        move || {
+            let states = black_box(states);
+            evaluate_into(machine, states, 0..STATES, &mut workspace, &mut outcomes);
+            black_box(&outcomes);
+        }
     };
-    let rows = by_rows(Scope::LOADS);
-    let everything = by_rows(Scope::ALL);
-    let loads_again = by_rows(Scope::LOADS);
-    println!(
-        "evaluate, f64:            {scalar:7.0} ns a sample (minimum of {REPEATS} runs over {STATES} states)"
-    );
-    println!(
-        "evaluate, lanes:          {lanes:7.0} ns a sample, {:.1} times as fast",
-        scalar / lanes
-    );
-    println!("evaluate_rows, lanes:     {rows:7.0} ns a sample, from columns to columns");
-    println!(
-        "full scope, lanes:        {everything:7.0} ns a sample, {:.1} times the loads alone",
-        everything / rows.min(loads_again)
-    );
-    for (what, scope) in [
+    let part = |chosen: fn(&mut Scope)| {
+        let mut scope = Scope::LOADS;
+        chosen(&mut scope);
+        by_rows(scope)
+    };
+    let mut runs: [Run<'_>; 7] = [
         (
-            "indicators",
-            Scope {
-                indicators: true,
-                ..Scope::LOADS
-            },
+            SCALAR,
+            Box::new(|| scalar(&machine, &one_by_one, Scope::LOADS)),
         ),
         (
-            "causes",
-            Scope {
-                contributions: true,
-                ..Scope::LOADS
-            },
+            SCALAR_FULL,
+            Box::new(|| scalar(&machine, &one_by_one, Scope::ALL)),
         ),
+        (ROWS, Box::new(by_rows(Scope::LOADS))),
+        (FULL, Box::new(by_rows(Scope::ALL))),
+        (INDICATORS, Box::new(part(|scope| scope.indicators = true))),
+        (CAUSES, Box::new(part(|scope| scope.contributions = true))),
         (
-            "sensitivities",
-            Scope {
-                sensitivities: true,
-                ..Scope::LOADS
-            },
+            SENSITIVITIES,
+            Box::new(part(|scope| scope.sensitivities = true)),
         ),
-    ] {
-        println!("  {what:23} {:7.0} ns a sample more", by_rows(scope) - rows);
+    ];
+    let mut arguments = std::env::args()
+        .skip(1)
+        .filter(|word| !word.starts_with('-'));
+    if let Some(only) = arguments.next() {
+        let repeats = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(1);
+        let (_, run) = (runs.iter_mut().find(|(name, _)| *name == only)).expect("a known name");
+        (0..repeats).for_each(|_| run());
+        return;
+    }
+    peer();
+    let least = nanoseconds_a_state(&mut runs);
+    let of = |name: &str| {
+        least[runs
+            .iter()
+            .position(|(known, _)| *known == name)
+            .expect("known")]
+    };
+    println!("Minimum of {REPEATS} interleaved runs over {STATES} states, ns a sample:");
+    println!("loads, f64                          {:7.0}", of(SCALAR));
+    println!(
+        "full scope, f64                     {:7.0}",
+        of(SCALAR_FULL)
+    );
+    println!("loads, from columns to columns      {:7.0}", of(ROWS));
+    println!("full scope, from columns to columns {:7.0}", of(FULL));
+    println!(
+        "the rest beside the loads: {:.2} times the loads",
+        (of(FULL) - of(ROWS)) / of(ROWS)
+    );
+    for name in [INDICATORS, CAUSES, SENSITIVITIES] {
+        println!(
+            "  {name:15} {:7.0} more than the loads alone",
+            of(name) - of(ROWS)
+        );
     }
     peer();
 }
@@ -112,6 +139,10 @@ fn states(machine: &Machine) -> StateColumns {
             nalgebra::Vector3::new(0.5 * phase.sin(), 0.4 * (1.7 * phase).cos(), 9.8);
         state.imu.angular_velocity = nalgebra::Vector3::new(0.05, -0.03, 0.3) * phase.cos();
         state.imu.angular_acceleration = nalgebra::Vector3::new(0.1, 0.2, -0.1) * phase.sin();
+        let tilt = 0.05 * phase.cos();
+        state.base.up = nalgebra::Vector3::new(tilt.sin(), 0.0, tilt.cos());
+        state.base.velocity = nalgebra::Vector3::new(phase.cos(), 0.02 * phase.sin(), 0.0);
+        state.base.velocity_rate = nalgebra::Vector3::new(0.3 * phase.sin(), 0.0, 0.0);
         columns.set(row, &mut state);
     }
     columns
@@ -126,49 +157,25 @@ fn separate(machine: &Machine, states: &StateColumns) -> Vec<State<f64>> {
     (0..STATES).map(&mut at).collect()
 }
 
-fn scalar(machine: &Machine, states: &[State<f64>]) {
-    let mut workspace = Workspace::new(machine);
+fn scalar(machine: &Machine, states: &[State<f64>], scope: Scope) {
+    let mut workspace = Workspace::with_scope(machine, scope);
     for state in states {
-        black_box(evaluate(machine, black_box(state), &mut workspace));
+        black_box(evaluate_one(machine, black_box(state), &mut workspace));
     }
 }
 
-fn side_by_side(machine: &Machine, states: &[State<f64>]) -> Vec<State<Lanes>> {
-    let packed = |four: &[State<f64>]| {
-        let pack = |get: &dyn Fn(&State<f64>) -> f64| {
-            Lanes::from_array(std::array::from_fn(|lane| get(&four[lane])))
-        };
-        let mut state = State::<Lanes>::zero(machine);
-        for (k, joint) in state.joints.iter_mut().enumerate() {
-            joint.position = pack(&|s| s.joints[k].position);
-            joint.rate = pack(&|s| s.joints[k].rate);
-            joint.acceleration = pack(&|s| s.joints[k].acceleration);
-        }
-        for axis in 0..3 {
-            state.imu.specific_force[axis] = pack(&|s| s.imu.specific_force[axis]);
-            state.imu.angular_velocity[axis] = pack(&|s| s.imu.angular_velocity[axis]);
-            state.imu.angular_acceleration[axis] = pack(&|s| s.imu.angular_acceleration[axis]);
-        }
-        state
-    };
-    states.chunks_exact(Lanes::COUNT).map(packed).collect()
-}
-
-fn lanes(machine: &Machine, states: &[State<Lanes>]) {
-    let mut workspace = Workspace::new(machine);
-    for state in states {
-        black_box(evaluate(machine, black_box(state), &mut workspace));
-    }
-}
-
-fn nanoseconds_a_state(mut run: impl FnMut()) -> f64 {
-    let mut least = f64::INFINITY;
+/// The least time of each run, all of them in turn.
+fn nanoseconds_a_state(runs: &mut [Run<'_>]) -> Vec<f64> {
+    let mut least = vec![f64::INFINITY; runs.len()];
     for _ in 0..REPEATS {
-        let start = Instant::now();
-        run();
-        least = least.min(start.elapsed().as_secs_f64());
+        for ((_, run), least) in runs.iter_mut().zip(&mut least) {
+            let start = Instant::now();
+            run();
+            let took_s = start.elapsed().as_secs_f64();
+            *least = least.min(took_s * 1e9 / STATES as f64);
+        }
     }
-    least * 1e9 / STATES as f64
+    least
 }
 
 fn peer() {

@@ -27,6 +27,7 @@
 
 #![forbid(unsafe_code)]
 pub mod closed_form;
+pub mod commissioning;
 pub mod dynamics;
 pub mod estimation;
 mod evaluate;
@@ -39,8 +40,8 @@ pub mod studies;
 pub mod verdict;
 pub mod wheel_loads;
 
-pub use evaluate::batch::{OutcomeColumns, evaluate_rows};
-pub use evaluate::evaluation::evaluate;
+pub use evaluate::batch::{BatchWorkspace, OutcomeColumns, evaluate_into, evaluate_rows};
+pub use evaluate::evaluation::{evaluate, evaluate_one};
 pub use evaluate::model::{ClosedForm, Model};
 pub use evaluate::outcome::Outcome;
 pub use evaluate::quantities::{Quantity, RowColumn};

@@ -175,6 +175,11 @@ fn on_threads(passes: Vec<Pass<'_>>) {
     });
 }
 
+/// Passes one after another.
+fn one_by_one(passes: Vec<Pass<'_>>) {
+    passes.into_iter().for_each(|pass| pass());
+}
+
 /// All rows, smoothed in blocks by two threads, the last block first.
 fn in_blocks<S: SampleSource<Error: std::fmt::Debug>>(
     machine: &Machine,
@@ -319,13 +324,14 @@ proptest! {
         let recordings = recordings(&sensors, &case);
         let samples: Vec<_> = recordings.iter().map(Recording::samples).collect();
         let clock = rate.map_or(RowClock::JointStates, RowClock::Rate);
-        let smoother = |rows_per_block: usize| {
+        let smoother = |rows_per_block: usize, run: &dyn Fn(Vec<Pass<'_>>)| {
             let sources = samples.clone();
             let Ok(smoother) =
-                BlockSmoother::new(&machine, &sensors, sources, clock, rows_per_block, &on_threads);
+                BlockSmoother::new(&machine, &sensors, sources, clock, rows_per_block, run);
             smoother
         };
-        let (whole, blocks) = (smoother(usize::MAX), smoother(rows_per_block));
+        let whole = smoother(usize::MAX, &one_by_one);
+        let blocks = smoother(rows_per_block, &on_threads);
         prop_assert_eq!(whole.blocks(), 1);
         prop_assert!(whole.counts().eq(blocks.counts()));
         // Faults hold NaN where there is no limit.

@@ -7,8 +7,8 @@ use crate::support::machine;
 use proptest::prelude::*;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{
-    Machine, Model, OutcomeColumns, Quantity, Scope, State, StateColumns, Workspace, evaluate,
-    evaluate_rows,
+    BatchWorkspace, Machine, Model, OutcomeColumns, Quantity, Scope, State, StateColumns,
+    Workspace, evaluate, evaluate_into, evaluate_rows,
 };
 
 const EVERYTHING: Scope = Scope {
@@ -94,8 +94,55 @@ fn rows_of(machine: &Machine, rows: usize) -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(number(), rows * State::<f64>::size(machine))
 }
 
+/// Blocks of any length through the same memory give the rows of separate evaluations.
+fn assert_blocks_equal_separate_rows(machine: &Machine, numbers: &[f64], lengths: &[usize]) {
+    let (states, model) = (states(machine, numbers), Arc::new(Model::WholeBody));
+    let mut workspace = BatchWorkspace::new(machine, EVERYTHING, &model);
+    let mut block = OutcomeColumns::empty(machine, EVERYTHING);
+    let (mut first, mut lengths) = (0, lengths.iter().cycle());
+    while first < states.rows() {
+        let end = (first + lengths.next().unwrap()).min(states.rows());
+        evaluate_into(machine, &states, first..end, &mut workspace, &mut block);
+        let alone = evaluate_rows(machine, &states, first..end, EVERYTHING, &model);
+        for (quantity, (found, expected)) in
+            (block.quantities.iter()).zip(block.columns.iter().zip(&alone.columns))
+        {
+            assert_eq!(found.len(), end - first);
+            for (&a, &b) in found.iter().zip(expected) {
+                assert!(
+                    same(a, b),
+                    "{quantity:?} in {first}..{end}: {a:?}, {b:?} alone"
+                );
+            }
+        }
+        for row in 0..end - first {
+            let reasons = [&block, &alone].map(|columns| columns.reasons(row, Reasons::NONE));
+            assert_eq!(reasons[0], reasons[1], "row {row} of {first}..{end}");
+        }
+        for wheel in 0..machine.wheels().len() {
+            let of = |columns: &OutcomeColumns| columns.sensitivity.root_mean_squares(wheel);
+            let squares = of(&block).into_iter().zip(of(&alone));
+            for (place, (a, b)) in squares.enumerate() {
+                assert!(
+                    same(a, b),
+                    "parameter {place} in {first}..{end}: {a:?}, {b:?} alone"
+                );
+            }
+        }
+        first = end;
+    }
+}
+
 proptest! {
     #![proptest_config(support::cases(300))]
+
+    #[test]
+    fn blocks_through_one_workspace_keep_no_trace_of_each_other(
+        numbers in rows_of(&machine("rigid"), 41),
+        lengths in prop::collection::vec(1..20_usize, 1..5),
+    ) {
+        assert_blocks_equal_separate_rows(&machine("rigid"), &numbers, &lengths);
+    }
 
     #[test]
     fn with_measured_pivots(numbers in rows_of(&machine("rigid"), 7)) {

@@ -1,5 +1,6 @@
 //! Time of one step of the suspension optimiser on random problems of the machine on bogies, without warm
-//! start: median to maximum, including the condensation of the machine.
+//! start: median to maximum, including the condensation of the machine; and of one tick of the whole control, load
+//! guard included.
 //!
 //! `cargo bench -p tipwatch-suspension --bench stabilise [-- NAME]`, where NAME is part of a line's label.
 
@@ -13,7 +14,7 @@ use std::time::Instant;
 
 use problems::{Draws, Problem, control, machine, optimiser};
 use tipwatch_mechanics::machine::ControlMode;
-use tipwatch_suspension::Status;
+use tipwatch_suspension::{Controller, Status};
 
 const PROBLEMS: usize = 20_000;
 /// Each problem takes the shortest of several runs, to exclude interference from other processes.
@@ -83,6 +84,30 @@ fn main() {
             };
             line(&name, &mut times);
             line("  first run of each", &mut first);
+            let posture: Vec<f64> = problems[0]
+                .state
+                .joints
+                .iter()
+                .map(|joint| joint.position)
+                .collect();
+            let mut settings = control(mode, independent);
+            // long enough for any posture
+            if mode == ControlMode::OneStep {
+                settings.rate = 0.2;
+            }
+            let mut controller = Controller::new(&machine, &settings, &posture)
+                .expect("a machine with a suspension");
+            let mut ticks = vec![f64::INFINITY; PROBLEMS];
+            for _ in 0..REPEATS {
+                for (problem, time) in problems.iter().zip(&mut ticks) {
+                    controller.reset();
+                    let start = Instant::now();
+                    let command = controller.tick(black_box(&problem.state), &problem.x);
+                    *time = time.min(start.elapsed().as_secs_f64() * 1e6);
+                    black_box(&command);
+                }
+            }
+            line("  tick with guard", &mut ticks);
             let counts = endings
                 .iter()
                 .map(|(status, n): (&Status, &usize)| format!("{} {n}", status.name()));

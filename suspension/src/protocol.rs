@@ -8,6 +8,9 @@
 //!     out  {"status": "optimal", "hold": false, "reasons": [], "position": [...], "velocity": [...],
 //!           "acceleration": [...], "opening": [...], "cost": 1.2}
 //! ```
+//! A state may also hold `"pressures": [[8e6, 7e6], [8e6, 7e6]]`, those of the chambers on the piston's and on the rod's side
+//! (Pa): with them the valves damp the oscillation of the platform on its oil.
+//!
 //! Joints have position, velocity and acceleration (rad or m, s); rods have strokes (m). The remaining keys are the
 //! IMU measurements in the sensor frame and the upward unit vector in base axes. `null` is an unknown number. A
 //! line is a step of `step_s` after the one before.
@@ -21,12 +24,14 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::estimation::plausibility::Plausibility;
 use tipwatch_mechanics::geometry::coordinate::Motion;
-use tipwatch_mechanics::machine::{Machine, SuspensionControl};
+use tipwatch_mechanics::machine::{HydraulicParameters, Machine, SuspensionControl};
 use tipwatch_mechanics::state::{JointStream, Sample, Sensor, Sensors, State};
 
 use crate::condensed::MAX_ACTUATORS;
 use crate::control::{Command, Controller, RodFault, Status};
 use crate::error::SuspensionError;
+use crate::hydraulics::{Pressures, piston_force};
+use crate::replay::Replay;
 
 /// The first line: the measured joints of the machine and their positions (rad or m).
 #[derive(Debug, Clone, Deserialize)]
@@ -100,6 +105,14 @@ pub enum ProtocolError {
         /// Name of the joint.
         name: String,
     },
+    /// A wrong number of pressures.
+    #[error("pressures: expected {expected} pairs or none, found {found}")]
+    Pressures {
+        /// Number of rods of the machine.
+        expected: usize,
+        /// Number of pairs in the line.
+        found: usize,
+    },
     /// A wrong number of rods.
     #[error("rods: expected {expected} numbers, found {found}")]
     Rods {
@@ -123,6 +136,9 @@ struct Request {
     angular_velocity: [Number; 3],
     angular_acceleration: [Number; 3],
     up: [Number; 3],
+    /// Pressures on the piston's side and on the rod's side, by rod (Pa).
+    #[serde(default)]
+    pressures: Vec<[Number; 2]>,
 }
 
 /// Reasons to hold, named as onboard.
@@ -139,7 +155,11 @@ pub struct LineControl<'a> {
     machine: &'a Machine,
     actuators: usize,
     controller: Controller,
+    hydraulics: HydraulicParameters,
+    replay: Replay,
     state: State<f64>,
+    /// Measured force of each piston (N); NaN if unknown.
+    pistons: [f64; MAX_ACTUATORS],
     checks: Plausibility,
     /// Lines so far: their stamps.
     lines: i64,
@@ -198,7 +218,10 @@ impl<'a> LineControl<'a> {
             machine,
             actuators: suspension.linkages.len(),
             controller,
+            hydraulics: suspension.hydraulics,
+            replay: Replay::new(machine)?,
             state: State::zero(machine),
+            pistons: [f64::NAN; MAX_ACTUATORS],
             checks: Plausibility::new(
                 machine,
                 &Sensors {
@@ -263,6 +286,17 @@ impl<'a> LineControl<'a> {
                 expected: self.actuators,
                 found: request.rods.len(),
             });
+        }
+        self.pistons = [f64::NAN; MAX_ACTUATORS];
+        if ![0, self.actuators].contains(&request.pressures.len()) {
+            return Err(ProtocolError::Pressures {
+                expected: self.actuators,
+                found: request.pressures.len(),
+            });
+        }
+        for (force, pair) in self.pistons.iter_mut().zip(&request.pressures) {
+            let [piston, rod] = pair.map(known);
+            *force = piston_force(&self.hydraulics, &Pressures { piston, rod });
         }
         let vector = |of: [Number; 3]| Vector3::from(of.map(known));
         self.state.imu.specific_force = vector(request.specific_force);
@@ -348,7 +382,9 @@ impl<'a> LineControl<'a> {
         }
         let step = self.controller.step_length();
         let command = self.controller.tick(&self.state, rods);
-        let opening = self.controller.follow(rods, step);
+        let motions = self.replay.rods(&self.state);
+        let forces = self.replay.carried(&self.state, &motions, &self.pistons);
+        let opening = self.controller.follow_loaded(rods, &forces, step);
         let mut reasons = Vec::new();
         if command.hold || command.status == Status::NoSolution {
             reasons.push(match self.controller.rod_fault() {

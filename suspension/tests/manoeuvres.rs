@@ -153,6 +153,8 @@ pub(crate) struct Ideal {
     pub(crate) least: Vec<[f64; 2]>,
     /// Load spread by row: locked, controlled (N).
     pub(crate) spread: Vec<[f64; 2]>,
+    /// Smallest stability angle by row: locked, controlled (rad).
+    pub(crate) angle: Vec<[f64; 2]>,
     /// Status by row.
     pub(crate) status: Vec<Status>,
 }
@@ -167,11 +169,14 @@ impl Manoeuvre {
         let mut replay = Replay::new(machine).unwrap();
         let home = replay.rods(&state);
         let mut rods = home;
-        let (mut least, mut spread, mut status) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut least, mut spread, mut angle, mut status) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let of = |replay: &Replay| {
             let outcome = replay.outcome();
             let least = outcome.otf.iter().copied().fold(f64::INFINITY, f64::min);
-            (least, outcome.indicators.spread)
+            let angles = outcome.indicators.stability_angle.iter().copied();
+            let angle = angles.fold(f64::INFINITY, f64::min);
+            (least, outcome.indicators.spread, angle)
         };
         for row in 0..self.times_ns.len() {
             self.states.get(row, &mut state);
@@ -187,6 +192,7 @@ impl Manoeuvre {
             let moved = of(&replay);
             least.push([locked.0, moved.0]);
             spread.push([locked.1, moved.1]);
+            angle.push([locked.2, moved.2]);
             status.push(command.status);
             controller.follow(&positions, 1.0 / RATE as f64);
             let (position, velocity) = controller.reference().unwrap();
@@ -201,6 +207,7 @@ impl Manoeuvre {
         Ideal {
             least,
             spread,
+            angle,
             status,
         }
     }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use crate::manoeuvres::{Manoeuvre, least_load};
 use crate::problems::{Draws, control, machine};
-use tipwatch_mechanics::machine::ControlMode;
+use tipwatch_mechanics::machine::{ControlMode, SuspensionControl};
 use tipwatch_suspension::Status;
 use tipwatch_suspension::replay::SuspensionMotion;
 
@@ -21,16 +21,26 @@ const MODES: [(ControlMode, bool); 4] = [
 /// `limits.min_load` of the machine (N).
 const LIMIT: f64 = 500.0;
 /// What the load may be below the smaller of the limit and that of locked rods, as a share of the mean load: the
-/// guard's own tolerance, and what changes within a step of the control ...
-const IDEAL_TOLERANCE: f64 = 0.03;
-/// ... and what the oil adds.
-const HYDRAULIC_TOLERANCE: f64 = 0.03;
-
+/// manoeuvres are faster than the guard's reserves.
+const TOLERANCE: f64 = 0.015;
+/// ... and the oil adds a little.
+const HYDRAULIC_TOLERANCE: f64 = 0.025;
 /// What the largest spread of a manoeuvre may be, relative to that of locked rods.
-const MOST_SPREAD: f64 = 1.06;
+const MOST_SPREAD: f64 = 1.03;
 
 /// Above this stability angle the loads come first (rad).
 const AMPLE_ANGLE: f64 = 0.25;
+/// (rad)
+const ANGLE_TOLERANCE: f64 = 2e-3;
+
+/// One-step mode takes a step that is long enough for every posture here.
+fn settings(mode: ControlMode, independent: bool) -> SuspensionControl {
+    let mut control = control(mode, independent);
+    if mode == ControlMode::OneStep {
+        control.rate = 0.4;
+    }
+    control
+}
 
 fn manoeuvres(variable: &str, default: u32) -> u32 {
     std::env::var(variable).map_or(default, |n| n.parse().unwrap())
@@ -40,22 +50,22 @@ fn manoeuvres(variable: &str, default: u32) -> u32 {
 fn rods_that_follow_at_once_never_cost_a_wheel_its_load() {
     let machine = machine();
     let mean = machine.mass() * machine.gravity() / 4.0;
-    let (mut statuses, mut gains) = (BTreeMap::<Status, usize>::new(), Vec::new());
+    let (mut worst, mut statuses, mut gains) =
+        (f64::INFINITY, BTreeMap::<Status, usize>::new(), Vec::new());
     for (mode, independent) in MODES {
-        let mut draws = Draws(5);
-        // Known limit: TIPWATCH_IDEAL=13 adds a manoeuvre whose rods, already displaced, cannot return in time: a wheel
-        // that locking leaves at 0.5 kN and less falls 0.3 kN lower.
-        for k in 0..manoeuvres("TIPWATCH_IDEAL", 12) {
+        let mut draws = Draws(u64::from(manoeuvres("TIPWATCH_SEED", 5)));
+        for k in 0..manoeuvres("TIPWATCH_IDEAL", 16) {
             let manoeuvre = Manoeuvre::draw(&mut draws, &machine);
-            let found = manoeuvre.ideal(&machine, &control(mode, independent));
+            let found = manoeuvre.ideal(&machine, &settings(mode, independent));
             for (row, &[locked, moved]) in found.least.iter().enumerate() {
-                let floor = LIMIT.min(locked) - IDEAL_TOLERANCE * mean;
+                worst = worst.min(moved - LIMIT.min(locked));
+                let floor = LIMIT.min(locked) - TOLERANCE * mean;
                 assert!(
                     moved >= floor,
                     "{mode:?} {independent} manoeuvre {k} row {row}: {moved:.0} N, locked {locked:.0} N"
                 );
                 assert!(
-                    locked <= 0.0 || moved > 0.0,
+                    locked <= TOLERANCE * mean || moved > 0.0,
                     "{mode:?} manoeuvre {k} row {row}"
                 );
             }
@@ -75,12 +85,21 @@ fn rods_that_follow_at_once_never_cost_a_wheel_its_load() {
                 most(1),
                 most(0)
             );
+            for (row, &[locked, moved]) in found.angle.iter().enumerate() {
+                assert!(
+                    moved >= locked.min(AMPLE_ANGLE) - ANGLE_TOLERANCE,
+                    "{mode:?} {independent} manoeuvre {k} row {row}: {moved:.3} rad, locked {locked:.3} rad"
+                );
+            }
             let sum = |i: usize| found.spread.iter().map(|spread| spread[i]).sum::<f64>();
             gains.push(1.0 - sum(1) / sum(0));
         }
     }
     let gain = gains.iter().sum::<f64>() / gains.len() as f64;
-    println!("mean gain {:.1} %, {statuses:?}", 100.0 * gain);
+    println!(
+        "worst {worst:.0} N, mean gain {:.1} %, {statuses:?}",
+        100.0 * gain
+    );
     // a guard that always holds would pass otherwise
     assert!(gain > 0.02, "{gain}");
     assert!(statuses.contains_key(&Status::Restrained));
@@ -91,8 +110,8 @@ fn hydraulic_rods_never_cost_a_wheel_its_load() {
     let machine = machine();
     let mean = machine.mass() * machine.gravity() / 4.0;
     for (mode, independent) in MODES {
-        let mut draws = Draws(5);
-        let motion = SuspensionMotion::Controlled(control(mode, independent));
+        let mut draws = Draws(u64::from(manoeuvres("TIPWATCH_SEED", 5)));
+        let motion = SuspensionMotion::Controlled(settings(mode, independent));
         for k in 0..manoeuvres("TIPWATCH_HYDRAULIC", 5) {
             let manoeuvre = Manoeuvre::draw(&mut draws, &machine);
             let found = manoeuvre.compared(&machine, &motion);
@@ -119,7 +138,10 @@ fn hydraulic_rods_never_cost_a_wheel_its_load() {
                 "{mode:?} {independent} {k}: worst {worst:.0} N, largest spread {spread:.0?}, smallest angle {angle:.3?}, {fastest:.2} m/s2"
             );
             assert!(spread[1] <= MOST_SPREAD * spread[0], "{spread:?}");
-            assert!(angle[1] >= angle[0].min(AMPLE_ANGLE) - 0.01, "{angle:?}");
+            assert!(
+                angle[1] >= angle[0].min(AMPLE_ANGLE) - ANGLE_TOLERANCE,
+                "{angle:?}"
+            );
         }
     }
 }

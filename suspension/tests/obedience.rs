@@ -13,7 +13,7 @@ const DT: f64 = 0.01;
 const FULL: f64 = 0.2;
 
 /// The arm stretched forward on level ground.
-fn standing(machine: &Machine) -> State<f64> {
+pub(crate) fn standing(machine: &Machine) -> State<f64> {
     let mut state = State::zero(machine);
     for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
         let position = match joint.name.as_str() {

@@ -16,5 +16,7 @@ mod hydraulics;
 mod never_worse;
 // Rods must obey their valves and stay within their stroke; the oil is damped.
 mod obedience;
+// Lines of JSON: with pressures the valves damp the oil.
+mod protocol;
 // The critical step T* against Pinocchio.
 mod val_critical_step;

@@ -26,11 +26,12 @@ pub trait RowSink: Send {
     /// They cannot be written.
     fn take(&mut self, rows: &Arc<Rows>) -> Result<()>;
 
-    /// Is told that all events that begin before a row are among these. The last call has the number of rows.
+    /// Is told that all events that begin before a row, which is at this time (ns), are among these. After the last row
+    /// there is no such row, and no time.
     ///
     /// # Errors
     /// Rows cannot be written.
-    fn settle(&mut self, _row: usize, _events: &[Event]) -> Result<()> {
+    fn settle(&mut self, _row: usize, _time_ns: Option<i64>, _events: &[Event]) -> Result<()> {
         Ok(())
     }
 }
@@ -119,10 +120,16 @@ pub(super) fn gather(
             },
         );
         written?;
-        sink.settle(events.settled(), events.events())
+        let settled = events.settled();
+        let time_ns = table.times_ns.get(settled).copied();
+        match time_ns {
+            Some(_) => sink.settle(settled, time_ns, events.events()),
+            // events that are still open become known at the end
+            None => Ok(()),
+        }
     })?;
     let found = events.finish();
-    sink.settle(table.len(), &found.events)?;
+    sink.settle(table.len(), None, &found.events)?;
     Ok(Gathered {
         found,
         sensitivity,

@@ -6,6 +6,7 @@ pub mod clock;
 pub mod coverage;
 pub mod digest;
 mod evaluation;
+mod excitation;
 mod folds;
 pub mod imu_check;
 pub mod inputs;

@@ -1,10 +1,12 @@
 //! Notes: what a reader must know about how the results were obtained.
 
+use tipwatch_mechanics::estimation::plausibility::Excitation;
 use tipwatch_mechanics::machine::{Axis, Machine, Parameter};
 use tipwatch_mechanics::state::Sensor;
 use tipwatch_mechanics::{Quantity, State};
 
 use super::clock::{self, ClockOffsets, text::TopicsFinding};
+use super::excitation;
 use super::imu_check::MountingCheck;
 use super::payload::EstimatedPayload;
 use crate::base::rows::Rows;
@@ -26,6 +28,8 @@ pub(crate) struct Seen {
     pub(crate) positions: Vec<[f64; 2]>,
     /// The specific force of the steady rows.
     pub(crate) mounting: MountingCheck,
+    /// What the motion showed of the sensors' signs and order.
+    excitation: Excitation,
 }
 
 impl Seen {
@@ -39,6 +43,7 @@ impl Seen {
             bias_variance: [0.0; 3],
             positions: vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.joints().len()],
             mounting: MountingCheck::default(),
+            excitation: Excitation::new(machine),
         }
     }
 
@@ -55,8 +60,15 @@ impl Seen {
             self.with_torques += used.filter(|&&torques| torques > 0.0).count();
         }
         let mut state = State::zero(machine);
-        for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
+        for row in 0..rows.len() {
+            if rows.reasons[row].leave_state_unknown() {
+                continue;
+            }
             rows.states.get(row, &mut state);
+            self.excitation.take(rows.times_ns[row], &state);
+            if !rows.is_valid(row) {
+                continue;
+            }
             for (range, joint) in self.positions.iter_mut().zip(&state.joints) {
                 *range = [range[0].min(joint.position), range[1].max(joint.position)];
             }
@@ -105,6 +117,7 @@ pub(crate) fn of(
     notes.extend(loaded.notes.iter().cloned());
     notes.extend(measured_torques(loaded, seen));
     notes.extend(accelerometer_bias(loaded, seen));
+    notes.extend(excitation::note(&loaded.machine, &seen.excitation));
     for signal in loaded.signals.iter() {
         if signal.recording.without_value > 0 {
             notes.push(format!(

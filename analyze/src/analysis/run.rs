@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use tipwatch_binding::MachineFile;
+use tipwatch_binding::{MachineFile, NOT_COMMISSIONED, Urdf, commissioning_of};
 use tipwatch_ingest::{Log, metadata_records};
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
@@ -399,7 +399,17 @@ fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
 }
 
 fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Provenance> {
+    let urdf = Urdf {
+        name: loaded.urdf.path.clone(),
+        text: loaded.urdf_text.clone(),
+    };
+    let commissioning = commissioning_of(file, &urdf)?;
     Ok(Provenance {
+        commissioning: (commissioning.as_ref())
+            .map_or(NOT_COMMISSIONED.into(), |(_, found)| found.statement()),
+        commissioning_file: (commissioning.as_ref())
+            .map(|(path, _)| hash_file(path))
+            .transpose()?,
         tipwatch_version: env!("CARGO_PKG_VERSION").into(),
         program: program().map(|file| FileHash {
             path: "tipwatch".into(),

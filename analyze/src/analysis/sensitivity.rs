@@ -93,7 +93,7 @@ impl SensitivityPass {
                 (outcome.otf[wheel], outcome.uncertainty.otf[wheel].powi(2));
             let derivatives = workspace.sensitivity().otf(wheel);
             let root_mean_squares = self.sums.root_mean_squares(wheel);
-            for ((&parameter, &derivative), rms) in
+            for ((&parameter, derivative), rms) in
                 parameters.iter().zip(derivatives).zip(root_mean_squares)
             {
                 let sigma = state.sigma(machine, parameter);

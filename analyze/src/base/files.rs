@@ -39,6 +39,12 @@ pub(crate) fn unfinished_in(folder: &Path, name: &str) -> Result<TempPath> {
     Ok(unfinished.into_temp_path())
 }
 
+/// A new, empty file beside `path`; it is removed unless it is given that name.
+pub(crate) fn unfinished_of(path: &Path) -> Result<TempPath> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    unfinished_in(path.parent().unwrap_or(Path::new("")), &name)
+}
+
 /// Removes unfinished files that a killed program left in a folder.
 pub(crate) fn remove_unfinished(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {

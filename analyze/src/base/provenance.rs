@@ -34,6 +34,10 @@ pub struct Provenance {
     pub urdf: FileHash,
     /// Mounting of the inertial measurement unit (IMU) and its source.
     pub imu_mounting: String,
+    /// Whether, when and with what result the machine was commissioned.
+    pub commissioning: String,
+    /// The result of the commissioning; null without one.
+    pub commissioning_file: Option<FileHash>,
 }
 
 impl Provenance {

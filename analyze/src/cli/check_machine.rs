@@ -1,35 +1,147 @@
 //! `tipwatch check-machine`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
-use tipwatch_binding::MachineFile;
+use tipwatch_binding::{MachineFile, commissioning_text};
+use tipwatch_mechanics::commissioning::{Assessment, Status};
 
-use super::exit::Exit;
-use crate::setup::check_machine;
+use super::exit::{Exit, Terminal};
+use crate::base::stdout::to_stdout;
+use crate::setup::{check_machine, commissioning};
 
 #[derive(Debug, Args)]
 pub(super) struct CheckMachineArgs {
     /// The machine file.
     machine: PathBuf,
-    /// A log: compute loads in the posture of its first valid row instead of the reference posture.
+    /// A log: compute loads in the posture of its first valid row instead of the reference posture, and show
+    /// what it proves of signs, axes, order, scale and mounting of the sensors. Exit code 4 if it contradicts
+    /// the machine file.
     #[arg(long)]
     log: Option<PathBuf>,
     /// The URDF, for a machine file that names none; otherwise that of the log is used.
     #[arg(long)]
     urdf: Option<PathBuf>,
+    /// Commission the machine: write the result to this file, which the key `commissioning` of the machine file
+    /// binds. Exit code 8 unless every item is proven or confirmed.
+    #[arg(long, value_name = "FILE")]
+    commissioning: Option<PathBuf>,
+    /// Guide a person through the commissioning, with live samples from shared memory; runs `tipwatch-live
+    /// check-machine`.
+    #[arg(long, conflicts_with_all = ["log", "json"])]
+    live: bool,
+    /// With --live: name of the services in shared memory.
+    #[arg(long, value_name = "NAME", requires = "live")]
+    service: Option<String>,
+    /// With --live: prefix of all files in shared memory.
+    #[arg(long, value_name = "NAME", requires = "live")]
+    prefix: Option<String>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
-pub(super) fn run(args: &CheckMachineArgs) -> Result<Exit> {
+pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
+    if args.live {
+        return Err(run_live(args));
+    }
     let mut file = MachineFile::read(&args.machine)?;
     if let Some(urdf) = &args.urdf {
         file = file.with_urdf(urdf)?;
     }
-    let check = check_machine::check(&file, args.log.as_deref())?;
-    check_machine::print(&check, args.json)?;
-    Ok(Exit::DONE)
+    let check = check_machine::check(&file, args.log.as_deref());
+    let Some(log) = &args.log else {
+        if args.commissioning.is_some() {
+            return Err(super::exit::Usage(
+                "--commissioning: expected --log LOG or --live as well",
+            )
+            .into());
+        }
+        check_machine::print(&check?, args.json)?;
+        return Ok(Exit::DONE);
+    };
+    // A log that fits no posture may still show what is wrong.
+    let commissioned = commissioning::from_log(log, &file)?;
+    if let Some(path) = &args.commissioning {
+        write(path, &commissioned.file.to_json())?;
+    }
+    let exit = exit_of(&commissioned.assessment, args.commissioning.is_some());
+    let exit = Exit {
+        lost: commissioned.has_losses && args.commissioning.is_some(),
+        ..exit
+    };
+    let text = commissioning_text(&commissioned.assessment);
+    match check {
+        Ok(check) => {
+            check_machine::print(&check.with_commissioning(&commissioned.file), args.json)?;
+            if !args.json {
+                to_stdout(&format!("\n{text}"))?;
+            }
+            Ok(exit)
+        }
+        Err(error) => {
+            to_stdout(&text)?;
+            terminal.error(&error);
+            Ok(exit.and(Exit::FAILED))
+        }
+    }
+}
+
+/// Contradictions break a rule; what a commissioning leaves open is undecided.
+fn exit_of(assessment: &Assessment, commissions: bool) -> Exit {
+    Exit {
+        broken: assessment.count(Status::Contradicted) > 0,
+        undecided: commissions && !assessment.is_complete(),
+        ..Exit::DONE
+    }
+}
+
+fn write(path: &Path, text: &str) -> Result<()> {
+    std::fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
+}
+
+/// Replaces this program by `tipwatch-live check-machine`; returns only with an error.
+fn run_live(args: &CheckMachineArgs) -> anyhow::Error {
+    const NAME: &str = "tipwatch-live";
+    let beside = std::env::current_exe().ok();
+    let beside = beside.and_then(|own| own.parent().map(|folder| folder.join(NAME)));
+    let program = beside.filter(|path| path.is_file()).unwrap_or(NAME.into());
+    let mut command = Command::new(&program);
+    command
+        .arg("check-machine")
+        .arg("--machine")
+        .arg(&args.machine);
+    let paths = [
+        ("--urdf", &args.urdf),
+        ("--commissioning", &args.commissioning),
+    ];
+    for (option, path) in paths {
+        command.args(
+            path.iter()
+                .flat_map(|path| [Path::new(option), path.as_path()]),
+        );
+    }
+    for (option, name) in [("--service", &args.service), ("--prefix", &args.prefix)] {
+        command.args(name.iter().flat_map(|name| [option, name.as_str()]));
+    }
+    replace_by(command).context(format!(
+        "{}: cannot be started; --live needs {NAME} beside this program or in the search path",
+        program.display()
+    ))
+}
+
+#[cfg(unix)]
+fn replace_by(mut command: Command) -> anyhow::Error {
+    use std::os::unix::process::CommandExt;
+    command.exec().into()
+}
+
+#[cfg(not(unix))]
+fn replace_by(mut command: Command) -> anyhow::Error {
+    match command.status() {
+        Ok(status) => std::process::exit(status.code().unwrap_or(1)),
+        Err(error) => error.into(),
+    }
 }

@@ -39,7 +39,7 @@ enum Command {
     /// Show the contents of a log: topics, clocks, gaps, damage, and the topic of each signal.
     Inspect(inspect::InspectArgs),
     /// Show mass, centre of mass and static loads of a machine, compared with weighed loads if its file
-    /// has them.
+    /// has them; prove its sensors from a log or live.
     CheckMachine(check_machine::CheckMachineArgs),
     /// Replay a log with the suspension locked, as recorded, or controlled, and compare the wheel loads.
     Whatif(whatif::WhatIfArgs),
@@ -74,7 +74,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Screen(args) => screen::run(args, terminal),
         Command::Compare(args) => compare::run(args, terminal),
         Command::Inspect(args) => inspect::run(args, terminal),
-        Command::CheckMachine(args) => check_machine::run(args),
+        Command::CheckMachine(args) => check_machine::run(args, terminal),
         Command::Whatif(args) => whatif::run(args, terminal),
         Command::Stabilise(args) => stabilise::run(args),
         Command::Recover(args) => recover::run(args, terminal),

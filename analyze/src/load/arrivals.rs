@@ -3,7 +3,8 @@
 use std::cmp::Reverse;
 use std::io;
 
-use super::recording::{Arrival, Recording, SampleReader};
+use super::recording::{Recording, SampleReader};
+use super::sample_store::Arrival;
 
 /// Number of arrivals read at a time.
 const CHUNK: usize = 1024;

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use tipwatch_binding::{MachineFile, bind};
-use tipwatch_ingest::{Log, Losses};
+use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, read_sensor_blocks};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
 
 use super::arrivals::for_each_arrival;
 use super::recording::Recording;
+use super::sample_store::SampleStore;
 use crate::base::file_hash::{FileHash, hash_of};
 
 /// Most values of samples that stay in memory: a quarter of an hour of a usual machine, 32 MB.
@@ -112,15 +113,18 @@ pub fn load_within(
 ) -> Result<LoadedLog> {
     let urdf = file.urdf(None, Some(log))?;
     let bound = bind(log, &file.spec, &urdf.text, &urdf.name)?;
-    let (recordings, losses) = bound.record(log, progress)?;
-    let values: usize = recordings
-        .iter()
-        .map(|recording| recording.values.len())
-        .sum();
-    let in_files = values > most_in_memory;
-    let mut signals = Vec::with_capacity(recordings.len());
-    for (sensor, recording) in bound.sensors.into_iter().zip(recordings) {
-        let topic = log.topic(recording.topic)?;
+    let requests: Vec<SensorRequest> = bound.sensors.iter().map(|b| b.request.clone()).collect();
+    let mut samples = SampleStore::new(requests.len(), most_in_memory);
+    let mut take = |block: &SensorBlock<'_>| samples.take(block);
+    let (readings, losses) = read_sensor_blocks(log, &requests, &mut take, progress)?;
+    let samples = samples.finish()?;
+    let mut signals = Vec::with_capacity(readings.len());
+    for ((sensor, reading), samples) in bound.sensors.into_iter().zip(readings).zip(samples) {
+        let topic = log.topic(reading.topic)?;
+        let mut recording = Recording::new(reading, samples)?;
+        if let Some(&offset_s) = bound.clock_offsets_s.get(&topic.name) {
+            recording.shift(offset_s);
+        }
         if recording.stamps_ns.is_empty() && matches!(sensor.sensor, Sensor::Joints(_)) {
             let refusal = recording.refusal().map(ToString::to_string);
             bail!(
@@ -136,7 +140,7 @@ pub fn load_within(
             topic: topic.name.clone(),
             type_name: topic.type_name.clone(),
             why: sensor.why,
-            recording: Recording::new(recording, in_files)?,
+            recording,
         });
     }
     Ok(LoadedLog {

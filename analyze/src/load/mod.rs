@@ -6,6 +6,7 @@ pub(crate) mod linkage_force;
 mod loaded;
 pub(crate) mod recorder_gaps;
 mod recording;
+mod sample_store;
 mod smoothing;
 
 pub use loaded::{LoadedLog, Signal, load, load_within};

@@ -5,10 +5,11 @@ use std::ops::Range;
 use std::sync::OnceLock;
 
 use tipwatch_ingest::{
-    ClockFinding, SensorRecording, StampCorrection, StampDecision, TimeBase, TopicStatistics,
+    ClockFinding, SensorReading, StampCorrection, StampDecision, TimeBase, TopicStatistics,
+    Treatment,
 };
 
-use super::column::Column;
+use super::sample_store::{Arrival, Samples, Times, arrival, message_times};
 
 /// Number of samples read from a file at a time.
 const CHUNK: usize = 1024;
@@ -36,52 +37,73 @@ pub struct Recording {
     pub unstamped: u64,
     /// Messages without any number of the sample, which are omitted.
     pub without_value: u64,
-    width: usize,
-    values: Column<f64>,
-    /// Of each sample, when the recorder received it (ns), then its position among the messages read.
-    arrivals: Column<i64>,
+    samples: Samples,
     /// Whether the samples arrived in file order.
     arrived_in_order: bool,
     failure: OnceLock<String>,
 }
 
-/// When a sample arrived: log time (ns) and position among the messages read.
-pub(super) type Arrival = [i64; 2];
-
 impl Recording {
-    /// Takes over the samples of a recording, into temporary files where `in_files`.
+    /// Puts samples on the clock of the log and omits those without a stamp.
     ///
     /// # Errors
-    /// A file cannot be written.
-    pub(super) fn new(recording: SensorRecording, in_files: bool) -> io::Result<Self> {
-        let order = recording.order().iter().map(|&order| i64::from(order));
-        let arrivals = recording.log_times_ns.iter().copied().zip(order);
-        let log_times = || recording.log_times_ns.iter().copied();
-        let arrived_in_order = arrivals.clone().is_sorted();
-        let log_span_ns = log_times().min().zip(log_times().max());
-        let mut arrivals = Column::Memory(arrivals.flat_map(Arrival::from).collect());
-        let mut values = Column::Memory(recording.values);
-        if in_files {
-            arrivals.move_to_file()?;
-            values.move_to_file()?;
-        }
-        Ok(Self {
-            clock: recording.clock,
-            correction: recording.correction,
-            findings: recording.findings,
-            time_base: recording.time_base,
-            stamps_ns: recording.stamps_ns,
-            log_span_ns,
-            statistics: recording.statistics,
-            undecodable: recording.undecodable,
-            unstamped: recording.unstamped,
-            without_value: recording.without_value,
-            width: recording.width,
-            values,
-            arrivals,
-            arrived_in_order,
+    /// A temporary file cannot be read or written.
+    pub(super) fn new(reading: SensorReading, samples: Samples) -> io::Result<Self> {
+        let mut recording = Self {
+            clock: reading.clock,
+            correction: reading.correction,
+            findings: reading.findings,
+            time_base: reading.time_base,
+            stamps_ns: Vec::with_capacity(reading.samples),
+            log_span_ns: None,
+            statistics: reading.statistics,
+            undecodable: reading.undecodable,
+            unstamped: reading.unstamped,
+            without_value: reading.without_value,
+            samples,
+            arrived_in_order: true,
             failure: OnceLock::new(),
-        })
+        };
+        let mut last = Arrival::default();
+        let mut omitted = Vec::new();
+        let Self {
+            samples,
+            stamps_ns,
+            log_span_ns,
+            arrived_in_order,
+            ..
+        } = &mut recording;
+        let mut times = Vec::new();
+        for chunk in chunks(reading.samples) {
+            times.resize(chunk.len(), Times::default());
+            samples.read_times(chunk.start, &mut times)?;
+            for (index, &times) in chunk.zip(&times) {
+                match reading.placement.stamp_ns(index, &message_times(times)) {
+                    Some(stamp_ns) => stamps_ns.push(stamp_ns),
+                    None => {
+                        omitted.push(index);
+                        continue;
+                    }
+                }
+                let arrival = arrival(times);
+                let log_ns = arrival[0];
+                let (earliest, latest) = log_span_ns.unwrap_or((log_ns, log_ns));
+                *arrived_in_order &= stamps_ns.len() == 1 || last <= arrival;
+                *log_span_ns = Some((earliest.min(log_ns), latest.max(log_ns)));
+                last = arrival;
+            }
+        }
+        if !omitted.is_empty() {
+            *samples = without(samples, reading.samples, &omitted)?;
+        }
+        Ok(recording)
+    }
+
+    /// Why the samples cannot be put on the clock of the log, if so.
+    #[must_use]
+    pub fn refusal(&self) -> Option<&ClockFinding> {
+        let is_refusal = |finding: &&ClockFinding| finding.treatment == Treatment::Refused;
+        self.findings.iter().find(is_refusal)
     }
 
     /// The number of samples.
@@ -99,7 +121,7 @@ impl Recording {
     /// The number of values per sample.
     #[must_use]
     pub fn width(&self) -> usize {
-        self.width
+        self.samples.width
     }
 
     /// Reads samples one at a time.
@@ -117,7 +139,8 @@ impl Recording {
     /// # Errors
     /// The temporary file cannot be read.
     pub fn read(&self, samples: Range<usize>, values: &mut [f64]) -> io::Result<()> {
-        self.values.read(samples.start * self.width, values)
+        let width = self.samples.width;
+        self.samples.values.read(samples.start * width, values)
     }
 
     /// Reads when the samples from this one on arrived: as many as fit.
@@ -125,7 +148,12 @@ impl Recording {
     /// # Errors
     /// The temporary file cannot be read.
     pub(super) fn read_arrivals(&self, first: usize, into: &mut [Arrival]) -> io::Result<()> {
-        self.arrivals.read(2 * first, into.as_flattened_mut())
+        let mut times = vec![Times::default(); into.len()];
+        self.samples.read_times(first, &mut times)?;
+        for (into, times) in into.iter_mut().zip(times) {
+            *into = arrival(times);
+        }
+        Ok(())
     }
 
     pub(super) fn arrived_in_order(&self) -> bool {
@@ -161,8 +189,8 @@ impl SampleReader<'_> {
     /// [`failure`](Recording::failure).
     pub fn sample(&mut self, index: usize) -> &[f64] {
         let Self { recording, .. } = *self;
-        let width = recording.width;
-        if let Some(values) = recording.values.in_memory() {
+        let width = recording.samples.width;
+        if let Some(values) = recording.samples.values.in_memory() {
             return &values[index * width..(index + 1) * width];
         }
         let read = self.values.len() / width.max(1);
@@ -176,7 +204,8 @@ impl SampleReader<'_> {
     fn read(&mut self, first: usize) {
         let recording = self.recording;
         let count = CHUNK.min(recording.len().saturating_sub(first)).max(1);
-        self.values.resize(count * recording.width, f64::NAN);
+        self.values
+            .resize(count * recording.samples.width, f64::NAN);
         self.first = first;
         if let Err(error) = recording.read(first..first + count, &mut self.values) {
             self.values.fill(f64::NAN);
@@ -184,4 +213,35 @@ impl SampleReader<'_> {
             let _ = recording.failure.set(error.to_string());
         }
     }
+}
+
+/// Samples that are read at a time.
+fn chunks(count: usize) -> impl Iterator<Item = Range<usize>> {
+    let firsts = (0..count).step_by(CHUNK);
+    firsts.map(move |first| first..count.min(first + CHUNK))
+}
+
+/// The samples without those that are omitted, given by index in rising order.
+fn without(samples: &Samples, count: usize, omitted: &[usize]) -> io::Result<Samples> {
+    let mut kept = samples.emptied()?;
+    let mut omitted = omitted.iter().copied().peekable();
+    let (mut times, mut values) = (Vec::new(), Vec::new());
+    let width = samples.width;
+    for chunk in chunks(count) {
+        times.resize(chunk.len(), Times::default());
+        values.resize(chunk.len() * width, 0.0);
+        samples.read_times(chunk.start, &mut times)?;
+        samples.values.read(chunk.start * width, &mut values)?;
+        let mut count = 0;
+        for (k, index) in chunk.enumerate() {
+            if omitted.next_if_eq(&index).is_none() {
+                times[count] = times[k];
+                values.copy_within(k * width..(k + 1) * width, count * width);
+                count += 1;
+            }
+        }
+        kept.times.append(times[..count].as_flattened())?;
+        kept.values.append(&values[..count * width])?;
+    }
+    Ok(kept)
 }

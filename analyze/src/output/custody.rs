@@ -63,7 +63,7 @@ pub struct Custody {
 /// An input and its role.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Input {
-    /// "log", "machine file", "urdf" or "policy".
+    /// "log", "machine file", "urdf", "commissioning" or "policy".
     pub role: String,
     /// The file.
     #[serde(flatten)]
@@ -110,6 +110,9 @@ pub fn write(analysis: &Analysis, files: Files<'_>, folder: &Path) -> Result<Str
     // a URDF in the log is part of the log
     if Path::new(&from.urdf.path).is_file() {
         inputs.push(input("urdf", from.urdf.clone()));
+    }
+    if let Some(file) = &from.commissioning_file {
+        inputs.push(input("commissioning", file.clone()));
     }
     if let Some(policy) = files.policy {
         inputs.push(input("policy", hash_file(policy)?));

@@ -12,11 +12,11 @@ use anyhow::{Context, Result};
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, RowSink};
 use crate::base::options::{DerivedRows, Precision};
+use crate::events::Event;
 use crate::policy::Judgement;
 use crate::report;
 use crate::report::{PlotLibrary, Sketch};
 use crate::suspension::{self, Summary as WhatIfSummary, WhatIf};
-use crate::tables::derived::Derived;
 use crate::tables::summary::Summary;
 use crate::tables::{events, parquet, studies};
 
@@ -66,14 +66,17 @@ pub fn write(
     folder: &Path,
     options: OutputOptions,
 ) -> Result<Vec<&'static str>> {
+    let of_inputs = analysis.events.iter().filter(|e| !e.kind.is_stability());
+    let input_events: Vec<Event> = of_inputs.cloned().collect();
     let prepared = Prepared {
         machine: &analysis.machine,
         table: &analysis.rows,
         options: &analysis.options,
-        input_events: &[],
+        input_events: &input_events,
     };
     let mut sinks = Sinks::begin(&prepared, folder, options)?;
     analysis.rows.feed(&mut |rows| sinks.take(rows))?;
+    sinks.settle(analysis.rows.len(), None, &analysis.events)?;
     finish(analysis, sinks, folder).map(|written| written.files)
 }
 
@@ -82,21 +85,24 @@ pub fn write(
 /// # Errors
 /// A file cannot be written.
 pub fn finish(analysis: &Analysis, sinks: Sinks, folder: &Path) -> Result<Written> {
-    let options = sinks.options;
-    let (samples, sketch) = sinks.finish();
-    samples.finish(&analysis.provenance, &folder.join(SAMPLES))?;
-    let Some(sketch) = sketch else {
+    let precision = sinks.options.precision;
+    (sinks.samples).finish(&analysis.provenance, &folder.join(SAMPLES))?;
+    let Some(documents) = sinks.documents else {
         return Ok(Written {
             files: vec![SAMPLES],
-            sketch,
+            sketch: None,
         });
     };
+    let sketch = documents.sketch.finish();
     let (tables, documents) = rayon::join(
         || {
             write_events(analysis, folder)?;
-            write_further_tables(analysis, folder, options.precision)
+            write_further_tables(analysis, folder, precision)
         },
-        || write_documents(analysis, &sketch, folder, options),
+        || {
+            let page = write_report(analysis, &sketch, folder)?;
+            (documents.derived).finish(analysis, &page, &folder.join(DERIVED))
+        },
     );
     let further = tables?;
     documents?;
@@ -142,24 +148,6 @@ fn write_further_tables(
         }
     }
     Ok(written)
-}
-
-fn write_documents(
-    analysis: &Analysis,
-    sketch: &Sketch,
-    folder: &Path,
-    options: OutputOptions,
-) -> Result<()> {
-    let path = folder.join(DERIVED);
-    let (page, derived) = rayon::join(
-        || write_report(analysis, sketch, folder),
-        || Derived::begin(analysis, options.precision, options.derived, &path),
-    );
-    if page.is_err() {
-        // without its attachments it would look complete
-        let _ = fs::remove_file(&path);
-    }
-    derived?.finish(&page?)
 }
 
 /// Writes the summary and the report; returns the text of the report.

@@ -1,4 +1,5 @@
-//! What takes the rows of an analysis while they are computed: the table of samples, and the report's sketch.
+//! What takes the rows of an analysis while they are computed: the table of samples, the report's sketch, and the
+//! derived log.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,59 +9,86 @@ use anyhow::{Context, Result};
 use tempfile::TempPath;
 use tipwatch_mechanics::machine::Machine;
 
-use super::{OutputOptions, Outputs};
+use super::{DERIVED, OutputOptions, Outputs};
 use crate::analysis::run::{Prepared, RowSink};
 use crate::base::files::unfinished_in;
 use crate::base::options::Precision;
 use crate::base::provenance::Provenance;
 use crate::base::rows::Rows;
-use crate::report::{Sketch, SketchPass};
-use crate::tables::parquet::write::{TableWriter, provenance_entry};
+use crate::events::Event;
+use crate::report::SketchPass;
+use crate::tables::derived::DerivedPass;
+use crate::tables::parquet::{TableWriter, provenance_entry};
 use crate::tables::samples;
 
 /// Takes the rows of an analysis for its files.
 pub struct Sinks {
     pub(super) options: OutputOptions,
-    samples: SamplesFile,
-    sketch: Option<SketchPass>,
+    pub(super) samples: SamplesFile,
+    /// What only the whole set of files has.
+    pub(super) documents: Option<Documents>,
+}
+
+/// The sketch of the report, and the derived log.
+pub(super) struct Documents {
+    pub(super) sketch: SketchPass,
+    pub(super) derived: DerivedPass,
 }
 
 impl Sinks {
     /// Before the first row. Creates the folder if it is missing.
     ///
     /// # Errors
-    /// The folder cannot be created.
+    /// The folder or a file in it cannot be created.
     pub fn begin(prepared: &Prepared<'_>, folder: &Path, options: OutputOptions) -> Result<Self> {
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot be created", folder.display()))?;
+        let samples = SamplesFile {
+            machine: prepared.machine.clone(),
+            folder: folder.into(),
+            precision: options.precision,
+            file: None,
+        };
+        let documents = match options.outputs {
+            Outputs::Samples => None,
+            Outputs::All => {
+                let path = folder.join(DERIVED);
+                let (precision, rows) = (options.precision, options.derived);
+                Some(Documents {
+                    sketch: SketchPass::begin(prepared),
+                    derived: DerivedPass::begin(prepared, precision, rows, &path)?,
+                })
+            }
+        };
         Ok(Self {
             options,
-            samples: SamplesFile {
-                precision: options.precision,
-                machine: prepared.machine.clone(),
-                folder: folder.into(),
-                file: None,
-            },
-            sketch: (options.outputs == Outputs::All).then(|| SketchPass::begin(prepared)),
+            samples,
+            documents,
         })
-    }
-
-    pub(super) fn finish(self) -> (SamplesFile, Option<Sketch>) {
-        (self.samples, self.sketch.map(SketchPass::finish))
     }
 }
 
 impl RowSink for Sinks {
     fn take(&mut self, rows: &Arc<Rows>) -> Result<()> {
-        let (written, ()) = rayon::join(
+        let documents = &mut self.documents;
+        let (samples, documents) = rayon::join(
             || self.samples.take(rows),
-            || {
-                if let Some(sketch) = &mut self.sketch {
-                    sketch.add(rows);
+            || match documents {
+                Some(documents) => {
+                    documents.sketch.add(rows);
+                    documents.derived.take(rows)
                 }
+                None => Ok(()),
             },
         );
-        written
+        samples.and(documents)
+    }
+
+    fn settle(&mut self, row: usize, time_ns: Option<i64>, events: &[Event]) -> Result<()> {
+        match &mut self.documents {
+            Some(documents) => documents.derived.settle(row, time_ns, events),
+            None => Ok(()),
+        }
     }
 }
 

@@ -230,6 +230,7 @@ pub(super) fn provenance(analysis: &Analysis) -> Markup {
         ("Machine file", hash(&from.machine_file)),
         ("URDF", hash(&from.urdf)),
         ("IMU mounting", from.imu_mounting.clone()),
+        ("Commissioning", from.commissioning.clone()),
         (
             "Machine mass",
             format!("{} kg", number(analysis.machine.mass())),

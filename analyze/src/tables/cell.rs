@@ -45,7 +45,7 @@ cells!(
     u64 => PrimitiveBuilder<UInt64Type>,
 );
 
-impl<'a> Cell for Option<&'a str> {
+impl Cell for Option<&str> {
     fn array(values: impl Iterator<Item = Self>) -> ArrayRef {
         let mut builder = StringBuilder::new();
         for value in values {

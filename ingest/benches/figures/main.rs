@@ -1,14 +1,14 @@
 //! Reading speed on whole files, compared with the `mcap` crate, the Python readers and the bare
 //! decompressors.
 //!
-//! `cargo bench -p tipwatch-ingest --bench figures -- [FOLDER] [MESSAGES] [PART OF A NAME]` makes the
-//! files in FOLDER (a temporary one by default), reads each several times, reader after reader in
-//! turn, and prints the best and the median of each. All readers see the same file in the same run;
+//! `cargo bench -p tipwatch-ingest --bench figures -- [FOLDER] [MESSAGES] [FILE] [READER]` makes the
+//! files whose name contains FILE in FOLDER (a temporary one by default), reads each several times,
+//! reader after reader in turn, and prints the best and the median of each. Given READER, only the
+//! peer and the readers whose name contains it take part. All readers see the same file in the same run;
 //! it is in the page cache. Ratios are those of the times, best to best and median to median.
 //!
-//! Allocating half a gigabyte for columns can take longer than filling them, especially in a
-//! virtual machine whose host reclaims freed memory. `MIMALLOC_PURGE_DELAY=-1` keeps freed memory
-//! in the process, so that all rounds but the first measure reading alone.
+//! Obtaining half a gigabyte for columns can take longer than filling them, especially in a virtual
+//! machine whose host reclaims freed memory. One reader therefore uses the memory of its last round.
 //!
 //! (a) joint states on three topics, 5 million by default; (b) a tenth as many bytes of joint states
 //! among images on other topics, in chunks of their own and in chunks with the joint states.
@@ -53,6 +53,7 @@ fn main() {
         .and_then(|count| count.parse().ok())
         .unwrap_or(5_000_000);
     let part_of_name = arguments.next().unwrap_or_default();
+    let part_of_reader = arguments.next().unwrap_or_default();
     let temporary = tempfile::tempdir().expect("a temporary folder");
     let folder = given.unwrap_or_else(|| temporary.path().to_path_buf());
     let apart = Content::Images { are_apart: true };
@@ -72,12 +73,12 @@ fn main() {
         if name.contains(&part_of_name) {
             let path = folder.join(format!("{name}.mcap"));
             logs::make(&path, content, packing, joint_states);
-            measure(&name, &path);
+            measure(&name, &path, &part_of_reader);
         }
     }
 }
 
-fn measure(name: &str, path: &Path) {
+fn measure(name: &str, path: &Path, part_of_reader: &str) {
     let payload = readers::payload_bytes(path);
     let bytes = std::fs::metadata(path).expect("the file").len();
     println!(
@@ -95,8 +96,12 @@ fn measure(name: &str, path: &Path) {
     let mut times = [[0.0; ROUNDS]; READERS.len()];
     let mut processor = [[0.0; ROUNDS]; READERS.len()];
     let mut counts = [0; READERS.len()];
+    let takes_part = |index: usize| index == PEER || READERS[index].0.contains(part_of_reader);
     for round in 0..ROUNDS {
         for (index, (_, read)) in READERS.iter().enumerate() {
+            if !takes_part(index) {
+                continue;
+            }
             let before = processor_seconds();
             let start = Instant::now();
             counts[index] = read(path);
@@ -112,6 +117,9 @@ fn measure(name: &str, path: &Path) {
         |times: &[f64; ROUNDS]| times[ROUNDS / 2],
     );
     for (index, (name, _)) in READERS.iter().enumerate() {
+        if !takes_part(index) {
+            continue;
+        }
         println!(
             "{name:30}{:8.3}{:8.3}{:7.2}{:8.0}{:7.2}{:7.2}{:10}",
             best(&times[index]),
@@ -122,6 +130,9 @@ fn measure(name: &str, path: &Path) {
             median(&times[PEER]) / median(&times[index]),
             counts[index],
         );
+    }
+    if !takes_part(READERS.len() - 1) {
+        return;
     }
     let stream_rate = counts[PEER] as f64 / best(&times[PEER]);
     let columns_rate = counts[READERS.len() - 1] as f64 / best(&times[READERS.len() - 1]);

@@ -1,9 +1,11 @@
 //! The compared readers. Each reads a file and counts its output.
 
-use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path};
+use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path, sync::Mutex};
 
 use tipwatch_ingest::{
-    Log, SensorDecoder, SensorKind, SensorRequest, SensorSample, Topic, TopicId, record_sensors,
+    ColumnMemory, Log, MessageTimes, SensorBlock, SensorDecoder, SensorKind, SensorRecording,
+    SensorRequest, SensorSample, Topic, TopicId, read_sensor_blocks, record_sensors,
+    record_sensors_in,
 };
 
 use crate::{
@@ -14,7 +16,7 @@ use crate::{
 pub(crate) type Reader = fn(&Path) -> u64;
 
 /// By name; the second is the baseline.
-pub(crate) const READERS: [(&str, Reader); 9] = [
+pub(crate) const READERS: [(&str, Reader); 11] = [
     ("bare decompressor, all cores", decompress_on_all_cores),
     ("mcap crate, stream, no CRC", crate_stream),
     ("mcap crate, stream, CRC", crate_stream_checked),
@@ -23,6 +25,8 @@ pub(crate) const READERS: [(&str, Reader); 9] = [
     ("Log::read, one topic", walk_one),
     ("Log::read, decoded", decoded),
     ("Log::read to columns", plain_columns),
+    ("sensors in blocks", blocks),
+    ("sensors whole, memory reused", columns_in_kept_memory),
     ("record_sensors", columns),
 ];
 pub(crate) const PEER: usize = 1;
@@ -118,8 +122,7 @@ fn plain_columns(path: &Path) -> u64 {
     stamps.iter().map(|stamps| stamps.len() as u64).sum()
 }
 
-fn columns(path: &Path) -> u64 {
-    let log = Log::open(path).expect("a log");
+fn requests(log: &Log) -> Vec<SensorRequest> {
     let request = |topic| SensorRequest {
         topic,
         kind: SensorKind::JointStates,
@@ -127,13 +130,52 @@ fn columns(path: &Path) -> u64 {
         numbers: None,
         other_parts: Vec::new(),
     };
-    let requests: Vec<SensorRequest> = joint_ids(&log).into_iter().map(request).collect();
-    let (recordings, losses) = record_sensors(&log, &requests, &mut |_| {}).expect("readable");
+    joint_ids(log).into_iter().map(request).collect()
+}
+
+/// Every sample with its times and values, and its place on the common clock.
+fn blocks(path: &Path) -> u64 {
+    let log = Log::open(path).expect("a log");
+    let mut sum = 0_u64;
+    let mut take = |block: &SensorBlock<'_>| {
+        let times = block.times();
+        let of_time = |times: MessageTimes| times.header_stamp_ns.unwrap_or(0) as u64;
+        let values = block.values().iter().map(|value| value.to_bits());
+        sum = (times.map(of_time).chain(values)).fold(sum, u64::wrapping_add);
+    };
+    let (readings, losses) =
+        read_sensor_blocks(&log, &requests(&log), &mut take, &mut |_| {}).expect("readable");
+    assert!(losses.is_empty(), "{losses:?}");
+    black_box(sum);
+    readings.iter().map(|reading| reading.samples as u64).sum()
+}
+
+fn columns(path: &Path) -> u64 {
+    let log = Log::open(path).expect("a log");
+    let (recordings, losses) =
+        record_sensors(&log, &requests(&log), &mut |_| {}).expect("readable");
     assert!(losses.is_empty(), "{losses:?}");
     let samples = recordings
         .iter()
         .map(|recording| recording.stamps_ns.len() as u64);
     samples.sum()
+}
+
+/// In the memory of the round before, as in a process that reads one log after the other.
+fn columns_in_kept_memory(path: &Path) -> u64 {
+    static KEPT: Mutex<Option<ColumnMemory>> = Mutex::new(None);
+    let log = Log::open(path).expect("a log");
+    let mut kept = KEPT.lock().expect("no panic");
+    let memory = kept.get_or_insert_default();
+    let (recordings, losses) =
+        record_sensors_in(memory, &log, &requests(&log), &mut |_| {}).expect("readable");
+    assert!(losses.is_empty(), "{losses:?}");
+    let samples = |recording: SensorRecording| {
+        let samples = recording.stamps_ns.len() as u64;
+        memory.keep(recording);
+        samples
+    };
+    recordings.into_iter().map(samples).sum()
 }
 
 fn map(path: &Path) -> memmap2::Mmap {

@@ -1,7 +1,7 @@
 //! Finds the clock that most topics share, and its mapping to the log time.
 
 use super::{
-    line::{Line, few, median_ns},
+    line::{Line, few, few_of, median_ns},
     time::seconds_between,
 };
 
@@ -33,12 +33,31 @@ impl Clock {
     ) -> Option<Self> {
         let all = offsets(stamps, log_ns);
         let points = few(all.clone());
-        let line = Line::through(points.iter().copied())?;
         let extremes = |(least, largest): (i64, i64), (log, _)| (least.min(log), largest.max(log));
-        let log_span_ns = all.fold((i64::MAX, i64::MIN), extremes);
+        Self::through(points, || all.fold((i64::MAX, i64::MIN), extremes))
+    }
+
+    /// From the stamps of a topic of which none is missing; `None` without any. Gives what
+    /// [`of`](Self::of) gives, without a look at every stamp.
+    pub(super) fn of_complete(stamps_ns: &[i64], log_ns: &[i64]) -> Option<Self> {
+        let count = stamps_ns.len().min(log_ns.len());
+        let point = |index: usize| {
+            let log = log_ns[index];
+            (log, stamps_ns[index].saturating_sub(log))
+        };
+        let points = few_of(count).map(point).collect();
+        let log_ns = &log_ns[..count];
+        Self::through(points, || {
+            let least = log_ns.iter().copied().fold(i64::MAX, i64::min);
+            (least, log_ns.iter().copied().fold(i64::MIN, i64::max))
+        })
+    }
+
+    fn through(points: Vec<(i64, i64)>, log_span_ns: impl FnOnce() -> (i64, i64)) -> Option<Self> {
+        let line = Line::through(points.iter().copied())?;
         Some(Self {
             line,
-            log_span_ns,
+            log_span_ns: log_span_ns(),
             points,
         })
     }
@@ -109,22 +128,24 @@ impl LogMap {
     };
 
     /// From pairs of log time and offset.
-    pub(super) fn through(line: Line, mut points: Vec<(i64, i64)>) -> Self {
-        points.sort_unstable();
-        let size = MESSAGES_A_KNOT.max(points.len().div_ceil(MOST_KNOTS));
-        let knot = |group: &[(i64, i64)]| {
-            let mut offsets: Vec<i64> = group.iter().map(|point| point.1).collect();
-            Some((group[group.len() / 2].0, median_ns(&mut offsets)?))
+    pub(super) fn through(line: Line, points: impl Iterator<Item = (i64, i64)> + Clone) -> Self {
+        let knots = match points.clone().is_sorted() {
+            // as a rule; a copy of all points would cost more than the knots
+            true => knots(points),
+            false => {
+                let mut sorted: Vec<(i64, i64)> = points.collect();
+                sorted.sort_unstable();
+                knots(sorted.into_iter())
+            }
         };
-        let mut knots: Vec<(i64, i64)> = points.chunks(size).filter_map(knot).collect();
-        knots.dedup_by_key(|knot| knot.0);
         let is_off = |&(log, offset): &(i64, i64)| {
             line.at(log).abs_diff(offset) > STRAIGHT_NS.unsigned_abs()
         };
-        if !knots.iter().any(is_off) {
-            knots.clear();
+        let is_straight = !knots.iter().any(is_off);
+        Self {
+            line,
+            knots: if is_straight { Vec::new() } else { knots },
         }
-        Self { line, knots }
     }
 
     /// The offset at a log time (ns): linear between knots, extrapolated beyond the ends.
@@ -138,4 +159,27 @@ impl LogMap {
         let share = seconds_between(a.0, log_ns) / seconds_between(a.0, b.0);
         a.1.saturating_add((share * b.1.saturating_sub(a.1) as f64).round() as i64)
     }
+}
+
+/// The median offset of each group of consecutive points, at its middle.
+fn knots(points: impl Iterator<Item = (i64, i64)> + Clone) -> Vec<(i64, i64)> {
+    let size = MESSAGES_A_KNOT.max(points.clone().count().div_ceil(MOST_KNOTS));
+    let mut knots = Vec::new();
+    let mut group: Vec<(i64, i64)> = Vec::with_capacity(size);
+    let mut add = |group: &mut Vec<(i64, i64)>| {
+        let mut offsets: Vec<i64> = group.iter().map(|point| point.1).collect();
+        if let Some(offset) = median_ns(&mut offsets) {
+            knots.push((group[group.len() / 2].0, offset));
+        }
+        group.clear();
+    };
+    for point in points {
+        group.push(point);
+        if group.len() == size {
+            add(&mut group);
+        }
+    }
+    add(&mut group);
+    knots.dedup_by_key(|knot| knot.0);
+    knots
 }

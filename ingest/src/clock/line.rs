@@ -88,16 +88,18 @@ fn median_slope(points: &[(f64, f64)]) -> Option<f64> {
 
 /// Evenly chosen points, few enough for a fit.
 pub(super) fn few(points: impl Iterator<Item = (i64, i64)> + Clone) -> Vec<(i64, i64)> {
-    let all = points.clone().count();
-    let count = all.min(MOST_POINTS);
-    let mut chosen = (0..count)
-        .map(|i| i * all.saturating_sub(1) / count.saturating_sub(1).max(1))
-        .peekable();
+    let mut chosen = few_of(points.clone().count()).peekable();
     points
         .enumerate()
         .filter(|(index, _)| chosen.next_if_eq(index).is_some())
         .map(|(_, point)| point)
         .collect()
+}
+
+/// The indices of evenly chosen points.
+pub(super) fn few_of(all: usize) -> impl Iterator<Item = usize> {
+    let count = all.min(MOST_POINTS);
+    (0..count).map(move |i| i * all.saturating_sub(1) / count.saturating_sub(1).max(1))
 }
 
 /// The middle value, the lower of two; `None` if empty.

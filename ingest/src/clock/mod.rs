@@ -11,6 +11,7 @@ mod describe;
 mod finding;
 mod line;
 mod own_clock;
+mod placement;
 mod placing;
 mod restarts;
 mod stamp;
@@ -22,13 +23,15 @@ mod time_base;
 mod times;
 mod timing;
 
+pub(crate) use self::times::TimesSlice;
 pub use self::{
     finding::{ClockFinding, ClockFindingKind, Treatment},
+    placement::Placement,
     placing::{Placed, StampCorrection},
     stamp::{StampDecision, StampSource},
     statistics::TopicStatistics,
     steps::{BackwardStep, Gap},
     time_base::TimeBase,
-    times::Times,
+    times::{MessageTimes, Times},
     timing::{StampOffset, TopicTiming},
 };

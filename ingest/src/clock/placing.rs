@@ -9,7 +9,8 @@ use super::{
     finding::{ClockFinding, ClockFindingKind as Kind},
     line::{Line, SIGMA_BY_MAD, median_ns},
     own_clock::OwnClock,
-    restarts::add_pauses,
+    placement::{Correction, Placement, is_possible_offset, off_ns},
+    restarts::{Pause, shifts},
     stamp::{StampDecision, StampSource},
     statistics::TopicStatistics,
     time::{NS_PER_S, seconds_between},
@@ -19,8 +20,6 @@ use super::{
 
 /// Clocks further apart have different epochs (s).
 const OTHER_EPOCH_S: f64 = 3600.0;
-/// A stamp further from its expected value is invalid (ns).
-const IMPOSSIBLE_NS: i64 = 3_600_000_000_000;
 /// A drift that adds up to less over the log is ignored (s).
 const LEAST_DRIFT_S: f64 = 0.02;
 /// Shorter spans do not determine a drift (s).
@@ -41,14 +40,14 @@ pub struct StampCorrection {
     pub restarts: usize,
 }
 
-/// The samples of a topic on the clock of their log.
+/// A topic on the clock of its log.
 #[derive(Debug, Clone)]
 pub struct Placed {
-    /// The stamp of each message; `None` where there is no usable one.
-    pub stamps_ns: Vec<Option<i64>>,
+    /// Where its samples lie.
+    pub placement: Placement,
     /// The time source, and why it was chosen.
     pub clock: StampDecision,
-    /// What was done to them.
+    /// What was done to the stamps.
     pub correction: StampCorrection,
     /// What is odd about them.
     pub findings: Vec<ClockFinding>,
@@ -63,7 +62,13 @@ impl TimeBase {
     pub fn place(&self, name: &str, times: &Times, statistics: &TopicStatistics) -> Placed {
         let own = OwnClock::of(times, statistics, self.without_publish);
         let mut placed = Placed {
-            stamps_ns: self.unrolled(&own).collect(),
+            placement: Placement {
+                source: own.decision.source,
+                shifts: shifts(&own.restarts, &self.restarts),
+                expected: None,
+                correction: Correction::None,
+                pauses: Vec::new(),
+            },
             correction: StampCorrection {
                 restarts: own.restarts.len(),
                 ..StampCorrection::default()
@@ -75,9 +80,9 @@ impl TimeBase {
         if source > self.source {
             self.place_worse_time(&mut placed, times);
         } else if source != StampSource::Log {
-            let clock = leave_out_impossible(&mut placed, times);
+            let clock = leave_out_impossible(&mut placed, times, statistics);
             if let Some(clock) = clock.filter(|_| self.anchor() != Some(name)) {
-                self.place_own_clock(&mut placed, times, &clock);
+                self.place_own_clock(&mut placed, &clock);
             }
         } else if !times.is_empty() {
             placed
@@ -85,14 +90,12 @@ impl TimeBase {
                 .push(describe::only_log_times(&placed.clock));
         }
         placed.findings.extend(self.findings.iter().cloned());
-        let stamps_ns = &mut placed.stamps_ns;
-        add_pauses(stamps_ns, &own.restarts, &self.restarts, times.log_ns());
+        placed.placement.pauses = Pause::of(&own.restarts, &self.restarts);
         placed
     }
 
     /// Places a topic with stamps of this or another clock.
-    fn place_own_clock(&self, placed: &mut Placed, times: &Times, clock: &Clock) {
-        let log_ns = times.log_ns();
+    fn place_own_clock(&self, placed: &mut Placed, clock: &Clock) {
         let points = &clock.points;
         let apart = |&(log, offset): &(i64, i64)| (log, offset.saturating_sub(self.map.at(log)));
         let Some(line) = Line::through(points.iter().map(apart)) else {
@@ -114,17 +117,17 @@ impl TimeBase {
             _ => Kind::ClockApart,
         };
         if let Some(reason) = why_log_times_do_not_tell(&line, from == to && points.len() > 1) {
-            placed.stamps_ns.fill(None);
+            placed.placement.correction = Correction::Refused;
             let done = format!("its samples cannot be used: {reason}");
             placed
                 .findings
                 .push(ClockFinding::refused(kind, seen, done));
             return;
         }
-        let correction = |log: i64| if drifts { line.at(log) } else { apart_ns };
-        for (stamp, &log) in placed.stamps_ns.iter_mut().zip(log_ns) {
-            *stamp = stamp.map(|stamp| stamp.saturating_sub(correction(log)));
-        }
+        placed.placement.correction = match drifts {
+            true => Correction::Drifting(line),
+            false => Correction::Ahead(apart_ns),
+        };
         placed.correction.added_s = -seconds_between(0, apart_ns);
         placed.correction.drift_removed_ppm = if drifts { line.slope * 1e6 } else { 0.0 };
         let scatter_ms = SIGMA_BY_MAD * line.mad_s * 1e3;
@@ -144,16 +147,15 @@ impl TimeBase {
             StampSource::Publish => self.from_publish,
             _ => None,
         };
-        let mut added = Vec::with_capacity(times.len());
-        for (index, &log) in times.log_ns().iter().enumerate() {
-            let publish = times.by(StampSource::Publish).at(index);
-            let (time, offset) = match (by_publish, publish) {
-                (Some(line), Some(publish)) => (publish, line.at(publish)),
-                _ => (log, self.map.at(log)),
-            };
-            placed.stamps_ns[index] = Some(time.saturating_add(offset));
-            added.push(offset);
-        }
+        let added = times.iter().map(|times| match by_publish {
+            Some(line) => line.at(times.publish_time_ns),
+            None => self.map.at(times.log_time_ns),
+        });
+        let mut added: Vec<i64> = added.collect();
+        placed.placement.correction = match by_publish {
+            Some(line) => Correction::Published(line),
+            None => Correction::Logged(self.map.clone()),
+        };
         if by_publish.is_none() {
             placed.clock.source = StampSource::Log;
         }
@@ -191,15 +193,25 @@ fn why_log_times_do_not_tell(line: &Line, is_constant: bool) -> Option<String> {
 }
 
 /// Omits single stamps far from all others, and returns the clock of the remaining ones.
-fn leave_out_impossible(placed: &mut Placed, times: &Times) -> Option<Clock> {
-    let clock = Clock::of(placed.stamps_ns.iter().copied(), times.log_ns())?;
+fn leave_out_impossible(
+    placed: &mut Placed,
+    times: &Times,
+    statistics: &TopicStatistics,
+) -> Option<Clock> {
+    let log_ns = times.log_ns();
+    let complete = times.by(placed.placement.source).complete();
+    let complete = complete.filter(|_| placed.placement.shifts.is_empty());
+    let clock = match complete {
+        Some(stamps_ns) => Clock::of_complete(stamps_ns, log_ns)?,
+        None => Clock::of(placed.placement.stamps(times), log_ns)?,
+    };
+    if placed.placement.keeps_stamps() && are_possible(&clock, statistics) {
+        return Some(clock);
+    }
     let mut worst_ns = 0;
     let mut count = 0;
-    for (stamp, &log) in placed.stamps_ns.iter_mut().zip(times.log_ns()) {
-        let Some(time) = *stamp else { continue };
-        let off_ns = time.saturating_sub(log).saturating_sub(clock.line.at(log));
-        if off_ns.unsigned_abs() > IMPOSSIBLE_NS.unsigned_abs() {
-            *stamp = None;
+    for (stamp, &log) in placed.placement.stamps(times).zip(log_ns) {
+        if let Some(off_ns) = stamp.and_then(|stamp| off_ns(&clock.line, stamp, log)) {
             count += 1;
             if off_ns.unsigned_abs() > i64::unsigned_abs(worst_ns) {
                 worst_ns = off_ns;
@@ -218,5 +230,20 @@ fn leave_out_impossible(placed: &mut Placed, times: &Times) -> Option<Clock> {
     placed
         .findings
         .push(ClockFinding::handled(kind, seen, done));
-    Clock::of(placed.stamps_ns.iter().copied(), times.log_ns())
+    placed.placement.expected = Some(clock.line);
+    Clock::of(placed.placement.stamps(times), log_ns)
+}
+
+/// Whether the extremes already show that no header stamp is impossible.
+fn are_possible(clock: &Clock, statistics: &TopicStatistics) -> bool {
+    let Some((least, largest)) = statistics.header_minus_log_ns() else {
+        return false;
+    };
+    let (from, to) = clock.log_span_ns;
+    // a straight line is extreme at its ends
+    [from, to].into_iter().all(|log_ns| {
+        let expected = clock.line.at(log_ns);
+        let is_possible = |offset: i64| is_possible_offset(offset, expected);
+        is_possible(least) && is_possible(largest)
+    })
 }

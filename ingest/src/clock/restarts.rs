@@ -8,15 +8,13 @@ use super::{
 /// A smaller step back is not a restart (ns).
 const LEAST_FALL_NS: i64 = 1_000_000_000;
 /// A larger jump ahead of the log time means the clock was set (ns).
-const LEAST_LEAP_NS: i64 = 3_600_000_000_000;
+pub(super) const LEAST_LEAP_NS: i64 = 3_600_000_000_000;
 /// Messages that must confirm the new clock.
 const CONFIRMING: usize = 2;
 /// Messages on each side that determine the shift.
 const WINDOW: usize = 100;
 /// Restarts of several topics within this log time are one event (ns).
 const TOGETHER_NS: i64 = 2_000_000_000;
-/// Pause between two runs of a whole log, so that no state is carried over (ns).
-pub(super) const PAUSE_NS: i64 = 1_000_000_000;
 /// A clock with more restarts is unusable.
 pub(super) const MOST_RESTARTS: usize = 200;
 
@@ -141,13 +139,10 @@ pub(super) fn in_common(topics: &[(&[Restart], &Times)]) -> Vec<CommonRestart> {
     common
 }
 
-/// Adds the shifts of all previous restarts to each stamp, using common ones where available.
-pub(super) fn unrolled<'a>(
-    stamps: Stamps<'a>,
-    restarts: &'a [Restart],
-    common: &'a [CommonRestart],
-) -> impl Iterator<Item = Option<i64>> + Clone + 'a {
-    let shift_of = move |restart: &Restart| {
+/// For each restart the first message after it, and the shift of the stamps from there on (ns): the sum over
+/// all restarts so far, with common shifts where available.
+pub(super) fn shifts(restarts: &[Restart], common: &[CommonRestart]) -> Vec<(usize, i64)> {
+    let shift_of = |restart: &Restart| {
         let nearest = common
             .iter()
             .min_by_key(|c| c.log_time_ns.abs_diff(restart.log_time_ns));
@@ -155,47 +150,62 @@ pub(super) fn unrolled<'a>(
             .filter(|c| c.log_time_ns.abs_diff(restart.log_time_ns) <= TOGETHER_NS.unsigned_abs())
             .map_or(restart.shift_ns, |c| c.shift_ns)
     };
-    let mut restarts = restarts.iter().peekable();
+    let mut sum = 0_i64;
+    let after = |restart: &Restart| {
+        sum = sum.saturating_add(shift_of(restart));
+        (restart.index, sum)
+    };
+    restarts.iter().map(after).collect()
+}
+
+/// Adds to each stamp the shift that applies from its message on.
+pub(super) fn unrolled<'a>(
+    stamps: Stamps<'a>,
+    shifts: &'a [(usize, i64)],
+) -> impl Iterator<Item = Option<i64>> + Clone + 'a {
+    let mut shifts = shifts.iter().peekable();
     let mut shift = 0_i64;
     let add = move |(index, stamp): (usize, Option<i64>)| {
-        while restarts.next_if(|r| r.index <= index).is_some_and(|r| {
-            shift = shift.saturating_add(shift_of(r));
-            true
-        }) {}
+        while let Some((_, next)) = shifts.next_if(|(from, _)| *from <= index) {
+            shift = *next;
+        }
         stamp.map(|stamp| stamp.saturating_add(shift))
     };
     stamps.iter().enumerate().map(add)
 }
 
-/// Adds one pause per restart of the whole log before each message.
-pub(super) fn add_pauses(
-    stamps_ns: &mut [Option<i64>],
-    restarts: &[Restart],
-    common: &[CommonRestart],
-    log_ns: &[i64],
-) {
-    let whole: Vec<i64> = (common.iter())
-        .filter(|restart| restart.is_whole)
-        .map(|restart| restart.log_time_ns)
-        .collect();
-    if whole.is_empty() {
-        return;
-    }
-    // a topic's own restart determines exactly which messages follow it, the log time only roughly
-    let starts: Vec<(i64, Option<usize>)> = (whole.iter())
-        .map(|&time| {
-            let near = |r: &&Restart| r.log_time_ns.abs_diff(time) <= TOGETHER_NS.unsigned_abs();
-            (time, restarts.iter().find(near).map(|r| r.index))
-        })
-        .collect();
-    let pauses = |index: usize, log: i64| {
-        let is_after = |(time, own): &&(i64, Option<usize>)| match own {
-            Some(own) => index >= *own,
-            None => log >= *time,
+/// A pause between two runs of a whole log, as a topic sees it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pause {
+    log_time_ns: i64,
+    /// The topic's own restart determines exactly which messages follow it, the log time only
+    /// roughly.
+    index: Option<usize>,
+}
+
+impl Pause {
+    /// Its length, so that no state is carried over (ns).
+    pub(super) const LENGTH_NS: i64 = 1_000_000_000;
+
+    /// One pause per restart of the whole log.
+    pub(super) fn of(restarts: &[Restart], common: &[CommonRestart]) -> Vec<Self> {
+        let whole = common.iter().filter(|restart| restart.is_whole);
+        let pause = |whole: &CommonRestart| {
+            let near = |r: &&Restart| {
+                r.log_time_ns.abs_diff(whole.log_time_ns) <= TOGETHER_NS.unsigned_abs()
+            };
+            Self {
+                log_time_ns: whole.log_time_ns,
+                index: restarts.iter().find(near).map(|restart| restart.index),
+            }
         };
-        starts.iter().filter(is_after).count() as i64 * PAUSE_NS
-    };
-    for (index, (stamp, &log)) in stamps_ns.iter_mut().zip(log_ns).enumerate() {
-        *stamp = stamp.map(|stamp| stamp.saturating_add(pauses(index, log)));
+        whole.map(pause).collect()
+    }
+
+    pub(super) fn is_before(self, index: usize, log_ns: i64) -> bool {
+        match self.index {
+            Some(own) => index >= own,
+            None => log_ns >= self.log_time_ns,
+        }
     }
 }

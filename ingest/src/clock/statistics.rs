@@ -125,6 +125,18 @@ impl TopicStatistics {
         }
     }
 
+    /// Least and largest header stamp minus log time (ns); `None` without header stamps.
+    pub(super) fn header_minus_log_ns(&self) -> Option<(i64, i64)> {
+        self.header_minus_log_ns
+    }
+
+    /// Whether neither the times of this source nor the log times ever step back, and the times
+    /// never leap ahead by more than this (ns).
+    pub(super) fn advances(&self, source: StampSource, most_ns: i64) -> bool {
+        let steps = self.steps(source);
+        steps.backward == 0 && self.log.backward == 0 && !steps.leaps(most_ns)
+    }
+
     fn header_minus_log(&self) -> Option<StampOffset> {
         let (least, largest) = self.header_minus_log_ns?;
         let pairs = self.pairs.values();

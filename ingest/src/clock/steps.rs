@@ -102,6 +102,11 @@ impl Steps {
         }
     }
 
+    /// Whether any step forward is longer (ns).
+    pub(super) fn leaps(&self, most_ns: i64) -> bool {
+        self.longest_ns.is_some_and(|longest| longest > most_ns)
+    }
+
     /// Messages per second. Backward steps do not shorten the time.
     pub(super) fn rate_hz(&self) -> Option<f64> {
         (self.forward_s > 0.0).then(|| (self.count - 1) as f64 / self.forward_s)

@@ -43,6 +43,9 @@ impl TimeBase {
             .map(|(clock, (_, times, _))| (clock.restarts.as_slice(), *times))
             .collect();
         let restarts = restarts::in_common(&restarts);
+        let shifts: Vec<Vec<(usize, i64)>> = (clocks.iter())
+            .map(|clock| restarts::shifts(&clock.restarts, &restarts))
+            .collect();
         let mut base = Self {
             source: StampSource::Log,
             anchor: None,
@@ -52,7 +55,7 @@ impl TimeBase {
             without_publish,
             findings: Vec::new(),
         };
-        base.find_anchor(topics, &clocks);
+        base.find_anchor(topics, &clocks, &shifts);
         let times: Vec<&Times> = topics.iter().map(|(_, times, _)| *times).collect();
         base.findings = describe::of_base(base.source, &base.map, &times, clock_topic(log));
         base
@@ -62,24 +65,31 @@ impl TimeBase {
         &mut self,
         topics: &[(&str, &Times, &TopicStatistics)],
         clocks: &[OwnClock<'_>],
+        shifts: &[Vec<(usize, i64)>],
     ) {
+        let unrolled = |topic: usize| restarts::unrolled(clocks[topic].stamps, &shifts[topic]);
         for source in [StampSource::Header, StampSource::Publish] {
             let found: Vec<(usize, Clock)> = (clocks.iter().enumerate())
                 .filter(|(_, clock)| clock.decision.source == source)
                 .filter_map(|(topic, clock)| {
                     let log_ns = topics[topic].1.log_ns();
-                    Some((topic, Clock::of(self.unrolled(clock), log_ns)?))
+                    let complete = clock.stamps.complete();
+                    let clock = match complete.filter(|_| shifts[topic].is_empty()) {
+                        Some(stamps_ns) => Clock::of_complete(stamps_ns, log_ns),
+                        None => Clock::of(unrolled(topic), log_ns),
+                    };
+                    Some((topic, clock?))
                 })
                 .collect();
             let Some(topic) = anchor::choose(&found) else {
                 continue;
             };
-            let (name, times, statistics) = topics[topic];
-            let stamps = || self.unrolled(&clocks[topic]);
-            let Some(clock) = Clock::of(stamps(), times.log_ns()) else {
+            let Some((_, clock)) = found.iter().find(|(of, _)| *of == topic) else {
                 continue;
             };
-            let points = anchor::offsets(stamps(), times.log_ns()).collect();
+            let (name, times, statistics) = topics[topic];
+            let stamps = || unrolled(topic);
+            let points = anchor::offsets(stamps(), times.log_ns());
             let map = LogMap::through(clock.line, points);
             let tells_publish = source == StampSource::Header && statistics.has_publish_times();
             let from_publish = tells_publish.then(|| line_from_publish(stamps(), times));
@@ -89,14 +99,6 @@ impl TimeBase {
             self.from_publish = from_publish.flatten();
             return;
         }
-    }
-
-    /// The stamps of a topic with restarts removed.
-    pub(super) fn unrolled<'a>(
-        &'a self,
-        clock: &'a OwnClock<'_>,
-    ) -> impl Iterator<Item = Option<i64>> + Clone + 'a {
-        restarts::unrolled(clock.stamps, &clock.restarts, &self.restarts)
     }
 
     /// The time source.

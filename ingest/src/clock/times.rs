@@ -1,10 +1,23 @@
 //! The times of all messages of a topic.
 
+use std::ops::Range;
+
 use super::stamp::StampSource;
-use crate::large_columns;
+use crate::large_columns::{self, ColumnMemory, Region};
 
 /// Marks a header without a stamp. No clock reaches it: it is 292 years before zero.
 const NO_STAMP: i64 = i64::MIN;
+
+/// The times of one message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MessageTimes {
+    /// The stamp in its header (ns); `None` if there is none, or if it is zero.
+    pub header_stamp_ns: Option<i64>,
+    /// When it was sent (ns).
+    pub publish_time_ns: i64,
+    /// When the recorder received it (ns).
+    pub log_time_ns: i64,
+}
 
 /// The times of all messages of a topic, in file order.
 #[derive(Debug, Clone, Default)]
@@ -16,10 +29,18 @@ pub struct Times {
 }
 
 impl Times {
-    /// Reserves memory for `messages` messages, if available.
-    pub(crate) fn reserve(&mut self, messages: u64) {
-        large_columns::reserve(&mut self.header_ns, messages);
-        large_columns::reserve(&mut self.log_ns, messages);
+    /// Reserves memory for so many messages of a sensor, if available, and returns the regions that
+    /// are new and large.
+    pub(crate) fn reserve(
+        &mut self,
+        messages: u64,
+        sensor: usize,
+        memory: &mut ColumnMemory,
+    ) -> Vec<Region> {
+        let columns = [&mut self.header_ns, &mut self.log_ns];
+        let reserve =
+            |column| large_columns::reserve(column, &mut memory.times, messages, 1, sensor);
+        columns.into_iter().filter_map(reserve).collect()
     }
 
     /// Adds a message. A header stamp of zero counts as missing.
@@ -41,24 +62,35 @@ impl Times {
         }
     }
 
-    /// Appends and empties the times of the messages that follow.
-    pub(crate) fn append(&mut self, next: &mut Self) {
-        if !self.publish_ns.is_empty() || !next.publish_ns.is_empty() {
+    /// Appends the times of the messages that follow.
+    pub(crate) fn append(&mut self, next: TimesSlice<'_>) {
+        if !self.publish_ns.is_empty() || next.has_publish() {
             self.separate_publish();
-            self.publish_ns.extend_from_slice(next.publish_ns());
-            next.publish_ns.clear();
+            self.publish_ns.extend_from_slice(next.publish_ns);
         }
-        self.header_ns.append(&mut next.header_ns);
-        self.log_ns.append(&mut next.log_ns);
+        self.header_ns.extend_from_slice(next.header_ns);
+        self.log_ns.extend_from_slice(next.log_ns);
     }
 
-    /// Header stamp, publish time and log time of each message.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (Option<i64>, i64, i64)> {
-        let others = self.publish_ns().iter().zip(&self.log_ns);
-        let header = self.by(StampSource::Header).iter();
-        header
-            .zip(others)
-            .map(|(header, (&publish, &log))| (header, publish, log))
+    /// Removes all times, keeping the memory.
+    pub(crate) fn clear(&mut self) {
+        self.header_ns.clear();
+        self.publish_ns.clear();
+        self.log_ns.clear();
+    }
+
+    /// The times of all messages.
+    pub(crate) fn as_slice(&self) -> TimesSlice<'_> {
+        TimesSlice {
+            header_ns: &self.header_ns,
+            publish_ns: self.publish_ns(),
+            log_ns: &self.log_ns,
+        }
+    }
+
+    /// The times of each message.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = MessageTimes> + Clone {
+        self.as_slice().iter()
     }
 
     /// The number of messages.
@@ -76,9 +108,34 @@ impl Times {
         &self.log_ns
     }
 
-    /// The log times only (ns).
-    pub fn into_log_ns(self) -> Vec<i64> {
-        self.log_ns
+    /// The header stamps and the log times (ns), as they are.
+    pub(super) fn into_header_and_log_ns(self) -> (Vec<i64>, Vec<i64>) {
+        (self.header_ns, self.log_ns)
+    }
+
+    /// Stamps every message anew by its index, and returns the stamps and the log times (ns) of those
+    /// that get one. The others are passed to `omit`, by their index.
+    pub(super) fn restamped(
+        mut self,
+        stamp_ns: impl Fn(usize, &MessageTimes) -> Option<i64>,
+        mut omit: impl FnMut(usize),
+    ) -> (Vec<i64>, Vec<i64>) {
+        let mut kept = 0;
+        for index in 0..self.log_ns.len() {
+            let times = self.as_slice().at(index);
+            match stamp_ns(index, &times) {
+                Some(stamp_ns) => {
+                    // the place of a time that has been read already
+                    self.header_ns[kept] = stamp_ns;
+                    self.log_ns[kept] = times.log_time_ns;
+                    kept += 1;
+                }
+                None => omit(index),
+            }
+        }
+        self.header_ns.truncate(kept);
+        self.log_ns.truncate(kept);
+        (self.header_ns, self.log_ns)
     }
 
     fn publish_ns(&self) -> &[i64] {
@@ -95,6 +152,59 @@ impl Times {
             StampSource::Publish => self.publish_ns(),
             StampSource::Log => &self.log_ns,
         })
+    }
+}
+
+/// The times of consecutive messages.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TimesSlice<'t> {
+    header_ns: &'t [i64],
+    /// The log times where no publish time differs.
+    publish_ns: &'t [i64],
+    log_ns: &'t [i64],
+}
+
+impl<'t> TimesSlice<'t> {
+    /// Messages that are stamped and placed already.
+    pub(crate) fn of_placed(stamps_ns: &'t [i64], log_ns: &'t [i64]) -> Self {
+        Self {
+            header_ns: stamps_ns,
+            publish_ns: log_ns,
+            log_ns,
+        }
+    }
+
+    /// Part of the messages.
+    pub(crate) fn part(self, range: Range<usize>) -> Self {
+        Self {
+            header_ns: &self.header_ns[range.clone()],
+            publish_ns: &self.publish_ns[range.clone()],
+            log_ns: &self.log_ns[range],
+        }
+    }
+
+    #[inline]
+    pub(crate) fn at(self, index: usize) -> MessageTimes {
+        MessageTimes {
+            header_stamp_ns: present(self.header_ns[index]),
+            publish_time_ns: self.publish_ns[index],
+            log_time_ns: self.log_ns[index],
+        }
+    }
+
+    pub(crate) fn iter(self) -> impl ExactSizeIterator<Item = MessageTimes> + Clone + 't {
+        let others = self.publish_ns.iter().zip(self.log_ns);
+        let all = self.header_ns.iter().zip(others);
+        all.map(|(&header, (&publish_time_ns, &log_time_ns))| MessageTimes {
+            header_stamp_ns: present(header),
+            publish_time_ns,
+            log_time_ns,
+        })
+    }
+
+    /// Whether publish times are stored apart from the log times.
+    fn has_publish(self) -> bool {
+        !std::ptr::eq(self.publish_ns, self.log_ns)
     }
 }
 
@@ -118,13 +228,24 @@ impl<'t> Stamps<'t> {
         self.0.iter().map(|&time| present(time))
     }
 
+    /// The stamps, if none is missing.
+    pub(super) fn complete(self) -> Option<&'t [i64]> {
+        (self.missing() == 0).then_some(self.0)
+    }
+
+    /// How many are missing.
+    pub(super) fn missing(self) -> usize {
+        self.0.iter().filter(|&&time| time == NO_STAMP).count()
+    }
+
     /// The stamps from index `index` on.
     pub(super) fn from(self, index: usize) -> Self {
         Self(self.0.get(index..).unwrap_or_default())
     }
 }
 
+/// A time, unless it marks that there is none.
 #[inline]
-fn present(time: i64) -> Option<i64> {
+pub(super) fn present(time: i64) -> Option<i64> {
     (time != NO_STAMP).then_some(time)
 }

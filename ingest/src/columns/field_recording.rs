@@ -1,13 +1,12 @@
 //! Reads single numbers of a log's messages as columns, for signals outside the sensors.
 
 use super::{
-    record_sensors::record,
-    sensor_columns::{Collector, Decoder},
-    sensor_recording::SensorRecording,
+    decoder::Decoder, pass::Wanted, sensor_recording::SensorRecording, whole_columns::record,
 };
 use crate::{
     clock::{ClockFinding, StampDecision, TimeBase},
     decode::{NumberField, SampleSpec, ValueSource},
+    large_columns::ColumnMemory,
     log::Log,
     message::{Error, Losses},
     topics::topic_of_field,
@@ -64,17 +63,26 @@ pub fn record_fields(
     requests: &[FieldRequest],
     time_base: Option<&TimeBase>,
 ) -> Result<(Vec<FieldRecording>, Losses), Error> {
-    let mut collectors = Vec::with_capacity(requests.len());
+    let mut sensors = Vec::with_capacity(requests.len());
     for request in requests {
         let topic = topic_of_field(log, &request.topic, &request.number.field)?;
         let sample = SampleSpec {
             values: vec![ValueSource::Field(request.number.clone())],
             has_roll_pitch_yaw: false,
         };
-        let decoder = Decoder::numbers(topic, &sample)?;
-        collectors.push(Collector::new(topic.id, decoder, 1));
+        sensors.push(Wanted {
+            topic: topic.id,
+            decoder: Decoder::numbers(topic, &sample)?,
+            width: 1,
+        });
     }
-    let (recordings, losses) = record(log, collectors, time_base, &mut |_| {})?;
+    let (recordings, losses) = record(
+        log,
+        sensors,
+        time_base,
+        &mut ColumnMemory::default(),
+        &mut |_| {},
+    )?;
     let field = |recording: SensorRecording| FieldRecording {
         clock: recording.clock,
         findings: recording.findings,

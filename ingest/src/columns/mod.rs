@@ -1,13 +1,18 @@
 //! Samples of whole logs as columns, on one clock.
 
+mod decoder;
 mod field_recording;
 mod merged_parts;
+mod part;
+mod pass;
 mod record_sensors;
-mod sensor_columns;
+mod sensor_blocks;
 mod sensor_recording;
+mod whole_columns;
 
 pub use self::{
     field_recording::{FieldRecording, FieldRequest, record_fields},
-    record_sensors::record_sensors,
+    record_sensors::{record_sensors, record_sensors_in},
+    sensor_blocks::{SensorBlock, SensorReading, read_sensor_blocks},
     sensor_recording::{SensorRecording, SensorRequest, arrival_order},
 };

@@ -80,12 +80,6 @@ impl SensorRecording {
         &self.values[index * self.width..(index + 1) * self.width]
     }
 
-    /// Position of each sample among the messages read, in file order.
-    #[must_use]
-    pub fn order(&self) -> &[u32] {
-        &self.order
-    }
-
     /// Shifts every stamp by `seconds`: a clock offset from the machine file, or an estimated one.
     pub fn shift(&mut self, seconds: f64) {
         let shift_ns = (seconds * 1e9).round() as i64;

@@ -43,10 +43,13 @@ pub(crate) trait Batch: Send {
     fn deliver(&mut self);
 }
 
-/// Creates batches, and receives the number of messages delivered in them.
+/// Creates batches, and learns of those delivered.
 #[derive(Clone, Copy)]
 pub(crate) struct Batches<'r> {
     pub(crate) empty: &'r (dyn Fn() -> Box<dyn Batch> + Sync),
+    /// Called after each delivery, by the thread that called [`FileReader::read`].
+    pub(crate) delivered: &'r dyn Fn(),
+    /// Receives the number of messages delivered.
     pub(crate) came: &'r dyn Fn(TopicId, u64),
 }
 

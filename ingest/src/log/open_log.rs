@@ -15,6 +15,9 @@ use crate::{
     message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicTable},
 };
 
+/// Creates batches, and is called after each delivery of one.
+type BatchSource<'b> = (&'b (dyn Fn() -> Box<dyn Batch> + Sync), &'b dyn Fn());
+
 /// A log opened for reading. Its files are never modified, and no file is created beside them.
 pub struct Log {
     path: PathBuf,
@@ -140,19 +143,21 @@ impl Log {
         self.read_in_batches(wanted, visit, progress, None)
     }
 
-    /// Like [`read_with_progress`](Self::read_with_progress); given `empty_batch`, most messages go
-    /// to batches instead of `visit`.
+    /// Like [`read_with_progress`](Self::read_with_progress); given a factory of batches, most
+    /// messages go to batches instead of `visit`. The second function is called after each delivery
+    /// of a batch, by this thread.
     pub(crate) fn read_in_batches(
         &self,
         wanted: &[TopicId],
         visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
         progress: &mut dyn FnMut(u64),
-        empty_batch: Option<&(dyn Fn() -> Box<dyn Batch> + Sync)>,
+        batches: Option<BatchSource<'_>>,
     ) -> Result<Losses, Error> {
         let wanted = self.wanted_flags(wanted)?;
         if self.declared_counts.is_empty() {
-            let batches = empty_batch.map(|empty| Batches {
+            let batches = batches.map(|(empty, delivered)| Batches {
                 empty,
+                delivered,
                 came: &|_, _| {},
             });
             return Ok(self.read_files(&wanted, visit, progress, batches)?.0);
@@ -165,8 +170,9 @@ impl Log {
             count(message.topic, 1);
             visit(message)
         };
-        let batches = empty_batch.map(|empty| Batches {
+        let batches = batches.map(|(empty, delivered)| Batches {
             empty,
+            delivered,
             came: &count,
         });
         let (mut losses, flow) =

@@ -1,8 +1,9 @@
 //! Which acknowledgements count: those of somebody who has seen the alarm.
 
-use crate::wire::topics::{ALARM_BEGINS, Wire, WireAcknowledge, WireVerdict};
+use crate::wire::command::HoldReason;
+use crate::wire::topics::{ALARM_BEGINS, Wire, WireAcknowledge, WireCommand, WireVerdict};
 
-/// The published verdicts that carry the latched alarm.
+/// The published verdicts, or commands, that carry the latched alarm.
 #[derive(Debug, Clone, Copy)]
 pub struct AlarmSeen {
     source: u64,
@@ -35,7 +36,16 @@ impl AlarmSeen {
         };
     }
 
-    /// Whether this acknowledgement is of a verdict that carried the alarm; `next` is the number of the next verdict.
+    /// Tells of a command whether it carries an alarm, a rod that does not obey; `sequence` is its own number.
+    pub fn publish_command(&mut self, command: &WireCommand, sequence: u64) {
+        self.first = match command.has_rod_fault() {
+            true => self.first.or(Some(sequence)),
+            false => None,
+        };
+    }
+
+    /// Whether this acknowledgement is of a message that carried the alarm; `next` is the number of the next
+    /// message.
     #[must_use]
     pub fn is_acknowledged(&self, by: &WireAcknowledge, next: u64) -> bool {
         by.is_for(self.machine_hash)
@@ -57,6 +67,16 @@ impl WireAcknowledge {
         }
     }
 
+    /// The acknowledgement of this command, without head.
+    #[must_use]
+    pub fn of_command(command: &WireCommand) -> Self {
+        Self {
+            verdict_source: command.source,
+            verdict_sequence: command.sequence,
+            ..Self::blank()
+        }
+    }
+
     /// Whether it is undamaged, of this version, and meant for this machine.
     #[must_use]
     pub fn is_for(&self, machine_hash: u64) -> bool {
@@ -64,9 +84,19 @@ impl WireAcknowledge {
     }
 }
 
+impl WireCommand {
+    /// Whether it tells of a rod that does not obey its valve.
+    #[must_use]
+    pub fn has_rod_fault(&self) -> bool {
+        let reasons = self.reasons();
+        reasons.has(HoldReason::NotFollowing) || reasons.has(HoldReason::WrongWay)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire::command::HoldReasons;
     use crate::wire::topics::Head;
 
     fn acknowledgement(source: u64, sequence: u64) -> WireAcknowledge {
@@ -114,5 +144,33 @@ mod tests {
         // the next alarm
         assert_eq!(published(&mut seen, 4, ALARM_BEGINS, 20), 20);
         assert!(!seen.is_acknowledged(&acknowledgement(5, 12), 21));
+    }
+
+    #[test]
+    fn only_commands_with_the_fault_of_a_rod_can_be_acknowledged() {
+        let mut seen = AlarmSeen::new(5, 9);
+        let command = |has_fault: bool| {
+            let mut reasons = HoldReasons::default();
+            reasons.note(HoldReason::NoVerdict, true);
+            reasons.note(HoldReason::WrongWay, has_fault);
+            WireCommand {
+                reasons: reasons.bits(),
+                ..WireCommand::blank()
+            }
+        };
+        seen.publish_command(&command(false), 10);
+        seen.publish_command(&command(true), 11);
+        seen.publish_command(&command(true), 12);
+        let counts =
+            |source, sequence| seen.is_acknowledged(&acknowledgement(source, sequence), 13);
+        assert!(counts(5, 11) && counts(5, 12));
+        assert!(!counts(5, 10), "before the fault");
+        assert!(!counts(5, 13), "not published yet");
+        assert!(!counts(4, 11), "a verdict, or another control");
+        seen.publish_command(&command(false), 13);
+        assert!(
+            !seen.is_acknowledged(&acknowledgement(5, 12), 14),
+            "it is over"
+        );
     }
 }

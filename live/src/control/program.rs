@@ -4,6 +4,7 @@ use anyhow::{Context, Result};
 use tipwatch_binding::{MachineFile, Urdf};
 
 use super::session_control::Control;
+use crate::alarm::AlarmSeen;
 use crate::node::{
     ExpiringSender, Housekeeping, LiveNode, LoopOptions, Receiver, SessionFollower, SessionHost,
     Waiter,
@@ -22,7 +23,6 @@ pub struct ControlProgram<'a> {
     options: LoopOptions,
     verdicts: Receiver<WireVerdict>,
     acknowledgements: Receiver<WireAcknowledge>,
-    machine_hash: u64,
     waiter: Waiter,
     host: Host<'a>,
     /// When the last command was sent without a session (ns).
@@ -36,6 +36,17 @@ struct Host<'a> {
     file: &'a MachineFile,
     urdf: &'a Urdf,
     commands: ExpiringSender<'a, WireCommand>,
+    /// The commands that tell of a rod that does not obey.
+    faults: AlarmSeen,
+}
+
+impl Host<'_> {
+    /// Sends a command and returns its publication time (ns).
+    fn send(&mut self, command: &mut WireCommand) -> i64 {
+        let (_, sequence) = self.commands.next();
+        self.faults.publish_command(command, sequence);
+        self.commands.send(command)
+    }
 }
 
 impl SessionHost for Host<'_> {
@@ -63,7 +74,7 @@ impl SessionHost for Host<'_> {
 
     fn take(&mut self, control: &mut Control, sample: &WireSample) -> Result<Progress> {
         let now_ns = self.commands.now_ns();
-        control.take(sample, now_ns, &mut |command| self.commands.send(command))
+        control.take(sample, now_ns, &mut |command| self.send(command))
     }
 }
 
@@ -80,16 +91,17 @@ impl<'a> ControlProgram<'a> {
         options: LoopOptions,
     ) -> Result<Self> {
         let hash = machine_hash(file, urdf);
+        let source = new_identity(hash);
         Ok(Self {
             options,
             verdicts: node.receiver()?,
             acknowledgements: node.receiver()?,
-            machine_hash: hash,
             waiter: Waiter::new::<WireSample>(node, options.wake)?,
             host: Host {
                 file,
                 urdf,
-                commands: ExpiringSender::new(node, new_identity(hash), hash, clock)?,
+                commands: ExpiringSender::new(node, source, hash, clock)?,
+                faults: AlarmSeen::new(source, hash),
             },
             idle_ns: i64::MIN,
             counts: SampleCounts::default(),
@@ -137,20 +149,21 @@ impl<'a> ControlProgram<'a> {
             // a killed producer has not ended its session: the next one has another
             follower.look_for_session(host)?;
         }
-        let hash = self.machine_hash;
-        while let Some(counts) = self.acknowledgements.receive(|by| by.is_for(hash))? {
+        let (_, next) = host.commands.next();
+        let is_of_a_fault = |by: &WireAcknowledge| host.faults.is_acknowledged(by, next);
+        while let Some(counts) = self.acknowledgements.receive(is_of_a_fault)? {
             let counting = follower.active.iter_mut().filter(|_| counts);
             counting.for_each(Control::acknowledge);
         }
         let now_ns = host.commands.now_ns();
         match &mut follower.active {
             Some(control) => {
-                control.tick(now_ns, &mut |command| host.commands.send(command));
+                control.tick(now_ns, &mut |command| host.send(command));
                 self.counts = control.counts();
             }
             // whoever waits for a first command gets one
             None if now_ns.saturating_sub(self.idle_ns) >= HEARTBEAT_NS => {
-                self.idle_ns = host.commands.send(&mut WireCommand::closed());
+                self.idle_ns = host.send(&mut WireCommand::closed());
             }
             None => {}
         }

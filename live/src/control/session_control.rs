@@ -248,7 +248,8 @@ impl Control {
                 evaluations: command.evaluations,
             };
         }
-        valves.opening = controller.follow(measured, seconds);
+        let forces = self.rods.rod_forces(&self.input.estimate().state);
+        valves.opening = controller.follow_loaded(measured, &forces, seconds);
         valves.moved_ns = now_ns;
         if let Some((position, velocity)) = controller.reference() {
             valves.reference = position;

@@ -4,7 +4,7 @@ use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{
     Conditions, InputFault, Judge, Latch, LiftOffForecast, RowFacts, Verdict,
 };
-use tipwatch_mechanics::{Machine, Scope, Workspace, evaluate};
+use tipwatch_mechanics::{Machine, Scope, Workspace, evaluate_one};
 
 use crate::guard::{CheckedEstimator, CompletedRow, Step};
 use crate::safety_limits::{HEARTBEAT_NS, PERSISTENT_LATE};
@@ -140,7 +140,7 @@ impl Monitor {
     fn row(&mut self, row: &CompletedRow, publish: &mut Publish<'_>) {
         let estimate = self.input.estimate();
         let time_ns = estimate.time_ns;
-        let outcome = evaluate(&self.machine, &estimate.state, &mut self.workspace);
+        let outcome = evaluate_one(&self.machine, &estimate.state, &mut self.workspace);
         let reasons = estimate.reasons.with_outcome(outcome);
         let utilisation = outcome.uncertainty.utilisation;
         let mut next = None;

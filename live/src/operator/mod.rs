@@ -1,8 +1,10 @@
-//! For operators: a screen that shows verdicts, and the acknowledgement of alarms.
+//! For operators: a screen that shows verdicts, the acknowledgement of alarms, and the guided commissioning.
 
 mod acknowledge;
+mod commission;
 mod screen;
 mod watch;
 
 pub use acknowledge::acknowledge;
+pub use commission::{LiveCommissioning, commission};
 pub use watch::watch;

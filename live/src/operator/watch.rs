@@ -128,6 +128,12 @@ impl Watching {
                     self.acknowledge
                         .send_for(verdict.machine_hash, &mut message)?;
                 }
+                let command = self.view.command.as_ref();
+                if let Some(command) = command.filter(|command| command.has_rod_fault()) {
+                    let mut message = WireAcknowledge::of_command(command);
+                    self.acknowledge
+                        .send_for(command.machine_hash, &mut message)?;
+                }
             }
             _ => {}
         }

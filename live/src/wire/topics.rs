@@ -317,12 +317,13 @@ wire! {
 
 wire! {
     /// An operator has acknowledged the alarm. It counts only if magic and checksum are right, machine_hash is that of
-    /// the monitor, and the named verdict carried the alarm.
+    /// the monitor, and the named verdict carried the alarm. A rod that does not obey its valve is acknowledged likewise,
+    /// by naming a command whose reasons tell of it.
     "tipwatch.Acknowledge.v2"
     pub struct WireAcknowledge {
-        /// Source of the acknowledged verdict: that run of the monitor.
+        /// Source of the acknowledged verdict or command: that run of the monitor or control.
         pub verdict_source: u64,
-        /// Sequence number of the acknowledged verdict, not below its alarm_sequence.
+        /// Sequence number of the acknowledged verdict, not below its alarm_sequence, or of the command.
         pub verdict_sequence: u64,
     }
 }

@@ -30,11 +30,12 @@ pub(crate) struct Parts<T> {
 pub(crate) struct Groups<T> {
     /// The whole machine first, then the distal subtree of each free joint.
     pub(crate) sets: Vec<Parts<T>>,
-    /// Moments of every body including its payloads.
+    /// Moments of every body including its payloads, until the derivatives take them.
     pub(crate) bodies: Vec<Composite<T>>,
 }
 
 impl<T: Real> Part<T> {
+    #[inline(always)]
     fn zero() -> Self {
         Self {
             moments: Composite::zero(),
@@ -49,6 +50,7 @@ impl<T: Real> Part<T> {
 }
 
 impl<T: Real> Parts<T> {
+    #[inline(always)]
     fn zero() -> Self {
         Self {
             chassis: Part::zero(),
@@ -91,7 +93,9 @@ impl<T: Real> Groups<T> {
         wrenches: &[Wrench<T>],
         tool_wrench: &Wrench<T>,
     ) {
-        self.sets.fill(Parts::zero());
+        for set in &mut self.sets {
+            *set = Parts::zero();
+        }
         for (i, body) in machine.bodies.iter().enumerate() {
             let laden = machine.payloads.iter().any(|payload| payload.body == i);
             if let ([(group, moments)], false) = (&body.parts[..], laden) {

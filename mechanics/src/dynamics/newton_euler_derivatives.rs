@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 
 use crate::dynamics::composite::{Composite, Field};
 use crate::dynamics::kinematics::BodyMotion;
-use crate::geometry::spatial::{Wrench, cross};
+use crate::geometry::spatial::{Wrench, cross, each};
 use crate::machine::{BaseMotion, JointKind};
 use crate::number::Real;
 
@@ -134,9 +134,14 @@ impl<T: Real> BaseWrenches<T> {
     }
 }
 
-/// Coefficients of a wrench about the base origin in its torque about a joint axis, times `factor`.
-pub(crate) fn torque_form<T: Real>(joint: &BodyMotion<T>, factor: T) -> Wrench<T> {
-    joint_form(JointKind::Revolute, joint, factor)
+/// Coefficients of a wrench about the base origin in its torque about a joint axis, times the factors of several
+/// wheels side by side.
+pub(crate) fn torque_form<T: Real>(joint: &BodyMotion<T>, factor: T::Wheels) -> Wrench<T::Wheels> {
+    let form = joint_form(JointKind::Revolute, joint, T::one());
+    Wrench {
+        force: each(&form.force) * factor,
+        moment: each(&form.moment) * factor,
+    }
 }
 
 /// The same for the torque about a revolute joint, or the force along a prismatic one.
@@ -152,17 +157,18 @@ pub(crate) fn joint_form<T: Real>(kind: JointKind, joint: &BodyMotion<T>, factor
     }
 }
 
-/// Converts derivatives of a load with respect to the base's motion into those of [`VelocityGradient`].
+/// Converts derivatives of the loads of several wheels side by side with respect to the base's motion into those of
+/// [`VelocityGradient`](crate::VelocityGradient).
 pub(crate) fn by_base_motion<T: Real>(
-    by: &BaseGradient<T>,
+    by: &BaseGradient<T::Wheels>,
     w: &Vector3<T>,
     velocity: &Vector3<T>,
-) -> [T; BaseMotion::ALL.len()] {
+) -> [T::Wheels; BaseMotion::ALL.len()] {
     let force = &by.specific_force;
     [
-        force.dot(&cross(w, &Vector3::x())),
-        force.dot(&cross(w, &Vector3::y())),
-        force.dot(&cross(&Vector3::z(), velocity)) + by.angular_velocity.z,
+        force.dot(&each(&cross(w, &Vector3::x()))),
+        force.dot(&each(&cross(w, &Vector3::y()))),
+        force.dot(&each(&cross(&Vector3::z(), velocity))) + by.angular_velocity.z,
         force.x,
         force.y,
         by.angular_acceleration.z,

@@ -89,6 +89,26 @@ impl OutcomeColumns {
     }
 }
 
+/// Reusable memory of [`evaluate_into`], for one machine, scope and model.
+#[derive(Debug)]
+pub struct BatchWorkspace {
+    workspace: Workspace<Lanes>,
+    state: State<Lanes>,
+    sums: Option<LaneSums>,
+}
+
+impl BatchWorkspace {
+    /// Memory for this machine; with another machine the evaluation panics or gives wrong results.
+    #[must_use]
+    pub fn new(machine: &Machine, scope: Scope, model: &Arc<Model>) -> Self {
+        Self {
+            workspace: Workspace::with_model(machine, scope, Arc::clone(model)),
+            state: State::zero(machine),
+            sums: scope.sensitivities.then(|| LaneSums::new(machine)),
+        }
+    }
+}
+
 /// Evaluates `rows` of `states`, [`Lanes::COUNT`] at a time, with the same bits as one by one.
 #[must_use]
 pub fn evaluate_rows(
@@ -98,32 +118,53 @@ pub fn evaluate_rows(
     scope: Scope,
     model: &Arc<Model>,
 ) -> OutcomeColumns {
-    let mut workspace = Workspace::<Lanes>::with_model(machine, scope, Arc::clone(model));
-    let mut state = State::<Lanes>::zero(machine);
+    let mut workspace = BatchWorkspace::new(machine, scope, model);
     let mut outcomes = OutcomeColumns::empty(machine, scope);
+    evaluate_into(machine, states, rows, &mut workspace, &mut outcomes);
+    outcomes
+}
+
+/// The same as [`evaluate_rows`], into columns whose previous rows it replaces. Blocks no longer than those
+/// before do not allocate.
+///
+/// # Panics
+/// `outcomes` are columns of another machine, or of a larger scope than that of the workspace.
+pub fn evaluate_into(
+    machine: &Machine,
+    states: &StateColumns,
+    rows: Range<usize>,
+    workspace: &mut BatchWorkspace,
+    outcomes: &mut OutcomeColumns,
+) {
+    let BatchWorkspace {
+        workspace,
+        state,
+        sums,
+    } = workspace;
     for column in outcomes.every_column() {
         column.resize(rows.len().next_multiple_of(Lanes::COUNT), f64::NAN);
     }
-    let mut sums = scope.sensitivities.then(|| LaneSums::new(machine));
+    if let Some(sums) = sums {
+        sums.clear();
+    }
     for first in rows.clone().step_by(Lanes::COUNT) {
-        states.get_lanes(first, rows.end, &mut state);
-        let outcome = evaluate(machine, &state, &mut workspace);
+        states.get_lanes(first, rows.end, state);
+        let outcome = evaluate(machine, state, workspace);
         let place = first - rows.start;
         let lanes = place..place + Lanes::COUNT;
         for (column, &quantity) in outcomes.columns.iter_mut().zip(&outcomes.quantities) {
             column[lanes.clone()].copy_from_slice(&outcome.get(quantity).to_array());
         }
         outcomes.linkage_closure[lanes].copy_from_slice(&outcome.linkage_closure.to_array());
-        if let Some(sums) = &mut sums {
+        if let Some(sums) = sums {
             let load_sigma = &workspace.outcome().uncertainty.load;
             sums.add(workspace.sensitivity(), load_sigma, rows.end - first);
         }
     }
-    if let Some(sums) = &sums {
-        outcomes.sensitivity = sums.total();
+    if let Some(sums) = sums {
+        sums.write_total(&mut outcomes.sensitivity);
     }
     for column in outcomes.every_column() {
         column.truncate(rows.len());
     }
-    outcomes
 }

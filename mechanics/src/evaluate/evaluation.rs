@@ -92,6 +92,15 @@ pub fn evaluate<'w, T: Real>(
     &w.outcome
 }
 
+/// [`evaluate`] of one sample: compiled here, as a whole, and not again in every crate that calls it.
+pub fn evaluate_one<'w>(
+    machine: &Machine,
+    state: &State<f64>,
+    workspace: &'w mut Workspace<f64>,
+) -> &'w Outcome<f64> {
+    evaluate(machine, state, workspace)
+}
+
 /// Newton-Euler equations over every body; solved twice for tyres that deflect under load.
 fn whole_body<T: Real>(
     machine: &Machine,

@@ -58,6 +58,7 @@ pub(crate) fn explain<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>, mode
 }
 
 fn derive<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
+    w.sensitivity.take_moments(&mut w.groups.bodies);
     let motion = SensedMotion {
         machine: it.machine,
         state: it.state,

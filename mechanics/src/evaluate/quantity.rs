@@ -270,6 +270,7 @@ macro_rules! quantities {
 
         impl<T: Real> Outcome<T> {
             /// The value of a quantity.
+            #[inline]
             #[must_use]
             pub fn get(&self, quantity: Quantity) -> T {
                 match quantity {

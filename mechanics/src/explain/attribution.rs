@@ -26,7 +26,7 @@ use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler_derivatives::torque_form;
 use crate::geometry::spatial::{Wrench, cross};
 use crate::machine::Machine;
-use crate::number::Real;
+use crate::number::{Real, Wheels};
 use crate::state::BaseState;
 use crate::wheel_loads::LoadAdjoint;
 
@@ -109,13 +109,13 @@ pub(crate) fn attribute<T: Real>(
     circumstances: &Circumstances<'_, T>,
     groups: &Groups<T>,
     motions: &[BodyMotion<T>],
-    adjoints: &[LoadAdjoint<T>],
+    adjoints: &[LoadAdjoint<T::Wheels>],
     contributions: &mut [Contributions<T>],
 ) {
     contributions.fill([T::zero(); Contribution::ALL.len()]);
     for (set, parts) in groups.sets.iter().enumerate() {
         let wrenches = circumstances.wrenches(parts);
-        for (contributions, adjoint) in contributions.iter_mut().zip(adjoints) {
+        for (contributions, adjoint) in contributions.chunks_mut(T::Wheels::COUNT).zip(adjoints) {
             let form = match set.checked_sub(1) {
                 None => adjoint.share,
                 Some(k) => {
@@ -123,8 +123,11 @@ pub(crate) fn attribute<T: Real>(
                     torque_form(&motions[joint.body], adjoint.torque_share[k])
                 }
             };
-            for (cause, wrench) in contributions.iter_mut().zip(&wrenches) {
-                *cause += wrench.contracted(&form);
+            for (cause, wrench) in wrenches.iter().enumerate() {
+                let by = wrench.contracted_side_by_side(&form);
+                for (place, contributions) in contributions.iter_mut().enumerate() {
+                    contributions[cause] += by.wheel(place);
+                }
             }
         }
     }
@@ -231,21 +234,24 @@ impl<T: Real> Circumstances<'_, T> {
 pub(crate) fn attribute_links<T: Real>(
     machine: &Machine,
     motions: &[BodyMotion<T>],
-    adjoints: &[LoadAdjoint<T>],
+    adjoints: &[LoadAdjoint<T::Wheels>],
     parts: &mut [Vec<T>],
 ) {
     for (link, shares) in machine.links.iter().zip(parts) {
         let motion = &motions[link.body];
         let moments = Composite::of(&link.moments, motion);
         let wrench = moments.moved(motion);
-        for (share, adjoint) in shares.iter_mut().zip(adjoints) {
-            *share = wrench.contracted(&adjoint.share);
+        for (shares, adjoint) in shares.chunks_mut(T::Wheels::COUNT).zip(adjoints) {
+            let mut by = wrench.contracted_side_by_side(&adjoint.share);
             let free = machine.contact.free_joints.iter();
             for (joint, &torque) in free.zip(&adjoint.torque_share) {
                 if joint.supports_body[link.body] {
                     let form = torque_form(&motions[joint.body], torque);
-                    *share += wrench.contracted(&form);
+                    by += wrench.contracted_side_by_side(&form);
                 }
+            }
+            for (place, share) in shares.iter_mut().enumerate() {
+                *share = by.wheel(place);
             }
         }
     }

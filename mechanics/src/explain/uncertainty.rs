@@ -11,7 +11,7 @@
 
 use crate::explain::sensitivity::Sensitivity;
 use crate::machine::{InertiaElement, MAX_WHEELS, Machine, Parameter};
-use crate::number::Real;
+use crate::number::{Real, Wheels};
 use crate::state::SignalNoise;
 
 /// Standard deviations of the loads at one instant.
@@ -40,8 +40,9 @@ impl<T: Real> Uncertainty<T> {
 /// How the derivatives with respect to parameters enter the variance; built once per machine.
 #[derive(Debug, Clone)]
 pub(crate) struct ParameterSigmas {
-    /// Index of each independently uncertain parameter in the order of [`Parameter::all`], and its variance.
-    variances: Vec<(usize, f64)>,
+    /// Variances of consecutive independently uncertain parameters, with the index of the first in the order of
+    /// [`Parameter::all`].
+    variances: Vec<(usize, Vec<f64>)>,
     /// Start index of each link's inertia tensor, and the standard deviations of its elements, which share
     /// one factor.
     inertias: Vec<(usize, [f64; 6])>,
@@ -64,10 +65,17 @@ impl ParameterSigmas {
             Parameter::LinkInertia(..) => 0.0,
             _ => parameter.sigma(machine).powi(2),
         };
+        let mut variances: Vec<(usize, Vec<f64>)> = Vec::new();
+        for (place, variance) in parameters.iter().map(alone).enumerate() {
+            if variance > 0.0 {
+                match variances.last_mut() {
+                    Some((first, run)) if *first + run.len() == place => run.push(variance),
+                    _ => variances.push((place, vec![variance])),
+                }
+            }
+        }
         Self {
-            variances: (parameters.iter().map(alone).enumerate())
-                .filter(|(_, variance)| *variance > 0.0)
-                .collect(),
+            variances,
             inertias,
             model_share: machine.uncertainty.model_share,
         }
@@ -76,19 +84,36 @@ impl ParameterSigmas {
     /// Variance due to the parameters of a number with these derivatives.
     pub(crate) fn variance<T: Real>(&self, derivatives: &[T]) -> T {
         let mut variance = T::zero();
-        for &(place, own) in &self.variances {
-            let by = derivatives[place];
-            variance += by * by * T::constant(own);
+        for (first, own) in &self.variances {
+            let (by, last_by) = derivatives[*first..][..own.len()].as_chunks();
+            let (own, last_own) = own.as_chunks();
+            for (by, own) in by.iter().zip(own) {
+                variance = add_squares::<T, 4>(variance, by, own);
+            }
+            for (&by, &own) in last_by.iter().zip(last_own) {
+                variance = add_squares(variance, &[by], &[own]);
+            }
         }
         for (first, sigmas) in &self.inertias {
+            let Some(by) = derivatives[*first..].first_chunk::<6>() else {
+                continue;
+            };
             let mut together = T::zero();
-            for (&by, &sigma) in derivatives[*first..].iter().zip(sigmas) {
-                together += by * T::constant(sigma);
+            for k in 0..6 {
+                together += by[k] * T::constant(sigmas[k]);
             }
             variance += together * together;
         }
         variance
     }
+}
+
+/// Adds squared derivatives times variances, one after the other.
+#[inline(always)]
+fn add_squares<T: Real, const N: usize>(sum: T, by: &[T; N], variances: &[f64; N]) -> T {
+    (0..N).fold(sum, |sum, k| {
+        sum + by[k] * by[k] * T::constant(variances[k])
+    })
 }
 
 /// The loads that the standard deviations are of.
@@ -113,23 +138,34 @@ pub(crate) fn fill<T: Real>(
     let [otf_measured, load_measured] = &loads.measured_variances;
     let mean_load = loads.normal_force * T::constant(sigmas.model_share / wheels as f64);
     let signals = SignalPlaces::of(machine);
-    let of = |derivatives: &[T], measured: T| {
+    let model = T::Wheels::each(mean_load * mean_load);
+    let of = |derivatives: &[T::Wheels], measured: &[T]| {
         let variance = sigmas.variance(derivatives)
             + signals.variance(derivatives, noise)
-            + mean_load * mean_load
-            + measured;
+            + model
+            + T::Wheels::of(measured);
         variance.sqrt()
     };
-    for wheel in 0..wheels {
-        let otf = of(sensitivity.otf(wheel), otf_measured[wheel]);
-        out.otf[wheel] = otf;
-        out.load[wheel] = otf;
-        if sensitivity.loads_differ() {
-            let carries = T::zero().lt(loads.load[wheel]);
-            let load = of(sensitivity.load(wheel), load_measured[wheel]);
-            // NaN in either makes both NaN.
-            let unknown = load * T::zero();
-            out.load[wheel] = T::select(carries, load, otf + unknown);
+    for (group, derivatives) in sensitivity.otf_of_groups().iter().enumerate() {
+        let first = group * T::Wheels::COUNT;
+        let otf = of(derivatives, &otf_measured[first..]);
+        let load = sensitivity.loads_differ().then(|| {
+            of(
+                &sensitivity.loads_of_groups()[group],
+                &load_measured[first..],
+            )
+        });
+        for (place, wheel) in (first..wheels).take(T::Wheels::COUNT).enumerate() {
+            let otf = otf.wheel(place);
+            out.otf[wheel] = otf;
+            out.load[wheel] = otf;
+            if let Some(load) = load {
+                let carries = T::zero().lt(loads.load[wheel]);
+                let load = load.wheel(place);
+                // NaN in either makes both NaN.
+                let unknown = load * T::zero();
+                out.load[wheel] = T::select(carries, load, otf + unknown);
+            }
         }
     }
     out.utilisation = utilisation(machine, loads.otf, &out.otf);
@@ -163,34 +199,41 @@ impl SignalPlaces {
 
     /// Variance due to the noise of the signals, and the change of that due to the accelerometer's bias where signals
     /// have narrowed it down.
-    pub(crate) fn variance<T: Real>(&self, derivatives: &[T], noise: &SignalNoise<T>) -> T {
-        let two = T::constant(2.0);
+    pub(crate) fn variance<T: Real>(
+        &self,
+        derivatives: &[T::Wheels],
+        noise: &SignalNoise<T>,
+    ) -> T::Wheels {
+        let each = T::Wheels::each;
+        let two = T::Wheels::constant(2.0);
         let (joints, rest) = derivatives.split_at(3 * self.joints);
-        let mut variance = T::zero();
-        let [p00, p01, p02] = noise.joint.value;
-        let [p11, p12] = noise.joint.first;
+        let mut variance = T::Wheels::constant(0.0);
+        let [p00, p01, p02] = noise.joint.value.map(each);
+        let [p11, p12] = noise.joint.first.map(each);
+        let p22 = each(noise.joint.second);
         for by in joints.chunks_exact(3) {
             let (g0, g1, g2) = (by[0], by[1], by[2]);
             variance += g0 * g0 * p00
                 + g1 * g1 * p11
-                + g2 * g2 * noise.joint.second
+                + g2 * g2 * p22
                 + two * (g0 * (g1 * p01 + g2 * p02) + g1 * g2 * p12);
         }
-        let [w, w_alpha, alpha] = noise.turning;
+        let [w, w_alpha, alpha] = noise.turning.map(each);
+        let specific_force = each(noise.specific_force);
         for axis in 0..3 {
             let (f, by_w, by_alpha) = (rest[axis], rest[3 + axis], rest[6 + axis]);
-            variance += f * f * noise.specific_force
+            variance += f * f * specific_force
                 + by_w * by_w * w
                 + by_alpha * by_alpha * alpha
                 + two * by_w * by_alpha * w_alpha;
         }
         let (x, y, z) = (rest[0], rest[1], rest[2]);
-        let [xx, yy, zz, xy, xz, yz] = noise.accelerometer_bias.covariance_change;
+        let [xx, yy, zz, xy, xz, yz] = noise.accelerometer_bias.covariance_change.map(each);
         variance +=
             x * x * xx + y * y * yy + z * z * zz + two * (x * (y * xy + z * xz) + y * z * yz);
         if self.tool {
             for &by in &rest[9..15] {
-                variance += by * by * noise.tool_wrench;
+                variance += by * by * each(noise.tool_wrench);
             }
         }
         variance

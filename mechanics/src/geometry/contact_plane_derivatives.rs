@@ -11,7 +11,7 @@
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 use crate::geometry::contact_plane::{Axes, ContactPlane, length};
-use crate::number::{Dual, Real};
+use crate::number::{Dual, Real, Wheels};
 
 /// Quantities for the derivatives of the plane, for one set of wheels.
 pub(crate) struct PlaneDerivatives<T> {
@@ -68,36 +68,40 @@ impl<T: Real> PlaneDerivatives<T> {
         }
     }
 
-    /// Converts derivatives with respect to axes and height into derivatives with respect to the fit.
-    pub(crate) fn gradient(&self, by: &PlaneGradient<T>) -> SlopeGradient<T> {
+    /// Converts derivatives with respect to axes and height into derivatives with respect to the fit, for the loads
+    /// of several wheels side by side.
+    pub(crate) fn gradient(&self, by: &PlaneGradient<T::Wheels>) -> SlopeGradient<T::Wheels> {
+        let each = |v: &Vector3<T>| v.map(T::Wheels::each);
         // height = mean of n.c - R, so a change dn of the normal changes it by dn . mean centre
         let by_slope = self.axes.each_ref().map(|axes| {
-            by.forward.dot(&axes.forward)
-                + by.left.dot(&axes.left)
-                + by.normal.dot(&axes.normal)
-                + by.height * axes.normal.dot(&self.mean_centre)
+            let by_normal = axes.normal.dot(&self.mean_centre);
+            by.forward.dot(&each(&axes.forward))
+                + by.left.dot(&each(&axes.left))
+                + by.normal.dot(&each(&axes.normal))
+                + by.height * T::Wheels::each(by_normal)
         });
         let [a, b] = by_slope;
         SlopeGradient {
-            load: self.inverse.transpose() * Vector2::new(a, b),
-            height_share: by.height / self.count,
+            load: self.inverse.transpose().map(T::Wheels::each) * Vector2::new(a, b),
+            height_share: by.height / T::Wheels::each(self.count),
         }
     }
 
     /// Derivatives with respect to a wheel's centre and radius.
     pub(crate) fn by_wheel(
         &self,
-        by: &SlopeGradient<T>,
+        by: &SlopeGradient<T::Wheels>,
         centre: &Vector3<T>,
         above_plane: T,
-    ) -> (Vector3<T>, T) {
-        let rho = centre.xy() - self.mean_centre.xy();
+    ) -> (Vector3<T::Wheels>, T::Wheels) {
+        let each = T::Wheels::each;
+        let rho = (centre.xy() - self.mean_centre.xy()).map(each);
         let lever = by.load.dot(&rho);
-        let across = by.load * above_plane - self.slope * lever;
+        let across = by.load * each(above_plane) - self.slope.map(each) * lever;
         let moved = Vector3::new(across.x, across.y, lever);
         (
-            moved + self.normal * by.height_share,
-            -(self.s * lever) - by.height_share,
+            moved + self.normal.map(each) * by.height_share,
+            -(each(self.s) * lever) - by.height_share,
         )
     }
 

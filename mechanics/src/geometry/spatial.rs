@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::number::Real;
+use crate::number::{Real, Wheels};
 
 /// A force and its moment about a stated point, in stated axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +47,12 @@ impl<T: Real> Wrench<T> {
     /// Scalar product with coefficients: the sum of the products of corresponding components.
     pub fn contracted(&self, coefficients: &Self) -> T {
         self.force.dot(&coefficients.force) + self.moment.dot(&coefficients.moment)
+    }
+
+    /// [`Self::contracted`] with the coefficients of several wheels side by side.
+    #[inline(always)]
+    pub fn contracted_side_by_side(&self, coefficients: &Wrench<T::Wheels>) -> T::Wheels {
+        each(&self.force).dot(&coefficients.force) + each(&self.moment).dot(&coefficients.moment)
     }
 
     /// The same wrench with its moment taken about `point`, given relative to the present point.
@@ -112,6 +118,37 @@ pub fn rotate_constant<T: Real>(r: &Matrix3<T>, v: &Vector3<f64>) -> Vector3<T> 
 #[inline(always)]
 pub fn constant<T: Real>(v: &Vector3<f64>) -> Vector3<T> {
     Vector3::new(T::constant(v.x), T::constant(v.y), T::constant(v.z))
+}
+
+/// The same vector for several wheels side by side.
+#[inline(always)]
+pub fn each<T: Real>(v: &Vector3<T>) -> Vector3<T::Wheels> {
+    Vector3::new(
+        T::Wheels::each(v.x),
+        T::Wheels::each(v.y),
+        T::Wheels::each(v.z),
+    )
+}
+
+/// R' v of the vectors of several wheels side by side.
+#[inline(always)]
+pub fn rotate_each_back<T: Real>(r: &Matrix3<T>, v: &Vector3<T::Wheels>) -> Vector3<T::Wheels> {
+    let each = T::Wheels::each;
+    Vector3::new(
+        each(r.m11) * v.x + each(r.m21) * v.y + each(r.m31) * v.z,
+        each(r.m12) * v.x + each(r.m22) * v.y + each(r.m32) * v.z,
+        each(r.m13) * v.x + each(r.m23) * v.y + each(r.m33) * v.z,
+    )
+}
+
+/// R' v for a constant R.
+#[inline(always)]
+pub fn rotate_back_by_constant<T: Real>(r: &Matrix3<f64>, v: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        v.x.scaled(r.m11) + v.y.scaled(r.m21) + v.z.scaled(r.m31),
+        v.x.scaled(r.m12) + v.y.scaled(r.m22) + v.z.scaled(r.m32),
+        v.x.scaled(r.m13) + v.y.scaled(r.m23) + v.z.scaled(r.m33),
+    )
 }
 
 /// a x b.

@@ -22,6 +22,8 @@ pub struct MachineSpec {
     pub gravity: f64,
     /// Path of the URDF relative to the machine file; if absent, the log's `/robot_description` is used.
     pub urdf: Option<String>,
+    /// Path of the result of a commissioning relative to the machine file, written by `check-machine`.
+    pub commissioning: Option<String>,
     /// Pose of the inertial measurement unit; if absent, the frame named by its messages.
     pub imu: Option<ImuSpec>,
     /// The wheels by name, three or more.

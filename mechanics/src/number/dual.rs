@@ -133,6 +133,7 @@ impl<T: Real> One for Dual<T> {
 
 impl<T: Real> Real for Dual<T> {
     type Mask = T::Mask;
+    type Wheels = Self;
 
     #[inline]
     fn constant(value: f64) -> Self {

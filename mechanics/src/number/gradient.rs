@@ -139,6 +139,7 @@ impl<const N: usize> One for Gradient<N> {
 
 impl<const N: usize> Real for Gradient<N> {
     type Mask = bool;
+    type Wheels = Self;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {

@@ -146,6 +146,7 @@ impl<T: Real> One for Jet<T> {
 
 impl<T: Real> Real for Jet<T> {
     type Mask = T::Mask;
+    type Wheels = Self;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {

@@ -130,6 +130,7 @@ impl One for Lanes {
 
 impl Real for Lanes {
     type Mask = LaneMask;
+    type Wheels = Self;
 
     #[inline]
     fn constant(value: f64) -> Self {

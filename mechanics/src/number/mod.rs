@@ -18,4 +18,4 @@ pub use dual::Dual;
 pub use gradient::Gradient;
 pub use jet::Jet;
 pub use lanes::{LaneMask, Lanes};
-pub use real::{Mask, Real};
+pub use real::{Mask, Real, Wheels};

@@ -17,6 +17,50 @@ pub trait Mask:
     fn any(self) -> bool;
 }
 
+/// Numbers of several wheels at the same instant, side by side. What is derived wheel by wheel with the same
+/// operations gives the same bits.
+pub trait Wheels<T: Real>: Real {
+    /// How many wheels it holds.
+    const COUNT: usize;
+
+    /// The same number for every wheel.
+    fn each(number: T) -> Self;
+
+    /// The number of each place.
+    fn from_fn(number: impl Fn(usize) -> T) -> Self;
+
+    /// The numbers of consecutive wheels; zero where there are fewer than [`Self::COUNT`].
+    fn of(numbers: &[T]) -> Self;
+
+    /// The number of one wheel.
+    fn wheel(self, place: usize) -> T;
+}
+
+/// One wheel at a time.
+impl<T: Real> Wheels<T> for T {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn each(number: T) -> Self {
+        number
+    }
+
+    #[inline(always)]
+    fn from_fn(number: impl Fn(usize) -> T) -> Self {
+        number(0)
+    }
+
+    #[inline(always)]
+    fn of(numbers: &[T]) -> Self {
+        numbers.first().copied().unwrap_or(T::zero())
+    }
+
+    #[inline(always)]
+    fn wheel(self, _: usize) -> T {
+        self
+    }
+}
+
 /// A number type of the mechanics, see the [module](super).
 pub trait Real:
     Copy
@@ -39,6 +83,9 @@ pub trait Real:
 {
     /// Result type of comparisons.
     type Mask: Mask;
+
+    /// The numbers of as many wheels as fit into a register: a register of samples holds those of one wheel.
+    type Wheels: Wheels<Self>;
 
     /// The constant `value` for every sample.
     fn constant(value: f64) -> Self;

@@ -3,6 +3,7 @@
 use crate::evaluate::workspace::Workspace;
 use crate::explain::uncertainty::SignalPlaces;
 use crate::machine::Machine;
+use crate::number::{Lanes, Real, Wheels};
 use crate::state::State;
 
 /// Standard deviation of a weighted sum of the OTF at the last evaluation of `workspace`, which must have
@@ -28,7 +29,10 @@ pub fn combination_sigma(
         .iter()
         .map(|factor| (factor * mean_load).powi(2))
         .sum();
-    let signals = SignalPlaces::of(machine).variance(&derivatives, &state.noise);
+    let each: Vec<Lanes> = derivatives.iter().map(|&by| Lanes::constant(by)).collect();
+    let signals: f64 = SignalPlaces::of(machine)
+        .variance(&each, &state.noise)
+        .wheel(0);
     let split = workspace.measured_split_variance(factors);
-    (sigmas.variance(&derivatives) + signals + model + split).sqrt()
+    (sigmas.variance::<f64>(&derivatives) + signals + model + split).sqrt()
 }

@@ -15,11 +15,12 @@ use super::unilateral::Solver;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::contact_plane::ContactPlane;
 use crate::geometry::contact_plane_derivatives::{PlaneDerivatives, PlaneGradient};
-use crate::geometry::spatial::{Wrench, cross};
+use crate::geometry::spatial::{Wrench, cross, each};
 use crate::machine::{JointKind, MAX_WHEELS, Machine, Split, TorqueJoint};
-use crate::number::Real;
+use crate::number::{Real, Wheels};
 
-/// Derivatives of one wheel's load; where the load is linear and homogeneous in a wrench, its coefficients.
+/// Derivatives of the load of one wheel, or of several side by side; where the load is linear and homogeneous in a
+/// wrench, its coefficients.
 #[derive(Debug, Clone)]
 pub(crate) struct LoadAdjoint<T> {
     /// Coefficients of the ground wrench about the base origin with the equations' factors fixed: the
@@ -50,24 +51,25 @@ pub(crate) struct LoadAdjoint<T> {
     pub(crate) stiffness: Vec<T>,
 }
 
-/// The adjoints of all wheels' loads.
+/// The adjoints of all wheels' loads, as many wheels side by side as [`Wheels::COUNT`].
 #[derive(Debug)]
-pub(crate) struct LoadAdjoints<T> {
+pub(crate) struct LoadAdjoints<T: Real> {
     /// Of the OTF.
-    pub(crate) otf: Vec<LoadAdjoint<T>>,
+    pub(crate) otf: Vec<LoadAdjoint<T::Wheels>>,
     /// Of the loads, where they differ from the OTF.
-    load: Vec<LoadAdjoint<T>>,
+    load: Vec<LoadAdjoint<T::Wheels>>,
     /// Of the OTF by the split rule alone, where torques are measured.
-    rule: Vec<LoadAdjoint<T>>,
+    rule: Vec<LoadAdjoint<T::Wheels>>,
     /// Of the loads of the first solution, which deflect the tyres.
-    undeflected: Vec<LoadAdjoint<T>>,
+    undeflected: Vec<LoadAdjoint<T::Wheels>>,
     lifted: bool,
     by_rule: bool,
 }
 
 impl<T: Real> LoadAdjoints<T> {
     pub(crate) fn new(machine: &Machine) -> Self {
-        let blank = vec![LoadAdjoint::zero(machine); machine.wheels.len()];
+        let groups = machine.wheels.len().div_ceil(T::Wheels::COUNT);
+        let blank = vec![LoadAdjoint::zero(machine); groups];
         Self {
             otf: blank.clone(),
             load: blank.clone(),
@@ -79,12 +81,12 @@ impl<T: Real> LoadAdjoints<T> {
     }
 
     /// Those of the loads; `None` where the loads equal the OTF.
-    pub(crate) fn load(&self) -> Option<&[LoadAdjoint<T>]> {
+    pub(crate) fn load(&self) -> Option<&[LoadAdjoint<T::Wheels>]> {
         self.lifted.then_some(&self.load)
     }
 
     /// Those of the OTF by the split rule without measured torques: the basis of the load contributions.
-    pub(crate) fn by_rule(&self) -> &[LoadAdjoint<T>] {
+    pub(crate) fn by_rule(&self) -> &[LoadAdjoint<T::Wheels>] {
         if self.by_rule { &self.rule } else { &self.otf }
     }
 
@@ -135,18 +137,22 @@ impl<T: Real> LoadAdjoints<T> {
 /// R = R_0 - N / k, with N the load of the first solution and `undeflected` its adjoint.
 fn deflect<T: Real>(
     machine: &Machine,
-    undeflected: &[LoadAdjoint<T>],
+    undeflected: &[LoadAdjoint<T::Wheels>],
     pressing: &[T],
-    adjoints: &mut [LoadAdjoint<T>],
+    adjoints: &mut [LoadAdjoint<T::Wheels>],
 ) {
+    let each = T::Wheels::each;
     for adjoint in adjoints {
-        let mut by_radius = [T::zero(); MAX_WHEELS];
+        let mut by_radius = [T::Wheels::constant(0.0); MAX_WHEELS];
         by_radius[..adjoint.radius.len()].copy_from_slice(&adjoint.radius);
         for (wheel, spec) in machine.wheels.iter().enumerate() {
-            let compliance = T::constant(spec.stiffness.map_or(0.0, |k| 1.0 / k));
+            let compliance = T::Wheels::constant(spec.stiffness.map_or(0.0, |k| 1.0 / k));
             let by_load = -by_radius[wheel] * compliance;
-            adjoint.stiffness[wheel] -= by_load * pressing[wheel];
-            adjoint.add_derivatives(by_load, &undeflected[wheel]);
+            adjoint.stiffness[wheel] -= by_load * each(pressing[wheel]);
+            let (group, place) = (wheel / T::Wheels::COUNT, wheel % T::Wheels::COUNT);
+            adjoint.add_derivatives(by_load, &undeflected[group], |number| {
+                each(number.wheel(place))
+            });
         }
     }
 }
@@ -189,9 +195,10 @@ impl<T: Real> LoadAdjoint<T> {
         }
     }
 
-    /// Adds `factor` times the derivatives (not the shares) of another load.
-    pub(crate) fn add_derivatives(&mut self, factor: T, other: &Self) {
-        let add = |to: &mut Vector3<T>, from: &Vector3<T>| *to += from * factor;
+    /// Adds `factor` times the derivatives (not the shares) of another load, the wheel that `chosen` takes from
+    /// those side by side.
+    fn add_derivatives(&mut self, factor: T, other: &Self, chosen: impl Fn(T) -> T) {
+        let add = |to: &mut Vector3<T>, from: &Vector3<T>| *to += from.map(&chosen) * factor;
         add(&mut self.wrench.force, &other.wrench.force);
         add(&mut self.wrench.moment, &other.wrench.moment);
         for (to, from) in self.axis.iter_mut().zip(&other.axis) {
@@ -211,10 +218,10 @@ impl<T: Real> LoadAdjoint<T> {
         ];
         for (to, from) in scalars {
             for (to, &from) in to.iter_mut().zip(from) {
-                *to += from * factor;
+                *to += chosen(from) * factor;
             }
         }
-        self.roll_moment_distribution += other.roll_moment_distribution * factor;
+        self.roll_moment_distribution += chosen(other.roll_moment_distribution) * factor;
     }
 }
 
@@ -224,84 +231,100 @@ impl<T: Real> SupportConfiguration<'_, T> {
         &self,
         response: &Response<T>,
         loads: &[T],
-        adjoints: &mut [LoadAdjoint<T>],
+        adjoints: &mut [LoadAdjoint<T::Wheels>],
     ) {
         let derivatives = PlaneDerivatives::new(self.plane, self.centres, self.radii);
-        for (wheel, adjoint) in adjoints.iter_mut().enumerate() {
-            let form = LinearForm {
-                configuration: self,
-                response,
-                loads,
-                wheel,
-            };
+        for (group, adjoint) in adjoints.iter_mut().enumerate() {
+            let form = LinearForm::new(self, response, loads, group * T::Wheels::COUNT);
             form.fill(&derivatives, adjoint);
         }
     }
 }
 
-/// One wheel's load as a linear form in the changes of the equations.
+/// The loads of some wheels side by side as linear forms in the changes of the equations.
 struct LinearForm<'a, T: Real> {
     configuration: &'a SupportConfiguration<'a, T>,
     response: &'a Response<T>,
     loads: &'a [T],
-    wheel: usize,
+    /// The first of these wheels.
+    first: usize,
+    /// (I - L A) K of these wheels and each wheel; `None` where the springs determine nothing.
+    slack: Option<[T::Wheels; MAX_WHEELS]>,
 }
 
-impl<T: Real> LinearForm<'_, T> {
+impl<'a, T: Real> LinearForm<'a, T> {
+    fn new(
+        configuration: &'a SupportConfiguration<'a, T>,
+        response: &'a Response<T>,
+        loads: &'a [T],
+        first: usize,
+    ) -> Self {
+        // With as many equations as wheels the springs determine part of the solution only if some rows are
+        // compliant.
+        let equations = configuration.equations;
+        let is_free = equations.measured < equations.wheels || equations.are_measured();
+        let slack = |other| response.slack_of(equations, first, other);
+        let mut free = [T::Wheels::constant(0.0); MAX_WHEELS];
+        if is_free {
+            for (other, free) in free[..equations.wheels].iter_mut().enumerate() {
+                *free = slack(other);
+            }
+        }
+        Self {
+            configuration,
+            response,
+            loads,
+            first,
+            slack: is_free.then_some(free),
+        }
+    }
+
     /// Coefficient of db of an equation.
-    fn value(&self, row: usize) -> T {
-        self.response.loads[row][self.wheel]
+    fn value(&self, row: usize) -> T::Wheels {
+        T::Wheels::of(&self.response.loads[row][self.first..])
     }
 
     /// Coefficient of dA of an equation and a wheel.
-    fn factor(&self, row: usize, wheel: usize) -> T {
-        let mut coefficient = -self.value(row) * self.loads[wheel];
-        if self.has_slack() {
-            coefficient += self
-                .response
-                .slack(self.configuration.equations, self.wheel, wheel)
-                * self.response.multiplier[row];
+    fn factor(&self, row: usize, wheel: usize) -> T::Wheels {
+        let mut coefficient = -self.value(row) * T::Wheels::each(self.loads[wheel]);
+        if let Some(slack) = &self.slack {
+            coefficient += slack[wheel] * T::Wheels::each(self.response.multiplier[row]);
         }
         coefficient
-    }
-
-    /// Whether the springs determine part of the solution: with as many equations as wheels they do so only
-    /// if some rows are compliant.
-    fn has_slack(&self) -> bool {
-        let equations = self.configuration.equations;
-        equations.measured < equations.wheels || equations.are_measured()
     }
 
     /// Gradient with respect to the plane's axes and height, and to the wheels at a fixed plane:
     /// ```text
     ///     b_0 = n.F    b_1 = f.M + h l.F    b_2 = l.M - h f.F      A_1j = l.c_j    A_2j = -f.c_j
     /// ```
-    fn fill(&self, derivatives: &PlaneDerivatives<T>, out: &mut LoadAdjoint<T>) {
+    fn fill(&self, derivatives: &PlaneDerivatives<T>, out: &mut LoadAdjoint<T::Wheels>) {
         let configuration = self.configuration;
         let (plane, ground) = (configuration.plane, configuration.ground);
         let [b0, b1, b2] = [0, 1, 2].map(|row| self.value(row));
-        let (f, l, n, h) = (&plane.forward, &plane.left, &plane.normal, plane.height);
+        let [f, l, n] = [&plane.forward, &plane.left, &plane.normal].map(each);
+        let h = T::Wheels::each(plane.height);
         out.share = Wrench {
             force: n * b0 + l * (b1 * h) - f * (b2 * h),
             moment: f * b1 + l * b2,
         };
         out.wrench = out.share;
-        let (force, moment) = (&ground.force, &ground.moment);
+        let [force, moment] = [&ground.force, &ground.moment].map(each);
         let mut by_plane = PlaneGradient {
             forward: moment * b1 - force * (b2 * h),
             left: force * (b1 * h) + moment * b2,
             normal: force * b0,
-            height: b1 * l.dot(force) - b2 * f.dot(force),
+            height: b1 * l.dot(&force) - b2 * f.dot(&force),
         };
         for (wheel, centre) in configuration.centres.iter().enumerate() {
             let (a1, a2) = (self.factor(1, wheel), self.factor(2, wheel));
+            let centre = each(centre);
             by_plane.left += centre * a1;
             by_plane.forward -= centre * a2;
             out.centre[wheel] = l * a1 - f * a2;
-            out.radius[wheel] = T::zero();
-            out.rest_radius[wheel] = T::zero();
+            out.radius[wheel] = T::Wheels::constant(0.0);
+            out.rest_radius[wheel] = T::Wheels::constant(0.0);
         }
-        out.roll_moment_distribution = T::zero();
+        out.roll_moment_distribution = T::Wheels::constant(0.0);
         self.fill_offsets(&mut by_plane, out);
         self.fill_joints(&mut by_plane, out);
         let by_slope = derivatives.gradient(&by_plane);
@@ -316,26 +339,29 @@ impl<T: Real> LinearForm<'_, T> {
 
     /// Heights off a plane, u_j = k (R_0j + h - n.c_j): with springs they act through (I - L A) K, with the
     /// split rule by roll moment distribution through the value of its equation.
-    fn fill_offsets(&self, by_plane: &mut PlaneGradient<T>, out: &mut LoadAdjoint<T>) {
+    fn fill_offsets(
+        &self,
+        by_plane: &mut PlaneGradient<T::Wheels>,
+        out: &mut LoadAdjoint<T::Wheels>,
+    ) {
         let (configuration, contact) = (self.configuration, &self.configuration.machine.contact);
         let Some(stiffness) = contact.mean_stiffness else {
             return;
         };
+        let equations = configuration.equations;
         for (wheel, centre) in configuration.centres.iter().enumerate() {
-            let by_offset = match &contact.warp {
-                Some(warp) => {
-                    self.value(configuration.equations.certain)
-                        * T::constant(warp.value_by_offset[wheel])
+            let by_offset = match (&contact.warp, &self.slack) {
+                (Some(warp), _) => {
+                    self.value(equations.certain) * T::Wheels::constant(warp.value_by_offset[wheel])
                 }
-                None => self
-                    .response
-                    .slack(configuration.equations, self.wheel, wheel),
+                (None, Some(slack)) => slack[wheel],
+                (None, None) => self.response.slack_of(equations, self.first, wheel),
             };
-            let by_height = by_offset * T::constant(stiffness);
+            let by_height = by_offset * T::Wheels::constant(stiffness);
             out.rest_radius[wheel] = by_height;
-            out.centre[wheel] -= configuration.plane.normal * by_height;
+            out.centre[wheel] -= each(&configuration.plane.normal) * by_height;
             by_plane.height += by_height;
-            by_plane.normal -= centre * by_height;
+            by_plane.normal -= each(centre) * by_height;
         }
     }
 
@@ -343,7 +369,11 @@ impl<T: Real> LinearForm<'_, T> {
     /// ```text
     ///     b = z.(M_b - p x F_b)      A_j = z.((c_j - n R_j - p) x q)
     /// ```
-    fn fill_joints(&self, by_plane: &mut PlaneGradient<T>, out: &mut LoadAdjoint<T>) {
+    fn fill_joints(
+        &self,
+        by_plane: &mut PlaneGradient<T::Wheels>,
+        out: &mut LoadAdjoint<T::Wheels>,
+    ) {
         let (configuration, contact) = (self.configuration, &self.configuration.machine.contact);
         let mut by_traction = Vector3::zeros();
         out.axis.fill([by_traction; 2]);
@@ -363,7 +393,7 @@ impl<T: Real> LinearForm<'_, T> {
             let pivot = contact.torque_place(j, 0);
             self.fill_distal_wheels(row, pivot, &joint.steps[0], by_plane, &mut by_traction, out);
             let [_, _, by_rod] = actuation.gearing.by_pivot;
-            out.actuator[j] = -(self.value(row) * by_rod);
+            out.actuator[j] = -(self.value(row) * T::Wheels::each(by_rod));
             out.gearing[j] = self.value(row);
             for (s, (step, &factor)) in joint
                 .steps
@@ -375,10 +405,11 @@ impl<T: Real> LinearForm<'_, T> {
             }
         }
         // dq = (dF - q (dn.F + n.dF)) / F_n
-        let traction = configuration.ground.force / configuration.normal_force;
+        let traction = each(&(configuration.ground.force / configuration.normal_force));
         let along = by_traction.dot(&traction);
+        let normal = each(&configuration.plane.normal);
         out.wrench.force +=
-            (by_traction - configuration.plane.normal * along) / configuration.normal_force;
+            (by_traction - normal * along) / T::Wheels::each(configuration.normal_force);
         by_plane.normal -= traction * along;
     }
 
@@ -388,9 +419,9 @@ impl<T: Real> LinearForm<'_, T> {
         row: usize,
         k: usize,
         joint: &TorqueJoint,
-        by_plane: &mut PlaneGradient<T>,
-        by_traction: &mut Vector3<T>,
-        out: &mut LoadAdjoint<T>,
+        by_plane: &mut PlaneGradient<T::Wheels>,
+        by_traction: &mut Vector3<T::Wheels>,
+        out: &mut LoadAdjoint<T::Wheels>,
     ) {
         let configuration = self.configuration;
         let traction = configuration.ground.force / configuration.normal_force;
@@ -405,12 +436,13 @@ impl<T: Real> LinearForm<'_, T> {
             let factor = self.factor(row, wheel);
             let radius = configuration.radii[wheel];
             let arm = configuration.centres[wheel] - configuration.plane.normal * radius - p;
-            *by_origin -= across * factor;
-            *by_axis += cross(&arm, &traction) * factor;
-            *by_traction += cross(&z, &arm) * factor;
-            by_plane.normal -= across * (factor * radius);
-            out.centre[wheel] += across * factor;
-            out.radius[wheel] -= configuration.plane.normal.dot(&across) * factor;
+            *by_origin -= each(&across) * factor;
+            *by_axis += each(&cross(&arm, &traction)) * factor;
+            *by_traction += each(&cross(&z, &arm)) * factor;
+            by_plane.normal -= each(&across) * (factor * T::Wheels::each(radius));
+            out.centre[wheel] += each(&across) * factor;
+            let lean = configuration.plane.normal.dot(&across);
+            out.radius[wheel] -= T::Wheels::each(lean) * factor;
         }
     }
 
@@ -421,25 +453,25 @@ impl<T: Real> LinearForm<'_, T> {
         k: usize,
         joint: &TorqueJoint,
         factor: T,
-        out: &mut LoadAdjoint<T>,
+        out: &mut LoadAdjoint<T::Wheels>,
     ) {
         let configuration = self.configuration;
-        let value = self.value(row) * factor;
+        let value = self.value(row) * T::Wheels::each(factor);
         out.torque[k] = value;
         let (motion, distal) = (&configuration.motions[joint.body], &configuration.distal[k]);
         if k < configuration.machine.contact.free_joints.len()
             || configuration.machine.bodies[joint.body].kind == JointKind::Revolute
         {
             let z = Vector3::from(motion.rotation.column(2).into_owned());
-            out.axis[k][0] += cross(&z, &distal.force) * value;
-            out.axis[k][1] += distal.about(&motion.origin).moment * value;
+            out.axis[k][0] += each(&cross(&z, &distal.force)) * value;
+            out.axis[k][1] += each(&distal.about(&motion.origin).moment) * value;
         } else {
-            out.axis[k][1] += distal.force * value;
+            out.axis[k][1] += each(&distal.force) * value;
         }
     }
 
     /// Derivatives of the split rule: of the roll moment distribution, or of the springs' stiffness.
-    fn fill_split(&self, out: &mut LoadAdjoint<T>) {
+    fn fill_split(&self, out: &mut LoadAdjoint<T::Wheels>) {
         let equations = self.configuration.equations;
         if let Split::RollMomentDistribution {
             wheels: [fl, fr, rl, rr],
@@ -452,14 +484,14 @@ impl<T: Real> LinearForm<'_, T> {
             out.roll_moment_distribution = fl - fr + rl - rr;
         }
         for (wheel, by_stiffness) in out.stiffness.iter_mut().enumerate() {
-            *by_stiffness = T::zero();
+            *by_stiffness = T::Wheels::constant(0.0);
             if let Some(warp) = &self.configuration.machine.contact.warp {
                 // The warp is dominated by its softest tyres.
                 let row = equations.certain;
-                let share = T::constant(warp.compliance_share[wheel]);
-                *by_stiffness = self.value(row) * equations.value[row] * share;
+                let share = T::Wheels::constant(warp.compliance_share[wheel]);
+                *by_stiffness = self.value(row) * T::Wheels::each(equations.value[row]) * share;
             }
-            if self.has_slack() {
+            if let Some(slack) = &self.slack {
                 let mut pressed = equations.offset[wheel];
                 for (row, &multiplier) in self.response.multiplier[..equations.value.len()]
                     .iter()
@@ -467,7 +499,7 @@ impl<T: Real> LinearForm<'_, T> {
                 {
                     pressed += equations.factor[row][wheel] * multiplier;
                 }
-                *by_stiffness = self.response.slack(equations, self.wheel, wheel) * pressed;
+                *by_stiffness = slack[wheel] * T::Wheels::each(pressed);
             }
         }
     }

@@ -58,6 +58,8 @@ pub struct Equations<T> {
     /// Deflection of each tyre before the machine leans, in units of load by relative stiffness: u of
     /// N = K (u + A' l). Zero except on springs on flat ground.
     pub(crate) offset: [T; MAX_WHEELS],
+    /// Whether any of them can differ from zero.
+    pub(super) has_offsets: bool,
 }
 
 impl<T: Real> Equations<T> {
@@ -78,6 +80,7 @@ impl<T: Real> Equations<T> {
             prior_scale: prior_scale(machine),
             aside: [vec![T::zero(); rows], vec![T::zero(); rows]],
             offset: [T::zero(); MAX_WHEELS],
+            has_offsets: machine.contact.mean_stiffness.is_some() && machine.contact.warp.is_none(),
         };
         equations.forget_measured();
         equations.factor[0] = [T::one(); MAX_WHEELS];

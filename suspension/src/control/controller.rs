@@ -6,11 +6,11 @@
 
 use super::command::{Command, Status};
 use super::optimiser::SuspensionOptimiser;
-use super::rod_watch::{RodFault, RodWatch};
+use super::rod_watch::{RodFault, RodWatch, TRIAL_OPENING};
 use crate::condensed::{MAX_ACTUATORS, SuspendedMachine};
 use crate::error::SuspensionError;
 use crate::guard::{LoadGuard, Move};
-use crate::hydraulics::{Valve, ValveInput};
+use crate::hydraulics::{Valve, ValveInput, full_velocity};
 use crate::problem::{RodLimits, clamp};
 use tipwatch_mechanics::machine::{ControlMode, HydraulicParameters, Machine, SuspensionControl};
 use tipwatch_mechanics::state::State;
@@ -21,6 +21,8 @@ const LOST_SHARE: f64 = 0.25;
 const STROKE_TOLERANCE: f64 = 0.05;
 /// How long the reference goes on without a new command before it brakes (s).
 const MAX_COAST_S: f64 = 0.1;
+/// What of the velocity that a trial opening gives without load the reference may have during the trial.
+const TRIAL_SHARE: f64 = 0.8;
 /// The longest period of the guard (s).
 const MAX_TICK_S: f64 = 0.02;
 
@@ -230,6 +232,21 @@ impl Controller {
         plan
     }
 
+    /// The largest velocity of the reference (m/s): during a trial what its opening can follow, so that no rod lags
+    /// behind and jumps at its end.
+    fn max_velocity(&self) -> f64 {
+        if self.watches[..self.actuators]
+            .iter()
+            .all(RodWatch::is_proven)
+        {
+            return self.limits.max_velocity;
+        }
+        let [extending, retracting] =
+            [1.0, -1.0].map(|direction| full_velocity(&self.hydraulics, 0.0, direction));
+        let slowest = TRIAL_SHARE * TRIAL_OPENING * extending.min(retracting);
+        slowest.min(self.limits.max_velocity)
+    }
+
     /// The plan as far as every wheel can afford it.
     fn guarded(
         &mut self,
@@ -246,7 +263,9 @@ impl Controller {
             _ => Some(Move::To(plan.position)),
         };
         let (x, v) = (&position[..n], &velocity[..n]);
-        let guarded = wanted.and_then(|wanted| self.guard.restrain(state, x, v, wanted));
+        let max_velocity = self.max_velocity();
+        let guard = &mut self.guard;
+        let guarded = wanted.and_then(|wanted| guard.restrain(state, x, v, wanted, max_velocity));
         let mut command = plan;
         match guarded {
             Some(guarded) => {

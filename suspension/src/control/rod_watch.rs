@@ -60,6 +60,12 @@ impl RodWatch {
         }
     }
 
+    /// Whether the rod has moved with its valve.
+    #[must_use]
+    pub fn is_proven(&self) -> bool {
+        self.is_proven
+    }
+
     /// The fault found, if any; it stays.
     #[must_use]
     pub fn fault(&self) -> Option<RodFault> {

@@ -1,6 +1,8 @@
 //! The load guard: no motion of the suspension takes more from a wheel than locking the rods would leave it.
 
+mod forecast;
 mod load_guard;
-mod response;
+mod margin;
+mod plan;
 
 pub(crate) use load_guard::{LoadGuard, Move};

@@ -26,4 +26,5 @@ mod valve;
 pub use actuator::{Actuator, ActuatorInput, ActuatorState};
 pub use chambers::{Flows, Pressures, flows, piston_force, pressure_rates};
 pub use rosenbrock::StepError;
+pub(crate) use valve::full_velocity;
 pub use valve::{Valve, ValveInput};

@@ -98,7 +98,7 @@ impl Valve {
 /// ```text
 ///     H(9)   V^2 (A_a^3/c_a^2 + A_b^3/c_b^2) = A_a p_s - A_b p_r - f,     a and b exchanged to retract
 /// ```
-fn full_velocity(parameters: &HydraulicParameters, force: f64, velocity: f64) -> f64 {
+pub(crate) fn full_velocity(parameters: &HydraulicParameters, force: f64, velocity: f64) -> f64 {
     let p = parameters;
     let [c_p1, c_n1, c_p2, c_n2] = p.coefficients;
     let (a, b) = (p.piston_area, p.ring_area);

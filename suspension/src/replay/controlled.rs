@@ -8,7 +8,7 @@ use super::moved_state::{Replay, Rods, at_rest};
 use super::recorded::RecordedRows;
 use super::track::{ActuatorRow, Track};
 use crate::condensed::MAX_ACTUATORS;
-use crate::control::{Command, Controller, RodForce};
+use crate::control::{Command, Controller};
 use crate::error::SuspensionError;
 use crate::hydraulics::{Actuator, ActuatorInput, ActuatorState};
 
@@ -169,31 +169,22 @@ impl Simulation {
             running.due_s += self.controller.step_length();
         }
         running.due_s -= seconds;
-        let (mut forces, mut mass) = ([0.0; MAX_ACTUATORS], 0.0);
-        for acceleration in [0.0, 1.0] {
-            let rods = running.rods.map(|rod| Motion {
-                acceleration,
-                ..rod
-            });
-            self.replay.moved(state, &rods[..actuators]);
-            for (k, force) in forces[..actuators].iter_mut().enumerate() {
-                let needed = self.replay.rod_force(k);
-                if acceleration == 0.0 {
-                    *force = needed;
-                } else {
-                    mass += (needed - *force) / actuators as f64;
-                }
-            }
-        }
-        let known: [RodForce; MAX_ACTUATORS] = std::array::from_fn(|k| RodForce {
-            piston: self.actuator.force(&running.cylinders[k]),
-            load: forces[k],
+        let pistons = running
+            .cylinders
+            .map(|cylinder| self.actuator.force(&cylinder));
+        let known = self.replay.carried(state, &running.rods, &pistons);
+        let rods = running.rods.map(|rod| Motion {
+            acceleration: 1.0,
+            ..rod
         });
+        self.replay.moved(state, &rods[..actuators]);
+        let moved = (0..actuators).map(|k| self.replay.rod_force(k) - known[k].load);
+        let mass = moved.sum::<f64>() / actuators as f64;
         self.controller
             .follow_loaded(&positions[..actuators], &known[..actuators], seconds);
         for k in 0..actuators {
             let input = ActuatorInput::Load {
-                force: forces[k],
+                force: known[k].load,
                 mass,
             };
             let (valve, before) = (self.controller.valve(k), &running.cylinders[k]);

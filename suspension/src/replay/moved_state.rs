@@ -9,6 +9,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::condensed::Instant;
 use crate::condensed::MAX_ACTUATORS;
 use crate::condensed::SuspendedMachine;
+use crate::control::RodForce;
 use crate::error::SuspensionError;
 use crate::prediction::{PredictedState, RodMotion};
 use tipwatch_mechanics::dynamics::kinematics::{self, SensorFrame};
@@ -41,6 +42,8 @@ pub struct Replay {
     state: State<f64>,
     workspace: Workspace<f64>,
     com_offset: Vector2<f64>,
+    /// Index of the measured force of each actuator in [`State::actuator_force`], if there is one.
+    measured_force: [Option<usize>; MAX_ACTUATORS],
 }
 
 impl Replay {
@@ -63,6 +66,11 @@ impl Replay {
             state: State::zero(own),
             workspace: Workspace::with_scope(own, scope),
             com_offset: Vector2::repeat(f64::NAN),
+            measured_force: std::array::from_fn(|k| {
+                let linkage = suspended.linkages.get(k)?;
+                let joints = &machine.contact().actuated_joints;
+                joints.iter().position(|joint| joint.linkage == *linkage)
+            }),
             suspended,
         })
     }
@@ -154,6 +162,42 @@ impl Replay {
     #[must_use]
     pub fn com_offset(&self) -> Vector2<f64> {
         self.com_offset
+    }
+
+    /// What the valve law knows of each rod's forces in a state: the measured one, from pressures or from a force
+    /// signal, and what the rod carries without acceleration of the rods. Unknown where none is measured.
+    pub fn rod_forces(&mut self, state: &State<f64>) -> [RodForce; MAX_ACTUATORS] {
+        let measured = self.measured_force.map(|joint| {
+            let force = joint.and_then(|joint| state.actuator_force.get(joint));
+            force.copied().unwrap_or(f64::NAN)
+        });
+        let rods = self.rods(state);
+        self.carried(state, &rods, &measured)
+    }
+
+    /// The same for rods with this motion, whose acceleration is disregarded, and these measured forces (N).
+    pub fn carried(
+        &mut self,
+        state: &State<f64>,
+        rods: &[Motion<f64>; MAX_ACTUATORS],
+        measured: &[f64; MAX_ACTUATORS],
+    ) -> [RodForce; MAX_ACTUATORS] {
+        let mut forces = [RodForce::UNKNOWN; MAX_ACTUATORS];
+        if measured.iter().any(|force| force.is_finite()) {
+            let actuators = self.actuators();
+            let rods = rods.map(|rod| Motion {
+                acceleration: 0.0,
+                ..rod
+            });
+            self.moved(state, &rods[..actuators]);
+            for (k, force) in forces[..actuators].iter_mut().enumerate() {
+                *force = RodForce {
+                    piston: measured[k],
+                    load: self.rod_force(k),
+                };
+            }
+        }
+        forces
     }
 
     /// Force that an actuator needs in that state, without friction (N), positive when it extends its rod.

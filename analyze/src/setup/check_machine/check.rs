@@ -61,6 +61,7 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
         weighed: weighed.map(|weighed| readings::compare(&machine, weighed, &positions, &posture)),
         posture,
         notes,
+        commissioning: None,
     })
 }
 

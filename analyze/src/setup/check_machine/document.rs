@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use serde::Serialize;
+use tipwatch_binding::{Commissioning, CommissioningItem};
 use tipwatch_mechanics::machine::{Machine, MeasuredJoint};
 
 use crate::base::number::known;
@@ -31,6 +32,16 @@ pub struct MachineCheck {
     /// Comparison with `[weighed]` of the machine file.
     pub(super) weighed: Option<Weighed>,
     pub(super) notes: Vec<String>,
+    /// What the log shows of signs, axes, order, scale and mounting of the sensors; null without a log.
+    pub(super) commissioning: Option<Commissioned>,
+}
+
+/// What a log shows of the sensors. The time is in the file of the commissioning only, so that the same log gives the same bytes.
+#[derive(Debug, Serialize)]
+pub(super) struct Commissioned {
+    pub(super) items: Vec<CommissioningItem>,
+    /// Faults that would explain the contradictions.
+    pub(super) explanations: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -110,6 +121,18 @@ pub(super) struct Reading {
     pub(super) sigmas: Option<f64>,
     /// Whether the difference is within two standard deviations; null if unknown.
     pub(super) is_within: Option<bool>,
+}
+
+impl MachineCheck {
+    /// The same with the result of a commissioning.
+    #[must_use]
+    pub fn with_commissioning(mut self, result: &Commissioning) -> Self {
+        self.commissioning = Some(Commissioned {
+            items: result.items.clone(),
+            explanations: result.explanations.clone(),
+        });
+        self
+    }
 }
 
 pub(super) fn posture(machine: &Machine, positions: &[f64], source: String) -> Posture {

@@ -11,8 +11,7 @@ use crate::base::rows::Rows;
 
 /// A topic and the quantities in its messages.
 #[derive(Debug)]
-pub(super) struct FlatTopic<'a> {
-    machine: &'a Machine,
+pub(super) struct FlatTopic {
     topic: WriterTopic,
     columns: Vec<usize>,
     values: Vec<f64>,
@@ -29,10 +28,10 @@ fn topic_of(group: QuantityGroup) -> (&'static str, &'static str) {
     }
 }
 
-impl<'a> FlatTopic<'a> {
+impl FlatTopic {
     /// Opens all topics for which rows like these have quantities.
     pub(super) fn all(
-        machine: &'a Machine,
+        machine: &Machine,
         like: &Rows,
         precision: Precision,
         writer: &mut Ros2Writer,
@@ -62,7 +61,6 @@ impl<'a> FlatTopic<'a> {
             let (name, type_name) = topic_of(group);
             let definition = fields.join("\n") + "\n";
             topics.push(Self {
-                machine,
                 precision,
                 topic: writer.topic(name, type_name, Some(&definition))?,
                 values: vec![f64::NAN; columns.len()],
@@ -73,12 +71,18 @@ impl<'a> FlatTopic<'a> {
     }
 
     /// Writes a row.
-    pub(super) fn write(&mut self, rows: &Rows, row: usize, writer: &mut Ros2Writer) -> Result<()> {
+    pub(super) fn write(
+        &mut self,
+        machine: &Machine,
+        rows: &Rows,
+        row: usize,
+        writer: &mut Ros2Writer,
+    ) -> Result<()> {
         let columns = &rows.outcomes.columns;
         for (value, &column) in self.values.iter_mut().zip(&self.columns) {
             *value = columns[column][row];
         }
-        let message = flat(self.machine, rows, row, &self.values, self.precision);
+        let message = flat(machine, rows, row, &self.values, self.precision);
         Ok(writer.write(self.topic, rows.times_ns[row], &message)?)
     }
 }

@@ -34,24 +34,24 @@ const fn colour(r: f32, g: f32, b: f32) -> ColorRgba {
 
 /// The topic of the markers.
 #[derive(Debug)]
-pub(super) struct Markers<'a> {
-    machine: &'a Machine,
+pub(super) struct Markers {
     topic: WriterTopic,
 }
 
-impl<'a> Markers<'a> {
-    pub(super) fn begin(machine: &'a Machine, writer: &mut Ros2Writer) -> Result<Self> {
+impl Markers {
+    pub(super) fn begin(writer: &mut Ros2Writer) -> Result<Self> {
         let topic = writer.topic(
             "/tipwatch/markers",
             "visualization_msgs/msg/MarkerArray",
             None,
         )?;
-        Ok(Self { machine, topic })
+        Ok(Self { topic })
     }
 
     /// Writes the markers of a row and deletes those that cannot be placed.
     pub(super) fn write(
         &self,
+        machine: &Machine,
         rows: &Rows,
         row: usize,
         placement: &Placement<'_>,
@@ -61,82 +61,75 @@ impl<'a> Markers<'a> {
         let draw = Draw {
             header: Header {
                 stamp: Time::from_ns(time_ns),
-                frame_id: self.machine.base_link(),
+                frame_id: machine.base_link(),
             },
         };
-        let mut markers = self.loads(rows, row, placement, &draw);
-        markers.push(self.polygon(placement, &draw));
-        markers.push(self.zmp(rows, row, placement, &draw));
+        let mut markers = loads(machine, rows, row, placement, &draw);
+        markers.push(polygon(machine, placement, &draw));
+        markers.push(zmp(rows, row, placement, &draw));
         let arm = placement.arm_segments.iter().flatten().copied().collect();
         markers.push(draw.lines("arm", LINE_LIST, arm, 0.06, GREY));
         Ok(writer.write(self.topic, time_ns, &MarkerArray { markers })?)
     }
+}
 
-    /// An arrow up from each contact point, proportional to the load, labelled in kN.
-    fn loads<'b>(
-        &self,
-        rows: &Rows,
-        row: usize,
-        placement: &Placement<'_>,
-        draw: &Draw<'b>,
-    ) -> Vec<Marker<'b>> {
-        let machine = self.machine;
-        let outcomes = &rows.outcomes;
-        let at_rest = &machine.reference().static_load;
-        let mut markers = Vec::new();
-        for (wheel, contact) in placement.contacts.iter().enumerate() {
-            let load_n = outcomes.column(Quantity::Load(wheel))[row];
-            let share = load_n / at_rest[wheel];
-            // an arrow without length has no direction
-            let tip = contact + placement.normal * (share.clamp(0.001, 4.0) * ARROW_AT_REST_M);
-            let colour = match share {
-                share if share <= 0.0 => RED,
-                share if share < 0.25 => ORANGE,
-                _ => BLUE,
-            };
-            let id = i32::try_from(wheel).unwrap_or(0);
-            let mut arrow = draw.lines("loads", ARROW, vec![*contact, tip], 0.08, colour);
-            // shaft diameter, head diameter, head length
-            (arrow.scale.y, arrow.scale.z) = (0.18, 0.2);
-            markers.push(Marker { id, ..arrow });
-            let text = format!("{} {:.1} kN", machine.wheels()[wheel].name, load_n / 1e3);
-            markers.push(Marker {
-                id,
-                text,
-                ..draw.at(
-                    "labels",
-                    TEXT,
-                    contact - placement.normal * 0.15,
-                    0.22,
-                    BLACK,
-                )
-            });
-        }
-        markers
-    }
-
-    fn polygon<'b>(&self, placement: &Placement<'_>, draw: &Draw<'b>) -> Marker<'b> {
-        let edges = self.machine.polygon().edges().iter();
-        let mut corners: Vec<_> = edges.map(|edge| placement.contacts[edge.from]).collect();
-        corners.extend(corners.first().copied());
-        draw.lines("support_polygon", LINE_STRIP, corners, 0.03, BLACK)
-    }
-
-    fn zmp<'b>(
-        &self,
-        rows: &Rows,
-        row: usize,
-        placement: &Placement<'_>,
-        draw: &Draw<'b>,
-    ) -> Marker<'b> {
-        let value = |quantity| rows.outcomes.column(quantity)[row];
-        let zmp = Vector2::new(value(Quantity::ZmpX), value(Quantity::ZmpY));
-        let colour = match value(Quantity::ZmpMargin) {
-            margin if margin <= 0.0 => RED,
+/// An arrow up from each contact point, proportional to the load, labelled in kN.
+fn loads<'a>(
+    machine: &Machine,
+    rows: &Rows,
+    row: usize,
+    placement: &Placement<'_>,
+    draw: &Draw<'a>,
+) -> Vec<Marker<'a>> {
+    let outcomes = &rows.outcomes;
+    let at_rest = &machine.reference().static_load;
+    let mut markers = Vec::new();
+    for (wheel, contact) in placement.contacts.iter().enumerate() {
+        let load_n = outcomes.column(Quantity::Load(wheel))[row];
+        let share = load_n / at_rest[wheel];
+        // an arrow without length has no direction
+        let tip = contact + placement.normal * (share.clamp(0.001, 4.0) * ARROW_AT_REST_M);
+        let colour = match share {
+            share if share <= 0.0 => RED,
+            share if share < 0.25 => ORANGE,
             _ => BLUE,
         };
-        draw.at("zmp", SPHERE, placement.from_plane(&zmp), 0.15, colour)
+        let id = i32::try_from(wheel).unwrap_or(0);
+        let mut arrow = draw.lines("loads", ARROW, vec![*contact, tip], 0.08, colour);
+        // shaft diameter, head diameter, head length
+        (arrow.scale.y, arrow.scale.z) = (0.18, 0.2);
+        markers.push(Marker { id, ..arrow });
+        let text = format!("{} {:.1} kN", machine.wheels()[wheel].name, load_n / 1e3);
+        markers.push(Marker {
+            id,
+            text,
+            ..draw.at(
+                "labels",
+                TEXT,
+                contact - placement.normal * 0.15,
+                0.22,
+                BLACK,
+            )
+        });
     }
+    markers
+}
+
+fn polygon<'a>(machine: &Machine, placement: &Placement<'_>, draw: &Draw<'a>) -> Marker<'a> {
+    let edges = machine.polygon().edges().iter();
+    let mut corners: Vec<_> = edges.map(|edge| placement.contacts[edge.from]).collect();
+    corners.extend(corners.first().copied());
+    draw.lines("support_polygon", LINE_STRIP, corners, 0.03, BLACK)
+}
+
+fn zmp<'a>(rows: &Rows, row: usize, placement: &Placement<'_>, draw: &Draw<'a>) -> Marker<'a> {
+    let value = |quantity| rows.outcomes.column(quantity)[row];
+    let zmp = Vector2::new(value(Quantity::ZmpX), value(Quantity::ZmpY));
+    let colour = match value(Quantity::ZmpMargin) {
+        margin if margin <= 0.0 => RED,
+        _ => BLUE,
+    };
+    draw.at("zmp", SPHERE, placement.from_plane(&zmp), 0.15, colour)
 }
 
 /// Markers of one instant.

@@ -12,66 +12,129 @@ mod messages;
 mod selection;
 mod verdict;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, Result};
+use tempfile::TempPath;
 use tipwatch_ingest::Ros2Writer;
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, State};
 
 use self::diagnostics::Diagnostics;
 use self::flat::FlatTopic;
 use self::markers::Markers;
-use self::selection::Selection;
+use self::selection::{SelectedRow, Selection};
 use self::verdict::VerdictTopic;
 use crate::analysis::Analysis;
+use crate::analysis::run::{Prepared, RowSink};
+use crate::base::files::unfinished_of;
 use crate::base::options::{DerivedRows, Precision};
 use crate::base::rows::Rows;
+use crate::events::Event;
 
 /// Period of diagnostics and markers around events (ns).
 const BETWEEN_PICTURES_NS: i64 = 100_000_000;
 /// Their period elsewhere (ns).
 const BETWEEN_FEW_PICTURES_NS: i64 = 1_000_000_000;
 
-/// A file with its messages, before its attachments.
-pub(crate) struct Derived<'a> {
-    analysis: &'a Analysis,
+/// Most blocks that wait until all events around their rows are known. The rows after them are computed once more.
+const MOST_WAITING: usize = 64;
+
+/// The file while the rows of its analysis are computed.
+pub(crate) struct DerivedPass {
+    machine: Machine,
     writer: Ros2Writer,
+    topics: Topics,
+    selection: Selection,
+    input_events: Vec<Event>,
+    waiting: VecDeque<Arc<Rows>>,
+    /// The first row that is neither written nor waits.
+    next: usize,
+    /// Whether later rows are left for the end, because too many waited.
+    is_behind: bool,
+    unfinished: TempPath,
 }
 
-impl<'a> Derived<'a> {
-    /// Creates or replaces the file and writes its messages.
+impl DerivedPass {
+    /// Begins a file in a folder, under another name until it is complete.
     ///
     /// # Errors
     /// The file cannot be written.
     pub(crate) fn begin(
-        analysis: &'a Analysis,
+        prepared: &Prepared<'_>,
         precision: Precision,
         rows: DerivedRows,
         path: &Path,
     ) -> Result<Self> {
-        match fs::remove_file(path) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                return Err(error).context(format!("{}: cannot be replaced", path.display()));
-            }
-            _ => {}
-        }
-        let mut writer = Ros2Writer::create(path)?;
-        let selection = Selection::of(&analysis.events, rows);
-        let like = analysis.rows.no_rows();
-        let mut topics = Topics::begin(analysis, &like, precision, &mut writer)?;
-        let rows = &analysis.rows;
-        rows.feed(&mut |rows| topics.write(rows, &selection, &mut writer))?;
-        Ok(Self { analysis, writer })
+        let unfinished = unfinished_of(path)?;
+        fs::remove_file(&unfinished)?;
+        let mut writer = Ros2Writer::create(&unfinished)?;
+        let machine = prepared.machine.clone();
+        let like = prepared.table.no_rows();
+        Ok(Self {
+            topics: Topics::begin(
+                &machine,
+                prepared.input_events,
+                &like,
+                precision,
+                &mut writer,
+            )?,
+            machine,
+            writer,
+            selection: Selection::new(rows),
+            input_events: prepared.input_events.to_vec(),
+            waiting: VecDeque::new(),
+            next: 0,
+            is_behind: false,
+            unfinished,
+        })
     }
 
-    /// Attaches the report and the sources, and finishes the file.
+    /// Writes the rows whose events are known: those well before the row `settled`.
+    fn write_settled(
+        &mut self,
+        settled: usize,
+        time_ns: Option<i64>,
+        events: &[Event],
+    ) -> Result<()> {
+        let full_rate = (self.selection).full_rate(events.iter().chain(&self.input_events));
+        while let Some(block) = self.waiting.front() {
+            let is_known = time_ns.is_none_or(|time_ns| {
+                let last_ns = block.times_ns.last().copied().unwrap_or(i64::MIN);
+                block.first + block.len() <= settled
+                    && last_ns.saturating_add(Selection::AHEAD_NS) < time_ns
+            });
+            if !is_known {
+                break;
+            }
+            let selected = self.selection.add(block, 0, &full_rate);
+            (self.topics).write(&self.machine, selected, &mut self.writer)?;
+            self.waiting.pop_front();
+        }
+        Ok(())
+    }
+
+    /// Writes the remaining rows and the attachments, and gives the file its name.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn finish(mut self, report: &str) -> Result<()> {
-        let (times_ns, sources) = (&self.analysis.rows.times_ns, &self.analysis.sources);
+    pub(crate) fn finish(mut self, analysis: &Analysis, report: &str, path: &Path) -> Result<()> {
+        self.write_settled(usize::MAX, None, &analysis.events)?;
+        let events = analysis.events.iter().chain(&self.input_events);
+        let full_rate = self.selection.full_rate(events);
+        if self.is_behind {
+            analysis.rows.feed(&mut |rows| {
+                let first = self.next.saturating_sub(rows.first);
+                let selected = self.selection.add(rows, first, &full_rate);
+                (self.topics).write(&self.machine, selected, &mut self.writer)
+            })?;
+        }
+        let selected = self.selection.end_second(&full_rate);
+        (self.topics).write(&self.machine, selected, &mut self.writer)?;
+        let (times_ns, sources) = (&analysis.rows.times_ns, &analysis.sources);
         let time_ns = times_ns.first().copied().unwrap_or(0);
         for (name, media_type, text) in [
             ("report.html", "text/html", report),
@@ -81,52 +144,72 @@ impl<'a> Derived<'a> {
             self.writer
                 .attach(name, media_type, time_ns, text.as_bytes())?;
         }
-        self.writer
-            .metadata("tipwatch", provenance(self.analysis))?;
-        Ok(self.writer.finish()?)
+        self.writer.metadata("tipwatch", provenance(analysis))?;
+        self.writer.finish()?;
+        (self.unfinished.persist(path))
+            .with_context(|| format!("{}: cannot be written", path.display()))
+    }
+}
+
+impl RowSink for DerivedPass {
+    fn take(&mut self, rows: &Arc<Rows>) -> Result<()> {
+        self.is_behind |= self.waiting.len() >= MOST_WAITING;
+        if !self.is_behind {
+            self.waiting.push_back(Arc::clone(rows));
+            self.next = rows.first + rows.len();
+        }
+        Ok(())
+    }
+
+    fn settle(&mut self, row: usize, time_ns: Option<i64>, events: &[Event]) -> Result<()> {
+        self.write_settled(row, time_ns, events)
     }
 }
 
 /// The topics of the rows.
-struct Topics<'a> {
-    flat: Vec<FlatTopic<'a>>,
-    verdict: Option<VerdictTopic<'a>>,
-    diagnostics: Diagnostics<'a>,
-    markers: Markers<'a>,
-    placement: Placement<'a>,
+struct Topics {
+    flat: Vec<FlatTopic>,
+    verdict: Option<VerdictTopic>,
+    diagnostics: Diagnostics,
+    markers: Markers,
     state: State<f64>,
     last_picture_ns: i64,
 }
 
-impl<'a> Topics<'a> {
+impl Topics {
     /// Opens the topics for blocks with the columns of `like`.
     fn begin(
-        analysis: &'a Analysis,
+        machine: &Machine,
+        input_events: &[Event],
         like: &Rows,
         precision: Precision,
         writer: &mut Ros2Writer,
     ) -> Result<Self> {
-        let machine = &analysis.machine;
         Ok(Self {
             flat: FlatTopic::all(machine, like, precision, writer)?,
-            verdict: VerdictTopic::begin(machine, like, writer)?,
-            diagnostics: Diagnostics::begin(analysis, writer)?,
-            markers: Markers::begin(machine, writer)?,
-            placement: Placement::new(machine),
+            verdict: VerdictTopic::begin(like, writer)?,
+            diagnostics: Diagnostics::begin(input_events, writer)?,
+            markers: Markers::begin(writer)?,
             state: State::zero(machine),
             last_picture_ns: i64::MIN,
         })
     }
 
-    /// Writes the selected rows of a block.
-    fn write(&mut self, rows: &Rows, selection: &Selection, writer: &mut Ros2Writer) -> Result<()> {
-        for selected in selection.rows(rows) {
-            let row = selected.row;
+    /// Writes selected rows.
+    fn write(
+        &mut self,
+        machine: &Machine,
+        rows: Vec<SelectedRow>,
+        writer: &mut Ros2Writer,
+    ) -> Result<()> {
+        let mut placement = Placement::new(machine);
+        for selected in rows {
+            let (rows, row) = (&*selected.block, selected.row);
             for topic in &mut self.flat {
-                topic.write(rows, row, writer)?;
+                topic.write(machine, rows, row, writer)?;
             }
             if let Some(topic) = &self.verdict {
-                topic.write(rows, row, writer)?;
+                topic.write(machine, rows, row, writer)?;
             }
             let period_ns = match selected.is_at_full_rate {
                 true => BETWEEN_PICTURES_NS,
@@ -136,9 +219,9 @@ impl<'a> Topics<'a> {
             if time_ns >= self.last_picture_ns.saturating_add(period_ns) {
                 self.last_picture_ns = time_ns;
                 rows.states.get(row, &mut self.state);
-                self.placement.place(&self.state);
-                self.markers.write(rows, row, &self.placement, writer)?;
-                self.diagnostics.write(rows, row, writer)?;
+                placement.place(&self.state);
+                (self.markers).write(machine, rows, row, &placement, writer)?;
+                self.diagnostics.write(machine, rows, row, writer)?;
             }
         }
         Ok(())

@@ -1,6 +1,11 @@
 //! Which rows `derived.mcap` has: all of them around events, few elsewhere.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::verdict::Level;
 
 use crate::base::options::DerivedRows;
 use crate::base::rows::Rows;
@@ -13,54 +18,151 @@ const LONG_NS: i64 = 10_000_000_000;
 /// Elsewhere, the extremes of every such time (ns) are written.
 const BIN_NS: i64 = 1_000_000_000;
 
+/// Decides which rows are written. What it takes depends on the rows and the events alone, not on how the rows are
+/// divided into blocks.
+#[derive(Debug)]
+pub(super) struct Selection {
+    extent: DerivedRows,
+    /// Consecutive rows of one second whose choice is not made yet.
+    second: Vec<Piece>,
+    last_state: Option<(Reasons, Option<[Level; 2]>)>,
+}
+
+/// Consecutive rows of a block.
+#[derive(Debug)]
+struct Piece {
+    block: Arc<Rows>,
+    rows: Range<usize>,
+}
+
+/// Spans (ns) in which all rows are written, in order, without overlap; `None` for all rows of the log.
+#[derive(Debug)]
+pub(super) struct FullRate(Option<Vec<[i64; 2]>>);
+
+impl FullRate {
+    fn has(&self, time_ns: i64) -> bool {
+        self.0.as_ref().is_none_or(|spans| {
+            let next = spans.partition_point(|span| span[1] < time_ns);
+            spans.get(next).is_some_and(|span| span[0] <= time_ns)
+        })
+    }
+}
+
 /// A row to write.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug)]
 pub(super) struct SelectedRow {
+    pub(super) block: Arc<Rows>,
     /// Its index in the block.
     pub(super) row: usize,
     /// Whether all of its neighbours are written, too.
     pub(super) is_at_full_rate: bool,
 }
 
-/// Decides which rows are written.
-#[derive(Debug)]
-pub(super) struct Selection {
-    /// Spans (ns) with all rows, in order, without overlap; `None` for all rows of the log.
-    spans: Option<Vec<[i64; 2]>>,
-}
-
 impl Selection {
-    pub(super) fn of(events: &[Event], rows: DerivedRows) -> Self {
-        let spans = match rows {
-            DerivedRows::Full => None,
-            DerivedRows::Events => Some(joined(events.iter().flat_map(spans_of).collect())),
-        };
-        Self { spans }
+    /// How long (ns) after a row an event may begin for which it is written.
+    pub(super) const AHEAD_NS: i64 = MARGIN_NS + BIN_NS;
+
+    pub(super) fn new(extent: DerivedRows) -> Self {
+        Self {
+            extent,
+            second: Vec::new(),
+            last_state: None,
+        }
     }
 
-    /// The rows of a block to write, in order.
-    pub(super) fn rows(&self, block: &Rows) -> Vec<SelectedRow> {
-        let Some(spans) = &self.spans else {
-            let all = 0..block.len();
-            let selected = all.map(|row| SelectedRow {
-                row,
-                is_at_full_rate: true,
+    /// Where all rows are written.
+    pub(super) fn full_rate<'e>(&self, events: impl Iterator<Item = &'e Event>) -> FullRate {
+        FullRate(match self.extent {
+            DerivedRows::Full => None,
+            DerivedRows::Events => Some(joined(events.flat_map(spans_of).collect())),
+        })
+    }
+
+    /// Takes the rows of a block from `first` on; those of its last second wait for the next block.
+    pub(super) fn add(
+        &mut self,
+        block: &Arc<Rows>,
+        first: usize,
+        full_rate: &FullRate,
+    ) -> Vec<SelectedRow> {
+        let bin = |row: usize| block.times_ns[row].div_euclid(BIN_NS);
+        let mut selected = Vec::new();
+        let mut start = first;
+        while start < block.len() {
+            let before = self.second.last();
+            let before = before.map(|p| p.block.times_ns[p.rows.end - 1].div_euclid(BIN_NS));
+            if before.is_some_and(|before| before != bin(start)) {
+                selected.append(&mut self.end_second(full_rate));
+            }
+            let end = (start..block.len()).find(|&row| bin(row) != bin(start));
+            let rows = start..end.unwrap_or(block.len());
+            start = rows.end;
+            self.second.push(Piece {
+                block: Arc::clone(block),
+                rows,
             });
-            return selected.collect();
-        };
-        let is_at_full_rate = |row: usize| {
-            let time_ns = block.times_ns[row];
-            let next = spans.partition_point(|span| span[1] < time_ns);
-            spans.get(next).is_some_and(|span| span[0] <= time_ns)
-        };
-        let is_telling = telling_rows(block);
-        (0..block.len())
-            .map(|row| SelectedRow {
+        }
+        selected
+    }
+
+    /// The rows that wait.
+    pub(super) fn end_second(&mut self, full_rate: &FullRate) -> Vec<SelectedRow> {
+        let pieces = std::mem::take(&mut self.second);
+        let telling = self.telling_rows(&pieces);
+        let rows = pieces.iter().flat_map(|piece| {
+            let rows = piece.rows.clone();
+            rows.map(|row| (&piece.block, row))
+        });
+        let rows = rows.zip(telling).filter_map(|((block, row), is_telling)| {
+            let is_at_full_rate = full_rate.has(block.times_ns[row]);
+            (is_at_full_rate || is_telling).then(|| SelectedRow {
+                block: Arc::clone(block),
                 row,
-                is_at_full_rate: is_at_full_rate(row),
+                is_at_full_rate,
             })
-            .filter(|selected| selected.is_at_full_rate || is_telling[selected.row])
-            .collect()
+        });
+        rows.collect()
+    }
+
+    /// Of a second, whether each row is written in any case: those with the smallest and the largest OTF of each wheel,
+    /// the last one, and those at which verdict or reasons change, with the ones before.
+    fn telling_rows(&mut self, pieces: &[Piece]) -> Vec<bool> {
+        let rows = || (pieces.iter()).flat_map(|p| p.rows.clone().map(|row| (&p.block, row)));
+        let mut is_telling = vec![false; rows().count()];
+        if let Some(last) = is_telling.last_mut() {
+            *last = true;
+        }
+        let quantities = pieces.first().map(|piece| &piece.block.outcomes.quantities);
+        for (column, quantity) in quantities.into_iter().flatten().enumerate() {
+            if !matches!(quantity, Quantity::Otf(_)) {
+                continue;
+            }
+            let values = rows().map(|(block, row)| block.outcomes.columns[column][row]);
+            let known = || {
+                let values = values.clone().enumerate();
+                values.filter(|(_, value)| value.is_finite())
+            };
+            let least = known().min_by(|a, b| a.1.total_cmp(&b.1));
+            let largest = known().max_by(|a, b| a.1.total_cmp(&b.1));
+            for (at, _) in [least, largest].into_iter().flatten() {
+                is_telling[at] = true;
+            }
+        }
+        for (at, (block, row)) in rows().enumerate() {
+            let verdicts = block.verdicts.as_ref();
+            let verdict = verdicts.map(|verdicts| verdicts.verdicts[row]);
+            let levels = verdict.map(|verdict| [verdict.level, verdict.latched_level]);
+            let state = Some((block.reasons[row], levels));
+            if self.last_state.is_some() && self.last_state != state {
+                is_telling[at] = true;
+                // that of the second before was its last, which is written
+                if let Some(before) = at.checked_sub(1) {
+                    is_telling[before] = true;
+                }
+            }
+            self.last_state = state;
+        }
+        is_telling
     }
 }
 
@@ -97,48 +199,6 @@ fn joined(mut spans: Vec<[i64; 2]>) -> Vec<[i64; 2]> {
     joined
 }
 
-/// Of every second the rows with the smallest and the largest OTF of each wheel, and the last one; the rows at which
-/// verdict or reasons change, with the ones before.
-fn telling_rows(block: &Rows) -> Vec<bool> {
-    let mut is_telling = vec![false; block.len()];
-    let otf: Vec<&[f64]> = (block.outcomes.quantities.iter())
-        .zip(&block.outcomes.columns)
-        .filter(|(quantity, _)| matches!(quantity, Quantity::Otf(_)))
-        .map(|(_, column)| column.as_slice())
-        .collect();
-    let bin = |row: usize| block.times_ns[row].div_euclid(BIN_NS);
-    let mut first = 0;
-    while first < block.len() {
-        let rest = first..block.len();
-        let end = rest.clone().find(|&row| bin(row) != bin(first));
-        let rows = first..end.unwrap_or(rest.end);
-        is_telling[rows.end - 1] = true;
-        for column in &otf {
-            let known = || rows.clone().filter(|&row| column[row].is_finite());
-            let least = known().min_by(|&a, &b| column[a].total_cmp(&column[b]));
-            let largest = known().max_by(|&a, &b| column[a].total_cmp(&column[b]));
-            for row in [least, largest].into_iter().flatten() {
-                is_telling[row] = true;
-            }
-        }
-        first = rows.end;
-    }
-    let state = |row: usize| {
-        let verdicts = block.verdicts.as_ref();
-        let verdict = verdicts.map(|verdicts| verdicts.verdicts[row]);
-        (
-            block.reasons[row],
-            verdict.map(|verdict| (verdict.level, verdict.latched_level)),
-        )
-    };
-    for row in 1..block.len() {
-        if state(row) != state(row - 1) {
-            (is_telling[row - 1], is_telling[row]) = (true, true);
-        }
-    }
-    is_telling
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,13 +211,12 @@ mod tests {
         short.end_ns = Some(103 * second);
         let mut long = Event::blank(EventKind::WheelLight, 103 * second, "fl".into());
         (long.end_ns, long.worst_ns) = (Some(400 * second), 200 * second);
-        let Some(spans) = Selection::of(&[long, short], DerivedRows::Events).spans else {
-            panic!("expected spans");
-        };
+        let selection = Selection::new(DerivedRows::Events);
+        let FullRate(spans) = selection.full_rate([long, short].iter());
         let half = second / 2;
         let around = |from: i64, to: i64| [from * second - half, to * second + half];
         assert_eq!(
-            spans,
+            spans.unwrap(),
             [around(100, 103), around(200, 200), around(400, 400)]
         );
     }

@@ -15,18 +15,13 @@ const DEFINITION: &str = "std_msgs/Header header\n\
 
 /// The topic of the verdicts.
 #[derive(Debug)]
-pub(super) struct VerdictTopic<'a> {
-    machine: &'a Machine,
+pub(super) struct VerdictTopic {
     topic: WriterTopic,
 }
 
-impl<'a> VerdictTopic<'a> {
+impl VerdictTopic {
     /// Opens the topic; `None` for models without verdicts.
-    pub(super) fn begin(
-        machine: &'a Machine,
-        like: &Rows,
-        writer: &mut Ros2Writer,
-    ) -> Result<Option<Self>> {
+    pub(super) fn begin(like: &Rows, writer: &mut Ros2Writer) -> Result<Option<Self>> {
         if like.verdicts.is_none() {
             return Ok(None);
         }
@@ -37,11 +32,17 @@ impl<'a> VerdictTopic<'a> {
             "tipwatch_msgs/msg/Verdict",
             Some(&definition),
         )?;
-        Ok(Some(Self { machine, topic }))
+        Ok(Some(Self { topic }))
     }
 
     /// Writes a row.
-    pub(super) fn write(&self, rows: &Rows, row: usize, writer: &mut Ros2Writer) -> Result<()> {
+    pub(super) fn write(
+        &self,
+        machine: &Machine,
+        rows: &Rows,
+        row: usize,
+        writer: &mut Ros2Writer,
+    ) -> Result<()> {
         let Some(verdicts) = &rows.verdicts else {
             return Ok(());
         };
@@ -51,7 +52,7 @@ impl<'a> VerdictTopic<'a> {
             f64::from(verdict.latched_level as u8),
             verdicts.time_to_lift_off_s[row],
         ];
-        let message = flat(self.machine, rows, row, &values, Precision::Double);
+        let message = flat(machine, rows, row, &values, Precision::Double);
         Ok(writer.write(self.topic, rows.times_ns[row], &message)?)
     }
 }

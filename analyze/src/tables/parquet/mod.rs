@@ -1,10 +1,10 @@
 //! Tables as Parquet files, with units and provenance in the metadata of the file.
 
 mod read;
-pub(crate) mod write;
+mod write;
 
 pub use read::read;
-pub(crate) use write::{write, write_with};
+pub(crate) use write::{TableWriter, provenance_entry, write, write_with};
 
 #[cfg(test)]
 mod tests;

@@ -6,6 +6,7 @@ use std::fs::File;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
+use arrow_array::RecordBatch;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::UNITS;
@@ -29,7 +30,7 @@ pub fn read(path: &Path) -> Result<Table> {
         let fields = reader.schema().fields().clone();
         let mut batches = reader.with_batch_size(rows.max(1)).build()?;
         let batch = batches.next().transpose()?;
-        if batch.as_ref().map_or(0, |batch| batch.num_rows()) != rows {
+        if batch.as_ref().map_or(0, RecordBatch::num_rows) != rows {
             return Err(anyhow!("expected {rows} rows in one piece"));
         }
         let mut table = Table::default();

@@ -139,8 +139,8 @@ impl TableWriter {
 
     /// Adds an entry to the metadata of the file.
     pub(crate) fn add_metadata(&mut self, key: &str, value: String) {
-        let entry = KeyValue::new(key.into(), value);
-        self.file.append_key_value_metadata(entry);
+        self.file
+            .append_key_value_metadata(KeyValue::new(key.into(), value));
     }
 
     /// Writes what is left and closes the file.
@@ -185,7 +185,10 @@ impl TableWriter {
             return Ok(());
         }
         let columns = std::mem::take(&mut self.columns);
-        let chunks: Result<Vec<_>, _> = columns.into_par_iter().map(|c| c.close()).collect();
+        let chunks: Result<Vec<_>, _> = columns
+            .into_par_iter()
+            .map(ArrowColumnWriter::close)
+            .collect();
         let write = || {
             let mut group = self.file.next_row_group()?;
             for chunk in chunks? {

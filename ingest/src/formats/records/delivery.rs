@@ -79,6 +79,9 @@ impl Visitor for Delivery<'_, '_> {
 
     fn accept(&mut self, batch: &mut dyn Batch, counts: &mut ChannelCounts) {
         batch.deliver();
+        if let Some(batches) = &self.request.batches {
+            (batches.delivered)();
+        }
         for (id, messages) in counts.0.iter_mut().enumerate() {
             let messages = std::mem::take(messages);
             let id = id as u32;

@@ -16,7 +16,7 @@ use super::{
     grammar::{Grammar, Kind},
     head_window::HeadWindow,
     intake::Intake,
-    unpacked::{LoadMode, Unpacked},
+    unpacked::{Buffers, LoadMode, Unpacked},
     visitor::Visitor,
 };
 use crate::{file::FileBytes, message::Error};
@@ -44,6 +44,9 @@ struct Worker<'s> {
     file: &'s FileBytes,
     intake: Option<&'s Intake<'s>>,
     decompressor: Decompressor,
+    /// Used for chunk after chunk while their content is not needed later, so that it stays in the
+    /// processor's cache.
+    buffers: Buffers,
 }
 
 impl<'s> Worker<'s> {
@@ -52,6 +55,7 @@ impl<'s> Worker<'s> {
             file,
             intake,
             decompressor: Decompressor::default(),
+            buffers: Buffers::default(),
         }
     }
 
@@ -60,9 +64,14 @@ impl<'s> Worker<'s> {
         unpacked: &mut Unpacked,
         bytes: &Range<u64>,
     ) -> Result<(), Error> {
+        unpacked.exchange(&mut self.buffers);
         unpacked.load::<G>(self.file, bytes, LoadMode::Whole, &mut self.decompressor)?;
         if let Some(intake) = self.intake {
             unpacked.take_in::<G>(intake);
+        }
+        if unpacked.is_done_with_content() {
+            unpacked.exchange(&mut self.buffers);
+            self.buffers.forget_large();
         }
         Ok(())
     }

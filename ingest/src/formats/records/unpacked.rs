@@ -15,12 +15,20 @@ use crate::{file::FileBytes, message::Error};
 /// Buffers that grew beyond this are not kept.
 const KEPT_BUFFER_BYTES: usize = 32 << 20;
 
+/// The bytes of one chunk; reused for other chunks.
+#[derive(Default)]
+pub(super) struct Buffers {
+    /// The record as in the file.
+    packed: Vec<u8>,
+    /// The decompressed content.
+    content: Vec<u8>,
+}
+
 /// One chunk and its content; reused for other chunks.
 #[derive(Default)]
 pub(super) struct Unpacked {
-    packed: Vec<u8>,
-    buffer: Vec<u8>,
-    /// The range of the data in `packed`.
+    buffers: Buffers,
+    /// The range of the data in the packed record.
     data: Range<usize>,
     content: Option<Content>,
     /// Whether a checksum covers the content.
@@ -35,8 +43,8 @@ pub(super) struct Unpacked {
 impl Unpacked {
     pub(super) fn content(&self) -> &[u8] {
         match self.content {
-            Some(Content::AsPacked) => self.packed.get(self.data.clone()),
-            Some(Content::Buffer(filled)) => self.buffer.get(..filled),
+            Some(Content::AsPacked) => self.buffers.packed.get(self.data.clone()),
+            Some(Content::Buffer(filled)) => self.buffers.content.get(..filled),
             None => None,
         }
         .unwrap_or_default()
@@ -61,26 +69,27 @@ impl Unpacked {
         how: LoadMode,
         decompressor: &mut Decompressor,
     ) -> Result<(), Error> {
-        file.read_into(&mut self.packed, bytes.start, bytes.end - bytes.start)?;
+        let Buffers { packed, content } = &mut self.buffers;
+        file.read_into(packed, bytes.start, bytes.end - bytes.start)?;
         self.content = None;
         self.has_checksum = false;
         self.failure = None;
         self.is_taken_in = false;
-        let Some(mut chunk) = G::chunk(&self.packed) else {
+        let Some(mut chunk) = G::chunk(packed) else {
             self.failure = Some("unreadable chunk header".to_owned());
             return Ok(());
         };
         // The data is a slice of `packed`, possibly truncated.
-        let start = chunk.data.as_ptr() as usize - self.packed.as_ptr() as usize;
+        let start = chunk.data.as_ptr() as usize - packed.as_ptr() as usize;
         self.data = start..start + chunk.data.len();
         self.has_checksum = chunk.has_checksum();
         if how == LoadMode::PlainToEnd {
-            self.data.end = self.packed.len();
+            self.data.end = packed.len();
             self.content = Some(Content::AsPacked);
             return Ok(());
         }
         if how == LoadMode::Partial {
-            self.content = Some(Decompressor::partial_content(&chunk, &mut self.buffer));
+            self.content = Some(Decompressor::partial_content(&chunk, content));
             return Ok(());
         }
         if how == LoadMode::AnyLength {
@@ -88,8 +97,7 @@ impl Unpacked {
         }
         // A decompressor that panics on damaged data must not end the program or leave the walk
         // waiting.
-        let buffer = &mut self.buffer;
-        let unpacked = catch_unwind(AssertUnwindSafe(|| decompressor.content(&chunk, buffer)));
+        let unpacked = catch_unwind(AssertUnwindSafe(|| decompressor.content(&chunk, content)));
         match unpacked {
             Ok(Ok(content)) => self.content = Some(content),
             Ok(Err(reason)) => self.failure = Some(reason),
@@ -114,13 +122,37 @@ impl Unpacked {
         self.intake = taken.ok();
     }
 
+    /// Exchanges the buffers before a chunk is loaded.
+    pub(super) fn exchange(&mut self, buffers: &mut Buffers) {
+        self.content = None;
+        std::mem::swap(&mut self.buffers, buffers);
+    }
+
+    /// Whether the content is no longer needed: all its messages are decoded, and nothing is wrong.
+    pub(super) fn is_done_with_content(&self) -> bool {
+        let taken = self.intake.as_ref().filter(|_| self.is_taken_in);
+        taken.is_some_and(|taken| taken.tally.problems() == 0)
+    }
+
     pub(super) fn forget_large(&mut self) {
-        for buffer in [&mut self.packed, &mut self.buffer] {
+        if self.buffers.forget_large() {
+            self.intake = None;
+        }
+    }
+}
+
+impl Buffers {
+    /// Frees buffers that are too large to keep, and returns whether there were any.
+    pub(super) fn forget_large(&mut self) -> bool {
+        let buffers = [&mut self.packed, &mut self.content];
+        let mut is_large = false;
+        for buffer in buffers {
             if buffer.capacity() > KEPT_BUFFER_BYTES {
                 *buffer = Vec::new();
-                self.intake = None;
+                is_large = true;
             }
         }
+        is_large
     }
 }
 

@@ -7,7 +7,9 @@ use super::fault::{Finding, Part};
 use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
 use super::notice::{Limits, Notice};
-use super::redundancy::{LeanWatch, SpecificForceWatch, TiltWatch, Travel, up_direction};
+use super::redundancy::{
+    LeanWatch, RotationWatch, SpecificForceWatch, TiltWatch, Travel, YawWatch, up_direction,
+};
 use super::treatment::{Judgement, RowEffect};
 use super::vector::{Slew, VectorWatch};
 use crate::machine::{FaultKind, Machine, Policy, rotation_in_body};
@@ -59,6 +61,9 @@ struct Redundancy {
     /// Of an IMU on the base.
     specific_force: Option<SpecificForceWatch>,
     tilt: TiltWatch,
+    rotation: RotationWatch,
+    /// Of an IMU on the base.
+    yaw: Option<YawWatch>,
     base_from_imu: Matrix3<f64>,
     /// By stream: radius of each wheel's joint; NaN for other joints.
     radii: Vec<Vec<f64>>,
@@ -100,7 +105,7 @@ impl Plausibility {
                 stream.joints.iter().map(watch).collect()
             })
             .collect();
-        let most_findings = 4 * joints.iter().map(Vec::len).max().unwrap_or(0) + 8;
+        let most_findings = 4 * joints.iter().map(Vec::len).max().unwrap_or(0) + 16;
         Self {
             limits: Limits {
                 max_gap_s: machine.estimator().max_gap,
@@ -222,6 +227,9 @@ impl Plausibility {
             if let Some(lean) = &mut redundancy.lean {
                 lean.distrust_joints(sample.stamp_ns);
             }
+            if let Some(yaw) = &mut redundancy.yaw {
+                yaw.take_wheels(sample.stamp_ns, None);
+            }
         } else {
             let joints = &sensors.joints[stream].joints;
             redundancy.take_joints(stream, sample, joints, limits);
@@ -270,6 +278,16 @@ impl Plausibility {
             );
         }
         let up = has_attitude && tilt_is_measured(attitude);
+        let [_, turning] = &vectors;
+        let measured = (has_turning && has_attitude).then_some((attitude, turning));
+        let rotation = &mut redundancy.rotation;
+        rotation.check(stamp_ns, measured, limits, &mut note.of(Part::Rotation));
+        if let Some(yaw) = redundancy.yaw.as_mut().filter(|_| has_turning) {
+            let about_z = (redundancy.base_from_imu * turning).z;
+            yaw.check(stamp_ns, about_z, limits, &mut |by, notice| {
+                note.of(Part::Yaw(by))(notice);
+            });
+        }
         if let Some(watch) = &mut redundancy.specific_force
             && let Some(up) = up.then(|| up_direction(attitude)).flatten()
         {
@@ -301,10 +319,10 @@ impl Plausibility {
         let is_absent = self.sensors.imu
             && self.odometry_turning.was_never_given()
             && turning.iter().all(|v| v.is_nan());
-        if !is_absent {
-            self.odometry_turning
+        let has_turning = !is_absent
+            && self
+                .odometry_turning
                 .check(stamp_ns, turning, turns, limits, &mut note.of(part));
-        }
         let part = Part::Attitude;
         let has_attitude =
             self.odometry_attitude
@@ -312,6 +330,14 @@ impl Plausibility {
         if has_velocity {
             let velocity = Vector3::from_column_slice(velocity);
             self.redundancy.travel.take_odometry(stamp_ns, velocity);
+            if let Some(yaw) = &mut self.redundancy.yaw {
+                let found = &mut note.of(Part::Rolling);
+                yaw.check_travel(stamp_ns, velocity.x, limits, found);
+            }
+        }
+        if let Some(yaw) = &mut self.redundancy.yaw {
+            let turning = if has_turning { turning[2] } else { f64::NAN };
+            yaw.take_odometry(stamp_ns, turning);
         }
         if has_attitude && tilt_is_measured(attitude) {
             self.redundancy.tilt.take_odometry(stamp_ns, attitude);
@@ -324,9 +350,16 @@ impl Plausibility {
         let mut note = Note::new(&mut self.findings, &self.policies, sample);
         let parts = [Part::ToolForce, Part::ToolMoment];
         let vectors = sample.values.chunks_exact(3);
+        let mut is_credible = true;
         for ((watch, part), values) in self.tool.iter_mut().zip(parts).zip(vectors) {
             // A constant force is legitimate: only vanishing noise counts.
-            watch.check(stamp_ns, values, false, limits, &mut note.of(part));
+            is_credible &= watch.check(stamp_ns, values, false, limits, &mut note.of(part));
+        }
+        if let Some(lean) = &mut self.redundancy.lean
+            && is_credible
+        {
+            let wrench = [0, 3].map(|at| Vector3::from_column_slice(&sample.values[at..at + 3]));
+            lean.take_tool(stamp_ns, wrench);
         }
     }
 }
@@ -355,6 +388,8 @@ impl Redundancy {
             lean: imu_on_base.then(|| LeanWatch::new(machine)).flatten(),
             specific_force: imu_on_base.then(|| SpecificForceWatch::new(machine)),
             tilt: TiltWatch::new(machine.plausibility().tilt_tolerance),
+            rotation: RotationWatch::new(),
+            yaw: imu_on_base.then(YawWatch::new),
             base_from_imu: rotation_in_body(machine.imu()),
             radii: radii
                 .map(|stream| stream.joints.iter().map(radius).collect())
@@ -380,6 +415,9 @@ impl Redundancy {
             let motions = joints.iter().zip(positions.iter().zip(rates));
             let motions = motions.map(|(&joint, (&position, &rate))| (joint, position, rate));
             lean.take_joints(stamp_ns, motions, limits);
+            if let Some(yaw) = &mut self.yaw {
+                yaw.take_wheels(stamp_ns, lean.rolled);
+            }
         }
     }
 }

@@ -22,12 +22,29 @@ pub enum Part {
     Acceleration,
     /// Inclinations by IMU and odometry.
     Tilt,
+    /// Angular velocity with the change of the attitude.
+    Rotation,
+    /// Angular velocity about the vertical with another.
+    Yaw(YawBy),
+    /// Velocity by the odometry with that by the wheels.
+    Rolling,
     /// Force on the tool.
     ToolForce,
     /// Moment on the tool.
     ToolMoment,
     /// Actuator force of the actuated joint with this index, or a pressure in its cylinder.
     Actuator(usize),
+}
+
+/// What the angular velocity about the vertical is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum YawBy {
+    /// The odometry.
+    Odometry,
+    /// The speeds of the wheels.
+    Speeds,
+    /// The steering of the wheels.
+    Steering,
 }
 
 /// Whether the values or their measured derivatives are faulty.
@@ -58,7 +75,7 @@ pub struct Finding {
     pub stamp_ns: i64,
     /// Magnitude of the fault, in the unit of its kind: the value out of range, the rate, the time for which the
     /// signal has been frozen, the norm of the quaternion, the difference of velocity or gravity, the logarithm of the
-    /// likelihood ratio of a lean that contradicts the arm; 1 for a value
+    /// likelihood ratio of a lean that contradicts the arm, the difference of two rotations or distances; 1 for a value
     /// that is not finite.
     pub measure: f64,
     /// Limit for `measure`, in the same unit; NaN if there is none.
@@ -113,6 +130,17 @@ impl Part {
                 return "imu.specific_force against imu.attitude and odometry.velocity".into();
             }
             Self::Tilt => return "imu.attitude against odometry.attitude".into(),
+            Self::Rotation => return "imu.angular_velocity against imu.attitude".into(),
+            Self::Yaw(YawBy::Odometry) => {
+                return "imu.angular_velocity against odometry.angular_velocity".into();
+            }
+            Self::Yaw(YawBy::Speeds) => {
+                return "imu.angular_velocity against the speeds of the wheels".into();
+            }
+            Self::Yaw(YawBy::Steering) => {
+                return "imu.angular_velocity against the steering of the wheels".into();
+            }
+            Self::Rolling => return "odometry.velocity against the wheels".into(),
             Self::ToolForce => "force",
             Self::ToolMoment => "moment",
             Self::Actuator(joint) => {
@@ -140,7 +168,8 @@ impl Part {
             Self::AngularVelocity => ["rad/s", "rad/s^2"],
             Self::Attitude | Self::Lean => ["-", "-"],
             Self::Acceleration => ["m/s^2", "m/s^3"],
-            Self::Tilt => ["rad", "rad/s"],
+            Self::Tilt | Self::Rotation | Self::Yaw(_) => ["rad", "rad/s"],
+            Self::Rolling => ["m", "m/s"],
             Self::Velocity => ["m/s", "m/s^2"],
             Self::ToolForce => ["N", "N/s"],
             Self::ToolMoment => ["N m", "N m/s"],
@@ -189,6 +218,9 @@ impl Part {
             | Self::Lean
             | Self::Acceleration
             | Self::Tilt
+            | Self::Rotation
+            | Self::Yaw(_)
+            | Self::Rolling
             | Self::Velocity
             | Self::ToolForce
             | Self::ToolMoment

@@ -16,6 +16,9 @@
 //! | `disagreement` | joints | the change of position differs from the integral of the velocity |
 //! | `disagreement` | attitude of the IMU | gravity according to the attitude differs from the specific force |
 //! | `contradiction` | arm and gyro | the platform does not lean on its tyres as the motion of the arm requires |
+//! | `contradiction` | gyro and attitude | the attitude turns otherwise than the angular velocity |
+//! | `contradiction` | gyro and odometry, wheels, steering | the machine turns otherwise about the vertical |
+//! | `contradiction` | odometry and wheels | they go in opposite directions |
 //! | `contradiction` | specific force | differs from that by attitude, angular velocity and odometry |
 //! | `contradiction` | attitudes | IMU and odometry measure different inclinations |
 
@@ -32,7 +35,8 @@ mod treatment;
 mod vector;
 
 pub use checks::Plausibility;
-pub use fault::{Amount, Component, Finding, Part};
+pub use fault::{Amount, Component, Finding, Part, YawBy};
+pub use redundancy::{Excitation, Unshown};
 pub(crate) use spans::SpanWalk;
 pub use spans::{FaultSpan, FaultSpans};
 pub use treatment::Judgement;

@@ -114,7 +114,13 @@ impl RowEffect {
             Part::Attitude if finding.sensor == Sensor::Odometry => {
                 self.specific_force += (doubt.sqrt().min(2.0) * machine.gravity()).powi(2);
             }
-            Part::Attitude | Part::Lean | Part::Acceleration | Part::Tilt => {}
+            Part::Attitude
+            | Part::Lean
+            | Part::Acceleration
+            | Part::Tilt
+            | Part::Rotation
+            | Part::Yaw(_)
+            | Part::Rolling => {}
             Part::ToolForce | Part::ToolMoment => self.tool_wrench += doubt,
             // The accuracy of a force is stated in its linkage.
             Part::Actuator(_) => {}

@@ -1,8 +1,9 @@
 //! The smoother, block by block.
 
 use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::forward::{Pass, Track, find_faults, follow};
+use super::forward::{Forward, Pass, Passes, Track};
 use super::history_reader::HistoryReader;
 use super::row_times::row_times;
 use super::sorted_samples::{Chunk, SortedSamples};
@@ -35,6 +36,8 @@ pub struct BlockSmoother<S> {
     times_ns: Vec<i64>,
     rows_per_block: usize,
     max_gap_ns: i64,
+    /// Memory that no worker uses at the moment.
+    idle: Mutex<Vec<Bench>>,
 }
 
 /// Estimates of consecutive rows.
@@ -62,7 +65,8 @@ impl SmoothedBlock {
 
 impl<S: SampleSource> BlockSmoother<S> {
     /// Reads all samples: finds implausible spans and the bias of the accelerometer, and where each block starts. `run`
-    /// runs the passes that it is given, which are independent of each other, on one thread or on several.
+    /// runs the passes that it is given, which are independent of each other, on one thread or on several; it is called
+    /// several times.
     ///
     /// # Errors
     /// Samples cannot be read.
@@ -86,8 +90,17 @@ impl<S: SampleSource> BlockSmoother<S> {
         });
         let rows_per_block = rows_per_block.max(1);
         let starts_ns: Vec<i64> = times_ns.iter().step_by(rows_per_block).copied().collect();
-        let faults = find_faults(machine, sensors, &samples)?;
-        let (bias, tracks) = follow(machine, sensors, &samples, &faults, &starts_ns, run)?;
+        let passes = Passes {
+            machine,
+            sensors,
+            samples: &samples,
+            starts_ns: &starts_ns,
+        };
+        let Forward {
+            faults,
+            bias,
+            tracks,
+        } = passes.run(run)?;
         Ok(Self {
             sensors: sensors.clone(),
             samples,
@@ -97,6 +110,7 @@ impl<S: SampleSource> BlockSmoother<S> {
             times_ns,
             rows_per_block,
             max_gap_ns,
+            idle: Mutex::default(),
         })
     }
 
@@ -138,19 +152,24 @@ impl<S: SampleSource> BlockSmoother<S> {
         BlockWorker {
             smoother: self,
             machine,
-            filters: Filters::new(machine, &self.sensors, true),
-            chunks: vec![Chunk::default(); self.samples.len()],
-            state_builder: StateBuilder::new(machine, &self.sensors),
-            state: State::zero(machine),
         }
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<Bench>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Smooths blocks, one at a time; keeps its memory for the next.
+/// Smooths blocks, one at a time. Its memory is kept for the next worker.
 #[derive(Debug)]
 pub struct BlockWorker<'b, S> {
     smoother: &'b BlockSmoother<S>,
     machine: &'b Machine,
+}
+
+/// What it takes to smooth a block.
+#[derive(Debug)]
+struct Bench {
     filters: Filters,
     /// By sensor.
     chunks: Vec<Chunk>,
@@ -173,22 +192,45 @@ impl<S: SampleSource> BlockWorker<'_, S> {
             return Ok(());
         };
         let end_ns = times_ns.last().copied().unwrap_or(start_ns);
-        for sensor in 0..self.smoother.samples.len() {
-            self.filter(sensor, block, end_ns)?;
+        let (smoother, machine) = (self.smoother, self.machine);
+        let idle = smoother.idle().pop();
+        let mut bench = idle.unwrap_or_else(|| Bench::new(machine, smoother));
+        let filtered = (0..smoother.samples.len())
+            .try_for_each(|sensor| bench.filter(smoother, sensor, block, end_ns));
+        if filtered.is_ok() {
+            for (_, filter) in &mut bench.filters.list {
+                filter.smooth();
+            }
+            bench.fill(smoother, machine, start_ns, into);
         }
-        for (_, filter) in &mut self.filters.list {
-            filter.smooth();
+        smoother.idle().push(bench);
+        filtered
+    }
+}
+
+impl Bench {
+    fn new<S>(machine: &Machine, smoother: &BlockSmoother<S>) -> Self {
+        let sensors = &smoother.sensors;
+        Self {
+            filters: Filters::new(machine, sensors, true),
+            chunks: vec![Chunk::default(); smoother.samples.len()],
+            state_builder: StateBuilder::new(machine, sensors),
+            state: State::zero(machine),
         }
-        self.fill(start_ns, into);
-        Ok(())
     }
 
     /// Runs a sensor's filters from the start of a block until samples no longer matter to its rows, the last of them
     /// at `end_ns`.
-    fn filter(&mut self, sensor: usize, block: usize, end_ns: i64) -> Result<(), S::Error> {
+    fn filter<S: SampleSource>(
+        &mut self,
+        smoother: &BlockSmoother<S>,
+        sensor: usize,
+        block: usize,
+        end_ns: i64,
+    ) -> Result<(), S::Error> {
         let (samples, track, chunk) = (
-            &self.smoother.samples[sensor],
-            &self.smoother.tracks[sensor],
+            &smoother.samples[sensor],
+            &smoother.tracks[sensor],
             &mut self.chunks[sensor],
         );
         let sensor = samples.sensor();
@@ -220,10 +262,13 @@ impl<S: SampleSource> BlockWorker<'_, S> {
         Ok(())
     }
 
-    fn fill(&mut self, start_ns: i64, into: &mut SmoothedBlock) {
-        let Self {
-            smoother, machine, ..
-        } = *self;
+    fn fill<S>(
+        &mut self,
+        smoother: &BlockSmoother<S>,
+        machine: &Machine,
+        start_ns: i64,
+        into: &mut SmoothedBlock,
+    ) {
         let mut readers: Vec<(Followed, HistoryReader<'_>)> = (self.filters.list.iter())
             .filter_map(|(followed, filter)| {
                 let last_ns = filter.last_ns();

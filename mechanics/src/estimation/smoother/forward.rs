@@ -1,5 +1,7 @@
 //! The forward pass: implausible spans, the bias of the accelerometer, and where each block of rows starts.
 
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::sorted_samples::{Chunk, SortedSamples, for_each_by_stamp};
@@ -51,50 +53,197 @@ impl Track {
     }
 }
 
-/// Finds implausible spans, checking all sensors together in stamp order.
-pub(super) fn find_faults<S: SampleSource>(
-    machine: &Machine,
-    sensors: &Sensors,
-    samples: &[SortedSamples<S>],
-) -> Result<Vec<FaultSpan>, S::Error> {
-    let mut plausibility = Plausibility::new(machine, sensors);
-    let mut spans = FaultSpans::default();
-    for_each_by_stamp(&samples.iter().collect::<Vec<_>>(), |_, sample| {
-        // A repeated or backward stamp is counted where the filter refuses it.
-        if plausibility.step(sample).is_ok() {
-            spans.take(sample.sensor, sample.stamp_ns, plausibility.findings());
-        }
-    })?;
-    Ok(spans.finish())
+/// What the forward pass found.
+pub(super) struct Forward {
+    /// Implausible spans, sorted by start.
+    pub(super) faults: Vec<FaultSpan>,
+    pub(super) bias: BiasHistory,
+    /// By sensor.
+    pub(super) tracks: Vec<Track>,
 }
 
-/// Estimates the bias, and follows each sensor to where the blocks start: at the times `starts_ns`. `run` runs all
-/// passes.
-pub(super) fn follow<S: SampleSource>(
-    machine: &Machine,
-    sensors: &Sensors,
-    samples: &[SortedSamples<S>],
-    faults: &[FaultSpan],
-    starts_ns: &[i64],
-    run: &dyn Fn(Vec<Pass<'_>>),
-) -> Result<(BiasHistory, Vec<Track>), S::Error> {
-    let bias = Slot::default();
-    let tracks: Vec<Slot<Track, S::Error>> = samples.iter().map(|_| Slot::default()).collect();
-    let mut passes: Vec<Pass<'_>> = vec![Box::new(|| {
-        bias.set(find_bias(machine, sensors, samples, faults));
-    })];
-    for (samples, slot) in samples.iter().zip(&tracks) {
-        passes.push(Box::new(|| {
-            slot.set(follow_sensor(machine, sensors, samples, faults, starts_ns));
-        }));
+/// What the passes read.
+pub(super) struct Passes<'p, S> {
+    pub(super) machine: &'p Machine,
+    pub(super) sensors: &'p Sensors,
+    pub(super) samples: &'p [SortedSamples<S>],
+    /// Times of the first row of each block.
+    pub(super) starts_ns: &'p [i64],
+}
+
+impl<S: SampleSource> Passes<'_, S> {
+    /// Finds implausible spans and the bias, and follows each sensor to where the blocks start. `run` runs passes.
+    ///
+    /// How a sample is treated depends on faults that may be found much later. All sensors are followed at the same
+    /// time as faults are looked for, as if there were none, and those that have some once more.
+    pub(super) fn run(&self, run: &dyn Fn(Vec<Pass<'_>>)) -> Result<Forward, S::Error> {
+        let faulty: Vec<AtomicBool> = self.samples.iter().map(|_| AtomicBool::default()).collect();
+        let is_faulty = |sensor: usize| faulty[sensor].load(Ordering::Relaxed);
+        let of_bias = self.of_bias();
+        let is_bias_faulty = || of_bias.iter().any(|&sensor| is_faulty(sensor));
+        let (found, bias) = (Slot::default(), Slot::default());
+        let tracks: Vec<Slot<_, _>> = self.samples.iter().map(|_| Slot::default()).collect();
+        let mut passes: Vec<Pass<'_>> = vec![
+            Box::new(|| found.set(self.find_faults(&faulty))),
+            Box::new(|| bias.set(self.find_bias(&of_bias, &[], &is_bias_faulty))),
+        ];
+        for (sensor, track) in tracks.iter().enumerate() {
+            let is_faulty = &is_faulty;
+            let follow = move || self.follow(sensor, Vec::new(), &|| is_faulty(sensor));
+            passes.push(Box::new(move || track.set(follow())));
+        }
+        run(passes);
+        let faults = found.take_or(|| self.find_faults(&faulty))?;
+        let of_sensor = |sensor: usize| -> Vec<FaultSpan> {
+            faults_of(&faults, self.samples[sensor].sensor())
+                .copied()
+                .collect()
+        };
+        let find_bias = || self.find_bias(&of_bias, &faults, &|| false);
+        let follow = |sensor: usize| self.follow(sensor, of_sensor(sensor), &|| false);
+        let mut passes: Vec<Pass<'_>> = Vec::new();
+        if is_bias_faulty() {
+            bias.clear();
+            passes.push(Box::new(|| bias.set(find_bias())));
+        }
+        for (sensor, track) in tracks.iter().enumerate().filter(|(s, _)| is_faulty(*s)) {
+            let follow = &follow;
+            track.clear();
+            passes.push(Box::new(move || track.set(follow(sensor))));
+        }
+        run(passes);
+        let bias = bias.take_or(find_bias)?;
+        let tracks = tracks.into_iter().enumerate().map(|(sensor, track)| {
+            Ok(Track {
+                faults: of_sensor(sensor),
+                ..track.take_or(|| follow(sensor))?
+            })
+        });
+        let tracks = tracks.collect::<Result<_, _>>()?;
+        Ok(Forward {
+            faults,
+            bias,
+            tracks,
+        })
     }
-    run(passes);
-    // What did not run is run now.
-    let bias = bias.take_or(|| find_bias(machine, sensors, samples, faults))?;
-    let tracks = samples.iter().zip(tracks).map(|(samples, slot)| {
-        slot.take_or(|| follow_sensor(machine, sensors, samples, faults, starts_ns))
-    });
-    Ok((bias, tracks.collect::<Result<_, _>>()?))
+
+    /// The sensors that the estimate of the bias depends on.
+    fn of_bias(&self) -> Vec<usize> {
+        let estimator = BiasEstimator::new(self.machine, self.sensors, false);
+        let sensors = 0..self.samples.len();
+        sensors
+            .filter(|&sensor| estimator.uses(self.samples[sensor].sensor()))
+            .collect()
+    }
+
+    /// Finds implausible spans, checking all sensors together in stamp order. A sensor is `faulty` where one of them
+    /// changes how its samples are treated.
+    fn find_faults(&self, faulty: &[AtomicBool]) -> Result<Vec<FaultSpan>, S::Error> {
+        let mut plausibility = Plausibility::new(self.machine, self.sensors);
+        let mut spans = FaultSpans::default();
+        for_each_by_stamp(
+            &self.samples.iter().collect::<Vec<_>>(),
+            |sensor, sample| {
+                // A repeated or backward stamp is counted where the filter refuses it.
+                if let Ok(judgement) = plausibility.step(sample) {
+                    spans.take(sample.sensor, sample.stamp_ns, plausibility.findings());
+                    if !judgement.is_clean() || plausibility.lacks_a_value() {
+                        faulty[sensor].store(true, Ordering::Relaxed);
+                    }
+                }
+                ControlFlow::Continue(())
+            },
+        )?;
+        Ok(spans.finish())
+    }
+
+    /// Estimates the bias of the accelerometer from its sensors together in stamp order. Once `is_void`, the result
+    /// does not matter.
+    fn find_bias(
+        &self,
+        of_bias: &[usize],
+        faults: &[FaultSpan],
+        is_void: &dyn Fn() -> bool,
+    ) -> Result<BiasHistory, S::Error> {
+        let mut estimator = BiasEstimator::new(self.machine, self.sensors, true);
+        let used: Vec<&SortedSamples<S>> = of_bias.iter().map(|&k| &self.samples[k]).collect();
+        let mut walks: Vec<(SpanWalk<'_>, Option<i64>)> = (used.iter())
+            .map(|samples| (SpanWalk::new(faults_of(faults, samples.sensor())), None))
+            .collect();
+        for_each_by_stamp(&used, |which, sample| {
+            let (walk, last_ns) = &mut walks[which];
+            if last_ns.replace(sample.stamp_ns) != Some(sample.stamp_ns) {
+                estimator.push(sample, &walk.judgement(sample.stamp_ns));
+            }
+            match is_void() {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        })?;
+        Ok(estimator.smoothed())
+    }
+
+    /// Feeds a sensor's samples to its filters, those within its faults treated as the fault requires. Once `is_void`,
+    /// the result does not matter.
+    fn follow(
+        &self,
+        sensor: usize,
+        faults: Vec<FaultSpan>,
+        is_void: &dyn Fn() -> bool,
+    ) -> Result<Track, S::Error> {
+        let samples = &self.samples[sensor];
+        let sensor = samples.sensor();
+        let mut chunk = Chunk::default();
+        let mut filters = Filters::new(self.machine, self.sensors, false);
+        // Known beforehand, unlike to the causal estimator.
+        let measures_tilt = measures_tilt(samples, &mut chunk)?;
+        filters.has_tilt = measures_tilt;
+        let mut counts = StreamCounts::default();
+        let mut starts = Vec::with_capacity(self.starts_ns.len());
+        let mut walk = SpanWalk::new(faults.iter());
+        let mut last_ns = None;
+        for k in 0..=samples.len() {
+            let sample = samples.sample(k, &mut chunk)?;
+            while let Some(start_ns) = self.starts_ns.get(starts.len())
+                && sample.is_none_or(|sample| sample.stamp_ns > *start_ns)
+            {
+                let states = filters.fed_by(sensor).map(|(_, f)| f.state().clone());
+                starts.push(Start {
+                    sample: k,
+                    filters: states.collect(),
+                });
+            }
+            let Some(sample) = sample.filter(|_| !is_void()) else {
+                break;
+            };
+            let is_later = last_ns.replace(sample.stamp_ns) != Some(sample.stamp_ns);
+            let judgement = walk.judgement(sample.stamp_ns);
+            let taken = match is_later {
+                true => filters.push(&sample, &judgement),
+                false => Err(SampleError::NotLater),
+            };
+            let lacks_a_value = walk.lacks_a_value();
+            counts.count(match taken {
+                Ok(()) if lacks_a_value => Err(SampleError::NotFinite),
+                taken => taken.map(|()| Credible(judgement.is_clean())),
+            });
+        }
+        drop(walk);
+        let filters = filters.fed_by(sensor);
+        Ok(Track {
+            counts,
+            faults,
+            measures_tilt,
+            starts,
+            last_ns: filters.map(|(f, filter)| (*f, filter.last_ns())).collect(),
+        })
+    }
+}
+
+fn faults_of(faults: &[FaultSpan], sensor: Sensor) -> impl Iterator<Item = &FaultSpan> {
+    faults
+        .iter()
+        .filter(move |span| span.worst.sensor == sensor)
 }
 
 /// The result of a pass.
@@ -111,92 +260,15 @@ impl<T, E> Slot<T, E> {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
     }
 
+    fn clear(&self) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    /// The result, found here if the pass was not run.
     fn take_or(self, missing: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let result = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
         result.unwrap_or_else(missing)
     }
-}
-
-/// Estimates the bias of the accelerometer from all sensors together in stamp order.
-fn find_bias<S: SampleSource>(
-    machine: &Machine,
-    sensors: &Sensors,
-    samples: &[SortedSamples<S>],
-    faults: &[FaultSpan],
-) -> Result<BiasHistory, S::Error> {
-    let mut estimator = BiasEstimator::new(machine, sensors, true);
-    let used: Vec<&SortedSamples<S>> = (samples.iter())
-        .filter(|samples| estimator.uses(samples.sensor()))
-        .collect();
-    let mut walks: Vec<(SpanWalk<'_>, Option<i64>)> = (used.iter())
-        .map(|samples| (SpanWalk::new(faults_of(faults, samples.sensor())), None))
-        .collect();
-    for_each_by_stamp(&used, |which, sample| {
-        let (walk, last_ns) = &mut walks[which];
-        if last_ns.replace(sample.stamp_ns) != Some(sample.stamp_ns) {
-            estimator.push(sample, &walk.judgement(sample.stamp_ns));
-        }
-    })?;
-    Ok(estimator.smoothed())
-}
-
-fn faults_of(faults: &[FaultSpan], sensor: Sensor) -> impl Iterator<Item = &FaultSpan> {
-    faults
-        .iter()
-        .filter(move |span| span.worst.sensor == sensor)
-}
-
-/// Feeds a sensor's samples to its filters, those within faults treated as the fault requires.
-fn follow_sensor<S: SampleSource>(
-    machine: &Machine,
-    sensors: &Sensors,
-    samples: &SortedSamples<S>,
-    faults: &[FaultSpan],
-    starts_ns: &[i64],
-) -> Result<Track, S::Error> {
-    let sensor = samples.sensor();
-    let mut chunk = Chunk::default();
-    let mut filters = Filters::new(machine, sensors, false);
-    // Known beforehand, unlike to the causal estimator.
-    filters.has_tilt = measures_tilt(samples, &mut chunk)?;
-    let mut track = Track {
-        counts: StreamCounts::default(),
-        faults: faults_of(faults, sensor).copied().collect(),
-        measures_tilt: filters.has_tilt,
-        starts: Vec::with_capacity(starts_ns.len()),
-        last_ns: Vec::new(),
-    };
-    let mut walk = SpanWalk::new(track.faults.iter());
-    let (mut counts, mut starts, mut last_ns) = (StreamCounts::default(), Vec::new(), None);
-    for k in 0..=samples.len() {
-        let sample = samples.sample(k, &mut chunk)?;
-        while let Some(start_ns) = starts_ns.get(starts.len())
-            && sample.is_none_or(|sample| sample.stamp_ns > *start_ns)
-        {
-            let states = filters.fed_by(sensor).map(|(_, f)| f.state().clone());
-            starts.push(Start {
-                sample: k,
-                filters: states.collect(),
-            });
-        }
-        let Some(sample) = sample else { break };
-        let is_later = last_ns.replace(sample.stamp_ns) != Some(sample.stamp_ns);
-        let judgement = walk.judgement(sample.stamp_ns);
-        let taken = match is_later {
-            true => filters.push(&sample, &judgement),
-            false => Err(SampleError::NotLater),
-        };
-        let lacks_a_value = walk.lacks_a_value();
-        counts.count(match taken {
-            Ok(()) if lacks_a_value => Err(SampleError::NotFinite),
-            taken => taken.map(|()| Credible(judgement.is_clean())),
-        });
-    }
-    drop(walk);
-    let filters = filters.fed_by(sensor);
-    track.last_ns = filters.map(|(f, filter)| (*f, filter.last_ns())).collect();
-    (track.counts, track.starts) = (counts, starts);
-    Ok(track)
 }
 
 /// Whether an orientation of a sensor measures a tilt.

@@ -1,5 +1,7 @@
 //! The samples of a source in stamp order.
 
+use std::ops::ControlFlow;
+
 use super::source::SampleSource;
 use crate::state::{Sample, Sensor, Sensors};
 
@@ -107,10 +109,10 @@ impl<S: SampleSource> SortedSamples<S> {
     }
 }
 
-/// Visits the samples of several sensors in stamp order, each with its index in `sensors`.
+/// Visits the samples of several sensors in stamp order, each with its index in `sensors`, until `visit` breaks off.
 pub(super) fn for_each_by_stamp<S: SampleSource>(
     sensors: &[&SortedSamples<S>],
-    mut visit: impl FnMut(usize, &Sample<'_>),
+    mut visit: impl FnMut(usize, &Sample<'_>) -> ControlFlow<()>,
 ) -> Result<(), S::Error> {
     let mut chunks = vec![Chunk::default(); sensors.len()];
     let mut next = vec![0; sensors.len()];
@@ -121,8 +123,10 @@ pub(super) fn for_each_by_stamp<S: SampleSource>(
         let Some((which, _)) = stamps.min_by_key(|(_, stamp)| *stamp) else {
             return Ok(());
         };
-        if let Some(sample) = sensors[which].sample(next[which], &mut chunks[which])? {
-            visit(which, &sample);
+        if let Some(sample) = sensors[which].sample(next[which], &mut chunks[which])?
+            && visit(which, &sample).is_break()
+        {
+            return Ok(());
         }
         next[which] += 1;
         heads[which] = sensors[which].stamp_ns(next[which]);

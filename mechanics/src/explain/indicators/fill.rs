@@ -18,9 +18,8 @@ pub(crate) fn fill_wrench_free<T: Real>(balance: &Balance<'_, T>, out: &mut Indi
         force: gravity,
         ..Wrench::zero()
     };
-    for (edge, spec) in balance.machine.polygon.edges.iter().enumerate() {
-        out.stability_angle[edge] = angles.angle(spec, &resting);
-    }
+    let edges = &balance.machine.polygon.edges;
+    angles.fill(edges, &resting, &mut out.stability_angle);
     load_distribution::fill(balance, out);
     out.arm_wrench = arm_wrench(balance);
 }
@@ -34,9 +33,7 @@ pub(crate) fn fill<T: Real>(balance: &Balance<'_, T>, out: &mut Indicators<T>) {
     let com = whole.first / whole.mass;
     let angles = TippingAngles::new(balance, &com);
     let reaction = balance.ground_wrench.about(&com);
-    for (edge, spec) in machine.polygon.edges.iter().enumerate() {
-        out.force_angle[edge] = angles.angle(spec, &reaction);
-    }
+    angles.fill(&machine.polygon.edges, &reaction, &mut out.force_angle);
     fill_wrench_free(balance, out);
     if let Some(sensitivity) = balance.sensitivity {
         out.sigma_gradient = velocity_gradient::of(balance, sensitivity, balance.otf);

@@ -11,9 +11,9 @@ use nalgebra::{Vector2, Vector3};
 
 use super::balance::Balance;
 use crate::geometry::contact_plane::ContactPlane;
-use crate::geometry::spatial::{Wrench, cross};
+use crate::geometry::spatial::{Wrench, cross, each};
 use crate::machine::Edge;
-use crate::number::Real;
+use crate::number::{Real, Wheels};
 
 /// The machine above its support polygon.
 #[derive(Debug)]
@@ -37,25 +37,51 @@ impl<'a, T: Real> TippingAngles<'a, T> {
         }
     }
 
-    /// Contact point of a wheel, in base axes.
-    fn contact(&self, wheel: usize) -> Vector3<T> {
-        let (plane, place) = (self.plane, &self.contacts[wheel]);
-        plane.forward * place.x + plane.left * place.y + plane.normal * plane.height
-    }
-
     /// Angle about an edge (rad) for the force and moment about the centre of mass that the ground must
     /// support; NaN for zero force.
     pub fn angle(&self, edge: &Edge, held: &Wrench<T>) -> T {
-        let (from, to) = (self.contact(edge.from), self.contact(edge.to));
+        self.side_by_side(std::slice::from_ref(edge), held).wheel(0)
+    }
+
+    /// The angles about several edges: see [`Self::angle`].
+    pub(super) fn fill(&self, edges: &[Edge], held: &Wrench<T>, angles: &mut [T]) {
+        let count = T::Wheels::COUNT;
+        for (edges, angles) in edges.chunks(count).zip(angles.chunks_mut(count)) {
+            let found = self.side_by_side(edges, held);
+            for (place, angle) in angles.iter_mut().enumerate() {
+                *angle = found.wheel(place);
+            }
+        }
+    }
+
+    /// The angles about as many edges as fit into a register.
+    fn side_by_side(&self, edges: &[Edge], held: &Wrench<T>) -> T::Wheels {
+        let from = self.contacts_of(edges, |edge| edge.from);
+        let to = self.contacts_of(edges, |edge| edge.to);
+        let (moment, pushed) = (each(&held.moment), each(&-held.force));
         let along = to - from;
         let a = along / along.dot(&along).sqrt();
-        let across = |v: &Vector3<T>| v - a * a.dot(v);
-        let l = across(&(to - self.com));
-        let turning = a * -a.dot(&held.moment);
-        let force = across(&-held.force) + cross(&l, &turning) / l.dot(&l);
+        let across = |v: &Vector3<T::Wheels>| v - a * a.dot(v);
+        let l = across(&(to - each(&self.com)));
+        let turning = a * -a.dot(&moment);
+        let force = across(&pushed) + cross(&l, &turning) / l.dot(&l);
         let angle = cross(&l, &force).dot(&a).atan2(l.dot(&force));
         // A zero force has no direction.
-        let pushes = T::zero().lt(force.dot(&force));
-        T::select(pushes, angle, T::constant(f64::NAN))
+        let pushes = T::Wheels::constant(0.0).lt(force.dot(&force));
+        T::Wheels::select(pushes, angle, T::Wheels::constant(f64::NAN))
+    }
+
+    /// The contact points of one wheel of each edge, in base axes.
+    fn contacts_of(&self, edges: &[Edge], wheel: impl Fn(&Edge) -> usize) -> Vector3<T::Wheels> {
+        let place = |axis: usize| {
+            T::Wheels::from_fn(|place| {
+                let edge = edges.get(place);
+                edge.map_or(T::zero(), |edge| self.contacts[wheel(edge)][axis])
+            })
+        };
+        let plane = self.plane;
+        each(&plane.forward) * place(0)
+            + each(&plane.left) * place(1)
+            + each(&(plane.normal * plane.height))
     }
 }

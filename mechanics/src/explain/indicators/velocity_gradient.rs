@@ -11,7 +11,7 @@ use super::balance::Balance;
 use crate::dynamics::newton_euler_derivatives::by_base_motion;
 use crate::explain::sensitivity::Sensitivity;
 use crate::machine::BaseMotion;
-use crate::number::Real;
+use crate::number::{Real, Wheels};
 
 /// Derivatives of sigma with respect to the motion of the base.
 #[derive(Debug, Clone, Copy)]
@@ -55,11 +55,16 @@ pub(super) fn of<T: Real>(
     );
     let mut sums = [T::zero(); BaseMotion::ALL.len()];
     let optimal = &balance.machine.reference.optimal_load;
-    for (wheel, (&otf, optimal)) in otf.iter().zip(optimal).enumerate() {
-        let off = otf - T::constant(*optimal);
-        let by = by_base_motion(sensitivity.by_base(wheel), w, velocity);
-        for (sum, by) in sums.iter_mut().zip(by) {
-            *sum += by * off;
+    let groups = otf
+        .chunks(T::Wheels::COUNT)
+        .zip(optimal.chunks(T::Wheels::COUNT));
+    for (group, (otf, optimal)) in groups.enumerate() {
+        let by = by_base_motion(sensitivity.by_base(group), w, velocity);
+        for (place, (&otf, &optimal)) in otf.iter().zip(optimal).enumerate() {
+            let off = otf - T::constant(optimal);
+            for (sum, by) in sums.iter_mut().zip(by) {
+                *sum += by.wheel(place) * off;
+            }
         }
     }
     VelocityGradient {

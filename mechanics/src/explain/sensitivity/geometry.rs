@@ -9,24 +9,26 @@ use super::writer::Writer;
 use crate::dynamics::composite::Composite;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler_derivatives::BaseGradient;
-use crate::geometry::spatial::{Wrench, cross, rotate, rotate_back};
+use crate::geometry::spatial::{
+    Wrench, cross, each, rotate, rotate_back_by_constant, rotate_each_back,
+};
 use crate::machine::{LinkGroup, Mounting, Split};
-use crate::number::Real;
+use crate::number::{Real, Wheels};
 use crate::wheel_loads::LoadAdjoint;
 
 /// Position and small rotations of the IMU in its body.
 pub(super) fn write_imu<T: Real>(
     motion: &SensedMotion<'_, T>,
-    base: &BaseGradient<T>,
-    write: &mut Writer<'_, T>,
+    base: &BaseGradient<T::Wheels>,
+    sensed: &BaseGradient<T::Wheels>,
+    write: &mut Writer<'_, T::Wheels>,
 ) {
     let (machine, mounting) = (motion.machine, motion.sensor_frame);
     let carrier = &motion.motions[machine.imu.body];
     // The difference between the specific forces of IMU and base is due to the motion of the sensor's point p:
     // a shift d in the body changes it by alpha x d + w x (w x d), with the body's own angular motion.
     let by_place = -pulled(carrier, &base.specific_force);
-    let sensed = base.by_sensor(motion);
-    let measured = |v: &Vector3<T>| rotate(&mounting.rotation, v);
+    let measured = |v: &Vector3<T>| each(&rotate(&mounting.rotation, v));
     let imu = &motion.state.imu;
     let by_turn = cross(&measured(&imu.specific_force), &sensed.specific_force)
         + cross(&measured(&imu.angular_velocity), &sensed.angular_velocity)
@@ -35,7 +37,7 @@ pub(super) fn write_imu<T: Real>(
             &sensed.angular_acceleration,
         );
     for by in [by_place, by_turn] {
-        write.vector(&rotate_back(&carrier.rotation, &by));
+        write.vector(&rotate_each_back(&carrier.rotation, &by));
     }
 }
 
@@ -43,15 +45,16 @@ pub(super) fn write_imu<T: Real>(
 pub(super) fn write_arm<T: Real>(
     motion: &SensedMotion<'_, T>,
     reverse_pass: &ReversePass<T>,
-    base: &BaseGradient<T>,
-    write: &mut Writer<'_, T>,
+    adjoint: &LoadAdjoint<T::Wheels>,
+    base: &BaseGradient<T::Wheels>,
+    write: &mut Writer<'_, T::Wheels>,
 ) {
     let Some(mounting) = &motion.machine.arm_mounting else {
         return;
     };
     let arm = &motion.groups.sets[0].arm;
     let force = arm.wrench.force - motion.groups.sets[0].tool.force;
-    let form = &reverse_pass.form[mounting.carrier];
+    let form = reverse_pass.form(mounting.carrier, adjoint);
     let carrier = &motion.motions[mounting.carrier];
     let mut by = shifted(carrier, &arm.moments, &force, form);
     let links = &motion.machine.links;
@@ -68,8 +71,8 @@ pub(super) fn write_arm<T: Real>(
 pub(super) fn write_wheels<T: Real>(
     motion: &SensedMotion<'_, T>,
     reverse_pass: &ReversePass<T>,
-    adjoint: &LoadAdjoint<T>,
-    write: &mut Writer<'_, T>,
+    adjoint: &LoadAdjoint<T::Wheels>,
+    write: &mut Writer<'_, T::Wheels>,
 ) {
     for (wheel, spec) in motion.machine.wheels.iter().enumerate() {
         let mounting = &spec.mounting;
@@ -84,7 +87,7 @@ pub(super) fn write_wheels<T: Real>(
                 carrier,
                 moments,
                 &wrench.force,
-                &reverse_pass.form[spec.body],
+                reverse_pass.form(spec.body, adjoint),
             );
         }
         write_in_mounting(motion, mounting, &by, write);
@@ -95,8 +98,8 @@ pub(super) fn write_wheels<T: Real>(
 /// The split rule and the tyres.
 pub(super) fn write_contact<T: Real>(
     motion: &SensedMotion<'_, T>,
-    adjoint: &LoadAdjoint<T>,
-    write: &mut Writer<'_, T>,
+    adjoint: &LoadAdjoint<T::Wheels>,
+    write: &mut Writer<'_, T::Wheels>,
 ) {
     let contact = &motion.machine.contact;
     if matches!(contact.split, Split::RollMomentDistribution { .. }) {
@@ -116,19 +119,23 @@ fn shifted<T: Real>(
     carrier: &BodyMotion<T>,
     moments: &Composite<T>,
     force: &Vector3<T>,
-    form: &Wrench<T>,
-) -> Vector3<T> {
-    let lever = form.force * moments.mass + cross(&form.moment, &moments.first);
-    pulled(carrier, &lever) + cross(force, &form.moment)
+    form: &Wrench<T::Wheels>,
+) -> Vector3<T::Wheels> {
+    let lever =
+        form.force * T::Wheels::each(moments.mass) + cross(&form.moment, &each(&moments.first));
+    pulled(carrier, &lever) + cross(&each(force), &form.moment)
 }
 
 fn write_in_mounting<T: Real>(
     motion: &SensedMotion<'_, T>,
     mounting: &Mounting,
-    by: &Vector3<T>,
-    write: &mut Writer<'_, T>,
+    by: &Vector3<T::Wheels>,
+    write: &mut Writer<'_, T::Wheels>,
 ) {
-    let in_carrier = rotate_back(&motion.motions[mounting.carrier].rotation, by);
-    let axes = mounting.carrier_from_axes.map(T::constant);
-    write.vector(&rotate_back(&axes, &in_carrier));
+    let carrier = &motion.motions[mounting.carrier];
+    let in_carrier = rotate_each_back(&carrier.rotation, by);
+    write.vector(&rotate_back_by_constant(
+        &mounting.carrier_from_axes,
+        &in_carrier,
+    ));
 }

@@ -5,8 +5,11 @@
 //! base ([`motion`](self)), the inertial parameters of the links, in which the wrench is linear (the
 //! regressor), and the positions of wheels, arm and IMU.
 
+mod carried;
 mod derivatives;
+mod following;
 mod geometry;
+mod imu_joints;
 mod regressor;
 mod reverse_pass;
 mod sensed_motion;
@@ -14,7 +17,7 @@ mod sums;
 mod writer;
 
 pub use derivatives::Sensitivity;
-pub(crate) use reverse_pass::followed_by;
+pub(crate) use following::followed_by;
 pub(crate) use sensed_motion::SensedMotion;
 pub(crate) use sums::LaneSums;
 pub use sums::SensitivitySums;

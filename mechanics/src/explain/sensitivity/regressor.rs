@@ -13,15 +13,18 @@ use nalgebra::{Matrix3, Vector3};
 use super::sensed_motion::SensedMotion;
 use super::writer::Writer;
 use crate::dynamics::kinematics::BodyMotion;
-use crate::geometry::spatial::{Wrench, compose, constant, cross, rotate, rotate_back};
-use crate::machine::Inertia;
-use crate::number::Real;
+use crate::geometry::spatial::{
+    Wrench, compose, constant, cross, each, rotate, rotate_back, rotate_each_back,
+};
+use crate::machine::{Inertia, Machine};
+use crate::number::{Real, Wheels};
 
 /// A link with mass and its motion; the same for all wheels.
 #[derive(Debug, Clone)]
 pub(super) struct LinkMotion<T: Real> {
     /// Index of the link.
     pub(super) link: usize,
+    body_from_link: Matrix3<f64>,
     /// Orientation: base from link.
     rotation: Matrix3<T>,
     /// Centre of mass in base axes (m).
@@ -33,10 +36,12 @@ pub(super) struct LinkMotion<T: Real> {
 }
 
 impl<T: Real> LinkMotion<T> {
-    pub(super) fn still(link: usize) -> Self {
+    pub(super) fn still(machine: &Machine, link: usize) -> Self {
         let zero = Vector3::zeros();
+        let in_body = machine.links[link].body_from_link.rotation;
         Self {
             link,
+            body_from_link: in_body.to_rotation_matrix().into_inner(),
             rotation: Matrix3::identity(),
             place: zero,
             measured: zero,
@@ -48,8 +53,7 @@ impl<T: Real> LinkMotion<T> {
     pub(super) fn feel(&mut self, motion: &SensedMotion<'_, T>) {
         let link = &motion.machine.links[self.link];
         let body = &motion.motions[link.body];
-        let in_body = link.body_from_link.rotation.to_rotation_matrix();
-        self.rotation = compose(&body.rotation, in_body.matrix());
+        self.rotation = compose(&body.rotation, &self.body_from_link);
         (self.place, self.measured) = at_com(&link.inertia, body);
         self.turning = [body.angular_velocity, body.angular_acceleration]
             .map(|v| rotate_back(&self.rotation, &v));
@@ -61,18 +65,19 @@ impl<T: Real> LinkMotion<T> {
         &self,
         mass: f64,
         body: &BodyMotion<T>,
-        form: &Wrench<T>,
-        write: &mut Writer<'_, T>,
+        form: &Wrench<T::Wheels>,
+        write: &mut Writer<'_, T::Wheels>,
     ) {
-        let s = lever(form, &self.place);
-        let by_com = pulled(body, &s) + cross(&self.measured, &form.moment);
-        let by_com = rotate_back(&self.rotation, &by_com) * T::constant(mass);
-        let t = rotate_back(&self.rotation, &form.moment);
-        let [w, alpha] = &self.turning;
-        let twisted = cross(&t, w);
+        let measured = each(&self.measured);
+        let s = lever(form, &each(&self.place));
+        let by_com = pulled(body, &s) + cross(&measured, &form.moment);
+        let by_com = rotate_each_back(&self.rotation, &by_com) * T::Wheels::constant(mass);
+        let t = rotate_each_back(&self.rotation, &form.moment);
+        let [w, alpha] = self.turning.each_ref().map(each);
+        let twisted = cross(&t, &w);
         let by = |j: usize, k: usize| t[j] * alpha[k] + twisted[j] * w[k];
         write.write([
-            s.dot(&self.measured),
+            s.dot(&measured),
             by_com.x,
             by_com.y,
             by_com.z,
@@ -86,8 +91,41 @@ impl<T: Real> LinkMotion<T> {
     }
 }
 
+/// A payload and its motion; the same for all wheels.
+#[derive(Debug, Clone)]
+pub(super) struct PayloadMotion<T> {
+    /// Centre of mass in base axes (m).
+    place: Vector3<T>,
+    /// Specific force there (m/s^2).
+    measured: Vector3<T>,
+    /// Share of the mass that is carried.
+    share: T,
+}
+
+impl<T: Real> PayloadMotion<T> {
+    pub(super) fn still() -> Self {
+        Self {
+            place: Vector3::zeros(),
+            measured: Vector3::zeros(),
+            share: T::zero(),
+        }
+    }
+
+    pub(super) fn feel(&mut self, motion: &SensedMotion<'_, T>, payload: usize) {
+        let spec = &motion.machine.payloads[payload];
+        (self.place, self.measured) = at_com(&spec.inertia, &motion.motions[spec.body]);
+        self.share = motion.state.payload_share[payload];
+    }
+
+    /// Derivative with respect to the mass.
+    pub(super) fn by_mass(&self, form: &Wrench<T::Wheels>) -> T::Wheels {
+        let s = lever(form, &each(&self.place));
+        s.dot(&each(&self.measured)) * T::Wheels::each(self.share)
+    }
+}
+
 /// Position of the centre of mass and the specific force there.
-pub(super) fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vector3<T>, Vector3<T>) {
+fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vector3<T>, Vector3<T>) {
     let com = rotate(&body.rotation, &constant(&inertia.com));
     let (w, alpha) = (&body.angular_velocity, &body.angular_acceleration);
     let measured = body.specific_force + cross(alpha, &com) + cross(w, &cross(w, &com));
@@ -95,12 +133,20 @@ pub(super) fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vecto
 }
 
 /// s = u + t x r
-pub(super) fn lever<T: Real>(form: &Wrench<T>, place: &Vector3<T>) -> Vector3<T> {
+#[inline(always)]
+fn lever<T: Real>(form: &Wrench<T>, place: &Vector3<T>) -> Vector3<T> {
     form.force + cross(&form.moment, place)
 }
 
 /// The transpose of d -> alpha x d + w x (w x d).
-pub(super) fn pulled<T: Real>(carrier: &BodyMotion<T>, by: &Vector3<T>) -> Vector3<T> {
-    let (w, alpha) = (&carrier.angular_velocity, &carrier.angular_acceleration);
-    cross(by, alpha) + cross(w, &cross(w, by))
+#[inline(always)]
+pub(super) fn pulled<T: Real>(
+    carrier: &BodyMotion<T>,
+    by: &Vector3<T::Wheels>,
+) -> Vector3<T::Wheels> {
+    let (w, alpha) = (
+        each(&carrier.angular_velocity),
+        each(&carrier.angular_acceleration),
+    );
+    cross(by, &alpha) + cross(&w, &cross(&w, by))
 }

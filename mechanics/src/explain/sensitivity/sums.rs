@@ -46,6 +46,7 @@ impl SensitivitySums {
 }
 
 /// The same sums while rows are evaluated in lanes.
+#[derive(Debug)]
 pub(crate) struct LaneSums {
     squares: Vec<Vec<Lanes>>,
     rows: Vec<Lanes>,
@@ -74,23 +75,44 @@ impl LaneSums {
             let known = load_sigma[wheel].lt(Lanes::constant(f64::INFINITY));
             let counted = inside & known;
             self.rows[wheel] += Lanes::select(counted, one, zero);
-            let pairs = squares.iter_mut().zip(sensitivity.load(wheel));
+            let derivatives = &sensitivity.loads_of_groups()[wheel];
             if (!counted).any() {
+                let pairs = squares.iter_mut().zip(derivatives);
                 pairs.for_each(|(sum, &by)| *sum += Lanes::select(counted, by * by, zero));
-            } else {
-                pairs.for_each(|(sum, &by)| *sum += by * by);
+                continue;
+            }
+            let (sums, last_sums) = squares.as_chunks_mut::<4>();
+            let (by, last_by) = derivatives.as_chunks::<4>();
+            for (sums, by) in sums.iter_mut().zip(by) {
+                for (sum, by) in sums.iter_mut().zip(by) {
+                    *sum += *by * *by;
+                }
+            }
+            for (sum, by) in last_sums.iter_mut().zip(last_by) {
+                *sum += *by * *by;
             }
         }
     }
 
-    /// Sum over the lanes, starting with the first.
-    pub(crate) fn total(&self) -> SensitivitySums {
+    /// Forgets all rows.
+    pub(crate) fn clear(&mut self) {
+        let zero = Lanes::constant(0.0);
+        for squares in &mut self.squares {
+            squares.fill(zero);
+        }
+        self.rows.fill(zero);
+    }
+
+    /// Writes the sums over the lanes, starting with the first.
+    pub(crate) fn write_total(&self, out: &mut SensitivitySums) {
         let total = |lanes: &Lanes| lanes.to_array().iter().sum();
-        SensitivitySums {
-            squares: (self.squares.iter())
-                .map(|squares| squares.iter().map(total).collect())
-                .collect(),
-            rows: self.rows.iter().map(total).collect(),
+        for (out, squares) in out.squares.iter_mut().zip(&self.squares) {
+            for (out, lanes) in out.iter_mut().zip(squares) {
+                *out = total(lanes);
+            }
+        }
+        for (out, lanes) in out.rows.iter_mut().zip(&self.rows) {
+            *out = total(lanes);
         }
     }
 }

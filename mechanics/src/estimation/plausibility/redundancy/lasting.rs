@@ -34,8 +34,20 @@ impl LastingDifference {
         limits: &Limits,
         found: &mut Found<'_>,
     ) {
+        self.check_beyond(stamp_ns, difference, self.tolerance, limits, found);
+    }
+
+    /// The same with a tolerance of this sample.
+    pub(super) fn check_beyond(
+        &mut self,
+        stamp_ns: i64,
+        difference: f64,
+        tolerance: f64,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) {
         // Written so that NaN is no difference.
-        if !(difference > self.tolerance) {
+        if !(difference > tolerance) {
             self.reset();
             return;
         }
@@ -46,7 +58,7 @@ impl LastingDifference {
                 component: Component::Value,
                 since_ns,
                 measure: difference,
-                limit: self.tolerance,
+                limit: tolerance,
                 amount: Amount::default(),
             });
         }

@@ -1,9 +1,10 @@
 //! The motion of the arm compared with how the platform leans on its tyres, as the gyro measures it.
 //!
 //! The lean predicted from the joints, a, and the integral of the angular velocity, b, pass the same band-pass
-//! filter. About each of the axes x and y, two statements are compared: the platform follows the arm, b = a, or it
-//! does not, with the boundary where it follows by a quarter, since the stiffness of tyres and ground is known
-//! roughly only.
+//! filter. Two things are asked. Whether the platform leans as the arm requires: [`super::lean_difference`]. And, also
+//! while the machine travels, whether it follows the arm at all. About each of the axes x and y, two statements are
+//! compared: the platform follows the arm, b = a, or it does not, with the boundary where it follows by a quarter,
+//! since the stiffness of tyres and ground is known roughly only.
 //! ```text
 //!     d = (a^2 - 4 a b) / (2 s^2)
 //!     s^2 = s0^2 + ((a^2 + b^2) + (a'^2 + b'^2) / 4) / 4
@@ -14,13 +15,6 @@
 //! likelihood ratio since the evidence began. A wrong sign of a joint or of the IMU gives b = -a, a gyro that measures
 //! nothing b = 0. Without motion of the arm a is zero, and so is d.
 //!
-//! Conversely, where an encoder of the arm repeats itself bit for bit while another one does not, a platform that leans
-//! without the arm shows that it has stopped:
-//! ```text
-//!     d = (b^2 - 4 a b) / (2 u^2),    u^2 = u0^2 + s0^2 + (b^2 + (a'^2 + b'^2) / 4) / 4
-//! ```
-//! Nothing is gained while the machine travels. A load picked up meanwhile is not told apart.
-//!
 //! A platform that turns farther than the tyres can give way tips over, or stands on ground that moves. Then no
 //! evidence is taken: a fall must not be called a fault of the sensors.
 
@@ -28,124 +22,126 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::super::fault::{Amount, Component};
 use super::super::notice::{Found, Limits, Notice};
-use super::encoders::Encoders;
-use super::lean_model::{LeanModel, SMOOTHED_S};
-use super::low_pass::LowPass;
-use super::travel::Travel;
+use super::band::{BIAS_S, Band, Gyro, TurnedBand};
+use super::evidence::Evidence;
+use super::lean_difference::LeanDifference;
+use super::lean_model::{Lean, LeanModel};
+use super::rolling::Rolled;
+use super::travel::{Rocking, Travel};
 use crate::machine::{FaultKind, Machine, rotation_in_body};
 
-/// Time constant of both high-pass filters (s).
-const BAND_S: f64 = 1.0;
+/// Time constants of the high-pass filters (s): of whether the platform follows, and of the difference.
+const FOLLOWS_S: f64 = 1.0;
+pub(super) const DIFFERS_S: f64 = 2.0;
 /// Time over which errors are alike (s).
 const ALIKE_S: f64 = 0.25;
-/// Evidence from which the two contradict each other: odds of 22,000 to 1 if the errors were as assumed above. On the
-/// good simulated logs it stays below; how often it is reached in the field is not known.
-const CONTRADICTED: f64 = 10.0;
-/// Evidence below which they no longer do.
-const CLEARED: f64 = 2.0;
-/// Largest evidence, so that a fault that ends can be forgotten.
-const LARGEST: f64 = 24.0;
+/// Evidence from which the two contradict each other: odds of 22,000 to 1 that the platform does not follow, of 3,000
+/// to 1 that it leans otherwise, if the errors were as assumed. On the good simulated logs it stays below half of it;
+/// how often it is reached in the field is not known.
+const FOLLOWS_NOT: f64 = 10.0;
+const DIFFERS: f64 = 8.0;
 /// Lean of a standing platform that has other causes (rad).
 const UNEXPLAINED: f64 = 2e-4;
-/// Lean that no joint need explain (rad): people and wind move a machine too.
-const UNMEASURED: f64 = 4e-4;
-/// The same as [`UNEXPLAINED`] while it travels (rad), from this speed on (m/s), and how long it lasts afterwards (s).
+/// The same while it travels (rad), and how long it lasts afterwards in each band (s).
 const UNEVEN: f64 = 2e-3;
-const TRAVELLING: f64 = 0.2;
-const ROCKING_S: f64 = 0.7;
+const ROCKING_S: [f64; 2] = [0.7, 1.5];
+/// Time for which the filters remember the lean of a machine that has travelled (s).
+const DISTURBED_S: f64 = 2.5;
 /// Time after a gap or a faulty sample in which the filters still remember it (s).
 const FORGOTTEN_S: f64 = 3.0;
-/// Time before the filters have settled (s).
-const WARM_UP_S: f64 = 0.5;
-/// Time over which the bias of the gyro is averaged at the start (s).
-const BIAS_S: f64 = 0.4;
-/// Weight of a sample in the noise of the gyro.
-const NOISE_WEIGHT: f64 = 1.0 / 64.0;
+/// Time before the filters have settled (s), and before they have forgotten a bias that is not known.
+const WARM_UP_S: [f64; 2] = [0.5, 0.2];
+const UNKNOWN_BIAS_S: f64 = 8.0;
+/// Change of the predicted lean from which the bias of the gyro contains motion (rad).
+const LEANS_AT_START: f64 = 1.2e-4;
+/// Time after the first sample before the noise of that sample has left the prediction (s).
+const SETTLED_S: f64 = 0.15;
 
 /// State of the check.
 #[derive(Debug, Clone)]
 pub(in super::super) struct LeanWatch {
     base_from_imu: Matrix3<f64>,
     model: LeanModel,
-    up: Vector3<f64>,
-    predicted: Band,
-    /// Predicted lean in the band (rad), and its stamp.
-    expected: Option<(i64, Vector2<f64>)>,
+    /// What stands for gravity, turned up (m/s^2); `None` before the first sample of the IMU.
+    up: Option<Vector3<f64>>,
+    /// Predicted lean in both bands.
+    bands: [Band; 2],
+    /// Predicted lean, in both bands (rad), and its stamp.
+    expected: Option<(i64, Lean, [Vector2<f64>; 2])>,
+    /// Motion by the wheels at the last sample of the joints.
+    pub(in super::super) rolled: Option<Rolled>,
+    start_ns: Option<i64>,
     joints_ns: Option<i64>,
-    encoders: Encoders,
+    tool_ns: Option<i64>,
     /// No evidence is taken before this stamp.
     silent_until_ns: i64,
     gyro: Gyro,
+    /// Predicted lean when the bias of the gyro began to be averaged, and whether it changed meanwhile.
+    at_start: Option<Vector2<f64>>,
+    leans_at_start: bool,
+    turned: [TurnedBand; 2],
     last_ns: Option<i64>,
-    /// How much the ground may rock the platform, 0 to 1.
-    rocking: f64,
+    /// How much the ground may rock the platform, in both bands.
+    rocking: [Rocking; 2],
+    /// Largest lean that the ground may have caused, in both bands (rad): the filters still remember it.
+    disturbed: [f64; 2],
     /// That the platform does not follow the arm, about each axis.
-    evidence: [Evidence; 2],
-    /// That it leans without the arm while an encoder repeats itself, about each axis.
-    unmeasured: [Evidence; 2],
-}
-
-/// Two high-pass filters.
-#[derive(Debug, Clone)]
-struct Band([LowPass<2>; 2]);
-
-/// The lean measured by the gyro.
-#[derive(Debug, Clone)]
-struct Gyro {
-    smoothed: [LowPass<2>; 2],
-    last: Option<Vector2<f64>>,
-    /// Variance of a sample ((rad/s)^2).
-    noise: f64,
-    bias: Vector2<f64>,
-    known_s: f64,
-    /// Integral of the angular velocity, high-passed (rad).
-    turned: Vector2<f64>,
-    slow: LowPass<2>,
-}
-
-/// Evidence about one axis.
-#[derive(Debug, Clone, Copy, Default)]
-struct Evidence {
-    value: f64,
-    since_ns: i64,
-    stands: bool,
+    follows_not: [Evidence; 2],
+    differs: LeanDifference,
 }
 
 impl LeanWatch {
     /// `None` where the model cannot be formed: see [`LeanModel::new`].
     pub(in super::super) fn new(machine: &Machine) -> Option<Self> {
+        let model = LeanModel::new(machine)?;
         Some(Self {
             base_from_imu: rotation_in_body(machine.imu()),
-            model: LeanModel::new(machine)?,
-            up: Vector3::z(),
-            predicted: Band::new(),
+            differs: LeanDifference::new(model.stiffness_is_known),
+            model,
+            up: None,
+            bands: [FOLLOWS_S, DIFFERS_S].map(Band::new),
             expected: None,
+            rolled: None,
+            start_ns: None,
             joints_ns: None,
-            encoders: Encoders::new(machine),
+            tool_ns: None,
             silent_until_ns: i64::MIN,
             gyro: Gyro::new(),
+            at_start: None,
+            leans_at_start: false,
+            turned: [FOLLOWS_S, DIFFERS_S].map(TurnedBand::new),
             last_ns: None,
-            rocking: 1.0,
-            evidence: [Evidence::default(); 2],
-            unmeasured: [Evidence::default(); 2],
+            rocking: ROCKING_S.map(Rocking::new),
+            disturbed: [0.0; 2],
+            follows_not: [Evidence::default(); 2],
         })
     }
 
     /// A sample of the joints is faulty: what it would predict proves nothing, and neither does the evidence that has
     /// just begun.
     pub(in super::super) fn distrust_joints(&mut self, stamp_ns: i64) {
-        self.model.reset();
-        self.predicted = Band::new();
-        self.expected = None;
+        self.restart_prediction(stamp_ns);
         self.joints_ns = None;
+    }
+
+    fn restart_prediction(&mut self, stamp_ns: i64) {
+        self.model.reset();
+        self.bands.iter_mut().for_each(Band::reset);
+        self.expected = None;
+        self.rolled = None;
         self.forget(stamp_ns);
     }
 
     fn forget(&mut self, stamp_ns: i64) {
         self.silent_until_ns = stamp_ns.saturating_add((FORGOTTEN_S * 1e9) as i64);
-        let all = self.evidence.iter_mut().chain(&mut self.unmeasured);
-        all.filter(|evidence| !evidence.stands)
-            .for_each(|evidence| *evidence = Evidence::default());
+        self.follows_not.iter_mut().for_each(Evidence::forget);
+        self.differs.evidence.forget();
+    }
+
+    /// Takes force and moment on the tool (N, N m; in its frame).
+    pub(in super::super) fn take_tool(&mut self, stamp_ns: i64, wrench: [Vector3<f64>; 2]) {
+        self.model.tool_wrench = wrench;
+        self.tool_ns = Some(stamp_ns);
     }
 
     /// Takes the joints of one sample: index, position and velocity of each.
@@ -156,25 +152,33 @@ impl LeanWatch {
         limits: &Limits,
     ) {
         for (joint, position, rate) in joints {
-            // Some loggers give no velocities: then the arm's momentum is unknown, and taken as constant.
-            let rate = if rate.is_finite() { rate } else { 0.0 };
             self.model.set(joint, position, rate);
-            self.encoders.take(stamp_ns, joint, position);
         }
         let step_s = (self.joints_ns.replace(stamp_ns))
             .map_or(0.0, |last_ns| limits.elapsed_s(last_ns, stamp_ns));
-        if step_s > limits.max_gap_s {
-            self.model.reset();
-            self.predicted = Band::new();
-            self.forget(stamp_ns);
+        let start_ns = *self.start_ns.get_or_insert(stamp_ns);
+        let is_loaded_anew = self.model.attach(limits.elapsed_s(start_ns, stamp_ns));
+        let tool_is_old = |at: &i64| limits.elapsed_s(*at, stamp_ns) > limits.max_gap_s;
+        let has_old_tool = self.tool_ns.as_ref().is_some_and(tool_is_old);
+        if step_s > limits.max_gap_s || has_old_tool || is_loaded_anew {
+            self.restart_prediction(stamp_ns);
         }
-        let lean = self.model.lean(step_s, &self.up);
-        let filtered = lean.map(|lean| self.predicted.step(step_s, &lean));
-        self.expected = filtered.map(|lean| (stamp_ns, lean));
+        let lean = (self.up).and_then(|up| self.model.lean(step_s, &up));
+        let known_s = self.gyro.known_s();
+        if let Some(lean) = lean.filter(|_| known_s > -BIAS_S + SETTLED_S && known_s <= 0.0) {
+            let at_start = *self.at_start.get_or_insert(lean.angle);
+            self.leans_at_start |= (lean.angle - at_start).amax() > LEANS_AT_START;
+        }
+        self.rolled = lean.and_then(|_| self.model.rolled());
+        self.expected = lean.map(|lean| {
+            let filter = |band: &mut Band| band.step(step_s, &lean.angle);
+            let [follows, differs] = &mut self.bands;
+            (stamp_ns, lean, [filter(follows), filter(differs)])
+        });
     }
 
-    /// Takes specific force and angular velocity (IMU axes) and reports to `found` a platform that does not follow the
-    /// arm.
+    /// Takes specific force and angular velocity (IMU axes) and reports to `found` a platform that does not lean as
+    /// the arm requires.
     pub(in super::super) fn check(
         &mut self,
         stamp_ns: i64,
@@ -183,153 +187,121 @@ impl LeanWatch {
         limits: &Limits,
         found: &mut Found<'_>,
     ) {
-        let step_s = (self.last_ns.replace(stamp_ns))
-            .map_or(0.0, |last_ns| limits.elapsed_s(last_ns, stamp_ns));
+        let step_ns =
+            (self.last_ns.replace(stamp_ns)).map_or(0, |last| stamp_ns.saturating_sub(last));
+        let step_s = step_ns as f64 * 1e-9;
         if step_s > limits.max_gap_s {
             self.gyro = Gyro::new();
+            (self.at_start, self.leans_at_start) = (None, false);
+            self.turned.iter_mut().for_each(TurnedBand::reset);
             self.forget(stamp_ns);
             return;
         }
-        self.up = self.model.level(step_s, &(self.base_from_imu * force));
+        let now = travel.rocking(stamp_ns, limits.max_gap_s);
+        // What is not known yet at the start is not remembered.
+        let lasts = self.gyro.known_s() > 0.0;
+        let rocking = (self.rocking.each_mut()).map(|it| it.step(step_s, now, lasts));
+        let force = self.base_from_imu * force;
+        self.up = Some(self.model.level(step_s, &force, rocking[0]));
         let turning = self.base_from_imu * turning;
-        let measured = self.gyro.step(step_s, &Vector2::new(turning.x, turning.y));
-        let speed = travel.speed(stamp_ns, limits.max_gap_s);
-        let rocks = speed.map_or(1.0, |speed| (speed / TRAVELLING).min(1.0));
-        self.rocking = rocks.max(self.rocking * (-step_s / ROCKING_S).exp());
-        let expected = self
-            .expected
-            .filter(|(at, _)| limits.elapsed_s(*at, stamp_ns).abs() <= limits.max_gap_s);
-        if let (Some((_, expected)), Some(measured)) = (expected, measured)
-            && stamp_ns >= self.silent_until_ns
-        {
-            let other = UNEXPLAINED + UNEVEN * self.rocking;
-            let noise = other * other + self.gyro.angle_variance(step_s);
-            self.weigh(stamp_ns, step_s, &expected, &measured, noise);
+        if let Some(turning) = self.gyro.step(step_s, &turning.xy()) {
+            let measured = self
+                .turned
+                .each_mut()
+                .map(|band| band.step(step_s, &turning));
+            let disturbed = self.disturbed.iter_mut().zip(measured.iter().zip(rocking));
+            for (disturbed, (lean, rocking)) in disturbed {
+                let before = *disturbed * (-step_s / DISTURBED_S).exp();
+                *disturbed = before.max(rocking * lean.norm());
+            }
+            self.weigh(stamp_ns, step_ns, &measured, rocking, limits);
         }
-        let all = self.evidence.iter_mut().chain(&mut self.unmeasured);
-        let strongest = all
-            .filter_map(Evidence::stands)
-            .max_by(|a, b| a.value.total_cmp(&b.value));
-        if let Some(evidence) = strongest {
+        self.report(found);
+    }
+
+    fn report(&mut self, found: &mut Found<'_>) {
+        let [x, y] = &mut self.follows_not;
+        let differs = self.differs.evidence.stands(DIFFERS);
+        let all = [
+            (x.stands(FOLLOWS_NOT), FOLLOWS_NOT),
+            (y.stands(FOLLOWS_NOT), FOLLOWS_NOT),
+            (differs, DIFFERS),
+        ];
+        let standing = all
+            .iter()
+            .filter_map(|(evidence, limit)| Some(((*evidence)?, *limit)));
+        if let Some((evidence, limit)) = standing.max_by(|a, b| a.0.value.total_cmp(&b.0.value)) {
             found(Notice {
                 kind: FaultKind::Contradiction,
                 component: Component::Value,
                 since_ns: evidence.since_ns,
                 measure: evidence.value,
-                limit: CONTRADICTED,
+                limit,
                 amount: Amount::default(),
             });
         }
     }
 
-    /// Adds what this sample shows about each axis. A platform that turns farther than its tyres give way tips over,
-    /// or the ground turns it: that is no evidence about sensors.
+    /// Adds what this sample shows.
     fn weigh(
         &mut self,
         stamp_ns: i64,
-        step_s: f64,
-        expected: &Vector2<f64>,
-        measured: &Vector2<f64>,
-        noise: f64,
+        step_ns: i64,
+        measured: &[Vector2<f64>; 2],
+        rocking: [f64; 2],
+        limits: &Limits,
     ) {
-        if measured.norm() > self.model.largest {
-            self.evidence = [Evidence::default(); 2];
-            self.unmeasured = [Evidence::default(); 2];
+        let is_fresh = |at: i64| limits.elapsed_s(at, stamp_ns).abs() <= limits.max_gap_s;
+        let Some((_, lean, expected)) = self.expected.filter(|(at, ..)| is_fresh(*at)) else {
+            return;
+        };
+        if stamp_ns < self.silent_until_ns {
+            return;
+        }
+        let step_s = step_ns as f64 * 1e-9;
+        let noise = |band: usize| {
+            let other = UNEXPLAINED + UNEVEN * rocking[band] + self.disturbed[band];
+            other * other + self.turned[band].variance(self.gyro.noise, step_s)
+        };
+        let noise = [noise(0), noise(1)];
+        let known_s = self.gyro.known_s();
+        let bias_is_doubtful = self.leans_at_start || self.gyro.turned_at_start();
+        let settled_s = if bias_is_doubtful {
+            UNKNOWN_BIAS_S
+        } else {
+            WARM_UP_S[1]
+        };
+        // A platform that turns farther than its tyres give way tips over, or the ground turns it.
+        let tips = (measured.iter()).any(|lean| lean.norm() > self.model.largest);
+        if tips && known_s > WARM_UP_S[0] {
+            self.follows_not = [Evidence::default(); 2];
+            self.differs.evidence = Evidence::default();
             self.silent_until_ns = stamp_ns.saturating_add((FORGOTTEN_S * 1e9) as i64);
             return;
         }
-        let may_stand = self.encoders.one_may_have_stopped(stamp_ns);
-        for axis in 0..2 {
+        if known_s > WARM_UP_S[0] && self.model.stiffness_is_known {
+            self.weigh_following(stamp_ns, step_s, [&expected[0], &measured[0]], noise[0]);
+        }
+        if known_s > settled_s {
+            let leans = [&expected[1], &measured[1]];
+            self.differs
+                .weigh([stamp_ns, step_ns], &lean, leans, noise[1], rocking[1]);
+        }
+    }
+
+    fn weigh_following(
+        &mut self,
+        stamp_ns: i64,
+        step_s: f64,
+        [expected, measured]: [&Vector2<f64>; 2],
+        noise: f64,
+    ) {
+        for (axis, evidence) in self.follows_not.iter_mut().enumerate() {
             let size = |axis: usize| expected[axis].powi(2) + measured[axis].powi(2);
             let variance = noise + (size(axis) + 0.25 * size(1 - axis)) / 4.0;
             let (a, b) = (expected[axis], measured[axis]);
             let gained = (a * a - 4.0 * a * b) / (2.0 * variance);
-            self.evidence[axis].add(stamp_ns, gained * step_s / ALIKE_S);
-            if !may_stand {
-                self.unmeasured[axis] = Evidence::default();
-                continue;
-            }
-            let own = noise + UNMEASURED.powi(2) + (b * b + 0.25 * size(1 - axis)) / 4.0;
-            let gained = (b * b - 4.0 * a * b) / (2.0 * own) * (1.0 - self.rocking);
-            self.unmeasured[axis].add(stamp_ns, gained * step_s / ALIKE_S);
+            evidence.add(stamp_ns, gained * step_s / ALIKE_S);
         }
-    }
-}
-
-impl Band {
-    fn new() -> Self {
-        Self([LowPass::new(BAND_S), LowPass::new(BAND_S)])
-    }
-
-    fn step(&mut self, dt: f64, input: &Vector2<f64>) -> Vector2<f64> {
-        let mut signal = *input;
-        for filter in &mut self.0 {
-            signal -= filter.step(dt, &signal);
-        }
-        signal
-    }
-}
-
-impl Gyro {
-    fn new() -> Self {
-        Self {
-            smoothed: [LowPass::new(SMOOTHED_S), LowPass::new(SMOOTHED_S)],
-            last: None,
-            noise: 0.0,
-            bias: Vector2::zeros(),
-            known_s: 0.0,
-            turned: Vector2::zeros(),
-            slow: LowPass::new(BAND_S),
-        }
-    }
-
-    /// The lean in the band (rad), once the filters have settled.
-    fn step(&mut self, dt: f64, turning: &Vector2<f64>) -> Option<Vector2<f64>> {
-        if let Some(last) = self.last.replace(*turning) {
-            // Neighbouring samples of a slow motion differ by noise: the variance of the difference is twice that.
-            let noise = (turning - last).norm_squared() / 4.0;
-            self.noise += NOISE_WEIGHT * (noise - self.noise);
-        }
-        self.known_s += dt;
-        if self.known_s <= BIAS_S {
-            let share = if self.known_s > 0.0 {
-                dt / self.known_s
-            } else {
-                1.0
-            };
-            self.bias += (turning - self.bias) * share;
-            return None;
-        }
-        let mut signal = turning - self.bias;
-        for filter in &mut self.smoothed {
-            signal = filter.step(dt, &signal);
-        }
-        self.turned = (self.turned + signal * dt) * (-dt / BAND_S).exp();
-        let lean = self.turned - self.slow.step(dt, &self.turned);
-        (self.known_s > BIAS_S + WARM_UP_S).then_some(lean)
-    }
-
-    /// Variance of the lean due to noise of samples `dt` apart (rad^2).
-    fn angle_variance(&self, dt: f64) -> f64 {
-        self.noise * dt * BAND_S / 2.0
-    }
-}
-
-impl Evidence {
-    fn add(&mut self, stamp_ns: i64, gained: f64) {
-        // Written so that NaN is no evidence.
-        if !gained.is_finite() {
-            return;
-        }
-        if self.value == 0.0 {
-            self.since_ns = stamp_ns;
-        }
-        self.value = (self.value + gained).clamp(0.0, LARGEST);
-    }
-
-    /// The evidence, if it shows a contradiction.
-    fn stands(&mut self) -> Option<Self> {
-        self.stands = self.value > if self.stands { CLEARED } else { CONTRADICTED };
-        self.stands.then_some(*self)
     }
 }

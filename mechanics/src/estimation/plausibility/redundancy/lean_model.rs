@@ -1,26 +1,34 @@
-//! How the platform should lean on its tyres, by the measured motion of the joints.
+//! How the platform should lean, by the measured motion of the joints.
 //!
-//! About the point below the base origin on the ground, with the weight's moment M and the angular momentum H of
-//! every body but the wheels, the tyres carry the moment `N = dH/dt - M`. With the tyres' vertical stiffness k at
-//! (x, y), the platform sinks by the plane `z = s0 + s1 x + s2 y`:
+//! About the point below the base origin on the ground, with the moment M of the weight and of the measured force on the
+//! tool, and the angular momentum H of every body but the wheels, the tyres carry the moment `N = dH/dt - M`. With the
+//! tyres' vertical stiffness k at (x, y) and the weight W, the platform sinks by the plane `z = p0 + p1 x + p2 y`:
 //! ```text
-//!     sum k a a' s = -(0, -N_y, N_x),  a = (1, x, y),   lean = (s2, -s1)
+//!     sum k a a' p = (W, -N_y, N_x),  a = (1, x, y),   lean by the tyres = (-p2, p1)
 //! ```
-//! Changes of the total force sink the platform but hardly turn it, and are neglected. The derivative of H is that
-//! of its low-pass filter: `L(L(dH/dt)) = (L(H) - L(L(H))) / T`.
+//! W is taken as constant: it sinks the platform but hardly turns it. The specific force stands for gravity, so that M
+//! contains the acceleration of the platform. The derivative of H is that of its low-pass filter:
+//! `L(L(dH/dt)) = (L(H) - L(L(H))) / T`. Where wheels move on a suspension, the plane through their centres,
+//! `z = s0 + s1 x + s2 y`, leans the platform by `(-s2, s1)` more.
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::low_pass::LowPass;
+use super::rolling::{Rolled, Rolling};
 use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::geometry::coordinate::{Coordinate, Motion};
-use crate::machine::{JointCoupling, Machine};
+use crate::machine::{Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint};
 use crate::state::State;
 
 /// Time constant of both low-pass filters (s): slower than the platform swings on its tyres.
 pub(super) const SMOOTHED_S: f64 = 0.1;
-/// Time constant of the up direction (s).
+/// Time constant of the up direction of a machine that travels (s), and of one that stands.
 const LEVELLED_S: f64 = 3.0;
+const STANDING_S: f64 = 0.05;
+/// How far a machine sinks on tyres of unknown stiffness (m).
+const USUAL_SINK: f64 = 0.015;
+/// Smallest load of a wheel for which its tyre counts as a spring, as a share of the mean load.
+const LEAST_LOAD: f64 = 0.02;
 
 /// The model, and what it remembers.
 #[derive(Debug, Clone)]
@@ -32,78 +40,126 @@ pub(super) struct LeanModel {
     /// Bodies that spin as wheels.
     spins: Vec<bool>,
     is_known: Vec<bool>,
+    has_rate: Vec<bool>,
+    rolling: Rolling,
+    /// Whether the machine file states how the tyres deflect, and nothing else gives way.
+    pub(super) stiffness_is_known: bool,
+    /// Plane by which the platform sinks per (W, -N_y, N_x).
+    sink: Matrix3<f64>,
+    /// Stiffness of each tyre (N/m).
+    stiffness: Vec<f64>,
     /// Lean per moment N (rad/(N m)).
     compliance: Matrix2<f64>,
     /// Largest lean while wheels carry the machine (rad): the whole weight on the farthest wheel.
     pub(super) largest: f64,
     /// Height of the ground in the base frame (m).
     ground: f64,
+    /// The body at the end of the arm.
+    tip: Option<usize>,
+    /// Force and moment on the tool (N, N m; in its frame), where they are measured.
+    pub(super) tool_wrench: [Vector3<f64>; 2],
+    slow_up: LowPass<3>,
     up: LowPass<3>,
-    weight: [LowPass<2>; 2],
+    lean: [LowPass<2>; 2],
     momentum: [LowPass<2>; 2],
 }
 
+/// The lean of one sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lean {
+    /// About x and y (rad), smoothed, but for a constant.
+    pub(super) angle: Vector2<f64>,
+    /// Direction in which a load on the end of the arm leans the platform, of length 1; zero without an arm.
+    pub(super) by_load: Vector2<f64>,
+    /// Whether a load of unknown mass is attached, or a wheel carries nothing, so that the tyres are no springs.
+    pub(super) is_beyond_model: bool,
+}
+
 impl LeanModel {
-    /// `None` where the machine file does not state how the tyres deflect, or the wheels move on a suspension.
+    /// `None` where the wheels stand on one line, or the IMU is not on the base.
     pub(super) fn new(machine: &Machine) -> Option<Self> {
-        if machine.suspension().is_some() || machine.imu().body != 0 {
+        if machine.imu().body != 0 {
             return None;
         }
-        let mut stiffness = Matrix3::zeros();
-        let mut ground = 0.0;
-        for wheel in machine.wheels() {
+        let wheels = machine.wheels();
+        let weight = machine.mass() * machine.gravity();
+        let is_stated = wheels.iter().all(|wheel| wheel.stiffness.is_some());
+        let usual = weight / (USUAL_SINK * wheels.len() as f64);
+        let stiffness = wheels.iter().map(|wheel| {
+            let stated = wheel.stiffness.filter(|_| is_stated);
+            stated.unwrap_or(usual * wheel.relative_stiffness)
+        });
+        let stiffness: Vec<f64> = stiffness.collect();
+        let (mut sum, mut ground) = (Matrix3::zeros(), 0.0);
+        for (wheel, stiffness) in wheels.iter().zip(&stiffness) {
             let centre = wheel.centre_at_zero;
             let a = Vector3::new(1.0, centre.x, centre.y);
-            stiffness += a * a.transpose() * wheel.stiffness?;
-            ground += (centre.z - wheel.radius) / machine.wheels().len() as f64;
+            sum += a * a.transpose() * *stiffness;
+            ground += (centre.z - wheel.radius) / wheels.len() as f64;
         }
-        let inverse = stiffness.try_inverse()?;
-        // (s1, s2) = -inverse (-N_y, N_x), lean = (s2, -s1)
-        let compliance = Matrix2::new(
-            -inverse[(2, 2)],
-            inverse[(2, 1)],
-            inverse[(1, 2)],
-            -inverse[(1, 1)],
-        );
-        let centres = machine.wheels().iter().map(|wheel| wheel.centre_at_zero);
-        let reach = centres.map(|centre| centre.xy().norm()).fold(0.0, f64::max);
-        let largest = compliance.norm() * machine.mass() * machine.gravity() * reach;
+        let sink = sum
+            .try_inverse()
+            .filter(|m| m.iter().all(|v| v.is_finite()))?;
+        // (p1, p2) of (-N_y, N_x), lean = (-p2, p1)
+        let compliance = Matrix2::new(-sink[(2, 2)], sink[(2, 1)], sink[(1, 2)], -sink[(1, 1)]);
+        let reach = wheels.iter().map(|wheel| wheel.centre_at_zero.xy().norm());
+        let largest = compliance.norm() * weight * reach.fold(0.0, f64::max);
         let spins_wheel = |joint: usize| machine.joints()[joint].spins_wheel.is_some();
         let spins = (machine.bodies.iter())
             .map(|body| matches!(body.coupling, JointCoupling::Measured(j) if spins_wheel(j)));
         let rest = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
         let smoothed = || [LowPass::new(SMOOTHED_S), LowPass::new(SMOOTHED_S)];
+        let mut state = State::zero(machine);
+        for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
+            motion.position = joint.constant.unwrap_or(0.0);
+        }
+        let is_given = |joint: &MeasuredJoint| joint.constant.is_some() || !joint.logged;
         Some(Self {
-            state: State::zero(machine),
+            state,
             coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
             motions: vec![rest; machine.bodies.len()],
             spins: spins.collect(),
-            is_known: vec![false; machine.joints().len()],
+            is_known: machine.joints().iter().map(is_given).collect(),
+            has_rate: vec![false; machine.joints().len()],
+            rolling: Rolling::new(machine),
+            stiffness_is_known: is_stated && machine.suspension().is_none(),
+            sink,
+            stiffness,
             compliance,
             largest,
             ground,
-            up: LowPass::new(LEVELLED_S),
-            weight: smoothed(),
+            tip: tip_of_arm(machine),
+            tool_wrench: [Vector3::zeros(); 2],
+            slow_up: LowPass::new(LEVELLED_S),
+            up: LowPass::new(STANDING_S),
+            lean: smoothed(),
             momentum: smoothed(),
             machine: machine.clone(),
         })
     }
 
     pub(super) fn reset(&mut self) {
+        self.slow_up.reset();
         self.up.reset();
-        let filters = self.weight.iter_mut().chain(&mut self.momentum);
+        let filters = self.lean.iter_mut().chain(&mut self.momentum);
         filters.for_each(LowPass::reset);
     }
 
-    /// Takes the measured direction of gravity: the specific force in base axes.
-    pub(super) fn level(&mut self, dt: f64, specific_force: &Vector3<f64>) -> Vector3<f64> {
-        let mean = self.up.step(dt, specific_force);
-        mean.try_normalize(1e-3).unwrap_or_else(Vector3::z)
+    /// Takes the specific force in base axes, and how much the ground may rock the platform, 0 to 1. Returns what
+    /// stands for gravity, turned up (m/s^2).
+    pub(super) fn level(&mut self, dt: f64, force: &Vector3<f64>, rocking: f64) -> Vector3<f64> {
+        let slow = self.slow_up.step(dt, force);
+        let slow = slow.try_normalize(1e-3).unwrap_or_else(Vector3::z);
+        let fast = self.up.step(dt, force);
+        fast * (1.0 - rocking) + slow * (rocking * self.machine.gravity())
     }
 
-    /// Takes the motion of a joint.
+    /// Takes the motion of a joint. Some loggers give no velocities: then the arm's momentum is unknown, and taken as
+    /// constant.
     pub(super) fn set(&mut self, joint: usize, position: f64, rate: f64) {
         self.is_known[joint] = true;
+        self.has_rate[joint] = rate.is_finite();
+        let rate = if rate.is_finite() { rate } else { 0.0 };
         self.state.joints[joint] = Motion {
             position,
             rate,
@@ -111,11 +167,61 @@ impl LeanModel {
         };
     }
 
-    /// The lean about x and y (rad), smoothed, but for a constant; `None` while a joint is unknown.
-    pub(super) fn lean(&mut self, dt: f64, up: &Vector3<f64>) -> Option<Vector2<f64>> {
+    /// Attaches and releases payloads by the time since the first sample; returns whether that changed anything.
+    pub(super) fn attach(&mut self, time_s: f64) -> bool {
+        let mut changed = false;
+        for (share, payload) in (self.state.payload_share.iter_mut()).zip(&self.machine.payloads) {
+            let [from_s, to_s] = payload.window_s;
+            let now = if from_s <= time_s && time_s < to_s {
+                1.0
+            } else {
+                0.0
+            };
+            changed |= std::mem::replace(share, now) != now;
+        }
+        changed
+    }
+
+    /// The lean under gravity, turned `up`; `None` while a joint is unknown.
+    pub(super) fn lean(&mut self, dt: f64, up: &Vector3<f64>) -> Option<Lean> {
         if !self.is_known.iter().all(|known| *known) {
             return None;
         }
+        let Weighed {
+            first,
+            momentum,
+            has_unknown_load,
+        } = self.weigh_bodies();
+        let carried = first.cross(up) - self.tool_moment();
+        let mut smoothed = self.compliance * carried.xy() + self.plane_of_wheels();
+        for filter in &mut self.lean {
+            smoothed = filter.step(dt, &smoothed);
+        }
+        let [once, twice] = &mut self.momentum;
+        let once = once.step(dt, &momentum.xy());
+        let change = (once - twice.step(dt, &once)) / SMOOTHED_S;
+        let angle = smoothed + self.compliance * change;
+        let tip = self.tip.map_or_else(Vector3::zeros, |tip| {
+            let motion = &self.motions[tip];
+            motion.origin + motion.rotation * self.machine.bodies[tip].inertia.com
+        });
+        let by_load = self.compliance * tip.cross(up).xy();
+        let lean = Lean {
+            angle,
+            by_load: by_load.try_normalize(0.0).unwrap_or_else(Vector2::zeros),
+            is_beyond_model: has_unknown_load || self.wheel_lifts(&(carried.xy() + change)),
+        };
+        angle.iter().all(|v| v.is_finite()).then_some(lean)
+    }
+
+    /// The lean of a machine at rest in the posture that is set, not smoothed.
+    pub(super) fn posture_lean(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
+        let carried = self.weigh_bodies().first.cross(up);
+        self.compliance * carried.xy() + self.plane_of_wheels()
+    }
+
+    /// Moves all bodies and sums up their moments.
+    fn weigh_bodies(&mut self) -> Weighed {
         let machine = &self.machine;
         kinematics::coordinates(machine, &self.state, &mut self.coordinates);
         let (mut first, mut momentum) = (Vector3::zeros(), Vector3::zeros());
@@ -126,24 +232,107 @@ impl LeanModel {
             if self.spins[i] {
                 continue;
             }
-            let motion = &self.motions[i];
-            let (inertia, w) = (&body.inertia, &motion.angular_velocity);
-            let com = motion.rotation * inertia.com;
-            let place = motion.origin + com - Vector3::z() * self.ground;
-            let velocity = motion.velocity + w.cross(&com);
-            let tensor = motion.rotation * inertia.about_com * motion.rotation.transpose();
-            first += place * inertia.mass;
-            momentum += place.cross(&velocity) * inertia.mass + tensor * w;
+            let [weighed, turned] = moments(&self.motions[i], &body.inertia, self.ground);
+            first += weighed;
+            momentum += turned;
         }
-        let weight = first.cross(&(up * -machine.gravity()));
-        let mut smoothed = Vector2::new(weight.x, weight.y);
-        for filter in &mut self.weight {
-            smoothed = filter.step(dt, &smoothed);
+        let mut has_unknown_load = false;
+        for (payload, share) in machine.payloads.iter().zip(&self.state.payload_share) {
+            let [weighed, turned] =
+                moments(&self.motions[payload.body], &payload.inertia, self.ground);
+            first += weighed * *share;
+            momentum += turned * *share;
+            has_unknown_load |= payload.is_estimated && payload.inertia.mass == 0.0 && *share > 0.0;
         }
-        let [once, twice] = &mut self.momentum;
-        let once = once.step(dt, &Vector2::new(momentum.x, momentum.y));
-        let change = (once - twice.step(dt, &once)) / SMOOTHED_S;
-        let lean = self.compliance * (change - smoothed);
-        lean.iter().all(|v| v.is_finite()).then_some(lean)
+        Weighed {
+            first,
+            momentum,
+            has_unknown_load,
+        }
     }
+
+    /// The motion by the wheels, in the posture of the last [`Self::lean`].
+    pub(super) fn rolled(&self) -> Option<Rolled> {
+        let rate = |joint: usize| match self.has_rate[joint] {
+            true => self.state.joints[joint].rate,
+            false => f64::NAN,
+        };
+        self.rolling.motion(&self.motions, rate)
+    }
+
+    /// Moment of the measured force on the tool about the point on the ground (N m).
+    fn tool_moment(&self) -> Vector3<f64> {
+        let Some(tool) = self.machine.tool() else {
+            return Vector3::zeros();
+        };
+        let (motion, mount) = (&self.motions[tool.body], &tool.body_from_mount);
+        let turned = motion.rotation * mount.rotation.to_rotation_matrix().matrix();
+        let place = motion.origin + motion.rotation * mount.translation.vector;
+        let [force, moment] = self.tool_wrench.map(|vector| turned * vector);
+        (place - Vector3::z() * self.ground).cross(&force) + moment
+    }
+
+    /// Lean because the wheels move on a suspension (rad).
+    fn plane_of_wheels(&self) -> Vector2<f64> {
+        let mut sum = Vector3::zeros();
+        for (wheel, stiffness) in self.machine.wheels().iter().zip(&self.stiffness) {
+            let (motion, at_zero) = (&self.motions[wheel.body], wheel.centre_at_zero);
+            let centre = motion.origin + motion.rotation * wheel.centre_in_body;
+            let raised = (centre.z - at_zero.z) * stiffness;
+            sum += Vector3::new(1.0, at_zero.x, at_zero.y) * raised;
+        }
+        let plane = self.sink * sum;
+        Vector2::new(-plane.z, plane.y)
+    }
+
+    /// Whether a tyre under this moment N carries nothing.
+    fn wheel_lifts(&self, moment: &Vector2<f64>) -> bool {
+        let machine = &self.machine;
+        let weight = machine.mass() * machine.gravity();
+        let plane = self.sink * Vector3::new(weight, -moment.y, moment.x);
+        let least = LEAST_LOAD * weight / machine.wheels().len() as f64;
+        let mut loads = machine
+            .wheels()
+            .iter()
+            .zip(&self.stiffness)
+            .map(|(wheel, stiffness)| {
+                let at = wheel.centre_at_zero;
+                stiffness * (plane.x + plane.y * at.x + plane.z * at.y)
+            });
+        loads.any(|load| load < least)
+    }
+}
+
+/// Sums over all bodies but the wheels, about the point on the ground.
+struct Weighed {
+    /// First moment (kg m).
+    first: Vector3<f64>,
+    /// Angular momentum (N m s).
+    momentum: Vector3<f64>,
+    /// Whether a load of unknown mass is attached.
+    has_unknown_load: bool,
+}
+
+/// First moment about the point on the ground (kg m), and angular momentum about it (N m s).
+fn moments(motion: &BodyMotion<f64>, inertia: &Inertia, ground: f64) -> [Vector3<f64>; 2] {
+    let w = &motion.angular_velocity;
+    let com = motion.rotation * inertia.com;
+    let place = motion.origin + com - Vector3::z() * ground;
+    let velocity = motion.velocity + w.cross(&com);
+    let tensor = motion.rotation * inertia.about_com * motion.rotation.transpose();
+    let momentum = place.cross(&velocity) * inertia.mass + tensor * w;
+    [place * inertia.mass, momentum]
+}
+
+/// The arm's body at the end of the longest chain of bodies.
+fn tip_of_arm(machine: &Machine) -> Option<usize> {
+    let mut depth = vec![0_usize; machine.bodies.len()];
+    for i in 1..machine.bodies.len() {
+        depth[i] = depth[machine.bodies[i].parent] + 1;
+    }
+    let is_arm = |i: &usize| {
+        let parts = &machine.bodies[*i].parts;
+        parts.iter().any(|(group, _)| *group == LinkGroup::Arm)
+    };
+    (0..depth.len()).filter(is_arm).max_by_key(|i| depth[*i])
 }

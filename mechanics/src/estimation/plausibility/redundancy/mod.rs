@@ -4,16 +4,26 @@
 //! compares a pair of sensors and cannot tell which of the two is wrong. A check says nothing while the motion
 //! shows nothing.
 
-mod encoders;
+mod band;
+mod evidence;
+mod excitation;
 mod lasting;
+mod leaky;
 mod lean;
+mod lean_difference;
 mod lean_model;
 mod low_pass;
+mod rolling;
+mod rotation;
 mod specific_force;
 mod tilt;
 mod travel;
+mod yaw;
 
+pub use excitation::{Excitation, Unshown};
 pub(super) use lean::LeanWatch;
+pub(super) use rotation::RotationWatch;
 pub(super) use specific_force::SpecificForceWatch;
 pub(super) use tilt::{TiltWatch, up_direction};
 pub(super) use travel::Travel;
+pub(super) use yaw::YawWatch;

@@ -4,6 +4,8 @@ use nalgebra::Vector3;
 
 /// Speed that noise of the odometry may show while the machine stands (m/s).
 const STANDING: f64 = 0.04;
+/// Speed beyond it from which uneven ground rocks the machine (m/s).
+const TRAVELLING: f64 = 0.2;
 
 /// The last known velocity of the base.
 #[derive(Debug, Clone, Default)]
@@ -34,13 +36,39 @@ impl Travel {
         }
     }
 
-    /// Speed beyond that of a standing machine (m/s); `None` where nothing tells it.
-    pub(super) fn speed(&self, stamp_ns: i64, max_age_s: f64) -> Option<f64> {
+    /// How much the ground may rock the machine, 0 to 1: by its speed, and 1 where nothing tells it.
+    pub(super) fn rocking(&self, stamp_ns: i64, max_age_s: f64) -> f64 {
         let by_odometry = self.odometry.map(|(at, velocity)| (at, velocity.norm()));
         let known = [by_odometry, self.wheels].into_iter().flatten();
         let fresh = known.filter(|(at, _)| age_s(*at, stamp_ns) <= max_age_s);
-        let speed = fresh.map(|(_, speed)| speed).reduce(f64::max)?;
-        Some((speed - STANDING).max(0.0))
+        let speed = fresh.map(|(_, speed)| speed).reduce(f64::max);
+        speed.map_or(1.0, |speed| {
+            ((speed - STANDING) / TRAVELLING).clamp(0.0, 1.0)
+        })
+    }
+}
+
+/// How much the ground may still rock a machine that has travelled.
+#[derive(Debug, Clone)]
+pub(super) struct Rocking {
+    lasting_s: f64,
+    value: f64,
+}
+
+impl Rocking {
+    /// It dies away with this time constant.
+    pub(super) fn new(lasting_s: f64) -> Self {
+        Self {
+            lasting_s,
+            value: 0.0,
+        }
+    }
+
+    /// The rocking after a step in which it was `now`; `lasts`: whether what was before it counts.
+    pub(super) fn step(&mut self, dt: f64, now: f64, lasts: bool) -> f64 {
+        let before = if lasts { self.value } else { 0.0 };
+        self.value = now.max(before * (-dt / self.lasting_s).exp());
+        self.value
     }
 }
 

@@ -1,0 +1,125 @@
+//! Collects the samples of all sensors while a log is read.
+
+use std::io;
+
+use tipwatch_ingest::{MessageTimes, SensorBlock};
+
+use super::column::Column;
+
+/// Marks a message without a stamp or, rather, one that is 292 years before zero.
+const NO_STAMP: i64 = i64::MIN;
+
+/// The samples of all sensors, in memory while they are few.
+#[derive(Debug)]
+pub(super) struct SampleStore {
+    sensors: Vec<Samples>,
+    /// Values that may still be taken into memory.
+    room: usize,
+    in_files: bool,
+    failure: Option<io::Error>,
+}
+
+/// The samples of one sensor, in file order.
+#[derive(Debug, Default)]
+pub(super) struct Samples {
+    /// The number of values per sample; zero without samples.
+    pub(super) width: usize,
+    /// The values, sample after sample.
+    pub(super) values: Column<f64>,
+    /// Of each sample, its [`Times`].
+    pub(super) times: Column<i64>,
+}
+
+/// When a sample was measured (ns), sent (ns) and received by the recorder (ns), and its position among the messages
+/// read.
+pub(super) type Times = [i64; 4];
+
+/// Log time (ns), and position among the messages read.
+pub(super) type Arrival = [i64; 2];
+
+/// When a sample was received.
+pub(super) fn arrival([.., log_ns, order]: Times) -> Arrival {
+    [log_ns, order]
+}
+
+/// The times as the log has them.
+pub(super) fn message_times([header_ns, publish_ns, log_ns, _]: Times) -> MessageTimes {
+    MessageTimes {
+        header_stamp_ns: Some(header_ns).filter(|&stamp| stamp != NO_STAMP),
+        publish_time_ns: publish_ns,
+        log_time_ns: log_ns,
+    }
+}
+
+impl SampleStore {
+    /// Keeps at most `most_in_memory` values in memory.
+    pub(super) fn new(sensors: usize, most_in_memory: usize) -> Self {
+        Self {
+            sensors: (0..sensors).map(|_| Samples::default()).collect(),
+            room: most_in_memory,
+            in_files: false,
+            failure: None,
+        }
+    }
+
+    /// Takes a block; does nothing after a failure, which [`Self::finish`] returns.
+    pub(super) fn take(&mut self, block: &SensorBlock<'_>) {
+        if self.failure.is_none() {
+            self.failure = self.try_take(block).err();
+        }
+    }
+
+    fn try_take(&mut self, block: &SensorBlock<'_>) -> io::Result<()> {
+        let values = block.values();
+        if !self.in_files && values.len() > self.room {
+            self.in_files = true;
+            for sensor in &mut self.sensors {
+                sensor.values.move_to_file()?;
+                sensor.times.move_to_file()?;
+            }
+        }
+        self.room = self.room.saturating_sub(values.len());
+        let times = block.times().zip(block.order()).map(|(times, &order)| {
+            [
+                times.header_stamp_ns.unwrap_or(NO_STAMP),
+                times.publish_time_ns,
+                times.log_time_ns,
+                i64::from(order),
+            ]
+        });
+        let times: Vec<Times> = times.collect();
+        let sensor = &mut self.sensors[block.sensor];
+        sensor.width = block.width();
+        sensor.values.append(values)?;
+        sensor.times.append(times.as_flattened())
+    }
+
+    /// The samples of each sensor.
+    pub(super) fn finish(self) -> io::Result<Vec<Samples>> {
+        match self.failure {
+            Some(failure) => Err(failure),
+            None => Ok(self.sensors),
+        }
+    }
+}
+
+impl Samples {
+    /// Reads the times of the samples from the one with index `first` on: as many as fit.
+    pub(super) fn read_times(&self, first: usize, into: &mut [Times]) -> io::Result<()> {
+        let from = first * Times::default().len();
+        self.times.read(from, into.as_flattened_mut())
+    }
+
+    /// Empty samples, kept where these are.
+    pub(super) fn emptied(&self) -> io::Result<Self> {
+        let mut empty = Self {
+            width: self.width,
+            ..Self::default()
+        };
+        if self.values.in_memory().is_none() {
+            empty.values.move_to_file()?;
+            empty.times.move_to_file()?;
+        }
+        Ok(empty)
+    }
+}

@@ -1,0 +1,10 @@
+//! The result of a commissioning, as a file and as text.
+
+mod file;
+mod text;
+
+pub use file::{
+    Commissioning, CommissioningError, CommissioningItem, CommissioningSource, NOT_COMMISSIONED,
+    commissioning_of, sha256,
+};
+pub use text::commissioning_text;

@@ -1,0 +1,151 @@
+//! Places single samples of a topic on the clock of its log.
+
+use super::{
+    anchor::LogMap,
+    line::Line,
+    restarts::Pause,
+    stamp::StampSource,
+    times::{MessageTimes, Times, present},
+};
+
+/// A stamp further from its expected value is invalid (ns).
+const IMPOSSIBLE_NS: i64 = 3_600_000_000_000;
+
+/// Where the samples of a topic lie on the clock of their log, sample by sample.
+///
+/// It is known once the times of the whole log are known, and small: samples that were kept with
+/// their times can be placed at any later time.
+#[derive(Debug, Clone)]
+pub struct Placement {
+    pub(super) source: StampSource,
+    /// After restarts of the topic's clock: the first message, and the shift from there on (ns).
+    pub(super) shifts: Vec<(usize, i64)>,
+    /// The expected offset to the log time, if impossible stamps are omitted.
+    pub(super) expected: Option<Line>,
+    pub(super) correction: Correction,
+    pub(super) pauses: Vec<Pause>,
+}
+
+/// How a time of a message becomes one on the clock of the log.
+#[derive(Debug, Clone)]
+pub(super) enum Correction {
+    /// It is on that clock.
+    None,
+    /// It cannot be mapped.
+    Refused,
+    /// The clock is ahead by so much (ns).
+    Ahead(i64),
+    /// The clock is ahead by an offset that grows with the log time.
+    Drifting(Line),
+    /// The publish time takes the place of a stamp, after adding this offset.
+    Published(Line),
+    /// The log time takes the place of a stamp, after adding this offset.
+    Logged(LogMap),
+}
+
+impl Placement {
+    /// Leaves all times as they are: samples that are on the clock of the log already.
+    pub(crate) fn as_stamped() -> Self {
+        Self {
+            source: StampSource::Header,
+            shifts: Vec::new(),
+            expected: None,
+            correction: Correction::None,
+            pauses: Vec::new(),
+        }
+    }
+
+    /// The time of measurement of one sample (ns), on the clock of the log; `None` if it has no
+    /// usable stamp. `index` counts the samples of the topic from the beginning of the log.
+    #[inline]
+    pub fn stamp_ns(&self, index: usize, times: &MessageTimes) -> Option<i64> {
+        let log_ns = times.log_time_ns;
+        let stamp = match &self.correction {
+            Correction::Refused => return None,
+            Correction::Published(line) => {
+                let publish_ns = present(times.publish_time_ns)?;
+                publish_ns.saturating_add(line.at(publish_ns))
+            }
+            Correction::Logged(map) => log_ns.saturating_add(map.at(log_ns)),
+            Correction::None => self.possible_stamp_ns(index, times)?,
+            Correction::Ahead(offset) => self
+                .possible_stamp_ns(index, times)?
+                .saturating_sub(*offset),
+            Correction::Drifting(line) => self
+                .possible_stamp_ns(index, times)?
+                .saturating_sub(line.at(log_ns)),
+        };
+        if self.pauses.is_empty() {
+            return Some(stamp);
+        }
+        let is_before = |pause: &&Pause| pause.is_before(index, log_ns);
+        let pauses = self.pauses.iter().filter(is_before).count() as i64;
+        Some(stamp.saturating_add(pauses * Pause::LENGTH_NS))
+    }
+
+    /// The stamp on the topic's own clock, without restarts, unless it is impossible.
+    #[inline]
+    fn possible_stamp_ns(&self, index: usize, times: &MessageTimes) -> Option<i64> {
+        let mut stamp = match self.source {
+            StampSource::Header => times.header_stamp_ns?,
+            StampSource::Publish => present(times.publish_time_ns)?,
+            StampSource::Log => present(times.log_time_ns)?,
+        };
+        if !self.shifts.is_empty() {
+            let next = self.shifts.partition_point(|(from, _)| *from <= index);
+            let shift = next.checked_sub(1).map_or(0, |last| self.shifts[last].1);
+            stamp = stamp.saturating_add(shift);
+        }
+        let is_impossible = |expected| off_ns(expected, stamp, times.log_time_ns).is_some();
+        let is_left_out = self.expected.as_ref().is_some_and(is_impossible);
+        (!is_left_out).then_some(stamp)
+    }
+
+    /// Whether every header stamp stays as it is.
+    pub(super) fn keeps_stamps(&self) -> bool {
+        self.source == StampSource::Header
+            && self.shifts.is_empty()
+            && self.expected.is_none()
+            && matches!(self.correction, Correction::None)
+            && self.pauses.is_empty()
+    }
+
+    /// The stamps and the log times (ns) of all messages that have a usable stamp. The others are
+    /// passed to `omit`, by their index.
+    pub(crate) fn apply(&self, times: Times, omit: impl FnMut(usize)) -> (Vec<i64>, Vec<i64>) {
+        if self.keeps_stamps() && times.by(StampSource::Header).missing() == 0 {
+            return times.into_header_and_log_ns();
+        }
+        times.restamped(|index, times| self.stamp_ns(index, times), omit)
+    }
+
+    /// How many messages have no usable stamp.
+    pub(crate) fn unstamped(&self, times: &Times) -> u64 {
+        if self.keeps_stamps() {
+            return times.by(StampSource::Header).missing() as u64;
+        }
+        self.stamps(times).filter(Option::is_none).count() as u64
+    }
+
+    /// The stamps of all messages.
+    pub(super) fn stamps<'a>(
+        &'a self,
+        times: &'a Times,
+    ) -> impl Iterator<Item = Option<i64>> + Clone + 'a {
+        let all = times.iter().enumerate();
+        all.map(|(index, times)| self.stamp_ns(index, &times))
+    }
+}
+
+/// How far a stamp is from its expected value, if that is impossible (ns).
+#[inline]
+pub(super) fn off_ns(expected: &Line, stamp_ns: i64, log_ns: i64) -> Option<i64> {
+    let (offset, expected) = (stamp_ns.saturating_sub(log_ns), expected.at(log_ns));
+    (!is_possible_offset(offset, expected)).then(|| offset.saturating_sub(expected))
+}
+
+/// Whether a stamp may have this offset to the log time (ns).
+#[inline]
+pub(super) fn is_possible_offset(offset_ns: i64, expected_ns: i64) -> bool {
+    offset_ns.saturating_sub(expected_ns).unsigned_abs() <= IMPOSSIBLE_NS.unsigned_abs()
+}

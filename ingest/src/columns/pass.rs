@@ -1,0 +1,253 @@
+//! One pass over a log that decodes the samples of all requested sensors.
+//!
+//! Threads decode whole chunks into parts. The parts reach the [`Sink`] in file order.
+
+use std::{
+    cell::RefCell,
+    ops::ControlFlow,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+
+use super::{
+    decoder::Decoder,
+    part::{Part, PartOfSensor, SamplesSlice},
+};
+use crate::{
+    clock::{TimeBase, Times, TopicStatistics},
+    formats::Batch,
+    large_columns::{ColumnMemory, FreshMemory, Region},
+    log::Log,
+    message::{Error, Losses, RawMessage, TopicId},
+};
+
+/// Messages outside batches that are collected before they are handed on.
+const LOOSE_MESSAGES: u32 = 1024;
+
+/// Receives the samples of each sensor in file order, some at a time.
+pub(crate) trait Sink {
+    fn take(&mut self, sensor: usize, samples: SamplesSlice<'_>);
+}
+
+/// A sensor to be read.
+pub(crate) struct Wanted {
+    pub(crate) topic: TopicId,
+    pub(crate) decoder: Decoder,
+    /// The number of values per sample.
+    pub(crate) width: usize,
+}
+
+/// What a pass found out about a sensor, besides its samples.
+pub(crate) struct SensorPass {
+    pub(crate) topic: TopicId,
+    /// Name of the topic.
+    pub(crate) name: String,
+    pub(crate) width: usize,
+    decoder: Decoder,
+    /// The times of all samples.
+    pub(crate) times: Times,
+    pub(crate) statistics: TopicStatistics,
+    pub(crate) undecodable: u64,
+    pub(crate) without_value: u64,
+}
+
+/// The result of a pass.
+pub(crate) struct Passed {
+    pub(crate) sensors: Vec<SensorPass>,
+    /// The clock that the sensors have in common.
+    pub(crate) time_base: TimeBase,
+    pub(crate) losses: Losses,
+}
+
+/// Reads a log once for all wanted sensors, of which several may use the same topic. `regions` are
+/// those that the sink fills; `memory` is for the times.
+pub(crate) fn pass(
+    log: &Log,
+    wanted: Vec<Wanted>,
+    sink: &mut dyn Sink,
+    mut regions: Vec<Region>,
+    memory: &mut ColumnMemory,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Passed, Error> {
+    let topics: Vec<TopicId> = wanted.iter().map(|wanted| wanted.topic).collect();
+    let mut sensors = Vec::with_capacity(wanted.len());
+    for (place, wanted) in wanted.into_iter().enumerate() {
+        let mut sensor = SensorPass::new(log, wanted)?;
+        // so that they need not be moved as they grow
+        let samples = most_samples(log, sensor.topic)?;
+        regions.extend(sensor.times.reserve(samples, place, memory));
+        sensors.push(sensor);
+    }
+    let memory = Arc::new(FreshMemory::new(sensors.len(), regions));
+    let empty = || Part::new(sensors.iter().map(SensorPass::part));
+    // a part that a batch has delivered and the pass has not yet taken
+    let inbox = Arc::new(Mutex::new(empty()));
+    let prototypes: Vec<Wanted> = sensors.iter().map(SensorPass::wanted).collect();
+    let empty_batch = || -> Box<dyn Batch> {
+        Box::new(SensorBatch {
+            part: Part::new(prototypes.iter().map(Wanted::part)),
+            inbox: Arc::clone(&inbox),
+            memory: Arc::clone(&memory),
+        })
+    };
+    let loose = empty();
+    let pass = RefCell::new(Pass {
+        sensors,
+        loose,
+        messages: 0,
+        sink,
+        memory: Arc::clone(&memory),
+    });
+    let mut visit = |message: &RawMessage<'_>| {
+        pass.borrow_mut().message(message);
+        ControlFlow::Continue(())
+    };
+    let delivered = || {
+        let mut pass = pass.borrow_mut();
+        pass.loose();
+        pass.part(&mut lock(&inbox));
+    };
+    let mut losses = log.read_in_batches(
+        &topics,
+        &mut visit,
+        progress,
+        Some((&empty_batch, &delivered)),
+    )?;
+    let mut pass = pass.into_inner();
+    pass.loose();
+    let sensors = pass.sensors;
+    for (place, sensor) in sensors.iter().enumerate() {
+        sensor.decoder.check_found()?;
+        // a message that two sensors cannot decode counts once
+        if !topics[..place].contains(&sensor.topic) {
+            for _ in 0..sensor.undecodable {
+                losses.count_undecodable(&sensor.name);
+            }
+        }
+    }
+    let clocks: Vec<(&str, &Times, &TopicStatistics)> = (sensors.iter().enumerate())
+        // a topic used by two sensors has one clock
+        .filter(|(place, sensor)| !topics[..*place].contains(&sensor.topic))
+        .map(|(_, sensor)| (sensor.name.as_str(), &sensor.times, &sensor.statistics))
+        .collect();
+    let time_base = TimeBase::of(log, &clocks);
+    Ok(Passed {
+        sensors,
+        time_base,
+        losses,
+    })
+}
+
+struct Pass<'s> {
+    sensors: Vec<SensorPass>,
+    /// Samples of messages outside batches that have not been handed on.
+    loose: Part,
+    /// The number of messages handed on.
+    messages: u32,
+    sink: &'s mut dyn Sink,
+    memory: Arc<FreshMemory>,
+}
+
+impl Pass<'_> {
+    fn message(&mut self, message: &RawMessage<'_>) {
+        self.loose.take(message);
+        if self.loose.messages == LOOSE_MESSAGES {
+            self.loose();
+        }
+    }
+
+    fn loose(&mut self) {
+        let mut loose = std::mem::replace(&mut self.loose, Part::new(std::iter::empty()));
+        self.part(&mut loose);
+        self.loose = loose;
+    }
+
+    /// Hands on and empties the part that follows.
+    fn part(&mut self, part: &mut Part) {
+        for (place, (sensor, part)) in self.sensors.iter_mut().zip(&mut part.sensors).enumerate() {
+            for order in &mut part.samples.order {
+                *order += self.messages;
+            }
+            let samples = part.samples.as_slice(part.width);
+            for times in samples.times.iter() {
+                let (publish, log) = (times.publish_time_ns, times.log_time_ns);
+                sensor.statistics.push(times.header_stamp_ns, publish, log);
+            }
+            sensor.times.append(samples.times);
+            self.sink.take(place, samples);
+            self.memory.fill(place, samples.len());
+            part.samples.clear();
+            sensor.decoder.append(&mut part.decoder);
+            sensor.undecodable += std::mem::take(&mut part.undecodable);
+            sensor.without_value += std::mem::take(&mut part.without_value);
+        }
+        self.messages += std::mem::take(&mut part.messages);
+    }
+}
+
+impl SensorPass {
+    fn new(log: &Log, wanted: Wanted) -> Result<Self, Error> {
+        Ok(Self {
+            topic: wanted.topic,
+            name: log.topic(wanted.topic)?.name.clone(),
+            width: wanted.width,
+            decoder: wanted.decoder,
+            times: Times::default(),
+            statistics: TopicStatistics::default(),
+            undecodable: 0,
+            without_value: 0,
+        })
+    }
+
+    fn wanted(&self) -> Wanted {
+        Wanted {
+            topic: self.topic,
+            decoder: self.decoder.clone(),
+            width: self.width,
+        }
+    }
+
+    fn part(&self) -> PartOfSensor {
+        self.wanted().part()
+    }
+}
+
+impl Wanted {
+    fn part(&self) -> PartOfSensor {
+        PartOfSensor::new(self.topic, self.decoder.clone(), self.width)
+    }
+}
+
+/// The messages of a topic that the index counts. The count of a damaged index may be wrong: no more
+/// than the file may hold.
+pub(crate) fn most_samples(log: &Log, topic: TopicId) -> Result<u64, Error> {
+    const LIKELY_MOST_RATIO: u64 = 16;
+    let most = log.bytes().saturating_mul(LIKELY_MOST_RATIO) / size_of::<f64>() as u64;
+    let messages = log.topic(topic)?.message_count.unwrap_or(0);
+    Ok(messages.min(most))
+}
+
+/// The samples of one chunk.
+struct SensorBatch {
+    part: Part,
+    inbox: Arc<Mutex<Part>>,
+    memory: Arc<FreshMemory>,
+}
+
+impl Batch for SensorBatch {
+    fn take(&mut self, message: &RawMessage<'_>) {
+        if self.part.messages == 0 {
+            self.memory.prepare();
+        }
+        self.part.take(message);
+    }
+
+    fn deliver(&mut self) {
+        // the part in the inbox has been taken, so that it is empty
+        std::mem::swap(&mut self.part, &mut lock(&self.inbox));
+    }
+}
+
+/// A thread that panics while holding the lock ends the read anyway.
+fn lock(part: &Mutex<Part>) -> MutexGuard<'_, Part> {
+    part.lock().unwrap_or_else(PoisonError::into_inner)
+}

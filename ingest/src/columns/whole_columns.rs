@@ -1,0 +1,171 @@
+//! All samples of a log's sensors as columns.
+
+use std::sync::{Mutex, PoisonError};
+
+use super::{
+    part::SamplesSlice,
+    pass::{SensorPass, Sink, Wanted, most_samples, pass},
+    sensor_recording::SensorRecording,
+};
+use crate::{
+    clock::{Placed, TimeBase},
+    large_columns::{self, ColumnMemory, Region},
+    log::Log,
+    message::{Error, Losses},
+};
+
+/// Reads all samples of the wanted sensors. They are put on `time_base`, or else on the clock that
+/// they have in common.
+pub(crate) fn record(
+    log: &Log,
+    wanted: Vec<Wanted>,
+    time_base: Option<&TimeBase>,
+    memory: &mut ColumnMemory,
+    progress: &mut dyn FnMut(u64),
+) -> Result<(Vec<SensorRecording>, Losses), Error> {
+    let mut columns = WholeColumns(Vec::with_capacity(wanted.len()));
+    let mut regions = Vec::new();
+    for (sensor, wanted) in wanted.iter().enumerate() {
+        let samples = most_samples(log, wanted.topic)?;
+        let mut of_sensor = Columns::default();
+        regions.extend(of_sensor.reserve(samples, wanted.width, sensor, memory));
+        columns.0.push(of_sensor);
+    }
+    let passed = pass(log, wanted, &mut columns, regions, memory, progress)?;
+    let time_base = time_base.unwrap_or(&passed.time_base);
+    let sensors = passed.sensors.into_iter().zip(columns.0);
+    Ok((finish(sensors.collect(), time_base), passed.losses))
+}
+
+/// The columns of all sensors.
+struct WholeColumns(Vec<Columns>);
+
+/// The columns of one sensor, besides its times.
+#[derive(Default)]
+pub(crate) struct Columns {
+    order: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl Sink for WholeColumns {
+    fn take(&mut self, sensor: usize, samples: SamplesSlice<'_>) {
+        self.0[sensor].append(samples);
+    }
+}
+
+impl Columns {
+    /// Reserves memory for so many samples, so that columns need not be moved as they grow, and
+    /// returns the regions that are new and large.
+    fn reserve(
+        &mut self,
+        samples: u64,
+        width: usize,
+        sensor: usize,
+        memory: &mut ColumnMemory,
+    ) -> impl Iterator<Item = Region> + use<> {
+        let values =
+            large_columns::reserve(&mut self.values, &mut memory.values, samples, width, sensor);
+        let order = large_columns::reserve(&mut self.order, &mut memory.orders, samples, 1, sensor);
+        values.into_iter().chain(order)
+    }
+
+    pub(crate) fn append(&mut self, samples: SamplesSlice<'_>) {
+        self.order.extend_from_slice(samples.order);
+        self.values.extend_from_slice(samples.values);
+    }
+
+    /// Puts the samples on the clock of the log and omits those without a stamp.
+    pub(crate) fn finish(mut self, sensor: SensorPass, time_base: &TimeBase) -> SensorRecording {
+        let Placed {
+            placement,
+            clock,
+            correction,
+            findings,
+        } = time_base.place(&sensor.name, &sensor.times, &sensor.statistics);
+        let mut unstamped = Vec::new();
+        let (stamps_ns, log_times_ns) = placement.apply(sensor.times, |at| unstamped.push(at));
+        omit(&mut self.order, &unstamped, 1);
+        omit(&mut self.values, &unstamped, sensor.width);
+        SensorRecording {
+            topic: sensor.topic,
+            clock,
+            correction,
+            findings,
+            time_base: time_base.clone(),
+            stamps_ns,
+            log_times_ns,
+            values: self.values,
+            width: sensor.width,
+            statistics: sensor.statistics,
+            undecodable: sensor.undecodable,
+            unstamped: unstamped.len() as u64,
+            without_value: sensor.without_value,
+            order: self.order,
+        }
+    }
+}
+
+/// Removes groups of `width` elements by their index, in increasing order.
+fn omit<T: Copy>(elements: &mut Vec<T>, groups: &[usize], width: usize) {
+    let mut to = groups.first().map_or(elements.len(), |first| first * width);
+    for (place, group) in groups.iter().enumerate() {
+        let from = (group + 1) * width;
+        let end = groups
+            .get(place + 1)
+            .map_or(elements.len(), |next| next * width);
+        elements.copy_within(from..end, to);
+        to += end - from;
+    }
+    elements.truncate(to);
+}
+
+/// Puts all sensors on one clock, using all processors.
+fn finish(sensors: Vec<(SensorPass, Columns)>, time_base: &TimeBase) -> Vec<SensorRecording> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut waiting: Vec<_> = sensors.into_iter().enumerate().collect();
+    // The largest first, so that no thread starts it last.
+    waiting.sort_by_key(|(_, (sensor, _))| sensor.times.len());
+    let threads = threads.min(waiting.len());
+    let waiting = Mutex::new(waiting);
+    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
+    let work = || {
+        let mut done = Vec::new();
+        while let Some((place, (sensor, columns))) = next() {
+            done.push((place, columns.finish(sensor, time_base)));
+        }
+        done
+    };
+    let mut done = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        let mut done = work();
+        for other in others {
+            match other.join() {
+                Ok(more) => done.extend(more),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        done
+    });
+    done.sort_by_key(|(place, _)| *place);
+    done.into_iter().map(|(_, recording)| recording).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_are_omitted_wherever_they_are() {
+        for (omitted, kept) in [
+            (vec![], vec![0, 1, 2, 3, 4, 5, 6, 7]),
+            (vec![0], vec![2, 3, 4, 5, 6, 7]),
+            (vec![1, 2], vec![0, 1, 6, 7]),
+            (vec![0, 2, 3], vec![2, 3]),
+            (vec![0, 1, 2, 3], vec![]),
+        ] {
+            let mut elements: Vec<u32> = (0..8).collect();
+            omit(&mut elements, &omitted, 2);
+            assert_eq!(elements, kept);
+        }
+    }
+}

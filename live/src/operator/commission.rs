@@ -1,0 +1,374 @@
+//! The guided commissioning: it reads live samples, tells a person what to do next, and what has been proven so far.
+//!
+//! Output and answers are lines, so that a terminal, a pipe and a test can use it alike.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, Write, stdin, stdout};
+use std::path::Path;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use tipwatch_binding::{
+    Commissioning, CommissioningSource, MachineFile, Urdf, commissioning_text, sha256,
+};
+use tipwatch_mechanics::commissioning::{Answers, Assessment, Recording, Status, assess};
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::Sensors;
+
+use crate::guard::{Admitted, Guard};
+use crate::node::{LiveNode, SessionFollower, SessionHost, pause};
+use crate::system::clock::{monotonic_ns, unix_ns};
+use crate::system::signals;
+use crate::wire::session::{Progress, Untimed, open_session};
+use crate::wire::topics::{WireSample, WireSession};
+
+/// Time between two looks at the shared memory.
+const POLL_PERIOD: Duration = Duration::from_millis(2);
+/// Time between the beginnings of two assessments.
+const ASSESS_PERIOD: Duration = Duration::from_secs(2);
+/// Time after which a guide without a session tells that it waits.
+const WAITING: Duration = Duration::from_secs(3);
+
+/// The session that is commissioned.
+struct Guided {
+    id: u64,
+    machine: Machine,
+    sensors: Sensors,
+    guard: Guard,
+    recording: Recording,
+    /// Samples taken.
+    taken: u64,
+    /// Their hashes, one over the other.
+    hash: String,
+    unhashed: Vec<u8>,
+}
+
+struct Host<'a> {
+    file: &'a MachineFile,
+    urdf: &'a Urdf,
+}
+
+/// Bytes of samples that are hashed at once.
+const HASHED_AT_ONCE: usize = 1 << 16;
+
+impl Guided {
+    fn take(&mut self, wire: &WireSample) -> Progress {
+        let Ok(admitted) = self.guard.admit(wire, monotonic_ns()) else {
+            return Progress::Running;
+        };
+        match admitted {
+            Admitted::End => Progress::Ended,
+            Admitted::Sample(sample) => {
+                let sample = sample.sample();
+                if self.recording.push(sample).is_ok() {
+                    self.taken += 1;
+                    self.unhashed.extend(sample.stamp_ns.to_le_bytes());
+                    self.unhashed
+                        .extend(sample.values.iter().flat_map(|value| value.to_le_bytes()));
+                    if self.unhashed.len() > HASHED_AT_ONCE {
+                        self.rehash();
+                    }
+                }
+                Progress::Running
+            }
+        }
+    }
+
+    fn rehash(&mut self) {
+        let mut bytes = std::mem::take(&mut self.hash).into_bytes();
+        bytes.append(&mut self.unhashed);
+        self.hash = sha256(&bytes);
+    }
+}
+
+impl SessionHost for Host<'_> {
+    type Session = Guided;
+
+    fn id(session: &Guided) -> u64 {
+        session.id
+    }
+
+    fn begin(&mut self, announced: &WireSession) -> Result<Guided> {
+        let (session, machine, sensors) =
+            open_session(announced, self.file, self.urdf, Untimed::Allowed)?;
+        Ok(Guided {
+            id: session.id,
+            guard: Guard::new(&session, &machine, &sensors, monotonic_ns()),
+            recording: Recording::new(&sensors),
+            machine,
+            sensors,
+            taken: 0,
+            hash: String::new(),
+            unhashed: Vec::new(),
+        })
+    }
+
+    /// Another session is another drive: what was recorded before does not count.
+    fn succeed(&mut self, _: &mut Guided, _: Guided) -> Result<()> {
+        Ok(())
+    }
+
+    fn reject(&mut self, _: &mut Guided, error: &anyhow::Error) {
+        eprintln!("check-machine: a session was refused: {error:#}");
+    }
+
+    fn take(&mut self, session: &mut Guided, sample: &WireSample) -> Result<Progress> {
+        Ok(session.take(sample))
+    }
+}
+
+/// Result of a guided commissioning.
+#[derive(Debug)]
+pub struct LiveCommissioning {
+    /// The answers.
+    pub assessment: Assessment,
+    /// Samples that never arrived.
+    pub lost: u64,
+}
+
+/// Guides a person through the commissioning of a machine until the session ends, everything is proven, the person enters
+/// `done` or input ends with the session; then asks what only a person can confirm, prints the result and writes it to
+/// `out`.
+///
+/// # Errors
+/// The session is of another machine, the shared memory fails, or a file cannot be written.
+pub fn commission(
+    node: &LiveNode,
+    file: &MachineFile,
+    urdf: &Urdf,
+    out: Option<&Path>,
+) -> Result<LiveCommissioning> {
+    let mut guide = Guide::new();
+    guide.say("Commissioning. Each line \"next\" says what to do; enter \"done\" to end early.")?;
+    let mut host = Host { file, urdf };
+    let mut follower: SessionFollower<Guided> = SessionFollower::new(node)?;
+    let started = Instant::now();
+    let mut is_waiting = false;
+    loop {
+        signals::check()
+            .ok()
+            .context("stopped by a signal; no result was written")?;
+        if follower.active.is_none() {
+            follower.look_for_session(&mut host)?;
+            if !is_waiting && follower.active.is_none() && started.elapsed() > WAITING {
+                is_waiting = true;
+                guide.say("waiting for a session: start the producer of samples")?;
+            }
+        }
+        let progress = follower.take_samples(&mut host)?;
+        guide.poll(follower.active.as_ref())?;
+        let is_over = progress == Progress::Ended || guide.is_done();
+        let is_lost = follower.active.is_some() && !follower.has_producer();
+        if is_over || is_lost {
+            break;
+        }
+        if pause(POLL_PERIOD).is_err() {
+            continue;
+        }
+    }
+    let mut guided = follower
+        .active
+        .take()
+        .context("expected a session with samples, found none")?;
+    guided.rehash();
+    let assessment = guide.finish(&guided)?;
+    write!(stdout(), "\n{}", commissioning_text(&assessment))?;
+    if let Some(path) = out {
+        let source = CommissioningSource {
+            name: format!("live session {:016x}", guided.id),
+            sha256: guided.hash.clone(),
+            tipwatch_version: env!("CARGO_PKG_VERSION").into(),
+            made_at: now(),
+        };
+        let result = Commissioning::new(file, urdf, source, &assessment);
+        std::fs::write(path, result.to_json())
+            .with_context(|| format!("{}: cannot be written", path.display()))?;
+    }
+    Ok(LiveCommissioning {
+        assessment,
+        lost: guided.guard.counts().lost,
+    })
+}
+
+/// Now, in UTC.
+fn now() -> String {
+    let stamp = jiff::Timestamp::from_nanosecond(i128::from(unix_ns()));
+    stamp.map_or(String::new(), |now| {
+        now.strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
+    })
+}
+
+/// The conversation with the person.
+struct Guide {
+    lines: Receiver<String>,
+    input_ended: bool,
+    done: bool,
+    assessing: Option<JoinHandle<Assessment>>,
+    assessed: Option<Instant>,
+    shown: BTreeMap<String, Status>,
+    next: String,
+    /// Samples at the last assessment.
+    taken: u64,
+}
+
+impl Guide {
+    fn new() -> Self {
+        let (sender, lines) = channel();
+        // It ends with the program, or with the input.
+        std::thread::spawn(move || {
+            for line in stdin().lock().lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        Self {
+            lines,
+            input_ended: false,
+            done: false,
+            assessing: None,
+            assessed: None,
+            shown: BTreeMap::new(),
+            next: String::new(),
+            taken: 0,
+        }
+    }
+
+    fn say(&self, text: &str) -> Result<()> {
+        let mut out = stdout().lock();
+        writeln!(out, "{text}")?;
+        Ok(out.flush()?)
+    }
+
+    fn is_done(&self) -> bool {
+        self.done
+    }
+
+    /// A line that the person entered.
+    fn line(&mut self) -> Option<String> {
+        match self.lines.try_recv() {
+            Ok(line) => Some(line.trim().to_lowercase()),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => {
+                self.input_ended = true;
+                None
+            }
+        }
+    }
+
+    /// Starts and collects assessments, beside the loop that must keep up with the samples.
+    fn poll(&mut self, guided: Option<&Guided>) -> Result<()> {
+        while let Some(line) = self.line() {
+            self.done |= line == "done" || line == "q";
+        }
+        if self.assessing.as_ref().is_some_and(JoinHandle::is_finished) {
+            let found = self.assessing.take().map(JoinHandle::join);
+            if let Some(Ok(assessment)) = found {
+                self.progress(&assessment)?;
+            }
+        }
+        let is_due = self.assessed.is_none_or(|at| at.elapsed() >= ASSESS_PERIOD);
+        if let Some(guided) = guided
+            && self.assessing.is_none()
+            && is_due
+            && guided.taken > self.taken
+        {
+            self.taken = guided.taken;
+            self.assessed = Some(Instant::now());
+            let (machine, sensors) = (guided.machine.clone(), guided.sensors.clone());
+            let recording = guided.recording.clone();
+            self.assessing = Some(std::thread::spawn(move || {
+                assess(&machine, &sensors, &recording, &Answers::new())
+            }));
+        }
+        Ok(())
+    }
+
+    /// Tells what has changed, and what to do next.
+    fn progress(&mut self, assessment: &Assessment) -> Result<()> {
+        for item in &assessment.items {
+            let before = self.shown.insert(item.key.clone(), item.status);
+            let before = before.unwrap_or(Status::NotShown);
+            if before != item.status {
+                let detail = match item.status {
+                    Status::Contradicted => format!(": {}", item.text),
+                    _ => String::new(),
+                };
+                let words = item.status.words();
+                self.say(&format!(
+                    "{words}: {}, {}{detail}",
+                    item.signal, item.property
+                ))?;
+            }
+        }
+        let all = assessment.items.len();
+        let open = assessment
+            .items
+            .iter()
+            .filter(|item| item.status == Status::NotShown);
+        let next = match open.clone().next() {
+            Some(item) => format!(
+                "next ({} of {all} items open): {}",
+                open.count(),
+                item.motion
+            ),
+            None => "nothing is left to do".into(),
+        };
+        if next != self.next {
+            self.say(&next)?;
+            self.next = next;
+        }
+        self.done |= all > 0 && assessment.is_complete();
+        Ok(())
+    }
+
+    /// The final assessment, with what the person confirms.
+    fn finish(&mut self, guided: &Guided) -> Result<Assessment> {
+        if let Some(last) = self.assessing.take() {
+            // Its result is out of date.
+            let _ = last.join();
+        }
+        let all = |answers: &Answers| {
+            assess(&guided.machine, &guided.sensors, &guided.recording, answers)
+        };
+        let found = all(&Answers::new());
+        let mut answers = Answers::new();
+        for item in found
+            .items
+            .iter()
+            .filter(|item| item.status == Status::NotShown)
+        {
+            if let Some(question) = &item.asks
+                && let Some(answer) = self.ask(&format!("{} ({})", question, item.signal))?
+            {
+                answers.insert(item.key.clone(), answer);
+            }
+        }
+        Ok(if answers.is_empty() {
+            found
+        } else {
+            all(&answers)
+        })
+    }
+
+    /// Asks for yes or no; `None` for any other answer, or without input.
+    fn ask(&mut self, question: &str) -> Result<Option<bool>> {
+        if self.input_ended {
+            return Ok(None);
+        }
+        self.say(&format!(
+            "question: {question} [y/n, or enter to leave it open]"
+        ))?;
+        let answer = self.lines.recv();
+        self.input_ended = answer.is_err();
+        Ok(
+            match answer.unwrap_or_default().trim().to_lowercase().as_str() {
+                "y" | "yes" => Some(true),
+                "n" | "no" => Some(false),
+                _ => None,
+            },
+        )
+    }
+}

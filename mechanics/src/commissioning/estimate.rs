@@ -1,0 +1,140 @@
+//! What a comparison of signals yields: a figure, how sure it is, and what it should be.
+
+use std::fmt;
+
+/// Standard deviations that count as certain.
+pub(super) const CERTAIN: f64 = 5.0;
+
+/// Standard deviations within which an agreement must stay clear of what is wrong.
+const SURE: f64 = 3.0;
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Relation {
+    /// Mean specific force at rest, over gravity.
+    Gravity,
+    /// Angle between the specific force at rest and the platform's up direction on level ground (rad).
+    Up,
+    /// Specific force per acceleration by the odometry or the wheels: row (forward, left) and column.
+    Drive(usize, usize),
+    /// Direction of that specific force, about z (rad).
+    DriveDirection,
+    /// Tilt of the IMU about x and y (rad), apart from the slope of the ground.
+    Mount(usize),
+    /// Tilt by the attitude per tilt by the specific force, about y and x.
+    AttitudeTilt(usize),
+    /// Angle between the up direction by the attitude and the specific force at rest (rad).
+    AttitudeUp,
+    /// Angular velocity about an axis per yaw rate by another sensor.
+    Turn(Yaw, usize),
+    /// Speed of a wheel's circumference per speed of its centre.
+    Wheel(usize),
+    /// The part of that speed due to a curve, likewise: on which side the wheel is.
+    WheelSide(usize),
+    /// Root mean square deviation of a wheel's speed in curves, as a share of it.
+    WheelCurve(usize),
+    /// Angle of a steering joint per angle by the motion of its wheels.
+    Steer(usize),
+    /// Root mean square deviation of that angle, as a share of it.
+    SteerOff(usize),
+    /// Logarithm of the platform's lean per lean that a joint's motion predicts, over that of the other joints.
+    Lean(usize),
+    /// Share of the platform's lean that it does not predict.
+    LeanUnexplained(usize),
+    /// Lean of the platform (rad) while no joint moves, in the direction in which this joint, which never does, would
+    /// lean it.
+    Still(usize),
+    /// Measured velocity of a joint per change of its position.
+    Rate(usize),
+    /// Positions of a joint beyond its limits, as a share of their span.
+    Range(usize),
+}
+
+/// Sensors that measure the yaw rate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Yaw {
+    Odometry,
+    Wheels,
+    Attitude,
+}
+
+/// A comparison's result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Estimate {
+    pub(super) relation: Relation,
+    pub(super) value: f64,
+    pub(super) sigma: f64,
+    pub(super) expected: f64,
+    /// Deviation that a good machine may show.
+    pub(super) tolerance: f64,
+    /// Deviation from which something is wrong.
+    pub(super) wrong: f64,
+}
+
+/// How an estimate stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Standing {
+    /// As it should be, and sure enough to say so.
+    Agrees,
+    /// Not as it should be.
+    Contradicts,
+    /// The motion shows too little.
+    Open,
+}
+
+impl Estimate {
+    pub(super) fn standing(&self) -> Standing {
+        let off = (self.value - self.expected).abs();
+        if !(off.is_finite() && self.sigma.is_finite()) {
+            return Standing::Open;
+        }
+        if off > self.wrong + CERTAIN * self.sigma {
+            Standing::Contradicts
+        } else if off <= self.tolerance && off + SURE * self.sigma <= self.wrong.min(self.largest())
+        {
+            Standing::Agrees
+        } else {
+            Standing::Open
+        }
+    }
+
+    /// Deviation beyond which an agreement would say nothing.
+    fn largest(&self) -> f64 {
+        2.0 * self.tolerance + 0.2
+    }
+
+    /// Whether it is certainly beyond what a good machine shows.
+    pub(super) fn is_off(&self) -> bool {
+        self.sigmas_off() >= CERTAIN
+    }
+
+    /// By how many standard deviations it is off beyond what `before`, the same relation of the signals as they are, makes
+    /// probable on this machine: how far that is off, and a third of the tolerance.
+    pub(super) fn sigmas_worse(&self, before: &Self) -> f64 {
+        let shown = (before.value - before.expected).abs() + self.tolerance / 3.0;
+        let off = (self.value - self.expected).abs() - shown.min(self.tolerance);
+        (off / self.sigma.max(1e-9)).clamp(0.0, 999.0)
+    }
+
+    /// By how many standard deviations it is off beyond its tolerance.
+    pub(super) fn sigmas_off(&self) -> f64 {
+        let off = (self.value - self.expected).abs() - self.tolerance;
+        (off / self.sigma.max(1e-9)).clamp(0.0, 999.0)
+    }
+}
+
+impl fmt::Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.3} ± {:.3}", self.value, self.sigma)
+    }
+}
+
+impl Yaw {
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Self::Odometry => "the odometry",
+            Self::Wheels => "the wheels",
+            Self::Attitude => "the orientation",
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Recognises what was done in a commissioning drive.
+
+use super::assessment::Step;
+use super::evidence::Comparison;
+use super::grid::{Grid, STEP_S};
+
+/// Least forward acceleration of driving off and braking (m/s^2), speed (m/s) and yaw rate (rad/s).
+const ACCELERATES: f64 = 0.2;
+const DRIVES: f64 = 0.1;
+const TURNS: f64 = 0.08;
+/// Shortest step (s).
+const SHORTEST: usize = 5;
+
+/// The steps, in order of their beginnings.
+pub(super) fn steps(comparison: &Comparison<'_>) -> Vec<Step> {
+    let (view, travel) = (&comparison.view, &comparison.travel);
+    let speed = |k: usize| travel.velocity[k].x;
+    let change = |k: usize| travel.acceleration[k].x * speed(k).signum();
+    let yaw = |k: usize| view.turning[k].z;
+    let drives = |k: usize| speed(k).abs() > DRIVES;
+    type Holds<'a> = Box<dyn Fn(usize) -> bool + 'a>;
+    let kinds: [(&str, Holds<'_>); 6] = [
+        ("stand", Box::new(|k| travel.stands[k])),
+        ("drive forward", Box::new(move |k| speed(k) > DRIVES)),
+        ("drive backward", Box::new(move |k| speed(k) < -DRIVES)),
+        (
+            "brake",
+            Box::new(move |k| drives(k) && change(k) < -ACCELERATES),
+        ),
+        ("turn left", Box::new(move |k| drives(k) && yaw(k) > TURNS)),
+        (
+            "turn right",
+            Box::new(move |k| drives(k) && yaw(k) < -TURNS),
+        ),
+    ];
+    let mut steps = Vec::new();
+    for (what, holds) in &kinds {
+        for run in runs(view.bins, holds) {
+            let turned: f64 = run
+                .clone()
+                .map(|k| yaw(k) * STEP_S)
+                .filter(|t| t.is_finite())
+                .sum();
+            let what = match what.strip_prefix("turn ") {
+                Some(side) if turned.abs() > 0.9 * std::f64::consts::TAU => {
+                    format!("circle {side}")
+                }
+                _ => (*what).to_string(),
+            };
+            steps.push(step(what, &run));
+        }
+    }
+    for moved in &comparison.moved {
+        let name = &comparison.machine.joints[moved.joint].name;
+        steps.extend(
+            moved
+                .runs
+                .iter()
+                .map(|run| step(format!("move {name} alone"), run)),
+        );
+    }
+    steps.sort_by(|a, b| a.span_s[0].total_cmp(&b.span_s[0]));
+    steps
+}
+
+fn step(what: String, run: &std::ops::Range<usize>) -> Step {
+    Step {
+        what,
+        span_s: [Grid::seconds(run.start), Grid::seconds(run.end)],
+    }
+}
+
+fn runs(bins: usize, holds: &dyn Fn(usize) -> bool) -> Vec<std::ops::Range<usize>> {
+    let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
+    for bin in (0..bins).filter(|&bin| holds(bin)) {
+        match runs.last_mut() {
+            Some(run) if bin - run.end < 2 => run.end = bin + 1,
+            _ => runs.push(bin..bin + 1),
+        }
+    }
+    runs.retain(|run| run.len() >= SHORTEST);
+    runs
+}

@@ -1,0 +1,171 @@
+//! Which sensors a log can have shown to be wrong: those whose effect its motion excited.
+//!
+//! The checks of this folder say nothing where nothing moves. For each joint of the arm, the lean that its motion alone
+//! makes is summed up step by step, in the band of the comparison, while the machine stands:
+//! ```text
+//!     sum of lean(q with this joint moved) - lean(q)
+//! ```
+//! A log shows the sign of a joint, its order among the others and that it has not stopped only if that lean is large.
+
+use nalgebra::{Vector1, Vector2, Vector3};
+
+use super::band::Band;
+use super::leaky::LeakyIntegral;
+use super::lean::DIFFERS_S;
+use super::lean_model::LeanModel;
+use super::yaw;
+use crate::machine::{Machine, rotation_in_body};
+use crate::state::State;
+
+/// Shortest step between two rows that are compared (s), and longest.
+const STEP_S: [f64; 2] = [0.1, 1.0];
+/// Lean in the band that shows a joint (rad): five times what else leans a standing platform.
+const SHOWN_LEAN: f64 = 1e-3;
+/// Turn (rad) and way (m) in three seconds that show the rest.
+const SHOWN_TURN: f64 = 0.5;
+const SHOWN_WAY: f64 = 1.0;
+/// Fastest speed of a machine that stands (m/s).
+const STANDING: f64 = 0.1;
+
+/// What a log has not shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unshown {
+    /// Sign, order and motion of a joint, by its index.
+    Joint(usize),
+    /// Signs about the vertical: gyro, steering, left and right wheels.
+    Turn,
+    /// Direction of the wheels and of the odometry.
+    Travel,
+}
+
+/// Sums up what a log shows, from its rows in time order.
+#[derive(Debug, Clone)]
+pub struct Excitation {
+    /// `None` where the platform's lean cannot be compared.
+    model: Option<LeanModel>,
+    base_from_imu: nalgebra::Matrix3<f64>,
+    joints: Vec<JointLean>,
+    last: Option<(i64, Vec<f64>)>,
+    turned: LeakyIntegral<1>,
+    gone: LeakyIntegral<1>,
+    largest_turn: f64,
+    largest_way: f64,
+}
+
+/// Lean by one joint.
+#[derive(Debug, Clone)]
+struct JointLean {
+    joint: usize,
+    sum: Vector2<f64>,
+    band: Band,
+    largest: f64,
+}
+
+impl Excitation {
+    /// Before the first row.
+    #[must_use]
+    pub fn new(machine: &Machine) -> Self {
+        let joints = machine.joints().iter().enumerate();
+        let of_arm = joints.filter(|(_, it)| it.spins_wheel.is_none() && it.logged);
+        Self {
+            model: LeanModel::new(machine),
+            base_from_imu: rotation_in_body(machine.imu()),
+            joints: of_arm
+                .map(|(joint, _)| JointLean {
+                    joint,
+                    sum: Vector2::zeros(),
+                    band: Band::new(DIFFERS_S),
+                    largest: 0.0,
+                })
+                .collect(),
+            last: None,
+            turned: LeakyIntegral::new(yaw::COMPARED_S),
+            gone: LeakyIntegral::new(yaw::COMPARED_S),
+            largest_turn: 0.0,
+            largest_way: 0.0,
+        }
+    }
+
+    /// Takes a row whose state is known.
+    pub fn take(&mut self, time_ns: i64, state: &State<f64>) {
+        let positions = || state.joints.iter().map(|joint| joint.position);
+        let Some((last_ns, before)) = &mut self.last else {
+            self.last = Some((time_ns, positions().collect()));
+            return;
+        };
+        let step_s = time_ns.saturating_sub(*last_ns) as f64 * 1e-9;
+        if step_s < STEP_S[0] {
+            return;
+        }
+        *last_ns = time_ns;
+        let turning = (self.base_from_imu * state.imu.angular_velocity).z;
+        let forward = state.base.velocity.x;
+        if step_s > STEP_S[1] {
+            before.clear();
+            before.extend(positions());
+            return;
+        }
+        for (sum, rate, largest) in [
+            (&mut self.turned, turning, &mut self.largest_turn),
+            (&mut self.gone, forward, &mut self.largest_way),
+        ] {
+            if rate.is_finite() {
+                sum.add(step_s, &Vector1::new(rate * step_s));
+                *largest = largest.max(sum.value.x.abs());
+            }
+        }
+        let up = self.base_from_imu * state.imu.specific_force;
+        let stands = !(state.base.velocity.norm() > STANDING);
+        if let Some(model) = &mut self.model {
+            add_joints(model, &mut self.joints, before, state, &up, step_s, stands);
+        }
+        before.clear();
+        before.extend(positions());
+    }
+
+    /// What the rows have not shown.
+    #[must_use]
+    pub fn unshown(&self) -> Vec<Unshown> {
+        let joints = self.joints.iter().filter(|it| it.largest < SHOWN_LEAN);
+        let mut all: Vec<Unshown> = joints.map(|it| Unshown::Joint(it.joint)).collect();
+        if self.largest_turn < SHOWN_TURN {
+            all.push(Unshown::Turn);
+        }
+        if self.largest_way < SHOWN_WAY {
+            all.push(Unshown::Travel);
+        }
+        all
+    }
+}
+
+/// Adds the lean by each joint, moved from its position before to that of the state.
+fn add_joints(
+    model: &mut LeanModel,
+    joints: &mut [JointLean],
+    before: &[f64],
+    state: &State<f64>,
+    up: &Vector3<f64>,
+    step_s: f64,
+    stands: bool,
+) {
+    for (joint, &position) in before.iter().enumerate() {
+        model.set(joint, position, 0.0);
+    }
+    let at_rest = model.posture_lean(up);
+    for it in joints {
+        let now = state.joints[it.joint].position;
+        let moved = if now == before[it.joint] || !stands {
+            Vector2::zeros()
+        } else {
+            model.set(it.joint, now, 0.0);
+            let lean = model.posture_lean(up);
+            model.set(it.joint, before[it.joint], 0.0);
+            lean - at_rest
+        };
+        if moved.iter().all(|v| v.is_finite()) {
+            it.sum += moved;
+        }
+        let in_band = it.band.step(step_s, &it.sum);
+        it.largest = it.largest.max(in_band.norm());
+    }
+}

@@ -1,0 +1,28 @@
+//! Integral of a rate that slowly forgets: the change over the last seconds.
+
+use nalgebra::SVector;
+
+/// The integral x of `dx/dt = r - x / T`.
+#[derive(Debug, Clone)]
+pub(super) struct LeakyIntegral<const N: usize> {
+    time_constant_s: f64,
+    pub(super) value: SVector<f64, N>,
+}
+
+impl<const N: usize> LeakyIntegral<N> {
+    pub(super) fn new(time_constant_s: f64) -> Self {
+        Self {
+            time_constant_s,
+            value: SVector::zeros(),
+        }
+    }
+
+    /// Adds the change of a step of `dt` seconds.
+    pub(super) fn add(&mut self, dt: f64, change: &SVector<f64, N>) {
+        self.value = (self.value + change) * (-dt / self.time_constant_s).exp();
+    }
+
+    pub(super) fn reset(&mut self) {
+        self.value = SVector::zeros();
+    }
+}

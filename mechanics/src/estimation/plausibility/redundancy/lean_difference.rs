@@ -1,0 +1,250 @@
+//! Whether the platform leans as the arm requires: the difference between the lean b by the gyro and the lean a by the
+//! joints.
+//!
+//! ```text
+//!     b = s a + n
+//! ```
+//! about each of the axes x and y. The compliance s of tyres and ground, relative to that in the machine file, is known
+//! roughly and follows from the lean itself, by a Kalman filter for each axis (variance P). The difference `e = b - s a`
+//! is split into a part in the direction in which a load on the tool leans the platform, and one across:
+//! ```text
+//!     variance across       v = s0^2 + r^2 (|a|^2 + |b|^2) / 2 + (P a^2)
+//!     variance by a load    v + u^2
+//!     d = min(sum e^2 / (2 v), c) - k (|a|^2 + |b|^2) / (|a|^2 + |b|^2 + 4 s0^2)
+//!     S <- clamp(S + d dt / T)
+//! ```
+//! with s0 the lean that has other causes, r what the model is off by, u the lean by a small load that nothing measures,
+//! and T the time over which errors are alike. The subtrahend is the refutation: motion that the platform follows.
+//! Without motion the evidence neither grows nor, once it stands, shrinks.
+//!
+//! A stopped, swapped, shifted or scaled encoder, a wrong sign and a gyro that measures something else all leave such a
+//! difference. So do a load or a force that nothing measures, if they are large: these are not told apart.
+
+use nalgebra::{Matrix2, Vector2};
+
+use super::evidence::Evidence;
+use super::lean_model::Lean;
+
+/// Time over which errors are alike (s).
+const ALIKE_S: f64 = 0.15;
+/// What the model is off by, as a share.
+const MODEL: f64 = 0.15;
+/// Lean by a small load that nothing measures (rad).
+const SMALL_LOAD: f64 = 6e-4;
+/// Most that one moment may show.
+const MOST: f64 = 9.0;
+/// What a good moment refutes.
+const REFUTED: f64 = 1.2;
+/// What is forgotten of evidence that does not stand.
+const FORGOTTEN: f64 = 0.1;
+/// Time in which the compliance may change (s): the machine moves to other ground.
+const OTHER_GROUND_S: f64 = 30.0;
+
+/// What is known about the compliance beforehand.
+#[derive(Debug, Clone, Copy)]
+struct Prior {
+    variance: f64,
+    least: f64,
+    greatest: f64,
+}
+
+/// Stiffness of the tyres stated: ground gives way too, and tyres may be stiffer than stated.
+const STATED: Prior = Prior {
+    variance: 0.16,
+    least: 0.3,
+    greatest: 4.0,
+};
+/// Stiffness unknown, or wheels on a suspension.
+const UNKNOWN: Prior = Prior {
+    variance: 2.25,
+    least: 0.02,
+    greatest: 10.0,
+};
+
+/// State of the comparison.
+#[derive(Debug, Clone)]
+pub(super) struct LeanDifference {
+    prior: Prior,
+    compliance: Vector2<f64>,
+    variance: Vector2<f64>,
+    pub(super) evidence: Evidence,
+}
+
+impl LeanDifference {
+    pub(super) fn new(stiffness_is_known: bool) -> Self {
+        let prior = if stiffness_is_known { STATED } else { UNKNOWN };
+        Self {
+            prior,
+            compliance: Vector2::repeat(1.0),
+            variance: Vector2::repeat(prior.variance),
+            evidence: Evidence::default(),
+        }
+    }
+
+    /// Weighs a sample. `noise`: variance of the lean that has other causes; `rocking`: how much of it the ground may
+    /// cause, 0 to 1.
+    pub(super) fn weigh(
+        &mut self,
+        [stamp_ns, step_ns]: [i64; 2],
+        lean: &Lean,
+        [a, b]: [&Vector2<f64>; 2],
+        noise: f64,
+        rocking: f64,
+    ) {
+        let step_s = step_ns as f64 * 1e-9;
+        let size = a.norm_squared() + b.norm_squared();
+        let common = noise + MODEL * MODEL * size / 2.0;
+        let difference = b - self.compliance.component_mul(a);
+        let doubt = Matrix2::from_diagonal(&self.variance.component_mul(&a.component_mul(a)));
+        let along = lean.by_load;
+        let across = Vector2::new(-along.y, along.x);
+        let is_known = along != Vector2::zeros();
+        let axes = if is_known {
+            [across, along]
+        } else {
+            [Vector2::x(), Vector2::y()]
+        };
+        let small_load = if is_known {
+            SMALL_LOAD * SMALL_LOAD
+        } else {
+            0.0
+        };
+        let mut gained = 0.0;
+        for (axis, extra) in axes.into_iter().zip([0.0, small_load]) {
+            let variance = common + extra + (doubt * axis).dot(&axis);
+            gained += difference.dot(&axis).powi(2) / (2.0 * variance);
+        }
+        gained = gained.min(MOST) - REFUTED * size / (size + 4.0 * noise);
+        // The ground turns a machine that travels.
+        let can_show = if lean.is_beyond_model {
+            0.0
+        } else {
+            1.0 - rocking
+        };
+        if gained > 0.0 {
+            gained *= can_show;
+        }
+        if !self.evidence.stands {
+            gained -= FORGOTTEN;
+        }
+        self.evidence.add(stamp_ns, gained * step_s / ALIKE_S);
+        if can_show > 0.7 {
+            self.learn(step_s, [a, &difference], common);
+        }
+    }
+
+    /// Kalman filter of the compliance about each axis.
+    fn learn(&mut self, step_s: f64, [a, difference]: [&Vector2<f64>; 2], noise: f64) {
+        if step_s <= 0.0 {
+            return;
+        }
+        let Prior {
+            variance: most,
+            least,
+            greatest,
+        } = self.prior;
+        for axis in 0..2 {
+            let (known, a) = (self.variance[axis], a[axis]);
+            let gain = known * a / (noise * ALIKE_S / step_s + known * a * a);
+            let better = self.compliance[axis] + gain * difference[axis];
+            // Written so that NaN is not learned.
+            if !better.is_finite() {
+                continue;
+            }
+            self.compliance[axis] = better.clamp(least, greatest);
+            let changed = most * step_s / OTHER_GROUND_S;
+            self.variance[axis] = ((1.0 - gain * a) * known + changed).min(most);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMIT: f64 = 8.0;
+    /// Step of the samples (ns).
+    const STEP_NS: i64 = 8_000_000;
+
+    /// Time after which the evidence stands (s), in 20 s. `leans` gives predicted and measured lean (rad) at a time.
+    fn found_after_s(
+        known: bool,
+        rocking: f64,
+        leans: impl Fn(f64) -> [Vector2<f64>; 2],
+    ) -> Option<f64> {
+        let mut difference = LeanDifference::new(known);
+        (0..2500_i64).find_map(|step| {
+            let (stamp_ns, time_s) = (step * STEP_NS, step as f64 * 8e-3);
+            let lean = Lean {
+                angle: Vector2::zeros(),
+                by_load: Vector2::x(),
+                is_beyond_model: false,
+            };
+            let [a, b] = leans(time_s);
+            difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], 4e-8, rocking);
+            difference.evidence.stands(LIMIT).map(|_| time_s)
+        })
+    }
+
+    /// An arm that swings and reaches out (rad).
+    fn arm(time_s: f64) -> Vector2<f64> {
+        Vector2::new(
+            2e-3 * (1.5 * time_s).sin(),
+            1.5e-3 * (1.1 * time_s + 0.7).sin(),
+        )
+    }
+
+    fn noise(time_s: f64) -> Vector2<f64> {
+        Vector2::new((37.0 * time_s).sin(), (41.0 * time_s).cos()) * 2e-4
+    }
+
+    #[test]
+    fn platform_that_follows_is_right_on_soft_and_stiff_ground() {
+        for compliance in [0.6, 1.0, 2.0] {
+            let follows = |t: f64| [arm(t), arm(t) * compliance + noise(t)];
+            assert_eq!(found_after_s(true, 0.0, follows), None, "{compliance}");
+        }
+        for compliance in [0.1, 5.0] {
+            let follows = |t: f64| [arm(t), arm(t) * compliance + noise(t)];
+            assert_eq!(found_after_s(false, 0.0, follows), None, "{compliance}");
+        }
+    }
+
+    #[test]
+    fn other_motion_is_found() {
+        let wrong: [fn(f64) -> [Vector2<f64>; 2]; 4] = [
+            |t| [arm(t), -arm(t)],
+            |t| [arm(t), arm(t).yx()],
+            |t| [Vector2::zeros(), arm(t)],
+            |t| [arm(t), Vector2::new(arm(t).x, -arm(t).y)],
+        ];
+        // During the first two seconds the swapped axes move alike.
+        for (leans, latest_s) in wrong.into_iter().zip([1.5, 5.0, 1.5, 3.0]) {
+            let found_s = found_after_s(true, 0.0, leans);
+            assert!(
+                found_s.is_some_and(|s| s < latest_s),
+                "{found_s:?}, not by {latest_s}"
+            );
+        }
+        // Without a stated stiffness, a platform that hardly leans proves nothing.
+        assert_eq!(found_after_s(false, 0.0, |t| [arm(t), noise(t)]), None);
+    }
+
+    #[test]
+    fn neither_noise_nor_uneven_ground_nor_a_small_load_is_evidence() {
+        assert_eq!(
+            found_after_s(true, 0.0, |t| [Vector2::zeros(), noise(t)]),
+            None
+        );
+        assert_eq!(
+            found_after_s(true, 1.0, |t| [Vector2::zeros(), arm(t)]),
+            None
+        );
+        // 0.7 mrad in the direction of the tool.
+        let loaded = |t: f64| {
+            let taken = if (4.0..6.0).contains(&t) { 7e-4 } else { 0.0 };
+            [arm(t), arm(t) + Vector2::new(taken, 0.0)]
+        };
+        assert_eq!(found_after_s(true, 0.0, loaded), None);
+    }
+}

@@ -1,0 +1,140 @@
+//! The motion of the machine by its wheels: by how fast they turn, and by how they are steered.
+//!
+//! A wheel at (x, y) with the rolling direction h and the axle e (unit vectors on the ground) rolls without slip where
+//! ```text
+//!     h . (vx - w y, vy + w x) = R spin       along
+//!     e . (vx - w y, vy + w x) = 0            across
+//! ```
+//! The speeds of the wheels give vx and w by least squares of the first with vy = 0; where wheels are steered, the second
+//! with this vx gives vy and w.
+
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+
+use crate::dynamics::kinematics::BodyMotion;
+use crate::machine::{Body, JointCoupling, JointKind, Machine};
+
+/// Smallest distance between left and right wheels, and between axles, that shows a turn (m).
+const SPREAD: f64 = 0.1;
+/// Largest vertical part of the axis of a joint that does not steer.
+const STEERS: f64 = 0.7;
+
+/// The wheels that a log contains.
+#[derive(Debug, Clone)]
+pub(in super::super) struct Rolling {
+    wheels: Vec<RollingWheel>,
+    is_steered: bool,
+}
+
+#[derive(Debug, Clone)]
+struct RollingWheel {
+    joint: usize,
+    body: usize,
+    radius: f64,
+}
+
+/// Motion by the wheels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in super::super) struct Rolled {
+    /// Velocity forward (m/s).
+    pub(in super::super) speed: f64,
+    /// Angular velocity about the vertical by the speeds of the wheels (rad/s).
+    pub(in super::super) by_speeds: Option<f64>,
+    /// The same by how they are steered.
+    pub(in super::super) by_steering: Option<f64>,
+}
+
+impl Rolling {
+    pub(super) fn new(machine: &Machine) -> Self {
+        let spin = |(body, it): (usize, &Body)| {
+            let JointCoupling::Measured(joint) = it.coupling else {
+                return None;
+            };
+            let measured = &machine.joints()[joint];
+            let wheel = measured.spins_wheel.filter(|_| measured.logged)?;
+            let radius = machine.wheels()[wheel].radius;
+            Some(RollingWheel {
+                joint,
+                body,
+                radius,
+            })
+        };
+        let wheels: Vec<_> = machine.bodies.iter().enumerate().filter_map(spin).collect();
+        let is_steered = wheels.iter().any(|wheel| is_steered(machine, wheel.body));
+        Self { wheels, is_steered }
+    }
+
+    /// The motion with the `motions` of all bodies and the velocities of all joints; `None` without enough wheels.
+    pub(super) fn motion(
+        &self,
+        motions: &[BodyMotion<f64>],
+        rate: impl Fn(usize) -> f64,
+    ) -> Option<Rolled> {
+        let (mut along, mut along_right) = (Matrix2::zeros(), Vector2::zeros());
+        let (mut least, mut greatest) = (Vector2::repeat(f64::MAX), Vector2::repeat(f64::MIN));
+        for wheel in &self.wheels {
+            let (place, axle) = placed(&motions[wheel.body])?;
+            let direction = Vector2::new(axle.y, -axle.x);
+            // unknown (vx, w)
+            let row = Vector2::new(direction.x, direction.y * place.x - direction.x * place.y);
+            let rolled = wheel.radius * rate(wheel.joint);
+            along += row * row.transpose();
+            along_right += row * rolled;
+            least = least.inf(&place);
+            greatest = greatest.sup(&place);
+        }
+        let spread = greatest - least;
+        let count = self.wheels.len() as f64;
+        let by_speeds = (spread.y > SPREAD).then(|| along.try_inverse()).flatten();
+        let by_speeds = by_speeds.map(|inverse| inverse * along_right);
+        // Wheels in one track show the speed alone.
+        let speed = by_speeds.map_or(along_right.x / count, |solved| solved.x);
+        let by_steering = (self.is_steered && spread.x > SPREAD)
+            .then(|| self.by_steering(motions, speed))
+            .flatten();
+        speed.is_finite().then_some(Rolled {
+            speed,
+            by_speeds: by_speeds.map(|solved| solved.y),
+            by_steering,
+        })
+    }
+
+    fn by_steering(&self, motions: &[BodyMotion<f64>], speed: f64) -> Option<f64> {
+        let (mut across, mut right) = (Matrix2::zeros(), Vector2::zeros());
+        for wheel in &self.wheels {
+            let (place, axle) = placed(&motions[wheel.body])?;
+            // unknown (vy, w)
+            let row = Vector2::new(axle.y, axle.y * place.x - axle.x * place.y);
+            across += row * row.transpose();
+            right -= row * (axle.x * speed);
+        }
+        Some((across.try_inverse()? * right).y)
+    }
+}
+
+/// Place and axle of a wheel on the ground (base axes).
+fn placed(motion: &BodyMotion<f64>) -> Option<(Vector2<f64>, Vector2<f64>)> {
+    let axle: Vector3<f64> = motion.rotation.column(2).into_owned();
+    let axle = axle.xy().try_normalize(0.1)?;
+    Some((motion.origin.xy(), axle))
+}
+
+/// Whether a joint between the base and this body turns it about the vertical.
+fn is_steered(machine: &Machine, wheel: usize) -> bool {
+    let mut chain = vec![wheel];
+    while let Some(&body) = chain.last()
+        && body != 0
+    {
+        chain.push(machine.bodies[body].parent);
+    }
+    let mut rotation = Matrix3::<f64>::identity();
+    let mut steps = chain
+        .into_iter()
+        .rev()
+        .filter(|&body| body != 0 && body != wheel);
+    steps.any(|index| {
+        let body = &machine.bodies[index];
+        rotation *= body.parent_from_joint;
+        let is_measured = matches!(body.coupling, JointCoupling::Measured(_));
+        is_measured && body.kind == JointKind::Revolute && rotation[(2, 2)].abs() > STEERS
+    })
+}

@@ -1,0 +1,316 @@
+//! Margins of plans: what every wheel keeps beyond what it must.
+//!
+//! ```text
+//!     S(17)  D >= -max(e, (N_lock - doubt - limit)/4)   at every node of a plan, and for the commanded acceleration now
+//! ```
+//! So a load is never below the smaller of the limit and what locking gives, as long as nothing moves more than S(14)
+//! reserves for, e aside. Stability angles keep likewise to the smallest that locking has given so far, or an ample one if
+//! that is smaller, and the spread of the loads to the largest that locking has given, or a little more for a moment.
+
+use super::forecast::{Added, ByRod, ByWheel, Forecast, Outlook, TIMES_S};
+use super::plan::{NODE_S, NODES, Plan, Plans, Rods};
+use crate::condensed::MAX_ACTUATORS;
+use tipwatch_mechanics::machine::MAX_WHEELS;
+
+/// e, as a share of the mean load: what a wheel that is light anyway may lose for a moment.
+const TOLERANCE_SHARE: f64 = 0.002;
+/// What of a wheel's spare may be used: the rest is for errors of the model.
+const SPARE_SHARE: f64 = 0.25;
+/// A load below its bound counts for more than any spread or angle (in units of the mean load).
+const PRIORITY: f64 = 1e3;
+/// Weight of a radian in units of the mean load.
+const ANGLE_UNIT: f64 = 2.0;
+/// What of a stability angle's spare may be used.
+const ANGLE_SHARE: f64 = 0.5;
+/// Weight of the end of a plan in its harm: it lasts.
+const TAIL: f64 = 10.0;
+/// What the spread of the loads may grow by for a moment, as a share of the weight ...
+const SPREAD_GROWTH: f64 = 0.01;
+/// ... and up to this spread, since every useful motion starts with the inertia of its start.
+const SMALL_SPREAD_GROWTH: f64 = 0.05;
+const SMALL_SPREAD: f64 = 0.5;
+/// r of S(14) rises to 1 in this time (s).
+const RISE_S: f64 = 0.3;
+
+/// What the margins are measured against.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounds {
+    /// (N)
+    pub(super) mean_load: f64,
+    /// Limit of a wheel's load (N).
+    pub(super) limit: f64,
+    /// Stability angle to keep (rad).
+    pub(super) angle: f64,
+    /// Load spread that is always allowed (N).
+    pub(super) spread: f64,
+    /// Weight of the machine (N).
+    pub(super) weight: f64,
+    /// The largest acceleration of a rod (m/s^2).
+    pub(super) acceleration: f64,
+}
+
+impl Bounds {
+    /// What the spread may be for a moment where locking gives this (N): more while it is small.
+    fn momentary_spread(&self, locked: f64) -> f64 {
+        let small = (locked + SMALL_SPREAD_GROWTH * self.weight).min(SMALL_SPREAD * self.weight);
+        small.max(locked + SPREAD_GROWTH * self.weight)
+    }
+}
+
+/// The forecast at a node.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    outlook: Outlook,
+    /// What each wheel (N) and each angle (rad) may lose.
+    may_lose: ByWheel,
+    angle_may_lose: ByWheel,
+    /// The largest spread (N).
+    spread: f64,
+    /// What is missing in S(12) for D = 0 at home, loads and angles.
+    curve: [ByWheel; 2],
+}
+
+/// Margins at one instant.
+#[derive(Debug)]
+pub(super) struct Margins {
+    plans: Plans,
+    bounds: Bounds,
+    wheels: usize,
+    edges: usize,
+    here: Rods,
+    home: ByRod,
+    nodes: Vec<Node>,
+}
+
+impl Margins {
+    pub(super) fn new(bounds: Bounds) -> Self {
+        let none = [0.0; MAX_ACTUATORS];
+        Self {
+            plans: Plans::new(),
+            bounds,
+            wheels: 0,
+            edges: 0,
+            here: Rods { x: none, v: none },
+            home: none,
+            nodes: Vec::with_capacity(NODES),
+        }
+    }
+
+    /// Takes a forecast for rods here.
+    pub(super) fn take(&mut self, forecast: &Forecast, here: Rods, home: ByRod, bounds: Bounds) {
+        (self.wheels, self.edges) = (forecast.wheels, forecast.edges);
+        (self.here, self.home, self.bounds) = (here, home, bounds);
+        self.nodes.clear();
+        for node in 0..NODES {
+            let node = self.node(forecast, node);
+            self.nodes.push(node);
+        }
+    }
+
+    fn node(&self, forecast: &Forecast, node: usize) -> Node {
+        let t = NODE_S * node as f64;
+        let outlook = forecast.between(t);
+        let bounds = &self.bounds;
+        let tolerance = TOLERANCE_SHARE * bounds.mean_load;
+        let (mut may_lose, mut angle_may_lose) = ([0.0; MAX_WHEELS], [0.0; MAX_WHEELS]);
+        let rise = (t / RISE_S).min(1.0);
+        for wheel in 0..self.wheels {
+            let doubt = &forecast.doubt;
+            let doubt = rise * doubt.at_once[wheel] + 0.5 * t * t * doubt.by_square[wheel];
+            let spare = outlook.locked[wheel] - doubt - bounds.limit;
+            may_lose[wheel] = (SPARE_SHARE * spare).max(tolerance);
+        }
+        for edge in 0..self.edges {
+            let spare = outlook.locked_angle[edge] - bounds.angle;
+            angle_may_lose[edge] = ANGLE_SHARE * spare.max(0.0);
+        }
+        let locked_spread = spread(&outlook.locked[..self.wheels]);
+        Node {
+            may_lose,
+            angle_may_lose,
+            spread: bounds.spread.max(bounds.momentary_spread(locked_spread)),
+            curve: [&outlook.load, &outlook.angle].map(|added| self.curve(added)),
+            outlook,
+        }
+    }
+
+    /// Minus D at home by S(12).
+    fn curve(&self, added: &Added) -> ByWheel {
+        let none = [0.0; MAX_ACTUATORS];
+        let way = self.from_here(&self.home);
+        added.at(&way, &none, &none).map(|missing| -missing)
+    }
+
+    fn from_here(&self, x: &ByRod) -> ByRod {
+        std::array::from_fn(|k| x[k] - self.here.x[k])
+    }
+
+    /// The rods after a step with this acceleration (m/s^2).
+    pub(super) fn after(&self, a: &ByRod, seconds: f64) -> Rods {
+        let v: ByRod = std::array::from_fn(|k| self.here.v[k] + seconds * a[k]);
+        let x = std::array::from_fn(|k| self.here.x[k] + 0.5 * seconds * (self.here.v[k] + v[k]));
+        Rods { x, v }
+    }
+
+    /// The rods when a plan begins, whose start takes time to reach from an acceleration: da/dt is limited (m/s^3).
+    ///
+    /// The acceleration of the plan is that at its beginning, found from the rods here.
+    pub(super) fn begin(&self, plan: Plan, rods: &Rods, a: &ByRod, jerk: f64) -> Rods {
+        let start = self.start(plan, rods);
+        let longest = a
+            .iter()
+            .zip(&start)
+            .fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        let t = longest / jerk;
+        Rods {
+            x: std::array::from_fn(|k| {
+                rods.x[k] + t * (rods.v[k] + t * (2.0 * a[k] + start[k]) / 6.0)
+            }),
+            v: std::array::from_fn(|k| rods.v[k] + 0.5 * t * (a[k] + start[k])),
+        }
+    }
+
+    /// How a plan starts (m/s^2).
+    pub(super) fn start(&self, plan: Plan, rods: &Rods) -> ByRod {
+        self.plans.at(plan, 0, rods, &self.home).1
+    }
+
+    /// The margin of an acceleration now.
+    pub(super) fn now(&self, a: &ByRod) -> f64 {
+        self.at(0, &self.here, a)
+    }
+
+    /// The least margin of a plan.
+    pub(super) fn of(&self, plan: Plan, rods: &Rods) -> f64 {
+        let mut least = f64::INFINITY;
+        for node in 0..NODES {
+            let (moved, a) = self.plans.at(plan, node, rods, &self.home);
+            let hardest = a.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
+            if hardest > self.bounds.acceleration {
+                return f64::NEG_INFINITY;
+            }
+            least = least.min(self.at(node, &moved, &a));
+        }
+        least
+    }
+
+    /// What a plan takes from the wheels that they cannot afford: the sum of squares over its nodes and what is left at
+    /// its end (N^2).
+    pub(super) fn harm(&self, plan: Plan, rods: &Rods) -> f64 {
+        let mut sum = 0.0;
+        for node in 0..NODES {
+            let (moved, a) = self.plans.at(plan, node, rods, &self.home);
+            let weight = if node + 1 == NODES { TAIL } else { 1.0 };
+            let (added, _) = self.added(node, &moved, &a);
+            for wheel in 0..self.wheels {
+                let missing = (added[wheel] + self.nodes[node].may_lose[wheel]).min(0.0);
+                sum += weight * missing * missing;
+            }
+        }
+        sum
+    }
+
+    /// D at a node, and the square of the share of the way home that is gone.
+    fn added(&self, node: usize, rods: &Rods, a: &ByRod) -> (ByWheel, f64) {
+        let node = &self.nodes[node];
+        let dx = self.from_here(&rods.x);
+        let way = self.from_here(&self.home);
+        let length = way.iter().map(|d| d * d).sum::<f64>();
+        let gone = way.iter().zip(&dx).map(|(way, dx)| way * dx).sum::<f64>();
+        let gone = if length > 1e-12 { gone / length } else { 0.0 };
+        let square = gone * gone;
+        let mut load = node.outlook.load.at(&dx, &rods.v, a);
+        for wheel in 0..self.wheels {
+            load[wheel] += square * node.curve[0][wheel];
+        }
+        (load, square)
+    }
+
+    /// S(17) for rods with this motion at a node: the least of all margins (N).
+    fn at(&self, node: usize, rods: &Rods, a: &ByRod) -> f64 {
+        let (mut load, square) = self.added(node, rods, a);
+        let node = &self.nodes[node];
+        let mut least = f64::INFINITY;
+        for wheel in 0..self.wheels {
+            least = least.min(load[wheel] + node.may_lose[wheel]);
+            load[wheel] += node.outlook.locked[wheel];
+        }
+        if least < 0.0 {
+            return least - PRIORITY * self.bounds.mean_load;
+        }
+        let spare = node.spread - spread(&load[..self.wheels]);
+        // a load moved from one wheel to another changes its difference to all others
+        least = least.min(spare / (2 * self.wheels.max(2) - 2) as f64);
+        let unit = ANGLE_UNIT * self.bounds.mean_load;
+        let none = [0.0; MAX_ACTUATORS];
+        let angle = node
+            .outlook
+            .angle
+            .at(&self.from_here(&rods.x), &none, &none);
+        for edge in 0..self.edges {
+            let added = angle[edge] + square * node.curve[1][edge];
+            // unknown angles restrain nothing
+            least = least.min(unit * (added + node.angle_may_lose[edge]));
+        }
+        least
+    }
+}
+
+impl Added {
+    /// S(12)
+    fn at(&self, dx: &ByRod, v: &ByRod, a: &ByRod) -> ByWheel {
+        let mut sum = self.here;
+        for k in 0..MAX_ACTUATORS {
+            for (i, sum) in sum.iter_mut().enumerate() {
+                *sum += self.by_position[k][i] * dx[k]
+                    + self.by_velocity[k][i] * v[k]
+                    + self.by_acceleration[k][i] * a[k];
+            }
+        }
+        sum
+    }
+
+    fn mix(&mut self, other: &Self, share: f64) {
+        mix(&mut self.here, &other.here, share);
+        for k in 0..MAX_ACTUATORS {
+            mix(&mut self.by_position[k], &other.by_position[k], share);
+            mix(&mut self.by_velocity[k], &other.by_velocity[k], share);
+            mix(
+                &mut self.by_acceleration[k],
+                &other.by_acceleration[k],
+                share,
+            );
+        }
+    }
+}
+
+impl Forecast {
+    /// The outlook after `t` seconds.
+    fn between(&self, t: f64) -> Outlook {
+        let last = TIMES_S.len() - 1;
+        let after = (1..last).find(|&i| t < TIMES_S[i]).unwrap_or(last);
+        let [start, end] = [TIMES_S[after - 1], TIMES_S[after]];
+        let share = ((t - start) / (end - start)).min(1.0);
+        let (mut outlook, other) = (self.at[after - 1], &self.at[after]);
+        mix(&mut outlook.locked, &other.locked, share);
+        mix(&mut outlook.locked_angle, &other.locked_angle, share);
+        outlook.load.mix(&other.load, share);
+        outlook.angle.mix(&other.angle, share);
+        outlook
+    }
+}
+
+fn mix(values: &mut ByWheel, others: &ByWheel, share: f64) {
+    for (value, other) in values.iter_mut().zip(others) {
+        *value += share * (other - *value);
+    }
+}
+
+/// Sum of the load differences over all pairs of wheels (N).
+pub(super) fn spread(loads: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    for (i, a) in loads.iter().enumerate() {
+        sum += loads[..i].iter().map(|b| (a - b).abs()).sum::<f64>();
+    }
+    sum
+}

@@ -1,0 +1,106 @@
+//! The ratios of speed that are compared from release to release.
+
+use std::fmt::Write;
+
+/// A ratio; larger is better.
+pub struct Figure {
+    /// As the benchmark prints it.
+    pub name: &'static str,
+    /// What the table calls it.
+    pub heading: &'static str,
+    /// What must be on the computer beside the repository; `None` if nothing.
+    pub needs: Option<&'static str>,
+}
+
+/// In the order of the table's rows.
+pub const FIGURES: [Figure; 9] = [
+    Figure {
+        name: "sensors-lz4-vs-stream",
+        heading: "sensors in blocks, lz4, against the stream of `mcap`",
+        needs: None,
+    },
+    Figure {
+        name: "sensors-zstd-vs-stream",
+        heading: "sensors in blocks, zstd, against the stream of `mcap`",
+        needs: None,
+    },
+    Figure {
+        name: "sensors-lz4-vs-decompressor",
+        heading: "sensors in blocks, lz4, against the bare decompressor",
+        needs: None,
+    },
+    Figure {
+        name: "loads-vs-everything",
+        heading: "equations: time of the loads alone, of that of all results",
+        needs: None,
+    },
+    Figure {
+        name: "loads-vs-rnea",
+        heading: "equations: loads, against Pinocchio's `rnea`",
+        needs: Some("TIPWATCH_PINOCCHIO"),
+    },
+    Figure {
+        name: "whole-log-samples-vs-stream",
+        heading: "a long log, `samples.parquet`, against the stream of `mcap`",
+        needs: None,
+    },
+    Figure {
+        name: "whole-log-all-vs-stream",
+        heading: "a long log, all files, against the stream of `mcap`",
+        needs: None,
+    },
+    Figure {
+        name: "samples-vs-python",
+        heading: "a short log, `samples.parquet`, against the Python peer",
+        needs: Some("a Python with the peer"),
+    },
+    Figure {
+        name: "all-files-vs-python",
+        heading: "a short log, all files, against the Python peer",
+        needs: Some("a Python with the peer"),
+    },
+];
+
+/// What the benchmarks printed.
+#[derive(Debug, Default)]
+pub struct Measured(Vec<(String, f64)>);
+
+impl Measured {
+    /// Takes a line of a benchmark's output; other lines than `figure NAME RATIO` are passed over.
+    pub fn take(&mut self, line: &str) {
+        let mut words = line.split_whitespace();
+        if words.next() != Some("figure") {
+            return;
+        }
+        if let (Some(name), Some(Ok(ratio))) = (words.next(), words.next().map(str::parse)) {
+            self.0.push((name.to_string(), ratio));
+        }
+    }
+
+    /// The ratio of this figure; `None` if it was not measured.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<f64> {
+        let found = self.0.iter().find(|(known, _)| known == name);
+        found.map(|(_, ratio)| *ratio)
+    }
+
+    /// One line a figure; those that could not be measured with the reason.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        for figure in &FIGURES {
+            let value = match (self.get(figure.name), figure.needs) {
+                (Some(ratio), _) => rounded(ratio),
+                (None, needs) => format!("left out: needs {}", needs.unwrap_or("nothing")),
+            };
+            writeln!(text, "{:60} {value}", figure.heading).expect("memory");
+        }
+        text
+    }
+}
+
+/// Three digits.
+pub(crate) fn rounded(ratio: f64) -> String {
+    let digits = 2 - ratio.abs().log10().floor() as i32;
+    format!("{ratio:.*}", digits.clamp(0, 6) as usize)
+}
