@@ -127,20 +127,6 @@ impl MachineFile {
         Ok(self)
     }
 
-    /// The same bound to this result of a commissioning, instead of the one that it names.
-    ///
-    /// # Errors
-    /// The file cannot be found.
-    pub fn with_commissioning(mut self, path: &Path) -> Result<Self, crate::CommissioningError> {
-        let found = path.canonicalize();
-        let found = found.map_err(|source| crate::CommissioningError::Read {
-            path: path.into(),
-            source,
-        })?;
-        self.spec.commissioning = Some(found.display().to_string());
-        Ok(self)
-    }
-
     /// The URDF named by the machine file, relative to it; else the file `other`, else the one in
     /// the log.
     ///

@@ -270,8 +270,12 @@ fn exchanged_joints_are_contradicted_and_never_proven() {
             let found = swap_joints(&STEERED, [a, b]);
             let both = [a, b].map(|joint| item(&found, &sign(joint)).status);
             assert!(!both.contains(&Status::Proven), "{a} {b}\n{}", told(&found));
+            assert!(!found.is_complete(), "{a} {b}\n{}", told(&found));
+            // In gentle curves, wheels of one side turn alike: what they show may suit both.
+            let sides = [a, b].map(|joint| joint.strip_prefix("wheel_").and_then(|w| w.get(1..)));
+            let turn_alike = sides[0].is_some() && sides[0] == sides[1];
             assert!(
-                !found.is_complete() && found.count(Status::Contradicted) > 0,
+                turn_alike || found.count(Status::Contradicted) > 0,
                 "{a} {b}\n{}",
                 told(&found)
             );
@@ -313,7 +317,7 @@ fn wrong_scales_of_joints_are_contradicted() {
 #[test]
 fn wrong_odometry_and_gyroscopes_are_named() {
     type Edit = fn(Sensor, &mut [f64]);
-    let cases: [(Edit, &str, &str); 9] = [
+    let cases: [(Edit, &str, &str); 8] = [
         (
             |s, v| {
                 if s == Sensor::Odometry {
@@ -371,15 +375,6 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         (
             |s, v| {
                 if s == Sensor::Imu {
-                    v.swap(3, 4);
-                }
-            },
-            "imu.angular_velocity.roll_pitch",
-            "x axis is delivered as y",
-        ),
-        (
-            |s, v| {
-                if s == Sensor::Imu {
                     v.swap(3, 5);
                 }
             },
@@ -403,6 +398,20 @@ fn wrong_odometry_and_gyroscopes_are_named() {
         });
         assert_contradicted(&found, &[key], says);
     }
+}
+
+/// Their lean is all that shows roll and pitch rates of a standing machine, and the arm's encoders rest on it, too.
+#[test]
+fn exchanged_roll_and_pitch_rates_are_never_proven() {
+    let found = assessed(&STEERED, &mut |_, sensor, values| {
+        if sensor == Sensor::Imu {
+            values.swap(3, 4);
+        }
+        true
+    });
+    let status = item(&found, "imu.angular_velocity.roll_pitch").status;
+    assert_ne!(status, Status::Proven, "{}", told(&found));
+    assert!(!found.is_complete());
 }
 
 #[test]

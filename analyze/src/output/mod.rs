@@ -2,6 +2,7 @@
 
 pub mod custody;
 pub mod differences;
+mod options;
 mod sinks;
 
 use std::fs;
@@ -11,7 +12,7 @@ use anyhow::{Context, Result};
 
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, RowSink};
-use crate::base::options::{DerivedRows, Precision};
+use crate::base::options::Precision;
 use crate::events::Event;
 use crate::policy::Judgement;
 use crate::report;
@@ -20,42 +21,14 @@ use crate::suspension::{self, Summary as WhatIfSummary, WhatIf};
 use crate::tables::summary::Summary;
 use crate::tables::{events, parquet, studies};
 
+use self::options::{DERIVED, EVENTS, REPORT, SAMPLES, SUMMARY};
+pub use self::options::{OutputOptions, Outputs};
 pub use self::sinks::Sinks;
 
-const SAMPLES: &str = "samples.parquet";
-const EVENTS: &str = "events.parquet";
-const SUMMARY: &str = "summary.json";
-const REPORT: &str = "report.html";
-const DERIVED: &str = "derived.mcap";
 /// The report on paper.
 pub const PDF: &str = "report.pdf";
 /// The judgement of a policy.
 pub const JUDGEMENT: &str = "policy.json";
-
-/// Which files to write.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
-pub enum Outputs {
-    /// All of them.
-    #[default]
-    All,
-    /// `samples.parquet` alone.
-    Samples,
-}
-
-/// Which files to write, and how fine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::Args)]
-pub struct OutputOptions {
-    /// Which files to write.
-    #[arg(long, value_enum, default_value_t)]
-    pub outputs: Outputs,
-    /// Width of the computed numbers in samples.parquet, monte_carlo.parquet and derived.mcap, in bits. Times are
-    /// always exact.
-    #[arg(long, value_enum, value_name = "BITS", default_value_t)]
-    pub precision: Precision,
-    /// Which rows derived.mcap has.
-    #[arg(long, value_enum, value_name = "ROWS", default_value_t)]
-    pub derived: DerivedRows,
-}
 
 /// Writes the files of an analysis into `folder`, which is created if missing; returns their names.
 ///

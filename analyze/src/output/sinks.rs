@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use tempfile::TempPath;
 use tipwatch_mechanics::machine::Machine;
 
-use super::{DERIVED, OutputOptions, Outputs};
+use super::options::{DERIVED, OutputOptions, Outputs, SAMPLES};
 use crate::analysis::run::{Prepared, RowSink};
 use crate::base::files::unfinished_in;
 use crate::base::options::Precision;
@@ -106,7 +106,7 @@ impl SamplesFile {
         let (writer, _) = match &mut self.file {
             Some(file) => file,
             none => {
-                let path = unfinished_in(&self.folder, super::SAMPLES)?;
+                let path = unfinished_in(&self.folder, SAMPLES)?;
                 none.insert((TableWriter::create(&path, &block, &[])?, path))
             }
         };

@@ -266,6 +266,22 @@ impl Commissioning {
 /// What is said of a machine without a commissioning.
 pub const NOT_COMMISSIONED: &str = "not commissioned: signs, axes, order, scale and mounting of the sensors are taken from the machine file and were not proven by a commissioning drive";
 
+impl MachineFile {
+    /// The same bound to this result of a commissioning, instead of the one that it names.
+    ///
+    /// # Errors
+    /// The file cannot be found.
+    pub fn with_commissioning(mut self, path: &Path) -> Result<Self, CommissioningError> {
+        let found = path.canonicalize();
+        let found = found.map_err(|source| CommissioningError::Read {
+            path: path.into(),
+            source,
+        })?;
+        self.spec.commissioning = Some(found.display().to_string());
+        Ok(self)
+    }
+}
+
 /// The commissioning that a machine file names, checked against the machine; `None` if it names none.
 ///
 /// # Errors

@@ -41,7 +41,7 @@ const BETWEEN_PICTURES_NS: i64 = 100_000_000;
 const BETWEEN_FEW_PICTURES_NS: i64 = 1_000_000_000;
 
 /// Most blocks that wait until all events around their rows are known. The rows after them are computed once more.
-const MOST_WAITING: usize = 64;
+const MOST_WAITING: usize = 16;
 
 /// The file while the rows of its analysis are computed.
 pub(crate) struct DerivedPass {

@@ -41,6 +41,8 @@ pub(in super::super) struct Rolled {
     pub(in super::super) by_speeds: Option<f64>,
     /// The same by how they are steered.
     pub(in super::super) by_steering: Option<f64>,
+    /// Whether no wheel is steered: the machine turns by the speeds of its wheels, which slip sideways.
+    pub(in super::super) skids: bool,
 }
 
 impl Rolling {
@@ -95,6 +97,7 @@ impl Rolling {
             speed,
             by_speeds: by_speeds.map(|solved| solved.y),
             by_steering,
+            skids: !self.is_steered,
         })
     }
 

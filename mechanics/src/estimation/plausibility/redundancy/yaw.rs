@@ -5,8 +5,12 @@
 //!     a, b: turned by the gyro and by the other, over the last T seconds
 //!     |a - b| > tolerance + share max(|a|, |b|)
 //! ```
-//! Wheels slip: a machine that is steered by its wheels' speeds may turn by half of what they say, and the odometry may
-//! rest on them. So the share is large: signs, stuck values and gross scales are found.
+//! Wheels slip, and the odometry may rest on them. So the share is large: signs, stuck values and gross scales are found.
+//! A machine without steered wheels skids: it turns by any part of what the speeds of its wheels say, and only
+//! ```text
+//!     distance of a from [0, b] > tolerance + share |a|
+//! ```
+//! contradicts: the opposite direction, or more than the wheels say.
 
 use nalgebra::Vector1;
 
@@ -116,10 +120,15 @@ impl YawWatch {
             it.gyro.add(step_s, &Vector1::new(turning * step_s));
             it.other.add(step_s, &Vector1::new(other * step_s));
             let (a, b) = (it.gyro.value.x, it.other.value.x);
-            let tolerance = TOLERANCE + SHARE * a.abs().max(b.abs());
             let by = it.by;
+            let skids = by == YawBy::Speeds && rolled.is_some_and(|(_, rolled)| rolled.skids);
+            let (apart, scale) = match skids {
+                true => ((a - a.clamp(b.min(0.0), b.max(0.0))).abs(), a.abs()),
+                false => ((a - b).abs(), a.abs().max(b.abs())),
+            };
+            let tolerance = TOLERANCE + SHARE * scale;
             it.apart
-                .check_beyond(stamp_ns, (a - b).abs(), tolerance, limits, &mut |notice| {
+                .check_beyond(stamp_ns, apart, tolerance, limits, &mut |notice| {
                     found(by, notice);
                 });
         }
@@ -171,6 +180,17 @@ mod tests {
 
     /// What is reported, and when first (s), in 20 s at 100 Hz of curves to both sides.
     fn found(gyro: f64, odometry: f64, speeds: f64, steering: f64) -> Vec<(YawBy, f64)> {
+        found_on(false, gyro, odometry, speeds, steering)
+    }
+
+    /// The same on a machine that skids, or that is steered.
+    fn found_on(
+        skids: bool,
+        gyro: f64,
+        odometry: f64,
+        speeds: f64,
+        steering: f64,
+    ) -> Vec<(YawBy, f64)> {
         let (mut watch, mut all) = (YawWatch::new(), Vec::<(YawBy, f64)>::new());
         for step in 0..2000_i64 {
             let (stamp_ns, time_s) = (step * 10_000_000, step as f64 * 0.01);
@@ -179,6 +199,7 @@ mod tests {
                 speed: 1.0,
                 by_speeds: Some(speeds * turning),
                 by_steering: Some(steering * turning),
+                skids,
             };
             watch.take_wheels(stamp_ns, Some(rolled));
             watch.take_odometry(stamp_ns, odometry * turning);
@@ -195,6 +216,20 @@ mod tests {
     fn slip_is_no_contradiction() {
         let found = found(1.0, 0.9, 1.8, 0.6);
         assert!(found.is_empty(), "{found:?}");
+    }
+
+    #[test]
+    fn a_machine_that_skids_turns_by_any_part_of_what_its_wheels_say() {
+        for said in [1.0, 2.0, 4.0, 8.0] {
+            assert_eq!(found_on(true, 1.0, 1.0, said, 1.0), []);
+        }
+        for said in [-4.0, -1.0, 0.2] {
+            let found = found_on(true, 1.0, 1.0, said, 1.0);
+            assert!(
+                matches!(found[..], [(YawBy::Speeds, _)]),
+                "{said}: {found:?}"
+            );
+        }
     }
 
     #[test]
@@ -225,6 +260,7 @@ mod tests {
                     speed: wheels(time_s),
                     by_speeds: None,
                     by_steering: None,
+                    skids: false,
                 };
                 watch.take_wheels(stamp_ns, Some(rolled));
                 let mut at_s = None;
