@@ -1,8 +1,5 @@
 //! The rows of a log are computed block by block: nothing holds the whole table, and nothing depends on where a block ends.
 
-#[cfg(target_os = "linux")]
-use std::path::Path;
-
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::run::{analyse, analyse_into};
 use tipwatch_analyze::base::options::Options;
@@ -11,8 +8,6 @@ use tipwatch_analyze::policy::facts::LogFacts;
 use tipwatch_binding::MachineFile;
 
 use crate::support::data;
-#[cfg(target_os = "linux")]
-use crate::support::{command, text};
 
 #[test]
 fn no_output_needs_the_whole_table() {
@@ -67,87 +62,93 @@ fn windows_and_blocks_have_the_bits_of_the_whole_table() {
     }
 }
 
-/// Writes a log that repeats another one, with the stamps of its messages shifted.
 #[cfg(target_os = "linux")]
-fn repeat(from: &Path, to: &Path, times: u64) {
-    let bytes = std::fs::read(from).unwrap();
-    let messages: Vec<mcap::Message<'_>> = mcap::MessageStream::new(&bytes)
-        .unwrap()
-        .map(Result::unwrap)
-        .collect();
-    let log_times = || messages.iter().map(|message| message.log_time);
-    let period_ns = log_times().max().unwrap() - log_times().min().unwrap() + 10_000_000;
-    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
-    for round in 0..times {
-        for message in &messages {
-            let mut message = message.clone();
-            let later_ns = round * period_ns;
-            message.log_time += later_ns;
-            let schema = &message.channel.schema.as_ref().unwrap().name;
-            let has_header = ["JointState", "Imu", "Odometry", "Stamped"]
-                .iter()
-                .any(|name| schema.contains(name));
-            if has_header {
-                // after the four bytes of the encapsulation: seconds and nanoseconds of the stamp
-                let mut data = message.data.to_vec();
-                let word = |at: usize| u32::from_le_bytes(data[at..at + 4].try_into().unwrap());
-                let stamp_ns = u64::from(word(4)) * 1_000_000_000 + u64::from(word(8)) + later_ns;
-                data[4..8].copy_from_slice(&((stamp_ns / 1_000_000_000) as u32).to_le_bytes());
-                data[8..12].copy_from_slice(&((stamp_ns % 1_000_000_000) as u32).to_le_bytes());
-                message.data = data.into();
+mod needs_long {
+    use super::*;
+    use crate::support::{command, text};
+    use std::path::Path;
+
+    /// Writes a log that repeats another one, with the stamps of its messages shifted.
+    fn repeat(from: &Path, to: &Path, times: u64) {
+        let bytes = std::fs::read(from).unwrap();
+        let messages: Vec<mcap::Message<'_>> = mcap::MessageStream::new(&bytes)
+            .unwrap()
+            .map(Result::unwrap)
+            .collect();
+        let log_times = || messages.iter().map(|message| message.log_time);
+        let period_ns = log_times().max().unwrap() - log_times().min().unwrap() + 10_000_000;
+        let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
+        for round in 0..times {
+            for message in &messages {
+                let mut message = message.clone();
+                let later_ns = round * period_ns;
+                message.log_time += later_ns;
+                let schema = &message.channel.schema.as_ref().unwrap().name;
+                let has_header = ["JointState", "Imu", "Odometry", "Stamped"]
+                    .iter()
+                    .any(|name| schema.contains(name));
+                if has_header {
+                    // after the four bytes of the encapsulation: seconds and nanoseconds of the stamp
+                    let mut data = message.data.to_vec();
+                    let word = |at: usize| u32::from_le_bytes(data[at..at + 4].try_into().unwrap());
+                    let stamp_ns =
+                        u64::from(word(4)) * 1_000_000_000 + u64::from(word(8)) + later_ns;
+                    data[4..8].copy_from_slice(&((stamp_ns / 1_000_000_000) as u32).to_le_bytes());
+                    data[8..12].copy_from_slice(&((stamp_ns % 1_000_000_000) as u32).to_le_bytes());
+                    message.data = data.into();
+                }
+                writer.write(&message).unwrap();
             }
-            writer.write(&message).unwrap();
         }
+        writer.finish().unwrap();
     }
-    writer.finish().unwrap();
-}
 
-/// Largest memory (MB) of an analysis.
-#[cfg(target_os = "linux")]
-fn peak_mb(log: &Path, machine: &Path, rate_hz: u64, out: &Path) -> u64 {
-    let mut child = command(&[
-        "analyze",
-        text(log),
-        "--machine",
-        text(machine),
-        "--rate",
-        &rate_hz.to_string(),
-        "--out",
-        text(out),
-    ])
-    .env("RAYON_NUM_THREADS", "2")
-    .stdout(std::process::Stdio::null())
-    .stderr(std::process::Stdio::null())
-    .spawn()
-    .unwrap();
-    let status = format!("/proc/{}/status", child.id());
-    let mut peak_kb = 0;
-    while child.try_wait().unwrap().is_none() {
-        let text = std::fs::read_to_string(&status).unwrap_or_default();
-        let peak = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let peak = peak.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok());
-        peak_kb = peak_kb.max(peak.unwrap_or(0_u64));
-        std::thread::sleep(std::time::Duration::from_millis(2));
+    /// Largest memory (MB) of an analysis.
+    fn peak_mb(log: &Path, machine: &Path, rate_hz: u64, out: &Path) -> u64 {
+        let mut child = command(&[
+            "analyze",
+            text(log),
+            "--machine",
+            text(machine),
+            "--rate",
+            &rate_hz.to_string(),
+            "--out",
+            text(out),
+        ])
+        .env("RAYON_NUM_THREADS", "2")
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+        let status = format!("/proc/{}/status", child.id());
+        let mut peak_kb = 0;
+        while child.try_wait().unwrap().is_none() {
+            let text = std::fs::read_to_string(&status).unwrap_or_default();
+            let peak = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+            let peak = peak.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok());
+            peak_kb = peak_kb.max(peak.unwrap_or(0_u64));
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        assert!(out.join("samples.parquet").is_file());
+        peak_kb / 1024
     }
-    assert!(out.join("samples.parquet").is_file());
-    peak_kb / 1024
-}
 
-#[cfg(target_os = "linux")]
-#[test]
-fn memory_does_not_grow_with_the_table() {
-    let folder = TempDir::new().unwrap();
-    let log = folder.path().join("long.mcap");
-    repeat(&data("tiny_lift.mcap"), &log, 15);
-    let peak = |rate_hz: u64| {
-        let out = folder.path().join(rate_hz.to_string());
-        peak_mb(&log, &data("tiny_lift.toml"), rate_hz, &out)
-    };
-    let (few, many) = (peak(100), peak(5000));
-    // 30 s; with their states, rows have more than 200 numbers of 8 bytes each
-    let table_mb = (30 * 5000 * 200 * 8) >> 20;
-    assert!(
-        many < few + table_mb / 2,
-        "{few} MB, then {many} MB; the table has {table_mb} MB"
-    );
+    #[test]
+    #[ignore = "takes minutes without optimisation"]
+    fn memory_does_not_grow_with_the_table() {
+        let folder = TempDir::new().unwrap();
+        let log = folder.path().join("long.mcap");
+        repeat(&data("tiny_lift.mcap"), &log, 15);
+        let peak = |rate_hz: u64| {
+            let out = folder.path().join(rate_hz.to_string());
+            peak_mb(&log, &data("tiny_lift.toml"), rate_hz, &out)
+        };
+        let (few, many) = (peak(100), peak(5000));
+        // 30 s; with their states, rows have more than 200 numbers of 8 bytes each
+        let table_mb = (30 * 5000 * 200 * 8) >> 20;
+        assert!(
+            many < few + table_mb / 2,
+            "{few} MB, then {many} MB; the table has {table_mb} MB"
+        );
+    }
 }

@@ -706,7 +706,8 @@ struct tipwatch_refusal {
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_refusal) == 584, "tipwatch_refusal");
 
 /* An operator has acknowledged the alarm. It counts only if magic and checksum are right, machine_hash is that of
- * the monitor, and the named verdict carried the alarm. */
+ * the monitor, and the named verdict carried the alarm. A rod that does not obey its valve is acknowledged likewise,
+ * by naming a command whose reasons tell of it. */
 #define TIPWATCH_ACKNOWLEDGE_TYPE "tipwatch.Acknowledge.v2"
 #define TIPWATCH_ACKNOWLEDGE_LAYOUT "a69888bed1142670"
 struct tipwatch_acknowledge {
@@ -722,9 +723,9 @@ struct tipwatch_acknowledge {
     int64_t time_ns;
     /* Publication time (ns), by this computer's CLOCK_MONOTONIC. */
     int64_t published_ns;
-    /* Source of the acknowledged verdict: that run of the monitor. */
+    /* Source of the acknowledged verdict or command: that run of the monitor or control. */
     uint64_t verdict_source;
-    /* Sequence number of the acknowledged verdict, not below its alarm_sequence. */
+    /* Sequence number of the acknowledged verdict, not below its alarm_sequence, or of the command. */
     uint64_t verdict_sequence;
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
