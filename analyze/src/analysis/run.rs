@@ -189,7 +189,7 @@ fn analyse_with<S: RowSink>(
         type_name: signal.type_name.clone(),
         why: signal.why.clone(),
         statistics: signal.recording.statistics.clone(),
-        correction: signal.recording.correction.clone(),
+        correction: signal.recording.correction,
         undecodable: signal.recording.undecodable,
     });
     let analysis = Analysis {

@@ -1,7 +1,7 @@
 //! The table of a log: a row for each time, computed when asked.
 //!
 //! The table holds times and reasons of all rows. Loads, indicators and sensitivities are computed block by block
-//! ([`Table::blocks`]) or for a window of rows ([`Table::window`]), with the same bits, and are not kept.
+//! (`Table::blocks`) or for a window of rows ([`Table::window`]), with the same bits, and are not kept.
 
 use std::convert::Infallible;
 use std::ops::{Deref, Range};

@@ -201,7 +201,7 @@ impl SketchPass {
                     || {
                         curves
                             .par_iter_mut()
-                            .for_each(|curve| curve.add(rows, &inputs))
+                            .for_each(|curve| curve.add(rows, &inputs));
                     },
                     || stacks.par_iter_mut().for_each(|stack| stack.add(rows)),
                 )

@@ -155,7 +155,7 @@ impl DifferenceFilter {
         let before = self
             .history
             .is_some()
-            .then(|| (self.state, self.covariance));
+            .then_some((self.state, self.covariance));
         let stage = self.follow(&motion, measured, variance);
         if let (Some(history), Some(before)) = (&mut self.history, before) {
             let measured = Measured {

@@ -212,7 +212,8 @@ mod tests {
 
     #[test]
     fn other_motion_is_found() {
-        let wrong: [fn(f64) -> [Vector2<f64>; 2]; 4] = [
+        type Leans = fn(f64) -> [Vector2<f64>; 2];
+        let wrong: [Leans; 4] = [
             |t| [arm(t), -arm(t)],
             |t| [arm(t), arm(t).yx()],
             |t| [Vector2::zeros(), arm(t)],

@@ -134,7 +134,7 @@ mod tests {
             let turning = gyro(turning);
             let measured = Some((&xyzw[..], &turning));
             watch.check(step * 10_000_000, measured, &LIMITS, &mut |_| {
-                found_s = Some(time_s)
+                found_s = Some(time_s);
             });
             found_s
         })
