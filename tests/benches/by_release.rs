@@ -21,7 +21,7 @@ use std::process::{Command, ExitCode, Stdio};
 use tipwatch_tests::by_release::{FIGURES, Measured, Table};
 
 /// Bench targets with a peer, in the order in which they run.
-const BENCHES: [&str; 4] = ["figures", "evaluate", "whole_log", "latency"];
+const BENCHES: [&str; 3] = ["figures", "evaluate", "whole_log"];
 const PAGE: &str = "book/src/benchmarks-by-release.md";
 /// A ratio below this share of the last release's is a failure.
 const LEAST_SHARE: f64 = 2.0 / 3.0;

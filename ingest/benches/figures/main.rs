@@ -13,6 +13,9 @@
 //! (a) joint states on three topics, 5 million by default; (b) a tenth as many bytes of joint states
 //! among images on other topics, in chunks of their own and in chunks with the joint states.
 //!
+//! `-- --short` reads a million joint states with lz4 and zstd alone. The lines that begin with `figure` are read by the
+//! table of releases (`tipwatch-tests`, bench `by_release`).
+//!
 //! The Python readers (`mcap`, `rosbags`) take part if the interpreter `PYTHON` (default `python3`)
 //! has them; they read only the first messages, and their rates are compared.
 
@@ -34,7 +37,7 @@ use std::{
 
 use self::{
     logs::Content,
-    readers::{PEER, READERS},
+    readers::{BARE, BLOCKS, PEER, READERS},
 };
 
 /// As in the `tipwatch` program.
@@ -44,14 +47,15 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 const ROUNDS: usize = 5;
 
 fn main() {
+    let is_short = std::env::args().any(|argument| argument == "--short");
     let mut arguments = std::env::args()
         .skip(1)
-        .filter(|argument| argument != "--bench");
+        .filter(|argument| !argument.starts_with("--"));
     let given = arguments.next().map(PathBuf::from);
     let messages: u64 = arguments
         .next()
         .and_then(|count| count.parse().ok())
-        .unwrap_or(5_000_000);
+        .unwrap_or(if is_short { 1_000_000 } else { 5_000_000 });
     let part_of_name = arguments.next().unwrap_or_default();
     let part_of_reader = arguments.next().unwrap_or_default();
     let temporary = tempfile::tempdir().expect("a temporary folder");
@@ -70,7 +74,8 @@ fn main() {
     ];
     for (name, content, packing, joint_states) in files {
         let name = format!("{name}_{packing}");
-        if name.contains(&part_of_name) {
+        let is_in_short = matches!(name.as_str(), "a_joints_lz4" | "a_joints_zstd");
+        if name.contains(&part_of_name) && (is_in_short || !is_short) {
             let path = folder.join(format!("{name}.mcap"));
             logs::make(&path, content, packing, joint_states);
             measure(&name, &path, &part_of_reader);
@@ -130,6 +135,17 @@ fn measure(name: &str, path: &Path, part_of_reader: &str) {
             median(&times[PEER]) / median(&times[index]),
             counts[index],
         );
+    }
+    let of = |reader: &str| READERS.iter().position(|(name, _)| *name == reader);
+    let packing = name.strip_prefix("a_joints_").unwrap_or("none");
+    if let Some(blocks) = of(BLOCKS).filter(|&index| takes_part(index) && packing != "none") {
+        let blocks_s = median(&times[blocks]);
+        let stream = median(&times[PEER]) / blocks_s;
+        println!("figure sensors-{packing}-vs-stream {stream:.3}");
+        if let Some(bare) = of(BARE).filter(|&index| takes_part(index)) {
+            let share = median(&times[bare]) / blocks_s;
+            println!("figure sensors-{packing}-vs-decompressor {share:.3}");
+        }
     }
     if !takes_part(READERS.len() - 1) {
         return;

@@ -17,7 +17,7 @@ pub(crate) type Reader = fn(&Path) -> u64;
 
 /// By name; the second is the baseline.
 pub(crate) const READERS: [(&str, Reader); 11] = [
-    ("bare decompressor, all cores", decompress_on_all_cores),
+    (BARE, decompress_on_all_cores),
     ("mcap crate, stream, no CRC", crate_stream),
     ("mcap crate, stream, CRC", crate_stream_checked),
     ("bare decompressor, one core", decompress),
@@ -25,11 +25,15 @@ pub(crate) const READERS: [(&str, Reader); 11] = [
     ("Log::read, one topic", walk_one),
     ("Log::read, decoded", decoded),
     ("Log::read to columns", plain_columns),
-    ("sensors in blocks", blocks),
+    (BLOCKS, blocks),
     ("sensors whole, memory reused", columns_in_kept_memory),
     ("record_sensors", columns),
 ];
 pub(crate) const PEER: usize = 1;
+/// What no reader can be faster than.
+pub(crate) const BARE: &str = "bare decompressor, all cores";
+/// As the analysis takes them.
+pub(crate) const BLOCKS: &str = "sensors in blocks";
 
 /// The bytes of all messages.
 pub(crate) fn payload_bytes(path: &Path) -> u64 {
