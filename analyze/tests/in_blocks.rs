@@ -9,6 +9,11 @@ use tipwatch_binding::MachineFile;
 
 use crate::support::data;
 
+#[cfg(target_os = "linux")]
+#[path = "../benches/whole_log/repeated.rs"]
+#[allow(dead_code, reason = "shared with a benchmark")]
+mod repeated;
+
 #[test]
 fn no_output_needs_the_whole_table() {
     let folder = TempDir::new().unwrap();
@@ -68,41 +73,6 @@ mod needs_long {
     use crate::support::{command, text};
     use std::path::Path;
 
-    /// Writes a log that repeats another one, with the stamps of its messages shifted.
-    fn repeat(from: &Path, to: &Path, times: u64) {
-        let bytes = std::fs::read(from).unwrap();
-        let messages: Vec<mcap::Message<'_>> = mcap::MessageStream::new(&bytes)
-            .unwrap()
-            .map(Result::unwrap)
-            .collect();
-        let log_times = || messages.iter().map(|message| message.log_time);
-        let period_ns = log_times().max().unwrap() - log_times().min().unwrap() + 10_000_000;
-        let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
-        for round in 0..times {
-            for message in &messages {
-                let mut message = message.clone();
-                let later_ns = round * period_ns;
-                message.log_time += later_ns;
-                let schema = &message.channel.schema.as_ref().unwrap().name;
-                let has_header = ["JointState", "Imu", "Odometry", "Stamped"]
-                    .iter()
-                    .any(|name| schema.contains(name));
-                if has_header {
-                    // after the four bytes of the encapsulation: seconds and nanoseconds of the stamp
-                    let mut data = message.data.to_vec();
-                    let word = |at: usize| u32::from_le_bytes(data[at..at + 4].try_into().unwrap());
-                    let stamp_ns =
-                        u64::from(word(4)) * 1_000_000_000 + u64::from(word(8)) + later_ns;
-                    data[4..8].copy_from_slice(&((stamp_ns / 1_000_000_000) as u32).to_le_bytes());
-                    data[8..12].copy_from_slice(&((stamp_ns % 1_000_000_000) as u32).to_le_bytes());
-                    message.data = data.into();
-                }
-                writer.write(&message).unwrap();
-            }
-        }
-        writer.finish().unwrap();
-    }
-
     /// Largest memory (MB) of an analysis.
     fn peak_mb(log: &Path, machine: &Path, rate_hz: u64, out: &Path) -> u64 {
         let mut child = command(&[
@@ -138,7 +108,7 @@ mod needs_long {
     fn memory_does_not_grow_with_the_table() {
         let folder = TempDir::new().unwrap();
         let log = folder.path().join("long.mcap");
-        repeat(&data("tiny_lift.mcap"), &log, 15);
+        repeated::write(&data("tiny_lift.mcap"), 30.0, &log);
         let peak = |rate_hz: u64| {
             let out = folder.path().join(rate_hz.to_string());
             peak_mb(&log, &data("tiny_lift.toml"), rate_hz, &out)

@@ -7,7 +7,7 @@ use tipwatch_ingest::{
 };
 
 use crate::sensor_blocks::blocks_and_columns;
-use crate::support::{Cdr, TempLog};
+use crate::support::{Cdr, TempLog, imu_of_two_parts};
 
 /// Named axes in an array of messages, without a header.
 const AXES: &str = "Axis[] axes\nCell[2] cells\n===\nMSG: pkg/Axis\nstring name\nfloat64 angle\n\
@@ -219,29 +219,7 @@ fn parts_of_a_sample_may_come_on_separate_topics() {
     writer.finish().unwrap();
     let file = TempLog::new("parts.mcap", &writer.into_inner().into_inner());
     let log = Log::open(&file.path).unwrap();
-    let topic = |name: &str| crate::support::topic_named(&log, name);
-    let part = |first: usize| {
-        let mut values = vec![ValueSource::Absent; 10];
-        for (place, field) in (first..).zip(["x", "y", "z"]) {
-            values[place] = ValueSource::Field(NumberField {
-                field: field.into(),
-                joint: None,
-                scale: 1.0,
-                offset: 0.0,
-            });
-        }
-        SampleSpec {
-            values,
-            has_roll_pitch_yaw: false,
-        }
-    };
-    let request = SensorRequest {
-        topic: topic("/acceleration"),
-        kind: SensorKind::Imu,
-        joint_names: Vec::new(),
-        numbers: Some(part(0)),
-        other_parts: vec![(topic("/rates"), part(3))],
-    };
+    let request = imu_of_two_parts(&log);
     let (_, recordings) = blocks_and_columns(&log, &[request]);
     let [joined] = &recordings[..] else { panic!() };
     // the first and the last five lack a neighbour, and the gap is too long to interpolate

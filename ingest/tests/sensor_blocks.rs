@@ -4,16 +4,16 @@ use std::{cmp::Reverse, collections::BTreeMap, io::Cursor};
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
 use tipwatch_ingest::{
-    ColumnMemory, Log, MessageTimes, NumberField, SampleSpec, SensorKind, SensorRecording,
-    SensorRequest, ValueSource, arrival_order, read_sensor_blocks, record_sensors,
-    record_sensors_in,
+    ColumnMemory, Log, MessageTimes, SensorKind, SensorRecording, SensorRequest, arrival_order,
+    read_sensor_blocks, record_sensors, record_sensors_in,
 };
 
 use crate::{
     bags::{PACKINGS, bag},
     rosbag2::{JOINTS, database, joint_messages, rows},
     support::{
-        COMPRESSIONS, FIRST_NS, JOINT_STATE, PERIOD_NS, Style, TempLog, joint_log, joint_state,
+        COMPRESSIONS, FIRST_NS, JOINT_STATE, PERIOD_NS, Style, TempLog, imu_of_two_parts,
+        joint_log, joint_state,
     },
 };
 
@@ -230,32 +230,6 @@ fn long_log(chunk_bytes: u64, messages: u32) -> Vec<u8> {
     }
     writer.finish().unwrap();
     writer.into_inner().into_inner()
-}
-
-fn imu_of_two_parts(log: &Log) -> SensorRequest {
-    let topic = |name: &str| crate::support::topic_named(log, name);
-    let part = |first: usize| {
-        let mut values = vec![ValueSource::Absent; 10];
-        for (place, field) in (first..).zip(["x", "y", "z"]) {
-            values[place] = ValueSource::Field(NumberField {
-                field: field.into(),
-                joint: None,
-                scale: 1.0,
-                offset: 0.0,
-            });
-        }
-        SampleSpec {
-            values,
-            has_roll_pitch_yaw: false,
-        }
-    };
-    SensorRequest {
-        topic: topic("/acceleration"),
-        kind: SensorKind::Imu,
-        joint_names: Vec::new(),
-        numbers: Some(part(0)),
-        other_parts: vec![(topic("/rates"), part(3))],
-    }
 }
 
 #[test]

@@ -10,7 +10,10 @@ use std::{
 use mcap::{Compression, WriteOptions, records::MessageHeader};
 use proptest::test_runner::{Config as ProptestConfig, FileFailurePersistence};
 use tempfile::TempDir;
-use tipwatch_ingest::{Log, Losses, SensorDecoder, SensorKind, SensorSample, TopicId};
+use tipwatch_ingest::{
+    Log, Losses, NumberField, SampleSpec, SensorDecoder, SensorKind, SensorRequest, SensorSample,
+    TopicId, ValueSource,
+};
 
 pub(crate) const JOINT_STATE: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\n\
     float64[] velocity\nfloat64[] effort\n====\nMSG: std_msgs/Header\n\
@@ -249,4 +252,31 @@ pub(crate) fn joint_samples(path: &Path) -> (Vec<SensorSample>, Losses) {
         SensorKind::JointStates,
         &["bb", "a"],
     )
+}
+
+/// An IMU whose accelerations and rates are the fields x, y, z of two topics.
+pub(crate) fn imu_of_two_parts(log: &Log) -> SensorRequest {
+    let topic = |name: &str| topic_named(log, name);
+    let part = |first: usize| {
+        let mut values = vec![ValueSource::Absent; 10];
+        for (place, field) in (first..).zip(["x", "y", "z"]) {
+            values[place] = ValueSource::Field(NumberField {
+                field: field.into(),
+                joint: None,
+                scale: 1.0,
+                offset: 0.0,
+            });
+        }
+        SampleSpec {
+            values,
+            has_roll_pitch_yaw: false,
+        }
+    };
+    SensorRequest {
+        topic: topic("/acceleration"),
+        kind: SensorKind::Imu,
+        joint_names: Vec::new(),
+        numbers: Some(part(0)),
+        other_parts: vec![(topic("/rates"), part(3))],
+    }
 }

@@ -55,8 +55,7 @@ impl Rows {
     /// The row at a time, or the next one.
     #[must_use]
     pub fn at(&self, time_ns: i64) -> usize {
-        let row = self.times_ns.partition_point(|&t| t < time_ns);
-        row.min(self.len().saturating_sub(1))
+        row_at(&self.times_ns, time_ns)
     }
 
     /// Time of a row (s) after the first one of the log.
@@ -93,6 +92,12 @@ impl Rows {
             verdicts.append(next);
         }
     }
+}
+
+/// The first of some rising times (ns) that is not before `time_ns`, or the last one.
+pub(crate) fn row_at(times_ns: &[i64], time_ns: i64) -> usize {
+    let row = times_ns.partition_point(|&t| t < time_ns);
+    row.min(times_ns.len().saturating_sub(1))
 }
 
 /// Verdicts of a monitor, row by row.

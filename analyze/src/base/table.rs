@@ -16,7 +16,7 @@ use tipwatch_mechanics::{
 };
 
 use super::estimated::{EstimatedRows, StateSource};
-use super::rows::Rows;
+use super::rows::{Rows, row_at};
 use super::verdicts::{MonitorRecord, RowJudge};
 
 /// Rows of a block that is computed at once.
@@ -86,8 +86,7 @@ impl Table {
     /// The row at a time, or the next one.
     #[must_use]
     pub fn at(&self, time_ns: i64) -> usize {
-        let row = self.times_ns.partition_point(|&t| t < time_ns);
-        row.min(self.len().saturating_sub(1))
+        row_at(&self.times_ns, time_ns)
     }
 
     /// Time of a row (s) after the first one.

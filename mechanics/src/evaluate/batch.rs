@@ -26,6 +26,8 @@ pub struct OutcomeColumns {
     /// [`Outcome::linkage_closure`](crate::Outcome::linkage_closure) of each row: it only decides whether the
     /// row is valid.
     linkage_closure: Vec<f64>,
+    /// The columns that decide whether a row is valid.
+    deciding: Vec<usize>,
 }
 
 impl OutcomeColumns {
@@ -33,7 +35,15 @@ impl OutcomeColumns {
     #[must_use]
     pub fn empty(machine: &Machine, scope: Scope) -> Self {
         let quantities = Quantity::all(machine, scope);
+        let decides = |(_, quantity): &(usize, &Quantity)| {
+            matches!(
+                quantity,
+                Quantity::NormalForce | Quantity::ItomFull(_) | Quantity::Load(_)
+            )
+        };
+        let deciding = quantities.iter().enumerate().filter(decides);
         Self {
+            deciding: deciding.map(|(column, _)| column).collect(),
             columns: vec![Vec::new(); quantities.len()],
             quantities,
             sensitivity: SensitivitySums::none(machine),
@@ -61,9 +71,9 @@ impl OutcomeColumns {
             largest_overturning_moment: f64::NEG_INFINITY,
             loads_are_finite: true,
         };
-        for (quantity, column) in self.quantities.iter().zip(&self.columns) {
-            let value = column[row];
-            match quantity {
+        for &column in &self.deciding {
+            let value = self.columns[column][row];
+            match self.quantities[column] {
                 Quantity::NormalForce => signs.normal_force = value,
                 Quantity::ItomFull(_) => {
                     signs.largest_overturning_moment = signs.largest_overturning_moment.max(value);
