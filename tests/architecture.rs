@@ -23,7 +23,7 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 6] = [
+const RULES: [Rule; 7] = [
     Rule {
         folder: "mechanics",
         crates: &[],
@@ -128,6 +128,24 @@ const RULES: [Rule; 6] = [
             "record",
             "operator",
             "cli",
+        ],
+    },
+    Rule {
+        folder: "python",
+        crates: &["tipwatch_analyze", "tipwatch_binding", "tipwatch_mechanics"],
+        floors: &[
+            "error",
+            "interrupt",
+            "options",
+            "program",
+            "table",
+            "inputs",
+            "evaluation",
+            "machine",
+            "read",
+            "analysis",
+            "studies",
+            "screen",
         ],
     },
 ];

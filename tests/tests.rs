@@ -17,6 +17,7 @@ mod gross_inputs; // signals in other units, impossible machines
 mod number_signals; // any field of any message as a signal
 mod payload; // payload mass from cylinder forces
 mod plausibility; // implausible signals
+mod python; // the Python package
 mod real_logs; // logs of real robots
 mod redundancy; // wrong sensors found by comparison with each other
 mod reference_posture; // utilisation does not depend on when a recording begins

@@ -10,6 +10,7 @@ use std::process::Command;
 use std::time::SystemTime;
 
 use tempfile::TempDir;
+use tipwatch_tests::python_package;
 
 use super::page::{Block, Page, Part, is_blessing, root};
 
@@ -18,8 +19,12 @@ const MARK: char = '\u{1}';
 /// What the temporary folder is called in the documents.
 const HOME: &str = "/home/you";
 
-/// Runs a page; with `python` its Python blocks too. Gives what differs.
+/// Runs a page; with `python` its Python blocks too, which may import the package of the tree. Gives what differs.
 pub(super) fn run(page: &Page, python: Option<&str>) -> Vec<String> {
+    let blocks = page.blocks();
+    let imports =
+        |block: &Block| block.language == "python" && block.text.contains("import tipwatch");
+    let package = (python.is_some() && blocks.iter().any(imports)).then(python_package);
     let folder = TempDir::with_prefix("documents_").expect("a temporary folder");
     let folder = folder.path().canonicalize().expect("a path");
     let mut differences = Vec::new();
@@ -47,6 +52,7 @@ pub(super) fn run(page: &Page, python: Option<&str>) -> Vec<String> {
                 let output = Command::new(program)
                     .args(["-c", &script])
                     .current_dir(&folder)
+                    .envs(package.map(|package| ("PYTHONPATH", package)))
                     .output()
                     .unwrap_or_else(|e| panic!("{program}: {e}"));
                 if !output.status.success() {

@@ -5,6 +5,7 @@ pub mod by_release;
 mod documents;
 mod edited_log;
 pub mod fingerprint;
+mod python_package;
 
 use std::path::{Path, PathBuf};
 
@@ -18,6 +19,7 @@ use tipwatch_mechanics::estimation::SensorSamples;
 use tipwatch_mechanics::state::Sensor;
 
 pub use edited_log::{Values, write_edited, write_edited_without};
+pub use python_package::python_package;
 
 /// A file in `data/`.
 #[must_use]

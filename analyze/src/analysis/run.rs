@@ -254,6 +254,22 @@ pub(crate) fn posture_in_log(
     Ok((loaded.machine, posture, gross_inputs))
 }
 
+/// The states of a log's rows: its sensors on one clock, smoothed or causal. No loads are computed.
+///
+/// # Errors
+/// The machine does not fit the log, or it cannot be read.
+pub fn states(
+    path: &Path,
+    file: &MachineFile,
+    options: &Options,
+) -> Result<(Machine, EstimatedRows)> {
+    let log = Log::open(path)?;
+    let loaded = load(&log, file, &mut |_| {})?;
+    let (rows, _) = estimate(&loaded, options)?;
+    loaded.check_read()?;
+    Ok((loaded.machine, rows))
+}
+
 /// Estimates the offsets between the clocks of a log's topics that remain after those of the machine file.
 ///
 /// # Errors

@@ -51,10 +51,18 @@ pub(crate) fn hash_file(path: &Path) -> Result<FileHash> {
     })
 }
 
+static PROGRAM: OnceLock<Option<FileHash>> = OnceLock::new();
+
 /// The program's own file and its hash, computed once; `None` if it cannot be read.
 pub(crate) fn program() -> Option<FileHash> {
-    static PROGRAM: OnceLock<Option<FileHash>> = OnceLock::new();
     PROGRAM.get_or_init(|| hash_file(&running()?).ok()).clone()
+}
+
+/// States which file holds this code, where it is not the one that runs: a library that an interpreter loaded. To be
+/// called before the first analysis.
+pub fn set_program(file: &Path) {
+    // the first one stays: what was written already names it
+    let _ = PROGRAM.set(hash_file(file).ok());
 }
 
 /// Begins to hash the program's own file, so that it is known when it is asked for.

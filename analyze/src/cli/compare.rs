@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal, Usage};
 use super::options::{AnalysisArgs, MinValidArgs};
-use crate::analysis::run::analyse;
 use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, ModelKind, Options};
 use crate::compare::{Side, as_text, compare, render};
@@ -60,13 +59,14 @@ pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
     };
     let path_b = args.b.as_deref().unwrap_or(&args.a);
     let machine_b = args.machine_b.as_deref().or(args.machine.as_deref());
-    if other && is_result(path_b) {
+    if other && Side::is_folder(path_b) {
         bail!(Usage(
             "--machine-b, --model-b and --estimator-b apply to logs, not to output folders"
         ));
     }
-    let a = side(&args.a, args.machine.as_deref(), options)?;
-    let b = side(path_b, machine_b, options_b)?;
+    let read = |path: Option<&Path>| path.map(MachineFile::read).transpose();
+    let a = Side::of(&args.a, read(args.machine.as_deref())?.as_ref(), options)?;
+    let b = Side::of(path_b, read(machine_b)?.as_ref(), options_b)?;
     let comparison = compare(&a, &b);
     let json = serde_json::to_string_pretty(&comparison)?;
     match args.json {
@@ -88,23 +88,4 @@ pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
         }
     }
     Ok(exit)
-}
-
-fn is_result(path: &Path) -> bool {
-    path.is_dir() && path.join("summary.json").is_file()
-}
-
-fn side(path: &Path, machine: Option<&Path>, options: Options) -> Result<Side> {
-    if is_result(path) {
-        return Side::of_folder(path);
-    }
-    let machine = machine.with_context(|| {
-        format!(
-            "{}: expected --machine for a log, found none",
-            path.display()
-        )
-    })?;
-    let file = MachineFile::read(machine)?;
-    let analysis = analyse(path, &file, options, &mut |_| {})?;
-    Side::of_analysis(&analysis, &path.display().to_string())
 }

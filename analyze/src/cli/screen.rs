@@ -83,6 +83,7 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
             shard: args.shard,
             resume: args.resume,
             options: args.analysis.options(),
+            stop: None,
         };
         screen(&request, &fleet, gate, &notify)?
     };

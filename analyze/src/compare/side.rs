@@ -5,9 +5,11 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use serde_json::Value;
+use tipwatch_binding::MachineFile;
 
+use crate::analysis::run::analyse;
 use crate::analysis::{Analysis, Coverage, Undecided};
-use crate::base::options::Precision;
+use crate::base::options::{Options, Precision};
 use crate::report;
 use crate::tables::summary::{self, Summary};
 use crate::tables::table::{Column, Table};
@@ -84,6 +86,28 @@ impl Side {
         let summary = serde_json::to_value(Summary::of(analysis, report::main_findings(analysis)))?;
         let samples = samples::samples(&analysis.machine, &analysis.rows, Precision::Double);
         Self::new(name, summary, &samples, &events::events(&analysis.events))
+    }
+
+    /// An output folder of an analysis, or the analysis of a log with this machine.
+    ///
+    /// # Errors
+    /// There is no machine for a log, it cannot be analysed, or the folder cannot be read.
+    pub fn of(path: &Path, machine: Option<&MachineFile>, options: Options) -> Result<Self> {
+        if Self::is_folder(path) {
+            return Self::of_folder(path);
+        }
+        let file = machine.with_context(|| {
+            let place = path.display();
+            format!("{place}: expected a machine for a log, found none")
+        })?;
+        let analysis = analyse(path, file, options, &mut |_| {})?;
+        Self::of_analysis(&analysis, &path.display().to_string())
+    }
+
+    /// Whether it is an output folder of an analysis.
+    #[must_use]
+    pub fn is_folder(path: &Path) -> bool {
+        path.is_dir() && path.join("summary.json").is_file()
     }
 
     /// Reads an output folder with `summary.json`, `samples.parquet` and `events.parquet`.

@@ -5,21 +5,12 @@ use serde::Serialize;
 
 use super::figure::Figure;
 use super::glossary::glossary;
+use super::packed::packed_json;
+use super::plot_library::PlotLibrary;
 
 const STYLE: &str = include_str!("style.css");
-/// plotly.js for curves, bars and pies: `plotly.js-basic-dist-min` 3.0.1, the version that the crate `plotly` writes
-/// figures for. The whole library is four times as large.
-const PLOT_LIBRARY: &str = include_str!("plotly/plotly-basic.min.js");
+const UNPACK_SCRIPT: &str = include_str!("unpack.js");
 const FIGURES_SCRIPT: &str = include_str!("figures.js");
-
-/// Where the plot library is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PlotLibrary<'a> {
-    /// In the page itself.
-    Inside,
-    /// In a file at this relative address, shared by several pages: [`plot_library_script`].
-    Beside(&'a str),
-}
 
 /// The frame of a page.
 pub(crate) struct Document<'a> {
@@ -82,12 +73,10 @@ impl Document<'_> {
 impl Plots<'_> {
     fn scripts(&self) -> Markup {
         html! {
-            @match self.library {
-                PlotLibrary::Inside => script { (PreEscaped(plot_library_script())) },
-                PlotLibrary::Beside(address) => script src=(address) {},
-            }
-            (json_script("figures", &self.figures))
+            (self.library.element())
+            (packed_json("figures", &self.figures))
             script { (PreEscaped(self.script)) }
+            script { (PreEscaped(UNPACK_SCRIPT)) }
             script { (PreEscaped(FIGURES_SCRIPT)) }
         }
     }
@@ -103,12 +92,6 @@ pub(crate) fn json_script(id: &str, data: &impl Serialize) -> Markup {
         .replace('\u{2028}', "\\u2028")
         .replace('\u{2029}', "\\u2029");
     html! { script type="application/json" id=(id) { (PreEscaped(json)) } }
-}
-
-/// The plot library as the file that pages with [`PlotLibrary::Beside`] load.
-#[must_use]
-pub fn plot_library_script() -> &'static str {
-    PLOT_LIBRARY
 }
 
 #[cfg(test)]

@@ -1,6 +1,15 @@
 'use strict';
-(function () {
-  const figures = JSON.parse(document.getElementById('figures').textContent);
+(async function () {
+  if (!window.DecompressionStream) {
+    document.getElementById('plot-0').textContent = 'This browser cannot unpack the figures: it is older than 2023.';
+    return;
+  }
+  if (document.getElementById('plot-library')) {
+    const library = document.createElement('script');
+    library.textContent = await window.unpack('plot-library');
+    document.head.appendChild(library);
+  }
+  const figures = JSON.parse(await window.unpack('figures'));
 
   // A column of numbers is "type:" and their bytes in base64; a tick is 0.1 ms.
   const ARRAYS = { ticks: Uint32Array, f32: Float32Array, f64: Float64Array };

@@ -7,16 +7,18 @@ mod document;
 mod elements;
 mod figure;
 mod glossary;
+mod packed;
+mod plot_library;
+pub(crate) mod svg;
 
 pub(crate) use chart::{Curve, chart};
 pub(crate) use column::{ColumnScatter, scatter};
 pub(crate) use decimate::rows_to_draw;
 pub(crate) use document::{Document, Plots, json_script};
-pub(crate) mod svg;
-pub use document::{PlotLibrary, plot_library_script};
 pub(crate) use elements::{Bar, bars, facts, list, section, table};
 pub(crate) use figure::{Figure, MOST_POINTS, colour, figures, layout, line, plain};
 pub(crate) use glossary::glossary;
+pub use plot_library::{PlotLibrary, plot_library_script};
 
 pub(crate) use crate::base::number::{
     number, or_dash, percent, probability, readable, short, time,

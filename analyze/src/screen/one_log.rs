@@ -197,6 +197,6 @@ fn panic_message(panic: &(dyn Any + Send)) -> &str {
 /// Writes the plot library shared by the reports.
 pub(super) fn write_plot_library(out: &Path) -> Result<PathBuf> {
     let path = out.join(PLOT_LIBRARY);
-    write_atomically(&path, report::plot_library_script().as_bytes())?;
+    write_atomically(&path, report::plot_library_script()?.as_bytes())?;
     Ok(path)
 }

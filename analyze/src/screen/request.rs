@@ -1,6 +1,7 @@
 //! What a run over a fleet is asked for, reports and returns.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use super::totals::Totals;
 use crate::base::options::Options;
@@ -23,6 +24,8 @@ pub struct Request<'a> {
     pub resume: bool,
     /// Options of each analysis.
     pub options: Options,
+    /// Once it is set, no further log is begun, and the run ends with an error. It can be resumed.
+    pub stop: Option<&'a AtomicBool>,
 }
 
 /// One part of the logs, for one of several processes.

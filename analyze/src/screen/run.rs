@@ -3,6 +3,7 @@
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::sync::atomic::Ordering;
 
 use anyhow::{Context, Result, bail};
 
@@ -66,6 +67,12 @@ pub fn screen(
     notify(Update::Begin(logs.len()));
     let finished: Mutex<Vec<Screened>> = Mutex::new(Vec::new());
     workers::for_each_log(&logs, request.jobs, request.memory_bytes, |log| {
+        if request
+            .stop
+            .is_some_and(|stop| stop.load(Ordering::Relaxed))
+        {
+            bail!("interrupted; the finished logs are kept, --resume continues");
+        }
         let screened = screening.screen(log);
         store.save(&screened.record)?;
         let failure = match &screened.record.result {

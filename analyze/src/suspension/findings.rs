@@ -13,7 +13,7 @@ use crate::events::Finding;
 
 /// The findings: load spread, centre of mass, wheels, control.
 #[must_use]
-pub(crate) fn findings(what_if: &WhatIf) -> Vec<Finding> {
+pub fn findings(what_if: &WhatIf) -> Vec<Finding> {
     let mode = match what_if.options.suspension {
         SuspensionMode::Locked => "locked",
         SuspensionMode::Recorded => "as recorded",

@@ -6,10 +6,10 @@ mod mode;
 pub mod stabilise;
 mod statistics;
 mod summary;
-pub(crate) mod table;
+pub mod table;
 mod what_if;
 
-pub(crate) use findings::findings;
+pub use findings::findings;
 pub use mode::{SuspensionMode, WhatIfOptions};
 pub use summary::Summary;
 pub(crate) use table::rod_names;

@@ -8,7 +8,8 @@ use crate::base::options::Precision;
 use crate::tables::table::Table;
 
 /// One table row per row of the log: `fixed_` with the rods locked, `moved_` with the requested motion.
-pub(crate) fn table(what_if: &WhatIf) -> Table {
+#[must_use]
+pub fn table(what_if: &WhatIf) -> Table {
     let mut columns = Columns::default();
     let rows = &what_if.analysis.rows;
     columns

@@ -5,6 +5,7 @@ pub(crate) mod derived;
 pub mod events;
 pub mod parquet;
 pub mod samples;
+pub mod states;
 pub mod studies;
 pub mod summary;
 pub mod table;

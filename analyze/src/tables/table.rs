@@ -1,10 +1,12 @@
 //! A table: columns of equal length with names and units.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
+use std::sync::Arc;
 
 use arrow_array::types::{Float32Type, Float64Type};
-use arrow_array::{Array, ArrayRef};
-use arrow_schema::{DataType, Field, Fields};
+use arrow_array::{Array, ArrayRef, RecordBatch};
+use arrow_schema::{ArrowError, DataType, Field, Fields, Schema};
 
 use super::cell::{self, Cell, Value};
 use crate::base::options::Precision;
@@ -81,6 +83,24 @@ impl Table {
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// The table as an Arrow record batch, which shares its memory; the units are metadata (`unit`) of the fields.
+    ///
+    /// # Errors
+    /// The columns differ in length.
+    pub fn record_batch(&self) -> Result<RecordBatch, ArrowError> {
+        let field = |column: &Column| {
+            let field = Field::new(&column.name, column.values.data_type().clone(), true);
+            let unit = column
+                .unit
+                .iter()
+                .map(|unit| ("unit".to_string(), unit.to_string()));
+            field.with_metadata(unit.collect::<HashMap<_, _>>())
+        };
+        let schema = Schema::new(self.columns.iter().map(field).collect::<Fields>());
+        let arrays = self.columns.iter().map(|c| Arc::clone(&c.values)).collect();
+        RecordBatch::try_new(Arc::new(schema), arrays)
     }
 
     /// Names and types of the columns.

@@ -24,6 +24,7 @@ except ModuleNotFoundError:
 
 WIDTHS = (420, 900, 1600)
 SLOWEST_PAINT_MS = 2000
+SLOWEST_FIGURES_S = 20
 
 
 class Browser:
@@ -68,6 +69,11 @@ def check(browser, page):
         browser.ask(f"{domain}.enable")
     browser.ask("Page.navigate", url=page.as_uri())
     browser.wait_for("Page.loadEventFired")
+    drawn = "document.querySelectorAll('div[id^=plot-]').length === document.querySelectorAll('.js-plotly-plot').length"
+    started = time.monotonic()
+    while not browser.run(drawn) and time.monotonic() - started < SLOWEST_FIGURES_S:
+        time.sleep(0.1)
+    print(f"all figures after {time.monotonic() - started:.1f} s")
     time.sleep(1.0)
     paint = browser.run("performance.getEntriesByName('first-contentful-paint')[0].startTime")
     print(f"first paint after {paint:.0f} ms")

@@ -1,0 +1,279 @@
+//! Analyses of whole logs.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use anyhow::{Context, Result, bail};
+use pyo3::prelude::*;
+use tipwatch_analyze::analysis::run::{Prepared, RowSink, analyse_into};
+use tipwatch_analyze::base::options::{Options, Precision};
+use tipwatch_analyze::base::rows::Rows;
+use tipwatch_analyze::events::Event;
+use tipwatch_analyze::output::{self, OutputOptions, Sinks};
+use tipwatch_analyze::report;
+use tipwatch_analyze::tables::summary::Summary;
+use tipwatch_analyze::tables::{events, samples, studies, table};
+use tipwatch_mechanics::machine;
+
+use crate::error::exception;
+use crate::interrupt::interruptible;
+use crate::machine::machine_file;
+use crate::options::options;
+use crate::table::Table;
+
+/// The analysis of one log: tables, findings, summary.
+#[pyclass(frozen, module = "tipwatch")]
+pub(crate) struct Analysis {
+    samples: Py<Table>,
+    events: Py<Table>,
+    sensitivity: Option<Py<Table>>,
+    summary: String,
+    notes: Vec<String>,
+    valid_share: Option<f64>,
+    files: Vec<PathBuf>,
+}
+
+#[pymethods]
+impl Analysis {
+    /// One row per time: loads, margins, indicators, causes, standard deviations (``samples.parquet``).
+    #[getter]
+    fn samples(&self, py: Python<'_>) -> Py<Table> {
+        self.samples.clone_ref(py)
+    }
+
+    /// One row per event (``events.parquet``).
+    #[getter]
+    fn events(&self, py: Python<'_>) -> Py<Table> {
+        self.events.clone_ref(py)
+    }
+
+    /// What the loads depend on most (``sensitivity.parquet``); None for models without derivatives.
+    #[getter]
+    fn sensitivity(&self, py: Python<'_>) -> Option<Py<Table>> {
+        self.sensitivity.as_ref().map(|table| table.clone_ref(py))
+    }
+
+    /// The summary as a dictionary (``summary.json``).
+    #[getter]
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (&self.summary,))
+    }
+
+    /// Assumptions, missing signals, anomalies: one sentence each.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+
+    /// Share of the log's time that could be computed, 0 to 1; None for a log without duration.
+    #[getter]
+    fn valid_share(&self) -> Option<f64> {
+        self.valid_share
+    }
+
+    /// The files that were written into ``out``.
+    #[getter]
+    fn files(&self) -> Vec<PathBuf> {
+        self.files.clone()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<tipwatch.Analysis: {} notes, {} files>",
+            self.notes.len(),
+            self.files.len()
+        )
+    }
+}
+
+/// Takes the rows of an analysis as tables, and for files where these are wanted.
+struct Collector<'a> {
+    machine: machine::Machine,
+    precision: Precision,
+    blocks: Vec<table::Table>,
+    sinks: Option<Sinks>,
+    stop: &'a AtomicBool,
+}
+
+impl RowSink for Collector<'_> {
+    fn take(&mut self, rows: &Arc<Rows>) -> Result<()> {
+        if self.stop.load(Ordering::Relaxed) {
+            bail!("interrupted");
+        }
+        self.blocks
+            .push(samples::samples(&self.machine, rows, self.precision));
+        match &mut self.sinks {
+            Some(sinks) => sinks.take(rows),
+            None => Ok(()),
+        }
+    }
+
+    fn settle(&mut self, row: usize, time_ns: Option<i64>, events: &[Event]) -> Result<()> {
+        match &mut self.sinks {
+            Some(sinks) => sinks.settle(row, time_ns, events),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What an analysis is asked for.
+struct Request {
+    log: PathBuf,
+    options: Options,
+    precision: Precision,
+    out: Option<PathBuf>,
+}
+
+/// What an analysis gives, without the interpreter.
+struct Found {
+    blocks: Vec<table::Table>,
+    events: table::Table,
+    sensitivity: Option<table::Table>,
+    summary: String,
+    notes: Vec<String>,
+    valid_share: Option<f64>,
+    files: Vec<PathBuf>,
+}
+
+fn run(
+    request: &Request,
+    file: &tipwatch_binding::MachineFile,
+    bytes: &AtomicU64,
+    stop: &AtomicBool,
+) -> Result<Found> {
+    let begin = |prepared: &Prepared<'_>| {
+        let output = OutputOptions {
+            precision: request.precision,
+            ..OutputOptions::default()
+        };
+        let out = request.out.as_ref();
+        Ok(Collector {
+            machine: prepared.machine.clone(),
+            precision: request.precision,
+            blocks: Vec::new(),
+            sinks: out
+                .map(|out| Sinks::begin(prepared, out, output))
+                .transpose()?,
+            stop,
+        })
+    };
+    let mut progress = |read: u64| bytes.store(read, Ordering::Relaxed);
+    let (analysis, collector) =
+        analyse_into(&request.log, file, request.options, &mut progress, begin)?;
+    let Collector { blocks, sinks, .. } = collector;
+    let files = match (sinks, &request.out) {
+        (Some(sinks), Some(out)) => {
+            let written = output::finish(&analysis, sinks, out)?;
+            written.files.iter().map(|name| out.join(name)).collect()
+        }
+        _ => Vec::new(),
+    };
+    let summary = Summary::of(&analysis, report::main_findings(&analysis));
+    Ok(Found {
+        blocks,
+        events: events::events(&analysis.events),
+        sensitivity: studies::sensitivity(&analysis),
+        summary: serde_json::to_string(&summary)?,
+        notes: analysis.notes.clone(),
+        valid_share: analysis.coverage.valid_share,
+        files,
+    })
+}
+
+/// Analyses one log.
+///
+/// Parameters
+/// ----------
+/// log : path
+///     The log.
+/// machine : Machine or path
+///     The machine, or its machine file.
+/// out : path, optional
+///     A folder for the files of ``tipwatch analyze``: tables, summary, report, derived log.
+/// rate : float, optional
+///     Rows per second; if not given, rows follow the fastest joint stream.
+/// start, end : float, optional
+///     Time range (seconds after the first sample).
+/// estimator : "smoother" or "causal"
+///     The smoother uses future samples and is the most accurate; "causal" gives the bits of live operation.
+/// model : "whole-body", "variable-inertia" or "closed-form"
+///     The model of the ground wrench.
+/// parts : bool
+///     Whether samples have the contribution of every link.
+/// precision : 64 or 32
+///     Bits of the computed numbers in samples.
+/// progress : callable, optional
+///     Called some times a second with the number of bytes read so far.
+///
+/// Raises
+/// ------
+/// TipwatchError
+///     The log cannot be read, the machine does not fit it, or no row remains.
+#[pyfunction]
+#[pyo3(signature = (
+    log, machine, *, out=None, rate=None, start=None, end=None, estimator=None, model=None, parts=false,
+    precision=64, progress=None
+))]
+#[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
+pub(crate) fn analyze(
+    py: Python<'_>,
+    log: PathBuf,
+    machine: &Bound<'_, PyAny>,
+    out: Option<PathBuf>,
+    rate: Option<f64>,
+    start: Option<f64>,
+    end: Option<f64>,
+    estimator: Option<&str>,
+    model: Option<&str>,
+    parts: bool,
+    precision: u8,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Analysis> {
+    let file = machine_file(machine)?;
+    let request = || {
+        let mut options = options(rate, start, end, estimator, model)?;
+        options.columns.parts = parts;
+        Ok(Request {
+            log,
+            options,
+            precision: match precision {
+                32 => Precision::Single,
+                64 => Precision::Double,
+                _ => bail!("expected precision 32 or 64, found {precision}"),
+            },
+            out,
+        })
+    };
+    let request = request().map_err(|error| exception(&error))?;
+    let bytes = AtomicU64::new(0);
+    let last = Mutex::new(0);
+    let compute = |stop: &AtomicBool| run(&request, &file, &bytes, stop);
+    let found = interruptible(py, compute, |_| {
+        let read = bytes.load(Ordering::Relaxed);
+        let is_new = last
+            .lock()
+            .is_ok_and(|mut last| std::mem::replace(&mut *last, read) != read);
+        match &progress {
+            Some(progress) if is_new => progress.call1((read,)).map(drop),
+            _ => Ok(()),
+        }
+    })?;
+    let found = found.map_err(|error| exception(&error))?;
+    let table = |blocks: &[table::Table]| -> PyResult<Py<Table>> {
+        let table = Table::of(blocks).context("a table of the analysis");
+        Py::new(py, table.map_err(|error| exception(&error))?)
+    };
+    Ok(Analysis {
+        samples: table(&found.blocks)?,
+        events: table(std::slice::from_ref(&found.events))?,
+        sensitivity: match &found.sensitivity {
+            Some(sensitivity) => Some(table(std::slice::from_ref(sensitivity))?),
+            None => None,
+        },
+        summary: found.summary,
+        notes: found.notes,
+        valid_share: found.valid_share,
+        files: found.files,
+    })
+}

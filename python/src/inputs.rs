@@ -1,0 +1,188 @@
+//! The inputs of an evaluation: for every row, or one for all of them.
+
+use anyhow::{Result, bail};
+use numpy::{AllowTypeChange, PyArrayLikeDyn};
+use tipwatch_mechanics::{State, machine};
+
+/// An array of numbers, or what NumPy makes one of: a tuple, a list, whole numbers.
+pub(crate) type Numbers<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
+
+/// The arrays of a call.
+pub(crate) struct Given<'py> {
+    pub(crate) positions: Numbers<'py>,
+    pub(crate) rates: Option<Numbers<'py>>,
+    pub(crate) accelerations: Option<Numbers<'py>>,
+    pub(crate) specific_force: Option<Numbers<'py>>,
+    pub(crate) up: Option<Numbers<'py>>,
+    pub(crate) angular_velocity: Option<Numbers<'py>>,
+    pub(crate) angular_acceleration: Option<Numbers<'py>>,
+    pub(crate) tool_force: Option<Numbers<'py>>,
+    pub(crate) tool_moment: Option<Numbers<'py>>,
+}
+
+impl Given<'_> {
+    /// The inputs; at rest on level ground where nothing else is given.
+    ///
+    /// # Errors
+    /// An array has the wrong shape.
+    pub(crate) fn inputs(&self, machine: &machine::Machine, frame: &str) -> Result<Inputs> {
+        let joints = machine.joints().len();
+        let input = |name: &str, array: &Option<Numbers<'_>>, width: usize| {
+            array.as_ref().map_or_else(
+                || Ok(Input::constant(vec![0.0; width])),
+                |array| Input::new(name, array, width),
+            )
+        };
+        let specific_force = match (&self.specific_force, frame) {
+            (None, "base") => Input::constant(vec![0.0, 0.0, machine.gravity()]),
+            (None, _) => bail!("expected specific_force with frame \"imu\", found none"),
+            (Some(array), _) => Input::new("specific_force", array, 3)?,
+        };
+        Ok(Inputs {
+            positions: Input::new("positions", &self.positions, joints)?,
+            rates: input("rates", &self.rates, joints)?,
+            accelerations: input("accelerations", &self.accelerations, joints)?,
+            specific_force,
+            up: match (&self.up, &self.specific_force) {
+                (Some(up), _) => Input::new("up", up, 3)?,
+                (None, None) => Input::constant(vec![0.0, 0.0, 1.0]),
+                (None, Some(_)) => Input::constant(vec![f64::NAN; 3]),
+            },
+            velocity: match &self.specific_force {
+                None => 0.0,
+                Some(_) => f64::NAN,
+            },
+            angular_velocity: input("angular_velocity", &self.angular_velocity, 3)?,
+            angular_acceleration: input("angular_acceleration", &self.angular_acceleration, 3)?,
+            tool_force: input("tool_force", &self.tool_force, 3)?,
+            tool_moment: input("tool_moment", &self.tool_moment, 3)?,
+        })
+    }
+}
+
+/// An input of every row: one value for all rows, or one for each.
+#[derive(Debug)]
+struct Input {
+    values: Vec<f64>,
+    /// Numbers of a row.
+    width: usize,
+    is_constant: bool,
+}
+
+impl Input {
+    fn row(&self, row: usize) -> &[f64] {
+        let row = if self.is_constant { 0 } else { row };
+        &self.values[row * self.width..(row + 1) * self.width]
+    }
+
+    /// An array of shape (width,) or (rows, width).
+    fn new(name: &str, array: &Numbers<'_>, width: usize) -> Result<Self> {
+        let view = array.as_array();
+        let is_constant = view.ndim() == 1;
+        if !matches!(view.ndim(), 1 | 2) || view.shape().last() != Some(&width) {
+            bail!(
+                "expected {name} of shape ({width},) or (rows, {width}), found {:?}",
+                view.shape()
+            );
+        }
+        Ok(Self {
+            values: view.iter().copied().collect(),
+            width,
+            is_constant,
+        })
+    }
+
+    fn constant(values: Vec<f64>) -> Self {
+        Self {
+            width: values.len(),
+            values,
+            is_constant: true,
+        }
+    }
+
+    fn rows(&self) -> Option<usize> {
+        (!self.is_constant).then(|| self.values.len() / self.width.max(1))
+    }
+}
+
+/// The inputs of all rows.
+#[derive(Debug)]
+pub(crate) struct Inputs {
+    positions: Input,
+    rates: Input,
+    accelerations: Input,
+    specific_force: Input,
+    /// Attitude; NaN where unknown.
+    up: Input,
+    /// Velocity of the base and its rate: zero at rest, else unknown.
+    velocity: f64,
+    angular_velocity: Input,
+    angular_acceleration: Input,
+    tool_force: Input,
+    tool_moment: Input,
+}
+
+impl Inputs {
+    /// Number of rows.
+    ///
+    /// # Errors
+    /// The inputs differ in it.
+    pub(crate) fn rows(&self) -> Result<usize> {
+        let all = [
+            ("positions", &self.positions),
+            ("rates", &self.rates),
+            ("accelerations", &self.accelerations),
+            ("specific_force", &self.specific_force),
+            ("up", &self.up),
+            ("angular_velocity", &self.angular_velocity),
+            ("angular_acceleration", &self.angular_acceleration),
+            ("tool_force", &self.tool_force),
+            ("tool_moment", &self.tool_moment),
+        ];
+        let mut first: Option<(&str, usize)> = None;
+        for (name, input) in all {
+            match (first, input.rows()) {
+                (None, Some(rows)) => first = Some((name, rows)),
+                (Some((other, expected)), Some(rows)) if rows != expected => {
+                    bail!("expected {expected} rows of {name} as of {other}, found {rows}")
+                }
+                _ => {}
+            }
+        }
+        Ok(first.map_or(1, |(_, rows)| rows))
+    }
+
+    /// Reads a row into `state`.
+    pub(crate) fn state(&self, row: usize, state: &mut State<f64>) {
+        let motions = self.positions.row(row).iter();
+        let motions = motions
+            .zip(self.rates.row(row))
+            .zip(self.accelerations.row(row));
+        for (joint, ((&position, &rate), &acceleration)) in state.joints.iter_mut().zip(motions) {
+            joint.position = position;
+            joint.rate = rate;
+            joint.acceleration = acceleration;
+        }
+        state
+            .imu
+            .specific_force
+            .copy_from_slice(self.specific_force.row(row));
+        state
+            .imu
+            .angular_velocity
+            .copy_from_slice(self.angular_velocity.row(row));
+        let turning = &mut state.imu.angular_acceleration;
+        turning.copy_from_slice(self.angular_acceleration.row(row));
+        state.base.up.copy_from_slice(self.up.row(row));
+        state.base.velocity.fill(self.velocity);
+        state.base.velocity_rate.fill(self.velocity);
+        state
+            .tool_wrench
+            .force
+            .copy_from_slice(self.tool_force.row(row));
+        state
+            .tool_wrench
+            .moment
+            .copy_from_slice(self.tool_moment.row(row));
+    }
+}

@@ -1,0 +1,57 @@
+//! The extension module behind the Python package `tipwatch`: NumPy arrays and Arrow tables in and out.
+//!
+//! The package itself (`python/tipwatch`) adds what is better said in Python: drawing, progress bars, names.
+
+mod analysis;
+mod error;
+mod evaluation;
+mod inputs;
+mod interrupt;
+mod machine;
+mod options;
+mod program;
+mod read;
+mod screen;
+mod studies;
+mod table;
+
+use pyo3::prelude::*;
+
+/// Freed memory is kept for the next use, as in the programs.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
+#[pymodule]
+mod _tipwatch {
+    #[pymodule_export]
+    use super::analysis::{Analysis, analyze};
+    #[pymodule_export]
+    use super::error::TipwatchError;
+    #[pymodule_export]
+    use super::evaluation::Evaluation;
+    #[pymodule_export]
+    use super::machine::Machine;
+    #[pymodule_export]
+    use super::program::main;
+    #[pymodule_export]
+    use super::read::read;
+    #[pymodule_export]
+    use super::screen::{Fleet, screen};
+    #[pymodule_export]
+    use super::studies::{WhatIf, compare, whatif};
+    #[pymodule_export]
+    use super::table::Table;
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+
+    /// States the file of this library: results name it, and not the interpreter, as the program that made them.
+    #[pyfunction]
+    fn set_program(file: std::path::PathBuf) {
+        tipwatch_analyze::base::file_hash::set_program(&file);
+    }
+}

@@ -1,0 +1,326 @@
+//! Machines: a machine file and its URDF, checked.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, anyhow};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::prelude::*;
+use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::{Parameter, machine};
+
+use crate::error::exception;
+use crate::evaluation::{Evaluation, evaluate};
+use crate::inputs::{Given, Numbers};
+
+/// A machine, from its machine file and URDF.
+///
+/// Parameters
+/// ----------
+/// file : path
+///     The machine file (TOML).
+/// urdf : path, optional
+///     The URDF, for a machine file that names none.
+///
+/// Raises
+/// ------
+/// TipwatchError
+///     The files do not describe a valid machine: what was expected, what was found and where.
+#[pyclass(frozen, module = "tipwatch")]
+pub(crate) struct Machine {
+    pub(crate) file: MachineFile,
+    pub(crate) machine: machine::Machine,
+    /// Why the static loads are unknown.
+    reference_error: Option<String>,
+}
+
+impl Machine {
+    fn of(file: MachineFile) -> anyhow::Result<Self> {
+        let machine = file.check_alone()?;
+        Ok(Self::with(file, machine))
+    }
+
+    fn with(file: MachineFile, mut machine: machine::Machine) -> Self {
+        let reference_error = machine.set_reference_loads().err().map(|e| e.to_string());
+        Self {
+            file,
+            machine,
+            reference_error,
+        }
+    }
+
+    fn parameter(&self, name: &str) -> anyhow::Result<Parameter> {
+        let all = Parameter::all(&self.machine);
+        let mut known = all.iter().filter(|parameter| !parameter.is_signal());
+        let found = known.find(|parameter| parameter.name(&self.machine) == name);
+        found.copied().ok_or_else(|| {
+            anyhow!("expected the name of a parameter of the machine (Machine.parameters), found {name:?}")
+        })
+    }
+}
+
+/// The place of a name among others.
+fn position<'a>(
+    what: &str,
+    names: impl Iterator<Item = &'a str> + Clone,
+    name: &str,
+) -> PyResult<usize> {
+    let found = names.clone().position(|other| other == name);
+    found.ok_or_else(|| {
+        let names = names.collect::<Vec<_>>().join(", ");
+        exception(&anyhow!("expected a {what} ({names}), found {name:?}"))
+    })
+}
+
+#[pymethods]
+impl Machine {
+    #[new]
+    #[pyo3(signature = (file, urdf=None))]
+    fn new(file: PathBuf, urdf: Option<PathBuf>) -> PyResult<Self> {
+        let read = || {
+            let mut machine = MachineFile::read(&file)?;
+            if let Some(urdf) = &urdf {
+                machine = machine.with_urdf(urdf)?;
+            }
+            Self::of(machine)
+        };
+        read().map_err(|error: anyhow::Error| exception(&error))
+    }
+
+    /// Name of the machine.
+    #[getter]
+    fn name(&self) -> &str {
+        self.machine.name()
+    }
+
+    /// Gravitational acceleration (m/s^2).
+    #[getter]
+    fn gravity(&self) -> f64 {
+        self.machine.gravity()
+    }
+
+    /// Mass (kg), with the payloads that are always attached.
+    #[getter]
+    fn mass(&self) -> f64 {
+        self.machine.mass()
+    }
+
+    /// Names of the joints, in the order of every posture.
+    #[getter]
+    fn joints(&self) -> Vec<&str> {
+        let joints = self.machine.joints().iter();
+        joints.map(|joint| joint.name.as_str()).collect()
+    }
+
+    /// Units of the joints' positions: "rad" or "m".
+    #[getter]
+    fn joint_units(&self) -> Vec<&'static str> {
+        let slides = |joint| self.machine.joint_slides(joint);
+        let unit = |joint| if slides(joint) { "m" } else { "rad" };
+        (0..self.machine.joints().len()).map(unit).collect()
+    }
+
+    /// Names of the wheels, in the order of every array by wheel.
+    #[getter]
+    fn wheels(&self) -> Vec<&str> {
+        let wheels = self.machine.wheels().iter();
+        wheels.map(|wheel| wheel.name.as_str()).collect()
+    }
+
+    /// Names of the edges of the support polygon, in the order of every array by edge.
+    #[getter]
+    fn edges(&self) -> Vec<&str> {
+        let edges = self.machine.polygon().edges().iter();
+        edges.map(|edge| edge.name.as_str()).collect()
+    }
+
+    /// Place of a joint in a posture.
+    fn joint(&self, name: &str) -> PyResult<usize> {
+        let joints = self.machine.joints().iter();
+        position("joint", joints.map(|joint| joint.name.as_str()), name)
+    }
+
+    /// Place of a wheel in the arrays by wheel.
+    fn wheel(&self, name: &str) -> PyResult<usize> {
+        let wheels = self.machine.wheels().iter();
+        position("wheel", wheels.map(|wheel| wheel.name.as_str()), name)
+    }
+
+    /// Place of an edge in the arrays by edge.
+    fn edge(&self, name: &str) -> PyResult<usize> {
+        let edges = self.machine.polygon().edges().iter();
+        position("edge", edges.map(|edge| edge.name.as_str()), name)
+    }
+
+    /// All joints at zero, or at the limit next to zero (rad or m): shape (joints,).
+    #[getter]
+    fn zero_posture<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let joints = self.machine.joints().iter();
+        let zero = joints.map(|joint| match (joint.constant, joint.limits) {
+            (Some(constant), _) => constant,
+            (None, Some([low, high])) => 0.0_f64.max(low).min(high),
+            (None, None) => 0.0,
+        });
+        zero.collect::<Vec<f64>>().into_pyarray(py)
+    }
+
+    /// Smallest and largest position of each joint (rad or m); NaN where the URDF states none: shape (joints, 2).
+    #[getter]
+    fn joint_limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let joints = self.machine.joints().iter();
+        let limits = joints.map(|joint| joint.limits.map_or(vec![f64::NAN; 2], Vec::from));
+        Ok(PyArray2::from_vec2(py, &limits.collect::<Vec<_>>())?)
+    }
+
+    /// Loads of the wheels (N) at rest on level ground in the reference posture, shape (wheels,); they define the
+    /// utilisation.
+    ///
+    /// Raises
+    /// ------
+    /// TipwatchError
+    ///     A wheel carries nothing in that posture.
+    #[getter]
+    fn static_load<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        match &self.reference_error {
+            Some(error) => Err(exception(&anyhow!("{error}"))),
+            None => Ok(self
+                .machine
+                .reference()
+                .static_load
+                .clone()
+                .into_pyarray(py)),
+        }
+    }
+
+    /// Peculiarities that are not errors, one sentence each.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.machine.notes().to_vec()
+    }
+
+    /// Names of the parameters that [`changed`](Self::changed) takes, as "boom.mass".
+    #[getter]
+    fn parameters(&self) -> Vec<String> {
+        let all = Parameter::all(&self.machine).into_iter();
+        let parameters = all.filter(|parameter| !parameter.is_signal());
+        parameters.map(|p| p.name(&self.machine)).collect()
+    }
+
+    /// Names of everything that the loads depend on, signals first: the last axis of
+    /// ``Evaluation.load_gradient``.
+    #[getter]
+    fn gradient_names(&self) -> Vec<String> {
+        let all = Parameter::all(&self.machine).into_iter();
+        all.map(|p| p.name(&self.machine)).collect()
+    }
+
+    /// This machine with each parameter changed by an amount in its SI unit:
+    /// ``machine.changed({"boom.mass": +50.0})``.
+    ///
+    /// Raises
+    /// ------
+    /// TipwatchError
+    ///     There is no such parameter, or an amount is not finite.
+    fn changed(&self, changes: std::collections::BTreeMap<String, f64>) -> PyResult<Self> {
+        let change = |(name, &amount): (&String, &f64)| {
+            if !amount.is_finite() {
+                return Err(anyhow!(
+                    "expected a finite change of {name}, found {amount}"
+                ));
+            }
+            Ok((self.parameter(name)?, amount))
+        };
+        let changes: anyhow::Result<Vec<_>> = changes.iter().map(change).collect();
+        let changes = changes.map_err(|error| exception(&error))?;
+        Ok(Self::with(
+            self.file.clone(),
+            self.machine.changed(&changes),
+        ))
+    }
+
+    /// Wheel loads and stability of many postures, on all cores, without the interpreter's lock.
+    ///
+    /// Every input has one row per posture, or one row for all of them. The equations are those of
+    /// ``tipwatch analyze``, with the same bits.
+    ///
+    /// Parameters
+    /// ----------
+    /// positions : array, shape (rows, joints) or (joints,)
+    ///     Joint positions (rad or m), in the order of ``machine.joints``.
+    /// rates, accelerations : arrays like positions, optional
+    ///     Their first and second derivatives; zero if not given.
+    /// specific_force : array, shape (rows, 3) or (3,), optional
+    ///     Acceleration minus gravity (m/s^2): points up at rest. If not given, the machine is at rest on level
+    ///     ground.
+    /// up : array, shape (rows, 3) or (3,), optional
+    ///     Unit vector against gravity, in base axes. The loads do not depend on it; "causes" need it to tell slope from
+    ///     acceleration.
+    /// angular_velocity, angular_acceleration : arrays like specific_force, optional
+    ///     rad/s and rad/s^2; zero if not given.
+    /// tool_force, tool_moment : arrays like specific_force, optional
+    ///     Of the surroundings on the tool, in the axes of the tool frame (N, N m); zero if not given.
+    /// what : sequence of str
+    ///     "loads" (always), "indicators", "causes", "sigma", "parts", "gradient"; "all" is the first four.
+    /// frame : "base" or "imu"
+    ///     Where specific force and angular motion are given: in the origin and axes of the base frame, or as the
+    ///     machine's inertial measurement unit (IMU) measures them. The standard deviations of "sigma" count
+    ///     errors of the IMU only with "imu".
+    ///
+    /// Raises
+    /// ------
+    /// TipwatchError
+    ///     An array has the wrong shape, or a name is unknown.
+    #[pyo3(signature = (
+        positions, rates=None, accelerations=None, *, specific_force=None, up=None, angular_velocity=None,
+        angular_acceleration=None, tool_force=None, tool_moment=None, what=None, frame="base"
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
+    fn evaluate(
+        &self,
+        py: Python<'_>,
+        positions: Numbers<'_>,
+        rates: Option<Numbers<'_>>,
+        accelerations: Option<Numbers<'_>>,
+        specific_force: Option<Numbers<'_>>,
+        up: Option<Numbers<'_>>,
+        angular_velocity: Option<Numbers<'_>>,
+        angular_acceleration: Option<Numbers<'_>>,
+        tool_force: Option<Numbers<'_>>,
+        tool_moment: Option<Numbers<'_>>,
+        what: Option<Vec<String>>,
+        frame: &str,
+    ) -> PyResult<Evaluation> {
+        let given = Given {
+            positions,
+            rates,
+            accelerations,
+            specific_force,
+            up,
+            angular_velocity,
+            angular_acceleration,
+            tool_force,
+            tool_moment,
+        };
+        evaluate(py, &self.machine, &given, &what.unwrap_or_default(), frame)
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<tipwatch.Machine {:?}: {:.0} kg, {} joints, {} wheels>",
+            self.machine.name(),
+            self.machine.mass(),
+            self.machine.joints().len(),
+            self.machine.wheels().len()
+        )
+    }
+}
+
+/// Reads a machine file for an analysis: a machine, or the path of its file.
+pub(crate) fn machine_file(machine: &Bound<'_, PyAny>) -> PyResult<MachineFile> {
+    if let Ok(machine) = machine.cast::<Machine>() {
+        return Ok(machine.get().file.clone());
+    }
+    let path: PathBuf = machine.extract()?;
+    MachineFile::read(&path)
+        .with_context(|| "the machine of an analysis")
+        .map_err(|error| exception(&error))
+}

@@ -1,0 +1,54 @@
+//! The sensors of a log on one clock.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use tipwatch_analyze::analysis::run::states;
+use tipwatch_analyze::tables;
+
+use crate::error::exception;
+use crate::interrupt::interruptible;
+use crate::machine::machine_file;
+use crate::options::options;
+use crate::table::Table;
+
+/// Reads the sensors of a log, filtered and on one clock: joint positions, rates and accelerations, specific force and
+/// angular motion of the IMU, attitude and velocity of the base. No loads are computed.
+///
+/// Parameters
+/// ----------
+/// log : path
+///     The log.
+/// machine : Machine or path
+///     The machine, which binds topics to sensors.
+/// rate : float, optional
+///     Rows per second; if not given, rows follow the fastest joint stream.
+/// start, end : float, optional
+///     Time range (seconds after the first sample).
+/// estimator : "smoother" or "causal"
+///     As in ``analyze``.
+///
+/// Returns
+/// -------
+/// Table
+///     One row per time; null where a signal is unknown, with the reasons in a column.
+#[pyfunction]
+#[pyo3(signature = (log, machine, *, rate=None, start=None, end=None, estimator=None))]
+pub(crate) fn read(
+    py: Python<'_>,
+    log: PathBuf,
+    machine: &Bound<'_, PyAny>,
+    rate: Option<f64>,
+    start: Option<f64>,
+    end: Option<f64>,
+    estimator: Option<&str>,
+) -> PyResult<Table> {
+    let file = machine_file(machine)?;
+    let compute = |_: &_| {
+        let options = options(rate, start, end, estimator, None)?;
+        let (machine, rows) = states(&log, &file, &options)?;
+        Table::of(&[tables::states::states(&machine, &rows)])
+    };
+    let found = interruptible(py, compute, |_| Ok(()))?;
+    found.map_err(|error| exception(&error))
+}

@@ -1,0 +1,147 @@
+//! Comparisons of two analyses, and replays with another motion of the suspension.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use pyo3::prelude::*;
+use tipwatch_analyze::compare::{Side, compare as differences};
+use tipwatch_analyze::suspension::{self, SuspensionMode, WhatIfOptions, what_if};
+
+use crate::error::exception;
+use crate::interrupt::interruptible;
+use crate::machine::machine_file;
+use crate::options::{options, value};
+use crate::table::Table;
+
+/// Compares two logs or output folders of ``analyze``: events, figures, rows.
+///
+/// Parameters
+/// ----------
+/// a, b : path
+///     A log, or an output folder.
+/// machine : Machine or path, optional
+///     The machine of the logs.
+/// machine_b : Machine or path, optional
+///     Another machine for ``b``.
+/// rate, estimator, model
+///     Those of ``analyze``.
+///
+/// Returns
+/// -------
+/// dict
+///     The document that ``tipwatch compare --json`` prints.
+#[pyfunction]
+#[pyo3(signature = (a, b, *, machine=None, machine_b=None, rate=None, estimator=None, model=None))]
+#[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
+pub(crate) fn compare<'py>(
+    py: Python<'py>,
+    a: PathBuf,
+    b: PathBuf,
+    machine: Option<&Bound<'py, PyAny>>,
+    machine_b: Option<&Bound<'py, PyAny>>,
+    rate: Option<f64>,
+    estimator: Option<&str>,
+    model: Option<&str>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let machine_a = machine.map(machine_file).transpose()?;
+    let machine_b = machine_b.or(machine).map(machine_file).transpose()?;
+    let options = options(rate, None, None, estimator, model).map_err(|e| exception(&e))?;
+    let compute = |_: &_| {
+        let a = Side::of(&a, machine_a.as_ref(), options)?;
+        let b = Side::of(&b, machine_b.as_ref(), options)?;
+        serde_json::to_string(&differences(&a, &b)).context("a comparison")
+    };
+    let found = interruptible(py, compute, |_| Ok(()))?;
+    let json = found.map_err(|error| exception(&error))?;
+    py.import("json")?.call_method1("loads", (json,))
+}
+
+/// A replay of a log with another motion of its suspension.
+#[pyclass(frozen, module = "tipwatch")]
+pub(crate) struct WhatIf {
+    samples: Py<Table>,
+    summary: String,
+    findings: Vec<String>,
+}
+
+#[pymethods]
+impl WhatIf {
+    /// One row per time (``whatif.parquet``).
+    #[getter]
+    fn samples(&self, py: Python<'_>) -> Py<Table> {
+        self.samples.clone_ref(py)
+    }
+
+    /// The summary as a dictionary (``summary.json``).
+    #[getter]
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (&self.summary,))
+    }
+
+    /// What the replay shows, one sentence each.
+    #[getter]
+    fn findings(&self) -> Vec<String> {
+        self.findings.clone()
+    }
+}
+
+/// Replays a log with another motion of its active suspension.
+///
+/// Parameters
+/// ----------
+/// log : path
+///     The log.
+/// machine : Machine or path
+///     The machine; its machine file describes the suspension.
+/// suspension : "look-ahead", "literal", "locked" or "recorded"
+///     How the suspension moves.
+/// step : float, optional
+///     Control period (s); if not given, that of the machine file.
+/// rate, start, end, estimator
+///     Those of ``analyze``.
+/// out : path, optional
+///     A folder for the files of ``tipwatch whatif``.
+#[pyfunction]
+#[pyo3(signature = (
+    log, machine, *, suspension=None, step=None, rate=None, start=None, end=None, estimator=None, out=None
+))]
+#[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
+pub(crate) fn whatif(
+    py: Python<'_>,
+    log: PathBuf,
+    machine: &Bound<'_, PyAny>,
+    suspension: Option<&str>,
+    step: Option<f64>,
+    rate: Option<f64>,
+    start: Option<f64>,
+    end: Option<f64>,
+    estimator: Option<&str>,
+    out: Option<PathBuf>,
+) -> PyResult<WhatIf> {
+    let file = machine_file(machine)?;
+    let compute = |_: &_| {
+        let options = options(rate, start, end, estimator, None)?;
+        let motion = WhatIfOptions {
+            suspension: value("suspension", suspension, SuspensionMode::LookAhead)?,
+            step_s: step,
+        };
+        let replay = what_if(&log, &file, options, motion, &mut |_| {})?;
+        if let Some(out) = &out {
+            replay.write(out)?;
+        }
+        let summary = serde_json::to_string(&suspension::Summary::of(&replay))?;
+        let findings = suspension::findings(&replay)
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        anyhow::Ok((suspension::table::table(&replay), summary, findings))
+    };
+    let found = interruptible(py, compute, |_| Ok(()))?;
+    let (table, summary, findings) = found.map_err(|error| exception(&error))?;
+    let table = Table::of(&[table]).map_err(|error| exception(&error))?;
+    Ok(WhatIf {
+        samples: Py::new(py, table)?,
+        summary,
+        findings,
+    })
+}

@@ -1,0 +1,177 @@
+"""Types of the extension module."""
+
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+
+Floats = NDArray[np.float64]
+What = Literal["loads", "indicators", "causes", "sigma", "parts", "gradient", "all"]
+
+class TipwatchError(Exception): ...
+
+class Table:
+    @property
+    def columns(self) -> list[str]: ...
+    @property
+    def units(self) -> dict[str, str]: ...
+    def __len__(self) -> int: ...
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+
+class Evaluation:
+    @property
+    def names(self) -> list[str]: ...
+    def describe(self, name: str) -> str: ...
+    def columns(self, name: str) -> list[str]: ...
+    def __getattr__(self, name: str) -> Floats: ...
+
+class Machine:
+    def __init__(self, file: str | PathLike[str], urdf: str | PathLike[str] | None = None) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def gravity(self) -> float: ...
+    @property
+    def mass(self) -> float: ...
+    @property
+    def joints(self) -> list[str]: ...
+    @property
+    def joint_units(self) -> list[str]: ...
+    @property
+    def wheels(self) -> list[str]: ...
+    @property
+    def edges(self) -> list[str]: ...
+    def joint(self, name: str) -> int: ...
+    def wheel(self, name: str) -> int: ...
+    def edge(self, name: str) -> int: ...
+    @property
+    def zero_posture(self) -> Floats: ...
+    @property
+    def joint_limits(self) -> Floats: ...
+    @property
+    def static_load(self) -> Floats: ...
+    @property
+    def notes(self) -> list[str]: ...
+    @property
+    def parameters(self) -> list[str]: ...
+    @property
+    def gradient_names(self) -> list[str]: ...
+    def changed(self, changes: Mapping[str, float]) -> Machine: ...
+    def evaluate(
+        self,
+        positions: ArrayLike,
+        rates: ArrayLike | None = None,
+        accelerations: ArrayLike | None = None,
+        *,
+        specific_force: ArrayLike | None = None,
+        up: ArrayLike | None = None,
+        angular_velocity: ArrayLike | None = None,
+        angular_acceleration: ArrayLike | None = None,
+        tool_force: ArrayLike | None = None,
+        tool_moment: ArrayLike | None = None,
+        what: Sequence[What] | None = None,
+        frame: Literal["base", "imu"] = "base",
+    ) -> Evaluation: ...
+
+class Analysis:
+    @property
+    def samples(self) -> Table: ...
+    @property
+    def events(self) -> Table: ...
+    @property
+    def sensitivity(self) -> Table | None: ...
+    @property
+    def summary(self) -> dict[str, Any]: ...
+    @property
+    def notes(self) -> list[str]: ...
+    @property
+    def valid_share(self) -> float | None: ...
+    @property
+    def files(self) -> list[Path]: ...
+
+def analyze(
+    log: str | PathLike[str],
+    machine: Machine | str | PathLike[str],
+    *,
+    out: str | PathLike[str] | None = None,
+    rate: float | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    estimator: Literal["smoother", "causal"] | None = None,
+    model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
+    parts: bool = False,
+    precision: Literal[32, 64] = 64,
+    progress: Callable[[int], object] | None = None,
+) -> Analysis: ...
+class Fleet:
+    @property
+    def logs_uri(self) -> str: ...
+    @property
+    def events_uri(self) -> str: ...
+    @property
+    def totals(self) -> dict[str, Any]: ...
+    @property
+    def undecided(self) -> list[tuple[str, str]]: ...
+    @property
+    def page(self) -> Path | None: ...
+
+class WhatIf:
+    @property
+    def samples(self) -> Table: ...
+    @property
+    def summary(self) -> dict[str, Any]: ...
+    @property
+    def findings(self) -> list[str]: ...
+
+def read(
+    log: str | PathLike[str],
+    machine: Machine | str | PathLike[str],
+    *,
+    rate: float | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    estimator: Literal["smoother", "causal"] | None = None,
+) -> Table: ...
+def screen(
+    logs: str | PathLike[str] | Sequence[str | PathLike[str]],
+    *,
+    out: str | PathLike[str],
+    machine: Machine | str | PathLike[str] | None = None,
+    fleet: str | PathLike[str] | None = None,
+    resume: bool = False,
+    jobs: int | None = None,
+    rate: float | None = None,
+    estimator: Literal["smoother", "causal"] | None = None,
+    model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
+    min_valid: float = 0.5,
+    progress: Callable[[int, int], object] | None = None,
+) -> Fleet: ...
+def compare(
+    a: str | PathLike[str],
+    b: str | PathLike[str],
+    *,
+    machine: Machine | str | PathLike[str] | None = None,
+    machine_b: Machine | str | PathLike[str] | None = None,
+    rate: float | None = None,
+    estimator: Literal["smoother", "causal"] | None = None,
+    model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
+) -> dict[str, Any]: ...
+def whatif(
+    log: str | PathLike[str],
+    machine: Machine | str | PathLike[str],
+    *,
+    suspension: Literal["look-ahead", "literal", "locked", "recorded"] | None = None,
+    step: float | None = None,
+    rate: float | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    estimator: Literal["smoother", "causal"] | None = None,
+    out: str | PathLike[str] | None = None,
+) -> WhatIf: ...
+def set_program(file: str | PathLike[str]) -> None: ...
+def main(arguments: Sequence[str]) -> int: ...

@@ -1,0 +1,43 @@
+//! The Python package of the tree, built for tests.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// A folder from which Python imports `tipwatch`: for `PYTHONPATH`. Built once per process.
+///
+/// # Panics
+/// The package cannot be built.
+#[must_use]
+pub fn python_package() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        // the whole workspace: one crate alone would have its dependencies built anew, with fewer features
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--workspace", "--lib", "--locked", "--quiet"]);
+        let status = cargo.current_dir(&root).status().expect("cargo");
+        assert!(status.success(), "cargo build --workspace --lib: {status}");
+        // target/debug/deps/tests-0123456789abcdef
+        let test = std::env::current_exe().expect("the test's file");
+        let built = test.ancestors().nth(2).expect("the folder of the build");
+        let folder = built.join("python-package");
+        let package = folder.join("tipwatch");
+        fs::create_dir_all(&package).expect("a folder");
+        for file in fs::read_dir(root.join("python/tipwatch")).expect("the package") {
+            let file = file.expect("a file").path();
+            if file.is_file() {
+                let name = file.file_name().expect("a name");
+                fs::copy(&file, package.join(name)).expect("a copy");
+            }
+        }
+        let library = built.join(format!("lib_tipwatch{}", std::env::consts::DLL_SUFFIX));
+        let module = package.join("_tipwatch.abi3.so");
+        // another process may have it loaded: replaced, not written over
+        let next = package.join(format!("_tipwatch.{}.next", std::process::id()));
+        fs::copy(&library, &next).unwrap_or_else(|e| panic!("{}: {e}", library.display()));
+        fs::rename(&next, &module).expect("the module");
+        folder
+    })
+}
