@@ -27,6 +27,7 @@ use super::evidence::Evidence;
 use super::lean_difference::LeanDifference;
 use super::lean_model::{Lean, LeanModel};
 use super::rolling::Rolled;
+use super::standstill::Standstill;
 use super::travel::{Rocking, Travel};
 use crate::machine::{FaultKind, Machine, rotation_in_body};
 
@@ -88,6 +89,7 @@ pub(in super::super) struct LeanWatch {
     /// That the platform does not follow the arm, about each axis.
     follows_not: [Evidence; 2],
     differs: LeanDifference,
+    standstill: Standstill,
 }
 
 impl LeanWatch {
@@ -114,6 +116,7 @@ impl LeanWatch {
             rocking: ROCKING_S.map(Rocking::new),
             disturbed: [0.0; 2],
             follows_not: [Evidence::default(); 2],
+            standstill: Standstill::new(machine),
         })
     }
 
@@ -135,7 +138,7 @@ impl LeanWatch {
     fn forget(&mut self, stamp_ns: i64) {
         self.silent_until_ns = stamp_ns.saturating_add((FORGOTTEN_S * 1e9) as i64);
         self.follows_not.iter_mut().for_each(Evidence::forget);
-        self.differs.evidence.forget();
+        self.differs.forget();
     }
 
     /// Takes force and moment on the tool (N, N m; in its frame).
@@ -153,7 +156,9 @@ impl LeanWatch {
     ) {
         for (joint, position, rate) in joints {
             self.model.set(joint, position, rate);
+            self.standstill.take(joint, position);
         }
+        self.differs.expect_standstill(self.standstill.stands_out());
         let step_s = (self.joints_ns.replace(stamp_ns))
             .map_or(0.0, |last_ns| limits.elapsed_s(last_ns, stamp_ns));
         let start_ns = *self.start_ns.get_or_insert(stamp_ns);
@@ -221,11 +226,13 @@ impl LeanWatch {
 
     fn report(&mut self, found: &mut Found<'_>) {
         let [x, y] = &mut self.follows_not;
-        let differs = self.differs.evidence.stands(DIFFERS);
+        let [differs, standstill] = self.differs.evidences();
+        let (differs, standstill) = (differs.stands(DIFFERS), standstill.stands(DIFFERS));
         let all = [
             (x.stands(FOLLOWS_NOT), FOLLOWS_NOT),
             (y.stands(FOLLOWS_NOT), FOLLOWS_NOT),
             (differs, DIFFERS),
+            (standstill, DIFFERS),
         ];
         let standing = all
             .iter()
@@ -275,7 +282,7 @@ impl LeanWatch {
         let tips = (measured.iter()).any(|lean| lean.norm() > self.model.largest);
         if tips && known_s > WARM_UP_S[0] {
             self.follows_not = [Evidence::default(); 2];
-            self.differs.evidence = Evidence::default();
+            self.differs.clear();
             self.silent_until_ns = stamp_ns.saturating_add((FORGOTTEN_S * 1e9) as i64);
             return;
         }
