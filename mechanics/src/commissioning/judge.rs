@@ -136,11 +136,12 @@ impl<'a> Judge<'a> {
         let before = self.base.agreeing();
         let mut found: Vec<Explanation> = Vec::new();
         for correction in candidates(setting, &self.base) {
-            let is_of_joint = matches!(
+            // The lean compares joints with roll and pitch rate.
+            let is_of_lean = matches!(
                 correction,
-                Correction::ScaleJoint(..) | Correction::SwapJoints(..)
+                Correction::ScaleJoint(..) | Correction::SwapJoints(..) | Correction::GyroAxes(_)
             );
-            if !has_contradiction && !is_of_joint {
+            if !has_contradiction && !is_of_lean {
                 continue;
             }
             let Some(evidence) = self.without_contradiction(&correction) else {

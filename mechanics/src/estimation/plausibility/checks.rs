@@ -9,7 +9,7 @@ use super::joint::{JointLimits, JointWatch};
 use super::notice::{Limits, Notice};
 use super::redundancy::{
     DriveWatch, LeanWatch, Rolled, RotationWatch, SpecificForceWatch, TiltWatch, Travel, YawWatch,
-    up_direction,
+    skids, up_direction,
 };
 use super::treatment::{Judgement, RowEffect};
 use super::vector::{Slew, VectorWatch};
@@ -395,7 +395,7 @@ impl Redundancy {
             specific_force: imu_on_base.then(|| SpecificForceWatch::new(machine)),
             tilt: TiltWatch::new(machine.plausibility().tilt_tolerance),
             rotation: RotationWatch::new(),
-            yaw: imu_on_base.then(YawWatch::new),
+            yaw: imu_on_base.then(|| YawWatch::new(skids(machine))),
             drive: imu_on_base
                 .then(|| DriveWatch::new(rotation_in_body(machine.imu()), machine.gravity())),
             base_from_imu: rotation_in_body(machine.imu()),

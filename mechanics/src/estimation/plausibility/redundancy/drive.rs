@@ -121,7 +121,6 @@ mod tests {
                 speed: wheels(time_s, velocity(time_s)),
                 by_speeds: None,
                 by_steering: None,
-                skids: false,
             };
             watch.take_wheels(stamp_ns, Some(rolled));
             let acceleration = (velocity(time_s + 0.005) - velocity(time_s - 0.005)) / 0.01;

@@ -325,8 +325,9 @@ fn moments(motion: &BodyMotion<f64>, inertia: &Inertia, ground: f64) -> [Vector3
     let com = motion.rotation * inertia.com;
     let place = motion.origin + com - Vector3::z() * ground;
     let velocity = motion.velocity + w.cross(&com);
-    let tensor = motion.rotation * inertia.about_com * motion.rotation.transpose();
-    let momentum = place.cross(&velocity) * inertia.mass + tensor * w;
+    // The inertia tensor is not turned into base axes: three products with a vector cost less than two of matrices.
+    let own = motion.rotation * (inertia.about_com * motion.rotation.tr_mul(w));
+    let momentum = place.cross(&velocity) * inertia.mass + own;
     [place * inertia.mass, momentum]
 }
 

@@ -27,7 +27,7 @@ mod yaw;
 pub(super) use drive::DriveWatch;
 pub use excitation::{Excitation, Unshown};
 pub(super) use lean::LeanWatch;
-pub(super) use rolling::Rolled;
+pub(super) use rolling::{Rolled, skids};
 pub(super) use rotation::RotationWatch;
 pub(super) use specific_force::SpecificForceWatch;
 pub(super) use tilt::{TiltWatch, up_direction};

@@ -32,6 +32,8 @@ fn a_machine_at_rest_shows_nothing() {
             "{name}"
         );
     }
+    // Steering leans nothing: turns show it.
+    assert_eq!(all.len(), 4 + 2);
     assert!(all.contains(&Unshown::Turn) && all.contains(&Unshown::Travel));
 }
 

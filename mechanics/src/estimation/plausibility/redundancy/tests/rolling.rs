@@ -1,7 +1,7 @@
 //! The motion by the wheels on machines that roll without slip.
 
 use super::super::lean_model::LeanModel;
-use super::super::rolling::Rolled;
+use super::super::rolling::{Rolled, skids, steers};
 use super::{bogies, joint, posture, steered};
 use crate::machine::Machine;
 
@@ -51,7 +51,6 @@ fn straight_travel_has_the_speed_of_its_wheels_and_no_turn() {
         assert!((rolled.speed - speed).abs() < 1e-9);
         assert!(rolled.by_speeds.unwrap().abs() < 1e-9);
         assert!(rolled.by_steering.unwrap().abs() < 1e-9);
-        assert!(!rolled.skids);
     }
 }
 
@@ -85,12 +84,29 @@ fn machine_without_steering_turns_by_the_difference_of_its_sides() {
         }
     });
     let rolled = rolled.unwrap();
-    assert!(rolled.skids && rolled.by_steering.is_none());
+    assert!(skids(&machine) && !skids(&steered()));
+    assert!(rolled.by_steering.is_none());
     assert!((rolled.speed - speed).abs() < 1e-3, "{rolled:?}");
     assert!(
         (rolled.by_speeds.unwrap() - turning).abs() < 1e-3,
         "{rolled:?}"
     );
+}
+
+#[test]
+fn joints_that_steer_are_known() {
+    let machine = steered();
+    let found = (0..machine.joints().len()).filter(|&joint| steers(&machine, joint));
+    let names: Vec<&str> = found
+        .map(|joint| machine.joints()[joint].name.as_str())
+        .collect();
+    assert_eq!(names.len(), 2, "{names:?}");
+    assert!(
+        names.iter().all(|name| name.starts_with("steer")),
+        "{names:?}"
+    );
+    let machine = bogies();
+    assert!((0..machine.joints().len()).all(|joint| !steers(&machine, joint)));
 }
 
 #[test]
