@@ -41,11 +41,16 @@ const ALIKE_S: f64 = 0.25;
 /// how often it is reached in the field is not known.
 const FOLLOWS_NOT: f64 = 10.0;
 const DIFFERS: f64 = 8.0;
+/// The same, of 50 to 1, where an encoder stands out besides.
+const STOPPED: f64 = 4.0;
 /// Lean of a standing platform that has other causes (rad).
 const UNEXPLAINED: f64 = 2e-4;
 /// The same while it travels (rad), and how long it lasts afterwards in each band (s).
 const UNEVEN: f64 = 2e-3;
 const ROCKING_S: [f64; 2] = [0.7, 1.5];
+/// Shares of both that count where an encoder stands out: the sums of all that the ground may do excuse too much there.
+const UNEVEN_SHARE: f64 = 0.5;
+const DISTURBED_SHARE: f64 = 0.2;
 /// Time for which the filters remember the lean of a machine that has travelled (s).
 const DISTURBED_S: f64 = 2.5;
 /// Time after a gap or a faulty sample in which the filters still remember it (s).
@@ -227,12 +232,12 @@ impl LeanWatch {
     fn report(&mut self, found: &mut Found<'_>) {
         let [x, y] = &mut self.follows_not;
         let [differs, standstill] = self.differs.evidences();
-        let (differs, standstill) = (differs.stands(DIFFERS), standstill.stands(DIFFERS));
+        let (differs, standstill) = (differs.stands(DIFFERS), standstill.stands(STOPPED));
         let all = [
             (x.stands(FOLLOWS_NOT), FOLLOWS_NOT),
             (y.stands(FOLLOWS_NOT), FOLLOWS_NOT),
             (differs, DIFFERS),
-            (standstill, DIFFERS),
+            (standstill, STOPPED),
         ];
         let standing = all
             .iter()
@@ -266,11 +271,13 @@ impl LeanWatch {
             return;
         }
         let step_s = step_ns as f64 * 1e-9;
-        let noise = |band: usize| {
-            let other = UNEXPLAINED + UNEVEN * rocking[band] + self.disturbed[band];
+        let noise = |band: usize, [uneven, disturbed]: [f64; 2]| {
+            let ground = UNEVEN * uneven * rocking[band] + disturbed * self.disturbed[band];
+            let other = UNEXPLAINED + ground;
             other * other + self.turned[band].variance(self.gyro.noise, step_s)
         };
-        let noise = [noise(0), noise(1)];
+        let standstill = noise(1, [UNEVEN_SHARE, DISTURBED_SHARE]);
+        let noise = [0, 1].map(|band| noise(band, [1.0, 1.0]));
         let known_s = self.gyro.known_s();
         let bias_is_doubtful = self.leans_at_start || self.gyro.turned_at_start();
         let settled_s = if bias_is_doubtful {
@@ -291,8 +298,13 @@ impl LeanWatch {
         }
         if known_s > settled_s {
             let leans = [&expected[1], &measured[1]];
-            self.differs
-                .weigh([stamp_ns, step_ns], &lean, leans, noise[1], rocking[1]);
+            self.differs.weigh(
+                [stamp_ns, step_ns],
+                &lean,
+                leans,
+                [noise[1], standstill],
+                rocking[1],
+            );
         }
     }
 

@@ -117,30 +117,30 @@ impl LeanDifference {
         self.of_standstill = Evidence::default();
     }
 
-    /// Weighs a sample. `noise`: variance of the lean that has other causes; `rocking`: how much of it the ground may
+    /// Weighs a sample. `noise`: variance of the lean that has other causes, and of that where an encoder stands out; `rocking`: how much of it the ground may
     /// cause, 0 to 1.
     pub(super) fn weigh(
         &mut self,
         [stamp_ns, step_ns]: [i64; 2],
         lean: &Lean,
         [a, b]: [&Vector2<f64>; 2],
-        noise: f64,
+        [noise, noise_of_standstill]: [f64; 2],
         rocking: f64,
     ) {
         let step_s = step_ns as f64 * 1e-9;
         let size = a.norm_squared() + b.norm_squared();
         let difference = b - self.compliance.component_mul(a);
         let common = noise + MODEL * MODEL * size / 2.0;
-        let refuted = REFUTED * size / (size + 4.0 * noise);
         // The ground turns a machine that travels.
         let can_show = if lean.is_beyond_model {
             0.0
         } else {
             1.0 - rocking
         };
-        let shows = |evidence: &Evidence, common: f64, load: f64| {
+        let shows = |evidence: &Evidence, noise: f64, [model, load]: [f64; 2]| {
+            let common = noise + model * model * size / 2.0;
             let against = self.against(lean, [a, &difference], common, load);
-            let mut gained = against.min(MOST) - refuted;
+            let mut gained = against.min(MOST) - REFUTED * size / (size + 4.0 * noise);
             if gained > 0.0 {
                 gained *= can_show;
             }
@@ -149,10 +149,11 @@ impl LeanDifference {
             }
             gained * step_s / ALIKE_S
         };
-        let gained = shows(&self.evidence, common, SMALL_LOAD);
-        let model = noise + STANDSTILL_MODEL * STANDSTILL_MODEL * size / 2.0;
-        let of_standstill =
-            (self.stands_out).then(|| shows(&self.of_standstill, model, STANDSTILL_LOAD));
+        let gained = shows(&self.evidence, noise, [MODEL, SMALL_LOAD]);
+        let of_standstill = self.stands_out.then(|| {
+            let smaller = [STANDSTILL_MODEL, STANDSTILL_LOAD];
+            shows(&self.of_standstill, noise_of_standstill, smaller)
+        });
         self.evidence.add(stamp_ns, gained);
         if let Some(gained) = of_standstill {
             self.of_standstill.add(stamp_ns, gained);
@@ -234,7 +235,7 @@ mod tests {
                 is_beyond_model: false,
             };
             let [a, b] = leans(time_s);
-            difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], 4e-8, rocking);
+            difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], [4e-8; 2], rocking);
             difference.evidence.stands(LIMIT).map(|_| time_s)
         })
     }
@@ -254,7 +255,7 @@ mod tests {
             };
             let [a, b] = leans(time_s);
             difference.expect_standstill(stands_out);
-            difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], 4e-8, 0.0);
+            difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], [4e-8; 2], 0.0);
             let [_, standstill] = difference.evidences();
             standstill.stands(LIMIT).map(|_| time_s)
         })
