@@ -41,8 +41,8 @@ const ALIKE_S: f64 = 0.25;
 /// how often it is reached in the field is not known.
 const FOLLOWS_NOT: f64 = 10.0;
 const DIFFERS: f64 = 8.0;
-/// The same, of 50 to 1, where an encoder stands out besides.
-const STOPPED: f64 = 4.0;
+/// The same, of 20 to 1, where an encoder stands out besides.
+const STOPPED: f64 = 3.0;
 /// Lean of a standing platform that has other causes (rad).
 const UNEXPLAINED: f64 = 2e-4;
 /// The same while it travels (rad), and how long it lasts afterwards in each band (s).
