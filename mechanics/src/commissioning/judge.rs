@@ -136,12 +136,11 @@ impl<'a> Judge<'a> {
         let before = self.base.agreeing();
         let mut found: Vec<Explanation> = Vec::new();
         for correction in candidates(setting, &self.base) {
-            // The lean compares joints with roll and pitch rate.
-            let is_of_lean = matches!(
+            let is_of_joint = matches!(
                 correction,
-                Correction::ScaleJoint(..) | Correction::SwapJoints(..) | Correction::GyroAxes(_)
+                Correction::ScaleJoint(..) | Correction::SwapJoints(..)
             );
-            if !has_contradiction && !is_of_lean {
+            if !has_contradiction && !is_of_joint {
                 continue;
             }
             let Some(evidence) = self.without_contradiction(&correction) else {
