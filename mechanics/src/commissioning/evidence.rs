@@ -1,5 +1,8 @@
 //! All comparisons of the signals, under a correction.
 
+use std::cell::LazyCell;
+use std::rc::Rc;
+
 use nalgebra::Vector3;
 
 use super::correction::{Correction, Subject};
@@ -62,54 +65,123 @@ impl<'a> Comparison<'a> {
 
     /// The comparisons under a correction. What it does not touch is taken over from `base`.
     pub(super) fn evidence(&self, correction: &Correction, base: Option<&Evidence>) -> Evidence {
+        let mut all = Evidence(Vec::new());
+        for group in self.groups(correction, base) {
+            all.0.extend(group());
+        }
+        all
+    }
+
+    /// The same, unless something in it contradicts: then the rest is not computed.
+    pub(super) fn without_contradiction(
+        &self,
+        correction: &Correction,
+        base: &Evidence,
+    ) -> Option<Evidence> {
+        let groups = self.groups(correction, Some(base));
+        let mut found = [const { Vec::new() }; 4];
+        // From what is known to what costs most.
+        for place in [0, 1, 3, 2] {
+            let group = Evidence(groups[place]());
+            if group.contradictions().next().is_some() {
+                return None;
+            }
+            found[place] = group.0;
+        }
+        Some(Evidence(found.concat()))
+    }
+
+    /// The groups of comparisons under a correction.
+    fn groups<'g>(
+        &'g self,
+        correction: &'g Correction,
+        base: Option<&'g Evidence>,
+    ) -> [Box<dyn Fn() -> Vec<Estimate> + 'g>; 4] {
         let machine = self.machine;
         let parts = base.map_or(Parts::ALL, |_| self.touched(correction));
-        let view = self.signals.view(machine, correction);
-        let mut all: Vec<Estimate> = base.map_or(Vec::new(), |base| {
-            base.0
-                .iter()
-                .filter(|e| !parts.holds(e.relation))
-                .copied()
-                .collect()
-        });
-        if parts.travel {
-            let moves_joints = parts.readings || *correction == Correction::Reverse;
-            let wheels = (!moves_joints).then_some(&self.travel.wheels[..]);
-            let travel = Travel::of(machine, self.roles, &view, wheels);
-            all.extend(driving::at_rest(machine, &view, &travel, &self.normal));
-            all.extend(driving::driving(machine, &view, &travel, &self.normal));
-            all.extend(driving::turning(&view, &travel, self.skids));
-            all.extend(driving::attitude(machine, &view, &travel));
-            all.extend(rolling::wheels(&view, &travel, self.skids));
-            all.extend(rolling::steering(machine, self.roles, &view, &travel));
-        }
-        if parts.lean {
-            let turns_force = matches!(
-                correction,
-                Correction::TurnImu(_) | Correction::ScaleForce(_)
-            );
-            let anew =
-                (parts.readings || turns_force).then(|| self.platform.predict(&view, &self.moved));
-            let predicted = anew.as_ref().unwrap_or(&self.predicted);
-            all.extend(leaning::leaning(
-                &self.platform,
-                self.signals,
-                &view,
-                &self.moved,
-                predicted,
-            ));
-            all.extend(still::still(
-                &self.platform,
-                self.roles,
-                self.signals,
-                &view,
-                &self.travel,
-            ));
-        }
-        if parts.readings {
-            all.extend(readings::readings(machine, self.roles, &view));
-        }
-        Evidence(all)
+        let view = Rc::new(LazyCell::new(move || {
+            self.signals.view(machine, correction)
+        }));
+        let kept = move || {
+            let all = base.map_or(&[][..], |base| &base.0);
+            let untouched = all.iter().filter(|e| !parts.holds(e.relation));
+            untouched.copied().collect()
+        };
+        let of_travel = {
+            let view = Rc::clone(&view);
+            move || match parts.travel {
+                true => self.of_travel(correction, &view, parts.readings),
+                false => Vec::new(),
+            }
+        };
+        let of_readings = {
+            let view = Rc::clone(&view);
+            move || match parts.readings {
+                true => readings::readings(machine, self.roles, &view),
+                false => Vec::new(),
+            }
+        };
+        let of_lean = move || match parts.lean {
+            true => self.of_lean(correction, &view, parts.readings),
+            false => Vec::new(),
+        };
+        [
+            Box::new(kept),
+            Box::new(of_travel),
+            Box::new(of_lean),
+            Box::new(of_readings),
+        ]
+    }
+
+    fn of_travel(
+        &self,
+        correction: &Correction,
+        view: &View,
+        changes_readings: bool,
+    ) -> Vec<Estimate> {
+        let machine = self.machine;
+        let moves_joints = changes_readings || *correction == Correction::Reverse;
+        let wheels = (!moves_joints).then_some(&self.travel.wheels[..]);
+        let travel = Travel::of(machine, self.roles, view, wheels);
+        let mut all: Vec<Estimate> = Vec::new();
+        all.extend(driving::at_rest(machine, view, &travel, &self.normal));
+        all.extend(driving::driving(machine, view, &travel, &self.normal));
+        all.extend(driving::turning(view, &travel, self.skids));
+        all.extend(driving::attitude(machine, view, &travel));
+        all.extend(rolling::wheels(view, &travel, self.skids));
+        all.extend(rolling::steering(machine, self.roles, view, &travel));
+        all
+    }
+
+    fn of_lean(
+        &self,
+        correction: &Correction,
+        view: &View,
+        changes_readings: bool,
+    ) -> Vec<Estimate> {
+        let turns_force = matches!(
+            correction,
+            Correction::TurnImu(_) | Correction::ScaleForce(_)
+        );
+        let anew =
+            (changes_readings || turns_force).then(|| self.platform.predict(view, &self.moved));
+        let predicted = anew.as_ref().unwrap_or(&self.predicted);
+        let mut all: Vec<Estimate> = Vec::new();
+        all.extend(leaning::leaning(
+            &self.platform,
+            self.signals,
+            view,
+            &self.moved,
+            predicted,
+        ));
+        all.extend(still::still(
+            &self.platform,
+            self.roles,
+            self.signals,
+            view,
+            &self.travel,
+        ));
+        all
     }
 
     /// What a correction touches.

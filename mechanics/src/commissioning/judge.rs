@@ -119,6 +119,13 @@ impl<'a> Judge<'a> {
         Some(found)
     }
 
+    /// The evidence under a correction if nothing in it contradicts.
+    fn without_contradiction(&self, correction: &Correction) -> Option<Evidence> {
+        let found = (self.comparison?).without_contradiction(correction, &self.base)?;
+        self.known.borrow_mut().push((*correction, found.clone()));
+        Some(found)
+    }
+
     /// The corrections after which nothing contradicts and more agrees than before.
     fn explain(&self, setting: &Setting<'_>) -> Vec<Explanation> {
         let has_contradiction = self.base.contradictions().next().is_some();
@@ -136,13 +143,13 @@ impl<'a> Judge<'a> {
             if !has_contradiction && !is_of_joint {
                 continue;
             }
-            let Some(evidence) = self.evidence(&correction) else {
+            let Some(evidence) = self.without_contradiction(&correction) else {
                 continue;
             };
             let agreeing = evidence.agreeing();
             let is_better =
                 agreeing > before || (is_omission(&correction) && agreeing + 3 >= before);
-            if !is_better || evidence.contradictions().next().is_some() {
+            if !is_better {
                 continue;
             }
             // Doubts alone count where a correction removes all of them, and the signals as they are are excluded beside it.

@@ -8,7 +8,8 @@ use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
 use super::notice::{Limits, Notice};
 use super::redundancy::{
-    LeanWatch, RotationWatch, SpecificForceWatch, TiltWatch, Travel, YawWatch, up_direction,
+    DriveWatch, LeanWatch, Rolled, RotationWatch, SpecificForceWatch, TiltWatch, Travel, YawWatch,
+    skids, up_direction,
 };
 use super::treatment::{Judgement, RowEffect};
 use super::vector::{Slew, VectorWatch};
@@ -64,6 +65,8 @@ struct Redundancy {
     rotation: RotationWatch,
     /// Of an IMU on the base.
     yaw: Option<YawWatch>,
+    /// Of an IMU on the base.
+    drive: Option<DriveWatch>,
     base_from_imu: Matrix3<f64>,
     /// By stream: radius of each wheel's joint; NaN for other joints.
     radii: Vec<Vec<f64>>,
@@ -227,9 +230,7 @@ impl Plausibility {
             if let Some(lean) = &mut redundancy.lean {
                 lean.distrust_joints(sample.stamp_ns);
             }
-            if let Some(yaw) = &mut redundancy.yaw {
-                yaw.take_wheels(sample.stamp_ns, None);
-            }
+            redundancy.take_wheels(sample.stamp_ns, None);
         } else {
             let joints = &sensors.joints[stream].joints;
             redundancy.take_joints(stream, sample, joints, limits);
@@ -294,6 +295,11 @@ impl Plausibility {
             let in_base = redundancy.base_from_imu * up;
             let tilt = &mut redundancy.tilt;
             tilt.check(stamp_ns, &in_base, limits, &mut note.of(Part::Tilt));
+            if let Some(drive) = redundancy.drive.as_mut().filter(|_| has_force) {
+                let [force, _] = &vectors;
+                let found = &mut note.of(Part::Drive);
+                drive.check(stamp_ns, [force, &up], limits, found);
+            }
             if has_force && has_turning {
                 let [force, turning] = &vectors;
                 let found = &mut note.of(Part::Acceleration);
@@ -389,7 +395,9 @@ impl Redundancy {
             specific_force: imu_on_base.then(|| SpecificForceWatch::new(machine)),
             tilt: TiltWatch::new(machine.plausibility().tilt_tolerance),
             rotation: RotationWatch::new(),
-            yaw: imu_on_base.then(YawWatch::new),
+            yaw: imu_on_base.then(|| YawWatch::new(skids(machine))),
+            drive: imu_on_base
+                .then(|| DriveWatch::new(rotation_in_body(machine.imu()), machine.gravity())),
             base_from_imu: rotation_in_body(machine.imu()),
             radii: radii
                 .map(|stream| stream.joints.iter().map(radius).collect())
@@ -415,9 +423,18 @@ impl Redundancy {
             let motions = joints.iter().zip(positions.iter().zip(rates));
             let motions = motions.map(|(&joint, (&position, &rate))| (joint, position, rate));
             lean.take_joints(stamp_ns, motions, limits);
-            if let Some(yaw) = &mut self.yaw {
-                yaw.take_wheels(stamp_ns, lean.rolled);
-            }
+            let rolled = lean.rolled;
+            self.take_wheels(stamp_ns, rolled);
+        }
+    }
+
+    /// Takes the motion by the wheels; `None`: it is not known.
+    fn take_wheels(&mut self, stamp_ns: i64, rolled: Option<Rolled>) {
+        if let Some(yaw) = &mut self.yaw {
+            yaw.take_wheels(stamp_ns, rolled);
+        }
+        if let Some(drive) = &mut self.drive {
+            drive.take_wheels(stamp_ns, rolled);
         }
     }
 }

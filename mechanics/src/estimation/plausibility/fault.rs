@@ -28,6 +28,8 @@ pub enum Part {
     Yaw(YawBy),
     /// Velocity by the odometry with that by the wheels.
     Rolling,
+    /// Specific force with the change of the wheels' speed.
+    Drive,
     /// Force on the tool.
     ToolForce,
     /// Moment on the tool.
@@ -140,6 +142,7 @@ impl Part {
             Self::Yaw(YawBy::Steering) => {
                 return "imu.angular_velocity against the steering of the wheels".into();
             }
+            Self::Drive => return "imu.specific_force against the speeds of the wheels".into(),
             Self::Rolling => return "odometry.velocity against the wheels".into(),
             Self::ToolForce => "force",
             Self::ToolMoment => "moment",
@@ -170,7 +173,7 @@ impl Part {
             Self::Acceleration => ["m/s^2", "m/s^3"],
             Self::Tilt | Self::Rotation | Self::Yaw(_) => ["rad", "rad/s"],
             Self::Rolling => ["m", "m/s"],
-            Self::Velocity => ["m/s", "m/s^2"],
+            Self::Velocity | Self::Drive => ["m/s", "m/s^2"],
             Self::ToolForce => ["N", "N/s"],
             Self::ToolMoment => ["N m", "N m/s"],
             Self::Actuator(joint)
@@ -221,6 +224,7 @@ impl Part {
             | Self::Rotation
             | Self::Yaw(_)
             | Self::Rolling
+            | Self::Drive
             | Self::Velocity
             | Self::ToolForce
             | Self::ToolMoment

@@ -18,6 +18,7 @@
 //! | `contradiction` | arm and gyro | the platform does not lean on its tyres as the motion of the arm requires |
 //! | `contradiction` | gyro and attitude | the attitude turns otherwise than the angular velocity |
 //! | `contradiction` | gyro and odometry, wheels, steering | the machine turns otherwise about the vertical |
+//! | `contradiction` | specific force and wheels | one speeds up while the other slows down |
 //! | `contradiction` | odometry and wheels | they go in opposite directions |
 //! | `contradiction` | specific force | differs from that by attitude, angular velocity and odometry |
 //! | `contradiction` | attitudes | IMU and odometry measure different inclinations |

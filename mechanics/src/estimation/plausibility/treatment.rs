@@ -120,7 +120,8 @@ impl RowEffect {
             | Part::Tilt
             | Part::Rotation
             | Part::Yaw(_)
-            | Part::Rolling => {}
+            | Part::Rolling
+            | Part::Drive => {}
             Part::ToolForce | Part::ToolMoment => self.tool_wrench += doubt,
             // The accuracy of a force is stated in its linkage.
             Part::Actuator(_) => {}

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::lean_model::SMOOTHED_S;
-use super::low_pass::LowPass;
+use super::low_pass::{LowPass, share};
 
 /// Time over which the bias of the gyro is averaged at the start (s).
 pub(super) const BIAS_S: f64 = 0.4;
@@ -14,24 +14,31 @@ const NOISE_WEIGHT: f64 = 1.0 / 64.0;
 
 /// Two high-pass filters.
 #[derive(Debug, Clone)]
-pub(super) struct Band([LowPass<2>; 2]);
+pub(super) struct Band {
+    time_constant_s: f64,
+    filters: [LowPass<2>; 2],
+}
 
 impl Band {
     /// Filters with this time constant.
     pub(super) fn new(time_constant_s: f64) -> Self {
-        Self([LowPass::new(time_constant_s), LowPass::new(time_constant_s)])
+        Self {
+            time_constant_s,
+            filters: [LowPass::new(time_constant_s), LowPass::new(time_constant_s)],
+        }
     }
 
     pub(super) fn step(&mut self, dt: f64, input: &Vector2<f64>) -> Vector2<f64> {
+        let share = share(dt, self.time_constant_s);
         let mut signal = *input;
-        for filter in &mut self.0 {
-            signal -= filter.step(dt, &signal);
+        for filter in &mut self.filters {
+            signal -= filter.step_by(share, &signal);
         }
         signal
     }
 
     pub(super) fn reset(&mut self) {
-        self.0.iter_mut().for_each(LowPass::reset);
+        self.filters.iter_mut().for_each(LowPass::reset);
     }
 }
 
@@ -111,9 +118,10 @@ impl Gyro {
             self.bias = (a * m + b * n) / (m + n);
             return None;
         }
+        let share = share(dt, SMOOTHED_S);
         let mut signal = turning - self.bias;
         for filter in &mut self.smoothed {
-            signal = filter.step(dt, &signal);
+            signal = filter.step_by(share, &signal);
         }
         Some(signal)
     }

@@ -13,7 +13,7 @@ use super::band::Band;
 use super::leaky::LeakyIntegral;
 use super::lean::DIFFERS_S;
 use super::lean_model::LeanModel;
-use super::yaw;
+use super::{rolling, yaw};
 use crate::machine::{Machine, rotation_in_body};
 use crate::state::State;
 
@@ -66,7 +66,10 @@ impl Excitation {
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
         let joints = machine.joints().iter().enumerate();
-        let of_arm = joints.filter(|(_, it)| it.spins_wheel.is_none() && it.logged);
+        // Steering leans nothing: turns show it.
+        let of_arm = joints.filter(|(joint, it)| {
+            it.spins_wheel.is_none() && it.logged && !rolling::steers(machine, *joint)
+        });
         Self {
             model: LeanModel::new(machine),
             base_from_imu: rotation_in_body(machine.imu()),

@@ -27,6 +27,7 @@ use super::evidence::Evidence;
 use super::lean_difference::LeanDifference;
 use super::lean_model::{Lean, LeanModel};
 use super::rolling::Rolled;
+use super::standstill::Standstill;
 use super::travel::{Rocking, Travel};
 use crate::machine::{FaultKind, Machine, rotation_in_body};
 
@@ -40,11 +41,16 @@ const ALIKE_S: f64 = 0.25;
 /// how often it is reached in the field is not known.
 const FOLLOWS_NOT: f64 = 10.0;
 const DIFFERS: f64 = 8.0;
+/// The same, of 20 to 1, where an encoder stands out besides.
+const STOPPED: f64 = 3.0;
 /// Lean of a standing platform that has other causes (rad).
 const UNEXPLAINED: f64 = 2e-4;
 /// The same while it travels (rad), and how long it lasts afterwards in each band (s).
 const UNEVEN: f64 = 2e-3;
 const ROCKING_S: [f64; 2] = [0.7, 1.5];
+/// Shares of both that count where an encoder stands out: the sums of all that the ground may do excuse too much there.
+const UNEVEN_SHARE: f64 = 0.5;
+const DISTURBED_SHARE: f64 = 0.2;
 /// Time for which the filters remember the lean of a machine that has travelled (s).
 const DISTURBED_S: f64 = 2.5;
 /// Time after a gap or a faulty sample in which the filters still remember it (s).
@@ -88,6 +94,7 @@ pub(in super::super) struct LeanWatch {
     /// That the platform does not follow the arm, about each axis.
     follows_not: [Evidence; 2],
     differs: LeanDifference,
+    standstill: Standstill,
 }
 
 impl LeanWatch {
@@ -114,6 +121,7 @@ impl LeanWatch {
             rocking: ROCKING_S.map(Rocking::new),
             disturbed: [0.0; 2],
             follows_not: [Evidence::default(); 2],
+            standstill: Standstill::new(machine),
         })
     }
 
@@ -135,7 +143,7 @@ impl LeanWatch {
     fn forget(&mut self, stamp_ns: i64) {
         self.silent_until_ns = stamp_ns.saturating_add((FORGOTTEN_S * 1e9) as i64);
         self.follows_not.iter_mut().for_each(Evidence::forget);
-        self.differs.evidence.forget();
+        self.differs.forget();
     }
 
     /// Takes force and moment on the tool (N, N m; in its frame).
@@ -153,7 +161,9 @@ impl LeanWatch {
     ) {
         for (joint, position, rate) in joints {
             self.model.set(joint, position, rate);
+            self.standstill.take(joint, position);
         }
+        self.differs.expect_standstill(self.standstill.stands_out());
         let step_s = (self.joints_ns.replace(stamp_ns))
             .map_or(0.0, |last_ns| limits.elapsed_s(last_ns, stamp_ns));
         let start_ns = *self.start_ns.get_or_insert(stamp_ns);
@@ -221,11 +231,13 @@ impl LeanWatch {
 
     fn report(&mut self, found: &mut Found<'_>) {
         let [x, y] = &mut self.follows_not;
-        let differs = self.differs.evidence.stands(DIFFERS);
+        let [differs, standstill] = self.differs.evidences();
+        let (differs, standstill) = (differs.stands(DIFFERS), standstill.stands(STOPPED));
         let all = [
             (x.stands(FOLLOWS_NOT), FOLLOWS_NOT),
             (y.stands(FOLLOWS_NOT), FOLLOWS_NOT),
             (differs, DIFFERS),
+            (standstill, STOPPED),
         ];
         let standing = all
             .iter()
@@ -259,11 +271,13 @@ impl LeanWatch {
             return;
         }
         let step_s = step_ns as f64 * 1e-9;
-        let noise = |band: usize| {
-            let other = UNEXPLAINED + UNEVEN * rocking[band] + self.disturbed[band];
+        let noise = |band: usize, [uneven, disturbed]: [f64; 2]| {
+            let ground = UNEVEN * uneven * rocking[band] + disturbed * self.disturbed[band];
+            let other = UNEXPLAINED + ground;
             other * other + self.turned[band].variance(self.gyro.noise, step_s)
         };
-        let noise = [noise(0), noise(1)];
+        let standstill = noise(1, [UNEVEN_SHARE, DISTURBED_SHARE]);
+        let noise = [0, 1].map(|band| noise(band, [1.0, 1.0]));
         let known_s = self.gyro.known_s();
         let bias_is_doubtful = self.leans_at_start || self.gyro.turned_at_start();
         let settled_s = if bias_is_doubtful {
@@ -275,7 +289,7 @@ impl LeanWatch {
         let tips = (measured.iter()).any(|lean| lean.norm() > self.model.largest);
         if tips && known_s > WARM_UP_S[0] {
             self.follows_not = [Evidence::default(); 2];
-            self.differs.evidence = Evidence::default();
+            self.differs.clear();
             self.silent_until_ns = stamp_ns.saturating_add((FORGOTTEN_S * 1e9) as i64);
             return;
         }
@@ -284,8 +298,13 @@ impl LeanWatch {
         }
         if known_s > settled_s {
             let leans = [&expected[1], &measured[1]];
-            self.differs
-                .weigh([stamp_ns, step_ns], &lean, leans, noise[1], rocking[1]);
+            self.differs.weigh(
+                [stamp_ns, step_ns],
+                &lean,
+                leans,
+                [noise[1], standstill],
+                rocking[1],
+            );
         }
     }
 

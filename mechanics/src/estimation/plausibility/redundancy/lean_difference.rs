@@ -17,6 +17,9 @@
 //! and T the time over which errors are alike. The subtrahend is the refutation: motion that the platform follows.
 //! Without motion the evidence neither grows nor, once it stands, shrinks.
 //!
+//! While an encoder of the arm stands still bit for bit among others that flicker ([`super::standstill`]), a second
+//! evidence grows with a smaller u and r: there, lean like that by a load speaks for the encoder that has stopped.
+//!
 //! A stopped, swapped, shifted or scaled encoder, a wrong sign and a gyro that measures something else all leave such a
 //! difference. So do a load or a force that nothing measures, if they are large: these are not told apart.
 
@@ -31,6 +34,9 @@ const ALIKE_S: f64 = 0.15;
 const MODEL: f64 = 0.15;
 /// Lean by a small load that nothing measures (rad).
 const SMALL_LOAD: f64 = 6e-4;
+/// The same two for an encoder that stands out.
+const STANDSTILL_MODEL: f64 = 0.08;
+const STANDSTILL_LOAD: f64 = 1.5e-4;
 /// Most that one moment may show.
 const MOST: f64 = 9.0;
 /// What a good moment refutes.
@@ -67,7 +73,10 @@ pub(super) struct LeanDifference {
     prior: Prior,
     compliance: Vector2<f64>,
     variance: Vector2<f64>,
-    pub(super) evidence: Evidence,
+    evidence: Evidence,
+    /// That an encoder which stands out has stopped.
+    of_standstill: Evidence,
+    stands_out: bool,
 }
 
 impl LeanDifference {
@@ -78,59 +87,104 @@ impl LeanDifference {
             compliance: Vector2::repeat(1.0),
             variance: Vector2::repeat(prior.variance),
             evidence: Evidence::default(),
+            of_standstill: Evidence::default(),
+            stands_out: false,
         }
     }
 
-    /// Weighs a sample. `noise`: variance of the lean that has other causes; `rocking`: how much of it the ground may
+    /// Whether an encoder of the arm stands out. One that moves again refutes its standstill.
+    pub(super) fn expect_standstill(&mut self, stands_out: bool) {
+        self.stands_out = stands_out;
+        if !stands_out {
+            self.of_standstill = Evidence::default();
+        }
+    }
+
+    /// The evidence of another lean, and of an encoder that has stopped.
+    pub(super) fn evidences(&mut self) -> [&mut Evidence; 2] {
+        [&mut self.evidence, &mut self.of_standstill]
+    }
+
+    /// What has just begun is forgotten.
+    pub(super) fn forget(&mut self) {
+        self.evidence.forget();
+        self.of_standstill.forget();
+    }
+
+    /// All evidence is forgotten.
+    pub(super) fn clear(&mut self) {
+        self.evidence = Evidence::default();
+        self.of_standstill = Evidence::default();
+    }
+
+    /// Weighs a sample. `noise`: variance of the lean that has other causes, and of that where an encoder stands out; `rocking`: how much of it the ground may
     /// cause, 0 to 1.
     pub(super) fn weigh(
         &mut self,
         [stamp_ns, step_ns]: [i64; 2],
         lean: &Lean,
         [a, b]: [&Vector2<f64>; 2],
-        noise: f64,
+        [noise, noise_of_standstill]: [f64; 2],
         rocking: f64,
     ) {
         let step_s = step_ns as f64 * 1e-9;
         let size = a.norm_squared() + b.norm_squared();
-        let common = noise + MODEL * MODEL * size / 2.0;
         let difference = b - self.compliance.component_mul(a);
-        let doubt = Matrix2::from_diagonal(&self.variance.component_mul(&a.component_mul(a)));
-        let along = lean.by_load;
-        let across = Vector2::new(-along.y, along.x);
-        let is_known = along != Vector2::zeros();
-        let axes = if is_known {
-            [across, along]
-        } else {
-            [Vector2::x(), Vector2::y()]
-        };
-        let small_load = if is_known {
-            SMALL_LOAD * SMALL_LOAD
-        } else {
-            0.0
-        };
-        let mut gained = 0.0;
-        for (axis, extra) in axes.into_iter().zip([0.0, small_load]) {
-            let variance = common + extra + (doubt * axis).dot(&axis);
-            gained += difference.dot(&axis).powi(2) / (2.0 * variance);
-        }
-        gained = gained.min(MOST) - REFUTED * size / (size + 4.0 * noise);
+        let common = noise + MODEL * MODEL * size / 2.0;
         // The ground turns a machine that travels.
         let can_show = if lean.is_beyond_model {
             0.0
         } else {
             1.0 - rocking
         };
-        if gained > 0.0 {
-            gained *= can_show;
+        let shows = |evidence: &Evidence, noise: f64, [model, load]: [f64; 2]| {
+            let common = noise + model * model * size / 2.0;
+            let against = self.against(lean, [a, &difference], common, load);
+            let mut gained = against.min(MOST) - REFUTED * size / (size + 4.0 * noise);
+            if gained > 0.0 {
+                gained *= can_show;
+            }
+            if !evidence.stands {
+                gained -= FORGOTTEN;
+            }
+            gained * step_s / ALIKE_S
+        };
+        let gained = shows(&self.evidence, noise, [MODEL, SMALL_LOAD]);
+        let of_standstill = self.stands_out.then(|| {
+            let smaller = [STANDSTILL_MODEL, STANDSTILL_LOAD];
+            shows(&self.of_standstill, noise_of_standstill, smaller)
+        });
+        self.evidence.add(stamp_ns, gained);
+        if let Some(gained) = of_standstill {
+            self.of_standstill.add(stamp_ns, gained);
         }
-        if !self.evidence.stands {
-            gained -= FORGOTTEN;
-        }
-        self.evidence.add(stamp_ns, gained * step_s / ALIKE_S);
         if can_show > 0.7 {
             self.learn(step_s, [a, &difference], common);
         }
+    }
+
+    /// What the difference shows across the direction of a load, and along it.
+    fn against(
+        &self,
+        lean: &Lean,
+        [a, difference]: [&Vector2<f64>; 2],
+        common: f64,
+        load: f64,
+    ) -> f64 {
+        let doubt = Matrix2::from_diagonal(&self.variance.component_mul(&a.component_mul(a)));
+        let along = lean.by_load;
+        let across = Vector2::new(-along.y, along.x);
+        let is_known = along != Vector2::zeros();
+        let (axes, small_load) = match is_known {
+            true => ([across, along], load * load),
+            false => ([Vector2::x(), Vector2::y()], 0.0),
+        };
+        let mut against = 0.0;
+        for (axis, extra) in axes.into_iter().zip([0.0, small_load]) {
+            let variance = common + extra + (doubt * axis).dot(&axis);
+            against += difference.dot(&axis).powi(2) / (2.0 * variance);
+        }
+        against
     }
 
     /// Kalman filter of the compliance about each axis.
@@ -181,8 +235,29 @@ mod tests {
                 is_beyond_model: false,
             };
             let [a, b] = leans(time_s);
-            difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], 4e-8, rocking);
+            difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], [4e-8; 2], rocking);
             difference.evidence.stands(LIMIT).map(|_| time_s)
+        })
+    }
+
+    /// Time after which an encoder that stands out counts as stopped (s).
+    fn standstill_after_s(
+        stands_out: bool,
+        leans: impl Fn(f64) -> [Vector2<f64>; 2],
+    ) -> Option<f64> {
+        let mut difference = LeanDifference::new(true);
+        (0..2500_i64).find_map(|step| {
+            let (stamp_ns, time_s) = (step * STEP_NS, step as f64 * 8e-3);
+            let lean = Lean {
+                angle: Vector2::zeros(),
+                by_load: Vector2::x(),
+                is_beyond_model: false,
+            };
+            let [a, b] = leans(time_s);
+            difference.expect_standstill(stands_out);
+            difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], [4e-8; 2], 0.0);
+            let [_, standstill] = difference.evidences();
+            standstill.stands(LIMIT).map(|_| time_s)
         })
     }
 
@@ -229,6 +304,22 @@ mod tests {
         }
         // Without a stated stiffness, a platform that hardly leans proves nothing.
         assert_eq!(found_after_s(false, 0.0, |t| [arm(t), noise(t)]), None);
+    }
+
+    #[test]
+    fn a_stopped_encoder_that_stands_out_is_found_where_a_load_would_be_excused() {
+        // The arm reaches out by 0.9 mrad within two seconds; its encoder says that it does not.
+        let reach = |t: f64| Vector2::new(9e-4 * ((t - 4.0) / 2.0).clamp(0.0, 1.0), 0.0);
+        let leans = |t: f64| [arm(t) * 0.3, arm(t) * 0.3 + reach(t) + noise(t) * 0.3];
+        assert_eq!(found_after_s(true, 0.0, leans), None);
+        let found = standstill_after_s(true, leans);
+        assert!(found.is_some_and(|s| (4.5..6.5).contains(&s)), "{found:?}");
+        // Whether one stands out or not: a platform that follows contradicts nothing.
+        for compliance in [0.6, 1.0, 1.5] {
+            let follows = |t: f64| [arm(t), arm(t) * compliance + noise(t)];
+            assert_eq!(standstill_after_s(true, follows), None, "{compliance}");
+        }
+        assert_eq!(standstill_after_s(false, leans), None);
     }
 
     #[test]

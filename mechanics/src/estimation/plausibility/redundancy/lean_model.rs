@@ -13,11 +13,11 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-use super::low_pass::LowPass;
+use super::low_pass::{LowPass, share};
 use super::rolling::{Rolled, Rolling};
 use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::geometry::coordinate::{Coordinate, Motion};
-use crate::machine::{Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint};
+use crate::machine::{Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint, rotation_in_body};
 use crate::state::State;
 
 /// Time constant of both low-pass filters (s): slower than the platform swings on its tyres.
@@ -36,7 +36,7 @@ pub(super) struct LeanModel {
     machine: Machine,
     state: State<f64>,
     coordinates: Vec<Coordinate<f64>>,
-    motions: Vec<BodyMotion<f64>>,
+    pub(super) motions: Vec<BodyMotion<f64>>,
     /// Bodies that spin as wheels.
     spins: Vec<bool>,
     is_known: Vec<bool>,
@@ -48,8 +48,12 @@ pub(super) struct LeanModel {
     sink: Matrix3<f64>,
     /// Stiffness of each tyre (N/m).
     stiffness: Vec<f64>,
+    /// Of the machine (N).
+    weight: f64,
+    /// Rotation of the tool's frame in its body.
+    body_from_tool: Option<Matrix3<f64>>,
     /// Lean per moment N (rad/(N m)).
-    compliance: Matrix2<f64>,
+    pub(super) compliance: Matrix2<f64>,
     /// Largest lean while wheels carry the machine (rad): the whole weight on the farthest wheel.
     pub(super) largest: f64,
     /// Height of the ground in the base frame (m).
@@ -115,6 +119,8 @@ impl LeanModel {
         }
         let is_given = |joint: &MeasuredJoint| joint.constant.is_some() || !joint.logged;
         Some(Self {
+            weight,
+            body_from_tool: machine.tool().map(rotation_in_body),
             state,
             coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
             motions: vec![rest; machine.bodies.len()],
@@ -194,12 +200,13 @@ impl LeanModel {
         } = self.weigh_bodies();
         let carried = first.cross(up) - self.tool_moment();
         let mut smoothed = self.compliance * carried.xy() + self.plane_of_wheels();
+        let share = share(dt, SMOOTHED_S);
         for filter in &mut self.lean {
-            smoothed = filter.step(dt, &smoothed);
+            smoothed = filter.step_by(share, &smoothed);
         }
         let [once, twice] = &mut self.momentum;
-        let once = once.step(dt, &momentum.xy());
-        let change = (once - twice.step(dt, &once)) / SMOOTHED_S;
+        let once = once.step_by(share, &momentum.xy());
+        let change = (once - twice.step_by(share, &once)) / SMOOTHED_S;
         let angle = smoothed + self.compliance * change;
         let tip = self.tip.map_or_else(Vector3::zeros, |tip| {
             let motion = &self.motions[tip];
@@ -221,7 +228,7 @@ impl LeanModel {
     }
 
     /// Moves all bodies and sums up their moments.
-    fn weigh_bodies(&mut self) -> Weighed {
+    pub(super) fn weigh_bodies(&mut self) -> Weighed {
         let machine = &self.machine;
         kinematics::coordinates(machine, &self.state, &mut self.coordinates);
         let (mut first, mut momentum) = (Vector3::zeros(), Vector3::zeros());
@@ -262,11 +269,11 @@ impl LeanModel {
 
     /// Moment of the measured force on the tool about the point on the ground (N m).
     fn tool_moment(&self) -> Vector3<f64> {
-        let Some(tool) = self.machine.tool() else {
+        let (Some(tool), Some(body_from_tool)) = (self.machine.tool(), &self.body_from_tool) else {
             return Vector3::zeros();
         };
         let (motion, mount) = (&self.motions[tool.body], &tool.body_from_mount);
-        let turned = motion.rotation * mount.rotation.to_rotation_matrix().matrix();
+        let turned = motion.rotation * body_from_tool;
         let place = motion.origin + motion.rotation * mount.translation.vector;
         let [force, moment] = self.tool_wrench.map(|vector| turned * vector);
         (place - Vector3::z() * self.ground).cross(&force) + moment
@@ -287,8 +294,7 @@ impl LeanModel {
 
     /// Whether a tyre under this moment N carries nothing.
     fn wheel_lifts(&self, moment: &Vector2<f64>) -> bool {
-        let machine = &self.machine;
-        let weight = machine.mass() * machine.gravity();
+        let (machine, weight) = (&self.machine, self.weight);
         let plane = self.sink * Vector3::new(weight, -moment.y, moment.x);
         let least = LEAST_LOAD * weight / machine.wheels().len() as f64;
         let mut loads = machine
@@ -304,13 +310,13 @@ impl LeanModel {
 }
 
 /// Sums over all bodies but the wheels, about the point on the ground.
-struct Weighed {
+pub(super) struct Weighed {
     /// First moment (kg m).
-    first: Vector3<f64>,
+    pub(super) first: Vector3<f64>,
     /// Angular momentum (N m s).
-    momentum: Vector3<f64>,
+    pub(super) momentum: Vector3<f64>,
     /// Whether a load of unknown mass is attached.
-    has_unknown_load: bool,
+    pub(super) has_unknown_load: bool,
 }
 
 /// First moment about the point on the ground (kg m), and angular momentum about it (N m s).
@@ -319,8 +325,9 @@ fn moments(motion: &BodyMotion<f64>, inertia: &Inertia, ground: f64) -> [Vector3
     let com = motion.rotation * inertia.com;
     let place = motion.origin + com - Vector3::z() * ground;
     let velocity = motion.velocity + w.cross(&com);
-    let tensor = motion.rotation * inertia.about_com * motion.rotation.transpose();
-    let momentum = place.cross(&velocity) * inertia.mass + tensor * w;
+    // The inertia tensor is not turned into base axes: three products with a vector cost less than two of matrices.
+    let own = motion.rotation * (inertia.about_com * motion.rotation.tr_mul(w));
+    let momentum = place.cross(&velocity) * inertia.mass + own;
     [place * inertia.mass, momentum]
 }
 

@@ -2,6 +2,11 @@
 
 use nalgebra::SVector;
 
+/// What a low-pass filter with this time constant takes over of an input that has lasted for `dt` seconds.
+pub(super) fn share(dt: f64, time_constant_s: f64) -> f64 {
+    1.0 - (-dt / time_constant_s).exp()
+}
+
 /// Low-pass filter; it begins at its first input.
 #[derive(Debug, Clone)]
 pub(super) struct LowPass<const N: usize> {
@@ -23,8 +28,13 @@ impl<const N: usize> LowPass<N> {
     ///     y <- y + (1 - exp(-dt / T)) (x - y)
     /// ```
     pub(super) fn step(&mut self, dt: f64, input: &SVector<f64, N>) -> SVector<f64, N> {
+        self.step_by(share(dt, self.time_constant_s), input)
+    }
+
+    /// The same with the [`share`] of this step: filters of one time constant share the exponential.
+    pub(super) fn step_by(&mut self, share: f64, input: &SVector<f64, N>) -> SVector<f64, N> {
         let before = self.value.unwrap_or(*input);
-        let next = before + (input - before) * (1.0 - (-dt / self.time_constant_s).exp());
+        let next = before + (input - before) * share;
         self.value = Some(next);
         next
     }

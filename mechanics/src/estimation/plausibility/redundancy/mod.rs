@@ -5,6 +5,7 @@
 //! shows nothing.
 
 mod band;
+mod drive;
 mod evidence;
 mod excitation;
 mod lasting;
@@ -16,12 +17,17 @@ mod low_pass;
 mod rolling;
 mod rotation;
 mod specific_force;
+mod standstill;
+#[cfg(test)]
+mod tests;
 mod tilt;
 mod travel;
 mod yaw;
 
+pub(super) use drive::DriveWatch;
 pub use excitation::{Excitation, Unshown};
 pub(super) use lean::LeanWatch;
+pub(super) use rolling::{Rolled, skids};
 pub(super) use rotation::RotationWatch;
 pub(super) use specific_force::SpecificForceWatch;
 pub(super) use tilt::{TiltWatch, up_direction};

@@ -11,7 +11,7 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use crate::dynamics::kinematics::BodyMotion;
-use crate::machine::{Body, JointCoupling, JointKind, Machine};
+use crate::machine::{Body, JointCoupling, JointKind, Machine, Wheel};
 
 /// Smallest distance between left and right wheels, and between axles, that shows a turn (m).
 const SPREAD: f64 = 0.1;
@@ -41,8 +41,6 @@ pub(in super::super) struct Rolled {
     pub(in super::super) by_speeds: Option<f64>,
     /// The same by how they are steered.
     pub(in super::super) by_steering: Option<f64>,
-    /// Whether no wheel is steered: the machine turns by the speeds of its wheels, which slip sideways.
-    pub(in super::super) skids: bool,
 }
 
 impl Rolling {
@@ -61,7 +59,9 @@ impl Rolling {
             })
         };
         let wheels: Vec<_> = machine.bodies.iter().enumerate().filter_map(spin).collect();
-        let is_steered = wheels.iter().any(|wheel| is_steered(machine, wheel.body));
+        let is_steered = wheels
+            .iter()
+            .any(|wheel| is_steered(machine, wheel.body, wheel.body));
         Self { wheels, is_steered }
     }
 
@@ -97,7 +97,6 @@ impl Rolling {
             speed,
             by_speeds: by_speeds.map(|solved| solved.y),
             by_steering,
-            skids: !self.is_steered,
         })
     }
 
@@ -121,9 +120,35 @@ fn placed(motion: &BodyMotion<f64>) -> Option<(Vector2<f64>, Vector2<f64>)> {
     Some((motion.origin.xy(), axle))
 }
 
-/// Whether a joint between the base and this body turns it about the vertical.
-fn is_steered(machine: &Machine, wheel: usize) -> bool {
-    let mut chain = vec![wheel];
+/// Whether a joint steers a wheel: it turns one about the vertical, and neither spins nor lifts it.
+pub(super) fn steers(machine: &Machine, joint: usize) -> bool {
+    let is_moved = |body: usize| matches!(machine.bodies[body].coupling, JointCoupling::Measured(j) if j == joint);
+    let is_above = |wheel: &Wheel| {
+        let mut body = wheel.body;
+        while body != 0 && !is_moved(body) {
+            body = machine.bodies[body].parent;
+        }
+        body != 0 && body != wheel.body && is_steered(machine, wheel.body, body)
+    };
+    machine.wheels().iter().any(is_above)
+}
+
+/// Whether the machine turns by the speeds of its wheels, which slip sideways: no wheel of it is steered.
+pub(in super::super) fn skids(machine: &Machine) -> bool {
+    let spins = |body: usize| match machine.bodies[body].coupling {
+        JointCoupling::Measured(joint) => machine.joints()[joint].spins_wheel.is_some(),
+        _ => false,
+    };
+    // A wheel that does not turn by itself may be fixed to the part that steers it.
+    let steers =
+        |body: usize| is_steered(machine, if spins(body) { body } else { usize::MAX }, body);
+    !machine.wheels().iter().any(|wheel| steers(wheel.body))
+}
+
+/// Whether a joint between the base and this carrier of a wheel, other than that of the `spinning` body, turns it about the
+/// vertical.
+fn is_steered(machine: &Machine, spinning: usize, carrier: usize) -> bool {
+    let mut chain = vec![carrier];
     while let Some(&body) = chain.last()
         && body != 0
     {
@@ -133,7 +158,7 @@ fn is_steered(machine: &Machine, wheel: usize) -> bool {
     let mut steps = chain
         .into_iter()
         .rev()
-        .filter(|&body| body != 0 && body != wheel);
+        .filter(|&body| body != 0 && body != spinning);
     steps.any(|index| {
         let body = &machine.bodies[index];
         rotation *= body.parent_from_joint;

@@ -6,7 +6,8 @@
 //!     |a - b| > tolerance + share max(|a|, |b|)
 //! ```
 //! Wheels slip, and the odometry may rest on them. So the share is large: signs, stuck values and gross scales are found.
-//! A machine without steered wheels skids: it turns by any part of what the speeds of its wheels say, and only
+//! A machine without steered wheels skids: it turns by any part of what the speeds of its wheels say, and so does an
+//! odometry that rests on them; only
 //! ```text
 //!     distance of a from [0, b] > tolerance + share |a|
 //! ```
@@ -37,6 +38,8 @@ pub(in super::super) struct YawWatch {
     odometry: Option<(i64, f64)>,
     rolled: Option<(i64, Rolled)>,
     others: [Other; 3],
+    /// Whether the machine has no steered wheel.
+    skids: bool,
     last_ns: Option<i64>,
     travel: Opposition,
 }
@@ -61,7 +64,8 @@ struct Opposition {
 }
 
 impl YawWatch {
-    pub(in super::super) fn new() -> Self {
+    /// `skids`: no wheel of the machine is steered.
+    pub(in super::super) fn new(skids: bool) -> Self {
         let other = |by| Other {
             by,
             gyro: LeakyIntegral::new(COMPARED_S),
@@ -72,6 +76,7 @@ impl YawWatch {
             odometry: None,
             rolled: None,
             others: [YawBy::Odometry, YawBy::Speeds, YawBy::Steering].map(other),
+            skids,
             last_ns: None,
             travel: Opposition {
                 wheels: LeakyIntegral::new(COMPARED_S),
@@ -121,7 +126,7 @@ impl YawWatch {
             it.other.add(step_s, &Vector1::new(other * step_s));
             let (a, b) = (it.gyro.value.x, it.other.value.x);
             let by = it.by;
-            let skids = by == YawBy::Speeds && rolled.is_some_and(|(_, rolled)| rolled.skids);
+            let skids = self.skids && by != YawBy::Steering;
             let (apart, scale) = match skids {
                 true => ((a - a.clamp(b.min(0.0), b.max(0.0))).abs(), a.abs()),
                 false => ((a - b).abs(), a.abs().max(b.abs())),
@@ -191,7 +196,7 @@ mod tests {
         speeds: f64,
         steering: f64,
     ) -> Vec<(YawBy, f64)> {
-        let (mut watch, mut all) = (YawWatch::new(), Vec::<(YawBy, f64)>::new());
+        let (mut watch, mut all) = (YawWatch::new(skids), Vec::<(YawBy, f64)>::new());
         for step in 0..2000_i64 {
             let (stamp_ns, time_s) = (step * 10_000_000, step as f64 * 0.01);
             let turning = 0.4 * (0.7 * time_s).sin();
@@ -199,7 +204,6 @@ mod tests {
                 speed: 1.0,
                 by_speeds: Some(speeds * turning),
                 by_steering: Some(steering * turning),
-                skids,
             };
             watch.take_wheels(stamp_ns, Some(rolled));
             watch.take_odometry(stamp_ns, odometry * turning);
@@ -222,6 +226,9 @@ mod tests {
     fn a_machine_that_skids_turns_by_any_part_of_what_its_wheels_say() {
         for said in [1.0, 2.0, 4.0, 8.0] {
             assert_eq!(found_on(true, 1.0, 1.0, said, 1.0), []);
+            // An odometry that rests on these wheels.
+            assert_eq!(found_on(true, 1.0, said, said, 1.0), []);
+            assert_eq!(found_on(true, 0.05, said, said, 0.05), []);
         }
         for said in [-4.0, -1.0] {
             let found = found_on(true, 1.0, 1.0, said, 1.0);
@@ -253,14 +260,13 @@ mod tests {
     #[test]
     fn opposite_directions_are_found_and_locked_wheels_are_not() {
         let opposite_s = |wheels: fn(f64) -> f64| {
-            let mut watch = YawWatch::new();
+            let mut watch = YawWatch::new(false);
             (0..1000_i64).find_map(|step| {
                 let (stamp_ns, time_s) = (step * 10_000_000, step as f64 * 0.01);
                 let rolled = Rolled {
                     speed: wheels(time_s),
                     by_speeds: None,
                     by_steering: None,
-                    skids: false,
                 };
                 watch.take_wheels(stamp_ns, Some(rolled));
                 let mut at_s = None;

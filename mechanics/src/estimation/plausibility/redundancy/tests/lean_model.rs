@@ -1,0 +1,159 @@
+//! The predicted lean against the wheel loads of the evaluation, and against the momentum of the arm.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::super::lean_model::LeanModel;
+use super::{bogies, joint, posture, steered};
+use crate::machine::Machine;
+use crate::studies::static_posture::static_outcome;
+
+const STIFFNESS: f64 = 8e5;
+
+fn up() -> Vector3<f64> {
+    Vector3::z() * 9.8066
+}
+
+fn set_posture(model: &mut LeanModel, positions: &[f64]) {
+    for (joint, &position) in positions.iter().enumerate() {
+        model.set(joint, position, 0.0);
+    }
+}
+
+/// Lean of the plane through the deflected tyres (rad) under the static loads of the evaluation.
+fn lean_by_loads(machine: &Machine, positions: &[f64]) -> Vector2<f64> {
+    let outcome = static_outcome(machine, positions);
+    let (mut roll, mut pitch, mut squares) = (0.0, 0.0, Vector2::zeros());
+    for (wheel, load) in machine.wheels().iter().zip(&outcome.load) {
+        let at = wheel.centre_at_zero;
+        let sunk = load / STIFFNESS;
+        roll -= at.y * sunk;
+        pitch += at.x * sunk;
+        squares += Vector2::new(at.y * at.y, at.x * at.x);
+    }
+    Vector2::new(roll, pitch).component_div(&squares)
+}
+
+#[test]
+fn lean_is_that_of_the_tyres_under_the_wheel_loads() {
+    let machine = steered();
+    let mut model = LeanModel::new(&machine).unwrap();
+    let mut lean = |slew: f64| {
+        let positions = posture(&machine, slew);
+        set_posture(&mut model, &positions);
+        [
+            model.posture_lean(&up()),
+            lean_by_loads(&machine, &positions),
+        ]
+    };
+    let [ahead, by_loads_ahead] = lean(0.0);
+    for slew in [-2.4, -1.5, -0.6, 0.7, 1.6, 3.0] {
+        let [turned, by_loads] = lean(slew);
+        let (change, expected) = (turned - ahead, by_loads - by_loads_ahead);
+        assert!(expected.norm() > 2e-4, "{slew}: hardly any lean");
+        let off = (change - expected).norm() / expected.norm();
+        assert!(off < 0.02, "{slew}: {change} instead of {expected}");
+    }
+}
+
+#[test]
+fn lean_of_a_machine_at_rest_settles_at_that_of_its_posture() {
+    let machine = steered();
+    let mut model = LeanModel::new(&machine).unwrap();
+    set_posture(&mut model, &posture(&machine, 0.4));
+    model.lean(0.0, &up()).unwrap();
+    set_posture(&mut model, &posture(&machine, 1.4));
+    let mut last = Vector2::zeros();
+    for _ in 0..300 {
+        last = model.lean(0.01, &up()).unwrap().angle;
+    }
+    let settled = model.posture_lean(&up());
+    assert!((last - settled).norm() < 1e-9, "{last} {settled}");
+}
+
+/// The derivative of the momentum of an arm whose velocity grows is that of the velocity: the momentum is linear in it.
+#[test]
+fn reaction_of_an_accelerating_arm_leans_the_platform() {
+    let machine = steered();
+    let lift = joint(&machine, "lift");
+    let positions = posture(&machine, 0.8);
+    let per_rate = {
+        let mut model = LeanModel::new(&machine).unwrap();
+        set_posture(&mut model, &positions);
+        let at_rest = model.weigh_bodies().momentum.xy();
+        model.set(lift, positions[lift], 1.0);
+        model.weigh_bodies().momentum.xy() - at_rest
+    };
+    let acceleration = 0.7;
+    let mut model = LeanModel::new(&machine).unwrap();
+    set_posture(&mut model, &positions);
+    let mut angle = Vector2::zeros();
+    for step in 0..200 {
+        model.set(lift, positions[lift], acceleration * 0.01 * f64::from(step));
+        angle = model.lean(0.01, &up()).unwrap().angle;
+    }
+    let reaction = angle - model.posture_lean(&up());
+    let expected = model.compliance * (per_rate * acceleration);
+    assert!(expected.norm() > 1e-4);
+    let off = (reaction - expected).norm() / expected.norm();
+    assert!(off < 0.06, "{reaction} instead of {expected}");
+}
+
+#[test]
+fn force_on_the_tool_leans_the_platform_in_the_direction_of_a_load() {
+    let machine = steered();
+    let mut model = LeanModel::new(&machine).unwrap();
+    set_posture(&mut model, &posture(&machine, 1.2));
+    let without = model.lean(0.0, &up()).unwrap();
+    let down = |newton: f64| {
+        let mut loaded = LeanModel::new(&machine).unwrap();
+        set_posture(&mut loaded, &posture(&machine, 1.2));
+        loaded.lean(0.0, &up()).unwrap();
+        let tool = machine.tool().unwrap();
+        let mount = tool.body_from_mount.rotation.to_rotation_matrix();
+        let turned = loaded.motions[tool.body].rotation * mount.matrix();
+        let force = turned.transpose() * Vector3::z() * -newton;
+        loaded.reset();
+        set_posture(&mut loaded, &posture(&machine, 1.2));
+        loaded.tool_wrench = [force, Vector3::zeros()];
+        loaded.lean(0.0, &up()).unwrap()
+    };
+    let lean = down(500.0).angle - without.angle;
+    assert!(lean.normalize().dot(&without.by_load) > 0.98, "{lean}");
+    assert!(!down(500.0).is_beyond_model);
+    // So much tips the machine over.
+    assert!(down(20_000.0).is_beyond_model);
+}
+
+#[test]
+fn nothing_is_predicted_while_a_joint_is_unknown() {
+    for machine in [steered(), bogies()] {
+        let mut model = LeanModel::new(&machine).unwrap();
+        let positions = posture(&machine, 0.3);
+        for (joint, &position) in positions.iter().enumerate().skip(1) {
+            model.set(joint, position, 0.0);
+        }
+        assert!(model.lean(0.01, &up()).is_none());
+        model.set(0, positions[0], 0.0);
+        assert!(model.lean(0.01, &up()).is_some());
+        // A position that is no number predicts nothing either, and is forgotten with the filters.
+        model.set(0, f64::NAN, 0.0);
+        assert!(model.lean(0.01, &up()).is_none());
+        model.reset();
+        set_posture(&mut model, &positions);
+        assert!(model.lean(0.01, &up()).is_some());
+    }
+}
+
+#[test]
+fn a_suspension_leans_the_platform_by_the_plane_of_its_wheels() {
+    let machine = bogies();
+    let mut model = LeanModel::new(&machine).unwrap();
+    let left = joint(&machine, "bogie_left");
+    let positions = posture(&machine, 0.0);
+    set_posture(&mut model, &positions);
+    let before = model.posture_lean(&up());
+    // A longer rod pushes the left wheels to another height: the platform rolls.
+    model.set(left, positions[left] + 0.02, 0.0);
+    let change = model.posture_lean(&up()) - before;
+    assert!(change.x.abs() > 2e-3, "{change}");
+}
