@@ -61,9 +61,9 @@ impl<R: BufRead> Asc<R> {
             if line.is_empty() || self.header(&line, lost) {
                 continue;
             }
-            let line_is = match self.lines.is_cut {
-                true => Line::Wrong,
-                false => self.event(&line, frame, channels),
+            let line_is = match self.lines.is_whole() {
+                false => Line::Wrong,
+                true => self.event(&line, frame, channels),
             };
             match line_is {
                 Line::Frame => return Ok(true),
@@ -75,7 +75,7 @@ impl<R: BufRead> Asc<R> {
                         .escape_ascii();
                     lost.lose(
                         self.lines.start..self.lines.end,
-                        format!("expected an event of Vector ASC, found \"{shown}\""),
+                        format!("expected an event of Vector ASC in a whole line, found \"{shown}\""),
                     );
                 }
             }

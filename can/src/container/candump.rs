@@ -44,11 +44,11 @@ impl<R: BufRead> Candump<R> {
             if line.is_empty() {
                 continue;
             }
-            if !self.lines.is_cut && parse(line, frame, channels).is_some() {
+            if self.lines.is_whole() && parse(line, frame, channels).is_some() {
                 return Ok(true);
             }
             let place = if self.lines.is_last {
-                "the last line, cut off"
+                "a last line without line break, which may be cut off"
             } else {
                 "a line"
             };

@@ -57,6 +57,11 @@ impl<R: BufRead> Lines<R> {
         Ok(count > 0)
     }
 
+    /// Whether the line ended with a line break: what ends with the file may be cut off.
+    pub(super) fn is_whole(&self) -> bool {
+        !self.is_last
+    }
+
     /// The line without spaces around it.
     pub(super) fn line(&self) -> &[u8] {
         self.buffer.trim_ascii()

@@ -1,6 +1,7 @@
 //! From the bytes of one message to numbers and strings.
 
 mod binary;
+mod can_frame;
 mod error;
 mod fields;
 mod json;
@@ -18,4 +19,8 @@ pub use self::{
     number_fields::number_fields,
     sensor::{SensorDecoder, SensorSample},
 };
-pub(crate) use self::{layout::layout_of, number_decoder::NumberDecoder};
+pub(crate) use self::{
+    can_frame::{FrameDecoder, Stamp, is_can_frame},
+    layout::layout_of,
+    number_decoder::NumberDecoder,
+};

@@ -2,6 +2,8 @@
 
 use std::{fs::File, io::Read, path::Path};
 
+use tipwatch_can::ContainerFormat;
+
 use super::format::Format;
 use crate::message::Error;
 
@@ -12,6 +14,8 @@ const OTHER_BAG_MAGIC: &[u8] = b"#ROS";
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 pub(crate) const LONGEST_MAGIC_BYTES: u64 = 16;
+/// Enough to see the format of a text.
+const BEGINNING_BYTES: u64 = 4096;
 
 /// The content of a file, judged by its first bytes.
 pub(crate) enum Content {
@@ -57,7 +61,7 @@ pub(crate) fn content_of(path: &Path) -> Result<Content, Error> {
 fn first_bytes_of(source: impl Read) -> std::io::Result<Vec<u8>> {
     let mut first_bytes = Vec::new();
     source
-        .take(LONGEST_MAGIC_BYTES)
+        .take(BEGINNING_BYTES)
         .read_to_end(&mut first_bytes)?;
     Ok(first_bytes)
 }
@@ -73,8 +77,11 @@ fn classify(first_bytes: &[u8]) -> Content {
         Content::Unsupported("ROS bag of a version other than 2.0")
     } else if first_bytes.is_empty() {
         Content::Unknown("an empty file".to_owned())
+    } else if let Some(format) = ContainerFormat::of(first_bytes) {
+        Content::Log(format.into())
     } else {
-        let text = first_bytes.escape_ascii();
+        let shown = first_bytes.len().min(LONGEST_MAGIC_BYTES as usize);
+        let text = first_bytes.get(..shown).unwrap_or_default().escape_ascii();
         Content::Unknown(format!("the first bytes \"{text}\""))
     }
 }

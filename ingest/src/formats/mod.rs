@@ -4,6 +4,7 @@
 //! [`Format`](crate::Format), one line in [`open`] and one in `file::content`.
 
 mod bag;
+mod can_container;
 mod mcap;
 mod open;
 mod reader;

@@ -22,7 +22,7 @@ pub enum Error {
     /// The content is not in a supported format.
     #[error(
         "{}: not a log: expected MCAP, a bag of ROS 1, a rosbag2 SQLite database or a rosbag2 folder, \
-         found {found}",
+         or CAN frames as candump text, Vector ASC or BLF, or ASAM MF4, found {found}",
         path.display()
     )]
     NotALog {
