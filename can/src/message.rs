@@ -155,6 +155,24 @@ impl Signal {
 }
 
 impl Message {
+    /// The parameter group number, of messages of SAE J1939.
+    #[must_use]
+    pub fn pgn(&self) -> Option<u32> {
+        match self.addressing {
+            Addressing::ParameterGroup { pgn, .. } => Some(pgn),
+            Addressing::Id(_) => None,
+        }
+    }
+
+    /// Whether its frames have identifiers of 29 bits.
+    #[must_use]
+    pub fn is_extended(&self) -> bool {
+        match self.addressing {
+            Addressing::ParameterGroup { .. } => true,
+            Addressing::Id(id) => id.is_extended,
+        }
+    }
+
     /// The index of a signal.
     #[must_use]
     pub fn signal(&self, name: &str) -> Option<usize> {

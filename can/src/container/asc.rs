@@ -75,7 +75,9 @@ impl<R: BufRead> Asc<R> {
                         .escape_ascii();
                     lost.lose(
                         self.lines.start..self.lines.end,
-                        format!("expected an event of Vector ASC in a whole line, found \"{shown}\""),
+                        format!(
+                            "expected an event of Vector ASC in a whole line, found \"{shown}\""
+                        ),
                     );
                 }
             }

@@ -11,6 +11,11 @@ mod number_fields;
 mod protobuf;
 mod sensor;
 
+pub(crate) use self::{
+    can_frame::{FrameDecoder, Stamp, is_can_frame},
+    layout::layout_of,
+    number_decoder::NumberDecoder,
+};
 pub use self::{
     error::DecodeError,
     fields::Fields,
@@ -18,9 +23,4 @@ pub use self::{
     number_decoder::{NumberField, SampleSpec, ValueSource},
     number_fields::number_fields,
     sensor::{SensorDecoder, SensorSample},
-};
-pub(crate) use self::{
-    can_frame::{FrameDecoder, Stamp, is_can_frame},
-    layout::layout_of,
-    number_decoder::NumberDecoder,
 };

@@ -60,9 +60,7 @@ pub(crate) fn content_of(path: &Path) -> Result<Content, Error> {
 
 fn first_bytes_of(source: impl Read) -> std::io::Result<Vec<u8>> {
     let mut first_bytes = Vec::new();
-    source
-        .take(BEGINNING_BYTES)
-        .read_to_end(&mut first_bytes)?;
+    source.take(BEGINNING_BYTES).read_to_end(&mut first_bytes)?;
     Ok(first_bytes)
 }
 

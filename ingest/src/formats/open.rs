@@ -5,7 +5,10 @@ use tipwatch_can::ContainerFormat;
 use super::reader::FileReader;
 use crate::{
     file::{Format, LogFile},
-    formats::{bag::Bag, can_container::CanReader, mcap::Mcap, records::RecordReader, rosbag2_sqlite::SqliteReader},
+    formats::{
+        bag::Bag, can_container::CanReader, mcap::Mcap, records::RecordReader,
+        rosbag2_sqlite::SqliteReader,
+    },
     message::{Error, Losses, TopicTable},
 };
 

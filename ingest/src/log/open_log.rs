@@ -8,7 +8,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{log_files::LogFiles, recognise};
+use super::{
+    can_topics::{CanPass, CanTopic, CanTopics},
+    log_files::LogFiles,
+    recognise,
+};
 use crate::{
     file::{Format, LogFile, format_of},
     formats::{Batch, Batches, FileReader, Request, open},
@@ -31,6 +35,7 @@ pub struct Log {
     losses: Losses,
     /// Messages the recorder reports having written, by topic; empty if it reports none.
     declared_counts: BTreeMap<String, u64>,
+    can: CanTopics,
 }
 
 impl Log {
@@ -69,7 +74,23 @@ impl Log {
             topics,
             losses,
             declared_counts,
+            can: CanTopics::default(),
         })
+    }
+
+    /// Makes CAN messages topics: their frames are decoded while they are read, and every signal is a number in SI
+    /// units where its unit is known. What did not become a number is told in the notes of the losses.
+    ///
+    /// # Errors
+    /// The log has no such bus, or several and none is named.
+    pub fn decode_can(&mut self, wanted: &[CanTopic]) -> Result<(), Error> {
+        for topic in wanted {
+            self.can.add(topic, &mut self.topics)?;
+            for note in &topic.notes {
+                self.losses.note(note.clone());
+            }
+        }
+        Ok(())
     }
 
     /// The path that was opened.
@@ -154,6 +175,9 @@ impl Log {
         batches: Option<BatchSource<'_>>,
     ) -> Result<Losses, Error> {
         let wanted = self.wanted_flags(wanted)?;
+        if let Some(pass) = self.can.pass(&wanted) {
+            return self.read_can(&wanted, pass, visit, progress);
+        }
         if self.declared_counts.is_empty() {
             let batches = batches.map(|(empty, delivered)| Batches {
                 empty,
@@ -179,6 +203,33 @@ impl Log {
             self.read_files(&wanted, &mut count_and_visit, progress, batches)?;
         if flow.is_continue() {
             self.report_missing(&wanted, &seen, &mut losses);
+        }
+        Ok(losses)
+    }
+
+    /// Reads with CAN messages among the wanted topics: one message after the other, because what a frame means may
+    /// depend on those before it.
+    fn read_can(
+        &self,
+        wanted: &[bool],
+        mut pass: CanPass,
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Losses, Error> {
+        let of_files = |topic: &TopicId| !self.can.has(*topic);
+        let is_wanted = |topic: &TopicId| wanted.get(topic.0).copied().unwrap_or(false);
+        let all = self.topics.iter().map(|topic| topic.id);
+        let mut read: Vec<TopicId> = all.filter(is_wanted).filter(of_files).collect();
+        read.extend(pass.buses());
+        let mut is_broken = false;
+        let mut decode = |message: &RawMessage<'_>| {
+            let flow = pass.visit(message, visit);
+            is_broken = flow.is_break();
+            flow
+        };
+        let mut losses = self.read_in_batches(&read, &mut decode, progress, None)?;
+        if !is_broken {
+            pass.finish(&mut losses)?;
         }
         Ok(losses)
     }

@@ -14,7 +14,9 @@ use super::encode::FrameType;
 use crate::{
     file::LogFile,
     formats::reader::{FileReader, Request},
-    message::{Error, Losses, LostPart, LostRange, RawMessage, TopicDescription, TopicId, TopicTable},
+    message::{
+        Error, Losses, LostPart, LostRange, RawMessage, TopicDescription, TopicId, TopicTable,
+    },
 };
 
 /// Frames between two progress reports.
@@ -52,7 +54,9 @@ impl CanReader {
             format,
             path: path.to_path_buf(),
             data: file.data().to_path_buf(),
-            bytes: std::fs::metadata(file.data()).map_err(Error::io(path))?.len(),
+            bytes: std::fs::metadata(file.data())
+                .map_err(Error::io(path))?
+                .len(),
             frames: 0,
             channels: Vec::new(),
             span_ns: None,
@@ -104,7 +108,11 @@ impl CanReader {
             losses.note(format!("{}: {note}", self.path.display()));
         }
         for (name, seen) in source.channels().iter().zip(seen) {
-            let frame_type = if seen.has_fd { FrameType::Fd } else { FrameType::Classical };
+            let frame_type = if seen.has_fd {
+                FrameType::Fd
+            } else {
+                FrameType::Classical
+            };
             let left_out = if seen.has_fd { seen.remote } else { 0 };
             if left_out > 0 {
                 losses.note(format!(
@@ -147,7 +155,10 @@ impl FileReader for CanReader {
         let mut frame = Frame::default();
         let mut message = Vec::new();
         let mut frames: u64 = 0;
-        while source.next_frame(&mut frame).map_err(Error::io(&self.path))? {
+        while source
+            .next_frame(&mut frame)
+            .map_err(Error::io(&self.path))?
+        {
             frames += 1;
             if frames.is_multiple_of(FRAMES_PER_PROGRESS) {
                 // frames are of similar size
