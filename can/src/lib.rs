@@ -31,6 +31,7 @@ mod container;
 mod database;
 mod decoder;
 mod frame;
+mod indicator;
 pub mod j1939;
 mod message;
 mod tally;

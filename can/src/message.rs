@@ -2,7 +2,13 @@
 
 use std::ops::RangeInclusive;
 
-use crate::{bits::BitRange, j1939, tally::Tally, unit::SiUnit};
+use crate::{
+    bits::BitRange,
+    frame::CanId,
+    indicator::{Indicator, indicator},
+    tally::Tally,
+    unit::SiUnit,
+};
 
 /// A message: what frames carry it, and its signals.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +29,7 @@ pub struct Message {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Addressing {
     /// Those of this identifier.
-    Id(crate::CanId),
+    Id(CanId),
     /// Those of a parameter group of J1939, of any priority and destination.
     ParameterGroup {
         /// Parameter group number.
@@ -117,11 +123,11 @@ impl Signal {
             && self.kind == ValueKind::Unsigned
             && !self.is_multiplexer
             && !self.is_counter
-            && let Some(indicator) = j1939::indicator(raw, self.bits.bit_count)
+            && let Some(said) = indicator(raw, self.bits.bit_count)
         {
-            return match indicator {
-                j1939::Indicator::NotAvailable => Reading::NotAvailable,
-                j1939::Indicator::Error => Reading::Error,
+            return match said {
+                Indicator::NotAvailable => Reading::NotAvailable,
+                Indicator::Error => Reading::Error,
             };
         }
         let value = match self.kind {
@@ -255,5 +261,70 @@ impl Message {
                     && by.values.iter().any(|values| values.contains(&raw))
             })
         })
+    }
+
+    /// Sentences about what of its frames did not become numbers; none if all did.
+    #[must_use]
+    pub fn told(&self, tally: &Tally) -> Vec<String> {
+        let name = &self.name;
+        let mut lines = Vec::new();
+        let mut tell = |count: u64, what: String| {
+            if count > 0 {
+                lines.push(format!("{name}: {count} of {} frames {what}", tally.frames));
+            }
+        };
+        if let Some((count, found)) = tally.wrong_length {
+            let expected = self.len;
+            tell(
+                count,
+                format!(
+                    "have a wrong length (expected {expected} bytes, found for example {found}): no numbers"
+                ),
+            );
+        }
+        if let Some((count, value)) = tally.unknown_multiplexer {
+            tell(
+                count,
+                format!(
+                    "have an unknown multiplexer (for example {value}): no numbers of multiplexed signals"
+                ),
+            );
+        }
+        tell(
+            tally.standing_counter,
+            "repeat the message counter of the frame before: no numbers".to_owned(),
+        );
+        tell(
+            tally.standing_checksum,
+            "have the checksum of the frame before although other data changed".to_owned(),
+        );
+        let of_signals = [
+            (&tally.not_available, "say \"not available\""),
+            (&tally.errors, "say \"error\" or are reserved"),
+            (&tally.out_of_range, "lie outside the stated range"),
+        ];
+        for (counts, what) in of_signals {
+            for (&index, count) in counts {
+                let signal = self.signals
+                    .get(index)
+                    .map_or("?", |signal| &signal.name);
+                lines.push(format!(
+                    "{name}.{signal}: {count} values {what}: no numbers"
+                ));
+            }
+        }
+        if tally.incomplete > 0 {
+            let count = tally.incomplete;
+            lines.push(format!(
+                "{name}: {count} messages of several packets are incomplete: no numbers"
+            ));
+        }
+        if tally.remote > 0 {
+            lines.push(format!(
+                "{name}: {} remote frames carry no data",
+                tally.remote
+            ));
+        }
+        lines
     }
 }

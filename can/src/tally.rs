@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::message::Message;
-
 /// Counts of one message.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tally {
@@ -29,72 +27,4 @@ pub struct Tally {
     pub incomplete: u64,
     /// Remote frames with its identifier, which carry no data.
     pub remote: u64,
-}
-
-impl Tally {
-    /// Sentences about what did not become numbers; none if all did.
-    #[must_use]
-    pub fn lines(&self, message: &Message) -> Vec<String> {
-        let name = &message.name;
-        let mut lines = Vec::new();
-        let mut tell = |count: u64, what: String| {
-            if count > 0 {
-                lines.push(format!("{name}: {count} of {} frames {what}", self.frames));
-            }
-        };
-        if let Some((count, found)) = self.wrong_length {
-            let expected = message.len;
-            tell(
-                count,
-                format!(
-                    "have a wrong length (expected {expected} bytes, found for example {found}): no numbers"
-                ),
-            );
-        }
-        if let Some((count, value)) = self.unknown_multiplexer {
-            tell(
-                count,
-                format!(
-                    "have an unknown multiplexer (for example {value}): no numbers of multiplexed signals"
-                ),
-            );
-        }
-        tell(
-            self.standing_counter,
-            "repeat the message counter of the frame before: no numbers".to_owned(),
-        );
-        tell(
-            self.standing_checksum,
-            "have the checksum of the frame before although other data changed".to_owned(),
-        );
-        let of_signals = [
-            (&self.not_available, "say \"not available\""),
-            (&self.errors, "say \"error\" or are reserved"),
-            (&self.out_of_range, "lie outside the stated range"),
-        ];
-        for (counts, what) in of_signals {
-            for (&index, count) in counts {
-                let signal = message
-                    .signals
-                    .get(index)
-                    .map_or("?", |signal| &signal.name);
-                lines.push(format!(
-                    "{name}.{signal}: {count} values {what}: no numbers"
-                ));
-            }
-        }
-        if self.incomplete > 0 {
-            let count = self.incomplete;
-            lines.push(format!(
-                "{name}: {count} messages of several packets are incomplete: no numbers"
-            ));
-        }
-        if self.remote > 0 {
-            lines.push(format!(
-                "{name}: {} remote frames carry no data",
-                self.remote
-            ));
-        }
-        lines
-    }
 }

@@ -28,7 +28,7 @@ fn decoded(message: Message, signal: &str, frames: &[Frame]) -> (Vec<f64>, Tally
         decoder.decode(frame, &mut |_, numbers| values.push(numbers[index]));
     }
     let tally = decoder.tally(0).unwrap();
-    let lines = tally.lines(&message);
+    let lines = message.told(&tally);
     (values, tally, lines)
 }
 

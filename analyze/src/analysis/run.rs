@@ -427,6 +427,11 @@ fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Prove
         log_format: log.format().to_string(),
         machine_file: hash_of(file.path.display().to_string(), file.text.as_bytes()),
         urdf: loaded.urdf.clone(),
+        dbc_files: file
+            .dbc_files()
+            .iter()
+            .map(|file| hash_file(file))
+            .collect::<Result<_>>()?,
         imu_mounting: loaded.machine.imu().source.clone(),
     })
 }

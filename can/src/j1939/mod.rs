@@ -1,16 +1,12 @@
-//! SAE J1939: identifiers, values that are not numbers, messages of several packets, and the parameter groups that
+//! SAE J1939: identifiers, messages of several packets, and the parameter groups that
 //! can be read without a DBC file.
 
 mod groups;
 mod identifier;
-mod indicator;
 mod transport;
 
 pub use self::{
     groups::{public_group, public_groups},
     identifier::Identifier,
 };
-pub(crate) use self::{
-    indicator::{Indicator, indicator},
-    transport::{Assembled, Transport},
-};
+pub(crate) use self::transport::{Assembled, Transport};

@@ -4,13 +4,14 @@ use std::{fs::File, io::Read, path::Path};
 
 use tipwatch_can::ContainerFormat;
 
-use super::format::Format;
+use super::{format::Format, table_time::is_csv};
 use crate::message::Error;
 
 /// The first line of every bag, version 2.0.
 pub(crate) const BAG_MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 const OTHER_BAG_MAGIC: &[u8] = b"#ROS";
+const PARQUET_MAGIC: &[u8] = b"PAR1";
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 pub(crate) const LONGEST_MAGIC_BYTES: u64 = 16;
@@ -77,6 +78,10 @@ fn classify(first_bytes: &[u8]) -> Content {
         Content::Unknown("an empty file".to_owned())
     } else if let Some(format) = ContainerFormat::of(first_bytes) {
         Content::Log(format.into())
+    } else if first_bytes.starts_with(PARQUET_MAGIC) {
+        Content::Log(Format::Parquet)
+    } else if is_csv(first_bytes) {
+        Content::Log(Format::Csv)
     } else {
         let shown = first_bytes.len().min(LONGEST_MAGIC_BYTES as usize);
         let text = first_bytes.get(..shown).unwrap_or_default().escape_ascii();

@@ -30,6 +30,12 @@ pub enum Format {
     /// CAN frames in ASAM MDF, version 4.
     #[strum(serialize = "ASAM MF4")]
     Mf4,
+    /// A table in text, with a column of time.
+    #[strum(serialize = "CSV table")]
+    Csv,
+    /// A table in Parquet, with a column of time.
+    #[strum(serialize = "Parquet table")]
+    Parquet,
 }
 
 impl From<ContainerFormat> for Format {
@@ -53,7 +59,9 @@ impl Format {
             | Format::Candump
             | Format::Asc
             | Format::Blf
-            | Format::Mf4 => false,
+            | Format::Mf4
+            | Format::Csv
+            | Format::Parquet => false,
         }
     }
 }

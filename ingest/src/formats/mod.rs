@@ -10,6 +10,7 @@ mod open;
 mod reader;
 mod records;
 mod rosbag2_sqlite;
+mod table;
 
 pub(crate) use self::{
     open::open,

@@ -6,8 +6,12 @@ use super::reader::FileReader;
 use crate::{
     file::{Format, LogFile},
     formats::{
-        bag::Bag, can_container::CanReader, mcap::Mcap, records::RecordReader,
+        bag::Bag,
+        can_container::CanReader,
+        mcap::Mcap,
+        records::RecordReader,
         rosbag2_sqlite::SqliteReader,
+        table::{CsvReader, ParquetReader},
     },
     message::{Error, Losses, TopicTable},
 };
@@ -23,6 +27,8 @@ pub(crate) fn open(
         Format::Mcap => Box::new(RecordReader::<Mcap>::open(file, topics, losses)?),
         Format::Ros1Bag => Box::new(RecordReader::<Bag>::open(file, topics, losses)?),
         Format::Rosbag2Sqlite => Box::new(SqliteReader::open(file, topics, losses)?),
+        Format::Csv => Box::new(CsvReader::open(file, topics, losses)?),
+        Format::Parquet => Box::new(ParquetReader::open(file, topics, losses)?),
         Format::Candump => can(ContainerFormat::Candump, file, topics, losses)?,
         Format::Asc => can(ContainerFormat::Asc, file, topics, losses)?,
         Format::Blf => can(ContainerFormat::Blf, file, topics, losses)?,

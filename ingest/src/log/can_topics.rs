@@ -216,7 +216,7 @@ impl CanPass {
                         sources: tally.sources.keys().copied().collect(),
                     });
                 }
-                for line in tally.lines(&selection.message) {
+                for line in selection.message.told(&tally) {
                     losses.note(format!("{}: {line}", bus.name));
                 }
             }

@@ -13,7 +13,10 @@ use super::{
     log_files::LogFiles,
     recognise,
 };
+use tipwatch_can::Frame;
+
 use crate::{
+    decode::{FrameDecoder, is_can_frame},
     file::{Format, LogFile, format_of},
     formats::{Batch, Batches, FileReader, Request, open},
     message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicTable},
@@ -125,6 +128,41 @@ impl Log {
             index: id.0,
             count: self.topics.len(),
         })
+    }
+
+    /// The topics that carry CAN frames.
+    pub fn can_buses(&self) -> impl Iterator<Item = &Topic> {
+        let is_bus = |topic: &&Topic| is_can_frame(&topic.type_name);
+        self.topics.iter().filter(is_bus)
+    }
+
+    /// Calls `visit` with every frame on a topic of CAN frames, in file order. The channel of the frames is 0.
+    ///
+    /// # Errors
+    /// The topic carries no frames, or the log cannot be read. Damage is reported in the losses.
+    pub fn read_can_frames(
+        &self,
+        bus: TopicId,
+        visit: &mut dyn FnMut(&Frame),
+    ) -> Result<Losses, Error> {
+        let topic = self.topic(bus)?;
+        let mut decoder = FrameDecoder::new(topic)?;
+        let mut frame = Frame::default();
+        let mut undecodable = 0;
+        let mut losses = self.read(&[bus], &mut |message| {
+            match decoder.decode(message.data, &mut frame) {
+                Ok(Some(_)) => {
+                    frame.time_ns = message.log_time_ns;
+                    visit(&frame);
+                }
+                _ => undecodable += 1,
+            }
+            ControlFlow::Continue(())
+        })?;
+        for _ in 0..undecodable {
+            losses.count_undecodable(&topic.name);
+        }
+        Ok(losses)
     }
 
     /// Damage found while opening. Opening scans the whole log only if it has no intact index.

@@ -1,4 +1,4 @@
-//! Values that are not numbers: the highest of every length.
+//! Values of SAE J1939 that are not numbers: the highest of every length.
 
 /// What such a value says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
