@@ -305,9 +305,7 @@ impl Message {
         ];
         for (counts, what) in of_signals {
             for (&index, count) in counts {
-                let signal = self.signals
-                    .get(index)
-                    .map_or("?", |signal| &signal.name);
+                let signal = self.signals.get(index).map_or("?", |signal| &signal.name);
                 lines.push(format!(
                     "{name}.{signal}: {count} values {what}: no numbers"
                 ));

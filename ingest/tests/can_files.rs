@@ -8,7 +8,9 @@ use tipwatch_ingest::{CanTopic, FieldRequest, Log, Losses, record_fields, recove
 use crate::support::TempLog;
 
 fn fixture(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../can/tests/data").join(name)
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../can/tests/data")
+        .join(name)
 }
 
 /// Messages by topic, and what was lost.
@@ -45,7 +47,13 @@ fn every_format_is_recognised_by_its_content() {
         assert_eq!(counts, [80, 20], "{name}");
         assert_eq!(topics[0].message_count, Some(80));
         assert!(losses.is_empty(), "{name}: {losses:?}");
-        assert!(losses.notes.iter().any(|note| note.contains("20 remote frames")), "{losses:?}");
+        assert!(
+            losses
+                .notes
+                .iter()
+                .any(|note| note.contains("20 remote frames")),
+            "{losses:?}"
+        );
         let (first, last) = log.span_ns().unwrap();
         assert!((last - first - 119 * 15_625_000).abs() < 10_000, "{name}");
     }
@@ -62,7 +70,8 @@ fn messages_become_topics_with_a_number_per_signal() {
         source: None,
         notes: vec!["a remark".to_owned()],
     };
-    log.decode_can(&[topic("BoomState"), topic("AxleLoads")]).unwrap();
+    log.decode_can(&[topic("BoomState"), topic("AxleLoads")])
+        .unwrap();
     let requests = [
         FieldRequest::raw("can/BoomState", "BoomLength"),
         FieldRequest::raw("can/AxleLoads", "AxleLoad1"),
@@ -71,8 +80,20 @@ fn messages_become_topics_with_a_number_per_signal() {
     assert_eq!(columns[0].values.len(), 45);
     // 16716 mm
     assert!((columns[0].values[0] - 16.716).abs() < 1e-12);
-    assert!(columns[1].values.iter().all(|mass| (0.0..32127.5).contains(mass)));
-    assert_eq!(losses.notes.iter().filter(|note| *note == "a remark").count(), 1);
+    assert!(
+        columns[1]
+            .values
+            .iter()
+            .all(|mass| (0.0..32127.5).contains(mass))
+    );
+    assert_eq!(
+        losses
+            .notes
+            .iter()
+            .filter(|note| *note == "a remark")
+            .count(),
+        1
+    );
     // on a bus that is not there
     let elsewhere = CanTopic {
         name: "other/Slope".into(),
@@ -111,7 +132,8 @@ fn frames_are_recovered_as_a_clean_file() {
     let mut frames = [0, 0];
     for (log, count) in [&log, &clean].into_iter().zip(&mut frames) {
         let bus = log.can_buses().next().unwrap().id;
-        log.read_can_frames(bus, &mut |frame| *count += frame.data().len()).unwrap();
+        log.read_can_frames(bus, &mut |frame| *count += frame.data().len())
+            .unwrap();
     }
     assert!(frames[0] > 400 && frames[0] == frames[1], "{frames:?}");
 }
@@ -127,5 +149,8 @@ fn a_measurement_without_frames_is_refused() {
     }
     let file = TempLog::new("decoded.mf4", &bytes);
     let error = Log::open(&file.path).unwrap_err().to_string();
-    assert!(error.contains("expected bus frames (CAN_DataFrame)"), "{error}");
+    assert!(
+        error.contains("expected bus frames (CAN_DataFrame)"),
+        "{error}"
+    );
 }

@@ -354,7 +354,13 @@ fn rosbag2_databases() {
 #[test]
 fn can_containers() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../can/tests/data");
-    let names = ["mixed.log", "mixed.asc", "mixed.blf", "mixed.mf4", "mixed_plain.mf4"];
+    let names = [
+        "mixed.log",
+        "mixed.asc",
+        "mixed.blf",
+        "mixed.mf4",
+        "mixed_plain.mf4",
+    ];
     let seeds = names.map(|name| std::fs::read(folder.join(name)).unwrap());
     fuzz!(seeds.to_vec(), |bytes: &[u8], _| read_log(bytes));
 }

@@ -5,8 +5,8 @@ mod groups;
 mod identifier;
 mod transport;
 
+pub(crate) use self::transport::{Assembled, Transport};
 pub use self::{
     groups::{public_group, public_groups},
     identifier::Identifier,
 };
-pub(crate) use self::transport::{Assembled, Transport};

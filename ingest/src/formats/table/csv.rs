@@ -9,7 +9,10 @@ use std::{
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
-use super::{columns::Columns, rows::RowTopic};
+use super::{
+    columns::Columns,
+    rows::{Counted, RowTopic},
+};
 use crate::{
     file::{
         LogFile,
@@ -86,7 +89,7 @@ impl CsvReader {
         };
         csv.check_time(&mut reader, &time_name).map_err(invalid)?;
         csv.scan(losses)?;
-        topics.add_messages(csv.rows.topic, Some(csv.rows.rows));
+        topics.add_messages(csv.rows.topic, Some(csv.rows.counted.rows));
         Ok(csv)
     }
 
@@ -114,21 +117,25 @@ impl CsvReader {
         let mut odd: Vec<(u64, Option<String>)> = vec![(0, None); self.columns.names.len()];
         let mut lacks_zone = false;
         let mut last_start = None;
-        let mut rows = Vec::new();
+        let mut counted = Counted::default();
+        // of the last row, which may be cut off
+        let mut pending = None;
         self.each_row(&mut |row, start, end| {
             match row {
                 Ok((time_ns, cells, time_text)) => {
                     lacks_zone |= self.unit == Unit::Text && time::lacks_zone(time_text);
-                    for ((count, example), cell) in odd.iter_mut().zip(cells) {
+                    for ((count, example), cell) in odd.iter_mut().zip(cells.iter()) {
                         if let Cell::Other(text) = cell {
                             *count += 1;
                             example.get_or_insert_with(|| text.chars().take(20).collect());
                         }
                     }
-                    rows.push(*time_ns);
+                    if let Some((_, time_ns)) = pending.replace((start, *time_ns)) {
+                        counted.count(time_ns);
+                    }
                 }
                 Err(problem) => {
-                    losses.lose(LostPart::Records, &self.path, start..end, problem.clone())
+                    losses.lose(LostPart::Records, &self.path, start..end, problem.clone());
                 }
             }
             last_start = Some(start);
@@ -140,11 +147,12 @@ impl CsvReader {
                 "{name}: the last row has no line break and may be cut off: it is not read"
             ));
             self.cut_at = Some(start);
-            rows.pop();
+            pending = pending.filter(|(at, _)| *at != start);
         }
-        for time_ns in rows {
-            self.rows.count(time_ns);
+        if let Some((_, time_ns)) = pending {
+            counted.count(time_ns);
         }
+        self.rows.counted = counted;
         if lacks_zone {
             losses.note(format!(
                 "{name}: times are stated without a time zone: UTC is assumed"
@@ -288,6 +296,6 @@ impl FileReader for CsvReader {
     }
 
     fn span_ns(&self) -> Option<(i64, i64)> {
-        self.rows.span_ns
+        self.rows.counted.span_ns
     }
 }

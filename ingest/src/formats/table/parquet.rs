@@ -19,7 +19,10 @@ use arrow_array::{
 use arrow_schema::{DataType, TimeUnit};
 use parquet::arrow::arrow_reader::{ArrowReaderMetadata, ParquetRecordBatchReaderBuilder};
 
-use super::{columns::Columns, rows::RowTopic};
+use super::{
+    columns::Columns,
+    rows::{Counted, RowTopic},
+};
 use crate::{
     file::{
         LogFile,
@@ -121,15 +124,13 @@ impl ParquetReader {
             numbers,
             rows: RowTopic::register(&columns, bytes, topics),
         };
-        let mut times = Vec::new();
-        reader.each_row(losses, &mut |time_ns, _| {
-            times.push(time_ns);
+        let mut counted = Counted::default();
+        let _ = reader.each_row(losses, &mut |time_ns, _| {
+            counted.count(time_ns);
             ControlFlow::Continue(())
         })?;
-        for time_ns in times {
-            reader.rows.count(time_ns);
-        }
-        topics.add_messages(reader.rows.topic, Some(reader.rows.rows));
+        reader.rows.counted = counted;
+        topics.add_messages(reader.rows.topic, Some(reader.rows.counted.rows));
         Ok(reader)
     }
 
@@ -316,6 +317,6 @@ impl FileReader for ParquetReader {
     }
 
     fn span_ns(&self) -> Option<(i64, i64)> {
-        self.rows.span_ns
+        self.rows.counted.span_ns
     }
 }

@@ -15,9 +15,24 @@ const ROWS_PER_PROGRESS: u64 = 4096;
 #[derive(Debug)]
 pub(super) struct RowTopic {
     pub(super) topic: TopicId,
-    pub(super) rows: u64,
     pub(super) bytes: u64,
+    pub(super) counted: Counted,
+}
+
+/// What the first pass finds out about the rows.
+#[derive(Debug, Default, Clone, Copy)]
+pub(super) struct Counted {
+    pub(super) rows: u64,
     pub(super) span_ns: Option<(i64, i64)>,
+}
+
+impl Counted {
+    /// Counts a row of the first pass.
+    pub(super) fn count(&mut self, time_ns: i64) {
+        self.rows += 1;
+        let (first, last) = self.span_ns.unwrap_or((time_ns, time_ns));
+        self.span_ns = Some((first.min(time_ns), last.max(time_ns)));
+    }
 }
 
 impl RowTopic {
@@ -31,17 +46,9 @@ impl RowTopic {
         });
         Self {
             topic,
-            rows: 0,
             bytes,
-            span_ns: None,
+            counted: Counted::default(),
         }
-    }
-
-    /// Counts a row of the first pass.
-    pub(super) fn count(&mut self, time_ns: i64) {
-        self.rows += 1;
-        let (first, last) = self.span_ns.unwrap_or((time_ns, time_ns));
-        self.span_ns = Some((first.min(time_ns), last.max(time_ns)));
     }
 
     /// Passes on the row with this index.
@@ -55,8 +62,8 @@ impl RowTopic {
     ) -> ControlFlow<()> {
         const CDR: [u8; 4] = [0, 1, 0, 0];
         if row.is_multiple_of(ROWS_PER_PROGRESS) {
-            let share = u128::from(row.min(self.rows)) * u128::from(self.bytes);
-            request.advance((share / u128::from(self.rows.max(1))) as u64);
+            let share = u128::from(row.min(self.counted.rows)) * u128::from(self.bytes);
+            request.advance((share / u128::from(self.counted.rows.max(1))) as u64);
         }
         message.clear();
         message.extend_from_slice(&CDR);
