@@ -95,7 +95,7 @@ fn measure(format: &str, path: &Path, dbc: &Path, frames: u32) {
     assert_eq!(counts[0].0, u64::from(frames));
     let [ours, peer] = best.map(|seconds| seconds * 1e9 / f64::from(frames));
     println!("{format:4} {ours:8.0} ns a frame, python-can and cantools {peer:8.0} ns");
-    println!("figure can_{format} {:.1}", best[1] / best[0]);
+    println!("figure can-{format}-vs-python {:.1}", best[1] / best[0]);
 }
 
 /// Frames, and signals that are numbers or not.
